@@ -1,16 +1,16 @@
-//! Mistakes in a model file, each with its place and its remedy.
+//! Errors in a model file, each with its place and a message that says what to do.
 
-use crate::limits::{FILE_BYTES, OPERATIONS};
-use crate::text::Problem;
+use crate::limits::{MAX_FILE_BYTES, MAX_OPERATIONS};
+use crate::text::{Problem, suggest};
 use augsim_data::{printable, shown_cause};
 use std::fmt;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// Where in a model file something is wrong.
+/// Place in a model file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// The file, or another name for where the text came from.
+    /// The file, or another name for the source of the text.
     pub file: String,
     /// Line, from 1.
     pub line: usize,
@@ -18,25 +18,25 @@ pub struct Place {
     pub key: String,
 }
 
-/// A part of an expression to be marked in its text.
+/// An expression with a part of it marked.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Excerpt {
     /// The expression.
     pub text: String,
     /// First marked byte.
     pub start: usize,
-    /// Byte behind the last marked one.
+    /// Byte after the last marked one.
     pub end: usize,
 }
 
-/// A model file that cannot be used.
+/// An error that makes a model file unusable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelError {
     /// Place in the file.
     pub place: Place,
-    /// The mistake.
+    /// The error itself.
     pub fault: Box<Fault>,
-    /// The text that it lies in.
+    /// The expression that contains it, with the relevant part marked.
     pub excerpt: Option<Box<Excerpt>>,
 }
 
@@ -53,17 +53,20 @@ impl fmt::Display for ModelError {
     }
 }
 
-/// Characters of an expression that are shown before and behind the marked ones.
-const SHOWN: usize = 60;
+/// Number of characters of an expression shown before and after the marked part.
+const CONTEXT_CHARS: usize = 60;
 
 impl fmt::Display for Excerpt {
-    /// The text and a line of `^` below the marked part; a long text is cut around it, and what could disturb a
-    /// terminal becomes `?`, so that columns stay true.
+    /// Writes the text and a line of `^` below the marked part.
+    ///
+    /// A long text is cut around that part. Characters that could disturb a terminal become `?`, so that the
+    /// columns stay aligned.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let before = self.text.get(..self.start).unwrap_or("").chars().count();
         let marked = self.text.get(self.start..self.end).unwrap_or("").chars().count().max(1);
-        let first = before.saturating_sub(SHOWN);
-        let shown = self.text.chars().skip(first).take(before - first + marked.min(SHOWN) + SHOWN);
+        let first = before.saturating_sub(CONTEXT_CHARS);
+        let shown =
+            self.text.chars().skip(first).take(before - first + marked.min(CONTEXT_CHARS) + CONTEXT_CHARS);
         let plain = |c: char| {
             if c.is_whitespace() {
                 ' '
@@ -74,11 +77,13 @@ impl fmt::Display for Excerpt {
             }
         };
         let line: String = shown.map(plain).collect();
-        write!(f, "\n    {line}\n    {}{}", " ".repeat(before - first), "^".repeat(marked.min(SHOWN)))
+        write!(f, "\n    {line}\n    {}{}", " ".repeat(before - first), "^".repeat(marked.min(CONTEXT_CHARS)))
     }
 }
 
-/// The system's answer to a file that cannot be read. Two are equal when they are of one kind.
+/// The operating system's error for a file that cannot be read.
+///
+/// Two are equal if they are of the same kind.
 #[derive(Debug, Clone)]
 pub struct ReadFault(pub Arc<std::io::Error>);
 
@@ -94,90 +99,100 @@ impl fmt::Display for ReadFault {
     }
 }
 
-/// A mistake, with its remedy.
+/// An error in a model file.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each explains its values")]
 pub enum Fault {
-    #[error("cannot be read: {cause}; check the path")]
+    #[error("the file cannot be read: {cause}; check the path")]
     Unreadable { cause: ReadFault },
-    #[error("has {bytes} bytes, {FILE_BYTES} are allowed; put measured data into a CSV file")]
+    #[error(
+        "the file has {bytes} bytes, but at most {MAX_FILE_BYTES} are allowed; put measured data into a CSV file"
+    )]
     FileTooLong { bytes: usize },
-    #[error("not valid TOML: {}; `augsim model new pendulum` writes a file to start from", shown_cause(&cause.message()))]
+    #[error("the file is not valid TOML: {}; `augsim model new pendulum` writes a file to start from", shown_cause(&cause.message()))]
     Syntax { cause: toml::de::Error },
-    #[error("not TOML that can be edited: {}; write the model anew", shown_cause(&cause.message()))]
+    #[error("the file cannot be edited as TOML: {}; write the model file again", shown_cause(&cause.message()))]
     NotEditable { cause: toml_edit::TomlError },
     #[error(transparent)]
     Expression(#[from] Problem),
-    #[error("unknown key `{key}`{}; known here: {}", suggest(.nearest), known.join(", "))]
+    #[error("unknown key `{key}`{} (allowed here: {})", suggest(.nearest), known.join(", "))]
     UnknownKey { key: String, nearest: Option<String>, known: Vec<String> },
-    #[error("lacks `{key}`; add {example}")]
+    #[error("the key `{key}` is missing; add {example}")]
     Missing { key: &'static str, example: &'static str },
-    #[error("must be {expected}")]
+    #[error("the table has no entries; add {example}")]
+    EmptyTable { example: &'static str },
+    #[error("the value must be {expected}")]
     WrongType { expected: &'static str },
-    #[error("`{name}` is no name; use letters, digits and `_`, beginning with a letter, at most 64 of them")]
+    #[error(
+        "`{name}` is not a valid name; use letters, digits and `_`, begin with a letter, and use at most 64 characters"
+    )]
     MalformedName { name: String },
-    #[error("`{name}` has a meaning of its own; choose another name")]
+    #[error("`{name}` is a reserved name; choose another name")]
     ReservedName { name: String },
     #[error("`{name}` is already the name of {other}; choose another name")]
     NameTwice { name: String, other: &'static str },
-    #[error("{found} {of}, at most {allowed} are possible; simplify the model")]
-    TooMany { of: &'static str, found: usize, allowed: usize },
-    #[error("`{state}` has no rate; add it under [rates]")]
+    #[error("found {found} {what}, but at most {allowed} are allowed; simplify the model")]
+    TooMany { what: &'static str, found: usize, allowed: usize },
+    #[error("a table needs at least two knots, but {found} {} given", if *.found == 1 { "is" } else { "are" })]
+    TooFewKnots { found: usize },
+    #[error("the state `{state}` has no rate; add its rate under [rates]")]
     NoRate { state: String },
-    #[error("no state is called `{state}`; declare it under [states]{}", suggest(.nearest))]
+    #[error("no state is called `{state}`{} (states are declared under [states])", suggest(.nearest))]
     NoSuchState { state: String, nearest: Option<String> },
-    #[error("nominal {nominal:?} is outside [{min:?}, {max:?}]; change it or widen min and max")]
-    OutsideBounds { nominal: f64, min: f64, max: f64 },
     #[error(
-        "`{name}` is neither a rate, an input, an output nor a parameter of the model, nor one of force, flow, flow-pair, input, delay, output, output-input, output-state, parameter and reset"
+        "the value {value:?} is outside its bounds [{min:?}, {max:?}]; change it, or widen `min` and `max`"
+    )]
+    OutsideBounds { value: f64, min: f64, max: f64 },
+    #[error(
+        "`{name}` is not a rate, an input, an output or a parameter of the model, nor one of the general places force, flow, flow-pair, input, delay, output, output-input, output-state, parameter and reset"
     )]
     NoSuchPlace { name: String },
-    #[error("no effect is called `{kind}`{}; `augsim effects --for MODEL.toml` lists them, and \"formula\" takes one of your own", suggest(.nearest))]
+    #[error("no effect is called `{kind}`{} (`augsim effects --for MODEL.toml` lists all effects; kind \"formula\" takes an expression of your own)", suggest(.nearest))]
     NoSuchEffect { kind: String, nearest: Option<String> },
-    #[error("lacks `{name}`, a parameter of {kind}; add {name} = {{ nominal = 1.0 }}")]
+    #[error("the parameter `{name}` of {kind} is missing; add {name} = {{ nominal = 1.0 }}")]
     MissingParameter { name: String, kind: String },
-    #[error("`{kind}` cannot be on `{on}`; it can be on {}", places(possible))]
-    NotThere { kind: String, on: String, possible: Vec<String> },
-    #[error("min {min:?} is not below max {max:?}; exchange them")]
+    #[error("`{kind}` cannot act on `{on}`; it can act on {}", places(possible))]
+    CannotActOn { kind: String, on: String, possible: Vec<String> },
+    #[error("min {min:?} must be below max {max:?}; correct the bounds")]
     EmptyBounds { min: f64, max: f64 },
-    #[error("used nowhere; remove it or set frozen = true")]
+    #[error("the parameter is not used anywhere; remove it or set frozen = true")]
     Unused,
-    #[error("never changes with the state: nothing can be fitted from it; use a state in its value")]
+    #[error(
+        "the output does not depend on any state, so nothing can be fitted to it; use a state in its value"
+    )]
     NeverChanges,
     #[error(
-        "sets `{state}` but `when` still holds there: it would fire for ever; set a state that moves `when` away from 0"
+        "the event sets `{state}`, but its condition `when` still holds afterwards, so it would fire forever; set a state that moves `when` away from 0"
     )]
-    FiresForEver { state: String },
+    FiresForever { state: String },
     #[error(
-        "\"{text}\" is no unit that is known; write it like \"m/s^2\", \"N s/m\", \"rad/(V s^2)\" or \"V^0.5/s\", and \"1\" for a pure number"
+        "\"{text}\" is not a known unit; write it like \"m/s^2\", \"N s/m\", \"rad/(V s^2)\" or \"V^0.5/s\", and \"1\" for a pure number"
     )]
     UnknownUnit { text: String },
-    #[error("must be positive, {found:?} given")]
+    #[error("the value must be positive, but {found:?} is given")]
     NotPositive { found: f64 },
-    #[error("must be 0 or more, {found:?} given")]
+    #[error("the value must be 0 or more, but {found:?} is given")]
     Negative { found: f64 },
-    #[error("knots must rise: {right:?} follows {left:?}; sort `at`")]
+    #[error("the knots must increase, but {right:?} follows {left:?}; sort them")]
     KnotsDoNotRise { left: f64, right: f64 },
-    #[error("has {at} knots and {values} values; give as many of one as of the other, at least two")]
+    #[error("the table has {at} knots and {values} values; give equally many of both, at least two")]
     KnotsUnequal { at: usize, values: usize },
-    #[error("`{text}` stands in no sign, step or if of the model; write the argument as it stands there")]
+    #[error(
+        "`{text}` is not the argument of any sign, step or if in the model; copy the argument exactly as it is in the expression"
+    )]
     UnusedWidth { text: String },
     #[error(
-        "equations with constraints (differential-algebraic systems) are not supported; solve the constraint and write its result in [let]"
+        "equations with constraints (differential-algebraic systems) are not supported; solve the constraint and write the solution under [let]"
     )]
     Constraint,
     #[error(
-        "the compiled system with its derivatives needs more than {OPERATIONS} operations; simplify the model"
+        "the compiled system with its derivatives needs more than {MAX_OPERATIONS} operations; simplify the model"
     )]
     TooLarge,
 }
 
-/// The places, or that there are none.
+/// Lists the quantities that an effect can act on.
 fn places(possible: &[String]) -> String {
     let quoted: Vec<String> = possible.iter().map(|place| format!("`{place}`")).collect();
     if quoted.is_empty() { "nothing in this model".to_owned() } else { quoted.join(", ") }
-}
-
-fn suggest(nearest: &Option<String>) -> String {
-    nearest.as_ref().map_or(String::new(), |n| format!("; did you mean `{n}`?"))
 }

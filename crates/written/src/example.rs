@@ -1,4 +1,4 @@
-//! Model files to start from, each complete and commented.
+//! Complete and commented model files to start from.
 
 /// Name and text of each example.
 pub const EXAMPLES: [(&str, &str); 5] = [
@@ -9,7 +9,7 @@ pub const EXAMPLES: [(&str, &str); 5] = [
     ("servo", include_str!("../models/servo.toml")),
 ];
 
-/// Text of the example of that name.
+/// Returns the text of an example.
 pub fn example(name: &str) -> Option<&'static str> {
     EXAMPLES.iter().find(|(n, _)| *n == name).map(|(_, text)| *text)
 }

@@ -1,35 +1,36 @@
-//! Bounds on what a model file may hold, so that no file can exhaust time or memory.
+//! Limits of a model file, so that no file can exhaust time or memory.
 
-/// Longest expression, in bytes.
-pub const EXPRESSION_BYTES: usize = 4096;
-/// Deepest nesting of brackets, signs and powers in an expression.
-pub const EXPRESSION_DEPTH: usize = 64;
-/// Numbers, names and operations in all expressions of a file together.
-pub const FILE_NODES: usize = 10_000;
-/// Longest model file, in bytes.
-pub const FILE_BYTES: usize = 1 << 20;
-/// States of a system.
-pub const STATES: usize = 64;
-/// Inputs of a system.
-pub const INPUTS: usize = 64;
-/// Outputs of a system.
-pub const OUTPUTS: usize = 64;
-/// Parameters of a system.
-pub const PARAMETERS: usize = 256;
-/// Events of a system.
-pub const EVENTS: usize = 32;
-/// Tables of a system.
-pub const TABLES: usize = 32;
-/// Blocks `[[effect]]`, and blocks `[[candidate]]`, of a file.
-pub const EFFECTS: usize = 64;
-/// Knots of a table that is an effect: each is a parameter.
-pub const TABLE_KNOTS: usize = 32;
-/// Knots of a table.
-pub const KNOTS: usize = 4096;
-/// Operations of the compiled system with all its derivatives. A file of 10,000 nodes in 64 states could otherwise ask
-/// for millions; the largest example needs 200.
-pub const OPERATIONS: usize = 200_000;
-/// Events that one window may see before the engine gives up.
-pub const EVENTS_PER_WINDOW: usize = 1000;
-/// Most substeps of a sample interval that are tried before the explicit integrator gives up.
-pub const SUBSTEPS: usize = 64;
+/// Maximum length of an expression, in bytes.
+pub const MAX_EXPRESSION_BYTES: usize = 4096;
+/// Maximum nesting of parentheses, signs and powers in an expression.
+pub const MAX_EXPRESSION_DEPTH: usize = 64;
+/// Maximum number of numbers, names and operations in all expressions of a file together.
+pub const MAX_FILE_NODES: usize = 10_000;
+/// Maximum length of a model file, in bytes.
+pub const MAX_FILE_BYTES: usize = 1 << 20;
+/// Maximum number of states.
+pub const MAX_STATES: usize = 64;
+/// Maximum number of inputs.
+pub const MAX_INPUTS: usize = 64;
+/// Maximum number of outputs.
+pub const MAX_OUTPUTS: usize = 64;
+/// Maximum number of parameters.
+pub const MAX_PARAMETERS: usize = 256;
+/// Maximum number of events.
+pub const MAX_EVENTS: usize = 32;
+/// Maximum number of tables.
+pub const MAX_TABLES: usize = 32;
+/// Maximum number of `[[effect]]` blocks, and of `[[candidate]]` blocks, in a file.
+pub const MAX_EFFECTS: usize = 64;
+/// Maximum number of knots of a table effect, where each knot is a parameter.
+pub const MAX_TABLE_KNOTS: usize = 32;
+/// Maximum number of knots of a table.
+pub const MAX_KNOTS: usize = 4096;
+/// Maximum number of operations of a compiled system with all its derivatives.
+///
+/// A file of 10,000 nodes with 64 states could otherwise need millions; the largest example needs 200.
+pub const MAX_OPERATIONS: usize = 200_000;
+/// Maximum number of events in one window; a window with more fails.
+pub const MAX_EVENTS_PER_WINDOW: usize = 1000;
+/// Maximum number of substeps per sample interval that the choice of steps tries.
+pub const MAX_SUBSTEPS: usize = 64;

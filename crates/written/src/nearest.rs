@@ -1,13 +1,15 @@
-//! "Did you mean": the known word that is spelt most like an unknown one.
+//! "Did you mean": finds the known words that are spelt most like an unknown one.
 
-/// The word of `known` with the fewest edits to `name`, if these are at most a third of its letters (two at least).
+/// The known word with the fewest edits to `name`, if there are few enough.
+///
+/// At most a third of the letters of `name` may differ, and at least 2 edits are allowed.
 pub(crate) fn nearest<'k>(name: &str, known: impl Iterator<Item = &'k str>) -> Option<String> {
     nearest_words(name, known).first().map(|word| (*word).to_owned())
 }
 
-/// The words of `known` with at most that many edits, the nearest first.
+/// The known words within the number of edits allowed by [`nearest`], the nearest first.
 pub(crate) fn nearest_words<'k>(name: &str, known: impl Iterator<Item = &'k str>) -> Vec<&'k str> {
-    // Longer names are no slips of the pen, and the comparison costs the product of the lengths.
+    // Such long names are not misspelt ones, and the cost grows with the product of the lengths.
     if name.len() > 64 {
         return Vec::new();
     }
@@ -18,7 +20,9 @@ pub(crate) fn nearest_words<'k>(name: &str, known: impl Iterator<Item = &'k str>
     found.into_iter().map(|(_, word)| word).collect()
 }
 
-/// Damerau's distance (insert, delete, change, swap of neighbours) by rows: `lenght` is one edit from `length`.
+/// Damerau-Levenshtein distance: number of insertions, deletions, changes and swaps of neighbours.
+///
+/// `lenght` is one edit from `length`.
 fn edits(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     let mut before: Vec<usize> = Vec::new();
@@ -40,11 +44,12 @@ fn edits(a: &str, b: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: slips of one or two letters are found; a word that only shares letters is not offered.
+    //! Contract: misspellings by one or two letters are found; a word that only shares letters is not
+    //! proposed.
     use super::*;
 
     #[test]
-    fn slips_are_found_and_strangers_are_not() {
+    fn misspellings_are_found_and_unrelated_words_are_not() {
         let known = ["length_m", "mass_kg", "stiffness_N_per_m"];
         assert_eq!(nearest("lenght_m", known.into_iter()).as_deref(), Some("length_m"));
         assert_eq!(nearest("mas_kg", known.into_iter()).as_deref(), Some("mass_kg"));

@@ -1,19 +1,19 @@
-//! An input as an expression of time, for simulations without data.
+//! An input given as an expression of time, for simulations without data.
 
 use crate::error::{Excerpt, Fault, ModelError, Place};
-use crate::text::{self, Meaning, Problem, Scope, Symbol, Tree};
+use crate::text::{self, Bindings, Problem, Scope, Symbol, Tree};
 use augsim_data::shown;
 
-/// A quantity that is a function of time.
+/// A function of time, read from an expression of `t`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Waveform {
     tree: Tree,
 }
 
-/// Time is the only name.
-struct Clock;
+/// Scope in which `t` is the only name.
+struct TimeScope;
 
-impl Scope for Clock {
+impl Scope for TimeScope {
     fn symbol(&self, name: &str) -> Result<Symbol, Problem> {
         match name {
             "t" => Ok(Symbol::Time),
@@ -26,10 +26,10 @@ impl Scope for Clock {
     }
 }
 
-/// A time.
-struct At(f64);
+/// The time at which a waveform is evaluated, s.
+struct TimePoint(f64);
 
-impl Meaning for At {
+impl Bindings for TimePoint {
     fn symbol(&self, symbol: Symbol) -> f64 {
         if symbol == Symbol::Time { self.0 } else { 0.0 }
     }
@@ -44,12 +44,12 @@ impl Meaning for At {
 }
 
 impl Waveform {
-    /// Reads an expression of `t`, s; `from` says where it stands, for messages.
+    /// Parses an expression of `t` (s); `from` names its origin in messages.
     ///
     /// # Errors
     /// The first problem, with the text and a caret.
     pub fn parse(text: &str, from: &str) -> Result<Self, ModelError> {
-        let tree = text::parse(text, &Clock, false).map_err(|(problem, span)| ModelError {
+        let tree = text::parse(text, &TimeScope, false).map_err(|(problem, span)| ModelError {
             place: Place { file: from.into(), line: 1, key: String::new() },
             fault: Box::new(Fault::Expression(problem)),
             excerpt: (!span.is_empty())
@@ -58,8 +58,8 @@ impl Waveform {
         Ok(Self { tree })
     }
 
-    /// Its value at a time, s.
+    /// Value at a time, s.
     pub fn at(&self, time_s: f64) -> f64 {
-        self.tree.value(&At(time_s))
+        self.tree.value(&TimePoint(time_s))
     }
 }

@@ -1,4 +1,4 @@
-//! A model file with the sizes of data in it, for the loop to open.
+//! A model file with what data say about its sizes, as the search for effects opens it.
 
 use super::WrittenSystem;
 use crate::error::ModelError;
@@ -11,43 +11,45 @@ use std::error::Error as StdError;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// A model with the system that it declares, whose library has numbers, and whose steps and windows are chosen, by the data
-/// that it is to explain.
+/// A declared model with its system, tuned to data: sizes of the library, steps and windows are chosen.
 #[derive(Debug, Clone)]
 pub struct MeasuredModel {
     model: Model,
     system: WrittenSystem,
 }
 
+/// The error of a table that lacks a column of the model.
 #[derive(Debug, Error)]
-enum Lacking {
+enum MissingColumn {
     #[error(
-        "the data have no column `{column}`, {what} of the model; rename one, or take it out of the model"
+        "the data have no column `{column}`, which is {what} of the model; rename the data column, or remove it from the model"
     )]
     Column { column: String, what: &'static str },
 }
 
-/// How a text differs from the model that was written into it.
+/// How a text that was written for a model differs from that model when it is read again.
 #[derive(Debug, Error)]
 enum Difference {
-    #[error("a parameter that was fitted has no place in it")]
+    #[error("a fitted parameter has no place in the file")]
     Place,
-    #[error("{written} effects become {read}")]
+    #[error("{written} effects were written, but {read} are read back")]
     Additions { written: usize, read: usize },
-    #[error("{name} = {written} becomes {read}")]
+    #[error("{name} = {written} was written, but {read} is read back")]
     Value { name: String, written: f64, read: f64 },
 }
 
 impl MeasuredModel {
-    /// A model with its system.
+    /// Combines a model with its system.
     pub fn new(model: Model, system: WrittenSystem) -> Self {
         Self { model, system }
     }
 
-    /// Sets what a first fit found: `values` of all parameters, and the misfit of each output over the shortest
-    /// windows, in its unit.
-    pub fn calibrated(mut self, values: Vec<f64>, misfit: &[f64]) -> Self {
-        self.system = self.system.with_fit(values, misfit);
+    /// Sets the results of a first fit.
+    ///
+    /// `values` are those of all parameters; `residuals` is the residual norm of each output over the
+    /// shortest windows, in its unit.
+    pub fn calibrated(mut self, values: Vec<f64>, residuals: &[f64]) -> Self {
+        self.system = self.system.with_fit(values, residuals);
         self
     }
 
@@ -56,7 +58,10 @@ impl MeasuredModel {
         &self.model
     }
 
-    fn written(&self, found: &Augmentation) -> Result<String, Box<dyn StdError + Send + Sync>> {
+    /// The text of the model with the effects and values that were found.
+    ///
+    /// The text is read again, and an error is returned if it reads back as another model.
+    fn augmented_text(&self, found: &Augmentation) -> Result<String, Box<dyn StdError + Send + Sync>> {
         let system = &self.system;
         let laws: Vec<Law> = found
             .additions
@@ -75,7 +80,7 @@ impl MeasuredModel {
         let added = (self.model.parameters.len()..).zip(added.flatten());
         for (index, fitted) in found.declared.iter().map(|(index, fitted)| (*index, fitted)).chain(added) {
             let place = *places.get(index).ok_or(Difference::Place)?;
-            put(model.parameters.get_mut(place).ok_or(Difference::Place)?, fitted);
+            set_fitted(model.parameters.get_mut(place).ok_or(Difference::Place)?, fitted);
         }
         let text = model.to_toml()?;
         let again = crate::model::parse(&text, &model.file)?;
@@ -89,9 +94,10 @@ impl MeasuredModel {
         if again.parameters.len() != model.parameters.len() {
             return Err(Difference::Place.into());
         }
-        for (one, other) in model.parameters.iter().zip(&again.parameters) {
-            if one.nominal != other.nominal {
-                let (name, [written, read]) = (one.name.clone(), [one, other].map(|p| p.nominal));
+        for (written_parameter, read_parameter) in model.parameters.iter().zip(&again.parameters) {
+            if written_parameter.nominal != read_parameter.nominal {
+                let (name, [written, read]) =
+                    (written_parameter.name.clone(), [written_parameter, read_parameter].map(|p| p.nominal));
                 return Err(Difference::Value { name, written, read }.into());
             }
         }
@@ -99,11 +105,13 @@ impl MeasuredModel {
     }
 }
 
-/// Share of a bound by which a bound of the fit and the model's own may differ: a few roundings.
-const ROUNDING: f64 = 1e-12;
+/// Share by which a fitted value may exceed a bound and still be set to it: a few roundings.
+const ROUNDING_RATIO: f64 = 1e-12;
 
-/// Puts what was fitted into a parameter. A bound of the fit and the model's own may differ by rounding; the model's holds.
-fn put(p: &mut Parameter, fitted: &Fitted) {
+/// Sets the fitted value of a parameter, and its confidence interval.
+///
+/// A value that exceeds the model's bound only by rounding is set to the bound.
+fn set_fitted(p: &mut Parameter, fitted: &Fitted) {
     let value = match &fitted.values {
         FittedValues::One(value) => {
             p.ci95 = fitted.ci95;
@@ -111,12 +119,12 @@ fn put(p: &mut Parameter, fitted: &Fitted) {
         }
         FittedValues::ByGroup(groups) => groups.iter().map(|(_, v)| v).sum::<f64>() / groups.len() as f64,
     };
-    let within = value.clamp(p.min, p.max);
-    p.nominal = if (value - within).abs() <= ROUNDING * within.abs() { within } else { value };
+    let clamped = value.clamp(p.min, p.max);
+    p.nominal = if (value - clamped).abs() <= ROUNDING_RATIO * clamped.abs() { clamped } else { value };
 }
 
 impl Model {
-    /// The columns of its outputs and inputs, for the checks of suspicious data.
+    /// Columns of the outputs and inputs, for the checks of suspicious data.
     pub fn expected(&self) -> Expected {
         Expected {
             outputs: self.outputs.iter().map(|o| o.name.clone()).collect(),
@@ -127,11 +135,13 @@ impl Model {
 }
 
 impl WrittenSystem {
-    /// The model `declared`, which this system is of but for its values, with what is known from these records: the sizes in
-    /// its library, the widths of jumps, the steps and the windows. This system was tuned on them.
+    /// Combines `declared` with what this system has tuned on these records.
+    ///
+    /// `declared` is the model of this system with other parameter values. Tuned are the sizes of the
+    /// library, the widths of smoothed discontinuities, the steps and the windows.
     ///
     /// # Errors
-    /// A candidate that cannot be placed.
+    /// A candidate with an unknown place.
     pub fn measured(&self, declared: Model, records: &[Record]) -> Result<MeasuredModel, ModelError> {
         let mut system = WrittenSystem::new(&declared, &self.scales(records))?
             .with_options(self.options.clone())
@@ -151,16 +161,17 @@ impl Declaration for MeasuredModel {
         self.model.expected()
     }
 
-    fn open(&self, has: &dyn Fn(&str) -> bool) -> Result<Arc<dyn System>, Objection> {
+    fn open(&self, has_column: &dyn Fn(&str) -> bool) -> Result<Arc<dyn System>, Objection> {
         let outputs = self.model.outputs.iter().map(|o| (&o.name, "an output"));
         let inputs = self.model.inputs.iter().map(|i| (&i.name, "an input"));
-        if let Some((column, what)) = outputs.chain(inputs).find(|(name, _)| !has(name)) {
-            return Err(Objection::new(Lacking::Column { column: column.clone(), what }));
+        if let Some((column, what)) = outputs.chain(inputs).find(|(name, _)| !has_column(name)) {
+            return Err(Objection::new(MissingColumn::Column { column: column.clone(), what }));
         }
         Ok(Arc::new(self.system.clone()))
     }
 
     fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
-        self.written(found).map_err(|e| NotReadable { model: self.model.file.clone(), source: Some(e) })
+        self.augmented_text(found)
+            .map_err(|e| NotReadable { model: self.model.file.clone(), source: Some(e) })
     }
 }

@@ -1,13 +1,15 @@
-//! A written system as the loop sees it: [`augsim_physics::system::System`] over the engine in lanes.
+//! Implements the system interface of calibration and discovery for systems of equations.
+//!
+//! The interface is [`augsim_physics::system::System`].
 
+mod decimation;
 mod declaration;
-mod pushes;
+mod process_noise;
 mod records;
 mod schema;
-mod shown;
+mod state_channels;
 mod tables;
-mod thinned;
-mod tune;
+mod tuning;
 
 use crate::engine::{Method, Options, Seed as EngineSeed, Simulated as Lanes, Window};
 use crate::error::ModelError;
@@ -23,57 +25,57 @@ pub use declaration::MeasuredModel;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-/// Windows that the engine carries side by side with sensitivities.
-const SIDE_BY_SIDE: usize = 16;
-/// Steps of a sample interval where neither the file nor data say how many.
-const SUBSTEPS: usize = 4;
-/// Samples that a forecast may begin from: as many as `slope` in a `start` looks at.
-const KNOWN: usize = 5;
+/// Number of windows that are simulated together with sensitivities.
+const BATCH_WINDOWS: usize = 16;
+/// Steps per sample interval if neither the file nor data determine the number.
+const DEFAULT_SUBSTEPS: usize = 4;
+/// Number of samples that a forecast may use for its start: as many as `slope` in a `start` uses.
+const START_SAMPLES: usize = 5;
 
-/// A system of equations behind the loop's trait.
+/// A system of equations from a model file.
 #[derive(Debug, Clone)]
 pub struct WrittenSystem {
     schema: Arc<Schema>,
-    /// Everything that may be missing, by the places of `library`.
+    /// All candidate effects, with the indices of `library`.
     candidates: Arc<[Candidate]>,
     library: Arc<[Effect]>,
     compiled: Arc<Compiled>,
-    /// The system compiled with derivatives by frozen parameters too, once somebody asks for one.
+    /// The system with derivatives with respect to frozen parameters too, compiled when a task needs it.
     complete: Arc<OnceLock<Option<Compiled>>>,
     options: Options,
-    /// Seconds that a window of a fit lasts; whole records without it.
+    /// Duration of the windows of a fit, s; `None` for whole records.
     window_s: Option<f64>,
     parameters: Vec<Parameter>,
-    /// Place of each of these among the parameters of the model.
+    /// Index in the model of each of these parameters.
     places: Vec<usize>,
     laws: Vec<Law>,
-    /// Laws of one feature that the data behind its library can speak about.
+    /// Effects of a single quantity, as tables, for which the data have values.
     tables: Arc<[Table]>,
-    /// Values that fits of declared parameters begin at; empty: the nominal ones.
+    /// Start values of fits of declared parameters; empty: the nominal values.
     fit_from: Vec<f64>,
 }
 
 impl WrittenSystem {
-    /// The system of a model. Numbers of its library are those of `scales`, which come from data.
+    /// Creates the system of a model; numbers of its library follow from `scales`, which come from data.
     ///
     /// # Errors
-    /// A model that cannot be compiled, or a candidate that cannot be placed.
+    /// A model that cannot be compiled, or a candidate with an unknown place.
     pub fn new(model: &Model, scales: &Scales) -> Result<Self, ModelError> {
-        let mut found = candidates(model)?;
-        found.extend(formulas(model)?);
-        found.iter_mut().for_each(|candidate| scales.resolve(candidate, model));
-        let mut system = Self::with_candidates(model, found)?;
+        let mut candidates = candidates(model)?;
+        candidates.extend(formulas(model)?);
+        candidates.iter_mut().for_each(|candidate| scales.resolve(candidate, model));
+        let mut system = Self::with_candidates(model, candidates)?;
         let effects = system.candidates.iter().map(|candidate| Effect {
             grammar: schema::grammar(candidate, model, scales),
             ..schema::effect(candidate)
         });
         system.library = effects.collect();
-        system.schema = Arc::new(tables::with_sizes((*system.schema).clone(), model, scales));
+        system.schema = Arc::new(tables::with_typical_sizes((*system.schema).clone(), model, scales));
         system.tables = tables::tables(model, &system.schema, scales).into();
         Ok(system)
     }
 
-    /// The system of a model without a library: for fits of what is declared, and for forecasts.
+    /// Creates the system of a model without a library, for fits of declared parameters and for forecasts.
     ///
     /// # Errors
     /// A model that cannot be compiled.
@@ -81,16 +83,17 @@ impl WrittenSystem {
         Self::with_candidates(model, Vec::new())
     }
 
-    fn with_candidates(model: &Model, found: Vec<Candidate>) -> Result<Self, ModelError> {
-        let library: Arc<[Effect]> = found.iter().map(schema::effect).collect();
+    /// Creates the system with these candidates.
+    fn with_candidates(model: &Model, candidates: Vec<Candidate>) -> Result<Self, ModelError> {
+        let library: Arc<[Effect]> = candidates.iter().map(schema::effect).collect();
         let compiled = Compiled::compile(model, &schema::active(model))?;
         let options = Options {
             method: compiled.declared_method(),
-            substeps: model.numerics.substeps.unwrap_or(SUBSTEPS),
+            substeps: model.numerics.substeps.unwrap_or(DEFAULT_SUBSTEPS),
         };
         Ok(Self {
-            schema: Arc::new(schema::of(model)),
-            candidates: found.into(),
+            schema: Arc::new(schema::schema_of(model)),
+            candidates: candidates.into(),
             library,
             complete: Arc::default(),
             options,
@@ -104,14 +107,13 @@ impl WrittenSystem {
         })
     }
 
-    /// Sets the steps, as they were chosen from data.
+    /// Sets the integration method and the number of steps.
     pub fn with_options(mut self, options: Options) -> Self {
         self.options = options;
         self
     }
 
-    /// Sets the values that fits of declared parameters begin at, and the standard deviation that the sensor of each
-    /// output does not exceed.
+    /// Sets the start values of fits, and the upper bound of each output's noise standard deviation.
     pub fn with_fit(mut self, values: Vec<f64>, noise: &[f64]) -> Self {
         self.fit_from = values;
         let mut schema = (*self.schema).clone();
@@ -120,13 +122,13 @@ impl WrittenSystem {
         self
     }
 
-    /// Sets the seconds that windows of prepared records last.
+    /// Sets the duration of the windows of prepared records, s.
     pub fn with_windows(mut self, seconds: Option<f64>) -> Self {
         self.window_s = seconds;
         self
     }
 
-    /// The model with all laws in it.
+    /// The model with the effects that were added.
     pub fn model(&self) -> &Model {
         self.compiled.model()
     }
@@ -136,29 +138,29 @@ impl WrittenSystem {
         &self.compiled
     }
 
-    /// How it steps.
+    /// Integration method and number of steps.
     pub fn options(&self) -> &Options {
         &self.options
     }
 
-    /// The candidate behind an effect of the library.
+    /// The candidate of an effect of the library.
     pub fn candidate(&self, effect: usize) -> Option<&Candidate> {
         self.candidates.get(effect)
     }
 
-    /// Place among the parameters of the model of one in a task's vector.
+    /// Index in the model of a parameter of a task.
     pub fn place(&self, parameter: usize) -> Option<usize> {
         self.places.get(parameter).copied()
     }
 
-    /// This system with the equations of `model`, which has the same parameters.
+    /// This system with the equations of `model`, which must have the same parameters.
     fn with_equations(&self, model: &Model) -> Result<Self, ModelError> {
         let compiled = Compiled::compile(model, self.compiled.active())?.with_widths_of(&self.compiled);
-        let (schema, compiled) = (Arc::new(schema::of(model)), Arc::new(compiled));
+        let (schema, compiled) = (Arc::new(schema::schema_of(model)), Arc::new(compiled));
         Ok(Self { schema, compiled, complete: Arc::default(), ..self.clone() })
     }
 
-    /// Adds one law to `model`; gives its parameters and their places.
+    /// Adds an effect to `model`; returns its parameters with their indices in the model.
     fn add(&self, model: &mut Model, law: &Law) -> Result<Vec<(Parameter, usize)>, SystemError> {
         let first = model.parameters.len();
         match law {
@@ -179,20 +181,21 @@ impl WrittenSystem {
                     other if other - states < model.outputs.len() => ModelTarget::Output(other - states),
                     _ => return Err(missing),
                 };
-                let on = self.schema.targets.get(table.target).ok_or(missing)?;
+                let target_quantity = self.schema.targets.get(table.target).ok_or(missing)?;
                 let against = self.schema.features.get(table.against).ok_or(missing)?;
                 let zeros = vec![0.0; table.knots];
-                let ends = (table.first, table.last);
-                let draft = table_draft(target, &on.quantity.name, &against.name, ends, &zeros);
+                let end_knots = (table.first, table.last);
+                let draft =
+                    table_draft(target, &target_quantity.quantity.name, &against.name, end_knots, &zeros);
                 model.add(&draft).map_err(|_| SystemError::Full)?;
-                let most = tables::most_of_a_knot(on.usual);
-                let knot = |i: usize| Parameter { min: -most, max: most, ..Parameter::knot(i) };
+                let bound = tables::knot_bound(target_quantity.usual);
+                let knot = |i: usize| Parameter { min: -bound, max: bound, ..Parameter::knot(i) };
                 Ok((0..table.knots).map(|i| (knot(i), first + i)).collect())
             }
         }
     }
 
-    /// The compiled system that has derivatives by all seeds of a task.
+    /// The compiled system that has derivatives with respect to all seeds of a task.
     fn compiled_for(&self, seeds: &[Seed]) -> &Compiled {
         let is_active = |seed: &Seed| match seed {
             Seed::Parameter(p) => self.places.get(*p).is_none_or(|p| self.compiled.active().contains(p)),
@@ -202,18 +205,18 @@ impl WrittenSystem {
             return &self.compiled;
         }
         let complete = self.complete.get_or_init(|| {
-            let all: Vec<usize> = (0..self.model().parameters.len()).collect();
-            Compiled::compile(self.model(), &all).ok().map(|c| c.with_widths_of(&self.compiled))
+            let all_parameters: Vec<usize> = (0..self.model().parameters.len()).collect();
+            Compiled::compile(self.model(), &all_parameters).ok().map(|c| c.with_widths_of(&self.compiled))
         });
         complete.as_ref().unwrap_or(&self.compiled)
     }
 
-    /// Simulates tasks that share their seeds, side by side.
-    fn simulate_alike(
+    /// Simulates tasks with equal seeds together.
+    fn simulate_group(
         &self,
         tasks: &[&Task<'_>],
         out: &mut [&mut Simulated],
-        done: &mut [Option<Result<(), SimulationError>>],
+        results: &mut [Option<Result<(), SimulationError>>],
     ) {
         let Some(first) = tasks.first() else { return };
         let compiled = self.compiled_for(first.seeds);
@@ -222,32 +225,32 @@ impl WrittenSystem {
             match seed {
                 Seed::Parameter(p) => seeds.extend(self.places.get(*p).map(|p| EngineSeed::Parameter(*p))),
                 Seed::Start(state) => seeds.push(EngineSeed::Start(*state)),
-                // A task with offsets was refused: the schema has no event whose parameter they are of.
+                // A task with offsets is refused before: the schema has no event with an offset parameter.
                 Seed::Offset(_) => {}
             }
         }
-        let mut usable = Vec::new();
+        let mut tasks_to_run = Vec::new();
         for (index, task) in tasks.iter().enumerate() {
-            match self.scene(task) {
-                Ok(scene) => usable.push((index, scene)),
-                Err(error) => done[index] = Some(Err(error)),
+            match self.engine_task(task) {
+                Ok(engine_task) => tasks_to_run.push((index, engine_task)),
+                Err(error) => results[index] = Some(Err(error)),
             }
         }
-        let windows: Vec<Window<'_>> = usable
+        let windows: Vec<Window<'_>> = tasks_to_run
             .iter()
-            .map(|(_, scene)| Window {
-                record: &scene.record,
+            .map(|(_, engine_task)| Window {
+                record: &engine_task.record,
                 first: 0,
-                last: scene.record.times().len() - 1,
-                start: &scene.start,
-                parameters: &scene.parameters,
+                last: engine_task.record.times().len() - 1,
+                start: &engine_task.start,
+                parameters: &engine_task.parameters,
             })
             .collect();
-        let results = compiled.simulate(&windows, &seeds, &self.options);
-        for ((index, _), result) in usable.iter().zip(results) {
-            done[*index] = Some(match result {
+        let simulated = compiled.simulate(&windows, &seeds, &self.options);
+        for ((index, _), result) in tasks_to_run.iter().zip(simulated) {
+            results[*index] = Some(match result {
                 Ok(lanes) => {
-                    write(&lanes, self.schema.channels.len(), seeds.len(), out[*index]);
+                    copy_result(&lanes, self.schema.channels.len(), seeds.len(), out[*index]);
                     Ok(())
                 }
                 Err(error) => Err(SimulationError::Engine(Box::new(error))),
@@ -256,13 +259,13 @@ impl WrittenSystem {
     }
 }
 
-/// Hands the result of a lane over.
-fn write(lanes: &Lanes, channels: usize, seeds: usize, out: &mut Simulated) {
+/// Copies the result of the engine into that of a task.
+fn copy_result(lanes: &Lanes, channels: usize, seeds: usize, out: &mut Simulated) {
     let samples = lanes.values.len() / channels.max(1);
     out.reset(samples, channels, seeds, 0);
-    for (at, value) in lanes.values.iter().enumerate() {
-        let slopes = lanes.slopes[at * seeds..(at + 1) * seeds].iter().copied();
-        out.set_row(at / channels, at % channels, *value, slopes);
+    for (index, value) in lanes.values.iter().enumerate() {
+        let slopes = lanes.slopes[index * seeds..(index + 1) * seeds].iter().copied();
+        out.set_row(index / channels, index % channels, *value, slopes);
     }
     lanes.events.iter().for_each(|event| out.push_event(event.time, []));
 }
@@ -308,36 +311,37 @@ impl System for WrittenSystem {
     }
 
     fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
-        let mut done = [None];
-        self.simulate_alike(&[task], &mut [out], &mut done);
-        done[0].take().unwrap_or(Ok(()))
+        let mut results = [None];
+        self.simulate_group(&[task], &mut [out], &mut results);
+        results[0].take().unwrap_or(Ok(()))
     }
 
     fn simulate_all(&self, tasks: &[Task<'_>], out: &mut [Simulated]) -> Vec<Result<(), SimulationError>> {
-        // Tasks with the same seeds share a run; which those are does not change a bit of any.
-        let mut alike: BTreeMap<&[Seed], Vec<usize>> = BTreeMap::new();
+        // Tasks with equal seeds share a run; the grouping does not change a bit of any result.
+        let mut groups: BTreeMap<&[Seed], Vec<usize>> = BTreeMap::new();
         for (index, task) in tasks.iter().enumerate().take(out.len()) {
-            alike.entry(task.seeds).or_default().push(index);
+            groups.entry(task.seeds).or_default().push(index);
         }
-        let places = out.len();
-        let refused = |_| Err(SimulationError::no_place(&self.schema, tasks.len(), places));
+        let out_count = out.len();
+        let refused = |_| Err(SimulationError::no_place(&self.schema, tasks.len(), out_count));
         let mut results: Vec<Result<(), SimulationError>> = (0..tasks.len()).map(refused).collect();
         let mut slots: Vec<Option<&mut Simulated>> = out.iter_mut().map(Some).collect();
-        for indices in alike.into_values() {
+        for indices in groups.into_values() {
             let group: Vec<&Task<'_>> = indices.iter().map(|i| &tasks[*i]).collect();
-            let mut places: Vec<&mut Simulated> =
+            let mut group_out: Vec<&mut Simulated> =
                 indices.iter().filter_map(|i| slots.get_mut(*i).and_then(Option::take)).collect();
-            let mut done: Vec<Option<Result<(), SimulationError>>> = indices.iter().map(|_| None).collect();
-            self.simulate_alike(&group, &mut places, &mut done);
-            for (index, done) in indices.into_iter().zip(done) {
-                results[index] = done.unwrap_or(Ok(()));
+            let mut group_results: Vec<Option<Result<(), SimulationError>>> =
+                indices.iter().map(|_| None).collect();
+            self.simulate_group(&group, &mut group_out, &mut group_results);
+            for (index, group_results) in indices.into_iter().zip(group_results) {
+                results[index] = group_results.unwrap_or(Ok(()));
             }
         }
         results
     }
 
     fn side_by_side(&self) -> usize {
-        SIDE_BY_SIDE
+        BATCH_WINDOWS
     }
 
     fn null_points(&self, effect: usize) -> Vec<Vec<f64>> {
@@ -375,31 +379,31 @@ impl System for WrittenSystem {
         self.tables.to_vec()
     }
 
-    /// Time, channels and inputs.
+    /// Time, outputs and inputs, against which residuals are plotted.
     fn shown_against(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
         let channels = self.schema.channels.iter().zip(&record.values);
-        let mut shown = vec![("time_s".to_owned(), record.times.clone())];
-        shown.extend(channels.map(|(c, values)| (c.column.clone(), values.clone())));
+        let mut columns = vec![("time_s".to_owned(), record.times.clone())];
+        columns.extend(channels.map(|(c, values)| (c.column.clone(), values.clone())));
         for (input, stream) in self.model().inputs.iter().zip(record.inputs.iter()) {
             let signal = records::signal(input, stream);
             let values = record.times.iter().map(|t| signal.at(*t)).collect();
-            shown.push((input.name.clone(), values));
+            columns.push((input.name.clone(), values));
         }
-        shown
+        columns
     }
 }
 
 impl WrittenSystem {
-    /// Points of a candidate without the parameters that are frozen.
-    fn free_points(&self, effect: usize, of: impl Fn(&Candidate) -> Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    /// Points of a candidate without its frozen parameters.
+    fn free_points(&self, effect: usize, points_of: impl Fn(&Candidate) -> Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let Some(candidate) = self.candidates.get(effect) else { return Vec::new() };
-        let free = |point: Vec<f64>| -> Vec<f64> {
+        let keep_free = |point: Vec<f64>| -> Vec<f64> {
             point.into_iter().zip(&candidate.parameters).filter(|(_, p)| !p.frozen).map(|(v, _)| v).collect()
         };
-        of(candidate).into_iter().map(free).collect()
+        points_of(candidate).into_iter().map(keep_free).collect()
     }
 
-    /// Whether steps have to be chosen by [`Method::Implicit`].
+    /// Whether the steps must be those of [`Method::Implicit`].
     pub fn is_implicit(&self) -> bool {
         self.options.method == Method::Implicit
     }

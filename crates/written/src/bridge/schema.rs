@@ -1,4 +1,4 @@
-//! The words of a model for the loop: schema, effects and parameters.
+//! Describes a model to calibration and discovery: schema, effects and parameters.
 
 use crate::library::{Candidate, Motion, Scales, size_unit};
 use crate::model::{Hold, Model, Parameter as ModelParameter};
@@ -10,15 +10,15 @@ use augsim_physics::system::{
     Target,
 };
 
-/// Bound of a parameter that has none, in its nominal value (or in 1, where that is smaller).
-const MOST: f64 = 1e9;
+/// Bound of a parameter without bounds, as a multiple of its nominal value (or of 1 if larger).
+const DEFAULT_BOUND_RATIO: f64 = 1e9;
 
 /// The schema of a model.
-pub(super) fn of(model: &Model) -> Schema {
-    let text = |unit: Option<Unit>| unit.map_or_else(String::new, Unit::symbol);
+pub(super) fn schema_of(model: &Model) -> Schema {
+    let symbol_of = |unit: Option<Unit>| unit.map_or_else(String::new, Unit::symbol);
     let channels = model.outputs.iter().map(|output| Channel {
         column: output.name.clone(),
-        unit: text(output.unit),
+        unit: symbol_of(output.unit),
         period: output.period,
         sd: output.sd,
         ..Channel::default()
@@ -31,22 +31,22 @@ pub(super) fn of(model: &Model) -> Schema {
     let measures = model.outputs.iter().enumerate().map(|(index, output)| Measure {
         name: output.name.clone(),
         channels: vec![index],
-        unit: (text(output.unit), 1.0),
+        unit: (symbol_of(output.unit), 1.0),
         length: false,
     });
     let states = model.states.iter().take(model.declared_states());
-    let rate = |unit: Option<Unit>| {
+    let rate_unit = |unit: Option<Unit>| {
         let dimensions = unit.map(|unit| unit.dimensions() / Dimensions::TIME);
-        dimensions.map_or_else(String::new, |d| if d.is_pure() { String::new() } else { of_dimensions(d) })
+        dimensions.map_or_else(String::new, |d| if d.is_pure() { String::new() } else { symbol_for(d) })
     };
     let rates = states.map(|state| Target {
-        quantity: Quantity::new(&state.name, &rate(state.unit)),
+        quantity: Quantity::new(&state.name, &rate_unit(state.unit)),
         place: "rate".into(),
         costly: false,
         usual: 1.0,
     });
     let outputs = model.outputs.iter().map(|output| Target {
-        quantity: Quantity::new(&output.name, &text(output.unit)),
+        quantity: Quantity::new(&output.name, &symbol_of(output.unit)),
         place: "output".into(),
         costly: false,
         usual: 1.0,
@@ -65,7 +65,7 @@ pub(super) fn of(model: &Model) -> Schema {
     }
 }
 
-/// Declared states, then those that effects brought along.
+/// Declared states, then those of effects.
 pub(super) fn states(model: &Model) -> Vec<State> {
     let declared = model.declared_states();
     let begin = |index: usize| {
@@ -74,8 +74,8 @@ pub(super) fn states(model: &Model) -> Vec<State> {
             _ if index >= declared => Begin::Fixed(0.0),
             ([node], sd) => match (&node.kind, sd) {
                 (Kind::Number(mean), Some(sd)) => Begin::Prior(*mean, sd),
-                // Measured is a state that an output shows as it is; another output only helps to guess.
-                (Kind::Symbol(Symbol::Output(output)), _) if shows(model, *output, index) => {
+                // Only a state that is itself an output is measured; other outputs only help to guess it.
+                (Kind::Symbol(Symbol::Output(output)), _) if equals_state(model, *output, index) => {
                     Begin::Measured(*output)
                 }
                 _ => Begin::Free,
@@ -90,46 +90,46 @@ pub(super) fn states(model: &Model) -> Vec<State> {
     (0..model.states.len()).map(|i| State { quantity: quantity(i), begin: begin(i) }).collect()
 }
 
-/// Whether an output is a state and nothing else.
-fn shows(model: &Model, output: usize, state: usize) -> bool {
+/// Whether an output equals a state.
+fn equals_state(model: &Model, output: usize, state: usize) -> bool {
     matches!(&model.outputs[output].value.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(state)))
 }
 
-/// The shortest symbol of these dimensions.
-fn of_dimensions(dimensions: Dimensions) -> String {
+/// The shortest symbol of a unit with these dimensions.
+fn symbol_for(dimensions: Dimensions) -> String {
     Unit::of_dimensions(dimensions).map_or_else(|| dimensions.to_string(), Unit::symbol)
 }
 
-/// Quantities that a table may depend on, each by a text that is an expression of the model.
+/// Quantities that a table effect may depend on, each named by an expression of the model.
 fn features(model: &Model) -> Vec<Quantity> {
-    let text = |unit: Option<Unit>| unit.map_or_else(String::new, Unit::symbol);
+    let symbol_of = |unit: Option<Unit>| unit.map_or_else(String::new, Unit::symbol);
     let declared = model.states.iter().take(model.declared_states());
-    let mut list: Vec<Quantity> = declared.map(|s| Quantity::new(&s.name, &text(s.unit))).collect();
-    list.extend(model.inputs.iter().map(|i| Quantity::new(&i.name, &text(i.unit))));
+    let mut list: Vec<Quantity> = declared.map(|s| Quantity::new(&s.name, &symbol_of(s.unit))).collect();
+    list.extend(model.inputs.iter().map(|i| Quantity::new(&i.name, &symbol_of(i.unit))));
     let speeds = Motion::of(model).pairs.into_iter().map(|(_, v)| &model.states[v]);
-    list.extend(speeds.map(|s| Quantity::new(&format!("abs({})", s.name), &text(s.unit))));
+    list.extend(speeds.map(|s| Quantity::new(&format!("abs({})", s.name), &symbol_of(s.unit))));
     list.extend(model.lets.iter().map(|l| {
         let unit = l.dimensions.filter(|d| !d.is_pure());
-        Quantity::new(&l.name, &unit.map_or_else(String::new, of_dimensions))
+        Quantity::new(&l.name, &unit.map_or_else(String::new, symbol_for))
     }));
     list.push(Quantity::new("t", "s"));
     list
 }
 
-/// Indices of the parameters that a fit may move.
+/// Indices of the parameters that a fit may change.
 pub(super) fn active(model: &Model) -> Vec<usize> {
     (0..model.parameters.len()).filter(|i| !model.parameters[*i].frozen).collect()
 }
 
-/// A declared parameter.
+/// Converts a declared parameter.
 pub(super) fn parameter(p: &ModelParameter) -> Parameter {
-    let bound = MOST * p.nominal.abs().max(1.0);
+    let bound = DEFAULT_BOUND_RATIO * p.nominal.abs().max(1.0);
     let mut parameter = Parameter::free(p.name.clone(), p.nominal, p.min.max(-bound), p.max.min(bound));
     (parameter.frozen, parameter.ci95) = (p.frozen, p.ci95);
     parameter
 }
 
-/// Names, numbers and operations of an expression.
+/// Number of names, numbers and operators of an expression; parentheses and commas are not counted.
 fn count_tokens(text: &str) -> usize {
     let mut lexer = Lexer::new(text);
     let mut count = 0;
@@ -142,23 +142,23 @@ fn count_tokens(text: &str) -> usize {
     }
 }
 
-/// Conditions that another experiment can vary: the inputs, and the starts, which every system has.
+/// Conditions that another experiment could vary: the inputs, and the start states.
 fn conditions(model: &Model) -> Vec<String> {
     model.inputs.iter().map(|input| input.name.clone()).chain(["starts".to_owned()]).collect()
 }
 
-/// Simplicity and place of a formula that the grammar made; none for an effect that somebody described.
+/// Size and argument of a formula of the grammar; `None` for any other effect.
 pub(super) fn grammar(candidate: &Candidate, model: &Model, scales: &Scales) -> Option<Grammar> {
-    let of = candidate.shape.as_ref()?;
-    let unit = size_unit(of, &[], model).map_or_else(String::new, Unit::symbol);
+    let argument = candidate.shape.as_ref()?;
+    let unit = size_unit(argument, &[], model).map_or_else(String::new, Unit::symbol);
     Some(Grammar {
         nodes: count_tokens(candidate.text()?),
-        of: Quantity::new(of, &unit),
-        range: scales.range(of, model).unwrap_or([0.0, 0.0]),
+        of: Quantity::new(argument, &unit),
+        range: scales.range(argument, model).unwrap_or([0.0, 0.0]),
     })
 }
 
-/// A candidate as the loop reads effects.
+/// Converts a candidate to an effect of the library.
 pub(super) fn effect(candidate: &Candidate) -> Effect {
     let free = || candidate.parameters.iter().filter(|p| !p.frozen);
     let parameters = free().map(|p| EffectParameter {

@@ -1,35 +1,37 @@
-//! Laws of one feature that data can speak about, over the values that the feature takes in them.
+//! Table effects that discovery may try: functions of a single quantity over its range in the data.
 
 use crate::library::{Motion, Scales};
 use crate::model::Model;
 use augsim_physics::system::{Schema, Table};
 
-/// Knots of a law of one feature.
-const KNOTS: usize = 8;
-/// Shares of the values that lie below the first knot, and below the last.
-const ENDS: [f64; 2] = [0.01, 0.99];
-/// Bound of a knot, in the usual size of an addition to its equation: five thousand times the equation's own rate.
-const MOST_OF_A_KNOT: f64 = 1e5;
+/// Number of knots of a table.
+const KNOT_COUNT: usize = 8;
+/// Quantiles of the values at which the first and the last knot are.
+const RANGE_QUANTILES: [f64; 2] = [0.01, 0.99];
+/// Bound of the knots, as a multiple of the typical size of a term in their equation.
+///
+/// It is 5000 times the equation's own rate.
+const KNOT_BOUND_RATIO: f64 = 1e5;
 
-/// A table of every feature that varies in the data, for every force and flow equation.
+/// A table of every quantity that varies in the data, for every force and flow equation.
 pub(super) fn tables(model: &Model, schema: &Schema, scales: &Scales) -> Vec<Table> {
     let targets = Motion::of(model).laws().into_iter();
-    let at = |target: usize| {
+    let tables_of_target = |target: usize| {
         let features = schema.features.iter().enumerate();
         features.filter_map(move |(against, feature)| {
-            let [first, last] = scales.quantiles(&feature.name, model, ENDS)?;
+            let [first, last] = scales.quantiles(&feature.name, model, RANGE_QUANTILES)?;
             let varies = last - first > 1e-6 * (1.0 + first.abs());
-            varies.then_some(Table { target, against, first, last, knots: KNOTS })
+            varies.then_some(Table { target, against, first, last, knots: KNOT_COUNT })
         })
     };
-    targets.flat_map(at).collect()
+    targets.flat_map(tables_of_target).collect()
 }
 
-/// The schema with the usual sizes of additions to force and flow equations.
-pub(super) fn with_sizes(mut schema: Schema, model: &Model, scales: &Scales) -> Schema {
+/// Sets the typical sizes of additional terms in force and flow equations.
+pub(super) fn with_typical_sizes(mut schema: Schema, model: &Model, scales: &Scales) -> Schema {
     for state in Motion::of(model).laws() {
         if let (Some(size), Some(target)) =
-            (scales.usual_of_rate(state, model), schema.targets.get_mut(state))
+            (scales.typical_rate_change(state, model), schema.targets.get_mut(state))
         {
             target.usual = size;
         }
@@ -37,25 +39,25 @@ pub(super) fn with_sizes(mut schema: Schema, model: &Model, scales: &Scales) -> 
     schema
 }
 
-/// Bound of the knots of a table that adds to a target with this usual size, in the unit of the target.
-pub(super) fn most_of_a_knot(usual: f64) -> f64 {
-    MOST_OF_A_KNOT * usual
+/// Bound of the knots of a table that adds to a target of this typical size, in the target's unit.
+pub(super) fn knot_bound(typical_size: f64) -> f64 {
+    KNOT_BOUND_RATIO * typical_size
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: features of a simulation that vary are offered to equations of force and flow, over the values that they take; a
-    //! kinematic equation has no law of its own, and without data nothing is offered.
+    //! Contract: quantities that vary in a simulation are proposed for force and flow equations, over the
+    //! range they have; nothing is proposed for a kinematic equation, and nothing without data.
     use super::*;
     use crate::engine::{Options, Record, Window};
     use crate::system::System;
 
     #[test]
-    fn laws_are_offered_over_the_values_that_features_take() {
+    fn tables_cover_the_range_of_their_quantities() {
         let (_, text) =
             crate::example::EXAMPLES.iter().find(|(name, _)| *name == "pendulum").expect("an example");
         let model = crate::model::parse(text, "pendulum.toml").expect("an example");
-        let schema = super::super::schema::of(&model);
+        let schema = super::super::schema::schema_of(&model);
         assert_eq!(tables(&model, &schema, &Scales::default()), []);
         let compiled = System::compile(&model, &[]).expect("an example");
         let times: Vec<f64> = (0..400).map(|k| 0.01 * f64::from(k)).collect();
@@ -65,17 +67,17 @@ mod tests {
         let options = Options { method: compiled.declared_method(), substeps: 4 };
         let scales = Scales::of(&compiled, &[window], &options);
         let found = tables(&model, &schema, &scales);
-        let named = |table: &Table| {
+        let names_of = |table: &Table| {
             (&*schema.targets[table.target].quantity.name, &*schema.features[table.against].name)
         };
-        let pairs: Vec<(&str, &str)> = found.iter().map(named).collect();
-        let of = ["theta_rad", "omega_rad_s", "abs(omega_rad_s)", "t"];
-        assert_eq!(pairs, of.map(|feature| ("omega_rad_s", feature)));
+        let pairs: Vec<(&str, &str)> = found.iter().map(names_of).collect();
+        let expected = ["theta_rad", "omega_rad_s", "abs(omega_rad_s)", "t"];
+        assert_eq!(pairs, expected.map(|feature| ("omega_rad_s", feature)));
         let [low, high] = [found[0].first, found[0].last];
         assert!(-0.5 < low && low < -0.4 && 0.4 < high && high < 0.5, "{low} {high}");
-        let sized = with_sizes(schema, &model, &scales);
-        let usual = sized.targets[found[0].target].usual;
-        // A twentieth of a rate of at most g / length * sin(0.5 rad), 30.7 rad/s².
-        assert!(0.5 < usual && usual < 1.54, "{usual}");
+        let sized = with_typical_sizes(schema, &model, &scales);
+        let typical_size = sized.targets[found[0].target].usual;
+        // A twentieth (TYPICAL_RATIO) of a rate of at most g / length * sin(0.5 rad) = 30.7 rad/s².
+        assert!(0.5 < typical_size && typical_size < 1.54, "{typical_size}");
     }
 }

@@ -1,6 +1,6 @@
-//! The operations of the machine.
+//! The instruction set that expressions are compiled to.
 
-/// An operation: what to do with the operands `a`, `b`, `c`.
+/// An operation code with the meaning of its operands `a`, `b`, `c`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub(crate) enum Code {
@@ -10,31 +10,31 @@ pub(crate) enum Code {
     State,
     /// Input number `a`.
     Input,
-    /// Change per second of input number `a`.
+    /// Time derivative of input number `a`.
     InputSlope,
     /// Seconds since the trajectory began.
     Time,
     /// Parameter number `a`.
     Parameter,
-    /// Width of smoothed jump number `a`.
+    /// Width of smoothed discontinuity number `a`.
     Width,
     Add,
     Subtract,
     Multiply,
     Divide,
     Negate,
-    /// `a * b + c`, rounded once.
+    /// `a * b + c` with one rounding.
     MultiplyAdd,
-    /// `a * b - c`, rounded once.
+    /// `a * b - c` with one rounding.
     MultiplySubtract,
-    /// `c - a * b`, rounded once.
+    /// `c - a * b` with one rounding.
     SubtractProduct,
     Minimum,
     Maximum,
     Absolute,
     /// `b` where `a > 0`, else `c`.
     Select,
-    /// Square root, 0 below 0.
+    /// Square root; 0 for negative arguments.
     Sqrt,
     Cbrt,
     Exp,
@@ -51,9 +51,9 @@ pub(crate) enum Code {
     Atan2,
     Hypot,
     Power,
-    /// Table number `b` at `a`.
+    /// Table number `b` at argument `a`.
     Table,
-    /// Slope of table number `b` at `a`.
+    /// Slope of table number `b` at argument `a`.
     TableSlope,
 }
 
@@ -82,13 +82,13 @@ impl Code {
         }
     }
 
-    /// Whether the operands may be exchanged.
+    /// Whether the operands may be swapped.
     pub(crate) fn commutes(self) -> bool {
         matches!(self, Code::Add | Code::Multiply)
     }
 }
 
-/// An operation with its operands: indices of earlier operations, or what its code says.
+/// An operation with its operands: indices of earlier operations, or as documented for its code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Operation {
     pub(crate) code: Code,
@@ -107,14 +107,14 @@ impl Operation {
         Self::new(Code::Constant, bits as u32, (bits >> 32) as u32, 0)
     }
 
-    /// The number, if it is one.
+    /// The value, if it is a constant.
     pub(crate) fn as_constant(&self) -> Option<f64> {
         let bits = u64::from(self.a) | u64::from(self.b) << 32;
         (self.code == Code::Constant).then(|| f64::from_bits(bits))
     }
 
     /// The operations whose results it uses.
-    pub(crate) fn used(&self) -> impl Iterator<Item = u32> {
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = u32> {
         [self.a, self.b, self.c].into_iter().take(self.code.operands())
     }
 }

@@ -1,26 +1,30 @@
-//! Derivatives by the chain rule, forward, as more operations; what does not depend on a variable costs nothing.
+//! Forward-mode differentiation of a graph, which appends the derivatives as further operations.
+//!
+//! Derivatives that are 0 are left out of the lists, so that a variable that does not matter costs nothing.
 
 use super::{Code, Graph, Id};
 
-/// Below this the slope of a square root is that at it: rates such as `sqrt(level)` would otherwise have sensitivities
-/// without bound when a tank runs empty. In the unit of the argument.
-const SQRT_FLOOR: f64 = 1e-6;
+/// Arguments below this share one slope of the square root: that at this argument.
+///
+/// Rates such as `sqrt(level)` would otherwise have unbounded sensitivities when a tank runs empty. In the
+/// unit of the argument.
+const SQRT_SLOPE_FLOOR: f64 = 1e-6;
 
-/// A quantity to differentiate with respect to.
+/// A variable to differentiate with respect to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Variable {
     /// Index of a state.
     State(usize),
     /// Index of a parameter.
     Parameter(usize),
-    /// Time, for events whose condition moves by itself.
+    /// Time, for conditions of events that depend on it directly.
     Time,
 }
 
-/// Derivatives of operations, with zeros left out.
+/// Derivatives of operations, without those that are 0.
 #[derive(Debug, Default)]
 pub(crate) struct Derivatives {
-    /// Variables in order with the derivatives that are known, by operation.
+    /// By operation, its derivatives in the order of the variables, once they are known.
     known: Vec<Option<Vec<(Variable, Id)>>>,
     /// Parameters to differentiate with respect to.
     active: Vec<usize>,
@@ -33,74 +37,45 @@ impl Derivatives {
         Self { known: Vec::new(), active: active.to_vec(), delays }
     }
 
-    /// Derivatives of `id` with respect to all states, active parameters and time.
-    pub(crate) fn of(&mut self, graph: &mut Graph, id: Id) -> Vec<(Variable, Id)> {
-        // Operations that derivatives add are never differentiated, so the loop covers those up to `id` that it uses.
+    /// Returns the derivatives of `id` with respect to all states, active parameters and time.
+    pub(crate) fn all_derivatives(&mut self, graph: &mut Graph, id: Id) -> Vec<(Variable, Id)> {
+        // The derivatives add operations that are never differentiated themselves, so the loop covers only
+        // the operations up to `id` that it uses.
         let mut needed = vec![false; id as usize + 1];
         needed[id as usize] = true;
-        for at in (0..=id as usize).rev() {
-            if needed[at] && self.known.get(at).is_none_or(Option::is_none) {
-                graph.get(at as Id).used().for_each(|used| needed[used as usize] = true);
+        for index in (0..=id as usize).rev() {
+            if needed[index] && self.known.get(index).is_none_or(Option::is_none) {
+                graph.get(index as Id).inputs().for_each(|inputs| needed[inputs as usize] = true);
             }
         }
-        for (at, needed) in needed.into_iter().enumerate() {
-            if self.known.len() <= at {
-                self.known.resize(at + 1, None);
+        for (index, needed) in needed.into_iter().enumerate() {
+            if self.known.len() <= index {
+                self.known.resize(index + 1, None);
             }
-            if needed && self.known[at].is_none() && !graph.is_too_large() {
-                self.known[at] = Some(self.differentiate(graph, at as Id));
+            if needed && self.known[index].is_none() && !graph.is_too_large() {
+                self.known[index] = Some(self.differentiate(graph, index as Id));
             }
         }
         self.known.get(id as usize).cloned().flatten().unwrap_or_default()
     }
 
+    /// Differentiates one operation whose operands are differentiated already.
     fn differentiate(&self, graph: &mut Graph, id: Id) -> Vec<(Variable, Id)> {
         let operation = graph.get(id);
         let (a, b, c) = (operation.a, operation.b, operation.c);
-        let at = |id: Id| -> &[(Variable, Id)] { self.known[id as usize].as_deref().unwrap_or(&[]) };
-        let index = a as usize;
+        let of = |id: Id| -> &[(Variable, Id)] { self.known[id as usize].as_deref().unwrap_or(&[]) };
         match operation.code {
-            Code::Constant | Code::Width | Code::InputSlope => Vec::new(),
-            Code::State => vec![(Variable::State(index), graph.constant(1.0))],
-            Code::Parameter if self.active.contains(&index) => {
-                vec![(Variable::Parameter(index), graph.constant(1.0))]
-            }
-            Code::Parameter => Vec::new(),
-            Code::Time => vec![(Variable::Time, graph.constant(1.0))],
-            Code::Input => {
-                // u(t - delay): the delay moves it against time.
-                let slope = graph.leaf(Code::InputSlope, index);
-                let delay = self.delays.get(index).copied().flatten().filter(|d| self.active.contains(d));
-                let mut out: Vec<_> =
-                    delay.map(|d| (Variable::Parameter(d), graph.negate(slope))).into_iter().collect();
-                out.push((Variable::Time, slope));
-                out
-            }
-            Code::Add => merge(at(a), at(b), |x, y| match (x, y) {
-                (Some(x), Some(y)) => graph.add(x, y),
-                (x, y) => x.or(y).unwrap_or(0),
-            }),
-            Code::Subtract => merge(at(a), at(b), |x, y| match (x, y) {
+            Code::Add => merge(of(a), of(b), |x, y| sum(graph, x, y)),
+            Code::Subtract => merge(of(a), of(b), |x, y| match (x, y) {
                 (Some(x), Some(y)) => graph.subtract(x, y),
                 (Some(x), None) => x,
                 (_, y) => graph.negate(y.unwrap_or(0)),
             }),
-            Code::Negate => map(at(a), |x| graph.negate(x)),
-            Code::Multiply if a == b => {
-                let two = graph.constant(2.0);
-                let double = graph.multiply(two, a);
-                map(at(a), |x| graph.multiply(double, x))
-            }
-            Code::Multiply => product(graph, (a, at(a)), (b, at(b))),
+            Code::Negate => map(of(a), |x| graph.negate(x)),
+            Code::Multiply => product(graph, (a, of(a)), (b, of(b))),
             Code::MultiplyAdd | Code::MultiplySubtract | Code::SubtractProduct => {
-                let both = if a == b {
-                    let two = graph.constant(2.0);
-                    let double = graph.multiply(two, a);
-                    map(at(a), |x| graph.multiply(double, x))
-                } else {
-                    product(graph, (a, at(a)), (b, at(b)))
-                };
-                merge(&both, at(c), |x, y| match (operation.code, x, y) {
+                let both = product(graph, (a, of(a)), (b, of(b)));
+                merge(&both, of(c), |x, y| match (operation.code, x, y) {
                     (Code::MultiplyAdd, Some(x), Some(y)) => graph.add(x, y),
                     (Code::MultiplySubtract, Some(x), Some(y)) => graph.subtract(x, y),
                     (_, Some(x), Some(y)) => graph.subtract(y, x),
@@ -111,7 +86,7 @@ impl Derivatives {
             }
             // (a/b)' = (a' - (a/b) b') / b
             Code::Divide => {
-                let above = merge(at(a), at(b), |x, y| match (x, y) {
+                let above = merge(of(a), of(b), |x, y| match (x, y) {
                     (Some(x), None) => x,
                     (x, y) => {
                         let moved = graph.multiply(id, y.unwrap_or(0));
@@ -127,61 +102,81 @@ impl Derivatives {
                 let zero = graph.constant(0.0);
                 let (first, second) = if operation.code == Code::Minimum { (b, a) } else { (a, b) };
                 let difference = graph.subtract(first, second);
-                merge(at(a), at(b), |x, y| graph.select(difference, x.unwrap_or(zero), y.unwrap_or(zero)))
+                merge(of(a), of(b), |x, y| graph.select(difference, x.unwrap_or(zero), y.unwrap_or(zero)))
             }
             Code::Absolute => {
                 let below = graph.negate(a);
-                map(at(a), |x| {
+                map(of(a), |x| {
                     let negated = graph.negate(x);
                     graph.select(below, negated, x)
                 })
             }
             Code::Select => {
                 let zero = graph.constant(0.0);
-                merge(at(b), at(c), |x, y| graph.select(a, x.unwrap_or(zero), y.unwrap_or(zero)))
+                merge(of(b), of(c), |x, y| graph.select(a, x.unwrap_or(zero), y.unwrap_or(zero)))
             }
             Code::Atan2 | Code::Hypot | Code::Power => {
-                let [first, second] = partials(graph, operation.code, id, (a, b), at(b).is_empty());
-                merge(at(a), at(b), |x, y| {
+                let [first, second] = partials(graph, operation.code, id, (a, b), of(b).is_empty());
+                merge(of(a), of(b), |x, y| {
                     let x = x.map(|x| graph.multiply(first, x));
                     let y = y.map(|y| graph.multiply(second, y));
-                    match (x, y) {
-                        (Some(x), Some(y)) => graph.add(x, y),
-                        (x, y) => x.or(y).unwrap_or(0),
-                    }
+                    sum(graph, x, y)
                 })
             }
             Code::Table => {
                 let slope = graph.table(Code::TableSlope, a, b);
-                map(at(a), |x| graph.multiply(slope, x))
+                map(of(a), |x| graph.multiply(slope, x))
             }
             // The slope of a table is constant between its knots.
             Code::TableSlope => Vec::new(),
+            code if code.operands() == 0 => self.differentiate_leaf(graph, code, a as usize),
             code => {
-                if at(a).is_empty() {
+                if of(a).is_empty() {
                     return Vec::new();
                 }
                 let slope = slope(graph, code, id, a);
-                map(at(a), |x| graph.multiply(slope, x))
+                map(of(a), |x| graph.multiply(slope, x))
             }
+        }
+    }
+
+    /// Derivatives of a constant, or of the state, input or parameter number `index`.
+    fn differentiate_leaf(&self, graph: &mut Graph, code: Code, index: usize) -> Vec<(Variable, Id)> {
+        match code {
+            Code::State => vec![(Variable::State(index), graph.constant(1.0))],
+            Code::Parameter if self.active.contains(&index) => {
+                vec![(Variable::Parameter(index), graph.constant(1.0))]
+            }
+            Code::Time => vec![(Variable::Time, graph.constant(1.0))],
+            Code::Input => {
+                // An input is u(t - delay): its derivative with respect to the delay is minus that with
+                // respect to time.
+                let slope = graph.leaf(Code::InputSlope, index);
+                let delay = self.delays.get(index).copied().flatten().filter(|d| self.active.contains(d));
+                let mut out: Vec<_> =
+                    delay.map(|d| (Variable::Parameter(d), graph.negate(slope))).into_iter().collect();
+                out.push((Variable::Time, slope));
+                out
+            }
+            _ => Vec::new(),
         }
     }
 }
 
-/// Derivative of a function of one variable `a` whose value is `id`.
+/// Derivative of a function of one variable `a` with value `id`.
 fn slope(g: &mut Graph, code: Code, id: Id, a: Id) -> Id {
     let one = g.constant(1.0);
     match code {
         Code::Sqrt => {
-            let [floor, zero, half] = [SQRT_FLOOR, 0.0, 0.5].map(|x| g.constant(x));
+            let [floor, zero, half] = [SQRT_SLOPE_FLOOR, 0.0, 0.5].map(|x| g.constant(x));
             let bounded = g.binary(Code::Maximum, a, floor);
             let root = g.unary(Code::Sqrt, bounded);
             let slope = g.divide(half, root);
             g.select(a, slope, zero)
         }
-        // 1 / (3 cbrt(a)^2), bounded as that of the square root is.
+        // 1 / (3 cbrt(a)^2), bounded like the slope of the square root.
         Code::Cbrt => {
-            let [floor, three] = [SQRT_FLOOR, 3.0].map(|x| g.constant(x));
+            let [floor, three] = [SQRT_SLOPE_FLOOR, 3.0].map(|x| g.constant(x));
             let square = g.multiply(id, id);
             let bounded = g.binary(Code::Maximum, square, floor);
             let below = g.multiply(three, bounded);
@@ -198,7 +193,7 @@ fn slope(g: &mut Graph, code: Code, id: Id, a: Id) -> Id {
             let square = g.multiply(id, id);
             g.add(one, square)
         }
-        // (1 - a)(1 + a) keeps its digits near the ends, where 1 - a^2 loses them.
+        // (1 - a)(1 + a) stays accurate near the ends, where 1 - a^2 loses digits.
         Code::Asin | Code::Acos => {
             let (below, above) = (g.subtract(one, a), g.add(one, a));
             let square = g.multiply(below, above);
@@ -221,7 +216,9 @@ fn slope(g: &mut Graph, code: Code, id: Id, a: Id) -> Id {
     }
 }
 
-/// Partial derivatives of a function of two variables whose value is `id`; the second only if it is `needed`.
+/// Partial derivatives of a function of two variables with value `id`.
+///
+/// The second one is not computed for a power whose exponent is constant.
 fn partials(g: &mut Graph, code: Code, id: Id, (a, b): (Id, Id), exponent_is_constant: bool) -> [Id; 2] {
     let [zero, one] = [0.0, 1.0].map(|x| g.constant(x));
     match code {
@@ -243,7 +240,7 @@ fn partials(g: &mut Graph, code: Code, id: Id, (a, b): (Id, Id), exponent_is_con
             if exponent_is_constant {
                 return [first, zero];
             }
-            // a^b ln a tends to 0 with a for b > 0; the bound keeps 0 * ln 0 from being no number.
+            // a^b ln a tends to 0 with a for b > 0; the lower bound of a avoids 0 * ln 0 = NaN.
             let tiny = g.constant(1e-300);
             let bounded = g.binary(Code::Maximum, a, tiny);
             let logarithm = g.unary(Code::Ln, bounded);
@@ -252,27 +249,40 @@ fn partials(g: &mut Graph, code: Code, id: Id, (a, b): (Id, Id), exponent_is_con
     }
 }
 
-/// `a' b + a b'`.
+/// Product rule: `a' b + a b'`, or `2 a a'` for a square.
 fn product(
     g: &mut Graph,
     (a, da): (Id, &[(Variable, Id)]),
     (b, db): (Id, &[(Variable, Id)]),
 ) -> Vec<(Variable, Id)> {
+    if a == b {
+        let two = g.constant(2.0);
+        let double = g.multiply(two, a);
+        return map(da, |x| g.multiply(double, x));
+    }
     merge(da, db, |x, y| {
         let x = x.map(|x| g.multiply(x, b));
         let y = y.map(|y| g.multiply(a, y));
-        match (x, y) {
-            (Some(x), Some(y)) => g.add(x, y),
-            (x, y) => x.or(y).unwrap_or(0),
-        }
+        sum(g, x, y)
     })
 }
 
+/// Sum of two derivatives, of which one may be missing (0).
+fn sum(g: &mut Graph, x: Option<Id>, y: Option<Id>) -> Id {
+    match (x, y) {
+        (Some(x), Some(y)) => g.add(x, y),
+        (x, y) => x.or(y).unwrap_or(0),
+    }
+}
+
+/// Applies `f` to every derivative of a list.
 fn map(list: &[(Variable, Id)], mut f: impl FnMut(Id) -> Id) -> Vec<(Variable, Id)> {
     list.iter().map(|(variable, id)| (*variable, f(*id))).collect()
 }
 
-/// Joins two lists in the order of their variables.
+/// Merges two lists in the order of their variables by combining their derivatives with `f`.
+///
+/// A derivative that one list does not have is passed as `None` (0).
 fn merge(
     a: &[(Variable, Id)],
     b: &[(Variable, Id)],

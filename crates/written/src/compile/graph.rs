@@ -1,84 +1,104 @@
-//! Operations in static single assignment: each is made once, constants are folded, products join the sums behind them.
+//! Expression graph in static single assignment form.
+//!
+//! Equal operations are stored once, constants are folded, and a product is fused with a sum that uses it.
 
 use super::{Code, Operation};
-use crate::limits::OPERATIONS;
+use crate::limits::MAX_OPERATIONS;
 use crate::machine;
 use std::collections::BTreeMap;
 
-/// Index of an operation; those that it uses have smaller ones.
+/// Index of an operation; its operands have smaller indices.
 pub(crate) type Id = u32;
 
-/// Operations, each different from all others.
+/// Operations, all of them different.
 #[derive(Debug, Default)]
 pub(crate) struct Graph {
     operations: Vec<Operation>,
-    /// Whether each changes with state, input or time.
-    moves: Vec<bool>,
-    known: BTreeMap<Operation, Id>,
+    /// Whether each depends on a state, an input or time.
+    varies: Vec<bool>,
+    ids: BTreeMap<Operation, Id>,
 }
 
 impl Graph {
+    /// All operations, operands before the operations that use them.
     pub(crate) fn operations(&self) -> &[Operation] {
         &self.operations
     }
 
-    /// Whether more was asked for than is allowed; its results are then meaningless.
+    /// Whether the graph has reached the maximum number of operations; results beyond it are meaningless.
     pub(crate) fn is_too_large(&self) -> bool {
-        self.operations.len() >= OPERATIONS
+        self.operations.len() >= MAX_OPERATIONS
     }
 
     pub(crate) fn get(&self, id: Id) -> Operation {
         self.operations[id as usize]
     }
 
-    /// Whether a result changes with state, input or time, and not with parameters alone.
-    pub(crate) fn moves(&self, id: Id) -> bool {
-        self.moves[id as usize]
+    /// Whether each operation, up to the last of `ids`, is needed to compute `ids`.
+    pub(crate) fn needed_by(&self, ids: &[Id]) -> Vec<bool> {
+        let last = ids.iter().max().map_or(0, |id| *id as usize);
+        let mut needed = vec![false; last + 1];
+        ids.iter().for_each(|id| needed[*id as usize] = true);
+        for id in (0..=last).rev() {
+            if needed[id] {
+                self.get(id as Id).inputs().for_each(|input| needed[input as usize] = true);
+            }
+        }
+        needed
     }
 
+    /// Whether a result depends on a state, an input or time, and not on parameters alone.
+    pub(crate) fn varies(&self, id: Id) -> bool {
+        self.varies[id as usize]
+    }
+
+    /// The value of a constant operation.
     pub(crate) fn value_of(&self, id: Id) -> Option<f64> {
         self.get(id).as_constant()
     }
 
     pub(crate) fn constant(&mut self, value: f64) -> Id {
-        // One zero: -0.0 differs from 0.0 in its bits alone and would defeat sharing.
+        // -0.0 differs from 0.0 only in its bits and would defeat sharing, so only 0.0 is stored.
         self.intern(Operation::constant(if value == 0.0 { 0.0 } else { value }))
     }
 
+    /// A state, input, parameter, width or time.
     pub(crate) fn leaf(&mut self, code: Code, index: usize) -> Id {
         self.intern(Operation::new(code, index as u32, 0, 0))
     }
 
+    /// Returns the index of an operation and appends it if it is new.
     fn intern(&mut self, operation: Operation) -> Id {
-        if let Some(id) = self.known.get(&operation) {
+        if let Some(id) = self.ids.get(&operation) {
             return *id;
         }
         if self.is_too_large() {
             return 0;
         }
         let id = self.operations.len() as Id;
-        let by_itself = matches!(operation.code, Code::State | Code::Input | Code::InputSlope | Code::Time);
-        self.moves.push(by_itself || operation.used().any(|used| self.moves[used as usize]));
+        let is_variable = matches!(operation.code, Code::State | Code::Input | Code::InputSlope | Code::Time);
+        self.varies.push(is_variable || operation.inputs().any(|input| self.varies[input as usize]));
         self.operations.push(operation);
-        self.known.insert(operation, id);
+        self.ids.insert(operation, id);
         id
     }
 
+    /// Whether an operation is a constant with this value.
     fn is(&self, id: Id, value: f64) -> bool {
         self.value_of(id) == Some(value)
     }
 
-    /// An operation on results; folded where all of them are numbers.
+    /// Appends an operation on results; computes it at once if all of them are constants.
     fn make(&mut self, code: Code, mut a: Id, mut b: Id, c: Id) -> Id {
         if code.commutes() && b < a {
             (a, b) = (b, a);
         }
         let operation = Operation::new(code, a, b, c);
-        let numbers: Option<Vec<f64>> = operation.used().map(|id| self.value_of(id)).collect();
-        match numbers {
-            Some(numbers) if code != Code::Table && code != Code::TableSlope => {
-                let at = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
-                let value = machine::evaluate(code, at(0), at(1), at(2));
+        let constants: Option<Vec<f64>> = operation.inputs().map(|id| self.value_of(id)).collect();
+        match constants {
+            Some(constants) if code != Code::Table && code != Code::TableSlope => {
+                let operand = |i: usize| constants.get(i).copied().unwrap_or(0.0);
+                let value = machine::evaluate(code, operand(0), operand(1), operand(2));
                 self.constant(value)
             }
             _ => self.intern(operation),
@@ -93,7 +113,7 @@ impl Graph {
         self.make(code, a, b, 0)
     }
 
-    /// Table number `table` (or its slope) at `a`.
+    /// Table number `table`, or its slope, at `a`.
     pub(crate) fn table(&mut self, code: Code, a: Id, table: u32) -> Id {
         self.intern(Operation::new(code, a, table, 0))
     }
@@ -107,8 +127,10 @@ impl Graph {
         }
     }
 
-    /// `a + b`. A product among them is joined whether or not it is used elsewhere: the sum costs the same, and the
-    /// value does not depend on what else is computed.
+    /// `a + b`, fused with a product among them.
+    ///
+    /// The product is fused even if it is used elsewhere: the fused sum costs the same, and its value must
+    /// not depend on what else is computed.
     pub(crate) fn add(&mut self, a: Id, b: Id) -> Id {
         let (a, b) = if b < a { (b, a) } else { (a, b) };
         if self.is(a, 0.0) {
@@ -187,7 +209,7 @@ impl Graph {
             && value != 0.0
             && value.abs().log2().fract() == 0.0
         {
-            // The reciprocal of a power of two is exact.
+            // The reciprocal of a power of two is exact, so that this is still the same value.
             let reciprocal = self.constant(1.0 / value);
             return self.multiply(a, reciprocal);
         }
@@ -196,8 +218,9 @@ impl Graph {
             let quotient = self.divide(left.a, b);
             return self.negate(quotient);
         }
-        if self.moves(a) && !self.moves(b) {
-            // A divisor of parameters alone is inverted once a simulation; a division costs as much as eight products.
+        if self.varies(a) && !self.varies(b) {
+            // A divisor of parameters alone is inverted once per simulation, because a division costs as much
+            // as eight products.
             let one = self.constant(1.0);
             let reciprocal = self.binary(Code::Divide, one, b);
             return self.multiply(a, reciprocal);
@@ -205,16 +228,16 @@ impl Graph {
         self.binary(Code::Divide, a, b)
     }
 
-    /// `a` to a whole power by repeated squaring.
+    /// `a` to a whole power, by repeated squaring.
     pub(crate) fn whole_power(&mut self, a: Id, exponent: u32) -> Id {
         let mut result = self.constant(1.0);
-        let (mut square, mut left) = (a, exponent);
-        while left > 0 {
-            if left & 1 == 1 {
+        let (mut square, mut remaining) = (a, exponent);
+        while remaining > 0 {
+            if remaining & 1 == 1 {
                 result = self.multiply(result, square);
             }
-            left >>= 1;
-            if left > 0 {
+            remaining >>= 1;
+            if remaining > 0 {
                 square = self.multiply(square, square);
             }
         }

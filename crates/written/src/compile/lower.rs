@@ -1,4 +1,4 @@
-//! From trees to operations.
+//! Compiles expression trees to the operations of a graph.
 
 use super::probe::Probe;
 use super::{Code, Derivatives, Graph, Id, Variable};
@@ -6,7 +6,9 @@ use crate::model::{How, Model, Numerics, Target};
 use crate::text::{Comparison, Function, Kind, Symbol, Tree};
 use std::collections::BTreeMap;
 
-/// Whether jumps are smoothed: in a rate the integrator would step across them, in an output or a reset they may stay.
+/// Whether discontinuities are smoothed.
+///
+/// An integrator would step across a discontinuity in a rate; in an output or a reset it does no harm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Smoothing {
     /// `sign(z)` becomes `tanh(z / width)`.
@@ -15,37 +17,37 @@ pub(crate) enum Smoothing {
     Sharp,
 }
 
-/// A smoothed jump.
+/// A smoothed discontinuity.
 #[derive(Debug, Clone)]
 pub(crate) struct Width {
-    /// The quantity that jumps at 0.
+    /// The argument at whose zero the value is discontinuous.
     pub(crate) argument: Id,
-    /// Its text in the model.
+    /// Text of the argument in the model.
     pub(crate) text: String,
-    /// Width from the file, in the unit of the argument.
+    /// Width that the file declares, in the unit of the argument.
     pub(crate) declared: Option<f64>,
 }
 
-/// The operations of a model while they are made.
+/// A model while it is compiled to a graph.
 #[derive(Debug)]
 pub(crate) struct Lowering<'m> {
     pub(crate) graph: Graph,
     pub(crate) widths: Vec<Width>,
     model: &'m Model,
     lets: BTreeMap<(usize, Smoothing), Id>,
-    /// Inputs and parameters that effects have changed.
+    /// Values of inputs and parameters that effects have changed.
     changed: BTreeMap<Target, Id>,
-    /// Rates of states whose effects change an input: they see it as it was.
-    early_rates: BTreeMap<usize, Id>,
-    /// The output that is being changed, and its value so far.
+    /// Rates of states that belong to effects on an input: they use the input as it was before the effect.
+    rates_before_input_effects: BTreeMap<usize, Id>,
+    /// The output that is being changed by effects, and its value so far.
     output: Option<(usize, Id)>,
-    /// Rates of all states, once they are made.
+    /// Rates of all states, once they are compiled.
     rates: Vec<Id>,
     probe: Probe,
 }
 
 impl<'m> Lowering<'m> {
-    /// Nothing lowered so far.
+    /// Starts with an empty graph and applies the effects on inputs and parameters.
     pub(crate) fn new(model: &'m Model) -> Self {
         let mut lowering = Self {
             graph: Graph::default(),
@@ -53,23 +55,23 @@ impl<'m> Lowering<'m> {
             model,
             lets: BTreeMap::new(),
             changed: BTreeMap::new(),
-            early_rates: BTreeMap::new(),
+            rates_before_input_effects: BTreeMap::new(),
             output: None,
             rates: Vec::new(),
             probe: Probe::new(model),
         };
-        lowering.change_leaves();
+        lowering.apply_input_and_parameter_effects();
         lowering
     }
 
-    /// Gives inputs, then parameters, the meaning that effects give them in all equations.
-    fn change_leaves(&mut self) {
+    /// Applies the effects on inputs, then those on parameters, so that all equations use them.
+    fn apply_input_and_parameter_effects(&mut self) {
         let model = self.model;
         for addition in &model.additions {
             if addition.changes.iter().any(|c| matches!(c.target, Target::Input(_))) {
                 for state in addition.states.clone() {
                     let rate = self.tree(&model.states[state].rate.tree, Smoothing::Smooth);
-                    self.early_rates.insert(state, rate);
+                    self.rates_before_input_effects.insert(state, rate);
                 }
             }
             for change in addition.changes.iter().filter(|c| matches!(c.target, Target::Input(_))) {
@@ -81,7 +83,7 @@ impl<'m> Lowering<'m> {
                 let value = self.tree(&change.value.tree, Smoothing::Smooth);
                 let after = self.combine(before, change.how, value);
                 self.changed.insert(change.target, after);
-                // Values of [let] that were made on the way saw the input as it was.
+                // The [let] values compiled so far use the input without this change.
                 self.lets.clear();
             }
         }
@@ -99,6 +101,7 @@ impl<'m> Lowering<'m> {
         }
     }
 
+    /// Combines the value before a change with that of the change.
     fn combine(&mut self, before: Id, how: How, value: Id) -> Id {
         match how {
             How::Add => self.graph.add(before, value),
@@ -107,13 +110,13 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    /// Rates of all states with everything that effects add.
+    /// Compiles the rates of all states, with the effects on them.
     pub(crate) fn rates(&mut self) -> Vec<Id> {
         let model = self.model;
         let mut rates = Vec::with_capacity(model.states.len());
         for (index, state) in model.states.iter().enumerate() {
-            let early = self.early_rates.get(&index).copied();
-            let mut rate = early.unwrap_or_else(|| self.tree(&state.rate.tree, Smoothing::Smooth));
+            let before_effects = self.rates_before_input_effects.get(&index).copied();
+            let mut rate = before_effects.unwrap_or_else(|| self.tree(&state.rate.tree, Smoothing::Smooth));
             let changes = model.additions.iter().flat_map(|a| &a.changes);
             for change in changes.filter(|c| c.target == Target::Rate(index)) {
                 let value = self.tree(&change.value.tree, Smoothing::Smooth);
@@ -125,7 +128,7 @@ impl<'m> Lowering<'m> {
         rates
     }
 
-    /// Outputs with everything that effects make of them, after the rates.
+    /// Compiles the outputs with the effects on them; the rates must be compiled first.
     pub(crate) fn outputs(&mut self) -> Vec<Id> {
         let model = self.model;
         let mut outputs = Vec::with_capacity(model.outputs.len());
@@ -134,8 +137,8 @@ impl<'m> Lowering<'m> {
             let changes = model.additions.iter().flat_map(|a| &a.changes);
             for change in changes.filter(|c| c.target == Target::Output(index)) {
                 self.output = Some((index, value));
-                let by = self.tree(&change.value.tree, Smoothing::Sharp);
-                value = self.combine(value, change.how, by);
+                let change_value = self.tree(&change.value.tree, Smoothing::Sharp);
+                value = self.combine(value, change.how, change_value);
             }
             self.output = None;
             outputs.push(value);
@@ -143,10 +146,10 @@ impl<'m> Lowering<'m> {
         outputs
     }
 
-    /// The value of an output as an effect sees it: what earlier ones made of it, or what is declared.
-    fn seen_output(&mut self, index: usize, smoothing: Smoothing) -> Id {
+    /// The value of an output as an effect uses it: after the effects before it, or as declared.
+    fn output_for_effects(&mut self, index: usize, smoothing: Smoothing) -> Id {
         match self.output {
-            Some((of, id)) if of == index => id,
+            Some((current, id)) if current == index => id,
             _ => {
                 let model = self.model;
                 match model.outputs.get(index) {
@@ -157,13 +160,13 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    /// Change per second of an output along the rates.
+    /// Change per second of an output: its gradient times the rates.
     fn speed_of_output(&mut self, index: usize, smoothing: Smoothing) -> Id {
-        let value = self.seen_output(index, smoothing);
+        let value = self.output_for_effects(index, smoothing);
         let mut speed = self.graph.constant(0.0);
-        let parts = Derivatives::new(&[], Vec::new()).of(&mut self.graph, value);
-        for (variable, slope) in parts {
-            let part = match variable {
+        let gradient = Derivatives::new(&[], Vec::new()).all_derivatives(&mut self.graph, value);
+        for (variable, slope) in gradient {
+            let term = match variable {
                 Variable::State(state) => match self.rates.get(state) {
                     Some(rate) => self.graph.multiply(slope, *rate),
                     None => continue,
@@ -171,12 +174,12 @@ impl<'m> Lowering<'m> {
                 Variable::Time => slope,
                 Variable::Parameter(_) => continue,
             };
-            speed = self.graph.add(speed, part);
+            speed = self.graph.add(speed, term);
         }
         speed
     }
 
-    /// The value of an expression.
+    /// Compiles an expression.
     pub(crate) fn tree(&mut self, tree: &Tree, smoothing: Smoothing) -> Id {
         let mut ids: Vec<Id> = Vec::with_capacity(tree.nodes.len());
         for node in &tree.nodes {
@@ -205,7 +208,8 @@ impl<'m> Lowering<'m> {
                     )
                 }
                 Kind::Table { table, at } => self.graph.table(Code::Table, ids[*at], *table as u32),
-                // In an effect on an output; the reader allows it else only in `start`, which is not compiled.
+                // Reached only in an effect on an output: elsewhere the reader allows `slope` only in
+                // `start`, which is not compiled.
                 Kind::Slope { output } => self.speed_of_output(*output, smoothing),
             };
             ids.push(id);
@@ -213,8 +217,10 @@ impl<'m> Lowering<'m> {
         ids.last().copied().unwrap_or_else(|| self.graph.constant(0.0))
     }
 
-    /// A condition as a number that is positive where it holds. `a < b` and `a <= b` differ on a point alone, which a
-    /// passage through 0 does not see.
+    /// Compiles a condition to a value that is positive where it holds.
+    ///
+    /// `a < b` and `a <= b` give the same value: they differ only at its zero, and an event fires on a
+    /// passage through it.
     pub(crate) fn condition(&mut self, tree: &Tree) -> Id {
         let parts = match tree.nodes.last().map(|node| &node.kind) {
             Some(Kind::If { comparison, left, right, .. }) => Some((*comparison, *left, *right)),
@@ -242,11 +248,12 @@ impl<'m> Lowering<'m> {
                 changed.unwrap_or_else(|| self.graph.leaf(Code::Parameter, i))
             }
             Symbol::Time => self.graph.leaf(Code::Time, 0),
-            Symbol::Output(i) => self.seen_output(i, smoothing),
+            Symbol::Output(i) => self.output_for_effects(i, smoothing),
             Symbol::Let(i) => match self.lets.get(&(i, smoothing)) {
                 Some(id) => *id,
                 None => {
-                    // Values use only earlier ones, which are made first so that the recursion stays one deep.
+                    // Compile the earlier values first, so that the recursion is never more than one level
+                    // deep.
                     for earlier in 0..=i {
                         if !self.lets.contains_key(&(earlier, smoothing)) {
                             let model = self.model;
@@ -260,7 +267,9 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    /// Whole powers become products; beyond the 64th the rounding of so many products would show.
+    /// A power; whole exponents up to 64 become products.
+    ///
+    /// For larger ones the rounding errors of the products would show.
     fn power(&mut self, base: Id, exponent: Id) -> Id {
         match self.graph.value_of(exponent) {
             Some(n) if n.fract() == 0.0 && n.abs() <= 64.0 => {
@@ -272,6 +281,7 @@ impl<'m> Lowering<'m> {
         }
     }
 
+    /// Compiles the call of a function with arguments `z`, of which the first has the text `text`.
     fn call(&mut self, function: Function, z: &[Id], text: &str, smoothing: Smoothing) -> Id {
         let g = &mut self.graph;
         let code = match function {
@@ -344,6 +354,7 @@ impl<'m> Lowering<'m> {
         self.graph.add(scaled, half)
     }
 
+    /// Compiles an `if`; it is smoothed where its branches differ at the switch.
     fn choose(
         &mut self,
         comparison: Comparison,
@@ -352,15 +363,15 @@ impl<'m> Lowering<'m> {
         text: &str,
         smoothing: Smoothing,
     ) -> Id {
-        // Written as a choice by `difference > 0`; `a <= b` is the contrary of `a - b > 0`.
+        // Select by `difference > 0`; `a <= b` is the negation of `a - b > 0`.
         let (difference, yes, no) = match comparison {
             Comparison::Less => (self.graph.subtract(right, left), then, otherwise),
             Comparison::Greater => (self.graph.subtract(left, right), then, otherwise),
             Comparison::LessOrEqual => (self.graph.subtract(left, right), otherwise, then),
             Comparison::GreaterOrEqual => (self.graph.subtract(right, left), otherwise, then),
         };
-        let settled = self.graph.value_of(difference).is_some() || yes == no;
-        let sharp = smoothing == Smoothing::Sharp || settled;
+        let is_constant = self.graph.value_of(difference).is_some() || yes == no;
+        let sharp = smoothing == Smoothing::Sharp || is_constant;
         if sharp || self.probe.branches_agree(&self.graph, difference, [yes, no]) {
             return self.graph.select(difference, yes, no);
         }
@@ -371,6 +382,7 @@ impl<'m> Lowering<'m> {
     }
 }
 
+/// The width that the file declares for a smoothed discontinuity, by the text of its argument.
 fn declared_width(numerics: &Numerics, text: &str) -> Option<f64> {
     numerics.widths.get(text).copied()
 }

@@ -1,4 +1,4 @@
-//! From checked trees to straight-line programs of values and derivatives.
+//! Compiles checked trees to straight-line programs for values and derivatives.
 
 mod code;
 mod derivative;

@@ -1,27 +1,31 @@
-//! Questions about a model that its form does not answer, asked at a few points where a quantity passes 0: do the
-//! branches of an `if` agree there, does an event move its own condition away.
+//! Numerical tests of properties of a model that its expressions do not show.
+//!
+//! They are evaluated at a few points where a quantity is 0: whether the branches of an `if` agree there, and
+//! whether an event moves its own condition away from 0.
 
 use super::{Code, Graph, Id};
 use crate::machine;
 use crate::model::{Model, Table};
 
-/// Operations that all questions to one model may cost together. Beyond them the careful answer is given, so that no
-/// file can make the compiler slow: 1e7 are about 0.1 s.
-const BUDGET: usize = 10_000_000;
-/// Points of the switch that are looked at.
-const POINTS: usize = 6;
-/// Trials to find such a point.
-const TRIALS: usize = 24;
+/// Maximum number of operations that all tests of one model may cost together: about 0.1 s.
+///
+/// Beyond it the cautious answer is given, so that no file can make the compiler slow.
+const MAX_TEST_OPERATIONS: usize = 10_000_000;
+/// Number of zeros at which a property is tested.
+const TESTED_ZEROS: usize = 6;
+/// Number of attempts to find these zeros.
+const MAX_SEARCHES: usize = 24;
 
-/// Evaluates operations at points of its own choice, always the same.
+/// Evaluates operations at points drawn from a fixed random sequence.
 #[derive(Debug)]
 pub(crate) struct Probe {
     nominals: Vec<f64>,
     tables: Vec<Table>,
-    left: usize,
+    /// Operations that may still be evaluated.
+    remaining: usize,
 }
 
-/// Values of the leaves.
+/// Values of states, inputs, parameters and time.
 #[derive(Debug, Clone)]
 pub(crate) struct Point {
     states: Vec<f64>,
@@ -32,35 +36,35 @@ pub(crate) struct Point {
 
 impl Probe {
     pub(crate) fn new(model: &Model) -> Self {
-        Self { nominals: model.nominals(), tables: model.tables.clone(), left: BUDGET }
+        Self { nominals: model.nominals(), tables: model.tables.clone(), remaining: MAX_TEST_OPERATIONS }
     }
 
-    /// Whether `branches` have the same value wherever `difference` is 0, as far as can be seen.
+    /// Whether `branches` have the same value at the zeros of `difference`, within rounding.
     pub(crate) fn branches_agree(&mut self, graph: &Graph, difference: Id, branches: [Id; 2]) -> bool {
-        let points = self.zeros(graph, difference);
+        let points = self.find_zeros(graph, difference);
         let agree = |point: &Point| {
             let values = self.values(graph, point, &branches);
             let (a, b) = (values[0], values[1]);
             (a - b).abs() <= 1e-7 * (a.abs() + b.abs()) + 1e-9
         };
-        points.len() == POINTS && points.iter().all(agree)
+        points.len() == TESTED_ZEROS && points.iter().all(agree)
     }
 
-    /// Points where `id` is 0; none if the budget is spent or none is found.
-    pub(crate) fn zeros(&mut self, graph: &Graph, id: Id) -> Vec<Point> {
-        let leaves = leaves(graph, id);
-        let cost = needed(graph, &[id]).iter().filter(|n| **n).count();
+    /// Points where `id` is 0; empty if the budget is spent or none is found.
+    pub(crate) fn find_zeros(&mut self, graph: &Graph, id: Id) -> Vec<Point> {
+        let dependencies = dependencies(graph, id);
+        let cost = graph.needed_by(&[id]).iter().filter(|n| **n).count();
         let mut random = 0x9e37_79b9_7f4a_7c15_u64;
         let mut points = Vec::new();
-        for trial in 0..TRIALS {
-            // 60 halvings and 16 points of the scan for one zero.
-            if leaves.is_empty() || self.left < 80 * cost || points.len() == POINTS {
+        for trial in 0..MAX_SEARCHES {
+            // One search costs at most 60 bisections and 16 points of the scan.
+            if dependencies.is_empty() || self.remaining < 80 * cost || points.len() == TESTED_ZEROS {
                 break;
             }
-            self.left -= 80 * cost;
-            let mut point = self.point(graph, &mut random);
-            let (code, index) = leaves[trial % leaves.len()];
-            if let Some(value) = self.zero_along(graph, id, &point, (code, index)) {
+            self.remaining -= 80 * cost;
+            let mut point = self.draw_point(graph, &mut random);
+            let (code, index) = dependencies[trial % dependencies.len()];
+            if let Some(value) = self.find_zero_along(graph, id, &point, (code, index)) {
                 *point.leaf(code, index) = value;
                 points.push(point);
             }
@@ -68,44 +72,56 @@ impl Probe {
         points
     }
 
-    /// A value of one leaf at which `id` is 0, the others being those of `point`.
-    fn zero_along(&self, graph: &Graph, id: Id, point: &Point, (code, index): (Code, usize)) -> Option<f64> {
-        let mut at = point.clone();
+    /// A value of one leaf at which `id` is 0, found by a scan and bisection.
+    ///
+    /// The other leaves have their values from `point`.
+    fn find_zero_along(
+        &self,
+        graph: &Graph,
+        id: Id,
+        point: &Point,
+        (code, index): (Code, usize),
+    ) -> Option<f64> {
+        let mut trial_point = point.clone();
         let mut value = |x: f64| {
-            *at.leaf(code, index) = x;
-            self.values(graph, &at, &[id])[0]
+            *trial_point.leaf(code, index) = x;
+            self.values(graph, &trial_point, &[id])[0]
         };
         let middle = *point.clone().leaf(code, index);
-        let scan: Vec<f64> =
+        let grid: Vec<f64> =
             [-100.0, -10.0, -3.0, -1.0, -0.3, -0.1, -0.01, 0.0, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0]
                 .iter()
                 .map(|x| x * (1.0 + 0.3 * middle))
                 .collect();
-        let signs: Vec<f64> = scan.iter().map(|x| value(*x)).collect();
-        let found = (1..scan.len()).find(|i| signs[i - 1] * signs[*i] <= 0.0 && signs[i - 1] != signs[*i])?;
-        let (mut low, mut high) = (scan[found - 1], scan[found]);
-        let below = signs[found - 1];
+        let grid_values: Vec<f64> = grid.iter().map(|x| value(*x)).collect();
+        let found = (1..grid.len())
+            .find(|i| grid_values[i - 1] * grid_values[*i] <= 0.0 && grid_values[i - 1] != grid_values[*i])?;
+        let (mut low, mut high) = (grid[found - 1], grid[found]);
+        let low_value = grid_values[found - 1];
         for _ in 0..60 {
-            let half = 0.5 * (low + high);
-            let side = value(half);
-            if side == 0.0 {
-                return Some(half);
+            let middle = 0.5 * (low + high);
+            let middle_value = value(middle);
+            if middle_value == 0.0 {
+                return Some(middle);
             }
-            if side * below > 0.0 { low = half } else { high = half }
+            if middle_value * low_value > 0.0 { low = middle } else { high = middle }
         }
         Some(high)
     }
 
-    fn point(&self, graph: &Graph, random: &mut u64) -> Point {
+    /// Draws a point: states and inputs from -1 to 1, time from 0 to 10 s.
+    ///
+    /// Parameters are within 30 % of their nominal values.
+    fn draw_point(&self, graph: &Graph, random: &mut u64) -> Point {
         let mut next = || {
-            // SplitMix64: a fixed sequence, so that the same file always compiles to the same program.
+            // SplitMix64 with a fixed seed, so that the same file always compiles to the same program.
             *random = random.wrapping_add(0x9e37_79b9_7f4a_7c15);
             let z = (*random ^ (*random >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
             let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
             (z >> 11) as f64 / (1_u64 << 53) as f64
         };
-        let count = |of: Code| {
-            let indices = graph.operations().iter().filter(|o| o.code == of).map(|o| o.a as usize + 1);
+        let count = |kind: Code| {
+            let indices = graph.operations().iter().filter(|o| o.code == kind).map(|o| o.a as usize + 1);
             indices.max().unwrap_or(0)
         };
         let states = (0..count(Code::State)).map(|_| 2.0 * next() - 1.0).collect();
@@ -114,10 +130,10 @@ impl Probe {
         Point { states, inputs, time: 10.0 * next(), parameters }
     }
 
-    /// Values of `ids` at a point. A smoothed jump has width 0.01 there.
+    /// Values of `ids` at a point; widths of smoothed discontinuities are 0.01.
     pub(crate) fn values(&self, graph: &Graph, point: &Point, ids: &[Id]) -> Vec<f64> {
         let operations = graph.operations();
-        let needed = needed(graph, ids);
+        let needed = graph.needed_by(ids);
         let mut values = vec![0.0; needed.len()];
         for (id, operation) in operations.iter().enumerate().take(needed.len()) {
             if !needed[id] {
@@ -136,8 +152,14 @@ impl Probe {
                 Code::Table => table().map_or(0.0, |t| t.value(values[index])),
                 Code::TableSlope => table().map_or(0.0, |t| t.slope(values[index])),
                 code => {
-                    let at = |i: usize, id: u32| if i < code.operands() { values[id as usize] } else { 0.0 };
-                    machine::evaluate(code, at(0, operation.a), at(1, operation.b), at(2, operation.c))
+                    let operand =
+                        |i: usize, id: u32| if i < code.operands() { values[id as usize] } else { 0.0 };
+                    machine::evaluate(
+                        code,
+                        operand(0, operation.a),
+                        operand(1, operation.b),
+                        operand(2, operation.c),
+                    )
                 }
             };
         }
@@ -160,22 +182,9 @@ impl Point {
     }
 }
 
-/// Which operations up to the last of `ids` they need.
-fn needed(graph: &Graph, ids: &[Id]) -> Vec<bool> {
-    let last = ids.iter().max().map_or(0, |id| *id as usize);
-    let mut needed = vec![false; last + 1];
-    ids.iter().for_each(|id| needed[*id as usize] = true);
-    for id in (0..=last).rev() {
-        if needed[id] {
-            graph.get(id as Id).used().for_each(|used| needed[used as usize] = true);
-        }
-    }
-    needed
-}
-
-/// States, inputs and time that `id` depends on.
-fn leaves(graph: &Graph, id: Id) -> Vec<(Code, usize)> {
-    let used = needed(graph, &[id]);
+/// The states, inputs and time that `id` depends on.
+fn dependencies(graph: &Graph, id: Id) -> Vec<(Code, usize)> {
+    let used = graph.needed_by(&[id]);
     let operations = graph.operations().iter().zip(used).filter(|(_, used)| *used);
     let leaf = |code| matches!(code, Code::State | Code::Input | Code::Time);
     operations.filter(|(o, _)| leaf(o.code)).map(|(o, _)| (o.code, o.a as usize)).collect()

@@ -1,36 +1,38 @@
-//! Which operations run when: registers for all results, and lists of instructions for each purpose.
+//! Assigns registers to all results, and lists the instructions to run for each purpose.
 
 use super::{Code, Graph, Id, Operation};
 
-/// Registers of a compiled system. The first hold what the engine sets.
+/// Registers of a compiled system.
+///
+/// The first ones hold states, inputs, the time derivatives of inputs, time, parameters and widths.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Layout {
     pub(crate) states: usize,
     pub(crate) inputs: usize,
     pub(crate) parameters: usize,
-    /// Register of every operation that some section needs.
+    /// Register of each operation that some section needs.
     register_of: Vec<Option<u32>>,
     /// Constants and their registers.
     pub(crate) constants: Vec<(u32, f64)>,
     pub(crate) registers: usize,
-    /// Whether some derivative needs the change of an input.
-    pub(crate) needs_slopes: bool,
+    /// Whether some derivative needs the time derivative of an input.
+    pub(crate) needs_input_slopes: bool,
 }
 
-/// Instructions of one purpose, and the registers where its results are.
+/// Instructions for one purpose, and the registers of its results.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Section {
-    /// Needed again whenever state, input or time change.
+    /// Instructions to run whenever states, inputs or time have changed.
     pub(crate) body: Vec<Instruction>,
-    /// Results.
+    /// Registers of the results.
     pub(crate) results: Vec<u32>,
 }
 
-/// An operation on registers, its result into a later one.
+/// An operation on registers; its result goes into a later register than its operands.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Instruction {
     pub(crate) code: Code,
-    /// Registers of its operands; 0 where it has fewer.
+    /// Registers of the operands; 0 for unused ones.
     pub(crate) operands: [u32; 3],
     /// Number of its table, if it reads one.
     pub(crate) table: u32,
@@ -62,8 +64,10 @@ impl Layout {
         self.time() + 1 + self.parameters + index
     }
 
-    /// Gives registers to all operations that the results in `wanted` need, and returns the section of each, before
-    /// them the one that depends on parameters alone and runs once a simulation.
+    /// Assigns registers to all operations that the results in `wanted` need.
+    ///
+    /// Returns the layout, the section of values that depend on parameters alone and run once per simulation,
+    /// and one section per entry of `wanted`.
     pub(crate) fn assign(
         (states, inputs, parameters, widths): (usize, usize, usize, usize),
         graph: &Graph,
@@ -72,10 +76,10 @@ impl Layout {
         let operations = graph.operations();
         let mut layout = Layout { states, inputs, parameters, ..Layout::default() };
         layout.registers = layout.width(widths);
-        let needed: Vec<Vec<bool>> = wanted.iter().map(|results| reachable(operations, results)).collect();
-        let moves: Vec<bool> = (0..operations.len()).map(|id| graph.moves(id as Id)).collect();
+        let needed: Vec<Vec<bool>> = wanted.iter().map(|results| needed_in(graph, results)).collect();
+        let varies: Vec<bool> = (0..operations.len()).map(|id| graph.varies(id as Id)).collect();
         layout.register_of = vec![None; operations.len()];
-        let mut once = Section::default();
+        let mut parameter_section = Section::default();
         for (id, operation) in operations.iter().enumerate() {
             if !needed.iter().any(|needed| needed[id]) {
                 continue;
@@ -94,22 +98,22 @@ impl Layout {
                 }
             } as u32;
             layout.register_of[id] = Some(register);
-            layout.needs_slopes |= operation.code == Code::InputSlope;
+            layout.needs_input_slopes |= operation.code == Code::InputSlope;
             if let Some(value) = operation.as_constant() {
                 layout.constants.push((register, value));
-            } else if operation.code.operands() > 0 && !moves[id] {
-                once.body.push(layout.instruction(operation, register));
+            } else if operation.code.operands() > 0 && !varies[id] {
+                parameter_section.body.push(layout.instruction(operation, register));
             }
         }
         let section = |(results, needed): (&Vec<Id>, Vec<bool>)| Section {
             results: results.iter().map(|id| layout.register(*id)).collect(),
             body: (0..operations.len())
-                .filter(|id| needed[*id] && moves[*id] && operations[*id].code.operands() > 0)
+                .filter(|id| needed[*id] && varies[*id] && operations[*id].code.operands() > 0)
                 .map(|id| layout.instruction(&operations[id], layout.register(id as Id)))
                 .collect(),
         };
         let sections = wanted.iter().zip(needed).map(section).collect();
-        (layout, once, sections)
+        (layout, parameter_section, sections)
     }
 
     /// Register of an operation that some section needs.
@@ -119,20 +123,16 @@ impl Layout {
 
     fn instruction(&self, operation: &Operation, to: u32) -> Instruction {
         let mut operands = [0; 3];
-        operands.iter_mut().zip(operation.used()).for_each(|(to, used)| *to = self.register(used));
+        operands.iter_mut().zip(operation.inputs()).for_each(|(to, used)| *to = self.register(used));
         let is_table = matches!(operation.code, Code::Table | Code::TableSlope);
         let table = if is_table { operation.b } else { 0 };
         Instruction { code: operation.code, operands, table, to }
     }
 }
 
-fn reachable(operations: &[Operation], results: &[Id]) -> Vec<bool> {
-    let mut needed = vec![false; operations.len()];
-    results.iter().for_each(|id| needed[*id as usize] = true);
-    for id in (0..operations.len()).rev() {
-        if needed[id] {
-            operations[id].used().for_each(|used| needed[used as usize] = true);
-        }
-    }
+/// Whether each operation of the graph is needed to compute `results`.
+fn needed_in(graph: &Graph, results: &[Id]) -> Vec<bool> {
+    let mut needed = graph.needed_by(results);
+    needed.resize(graph.operations().len(), false);
     needed
 }

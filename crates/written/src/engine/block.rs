@@ -1,31 +1,39 @@
-//! States of `L` windows side by side, and the step of Runge and Kutta with the equation of their sensitivities.
+//! States and sensitivities of `L` windows, and the Runge-Kutta step that advances both.
+//!
+//! With rates `f(x, u, p, t)` the sensitivities `S = dx/dp` (one column per seed) follow
+//!
+//! 1. `x' = f(x, u, p, t)`
+//! 2. `S' = J S + P` with `J = df/dx` and `P = df/dp`.
+//!
+//! Both are advanced by the same classical Runge-Kutta step, so that `S` is the exact derivative of the
+//! discrete solution.
 
 use super::Seed;
-use super::rows::{OnLines, Row, Rows, filled};
-use super::sensitivity::{STAGES, Slots, advance};
+use super::rows::{CacheAligned, Row, Rows, filled};
+use super::sensitivity::{STAGES, Slots, advance_dense_sensitivities};
 use crate::compile::Section;
 use crate::system::{Column, Entry, Gradient, System};
 use pulp::{Simd, WithSimd};
 
-/// The inputs of a step, lane by lane: cubics in the time since the begin of a piece.
+/// The inputs during a step, per lane: cubics in the time since the start of a piece.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
-pub(crate) struct Drive<const L: usize> {
-    /// Time at the begin of the piece.
+pub(crate) struct StepInputs<const L: usize> {
+    /// Time at the start of the piece, s.
     pub(crate) begin: [f64; L],
     /// `[input][power]`.
-    pub(crate) coefficients: OnLines<[[f64; L]; 4]>,
+    pub(crate) coefficients: CacheAligned<[[f64; L]; 4]>,
 }
 
-/// `L` windows: registers of the machine, state and sensitivities, and scratch that is used again and again.
+/// `L` windows: machine registers, states, sensitivities, and reused scratch space.
 #[derive(Debug, Clone)]
 pub(crate) struct Block<const L: usize> {
     pub(crate) registers: Rows<L>,
-    /// `[state]`.
+    /// States, `[state]`.
     pub(crate) x: Rows<L>,
-    /// `[seed][state]`.
+    /// Sensitivities, `[seed][state]`.
     pub(crate) s: Rows<L>,
-    /// Rates at the begin of the last step.
+    /// Rates at the start of the last step.
     pub(crate) first_rate: Rows<L>,
     stage: Rows<L>,
     sum: Rows<L>,
@@ -34,20 +42,21 @@ pub(crate) struct Block<const L: usize> {
     column: Rows<L>,
 }
 
-/// Columns of the sensitivities: what each seed contributes to the rates.
+/// The sensitivity columns: where the derivatives of the rates that each needs are stored.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Columns {
     pub(crate) seeds: Vec<Seed>,
-    /// Active parameter of each seed.
+    /// Active parameter of each seed; `None` for a start state.
     pub(crate) active: Vec<Option<usize>>,
-    /// Slot of each entry of the rates' gradient.
+    /// Slot of each entry of the gradient of the rates.
     slots: Vec<usize>,
-    /// Derivatives of each rate with respect to states.
+    /// Derivatives of each rate with respect to the states.
     rows: Vec<Vec<RowEntry>>,
-    /// Slot of the derivative of each rate by the seed itself, by seed.
-    own: Vec<Vec<usize>>,
+    /// Slot of the derivative of each rate with respect to the seed itself, `[seed][rate]`.
+    direct_slots: Vec<Vec<usize>>,
 }
 
+/// The derivative of a rate with respect to a state.
 #[derive(Debug, Clone, Copy)]
 struct RowEntry {
     slot: usize,
@@ -55,14 +64,16 @@ struct RowEntry {
     is_one: bool,
 }
 
-/// A section at one state, as work for the instruction set found at run time. A closure in its place would stay a
-/// function of its own, compiled for the lowest set.
+/// Runs a section at the present state, in the form that [`pulp`] dispatches to an instruction set.
+///
+/// A closure in its place would remain a separate function, compiled for the lowest instruction set.
 struct Evaluation<'e, const L: usize> {
     system: &'e System,
     section: &'e Section,
     registers: &'e mut [[f64; L]],
     x: &'e [[f64; L]],
-    at: Option<(&'e Drive<L>, &'e [f64; L])>,
+    /// Inputs and times to set first; `None` if the section depends on parameters alone.
+    at: Option<(&'e StepInputs<L>, &'e [f64; L])>,
 }
 
 impl<const L: usize> WithSimd for Evaluation<'_, L> {
@@ -70,19 +81,19 @@ impl<const L: usize> WithSimd for Evaluation<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        if let Some((drive, time)) = self.at {
+        if let Some((step_inputs, time)) = self.at {
             self.registers[..self.x.len()].copy_from_slice(self.x);
-            drive.set(self.system, self.registers, time);
+            step_inputs.set(self.system, self.registers, time);
         }
         self.system.machine.pass(simd, self.section, self.registers);
     }
 }
 
-/// Outputs and their derivatives at one state, as work for the instruction set.
+/// Computes outputs and their derivatives at the present state, as work for an instruction set.
 struct Measurement<'m, const L: usize> {
     block: &'m mut Block<L>,
     system: &'m System,
-    drive: &'m Drive<L>,
+    step_inputs: &'m StepInputs<L>,
     time: &'m [f64; L],
     columns: &'m Columns,
     values: &'m mut [[f64; L]],
@@ -94,11 +105,11 @@ impl<const L: usize> WithSimd for Measurement<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { block, system, drive, time, columns, values, slopes } = self;
+        let Self { block, system, step_inputs, time, columns, values, slopes } = self;
         let (gradient, n, seeds) = (&system.output_gradient, block.x.len(), columns.seeds.len());
         let section = if seeds == 0 { &system.outputs } else { &gradient.section };
         block.registers[..n].copy_from_slice(&block.x);
-        drive.set(system, &mut block.registers, time);
+        step_inputs.set(system, &mut block.registers, time);
         system.machine.pass(simd, section, &mut block.registers);
         for (to, result) in values.iter_mut().zip(&section.results) {
             *to = block.registers[*result as usize];
@@ -127,15 +138,16 @@ impl<const L: usize> WithSimd for Measurement<'_, L> {
     }
 }
 
-/// A step of Runge-Kutta, as work for the instruction set.
+/// Takes a Runge-Kutta step, as work for an instruction set.
 struct Step<'s, const L: usize> {
     block: &'s mut Block<L>,
     system: &'s System,
-    drive: &'s Drive<L>,
+    step_inputs: &'s StepInputs<L>,
     time: &'s [f64; L],
     h: &'s [f64; L],
     columns: Option<&'s Columns>,
-    held: &'s [bool],
+    /// States whose rate is 0 because of a bound or a rest.
+    fixed: &'s [bool],
 }
 
 impl<const L: usize> WithSimd for Step<'_, L> {
@@ -143,12 +155,21 @@ impl<const L: usize> WithSimd for Step<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.block.values(simd, self.system, self.drive, (self.time, self.h), self.columns, self.held);
+        self.block.advance_states(
+            simd,
+            self.system,
+            self.step_inputs,
+            (self.time, self.h),
+            self.columns,
+            self.fixed,
+        );
         if let Some(columns) = self.columns {
             let Block { x, s, gradients, .. } = &mut *self.block;
-            let is_free = !self.held.contains(&true);
-            if !(is_free && advance(simd, &columns.own, self.h, gradients, s, x.len())) {
-                self.block.sensitivities(self.h, columns, self.held);
+            let is_free = !self.fixed.contains(&true);
+            if !(is_free
+                && advance_dense_sensitivities(simd, &columns.direct_slots, self.h, gradients, s, x.len()))
+            {
+                self.block.advance_sensitivities(self.h, columns, self.fixed);
             }
         }
     }
@@ -161,37 +182,38 @@ impl Columns {
             Seed::Start(_) => None,
         };
         let (n, entries) = (system.states(), &system.rate_gradient.entries);
-        let places = Slots::new(n, entries.len());
+        let layout = Slots::new(n, entries.len());
         let slot = |(index, entry): (usize, &Entry)| match entry.column {
-            Column::State(state) if places.dense > 0 => entry.row * n + state,
-            _ => places.dense + index,
+            Column::State(state) if layout.dense > 0 => entry.row * n + state,
+            _ => layout.dense + index,
         };
         let slots: Vec<usize> = entries.iter().enumerate().map(slot).collect();
         let active: Vec<Option<usize>> = seeds.iter().map(active).collect();
         let mut rows = vec![Vec::new(); n];
-        let mut own = vec![vec![places.zero(); n]; seeds.len()];
+        let mut direct_slots = vec![vec![layout.zero(); n]; seeds.len()];
         for (entry, slot) in entries.iter().zip(&slots) {
             match entry.column {
                 Column::State(state) => {
                     rows[entry.row].push(RowEntry { slot: *slot, state, is_one: entry.is_one });
                 }
                 Column::Active(k) => {
-                    let of_seed = own.iter_mut().zip(&active).filter(|(_, active)| **active == Some(k));
-                    of_seed.for_each(|(own, _)| own[entry.row] = *slot);
+                    let matching =
+                        direct_slots.iter_mut().zip(&active).filter(|(_, active)| **active == Some(k));
+                    matching.for_each(|(direct_slots, _)| direct_slots[entry.row] = *slot);
                 }
                 Column::Time => {}
             }
         }
-        Columns { seeds: seeds.to_vec(), active, slots, rows, own }
+        Columns { seeds: seeds.to_vec(), active, slots, rows, direct_slots }
     }
 }
 
-impl<const L: usize> Drive<L> {
+impl<const L: usize> StepInputs<L> {
     pub(crate) fn new(inputs: usize) -> Self {
         Self { coefficients: filled(inputs, [[0.0; L]; 4]), begin: [0.0; L] }
     }
 
-    /// Sets time and inputs at `time`.
+    /// Sets the registers of time and inputs to their values at `time`.
     #[inline(always)]
     pub(crate) fn set(&self, system: &System, registers: &mut [[f64; L]], time: &[f64; L]) {
         let layout = &system.layout;
@@ -203,7 +225,7 @@ impl<const L: usize> Drive<L> {
                 registers[value][lane] =
                     c[3][lane].mul_add(s, c[2][lane]).mul_add(s, c[1][lane]).mul_add(s, c[0][lane]);
             }
-            if !layout.needs_slopes {
+            if !layout.needs_input_slopes {
                 continue;
             }
             for lane in 0..L {
@@ -216,21 +238,22 @@ impl<const L: usize> Drive<L> {
 }
 
 impl<const L: usize> Block<L> {
-    /// Stands in the place of a block that was taken out.
+    /// A block without windows, as a placeholder for one that was moved out.
     pub(crate) fn empty() -> Self {
-        let none = || filled(0, [0.0; L]);
+        let empty_rows = || filled(0, [0.0; L]);
         Self {
-            registers: none(),
-            x: none(),
-            s: none(),
-            first_rate: none(),
-            stage: none(),
-            sum: none(),
-            gradients: none(),
-            column: none(),
+            registers: empty_rows(),
+            x: empty_rows(),
+            s: empty_rows(),
+            first_rate: empty_rows(),
+            stage: empty_rows(),
+            sum: empty_rows(),
+            gradients: empty_rows(),
+            column: empty_rows(),
         }
     }
 
+    /// A block for `seeds` sensitivity columns, with all states 0.
     pub(crate) fn new(system: &System, seeds: usize) -> Self {
         let n = system.states();
         let zeros = |count: usize| filled(count, [0.0; L]);
@@ -266,21 +289,27 @@ impl<const L: usize> Block<L> {
         }
     }
 
-    /// Computes what depends on parameters alone.
+    /// Computes the values that depend on parameters alone.
     pub(crate) fn prepare(&mut self, system: &System) {
-        self.run(system, &system.once, None);
+        self.run(system, &system.parameter_section, None);
     }
 
     /// Runs a section at the present state.
-    pub(crate) fn evaluate(&mut self, system: &System, section: &Section, drive: &Drive<L>, time: &[f64; L]) {
-        self.run(system, section, Some((drive, time)));
+    pub(crate) fn evaluate(
+        &mut self,
+        system: &System,
+        section: &Section,
+        step_inputs: &StepInputs<L>,
+        time: &[f64; L],
+    ) {
+        self.run(system, section, Some((step_inputs, time)));
     }
 
-    /// Outputs at the present state and their derivatives, `[output][seed]`.
+    /// Computes the outputs at the present state and their derivatives, `[output][seed]`.
     pub(crate) fn measure(
         &mut self,
         system: &System,
-        drive: &Drive<L>,
+        step_inputs: &StepInputs<L>,
         time: &[f64; L],
         columns: &Columns,
         values: &mut [[f64; L]],
@@ -289,7 +318,7 @@ impl<const L: usize> Block<L> {
         system.machine.dispatch::<L, _>(Measurement {
             block: self,
             system,
-            drive,
+            step_inputs,
             time,
             columns,
             values,
@@ -297,33 +326,40 @@ impl<const L: usize> Block<L> {
         });
     }
 
-    fn run(&mut self, system: &System, section: &Section, at: Option<(&Drive<L>, &[f64; L])>) {
+    /// Runs a section; with inputs and times, sets states, inputs and time first.
+    fn run(&mut self, system: &System, section: &Section, at: Option<(&StepInputs<L>, &[f64; L])>) {
         let Self { registers, x, .. } = self;
         system.machine.dispatch::<L, _>(Evaluation { system, section, registers, x, at });
     }
 
-    /// A step of classical Runge-Kutta from `time` of length `h`, with the sensitivities of `columns` if given. Rates of
-    /// states that are `held` are 0.
+    /// Takes a classical Runge-Kutta step from `time` of length `h`.
+    ///
+    /// The sensitivities of `columns` are advanced as well.
+    ///
+    /// The rates of states that are `fixed` are 0.
     pub(crate) fn step(
         &mut self,
         system: &System,
-        drive: &Drive<L>,
+        step_inputs: &StepInputs<L>,
         (time, h): (&[f64; L], &[f64; L]),
         columns: Option<&Columns>,
-        held: &[bool],
+        fixed: &[bool],
     ) {
-        system.machine.dispatch::<L, _>(Step { block: self, system, drive, time, h, columns, held });
+        system.machine.dispatch::<L, _>(Step { block: self, system, step_inputs, time, h, columns, fixed });
     }
 
+    /// Advances the states by a step.
+    ///
+    /// The derivatives of the rates at the four stages are stored for the sensitivities.
     #[inline(always)]
-    fn values<S: Simd>(
+    fn advance_states<S: Simd>(
         &mut self,
         simd: S,
         system: &System,
-        drive: &Drive<L>,
+        step_inputs: &StepInputs<L>,
         (time, h): (&[f64; L], &[f64; L]),
         columns: Option<&Columns>,
-        held: &[bool],
+        fixed: &[bool],
     ) {
         let n = self.x.len();
         let (section, entries, slots) = match columns {
@@ -333,27 +369,28 @@ impl<const L: usize> Block<L> {
             }
             None => (&system.rates, &[][..], &[][..]),
         };
-        let of_stage = self.gradients.len() / STAGES.len();
+        let slots_per_stage = self.gradients.len() / STAGES.len();
         self.stage.copy_from_slice(&self.x);
-        let still = Row([0.0; L]);
+        let zero_rate = Row([0.0; L]);
         for stage in 0..4 {
-            // Stages at 0, 1/2, 1/2 and 1 of the step; each goes on by 1/2, 1/2, 1 and weighs 1, 2, 2, 1 sixths.
-            let (at, on, weight) =
+            // Stages are at 0, 1/2, 1/2 and 1 of the step, with weights 1, 2, 2 and 1 sixths; `next_at` is
+            // where the next one is.
+            let (at, next_at, weight) =
                 [(0.0, 0.5, 1.0), (0.5, 0.5, 2.0), (0.5, 1.0, 2.0), (1.0, 0.0, 1.0)][stage];
             let mut now = Row([0.0; L]);
             for ((now, h), time) in now.0.iter_mut().zip(h).zip(time) {
                 *now = h.mul_add(at, *time);
             }
             self.registers[..n].copy_from_slice(&self.stage);
-            drive.set(system, &mut self.registers, &now.0);
+            step_inputs.set(system, &mut self.registers, &now.0);
             system.machine.pass(simd, section, &mut self.registers);
             for (entry, slot) in entries.iter().zip(slots) {
-                self.gradients[stage * of_stage + slot] = self.registers[entry.register];
+                self.gradients[stage * slots_per_stage + slot] = self.registers[entry.register];
             }
             for i in 0..n {
-                let is_held = held.get(i) == Some(&true);
-                // Read where it stands: a copy of a row on the way costs as much as the operation that made it.
-                let rate = if is_held { &still.0 } else { &self.registers[section.results[i] as usize] };
+                let is_fixed = fixed.get(i) == Some(&true);
+                // Used by reference: copying a row would cost as much as the operation that computed it.
+                let rate = if is_fixed { &zero_rate.0 } else { &self.registers[section.results[i] as usize] };
                 let (sum, next, from) = (&mut self.sum[i], &mut self.stage[i], &self.x[i]);
                 if stage == 0 {
                     self.first_rate[i].copy_from_slice(rate);
@@ -365,7 +402,7 @@ impl<const L: usize> Block<L> {
                 }
                 if stage < 3 {
                     for lane in 0..L {
-                        next[lane] = (h[lane] * on).mul_add(rate[lane], from[lane]);
+                        next[lane] = (h[lane] * next_at).mul_add(rate[lane], from[lane]);
                     }
                 }
             }
@@ -377,20 +414,22 @@ impl<const L: usize> Block<L> {
         }
     }
 
-    /// Makes the step of the values on the equation S' = J S + P of each column too: the exact derivative of that step.
+    /// Advances all columns by the same step applied to formula (2).
+    ///
+    /// This is the exact derivative of the step of the states.
     #[inline(always)]
-    fn sensitivities(&mut self, h: &[f64; L], columns: &Columns, held: &[bool]) {
+    fn advance_sensitivities(&mut self, h: &[f64; L], columns: &Columns, fixed: &[bool]) {
         let n = self.x.len();
-        let of_stage = self.gradients.len() / STAGES.len();
-        let (mut stage, rest) = self.column.split_at_mut(n);
-        let (mut next, sum) = rest.split_at_mut(n);
-        for (s, own) in self.s.chunks_exact_mut(n).zip(&columns.own) {
+        let slots_per_stage = self.gradients.len() / STAGES.len();
+        let (mut stage, remaining) = self.column.split_at_mut(n);
+        let (mut next, sum) = remaining.split_at_mut(n);
+        for (s, direct_slots) in self.s.chunks_exact_mut(n).zip(&columns.direct_slots) {
             stage.copy_from_slice(s);
-            for (index, (on, weight)) in STAGES.into_iter().enumerate() {
-                let gradient = &self.gradients[index * of_stage..(index + 1) * of_stage];
+            for (index, (next_at, weight)) in STAGES.into_iter().enumerate() {
+                let gradient = &self.gradients[index * slots_per_stage..(index + 1) * slots_per_stage];
                 for i in 0..n {
-                    // The rate stays in registers from its first part to its use.
-                    let mut rate = gradient[own[i]];
+                    // The rate stays in vector registers while it is summed up and used.
+                    let mut rate = gradient[direct_slots[i]];
                     for entry in &columns.rows[i] {
                         let (j, z) = (&gradient[entry.slot], &stage[entry.state]);
                         if entry.is_one {
@@ -403,14 +442,14 @@ impl<const L: usize> Block<L> {
                             }
                         }
                     }
-                    if held.get(i) == Some(&true) {
+                    if fixed.get(i) == Some(&true) {
                         rate = [0.0; L];
                     }
                     let (from, to, total) = (&s[i], &mut next[i], &mut sum[i]);
                     for lane in 0..L {
                         let before = if index == 0 { 0.0 } else { total[lane] };
                         total[lane] = rate[lane].mul_add(weight, before);
-                        to[lane] = (h[lane] * on).mul_add(rate[lane], from[lane]);
+                        to[lane] = (h[lane] * next_at).mul_add(rate[lane], from[lane]);
                     }
                 }
                 std::mem::swap(&mut stage, &mut next);
@@ -424,8 +463,10 @@ impl<const L: usize> Block<L> {
         }
     }
 
-    /// Derivatives along a column of values whose gradient was just evaluated: `g_x S + g_p`, by value.
-    pub(crate) fn along(
+    /// Derivatives along a sensitivity column of values whose gradient was just evaluated.
+    ///
+    /// They are `g_x S + g_p`, one per value.
+    pub(crate) fn directional_derivatives(
         &self,
         gradient: &Gradient,
         columns: &Columns,

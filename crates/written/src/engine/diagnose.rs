@@ -1,12 +1,12 @@
-//! Finds the operation of a rate that made it infinite or no number.
+//! Finds the operation that made a state infinite or NaN, for the message of a divergence.
 
 use super::{Options, SimulationError, Window};
 use crate::model::{How, Model, Target};
 use crate::system::System;
-use crate::text::{Kind, Meaning, Symbol, Tree};
+use crate::text::{Bindings, Kind, Symbol, Tree};
 
-/// The failure of a window whose state number `state` is not finite at its sample `index`.
-pub(crate) fn not_finite(
+/// The error of a window in which state number `state` is not finite at its sample `index`.
+pub(crate) fn diverged(
     system: &System,
     window: &Window<'_>,
     index: usize,
@@ -14,68 +14,72 @@ pub(crate) fn not_finite(
     options: &Options,
 ) -> SimulationError {
     let sample = (window.first + index).min(window.last);
-    let before = sample.saturating_sub(1).max(window.first);
+    let last_finite = sample.saturating_sub(1).max(window.first);
     let name = |state: usize| system.model.states[state].name.clone();
-    // The last sample that is finite, by simulating up to it again; the fault lies in its rates or one step behind.
-    let shorter = Window { last: before, ..window.clone() };
-    // A start that is not finite itself has no such sample, and asking for it would lead here again.
-    let up_to = (index > 0).then(|| system.simulate(std::slice::from_ref(&shorter), &[], options).pop());
-    let start = match up_to.flatten() {
+    // Simulate again up to the last finite sample: the cause is in the rates there or within the next
+    // interval.
+    let shorter = Window { last: last_finite, ..window.clone() };
+    // A start that is not finite has no such sample, and simulating it again would recurse without end.
+    let run = (index > 0).then(|| system.simulate(std::slice::from_ref(&shorter), &[], options).pop());
+    let start = match run.flatten() {
         Some(Ok(simulated)) => simulated.end,
         _ => window.start.to_vec(),
     };
     let times = &window.record.times;
-    let mut failure = SimulationError::NotFinite {
+    let mut error = SimulationError::NotFinite {
         record: window.record.name.clone(),
         time: times[sample],
         state: name(state),
         cause: None,
     };
-    // Small explicit steps from there show the first rate that fails and the state in which it does.
+    // Small explicit Euler steps from there find the first rate that is not finite, and the state at which it
+    // occurs.
     let steps = 1000 * options.substeps.max(1);
-    let h = (times[sample] - times[before]) / steps as f64;
+    let h = (times[sample] - times[last_finite]) / steps as f64;
     let mut x = start;
     for step in 0..=steps {
-        let time = times[before] + h * step as f64;
-        let scene = Scene::new(&system.model, window, &x, time);
+        let time = times[last_finite] + h * step as f64;
+        let values = PointValues::new(&system.model, window, &x, time);
         let mut rates = Vec::with_capacity(x.len());
         for state in 0..x.len() {
-            let rate = scene.rate(state);
+            let rate = values.rate(state);
             if !rate.is_finite() {
-                if let SimulationError::NotFinite { time: at, state: of, cause, .. } = &mut failure {
-                    (*at, *of) = (time, name(state));
-                    *cause = scene.cause(state);
+                if let SimulationError::NotFinite { time: error_time, state: error_state, cause, .. } =
+                    &mut error
+                {
+                    (*error_time, *error_state) = (time, name(state));
+                    *cause = values.cause(state);
                 }
-                return failure;
+                return error;
             }
             rates.push(rate);
         }
         x.iter_mut().zip(&rates).for_each(|(x, rate)| *x += h * rate);
     }
-    failure
+    error
 }
 
-/// Values of everything that a tree may name.
-struct Scene<'s> {
+/// Values of everything that an expression may refer to, at one point of a window.
+struct PointValues<'s> {
     model: &'s Model,
     window: &'s Window<'s>,
     x: &'s [f64],
     time: f64,
-    /// Values of `[let]`, as far as they are known.
+    /// Values of `[let]`, as far as they are computed.
     lets: Vec<f64>,
 }
 
-impl<'s> Scene<'s> {
+impl<'s> PointValues<'s> {
     fn new(model: &'s Model, window: &'s Window<'s>, x: &'s [f64], time: f64) -> Self {
-        let mut scene = Scene { model, window, x, time, lets: Vec::new() };
+        let mut values = PointValues { model, window, x, time, lets: Vec::new() };
         for declared in &model.lets {
-            let value = declared.value.tree.value(&scene);
-            scene.lets.push(value);
+            let value = declared.value.tree.value(&values);
+            values.lets.push(value);
         }
-        scene
+        values
     }
 
-    /// The rate of a state with everything that was added to it.
+    /// The rate of a state with the effects on it.
     fn rate(&self, state: usize) -> f64 {
         let declared = self.model.states[state].rate.tree.value(self);
         let changes = self.model.additions.iter().flat_map(|a| &a.changes);
@@ -89,17 +93,19 @@ impl<'s> Scene<'s> {
         })
     }
 
-    /// The cause of a rate that is not finite: within the first `[let]` value that is not, or within its own expression.
+    /// Describes why a rate is not finite.
+    ///
+    /// The cause is in the first `[let]` value that is not finite, or else in the rate's own expression.
     fn cause(&self, state: usize) -> Option<String> {
         let values = self.model.lets.iter().zip(&self.lets);
-        let first = values.into_iter().find(|(_, value)| !value.is_finite());
-        let own = std::iter::once(&self.model.states[state].rate.tree).chain(self.model.added_trees());
-        let trees = first.map(|(declared, _)| &declared.value.tree).into_iter().chain(own);
+        let first_infinite = values.into_iter().find(|(_, value)| !value.is_finite());
+        let rate_trees = std::iter::once(&self.model.states[state].rate.tree).chain(self.model.added_trees());
+        let trees = first_infinite.map(|(declared, _)| &declared.value.tree).into_iter().chain(rate_trees);
         trees.into_iter().find_map(|tree| cause_in(tree, &tree.values(self)))
     }
 }
 
-impl Meaning for Scene<'_> {
+impl Bindings for PointValues<'_> {
     fn symbol(&self, symbol: Symbol) -> f64 {
         match symbol {
             Symbol::State(i) => self.x[i],
@@ -123,24 +129,24 @@ impl Meaning for Scene<'_> {
     }
 }
 
-/// The first node that is not finite though what it is made of is, in words.
+/// Describes the first node that is not finite although its operands are.
 fn cause_in(tree: &Tree, values: &[f64]) -> Option<String> {
-    let broken = |i: &usize| !values[*i].is_finite();
+    let is_broken = |i: &usize| !values[*i].is_finite();
     for (index, node) in tree.nodes.iter().enumerate() {
-        if !broken(&index) {
+        if !is_broken(&index) {
             continue;
         }
-        let text = |i: usize| augsim_data::shown(without_brackets(tree.text_of(i)));
+        let text = |i: usize| augsim_data::shown(without_outer_parentheses(tree.text_of(i)));
         return Some(match &node.kind {
-            Kind::Divide(a, b) if !broken(a) && values[*b] == 0.0 => {
+            Kind::Divide(a, b) if !is_broken(a) && values[*b] == 0.0 => {
                 format!("division by `{}` = 0", text(*b))
             }
-            Kind::Call(function, arguments) if !arguments.iter().any(broken) => {
+            Kind::Call(function, arguments) if !arguments.iter().any(is_broken) => {
                 let z = arguments.first().map_or(0.0, |a| values[*a]);
                 let argument = arguments.first().map_or_else(String::new, |a| text(*a));
                 format!("`{}` of `{argument}` = {z}", function.name())
             }
-            Kind::Power(a, b) if !broken(a) && !broken(b) => {
+            Kind::Power(a, b) if !is_broken(a) && !is_broken(b) => {
                 format!("`{}` = {} to the power of `{}` = {}", text(*a), values[*a], text(*b), values[*b])
             }
             Kind::Symbol(_) => continue,
@@ -150,8 +156,8 @@ fn cause_in(tree: &Tree, values: &[f64]) -> Option<String> {
     None
 }
 
-/// A text without the pair of brackets around the whole of it.
-fn without_brackets(text: &str) -> &str {
+/// Removes a pair of parentheses that encloses the whole text.
+fn without_outer_parentheses(text: &str) -> &str {
     let Some(inner) = text.strip_prefix('(').and_then(|t| t.strip_suffix(')')) else { return text };
     let mut depth = 0;
     for c in inner.chars() {

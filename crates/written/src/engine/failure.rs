@@ -1,42 +1,45 @@
-//! Why a window cannot be simulated.
+//! Errors of simulations.
 
 use thiserror::Error;
 
-/// A simulation that failed. Times are seconds since the trajectory began.
+/// The error of a window that cannot be simulated. Times are seconds since the trajectory began.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each explains its values")]
 pub enum SimulationError {
-    #[error("{record}, t = {time} s: rates.{state} is not finite{}", because(.cause))]
+    #[error("{record}: the simulation diverged at t = {time} s: rates.{state} is not finite{}", describe_cause(.cause))]
     NotFinite { record: String, time: f64, state: String, cause: Option<String> },
     #[error(
-        "{record}, t = {time} s: events.{event} fired more than {allowed} times; give it a `rest`, or check that its `set` moves `when` away from 0"
+        "{record}: events.{event} fired more than {allowed} times up to t = {time} s; give it a `rest`, or check that its `set` moves `when` away from 0"
     )]
     TooManyEvents { record: String, time: f64, event: String, allowed: usize },
     #[error(
-        "{record}, t = {time} s: events.{event} fires ever faster without end; give it a `rest`, such as rest = {{ below_m_s = 1e-3, hold = [\"x_m\"] }}"
+        "{record}: events.{event} fires faster and faster without end from t = {time} s on; give it a `rest`, such as rest = {{ below_m_s = 1e-3, hold = [\"x_m\"] }}"
     )]
-    Endless { record: String, time: f64, event: String },
+    Zeno { record: String, time: f64, event: String },
     #[error(
-        "rates.{state} is stiff: its fastest rate is {rate:.1e} per second, {ratio:.0} times the sample rate; set [numerics] integrator = \"implicit\" or widen sign_width"
+        "rates.{state} is stiff: its fastest rate is {rate:.1e} per second, {ratio:.0} times the sample rate; set [numerics] integrator = \"implicit\", or increase sign_width"
     )]
     Stiff { state: String, rate: f64, ratio: f64 },
     #[error(
-        "{record}, t = {time} s: the implicit step does not converge; set [numerics] substeps to more, or widen sign_width"
+        "{record}: the implicit step at t = {time} s does not converge; increase substeps or sign_width under [numerics]"
     )]
     NoConvergence { record: String, time: f64 },
-    #[error("{record}: {what} has {found} values, {expected} are needed")]
+    #[error("{record}: {what} has {found} values, but {expected} are needed")]
     Size { record: String, what: &'static str, found: usize, expected: usize },
-    #[error("{record}: samples {first} to {last} do not lie within its {samples} samples")]
+    #[error("{record}: samples {first} to {last} are not within its {samples} samples")]
     Samples { record: String, first: usize, last: usize, samples: usize },
-    #[error("{record}: time must rise from sample to sample, but {right} s follows {left} s; sort the rows")]
-    TimesDoNotRise { record: String, left: f64, right: f64 },
     #[error(
-        "parameter `{name}` has no derivative in this system: compile it with the parameter among the active ones"
+        "{record}: time must increase from sample to sample, but {right} s follows {left} s; sort the rows"
+    )]
+    TimesDoNotIncrease { record: String, left: f64, right: f64 },
+    #[error(
+        "the parameter `{name}` has no derivative in this compiled system; include it in the active parameters when compiling"
     )]
     NotActive { name: String },
 }
 
-fn because(cause: &Option<String>) -> String {
+/// The cause of a divergence, or general advice if it was not found.
+fn describe_cause(cause: &Option<String>) -> String {
     cause
         .as_ref()
         .map_or_else(|| "; check the start values and parameters".to_owned(), |cause| format!(": {cause}"))

@@ -1,56 +1,59 @@
-//! One window where something happens: events are located, states reset, walls and rests entered and left, and the
-//! sensitivities carried across with the derivative of the time at which it happens.
+//! One window that is advanced by itself: it keeps track of events, state bounds and rests.
+//!
+//! The sensitivities are carried across discontinuities with the derivative of the time at which these occur.
 
-use super::block::{Block, Columns, Drive};
-use super::{EventSeen, Method, SimulationError, implicit, reference};
-use crate::limits::EVENTS_PER_WINDOW;
+use super::block::{Block, Columns, StepInputs};
+use super::{Method, SimulatedEvent, SimulationError, implicit, reference};
+use crate::limits::MAX_EVENTS_PER_WINDOW;
 use crate::system::{Column, Gradient, System};
 
-/// Which laws hold at present.
+/// Which equations hold at present: sides of the event conditions, states at bounds, events at rest.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Mode {
-    /// Sign of each `when` before its next passage.
+    /// Sign of each `when` before it passes 0 next.
     pub(crate) sides: Vec<f64>,
-    /// Side of each `when` before the event that led to rest.
+    /// For each event at rest, the side of its `when` before the event that led to the rest.
     pub(super) resting: Vec<Option<f64>>,
-    /// For each state -1 at its lower wall, 1 at its upper, else 0.
-    pub(super) walls: Vec<i8>,
-    /// States that stand still.
-    pub(super) held: Vec<bool>,
+    /// For each state -1 at its lower bound, 1 at its upper bound, else 0.
+    pub(super) bounds: Vec<i8>,
+    /// States whose rate is 0 because of a bound or a rest.
+    pub(super) fixed: Vec<bool>,
+    /// Number of events that have fired.
     pub(super) fired: usize,
 }
 
-/// One window apart from its block.
+/// One window outside its block.
 #[derive(Debug, Clone)]
 pub(crate) struct Lane {
     pub(crate) block: Block<1>,
-    pub(crate) drive: Drive<1>,
+    pub(crate) step_inputs: StepInputs<1>,
     pub(crate) mode: Mode,
-    pub(crate) events: Vec<EventSeen>,
-    /// Length of the last step that was chosen by its error, in seconds.
+    pub(crate) events: Vec<SimulatedEvent>,
+    /// Length of the last step chosen by error control, s.
     pub(super) last_step: f64,
 }
 
-/// Why a step has no end.
-pub(crate) enum Trouble {
+/// Why a step could not be completed.
+pub(crate) enum StepFailure {
     TooManyEvents(usize, f64),
-    Endless(usize, f64),
+    Zeno(usize, f64),
     NoConvergence(f64),
 }
 
-impl Trouble {
-    pub(crate) fn of(self, system: &System, record: &str) -> SimulationError {
+impl StepFailure {
+    /// The error that a user sees.
+    pub(crate) fn into_error(self, system: &System, record: &str) -> SimulationError {
         let record = record.to_owned();
         let name = |event: usize| system.model.events.get(event).map_or_else(String::new, |e| e.name.clone());
         match self {
-            Trouble::TooManyEvents(event, time) => SimulationError::TooManyEvents {
+            StepFailure::TooManyEvents(event, time) => SimulationError::TooManyEvents {
                 record,
                 time,
                 event: name(event),
-                allowed: EVENTS_PER_WINDOW,
+                allowed: MAX_EVENTS_PER_WINDOW,
             },
-            Trouble::Endless(event, time) => SimulationError::Endless { record, time, event: name(event) },
-            Trouble::NoConvergence(time) => SimulationError::NoConvergence { record, time },
+            StepFailure::Zeno(event, time) => SimulationError::Zeno { record, time, event: name(event) },
+            StepFailure::NoConvergence(time) => SimulationError::NoConvergence { record, time },
         }
     }
 }
@@ -61,25 +64,28 @@ impl Mode {
         Mode {
             sides: vec![0.0; events],
             resting: vec![None; events],
-            walls: vec![0; states],
-            held: vec![false; states],
+            bounds: vec![0; states],
+            fixed: vec![false; states],
             fired: 0,
         }
     }
 
-    /// Whether no wall is touched and nothing rests, so that the block's own step is right.
+    /// Whether no state is at a bound and no event at rest, so that the step of the whole block is valid.
     pub(crate) fn is_free(&self) -> bool {
-        self.walls.iter().all(|w| *w == 0) && self.resting.iter().all(Option::is_none)
+        self.bounds.iter().all(|w| *w == 0) && self.resting.iter().all(Option::is_none)
     }
 
-    pub(super) fn update_held(&mut self, system: &System) {
-        for (state, held) in self.held.iter_mut().enumerate() {
-            *held = self.walls[state] != 0;
+    /// Recomputes which states are fixed.
+    pub(super) fn update_fixed(&mut self, system: &System) {
+        for (state, fixed) in self.fixed.iter_mut().enumerate() {
+            *fixed = self.bounds[state] != 0;
         }
         for (event, _) in self.resting.iter().enumerate().filter(|(_, r)| r.is_some()) {
             let event = &system.model.events[event];
-            let stands = event.rest.iter().flat_map(|r| r.hold.iter().copied());
-            stands.chain(event.set.iter().map(|(state, _)| *state)).for_each(|state| self.held[state] = true);
+            let resting_states = event.rest.iter().flat_map(|r| r.hold.iter().copied());
+            resting_states
+                .chain(event.set.iter().map(|(state, _)| *state))
+                .for_each(|state| self.fixed[state] = true);
         }
     }
 }
@@ -89,15 +95,15 @@ impl Lane {
         let mut block = Block::new(system, seeds);
         block.set_parameters(system, 0, parameters);
         block.prepare(system);
-        let (drive, mode) = (Drive::new(system.model.inputs.len()), Mode::new(system));
-        Lane { block, drive, mode, events: Vec::new(), last_step: 0.0 }
+        let (step_inputs, mode) = (StepInputs::new(system.model.inputs.len()), Mode::new(system));
+        Lane { block, step_inputs, mode, events: Vec::new(), last_step: 0.0 }
     }
 
-    /// Stands in the place of a lane that was taken out.
+    /// A lane without a window, as a placeholder for one that was moved out.
     pub(crate) fn empty() -> Lane {
         Lane {
             block: Block::empty(),
-            drive: Drive::new(0),
+            step_inputs: StepInputs::new(0),
             mode: Mode::default(),
             events: Vec::new(),
             last_step: 0.0,
@@ -106,32 +112,33 @@ impl Lane {
 
     /// Values of all conditions at the present state.
     pub(super) fn conditions(&mut self, system: &System, time: f64) -> Vec<f64> {
-        self.block.evaluate(system, &system.conditions, &self.drive, &[time]);
+        self.block.evaluate(system, &system.conditions, &self.step_inputs, &[time]);
         let registers = &self.block.registers;
         system.conditions.results.iter().map(|r| registers[*r as usize][0]).collect()
     }
 
-    /// Rates at the present state, those of walls and rests included.
+    /// Rates at the present state as the equations give them, ignoring bounds and rests.
     pub(super) fn raw_rates(&mut self, system: &System, time: f64) -> Vec<f64> {
-        self.block.evaluate(system, &system.rates, &self.drive, &[time]);
+        self.block.evaluate(system, &system.rates, &self.step_inputs, &[time]);
         let registers = &self.block.registers;
         system.rates.results.iter().map(|r| registers[*r as usize][0]).collect()
     }
 
+    /// Rates at the present state; 0 for fixed states.
     pub(super) fn rates(&mut self, system: &System, time: f64) -> Vec<f64> {
         let mut rates = self.raw_rates(system, time);
-        rates.iter_mut().zip(&self.mode.held).filter(|(_, held)| **held).for_each(|(rate, _)| *rate = 0.0);
+        rates.iter_mut().zip(&self.mode.fixed).filter(|(_, fixed)| **fixed).for_each(|(rate, _)| *rate = 0.0);
         rates
     }
 
-    /// Begins a window: a start beyond a wall is put onto it, and each condition learns its side.
+    /// Starts a window: moves start states into their bounds, and sets the side of each condition.
     pub(crate) fn begin(&mut self, system: &System, time: f64) {
         let n = system.states();
         for (state, declared) in system.model.states.iter().enumerate() {
             let x = &mut self.block.x[state][0];
-            let low = declared.min.filter(|min| *x < *min);
-            if let Some(wall) = low.or(declared.max.filter(|max| *x > *max)) {
-                *x = wall;
+            let below = declared.min.filter(|min| *x < *min);
+            if let Some(bound) = below.or(declared.max.filter(|max| *x > *max)) {
+                *x = bound;
                 self.block.s.iter_mut().skip(state).step_by(n).for_each(|s| s[0] = 0.0);
             }
         }
@@ -141,30 +148,37 @@ impl Lane {
         let conditions = self.conditions(system, time);
         for (event, value) in conditions.into_iter().enumerate().take(system.model.events.len()) {
             let speed = if value == 0.0 { self.speed(system, event, time) } else { 0.0 };
-            // On the threshold and moving through it: the side it comes from, so that it fires at once.
+            // On the threshold and moving through it: take the side it comes from, so that the event fires at
+            // once.
             self.mode.sides[event] = if value == 0.0 { -speed.signum() } else { value.signum() };
         }
     }
 
-    /// Size of the parts that a condition is made of, at a state.
-    pub(super) fn size(&mut self, system: &System, condition: usize, time: f64, state: &[[f64; 1]]) -> f64 {
+    /// Sum of the absolute terms of a condition's derivative at a state, as a scale for rounding errors.
+    pub(super) fn condition_scale(
+        &mut self,
+        system: &System,
+        condition: usize,
+        time: f64,
+        state: &[[f64; 1]],
+    ) -> f64 {
         self.block.x.copy_from_slice(state);
         let gradient = &system.condition_gradients[condition];
-        self.block.evaluate(system, &gradient.section, &self.drive, &[time]);
+        self.block.evaluate(system, &gradient.section, &self.step_inputs, &[time]);
         let x: Vec<f64> = state.iter().map(|x| x[0]).collect();
-        rate_of(gradient, &self.block, &x).1
+        condition_speed(gradient, &self.block, &x).1
     }
 
     /// Change per second of a condition along the present rates.
     pub(super) fn speed(&mut self, system: &System, condition: usize, time: f64) -> f64 {
         let rates = self.rates(system, time);
         let gradient = &system.condition_gradients[condition];
-        self.block.evaluate(system, &gradient.section, &self.drive, &[time]);
-        rate_of(gradient, &self.block, &rates).0
+        self.block.evaluate(system, &gradient.section, &self.step_inputs, &[time]);
+        condition_speed(gradient, &self.block, &rates).0
     }
 
-    /// Enters and leaves walls and rests where an input has jumped.
-    pub(super) fn settle(&mut self, system: &System, time: f64) {
+    /// Updates which states are at bounds and which events at rest, after an input may have jumped.
+    pub(super) fn update_bounds_and_rests(&mut self, system: &System, time: f64) {
         let rates = self.raw_rates(system, time);
         let n = system.states();
         for (state, declared) in system.model.states.iter().enumerate() {
@@ -172,27 +186,27 @@ impl Lane {
             let rate = rates[state];
             let at_low = declared.min.is_some_and(|min| x <= min) && rate < 0.0;
             let at_high = declared.max.is_some_and(|max| x >= max) && rate > 0.0;
-            match self.mode.walls[state] {
+            match self.mode.bounds[state] {
                 0 if at_low || at_high => {
-                    self.mode.walls[state] = if at_low { -1 } else { 1 };
+                    self.mode.bounds[state] = if at_low { -1 } else { 1 };
                     self.block.s.iter_mut().skip(state).step_by(n).for_each(|s| s[0] = 0.0);
                 }
-                -1 if rate > 0.0 => self.mode.walls[state] = 0,
-                1 if rate < 0.0 => self.mode.walls[state] = 0,
+                -1 if rate > 0.0 => self.mode.bounds[state] = 0,
+                1 if rate < 0.0 => self.mode.bounds[state] = 0,
                 _ => {}
             }
         }
         if self.mode.resting.iter().any(Option::is_some) {
             let conditions = self.conditions(system, time);
             for event in 0..self.mode.resting.len() {
-                let ends = system.untils[event].is_some_and(|until| conditions[until] > 0.0);
-                if let (Some(side), true) = (self.mode.resting[event], ends) {
+                let has_ended = system.rest_ends[event].is_some_and(|until| conditions[until] > 0.0);
+                if let (Some(side), true) = (self.mode.resting[event], has_ended) {
                     self.mode.resting[event] = None;
                     self.mode.sides[event] = side;
                 }
             }
         }
-        self.mode.update_held(system);
+        self.mode.update_fixed(system);
     }
 
     /// Advances by `h` without looking for events.
@@ -202,29 +216,29 @@ impl Lane {
         method: Method,
         (time, h): (f64, f64),
         columns: Option<&Columns>,
-    ) -> Result<(), Trouble> {
-        let held = std::mem::take(&mut self.mode.held);
-        let done = match method {
+    ) -> Result<(), StepFailure> {
+        let fixed = std::mem::take(&mut self.mode.fixed);
+        let is_solved = match method {
             Method::RungeKutta => {
-                self.block.step(system, &self.drive, (&[time], &[h]), columns, &held);
+                self.block.step(system, &self.step_inputs, (&[time], &[h]), columns, &fixed);
                 true
             }
             Method::Implicit => {
-                implicit::step(&mut self.block, system, &self.drive, (time, h), columns, &held)
+                implicit::step(&mut self.block, system, &self.step_inputs, (time, h), columns, &fixed)
             }
             Method::Reference { tolerance } => {
-                reference::step(&mut self.block, system, &self.drive, (time, h), &held, tolerance);
+                reference::step(&mut self.block, system, &self.step_inputs, (time, h), &fixed, tolerance);
                 true
             }
         };
-        self.mode.held = held;
-        if done { Ok(()) } else { Err(Trouble::NoConvergence(time)) }
+        self.mode.fixed = fixed;
+        if is_solved { Ok(()) } else { Err(StepFailure::NoConvergence(time)) }
     }
 }
 
-/// Change per second of a condition along `rates`, and the sum of the sizes of its parts.
-pub(super) fn rate_of(gradient: &Gradient, block: &Block<1>, rates: &[f64]) -> (f64, f64) {
-    let (mut speed, mut usual) = (0.0, 0.0);
+/// Change per second of a condition along `rates`, and the sum of the absolute values of its terms.
+pub(super) fn condition_speed(gradient: &Gradient, block: &Block<1>, rates: &[f64]) -> (f64, f64) {
+    let (mut speed, mut scale) = (0.0, 0.0);
     for entry in &gradient.entries {
         let factor = match entry.column {
             Column::State(state) => rates[state],
@@ -233,7 +247,7 @@ pub(super) fn rate_of(gradient: &Gradient, block: &Block<1>, rates: &[f64]) -> (
         };
         let part = block.registers[entry.register][0] * factor;
         speed += part;
-        usual += part.abs();
+        scale += part.abs();
     }
-    (speed, usual)
+    (speed, scale)
 }

@@ -1,12 +1,13 @@
-//! Simulates windows of records, many at once, with their sensitivities.
+//! Simulates many windows of records at once, with their sensitivities.
 
-mod at;
 mod block;
 mod diagnose;
+mod discontinuity;
+mod event_step;
 mod failure;
-mod happen;
 mod implicit;
 mod lane;
+mod linearise;
 mod reference;
 mod rows;
 mod run;
@@ -16,12 +17,11 @@ mod signal;
 mod simulate;
 mod substeps;
 mod task;
-mod walk;
 
-pub use at::{Linearised, Point};
 pub use failure::SimulationError;
+pub use linearise::{Linearisation, Point};
 pub use signal::Signal;
 pub use simulate::Method;
 pub use substeps::ChosenSteps;
-pub(crate) use substeps::{Change, fastest};
-pub use task::{EventSeen, Options, Record, Seed, Simulated, Window};
+pub(crate) use substeps::{OutputChange, fastest_mode};
+pub use task::{Options, Record, Seed, Simulated, SimulatedEvent, Window};

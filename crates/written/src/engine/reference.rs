@@ -1,11 +1,19 @@
-//! A step of Dormand and Prince's method of order 5 with an error estimate of order 4 (Journal of Computational and
-//! Applied Mathematics 6, 1980): the reference that fixed steps are checked against. Values only.
+//! The adaptive reference integrator, which fixed steps are checked against; values only.
+//!
+//! Method of Dormand and Prince of order 5 with an error estimate of order 4 (Journal of Computational and
+//! Applied Mathematics 6, 1980), with nodes `c`, stage coefficients `a`, weights `b` (the last row of `a`)
+//! and error weights `e`:
+//!
+//! 1. `k_i = f(t + c_i h, x + h sum_j a_ij k_j)`
+//! 2. `x+ = x + h sum_i b_i k_i`, `error = h sum_i e_i k_i`
 
-use super::block::{Block, Drive};
+use super::block::{Block, StepInputs};
 use crate::system::System;
 
+/// Nodes `c`.
 const NODES: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
-const STAGES: [&[f64]; 7] = [
+/// Stage coefficients `a`.
+const COEFFICIENTS: [&[f64]; 7] = [
     &[],
     &[0.2],
     &[3.0 / 40.0, 9.0 / 40.0],
@@ -14,37 +22,38 @@ const STAGES: [&[f64]; 7] = [
     &[9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0],
     &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
 ];
-/// Weights of order 5 less those of order 4.
-const ERROR: [f64; 7] =
+/// Error weights `e`: weights of order 5 minus those of order 4.
+const ERROR_WEIGHTS: [f64; 7] =
     [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
 
-/// Advances by `h`; returns the error estimate over what `tolerance` allows (relative, with a thousandth of it
-/// absolute), so that 1 and less is accurate enough.
+/// Advances by `h`; returns the error estimate divided by the allowed error (accurate up to 1).
+///
+/// The allowed error is `tolerance` times the size of the state plus 1e-3.
 pub(crate) fn step(
     block: &mut Block<1>,
     system: &System,
-    drive: &Drive<1>,
+    step_inputs: &StepInputs<1>,
     (time, h): (f64, f64),
-    held: &[bool],
+    fixed: &[bool],
     tolerance: f64,
 ) -> f64 {
     let n = system.states();
     let begin: Vec<f64> = block.x.iter().map(|x| x[0]).collect();
     let mut rates: Vec<Vec<f64>> = Vec::with_capacity(7);
-    for (node, weights) in NODES.iter().zip(STAGES) {
+    for (node, weights) in NODES.iter().zip(COEFFICIENTS) {
         for i in 0..n {
             let moved: f64 = weights.iter().zip(&rates).map(|(w, k)| w * k[i]).sum();
             block.x[i][0] = begin[i] + h * moved;
         }
-        block.evaluate(system, &system.rates, drive, &[time + node * h]);
+        block.evaluate(system, &system.rates, step_inputs, &[time + node * h]);
         let rate = |i: usize| block.registers[system.rates.results[i] as usize][0];
-        rates.push((0..n).map(|i| if held.get(i) == Some(&true) { 0.0 } else { rate(i) }).collect());
+        rates.push((0..n).map(|i| if fixed.get(i) == Some(&true) { 0.0 } else { rate(i) }).collect());
     }
     (0..n).for_each(|i| block.first_rate[i][0] = rates[0][i]);
-    // The last stage stands at the end of the step, where the state already is.
+    // The last stage is at the end of the step, so that the block holds the new state already.
     (0..n)
         .map(|i| {
-            let error: f64 = h * ERROR.iter().zip(&rates).map(|(w, k)| w * k[i]).sum::<f64>();
+            let error: f64 = h * ERROR_WEIGHTS.iter().zip(&rates).map(|(w, k)| w * k[i]).sum::<f64>();
             let size = begin[i].abs().max(block.x[i][0].abs());
             error.abs() / (tolerance * (size + 1e-3))
         })

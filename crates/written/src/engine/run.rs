@@ -1,48 +1,54 @@
-//! A block of windows from the first sample to the last.
+//! Simulates a block of windows from their first samples to their last.
 
-use super::block::{Block, Columns, Drive};
-use super::diagnose::not_finite;
+use super::block::{Block, Columns, StepInputs};
+use super::diagnose::diverged;
 use super::lane::Lane;
 use super::rows::{Row, Rows, filled};
 use super::schedule::{SchedulePiece, pieces};
 use super::{Method, Options, Seed, Simulated, SimulationError, Window};
 use crate::system::System;
 
-/// A block of windows on its way.
+/// A block of windows during its simulation.
 pub(super) struct Run<'r, const L: usize> {
     system: &'r System,
     windows: Vec<&'r Window<'r>>,
-    /// How many results are wanted; lanes beyond repeat the last window.
-    wanted: usize,
+    /// Number of requested windows; the lanes beyond repeat the last one.
+    requested: usize,
     columns: &'r Columns,
     options: &'r Options,
     block: Block<L>,
-    drive: Drive<L>,
-    /// Windows as lanes of their own, where something may happen to one that does not to others.
+    step_inputs: StepInputs<L>,
+    /// The windows as single lanes, if something may happen to one that does not happen to others.
+    ///
+    /// Empty if all lanes step together.
     lanes: Vec<Lane>,
     pub(super) failures: Vec<Option<SimulationError>>,
     results: Vec<Simulated>,
-    /// Sums of squares of what jumps, and their number, while they are measured.
-    pub(super) jumps: Option<(Vec<f64>, u32)>,
-    /// States of the first window at its samples, while they are wanted.
+    /// Sums of squares of the arguments of smoothed discontinuities, and the number of samples.
+    ///
+    /// `None` if they are not recorded.
+    pub(super) discontinuity_squares: Option<(Vec<f64>, u32)>,
+    /// States of the first window at its samples, if they are recorded.
     pub(super) states: Option<Vec<f64>>,
-    /// Scratch: state and sensitivities at the begin of a step.
+    /// Scratch: states and sensitivities at the start of a step.
     before: (Rows<L>, Rows<L>),
-    /// Scratch: states at the end of a step, and conditions of events in its middle and at its end.
+    /// Scratch: states at the end of a step.
     end: Rows<L>,
+    /// Scratch: conditions of the events in the middle of a step and at its end.
     conditions: [Rows<L>; 2],
-    /// Scratch: outputs at a sample, and their derivatives, `[output][seed]`.
+    /// Scratch: outputs at a sample.
     measured: Rows<L>,
+    /// Scratch: derivatives of the outputs, `[output][seed]`.
     slopes: Rows<L>,
 }
 
-/// A part of a sample interval, lane by lane, that formulas of the inputs hold for.
+/// A part of a sample interval, per lane, in which each input is one cubic.
 #[repr(C, align(64))]
 struct Part<const L: usize> {
     begin: [f64; L],
     end: [f64; L],
     steps: [usize; L],
-    /// Length of a step; 0 where there is none.
+    /// Length of a step, s; 0 for a lane without steps.
     step: [f64; L],
 }
 
@@ -60,13 +66,14 @@ impl<const L: usize> Part<L> {
 }
 
 impl<'r, const L: usize> Run<'r, L> {
+    /// Prepares the windows; those that do not fit the system get their error at once.
     pub(super) fn new(
         system: &'r System,
         windows: &'r [Window<'r>],
         columns: &'r Columns,
         options: &'r Options,
     ) -> Self {
-        let failures: Vec<_> = windows.iter().map(|w| system.objection(w, &columns.seeds)).collect();
+        let failures: Vec<_> = windows.iter().map(|w| system.validate(w, &columns.seeds)).collect();
         let usable: Vec<&Window<'_>> =
             windows.iter().zip(&failures).filter(|(_, f)| f.is_none()).map(|(w, _)| w).collect();
         let last = usable.last().copied();
@@ -93,15 +100,15 @@ impl<'r, const L: usize> Run<'r, L> {
         let mut run = Run {
             system,
             windows: lane_windows,
-            wanted: windows.len(),
+            requested: windows.len(),
             columns,
             options,
             block: Block::new(system, seeds),
-            drive: Drive::new(system.model.inputs.len()),
+            step_inputs: StepInputs::new(system.model.inputs.len()),
             lanes: Vec::new(),
             failures,
             results,
-            jumps: None,
+            discontinuity_squares: None,
             states: None,
             before: (filled(n, [0.0; L]), filled(n * seeds, [0.0; L])),
             end: filled(n, [0.0; L]),
@@ -113,49 +120,51 @@ impl<'r, const L: usize> Run<'r, L> {
         run
     }
 
+    /// Sets parameters, start states and the unit sensitivities of the start states.
     fn begin(&mut self) {
         let (system, n) = (self.system, self.system.states());
-        let alone = !system.is_plain() || self.options.method != Method::RungeKutta;
+        let steps_alone = !system.is_smooth() || self.options.method != Method::RungeKutta;
         for (lane, window) in self.windows.iter().enumerate() {
             self.block.set_parameters(system, lane, window.parameters);
             (0..n).for_each(|i| self.block.x[i][lane] = window.start[i]);
-            for (seed, of) in self.columns.seeds.iter().enumerate() {
-                if let Seed::Start(state) = of {
+            for (seed, seed_kind) in self.columns.seeds.iter().enumerate() {
+                if let Seed::Start(state) = seed_kind {
                     self.block.s[seed * n + state][lane] = 1.0;
                 }
             }
         }
         self.block.prepare(system);
-        if alone {
+        if steps_alone {
             for index in 0..self.windows.len() {
                 let window = self.windows[index];
                 let mut lane = Lane::new(system, self.columns.seeds.len(), window.parameters);
-                self.take_out(index, &mut lane, false);
+                self.extract_lane(index, &mut lane, false);
                 self.sample_inputs(index, window.first);
-                copy_drive(&self.drive, index, &mut lane.drive);
+                copy_inputs(&self.step_inputs, index, &mut lane.step_inputs);
                 lane.begin(system, window.record.times[window.first]);
-                self.put_back(index, &lane);
+                self.insert_lane(index, &lane);
                 self.lanes.push(lane);
             }
         }
     }
 
-    /// Simulates to the last sample; returns what was measured of jumps.
+    /// Simulates to the last sample; returns the sums over discontinuity arguments, if recorded.
     pub(super) fn advance_all(&mut self) -> Option<(Vec<f64>, u32)> {
         let intervals = self.windows.iter().map(|w| w.last - w.first).max().unwrap_or(0);
         if !self.windows.is_empty() {
-            self.record(0);
+            self.record_outputs(0);
             for interval in 0..intervals {
-                self.interval(interval);
-                self.record(interval + 1);
+                self.advance_interval(interval);
+                self.record_outputs(interval + 1);
                 if self.failures.iter().all(Option::is_some) {
                     break;
                 }
             }
         }
-        self.jumps.take()
+        self.discontinuity_squares.take()
     }
 
+    /// Simulates to the last sample; returns the result of each window.
     pub(super) fn run(mut self) -> Vec<Result<Simulated, SimulationError>> {
         self.advance_all();
         let n = self.system.states();
@@ -172,18 +181,19 @@ impl<'r, const L: usize> Run<'r, L> {
         self.results.into_iter().zip(self.failures).map(|(r, f)| f.map_or(Ok(r), Err)).collect()
     }
 
+    /// Whether the window of a lane has this sample interval and has not failed.
     fn is_live(&self, lane: usize, interval: usize) -> bool {
         let window = self.windows[lane];
         interval < window.last - window.first && self.failures.get(lane).is_none_or(Option::is_none)
     }
 
-    /// Advances every lane by its sample interval.
-    fn interval(&mut self, interval: usize) {
+    /// Advances every lane by a sample interval.
+    fn advance_interval(&mut self, interval: usize) {
         let model = &self.system.model;
-        let simple = model.inputs.iter().all(|i| i.delay.is_none())
+        let is_aligned = model.inputs.iter().all(|i| i.delay.is_none())
             && self.windows.iter().all(|w| w.record.is_aligned);
-        if simple {
-            // Inputs are those of the sample that was recorded last.
+        if is_aligned {
+            // The inputs are set already: to the pieces that start at the sample that was recorded last.
             let mut part = Part::default();
             for (lane, window) in self.windows.iter().enumerate() {
                 let times = &window.record.times;
@@ -192,9 +202,9 @@ impl<'r, const L: usize> Run<'r, L> {
                 let to = if live { from + 1 } else { from };
                 part.set(lane, times[from], times[to], if live { self.options.substeps } else { 0 });
             }
-            return self.part(&part);
+            return self.advance_part(&part);
         }
-        let of_lane = |lane: usize| -> Vec<SchedulePiece> {
+        let pieces_of_lane = |lane: usize| -> Vec<SchedulePiece> {
             let window = self.windows[lane];
             if !self.is_live(lane, interval) {
                 return Vec::new();
@@ -202,29 +212,29 @@ impl<'r, const L: usize> Run<'r, L> {
             let sample = window.first + interval;
             pieces(model, window.record, window.parameters, sample, self.options.substeps)
         };
-        let all: Vec<Vec<SchedulePiece>> = (0..L).map(of_lane).collect();
-        for index in 0..all.iter().map(Vec::len).max().unwrap_or(0) {
+        let pieces_by_lane: Vec<Vec<SchedulePiece>> = (0..L).map(pieces_of_lane).collect();
+        for index in 0..pieces_by_lane.iter().map(Vec::len).max().unwrap_or(0) {
             let mut part = Part::default();
-            let rest = SchedulePiece::default();
-            for (lane, pieces) in all.iter().enumerate() {
+            let no_piece = SchedulePiece::default();
+            for (lane, pieces) in pieces_by_lane.iter().enumerate() {
                 let last = pieces.last().map_or(0.0, |p| p.end);
-                let piece = pieces.get(index).unwrap_or(&rest);
-                self.jump(lane, piece);
+                let piece = pieces.get(index).unwrap_or(&no_piece);
+                self.add_delay_jump(lane, piece);
                 let (begin, end) = if piece.steps > 0 { (piece.begin, piece.end) } else { (last, last) };
                 part.set(lane, begin, end, piece.steps);
-                self.drive.begin[lane] = begin;
+                self.step_inputs.begin[lane] = begin;
                 for (input, c) in piece.inputs.iter().enumerate() {
-                    (0..4).for_each(|power| self.drive.coefficients[input][power][lane] = c[power]);
+                    (0..4).for_each(|power| self.step_inputs.coefficients[input][power][lane] = c[power]);
                 }
             }
-            self.part(&part);
+            self.advance_part(&part);
         }
     }
 
     /// Advances every lane over a part of its interval.
-    fn part(&mut self, part: &Part<L>) {
+    fn advance_part(&mut self, part: &Part<L>) {
         if let Method::Reference { tolerance } = self.options.method {
-            return self.adaptive(part, tolerance);
+            return self.advance_adaptively(part, tolerance);
         }
         for step in 0..part.steps.iter().max().copied().unwrap_or(0) {
             let (mut time, mut h) = (Row(part.end), Row([0.0; L]));
@@ -236,47 +246,51 @@ impl<'r, const L: usize> Run<'r, L> {
         }
     }
 
+    /// The sensitivity columns, or `None` if there are no seeds.
     fn columns(&self) -> Option<&'r Columns> {
         let columns: &'r Columns = self.columns;
         (!columns.seeds.is_empty()).then_some(columns)
     }
 
+    /// Takes a step of all lanes; lanes in which something happens repeat it by themselves.
     fn step(&mut self, time: &[f64; L], h: &[f64; L]) {
         let (system, columns) = (self.system, self.columns());
         if self.lanes.is_empty() {
-            return self.block.step(system, &self.drive, (time, h), columns, &[]);
+            return self.block.step(system, &self.step_inputs, (time, h), columns, &[]);
         }
         self.before.0.copy_from_slice(&self.block.x);
         self.before.1.copy_from_slice(&self.block.s);
-        let alone = if self.options.method == Method::RungeKutta {
-            self.block.step(system, &self.drive, (time, h), columns, &[]);
-            self.happening(time, h)
+        let repeats = if self.options.method == Method::RungeKutta {
+            self.block.step(system, &self.step_inputs, (time, h), columns, &[]);
+            self.lanes_with_discontinuities(time, h)
         } else {
             [true; L]
         };
         for index in 0..L {
             let failed = self.failures.get(index).is_some_and(Option::is_some);
-            if alone[index] && h[index] > 0.0 && !failed && index < self.wanted {
-                self.walk(index, time[index], h[index]);
+            if repeats[index] && h[index] > 0.0 && !failed && index < self.requested {
+                self.repeat_step(index, time[index], h[index]);
             }
         }
     }
 
-    /// Takes the step of one window again, by itself.
-    fn walk(&mut self, index: usize, time: f64, h: f64) {
+    /// Repeats the step of one window by itself, stopping at its discontinuities.
+    fn repeat_step(&mut self, index: usize, time: f64, h: f64) {
         let (system, columns, method) = (self.system, self.columns(), self.options.method);
         let mut lane = std::mem::replace(&mut self.lanes[index], Lane::empty());
-        self.take_out(index, &mut lane, true);
-        copy_drive(&self.drive, index, &mut lane.drive);
-        if let Err(trouble) = lane.walk(system, method, (time, h), columns) {
-            self.failures[index] = Some(trouble.of(system, &self.windows[index].record.name));
+        self.extract_lane(index, &mut lane, true);
+        copy_inputs(&self.step_inputs, index, &mut lane.step_inputs);
+        if let Err(failure) = lane.step_through_events(system, method, (time, h), columns) {
+            self.failures[index] = Some(failure.into_error(system, &self.windows[index].record.name));
         }
-        self.put_back(index, &lane);
+        self.insert_lane(index, &lane);
         self.lanes[index] = lane;
     }
 
-    /// Lanes in which something may have happened during the step that was just taken.
-    fn happening(&mut self, time: &[f64; L], h: &[f64; L]) -> [bool; L] {
+    /// Finds the lanes in which something may have happened during the step that was just taken.
+    ///
+    /// The conditions are checked in the middle and at the end of the step.
+    fn lanes_with_discontinuities(&mut self, time: &[f64; L], h: &[f64; L]) -> [bool; L] {
         let (system, n) = (self.system, self.system.states());
         let (events, block) = (system.model.events.len(), &mut self.block);
         let [middle, last] = &mut self.conditions;
@@ -286,66 +300,74 @@ impl<'r, const L: usize> Run<'r, L> {
         };
         self.end.copy_from_slice(&block.x);
         let at_end: [f64; L] = std::array::from_fn(|lane| time[lane] + h[lane]);
-        block.evaluate(system, &system.conditions, &self.drive, &at_end);
+        block.evaluate(system, &system.conditions, &self.step_inputs, &at_end);
         read(block, last);
-        block.evaluate(system, &system.rates, &self.drive, &at_end);
+        block.evaluate(system, &system.rates, &self.step_inputs, &at_end);
         for i in 0..n {
             let last_rate = &block.registers[system.rates.results[i] as usize];
             for lane in 0..L {
+                // The state in the middle, by the cubic through both ends with their rates.
                 let bend = 0.125 * h[lane] * (block.first_rate[i][lane] - last_rate[lane]);
                 block.x[i][lane] = 0.5 * (self.before.0[i][lane] + self.end[i][lane]) + bend;
             }
         }
         let half: [f64; L] = std::array::from_fn(|lane| time[lane] + 0.5 * h[lane]);
-        block.evaluate(system, &system.conditions, &self.drive, &half);
+        block.evaluate(system, &system.conditions, &self.step_inputs, &half);
         read(block, middle);
-        let beyond = |i: usize, x: f64| {
+        let is_beyond_bounds = |i: usize, x: f64| {
             let state = &system.model.states[i];
             state.min.is_some_and(|min| x < min) || state.max.is_some_and(|max| x > max)
         };
-        let mut alone = [false; L];
-        for (lane, own) in self.lanes.iter().enumerate() {
-            let turns = |event: usize| {
-                let side = own.mode.sides[event];
+        let mut has_discontinuity = [false; L];
+        for (lane, single) in self.lanes.iter().enumerate() {
+            let may_fire = |event: usize| {
+                let side = single.mode.sides[event];
                 side * middle[event][lane] <= 0.0
                     || side * last[event][lane] <= 0.0
                     || middle[event][lane] * last[event][lane] <= 0.0
             };
-            let hits = |i: usize| beyond(i, self.end[i][lane]) || beyond(i, block.x[i][lane]);
-            alone[lane] = !own.mode.is_free() || (0..events).any(turns) || (0..n).any(hits);
+            let may_hit_bound =
+                |i: usize| is_beyond_bounds(i, self.end[i][lane]) || is_beyond_bounds(i, block.x[i][lane]);
+            has_discontinuity[lane] =
+                !single.mode.is_free() || (0..events).any(may_fire) || (0..n).any(may_hit_bound);
         }
         block.x.copy_from_slice(&self.end);
-        alone
+        has_discontinuity
     }
 
-    fn adaptive(&mut self, part: &Part<L>, tolerance: f64) {
+    /// Advances every lane over a part of its interval with the adaptive reference.
+    fn advance_adaptively(&mut self, part: &Part<L>, tolerance: f64) {
         for index in 0..L {
             let failed = self.failures.get(index).is_some_and(Option::is_some);
-            if part.steps[index] == 0 || failed || index >= self.wanted {
+            if part.steps[index] == 0 || failed || index >= self.requested {
                 continue;
             }
             let mut lane = std::mem::replace(&mut self.lanes[index], Lane::empty());
-            self.take_out(index, &mut lane, false);
-            copy_drive(&self.drive, index, &mut lane.drive);
-            if let Err(trouble) = lane.adaptive(self.system, (part.begin[index], part.end[index]), tolerance)
+            self.extract_lane(index, &mut lane, false);
+            copy_inputs(&self.step_inputs, index, &mut lane.step_inputs);
+            if let Err(failure) =
+                lane.advance_adaptively(self.system, (part.begin[index], part.end[index]), tolerance)
             {
-                self.failures[index] = Some(trouble.of(self.system, &self.windows[index].record.name));
+                self.failures[index] =
+                    Some(failure.into_error(self.system, &self.windows[index].record.name));
             }
-            self.put_back(index, &lane);
+            self.insert_lane(index, &lane);
             self.lanes[index] = lane;
         }
     }
 
-    /// An input that jumps at a time which a fitted delay moves: S += (f before - f after) for the delay's seed.
-    fn jump(&mut self, index: usize, piece: &SchedulePiece) {
+    /// Adds the jump of the sensitivities where a delayed zero-order-hold input changes its value.
+    ///
+    /// The fitted delay moves the time of the jump: S += (f before - f after), for the seed of the delay.
+    fn add_delay_jump(&mut self, index: usize, piece: &SchedulePiece) {
         let (system, n) = (self.system, self.system.states());
         for input in &piece.jumps {
             let delay = system.model.inputs[*input].delay;
             let is_delay = |seed: &Seed| delay.is_some_and(|d| *seed == Seed::Parameter(d));
             let Some(seed) = self.columns.seeds.iter().position(is_delay) else { continue };
             let time = [piece.begin; L];
-            let rates = |run: &mut Self| -> Vec<f64> {
-                run.block.evaluate(system, &system.rates, &run.drive, &time);
+            let evaluate_rates = |run: &mut Self| -> Vec<f64> {
+                run.block.evaluate(system, &system.rates, &run.step_inputs, &time);
                 let at = |r: &u32| run.block.registers[*r as usize][index];
                 system.rates.results.iter().map(at).collect()
             };
@@ -355,37 +377,38 @@ impl<'r, const L: usize> Run<'r, L> {
             let knot = knots.partition_point(|k| k + delay < piece.begin);
             let earlier = signal.piece(knot.saturating_sub(1))[0];
             for (other, c) in piece.inputs.iter().enumerate() {
-                (0..4).for_each(|power| self.drive.coefficients[other][power][index] = c[power]);
+                (0..4).for_each(|power| self.step_inputs.coefficients[other][power][index] = c[power]);
             }
-            self.drive.begin[index] = piece.begin;
-            let after = rates(self);
-            self.drive.coefficients[*input][0][index] =
+            self.step_inputs.begin[index] = piece.begin;
+            let after = evaluate_rates(self);
+            self.step_inputs.coefficients[*input][0][index] =
                 if knot == 0 { piece.inputs[*input][0] } else { earlier };
-            let before = rates(self);
-            self.drive.coefficients[*input][0][index] = piece.inputs[*input][0];
+            let before = evaluate_rates(self);
+            self.step_inputs.coefficients[*input][0][index] = piece.inputs[*input][0];
             for i in 0..n {
                 self.block.s[seed * n + i][index] += before[i] - after[i];
             }
         }
     }
 
-    /// Copies a window out of its block: as it was before the step, or as it is.
-    fn take_out(&self, index: usize, lane: &mut Lane, before: bool) {
+    /// Copies a window out of the block: as it was before the step, or as it is.
+    fn extract_lane(&self, index: usize, lane: &mut Lane, before: bool) {
         let (x, s) = if before { (&self.before.0, &self.before.1) } else { (&self.block.x, &self.block.s) };
         lane.block.x.iter_mut().zip(x.iter()).for_each(|(to, from)| to[0] = from[index]);
         lane.block.s.iter_mut().zip(s.iter()).for_each(|(to, from)| to[0] = from[index]);
     }
 
-    fn put_back(&mut self, index: usize, lane: &Lane) {
+    /// Copies a window back into the block.
+    fn insert_lane(&mut self, index: usize, lane: &Lane) {
         self.block.x.iter_mut().zip(lane.block.x.iter()).for_each(|(to, from)| to[index] = from[0]);
         self.block.s.iter_mut().zip(lane.block.s.iter()).for_each(|(to, from)| to[index] = from[0]);
     }
 
-    /// Sets the inputs of a lane to those at a sample, behind a jump.
+    /// Sets the inputs of a lane to the pieces that start at a sample.
     fn sample_inputs(&mut self, lane: usize, sample: usize) {
         let window = self.windows[lane];
         let time = window.record.times[sample];
-        self.drive.begin[lane] = time;
+        self.step_inputs.begin[lane] = time;
         for (input, signal) in window.record.inputs.iter().enumerate() {
             let delay = self.system.model.inputs[input].delay.map_or(0.0, |d| window.parameters[d]);
             let c = if window.record.is_aligned && delay == 0.0 {
@@ -393,12 +416,12 @@ impl<'r, const L: usize> Run<'r, L> {
             } else {
                 signal.around(time - delay, time - delay)
             };
-            (0..4).for_each(|power| self.drive.coefficients[input][power][lane] = c[power]);
+            (0..4).for_each(|power| self.step_inputs.coefficients[input][power][lane] = c[power]);
         }
     }
 
-    /// Writes the outputs of sample `index` of each window.
-    fn record(&mut self, index: usize) {
+    /// Records the outputs of sample `index` of each window.
+    fn record_outputs(&mut self, index: usize) {
         let system = self.system;
         let mut time = [0.0; L];
         for lane in 0..self.windows.len() {
@@ -409,12 +432,13 @@ impl<'r, const L: usize> Run<'r, L> {
             let live = self.failures.get(lane).is_some_and(Option::is_none);
             if live && !self.block.x.iter().all(|x| x[lane].is_finite()) {
                 let state = self.block.x.iter().position(|x| !x[lane].is_finite()).unwrap_or(0);
-                self.failures[lane] = Some(not_finite(system, window, index, state, self.options));
+                self.failures[lane] = Some(diverged(system, window, index, state, self.options));
             }
         }
-        if let Some((squares, count)) = &mut self.jumps {
-            self.block.evaluate(system, &system.jumps, &self.drive, &time);
-            let arguments = system.jumps.results.iter().map(|r| self.block.registers[*r as usize][0]);
+        if let Some((squares, count)) = &mut self.discontinuity_squares {
+            self.block.evaluate(system, &system.discontinuity_arguments, &self.step_inputs, &time);
+            let arguments =
+                system.discontinuity_arguments.results.iter().map(|r| self.block.registers[*r as usize][0]);
             squares.iter_mut().zip(arguments).for_each(|(sum, z)| *sum += z * z);
             *count += 1;
         }
@@ -422,7 +446,7 @@ impl<'r, const L: usize> Run<'r, L> {
             states.extend(self.block.x.iter().map(|x| x[0]));
         }
         let block = &mut self.block;
-        block.measure(system, &self.drive, &time, self.columns, &mut self.measured, &mut self.slopes);
+        block.measure(system, &self.step_inputs, &time, self.columns, &mut self.measured, &mut self.slopes);
         for (lane, result) in self.results.iter_mut().enumerate() {
             let window = self.windows[lane];
             if self.failures[lane].is_none() && index <= window.last - window.first {
@@ -433,7 +457,8 @@ impl<'r, const L: usize> Run<'r, L> {
     }
 }
 
-fn copy_drive<const L: usize>(from: &Drive<L>, lane: usize, to: &mut Drive<1>) {
+/// Copies the inputs of one lane of a block.
+fn copy_inputs<const L: usize>(from: &StepInputs<L>, lane: usize, to: &mut StepInputs<1>) {
     to.begin[0] = from.begin[lane];
     for (to, from) in to.coefficients.iter_mut().zip(from.coefficients.iter()) {
         to.iter_mut().zip(from).for_each(|(to, from)| to[0] = from[lane]);

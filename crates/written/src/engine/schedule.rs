@@ -1,4 +1,4 @@
-//! When a window steps: sample intervals, cut where an input's formula changes, each part in equal steps.
+//! Divides sample intervals into parts with one cubic per input, and each part into equal steps.
 
 use super::Record;
 use crate::model::{Hold, Model};
@@ -11,12 +11,13 @@ pub(crate) struct SchedulePiece {
     pub(crate) steps: usize,
     /// Coefficients of each input in the time since `begin`.
     pub(crate) inputs: Vec<[f64; 4]>,
-    /// Inputs that jump at its begin by their delay, with their values before.
+    /// Inputs with zero-order hold and a delay that change their value at `begin`.
     pub(crate) jumps: Vec<usize>,
 }
 
-/// Parts of an interval from sample `index` of a record to the next, with `substeps` steps in all (more where an
-/// input changes its formula within).
+/// The parts of the interval from sample `index` of a record to the next.
+///
+/// They have `substeps` steps in all, or more if an input changes its cubic within the interval.
 pub(crate) fn pieces(
     model: &Model,
     record: &Record,
@@ -47,7 +48,7 @@ pub(crate) fn pieces(
     let part = |pair: &[f64]| {
         let (from, to) = (pair[0], pair[1]);
         let share = (to - from) / (end - begin) * substeps as f64;
-        // A share that is whole but for rounding gets no further step.
+        // A share that exceeds a whole number only by rounding gets no additional step.
         let steps = (share - 1e-9).ceil().max(1.0) as usize;
         let input = |(input, signal): (usize, &super::Signal)| {
             let delay = delay(input);

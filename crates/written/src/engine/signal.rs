@@ -1,4 +1,4 @@
-//! A measured input between its samples: a cubic in time from knot to knot.
+//! A measured input between its samples: a piecewise cubic in time.
 
 use crate::model::Hold;
 
@@ -6,14 +6,16 @@ use crate::model::Hold;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Signal {
     times: Vec<f64>,
-    /// Coefficients of the powers 0 to 3 of the time since the knot.
+    /// Coefficients of the powers 0 to 3 of the time since each knot.
     pieces: Vec<[f64; 4]>,
     hold: Hold,
 }
 
 impl Signal {
-    /// Through `values` at `times` (seconds, rising). Missing values (NaN) are left out; before the first knot and after
-    /// the last the input keeps its value. Without any value it is 0.
+    /// Interpolates `values` at `times` (s, increasing).
+    ///
+    /// Missing values (NaN) are left out. Before the first knot and after the last the input is constant;
+    /// without any value it is 0.
     pub fn new(times: &[f64], values: &[f64], hold: Hold) -> Signal {
         let (times, values): (Vec<f64>, Vec<f64>) =
             times.iter().zip(values).filter(|(_, v)| v.is_finite()).unzip();
@@ -39,38 +41,39 @@ impl Signal {
         Signal { times: times.to_vec(), pieces: vec![first, [values[1], 0.0, 0.0, 0.0]], hold: Hold::Spline }
     }
 
-    /// Second derivative at a time; at a knot that behind it.
+    /// Second derivative at a time; at a knot, that of the piece after it.
     pub fn curvature_at(&self, time: f64) -> f64 {
         2.0 * self.around(time, time)[2]
     }
 
-    /// Makes a signal of coefficients of the powers 0 to 3 of the time since each knot, as
-    /// [`coefficients`](Signal::coefficients) gives them for a longer signal of which these knots are a part.
+    /// Creates a signal from the coefficients of the powers 0 to 3 of the time since each knot.
+    ///
+    /// They may be part of what [`coefficients`](Signal::coefficients) returns for a longer signal.
     pub(crate) fn from_coefficients(times: Vec<f64>, pieces: Vec<[f64; 4]>, hold: Hold) -> Signal {
         Signal { times, pieces, hold }
     }
 
-    /// Times of the knots and the coefficients behind each.
+    /// Times of the knots and the coefficients of the piece after each.
     pub(crate) fn coefficients(&self) -> (&[f64], &[[f64; 4]]) {
         (&self.times, &self.pieces)
     }
 
-    /// How it runs between samples.
+    /// Interpolation between samples.
     pub fn hold(&self) -> Hold {
         self.hold
     }
 
-    /// Times at which its formula changes.
+    /// Times at which the cubic changes.
     pub(crate) fn knots(&self) -> &[f64] {
         &self.times
     }
 
-    /// Coefficients of the piece behind a knot.
+    /// Coefficients of the piece after a knot.
     pub(crate) fn piece(&self, knot: usize) -> [f64; 4] {
         self.pieces.get(knot).copied().unwrap_or([0.0; 4])
     }
 
-    /// Coefficients of the powers of the time since `begin`, for the piece in which `inside` lies.
+    /// Coefficients, in powers of the time since `begin`, of the piece that contains the time `inside`.
     pub(crate) fn around(&self, inside: f64, begin: f64) -> [f64; 4] {
         let after = self.times.partition_point(|knot| *knot <= inside);
         let Some(index) = after.checked_sub(1) else {
@@ -84,26 +87,30 @@ impl Signal {
         [a + s * (b + s * (c + s * d)), b + s * (2.0 * c + 3.0 * s * d), c + 3.0 * s * d, d]
     }
 
-    /// Value at a time; at a knot that of the piece behind it.
+    /// Value at a time; at a knot, that of the piece after it.
     pub fn at(&self, time: f64) -> f64 {
         self.around(time, time)[0]
     }
 
-    /// Values for a signal of the same hold with knots at `times` only (s, rising), which lose nothing of what was between them: the
-    /// mean until the next knot where values are held, otherwise the mean weighted by a triangle that ends at the knots on both
-    /// sides. A knot at an end that has no other beside it keeps its own value.
+    /// Local averages for a signal of the same interpolation with knots only at `times` (s, increasing).
+    ///
+    /// With zero-order hold this is the mean up to the next knot, otherwise the mean weighted by a triangle
+    /// that ends at the neighbouring knots. A knot at an end without the neighbour that is needed keeps the
+    /// value of the signal.
     pub fn averaged(&self, times: &[f64]) -> Vec<f64> {
         let mean = |k: usize| {
-            let at = times[k];
+            let knot_time = times[k];
             let before = k.checked_sub(1).map(|k| times[k]);
             match (self.hold, before, times.get(k + 1).copied()) {
-                (Hold::Zero, _, Some(after)) => self.integral((at, after), |_| 1.0) / (after - at),
+                (Hold::Zero, _, Some(after)) => {
+                    self.integral((knot_time, after), |_| 1.0) / (after - knot_time)
+                }
                 (Hold::Linear | Hold::Spline, Some(before), Some(after)) => {
-                    let ahead = self.integral((before, at), |t| (t - before) / (at - before));
-                    let behind = self.integral((at, after), |t| (after - t) / (after - at));
+                    let ahead = self.integral((before, knot_time), |t| (t - before) / (knot_time - before));
+                    let behind = self.integral((knot_time, after), |t| (after - t) / (after - knot_time));
                     (ahead + behind) / (0.5 * (after - before))
                 }
-                _ => self.at(at),
+                _ => self.at(knot_time),
             }
         };
         (0..times.len()).map(mean).collect()
@@ -117,27 +124,28 @@ impl Signal {
         let mut left = begin;
         for right in inner.chain(std::iter::once(end)) {
             let (middle, half) = (0.5 * (left + right), 0.5 * (right - left));
-            // The rule of Gauss with three points is exact for powers up to 5; a cubic times a line has 4.
-            let at = |x: f64| {
+            // Gauss's rule with three points is exact up to degree 5; a cubic times a line has degree 4.
+            let weighted = |x: f64| {
                 let time = middle + half * x;
                 self.around(middle, time)[0] * weight(time)
             };
             let off = 0.6_f64.sqrt();
-            sum += half * (5.0 * at(-off) + 8.0 * at(0.0) + 5.0 * at(off)) / 9.0;
+            sum += half * (5.0 * weighted(-off) + 8.0 * weighted(0.0) + 5.0 * weighted(off)) / 9.0;
             left = right;
         }
         sum
     }
 }
 
-/// Coefficients of the cubic over `h` seconds from the values and second derivatives at its ends.
+/// Coefficients of the cubic over `h` seconds with the given values and second derivatives at its ends.
 fn cubic(h: f64, [from, to]: [f64; 2], [m, n]: [f64; 2]) -> [f64; 4] {
     let slope = (to - from) / h - h * (2.0 * m + n) / 6.0;
     [from, slope, 0.5 * m, (n - m) / (6.0 * h)]
 }
 
-/// Second derivatives at the knots of the natural cubic spline, by Thomas' algorithm (de Boor, A Practical Guide to
-/// Splines, 1978, chapter 4).
+/// Second derivatives of the natural cubic spline at its knots, by the Thomas algorithm.
+///
+/// de Boor, A Practical Guide to Splines, 1978, chapter 4.
 fn curvatures(times: &[f64], values: &[f64]) -> Vec<f64> {
     let n = times.len();
     let mut curvature = vec![0.0; n];
@@ -157,7 +165,7 @@ fn curvatures(times: &[f64], values: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: fewer knots keep the integral of a signal and whatever is a line.
+    //! Contract: a signal with fewer knots keeps its integral, and a straight line stays the same.
     use super::*;
 
     fn swing(hold: Hold) -> Signal {
@@ -171,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_held_signal_keeps_its_integral_from_knot_to_knot() {
+    fn zero_order_hold_keeps_the_integral_between_kept_knots() {
         let all = swing(Hold::Zero);
         let kept: Vec<f64> = all.times.iter().copied().step_by(4).collect();
         let fewer = Signal::new(&kept, &all.averaged(&kept), Hold::Zero);
@@ -181,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_stays_a_line() {
+    fn a_straight_line_is_unchanged() {
         let times: Vec<f64> = (0..13).map(|k| 0.1 * f64::from(k)).collect();
         let values: Vec<f64> = times.iter().map(|t| 2.0 - 3.0 * t).collect();
         for hold in [Hold::Linear, Hold::Spline] {
@@ -194,9 +202,9 @@ mod tests {
     }
 
     #[test]
-    fn noise_between_the_knots_is_averaged_and_not_picked() {
+    fn alternating_noise_between_the_kept_knots_is_averaged() {
         let times: Vec<f64> = (0..41).map(|k| 0.1 * f64::from(k)).collect();
-        // Every fourth sample alone would be +1.
+        // The kept samples alone would all be +1.
         let values: Vec<f64> = (0..41).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
         for hold in [Hold::Zero, Hold::Linear] {
             let kept: Vec<f64> = times.iter().copied().step_by(4).collect();

@@ -1,5 +1,4 @@
-//! Windows in, outputs and their derivatives out: blocks of lanes in the order of the windows, each lane as if it were
-//! alone.
+//! Simulates windows in blocks of SIMD lanes; each result is the same as if simulated alone.
 
 use super::block::Columns;
 use super::run::Run;
@@ -8,35 +7,41 @@ use crate::system::System;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-/// Windows side by side: more share the cost of finding each operation.
-const LANES: usize = 32;
-/// Windows side by side without sensitivities, whose registers leave room for more in the first-level cache, where there are enough
-/// to keep every thread busy.
-const WIDE: usize = 64;
-/// Windows side by side with sensitivities, where there are not enough to keep every thread busy with wider blocks.
-const NARROW: usize = 16;
-/// Windows up to which a narrow block is quicker than a wide one that is mostly padding: long windows are few. As many as the
-/// widest vector has lanes: fewer take as long, and their sensitivities leave the registers.
-const FEW: usize = 8;
+/// Default number of windows per block: more windows share the cost of decoding each operation.
+const DEFAULT_LANES: usize = 32;
+/// Number of windows per block without sensitivities, if there are enough for every thread.
+///
+/// Their registers leave room for more lanes in the first-level cache.
+const WIDE_LANES: usize = 64;
+/// Number of windows per block with sensitivities, if there are too few for larger blocks.
+///
+/// Larger blocks would leave threads idle.
+const NARROW_LANES: usize = 16;
+/// Number of windows up to which a small block is faster than a large one that is mostly padding.
+///
+/// It is the number of lanes of the widest vector: fewer windows take as long, and their sensitivities leave
+/// the registers.
+const SMALL_LANES: usize = 8;
+/// Number of windows of the smallest block, for instruction sets with four lanes or fewer.
+///
+/// It is used if there are no more windows than that.
+const SMALLEST_LANES: usize = 4;
 
-/// Windows that a block for vectors of four lanes holds: no set of vectors is quicker with more where there are as few.
-const FEWEST: usize = 4;
-
-/// Method of integration.
+/// Integration method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
-    /// Classical Runge-Kutta of order 4 in fixed steps.
+    /// Classical Runge-Kutta of order 4 with fixed steps.
     RungeKutta,
-    /// Diagonally implicit Runge-Kutta of order 2 in fixed steps, for stiff systems.
+    /// Diagonally implicit Runge-Kutta of order 2 with fixed steps, for stiff systems.
     Implicit,
-    /// Dormand-Prince 5(4) with steps of its own choice, values only: slow, to check the others against.
+    /// Dormand-Prince 5(4) with adaptive steps, values only: slow, to check the others against.
     Reference {
-        /// Error that a step may make, relative to the state.
+        /// Error allowed per step, relative to the state.
         tolerance: f64,
     },
 }
 
-/// The number of doubles that a vector of the instruction set found at run time holds.
+/// Number of doubles in a vector of the instruction set found at run time.
 struct VectorLanes;
 
 impl WithSimd for VectorLanes {
@@ -49,11 +54,13 @@ impl WithSimd for VectorLanes {
 }
 
 impl System {
-    /// Simulates windows with derivatives with respect to `seeds`. The result of a window does not depend on the others,
-    /// on their order, or on the number of threads, to the last bit.
+    /// Simulates windows, with derivatives with respect to `seeds`.
+    ///
+    /// The result of a window is bit-identical whatever the other windows, their order and the number of
+    /// threads.
     ///
     /// # Errors
-    /// Of each window its own [`SimulationError`].
+    /// Each window has its own result, with its own [`SimulationError`].
     pub fn simulate(
         &self,
         windows: &[Window<'_>],
@@ -64,21 +71,25 @@ impl System {
         let vector = self.machine.arch.dispatch(VectorLanes);
         let run = |windows: &[Window<'_>]| match windows {
             [_] if seeds.is_empty() => Run::<1>::new(self, windows, &columns, options).run(),
-            few if few.len() <= FEWEST && vector <= FEWEST => {
-                Run::<FEWEST>::new(self, windows, &columns, options).run()
+            windows if windows.len() <= SMALLEST_LANES && vector <= SMALLEST_LANES => {
+                Run::<SMALLEST_LANES>::new(self, windows, &columns, options).run()
             }
-            few if few.len() <= FEW => Run::<FEW>::new(self, windows, &columns, options).run(),
-            some if some.len() <= NARROW && !seeds.is_empty() => {
-                Run::<NARROW>::new(self, windows, &columns, options).run()
+            windows if windows.len() <= SMALL_LANES => {
+                Run::<SMALL_LANES>::new(self, windows, &columns, options).run()
             }
-            some if some.len() <= LANES => Run::<LANES>::new(self, windows, &columns, options).run(),
-            _ => Run::<WIDE>::new(self, windows, &columns, options).run(),
+            windows if windows.len() <= NARROW_LANES && !seeds.is_empty() => {
+                Run::<NARROW_LANES>::new(self, windows, &columns, options).run()
+            }
+            windows if windows.len() <= DEFAULT_LANES => {
+                Run::<DEFAULT_LANES>::new(self, windows, &columns, options).run()
+            }
+            _ => Run::<WIDE_LANES>::new(self, windows, &columns, options).run(),
         };
-        let are_many = |lanes: usize| windows.len() >= lanes * rayon::current_num_threads();
+        let fill_all_threads = |lanes: usize| windows.len() >= lanes * rayon::current_num_threads();
         let lanes = match seeds.is_empty() {
-            true if are_many(WIDE) => WIDE,
-            false if !are_many(LANES) => NARROW,
-            _ => LANES,
+            true if fill_all_threads(WIDE_LANES) => WIDE_LANES,
+            false if !fill_all_threads(DEFAULT_LANES) => NARROW_LANES,
+            _ => DEFAULT_LANES,
         };
         windows.par_chunks(lanes).flat_map_iter(run).collect()
     }
@@ -98,7 +109,8 @@ impl System {
         }
     }
 
-    pub(super) fn objection(&self, window: &Window<'_>, seeds: &[Seed]) -> Option<SimulationError> {
+    /// Returns why a window does not fit this system or these seeds; `None` if it does.
+    pub(super) fn validate(&self, window: &Window<'_>, seeds: &[Seed]) -> Option<SimulationError> {
         let record = window.record;
         let name = || record.name.clone();
         let samples = record.times.len();
@@ -130,11 +142,11 @@ impl System {
     }
 }
 
-/// Root mean square of the argument of each smoothed jump over the samples of `windows`.
+/// Root mean square of the argument of each smoothed discontinuity over the samples of `windows`.
 ///
 /// # Errors
 /// The first error of the simulation.
-pub(crate) fn jump_sizes(
+pub(crate) fn discontinuity_sizes(
     system: &System,
     windows: &[Window<'_>],
     options: &Options,
@@ -144,12 +156,12 @@ pub(crate) fn jump_sizes(
     let mut samples = 0;
     for window in windows {
         let mut run = Run::<1>::new(system, std::slice::from_ref(window), &columns, options);
-        run.jumps = Some((vec![0.0; sums.len()], 0));
-        let measured = run.advance_all();
+        run.discontinuity_squares = Some((vec![0.0; sums.len()], 0));
+        let recorded = run.advance_all();
         if let Some(failure) = run.failures.into_iter().flatten().next() {
             return Err(failure);
         }
-        let (squares, count) = measured.unwrap_or_default();
+        let (squares, count) = recorded.unwrap_or_default();
         sums.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
         samples += count;
     }

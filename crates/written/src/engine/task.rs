@@ -1,34 +1,36 @@
-//! The task of a simulation and its result.
+//! The input and the result of a simulation.
 
 use super::{Method, Signal, SimulationError};
 
-/// A recording: times at which outputs are wanted, and inputs.
+/// A recording: times of the samples, and inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     pub(crate) name: String,
     pub(crate) times: Vec<f64>,
     pub(crate) inputs: Vec<Signal>,
-    /// Whether all inputs are sampled when the outputs are, so that an interval needs no search.
+    /// Whether all inputs are sampled at the times of the outputs, so that no interval needs a search.
     pub(crate) is_aligned: bool,
 }
 
 impl Record {
-    /// `name` is for messages, such as "trajectory 3"; `times` in seconds, rising; `inputs` in the order of the model.
+    /// Creates a record from times (s) and inputs in the order of the model.
+    ///
+    /// `name` identifies it in messages, such as "trajectory 3".
     ///
     /// # Errors
-    /// [`SimulationError::TimesDoNotRise`].
+    /// [`SimulationError::TimesDoNotIncrease`].
     pub fn new(name: &str, times: Vec<f64>, inputs: Vec<Signal>) -> Result<Record, SimulationError> {
         if let Some(pair) =
             times.windows(2).find(|pair| pair[1] <= pair[0] || pair[1].is_nan() || pair[0].is_nan())
         {
             let (left, right) = (pair[0], pair[1]);
-            return Err(SimulationError::TimesDoNotRise { record: name.into(), left, right });
+            return Err(SimulationError::TimesDoNotIncrease { record: name.into(), left, right });
         }
         let is_aligned = inputs.iter().all(|input| input.knots() == times);
         Ok(Record { name: name.into(), times, inputs, is_aligned })
     }
 
-    /// Times of the samples, in seconds.
+    /// Times of the samples, s.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
@@ -39,7 +41,7 @@ impl Record {
     }
 }
 
-/// Some samples of a record, simulated from a state at the first of them.
+/// A range of samples of a record, simulated from the state at the first of them.
 #[derive(Debug, Clone)]
 pub struct Window<'a> {
     /// The record.
@@ -54,7 +56,7 @@ pub struct Window<'a> {
     pub parameters: &'a [f64],
 }
 
-/// The number that a derivative is with respect to.
+/// The variable of a derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seed {
     /// A parameter, by its index in the model; it must be active in the compiled system.
@@ -63,29 +65,29 @@ pub enum Seed {
     Start(usize),
 }
 
-/// How to simulate.
+/// How a window is simulated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Method of integration.
+    /// Integration method.
     pub method: Method,
-    /// Steps of a sample interval.
+    /// Number of steps per sample interval.
     pub substeps: usize,
 }
 
-/// An event that was simulated.
+/// An event that occurred in a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EventSeen {
+pub struct SimulatedEvent {
     /// Index into the events of the model.
     pub event: usize,
     /// Seconds since the trajectory began.
     pub time: f64,
-    /// Whether the condition barely passed 0, so that derivatives are not to be trusted.
-    pub grazing: bool,
-    /// Whether the system rests from then on.
-    pub rests: bool,
+    /// Whether the condition barely passed 0, so that the derivatives are not reliable.
+    pub is_grazing: bool,
+    /// Whether a rest starts with this event.
+    pub begins_rest: bool,
 }
 
-/// A simulated window.
+/// The result of a simulated window.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Simulated {
     /// Outputs, `[sample][output]`.
@@ -94,8 +96,8 @@ pub struct Simulated {
     pub slopes: Vec<f64>,
     /// State at the last sample.
     pub end: Vec<f64>,
-    /// Derivatives of that state, `[state][seed]`.
+    /// Derivatives of the state at the last sample, `[state][seed]`.
     pub end_slopes: Vec<f64>,
-    /// Events in their order.
-    pub events: Vec<EventSeen>,
+    /// Events in the order of time.
+    pub events: Vec<SimulatedEvent>,
 }

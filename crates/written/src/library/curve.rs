@@ -1,64 +1,70 @@
-//! A law that was added, as a curve over what it depends on.
+//! Effects as curves over the quantity that they depend on, for reports.
 
 use super::scale::Scales;
 use crate::model::{How, Model, Target};
 use crate::text::Symbol;
 use augsim_data::Unit;
 
-/// Points of a curve.
-const POINTS: usize = 81;
+/// Number of points of a curve.
+const CURVE_POINTS: usize = 81;
 
-/// Curve of an addition of a model, over the values that the quantity takes in data.
+/// Curve of an effect of a model, over the range of its argument in the data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// Kind of the addition.
+    /// Kind of the effect.
     pub kind: String,
-    /// Target of the addition: a rate, an output, an input or a parameter, in words.
+    /// The rate, output, input, delay or parameter that the effect changes, as text.
     pub target: String,
-    /// Unit of the addition; empty for a pure number and for a factor.
+    /// Unit of the change; empty for a pure number and for a factor.
     pub unit: String,
-    /// The state or input that it depends on, and its unit.
+    /// Name and unit of the state or input that it depends on.
     pub of: (String, String),
     /// Values of that quantity, over its range in the data.
     pub x: Vec<f64>,
-    /// The addition at each place of `x` (for a factor: the number that it multiplies by).
+    /// The change at each value of `x`; for a factor, the number that it multiplies by.
     pub y: Vec<f64>,
 }
 
-/// Curves of the additions of a model that depend on one state or input alone and bring no states along.
+/// Curves of the effects of a model that depend on a single state or input.
+///
+/// Effects with states of their own are left out.
 pub fn curves(model: &Model, scales: &Scales) -> Vec<Curve> {
     (0..model.additions.len()).filter_map(|index| curve(model, scales, index)).collect()
 }
 
+/// Curve of one effect.
+///
+/// `None` if it is not a function of a single state or input, or if that has no range in the data.
 fn curve(model: &Model, scales: &Scales, index: usize) -> Option<Curve> {
     let addition = &model.additions[index];
     let change = addition.changes.first().filter(|_| addition.states.is_empty())?;
-    let mut of: Vec<Symbol> =
+    let mut arguments: Vec<Symbol> =
         change.value.tree.symbols().filter(|s| !matches!(s, Symbol::Parameter(_))).collect();
-    of.sort_unstable();
-    of.dedup();
-    let [of] = of[..] else { return None };
-    let (name, unit) = match of {
+    arguments.sort_unstable();
+    arguments.dedup();
+    let [argument] = arguments[..] else { return None };
+    let (name, unit) = match argument {
         Symbol::State(i) => (&model.states[i].name, model.states[i].unit),
         Symbol::Input(i) => (&model.inputs[i].name, model.inputs[i].unit),
         _ => return None,
     };
     let symbol = |unit: Option<Unit>| unit.map_or_else(String::new, Unit::symbol);
     let [low, high] = scales.range(name, model)?;
-    let x: Vec<f64> = (0..POINTS).map(|k| low + (high - low) * k as f64 / (POINTS - 1) as f64).collect();
-    let y = scales.swept(model, &change.value.tree, of, &x)?;
+    let x: Vec<f64> =
+        (0..CURVE_POINTS).map(|k| low + (high - low) * k as f64 / (CURVE_POINTS - 1) as f64).collect();
+    let y = scales.values_over(model, &change.value.tree, argument, &x)?;
     let per_second = |unit: Option<Unit>| {
         let dimensions = unit?.dimensions() / augsim_data::Dimensions::TIME;
         Unit::of_dimensions(dimensions)
     };
-    let (target, of_target) = match change.target {
+    let (target, target_unit) = match change.target {
         Target::Rate(i) => (format!("d({})/dt", model.states[i].name), per_second(model.states[i].unit)),
         Target::Output(i) => (model.outputs[i].name.clone(), model.outputs[i].unit),
         Target::Input(i) => (model.inputs[i].name.clone(), model.inputs[i].unit),
         Target::Delay(i) => (format!("delay of {}", model.inputs[i].name), Some(Unit::SECOND)),
         Target::Parameter(i) => (model.parameters[i].name.clone(), model.parameters[i].unit),
     };
-    let unit_of_change = if change.how == How::Factor { String::new() } else { symbol(of_target) };
+    let unit_of_change = if change.how == How::Factor { String::new() } else { symbol(target_unit) };
     Some(Curve {
         kind: addition.kind.clone(),
         target,

@@ -1,7 +1,7 @@
-//! A row at a place of a model: its names exchanged for those of the model, its parameters with units.
+//! Applies a row of the library to a model: replaces its names by the model's and infers units.
 
 use super::place::{Place, places};
-use super::size::{size_unit, size_words};
+use super::size::{describe_size, size_unit};
 use super::substitute::substitute;
 use crate::error::{Fault, ModelError, Place as FilePlace};
 use crate::model::{
@@ -9,91 +9,102 @@ use crate::model::{
 };
 use augsim_data::{Dimensions, Unit, shown};
 
-/// An effect that may be tried on a model.
+/// An effect that may be added to a model at a given place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// Kind, as model files name it.
+    /// Kind, as in model files.
     pub kind: String,
-    /// Name among all candidates of the model: the kind, with its place where the kind has several.
+    /// Unique name among the candidates of the model: the kind, with its place where needed.
     pub name: String,
     /// Rate, output, input or parameter that it changes.
     pub on: String,
-    /// Second quantity that it is bound to.
+    /// Second quantity that it depends on or changes.
     pub with: Option<String>,
-    /// The law in one line, in the names of the model.
+    /// The change in one line, in the names of the model.
     pub formula: String,
     /// Its parameters.
     pub parameters: Vec<CandidateParameter>,
-    /// Other explanations that the same term may stand for.
+    /// Other explanations that this effect may be mistaken for.
     pub stands_for: Vec<String>,
-    /// Kinds that describe the same thing.
+    /// Kinds that describe the same phenomenon and are not added together with this one.
     pub excludes: Vec<String>,
-    /// Simpler kind that it turns into where inner parameters go to their bounds.
+    /// Simpler kind that it becomes when its inner parameters go to their bounds.
     pub contains: Option<String>,
-    /// Origin of the law.
+    /// Origin of the formula.
     pub source: String,
     pub(super) states: Vec<DraftState>,
     pub(super) changes: Vec<(DraftTarget, String)>,
-    /// The quantity that a formula of the grammar is a shape of; nothing for an effect that somebody described.
+    /// The quantity that a formula of the grammar depends on.
+    ///
+    /// `None` for an effect of the library or of the model file.
     pub shape: Option<String>,
-    /// Names of the row, and what they stand for.
+    /// Names in the row, and the texts that replace them.
     pub(super) names: Vec<(&'static str, String)>,
     line: usize,
 }
 
-/// A parameter of a candidate. Numbers are in its unit once the scales of data are known, and in those of the row before.
+/// A parameter of a candidate.
+///
+/// Its numbers are multiples of the size of a quantity, as in the row, until
+/// [`Scales::resolve`](super::Scales::resolve) converts them to the parameter's unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CandidateParameter {
     /// Name.
     pub name: String,
     /// Unit, where it can be inferred.
     pub unit: Option<Unit>,
-    /// Whether the effect does not vanish by it: a width, a threshold.
+    /// Whether it is an inner parameter, such as a width: the effect does not vanish at any value of it.
     pub is_inner: bool,
-    /// Whether the parameter stays at the value that it begins with.
+    /// Whether it keeps its initial value.
     pub frozen: bool,
-    /// Smallest value that makes sense.
+    /// Smallest allowed value.
     pub min: f64,
-    /// Largest value that makes sense.
+    /// Largest allowed value.
     pub max: f64,
-    /// Value at which the effect vanishes; for an inner parameter the first of its grid.
+    /// Value at which the effect vanishes; for an inner parameter, the first value of its grid.
     pub null: f64,
-    /// A usual size, where one is known.
+    /// A typical value, if one is known.
     pub typical: Option<f64>,
-    /// Values at which fits of an inner parameter begin.
+    /// Values of an inner parameter from which fits start.
     pub grid: Vec<f64>,
-    /// Values at which scans of a threshold begin.
+    /// Values of a threshold from which scans start.
     pub scan: Vec<f64>,
+    /// Quantity whose size its numbers are multiples of.
     pub(super) of: Option<String>,
 }
 
-/// All places of a row.
+/// Applies a row at all its places in a model.
+///
+/// # Errors
+/// A place that is neither a general one nor a name of the model, or an expression that cannot be read.
 pub(super) fn expand(row: &Row, model: &Model) -> Result<Vec<Candidate>, ModelError> {
-    let mut all = Vec::new();
-    for word in &row.on {
-        let Some(found) = places(word, model) else {
+    let mut candidates = Vec::new();
+    for place_name in &row.on {
+        let Some(found) = places(place_name, model) else {
             let (file, line) = row.place.clone();
             let place = FilePlace { file, line, key: format!("candidate.{}", row.kind) };
-            let fault = Box::new(Fault::NoSuchPlace { name: shown(word) });
+            let fault = Box::new(Fault::NoSuchPlace { name: shown(place_name) });
             return Err(ModelError { place, fault, excerpt: None });
         };
         for place in found {
-            all.push(at(row, &place, model)?);
+            candidates.push(expand_at(row, &place, model)?);
         }
     }
-    Ok(all)
+    Ok(candidates)
 }
 
-fn at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, ModelError> {
+/// Applies a row at one place.
+fn expand_at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, ModelError> {
     let is_of_model = |name: &str| {
         let states = model.states.iter().any(|s| s.name == name);
         let inputs = model.inputs.iter().any(|i| i.name == name);
         let lets = model.lets.iter().any(|l| l.name == name);
         states || inputs || lets || model.parameter(name).is_some()
     };
-    // A name of the row's own that the model has too would hide it: it gets another one.
-    let own = row.parameters.iter().map(|p| &p.name).chain(row.states.iter().map(|s| &s.name));
-    let renamed: Vec<(String, String)> = own
+    // A parameter or state of the row that has the same name as a quantity of the model would hide it, so it
+    // is renamed.
+    let own_names = row.parameters.iter().map(|p| &p.name).chain(row.states.iter().map(|s| &s.name));
+    let renamed: Vec<(String, String)> = own_names
         .map(|name| {
             let mut other = name.clone();
             while is_of_model(&other) {
@@ -102,17 +113,17 @@ fn at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, ModelError> 
             (name.clone(), other)
         })
         .collect();
-    let by = |name: &str| {
-        let own = renamed.iter().find(|(from, _)| from == name).map(|(_, to)| to.as_str());
-        own.or_else(|| place.names.iter().find(|(from, _)| *from == name).map(|(_, to)| to.as_str()))
+    let replacement = |name: &str| {
+        let renamed_to = renamed.iter().find(|(from, _)| from == name).map(|(_, to)| to.as_str());
+        renamed_to.or_else(|| place.names.iter().find(|(from, _)| *from == name).map(|(_, to)| to.as_str()))
     };
-    let text = |text: &str| substitute(text, by);
-    let new_name = |name: &str| by(name).unwrap_or(name).to_owned();
+    let text = |text: &str| substitute(text, replacement);
+    let new_name = |name: &str| replacement(name).unwrap_or(name).to_owned();
     let mut changes = vec![((place.target, row.how), text(&row.expression))];
     if let (Some(other), Some(expression)) = (place.other, &row.other) {
         changes.push(((other, How::Add), text(expression)));
     }
-    let of_state =
+    let substitute_state =
         |s: &DraftState| DraftState { name: new_name(&s.name), rate: text(&s.rate), start: text(&s.start) };
     let mut candidate = Candidate {
         kind: row.kind.clone(),
@@ -129,7 +140,7 @@ fn at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, ModelError> 
         excludes: row.excludes.clone(),
         contains: row.contains.clone(),
         source: row.source.clone(),
-        states: row.states.iter().map(of_state).collect(),
+        states: row.states.iter().map(substitute_state).collect(),
         changes,
         shape: None,
         names: place.names.clone(),
@@ -137,15 +148,15 @@ fn at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, ModelError> 
     };
     candidate.formula = formula(&candidate, model);
     candidate.infer_units(model);
-    // Reads all expressions, so that a mistake in a user's candidate is found before anything is fitted.
+    // Parse all expressions, so that an error in a user's candidate is found before anything is fitted.
     Model { text: String::new(), ..model.clone() }.add(&candidate.draft(&candidate.nulls()))?;
     Ok(candidate)
 }
 
-/// The law in one line.
+/// The changes of a candidate in one line.
 fn formula(candidate: &Candidate, model: &Model) -> String {
     let part = |((target, how), text): &(DraftTarget, String)| {
-        let of = match target {
+        let target_text = match target {
             Target::Rate(state) => format!("d({})/dt", model.states[*state].name),
             Target::Output(output) => model.outputs[*output].name.clone(),
             Target::Input(input) => model.inputs[*input].name.clone(),
@@ -154,11 +165,11 @@ fn formula(candidate: &Candidate, model: &Model) -> String {
         };
         match how {
             How::Add => match text.strip_prefix('-') {
-                Some(rest) if !has_sum(rest) => format!("{of} -= {rest}"),
-                _ => format!("{of} += {text}"),
+                Some(rest) if !has_sum(rest) => format!("{target_text} -= {rest}"),
+                _ => format!("{target_text} += {text}"),
             },
-            How::Factor => format!("{of} *= {text}"),
-            How::Replace => format!("{of} = {text}"),
+            How::Factor => format!("{target_text} *= {text}"),
+            How::Replace => format!("{target_text} = {text}"),
         }
     };
     let changes = candidate.changes.iter().map(part);
@@ -166,7 +177,9 @@ fn formula(candidate: &Candidate, model: &Model) -> String {
     changes.chain(states).collect::<Vec<_>>().join(", ")
 }
 
-/// Whether a text has a sum outside brackets, so that the sign before it is not that of the whole.
+/// Whether a text has a sum outside parentheses.
+///
+/// A minus sign before such a text does not apply to all of it.
 fn has_sum(text: &str) -> bool {
     let mut depth = 0;
     text.chars().any(|c| {
@@ -175,10 +188,12 @@ fn has_sum(text: &str) -> bool {
     })
 }
 
-/// Gives candidates of the same kind names of their own, by their places.
-pub(super) fn name_apart(all: &mut [Candidate]) {
-    let kinds: Vec<String> = all.iter().map(|c| c.kind.clone()).collect();
-    for candidate in &mut *all {
+/// Makes the names of candidates unique and completes the names in `contains`.
+///
+/// The place is added where a kind occurs several times.
+pub(super) fn make_names_unique(candidates: &mut [Candidate]) {
+    let kinds: Vec<String> = candidates.iter().map(|c| c.kind.clone()).collect();
+    for candidate in &mut *candidates {
         if kinds.iter().filter(|kind| **kind == candidate.kind).count() > 1 {
             candidate.name = format!("{} on {}", candidate.kind, candidate.on);
             if let Some(with) = &candidate.with {
@@ -187,10 +202,11 @@ pub(super) fn name_apart(all: &mut [Candidate]) {
         }
     }
     let place = |c: &Candidate| (c.on.clone(), c.with.clone());
-    let named: Vec<_> = all.iter().map(|c| (c.kind.clone(), place(c), c.name.clone())).collect();
-    for candidate in all {
-        let here = place(candidate);
-        let simpler = |kind: &String| named.iter().find(|(other, there, _)| other == kind && *there == here);
+    let names: Vec<_> = candidates.iter().map(|c| (c.kind.clone(), place(c), c.name.clone())).collect();
+    for candidate in candidates {
+        let position = place(candidate);
+        let simpler =
+            |kind: &String| names.iter().find(|(other, there, _)| other == kind && *there == position);
         candidate.contains = candidate.contains.as_ref().and_then(simpler).map(|(_, _, name)| name.clone());
     }
 }
@@ -219,23 +235,26 @@ impl Candidate {
         self.changes.first().map(|(_, text)| text.as_str())
     }
 
-    /// The size that the numbers of a parameter are multiples of, in words; nothing where they are in its unit.
+    /// Describes the size that the numbers of a parameter are multiples of; `None` if they are in its unit.
     pub fn size_of(&self, parameter: &CandidateParameter) -> Option<String> {
-        size_words(parameter.of.as_ref()?, &self.names)
+        describe_size(parameter.of.as_ref()?, &self.names)
     }
 
-    /// Values at which the effect vanishes, inner parameters at the first of their grids.
+    /// Values at which the effect vanishes, with inner parameters at the first value of their grids.
     pub fn nulls(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.null).collect()
     }
 
-    /// All points of the grids of inner parameters, amounts at their nulls.
+    /// All combinations of the grids of inner parameters, with the other parameters at their nulls.
     pub fn null_points(&self) -> Vec<Vec<f64>> {
         self.points(|p| if p.is_inner { p.grid.clone() } else { vec![p.null] })
     }
 
-    /// Starts of thresholds that have no slope at their null, with inner parameters on their grids and amounts that have no
-    /// scan of their own at their usual sizes; none for an effect without such a threshold.
+    /// Starting points for thresholds at whose null the effect has zero slope.
+    ///
+    /// Empty if the effect has no such threshold.
+    ///
+    /// Inner parameters take the values of their grids, and the other parameters their typical values.
     pub fn scan_points(&self) -> Vec<Vec<f64>> {
         if self.parameters.iter().all(|p| p.scan.is_empty()) {
             return Vec::new();
@@ -247,10 +266,11 @@ impl Candidate {
         })
     }
 
-    fn points(&self, of: impl Fn(&CandidateParameter) -> Vec<f64>) -> Vec<Vec<f64>> {
+    /// All combinations of the values that `values_of` gives for each parameter.
+    fn points(&self, values_of: impl Fn(&CandidateParameter) -> Vec<f64>) -> Vec<Vec<f64>> {
         let mut points = vec![Vec::new()];
         for p in &self.parameters {
-            let values = of(p);
+            let values = values_of(p);
             points = points
                 .iter()
                 .flat_map(|point: &Vec<f64>| values.iter().map(move |v| [&point[..], &[*v]].concat()))
@@ -259,7 +279,7 @@ impl Candidate {
         points
     }
 
-    /// The effect with these values, ready to be added to the model that it was expanded for.
+    /// The effect with these parameter values, ready to be added to the model.
     pub fn draft(&self, values: &[f64]) -> Draft {
         let parameter = |(p, value): (&CandidateParameter, &f64)| Parameter {
             name: p.name.clone(),
@@ -284,29 +304,32 @@ impl Candidate {
         }
     }
 
-    /// Units of inner parameters by what they are measured in, then of amounts by what they multiply.
+    /// Infers units of inner parameters from the quantity they scale with, then those of coefficients.
+    ///
+    /// The unit of a coefficient follows from the term that it multiplies.
     fn infer_units(&mut self, model: &Model) {
         for p in &mut self.parameters {
             if let (None, Some(of)) = (p.unit, &p.of) {
                 p.unit = size_unit(of, &self.names, model);
             }
         }
-        let amounts: Vec<usize> = (0..self.parameters.len())
+        let coefficients: Vec<usize> = (0..self.parameters.len())
             .filter(|i| self.parameters[*i].unit.is_none() && !self.parameters[*i].is_inner)
             .collect();
-        if amounts.is_empty() {
+        if coefficients.is_empty() {
             return;
         }
-        // What the term would be in if the amounts were pure numbers.
+        // The dimensions of the term with dimensionless coefficients; the target's dimensions over these are
+        // the coefficients'.
         let mut plain = self.clone();
-        amounts.iter().for_each(|i| plain.parameters[*i].unit = Some(Unit::DIMENSIONLESS));
+        coefficients.iter().for_each(|i| plain.parameters[*i].unit = Some(Unit::DIMENSIONLESS));
         let mut scratch = Model { text: String::new(), ..model.clone() };
         if scratch.add(&plain.draft(&plain.nulls())).is_err() {
             return;
         }
         let Some(addition) = scratch.additions.last() else { return };
         let Some(change) = addition.changes.first() else { return };
-        let of_target = match (change.target, change.how) {
+        let target_dimensions = match (change.target, change.how) {
             (Target::Delay(_), _) => Some(Dimensions::TIME),
             (_, How::Factor) => Some(Dimensions::NONE),
             (Target::Rate(i), _) => model.states[i].unit.map(|u| u.dimensions() / Dimensions::TIME),
@@ -315,19 +338,19 @@ impl Candidate {
             (Target::Parameter(i), _) => model.parameters[i].unit.map(Unit::dimensions),
         };
         let term = match change.how {
-            // In `1 + c z` the pure number decides: what c multiplies is what stands in its own product.
+            // `1 + c z` is a pure number, so that the unit of c is one over that of z.
             How::Factor => {
                 self.names.first().and_then(|(_, z)| size_unit(z, &[], model)).map(Unit::dimensions)
             }
             _ => dimensions_of(&scratch, &change.value.tree),
         };
-        let unit = of_target.zip(term).and_then(|(target, term)| {
+        let unit = target_dimensions.zip(term).and_then(|(target, term)| {
             let dimensions = target / term;
             if dimensions.is_pure() {
                 return Some(Unit::DIMENSIONLESS);
             }
             Unit::of_dimensions(dimensions)
         });
-        amounts.iter().for_each(|i| self.parameters[*i].unit = unit);
+        coefficients.iter().for_each(|i| self.parameters[*i].unit = unit);
     }
 }

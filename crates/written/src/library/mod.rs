@@ -1,4 +1,4 @@
-//! Effects that a system of equations may lack, as data: rows of expressions, expanded for the places of a model.
+//! Effects that a model may lack, as rows of expressions that are applied at places of a model.
 
 mod curve;
 mod expand;
@@ -22,32 +22,34 @@ pub use scale::Scales;
 pub(crate) use size::size_unit;
 pub use tables::draft as table_draft;
 
-/// The text of the generic library.
-const GENERIC: &str = include_str!("../../library.toml");
+/// The text of the general library.
+const LIBRARY: &str = include_str!("../../library.toml");
 
-/// The rows of the generic library.
+/// The rows of the general library.
 ///
 /// # Errors
-/// None: the text is part of this crate, and a test reads it.
+/// None in practice: the text is part of this crate, and a test parses it.
 pub fn generic() -> Result<Vec<Row>, ModelError> {
-    read_all(GENERIC, "library.toml")
+    read_all(LIBRARY, "library.toml")
 }
 
-/// Everything that may be tried on a model: its own candidates, then the rows of the generic library, at all their places.
+/// All effects that may be added to a model: its own candidates, then the general library.
+///
+/// Each is listed at all its places.
 ///
 /// # Errors
-/// A candidate that cannot be placed, or whose expression cannot be read.
+/// A candidate with an unknown place, or whose expression cannot be parsed.
 pub fn candidates(model: &Model) -> Result<Vec<Candidate>, ModelError> {
-    let own = model.candidates.iter().cloned();
-    let mut all: Vec<Candidate> = Vec::new();
-    for row in own.chain(generic()?) {
-        all.extend(expand::expand(&row, model)?);
+    let own_rows = model.candidates.iter().cloned();
+    let mut candidates: Vec<Candidate> = Vec::new();
+    for row in own_rows.chain(generic()?) {
+        candidates.extend(expand::expand(&row, model)?);
     }
-    expand::name_apart(&mut all);
-    Ok(all)
+    expand::make_names_unique(&mut candidates);
+    Ok(candidates)
 }
 
-/// Places of one row in a model.
+/// One row at all its places in a model.
 ///
 /// # Errors
 /// See [`candidates`].

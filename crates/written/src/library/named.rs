@@ -1,19 +1,21 @@
-//! Effects of the library by their names, and what an unknown name may have meant.
+//! Looks up effects by name, and proposes similar names for an unknown one.
 
 use super::{Candidate, generic};
 use crate::model::Model;
 use crate::nearest::nearest_words;
 
-/// Names that are offered for an unknown one.
-const OFFERED: usize = 3;
+/// Maximum number of names that are proposed for an unknown one.
+const MAX_PROPOSALS: usize = 3;
 
-/// Whether a row of the library, or a candidate of the model, has this kind, with or without a place in the model.
+/// Whether the library or the model's candidates have this kind, even if it has no place in the model.
 pub fn is_a_kind(kind: &str, model: &Model) -> bool {
     let listed = generic().unwrap_or_default();
     model.candidates.iter().chain(&listed).any(|row| row.kind == kind)
 }
 
-/// Kinds among candidates that `kind` may have meant: those that have it as a word, or else those that are spelt most like it.
+/// Kinds among candidates that `kind` may mean.
+///
+/// Those that contain it as a word, or else those with the most similar spelling.
 pub fn kinds_like(kind: &str, all: &[Candidate]) -> Vec<String> {
     let mut known: Vec<&str> = Vec::new();
     for candidate in all.iter().filter(|c| c.shape.is_none()) {
@@ -21,23 +23,23 @@ pub fn kinds_like(kind: &str, all: &[Candidate]) -> Vec<String> {
             known.push(&candidate.kind);
         }
     }
-    let has_it = |known: &&str| known.split('-').any(|word| word == kind);
-    let mut found: Vec<&str> = known.iter().copied().filter(has_it).collect();
+    let contains_word = |known: &&str| known.split('-').any(|word| word == kind);
+    let mut found: Vec<&str> = known.iter().copied().filter(contains_word).collect();
     if found.is_empty() {
         found = nearest_words(kind, known.into_iter());
     }
-    found.truncate(OFFERED);
+    found.truncate(MAX_PROPOSALS);
     found.into_iter().map(str::to_owned).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a slip of the pen and a single word of a name are understood, a stranger is offered nothing, and a kind without a
-    //! place is known all the same.
+    //! Contract: a misspelling and a single word of a name are recognised, nothing is proposed for an
+    //! unrelated text, and a kind without a place in the model is known all the same.
     use super::*;
 
     #[test]
-    fn slips_and_words_are_understood() {
+    fn misspellings_and_single_words_are_recognised() {
         let (_, text) =
             crate::example::EXAMPLES.iter().find(|(name, _)| *name == "servo").expect("an example");
         let model = crate::model::parse(text, "servo.toml").expect("an example");

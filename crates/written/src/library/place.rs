@@ -1,19 +1,19 @@
-//! Places of a model at which a row may stand: force and flow equations, inputs, outputs, parameters.
+//! Places of a model where a row can be applied: equations, inputs, outputs and parameters.
 
 use crate::model::{Model, Target};
 use crate::text::{Kind, Symbol, Tree};
 
-/// Which states move by which: read from the equations.
+/// Kinematic structure of a model: which states are rates of others, read from the equations.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Motion {
-    /// Pairs of a state and the state that is its rate, or in proportion to it.
+    /// Pairs (x, v) of a state and the state that is its rate, or proportional to it.
     pub pairs: Vec<(usize, usize)>,
-    /// States with an equation of their own that are the rate of no other.
+    /// States with their own equation that are not the rate of another state.
     pub flows: Vec<usize>,
 }
 
 impl Motion {
-    /// The motion of the declared states of a model.
+    /// Finds the structure of the declared states of a model.
     pub fn of(model: &Model) -> Motion {
         let count = model.declared_states();
         let mut pairs: Vec<(usize, usize)> = Vec::new();
@@ -26,42 +26,43 @@ impl Motion {
                 pairs.push((x, v));
             }
         }
-        let kinematic = |state: usize| pairs.iter().any(|(x, v)| *x == state || *v == state);
-        // A second coordinate that runs by the same speed has no equation of its own either.
-        let copies = |state: usize| {
-            let of = proportional(model, &model.states[state].rate.tree);
-            of.is_some_and(|v| v != state && pairs.iter().any(|(_, other)| *other == v))
+        let is_kinematic = |state: usize| pairs.iter().any(|(x, v)| *x == state || *v == state);
+        // A second state with the same speed as its rate, such as another coordinate, has no equation of its
+        // own either.
+        let is_copy = |state: usize| {
+            let speed = proportional(model, &model.states[state].rate.tree);
+            speed.is_some_and(|v| v != state && pairs.iter().any(|(_, other)| *other == v))
         };
-        let flows = (0..count).filter(|state| !kinematic(*state) && !copies(*state)).collect();
+        let flows = (0..count).filter(|state| !is_kinematic(*state) && !is_copy(*state)).collect();
         Motion { pairs, flows }
     }
 
-    /// States whose rates are force or flow equations: those that a term may be added to.
+    /// States whose rates are force or flow equations, to which terms can be added.
     pub fn laws(&self) -> Vec<usize> {
         self.pairs.iter().map(|(_, v)| *v).chain(self.flows.iter().copied()).collect()
     }
 }
 
-/// The state that a rate is in proportion to, by numbers and parameters alone.
+/// The state that a rate is proportional to, with a factor of numbers and parameters only.
 fn proportional(model: &Model, tree: &Tree) -> Option<usize> {
-    let mut found = None;
+    let mut state = None;
     for node in &tree.nodes {
         match &node.kind {
-            Kind::Symbol(Symbol::State(i)) if found.is_none() => found = Some(*i),
+            Kind::Symbol(Symbol::State(i)) if state.is_none() => state = Some(*i),
             Kind::Symbol(Symbol::Let(i)) if tree.nodes.len() == 1 => {
                 return proportional(model, &model.lets.get(*i)?.value.tree);
             }
             Kind::Number(_) | Kind::Symbol(Symbol::Parameter(_)) => {}
             Kind::Negate(_) | Kind::Multiply(..) => {}
-            // A divisor that holds the state is no proportion.
+            // A quotient with the state in the divisor is not proportional to it.
             Kind::Divide(_, b) if !matches!(tree.nodes[*b].kind, Kind::Symbol(Symbol::State(_))) => {}
             _ => return None,
         }
     }
-    found
+    state
 }
 
-/// A place for a row.
+/// A place to which a row is applied.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Place {
     pub(super) target: Target,
@@ -69,35 +70,30 @@ pub(super) struct Place {
     pub(super) other: Option<Target>,
     pub(super) on: String,
     pub(super) with: Option<String>,
-    /// Names of the row and what they stand for in the model.
+    /// Names in the row, and the texts that replace them.
     pub(super) names: Vec<(&'static str, String)>,
 }
 
-/// All places of a word; `None` for one that is neither known nor a name of the model.
+/// All places that a word stands for; `None` if it is neither a general place nor a name of the model.
+///
+/// The general places are explained at the top of `library.toml` and `formulas.toml`.
 pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
     let states = model.declared_states();
     let name = |state: usize| model.states[state].name.clone();
     let motion = Motion::of(model);
-    let place = |target, on: String, with: Option<String>, names: Vec<(&'static str, String)>| Place {
-        target,
-        other: None,
-        on,
-        with,
-        names,
-    };
-    let output_shows = |output: usize, state: usize| {
+    let output_uses = |output: usize, state: usize| {
         model.outputs[output].value.tree.symbols().any(|s| s == Symbol::State(state))
     };
-    let list = match word {
+    let places = match word {
         "force" => {
-            let of = |&(x, v): &(usize, usize)| {
+            let to_place = |&(x, v): &(usize, usize)| {
                 place(Target::Rate(v), name(v), None, vec![("x", name(x)), ("v", name(v))])
             };
-            motion.pairs.iter().map(of).collect()
+            motion.pairs.iter().map(to_place).collect()
         }
         "flow" => {
-            let of = |&x: &usize| place(Target::Rate(x), name(x), None, vec![("x", name(x))]);
-            motion.flows.iter().map(of).collect()
+            let to_place = |&x: &usize| place(Target::Rate(x), name(x), None, vec![("x", name(x))]);
+            motion.flows.iter().map(to_place).collect()
         }
         "flow-pair" => {
             let mut list = Vec::new();
@@ -118,27 +114,29 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
             free.map(|(i, input)| place(target(i), input.name.clone(), None, vec![("u", input.name.clone())]))
                 .collect()
         }
-        "output" => {
-            let of = |(i, o): (usize, &crate::model::Output)| {
-                place(Target::Output(i), o.name.clone(), None, vec![("y", o.name.clone())])
+        "output" | "sensor-law" => {
+            let argument = if word == "output" { "y" } else { "z" };
+            let to_place = |(i, o): (usize, &crate::model::Output)| {
+                place(Target::Output(i), o.name.clone(), None, vec![(argument, o.name.clone())])
             };
-            model.outputs.iter().enumerate().map(of).collect()
+            model.outputs.iter().enumerate().map(to_place).collect()
         }
         "law" => {
             let quantities = [quantities(model), vec!["t".to_owned()]].concat();
-            let at = |v: usize| {
-                let of = move |z: &String| place(Target::Rate(v), name(v), None, vec![("z", z.clone())]);
-                quantities.iter().map(of).collect::<Vec<_>>()
+            let places_at = |v: usize| {
+                let to_place =
+                    move |z: &String| place(Target::Rate(v), name(v), None, vec![("z", z.clone())]);
+                quantities.iter().map(to_place).collect::<Vec<_>>()
             };
-            motion.laws().into_iter().flat_map(at).collect()
+            motion.laws().into_iter().flat_map(places_at).collect()
         }
         "law-pair" | "law-product" => {
             let mut list = Vec::new();
             let quantities = quantities(model);
             for v in motion.laws() {
                 for (i, z) in quantities.iter().enumerate() {
-                    let wanted = |k: &usize| if word == "law-pair" { *k > i } else { *k != i };
-                    for q in (0..quantities.len()).filter(wanted).map(|k| &quantities[k]) {
+                    let is_partner = |k: &usize| if word == "law-pair" { *k > i } else { *k != i };
+                    for q in (0..quantities.len()).filter(is_partner).map(|k| &quantities[k]) {
                         let names = vec![("z", z.clone()), ("q", q.clone())];
                         list.push(place(Target::Rate(v), name(v), None, names));
                     }
@@ -146,19 +144,13 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
             }
             list
         }
-        "sensor-law" => {
-            let of = |(i, o): (usize, &crate::model::Output)| {
-                place(Target::Output(i), o.name.clone(), None, vec![("z", o.name.clone())])
-            };
-            model.outputs.iter().enumerate().map(of).collect()
-        }
         "output-input" | "output-state" => {
             let mut list = Vec::new();
             for (i, output) in model.outputs.iter().enumerate() {
                 let others: Vec<String> = if word == "output-input" {
                     model.inputs.iter().map(|u| u.name.clone()).collect()
                 } else {
-                    (0..states).filter(|s| !output_shows(i, *s)).map(name).collect()
+                    (0..states).filter(|s| !output_uses(i, *s)).map(name).collect()
                 };
                 for other in others {
                     let names = vec![("y", output.name.clone()), ("q", other.clone())];
@@ -167,58 +159,66 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
             }
             list
         }
-        "parameter" => {
-            let speeds = motion.pairs.iter().map(|(_, v)| format!("abs({})", name(*v)));
-            let mut quantities = vec!["t".to_owned()];
-            quantities.extend((0..states).map(name));
-            quantities.extend(model.inputs.iter().map(|u| u.name.clone()));
-            quantities.extend(speeds);
-            let mut list = Vec::new();
-            let free = |p: &crate::model::Parameter| !p.frozen && !p.name.contains('.');
-            let declared = model.parameters[..model.declared_parameters()].iter().enumerate();
-            for (p, parameter) in declared.filter(|(_, p)| free(p)) {
-                for z in &quantities {
-                    let (on, names) = (parameter.name.clone(), vec![("z", z.clone())]);
-                    list.push(place(Target::Parameter(p), on, Some(z.clone()), names));
-                }
-            }
-            list
-        }
-        "reset" => resets(model, place),
-        _ => vec![named(word, model)?],
+        "parameter" => parameter_places(model, &motion),
+        "reset" => reset_places(model),
+        _ => vec![place_named(word, model)?],
     };
-    Some(list)
+    Some(places)
 }
 
-/// Texts of what a formula may be of: declared states, inputs and intermediate values.
+fn place(target: Target, on: String, with: Option<String>, names: Vec<(&'static str, String)>) -> Place {
+    Place { target, other: None, on, with, names }
+}
+
+/// Every parameter that is not frozen, with every quantity that it may depend on.
+fn parameter_places(model: &Model, motion: &Motion) -> Vec<Place> {
+    let name = |state: usize| model.states[state].name.clone();
+    let speeds = motion.pairs.iter().map(|(_, v)| format!("abs({})", name(*v)));
+    let mut quantities = vec!["t".to_owned()];
+    quantities.extend((0..model.declared_states()).map(name));
+    quantities.extend(model.inputs.iter().map(|u| u.name.clone()));
+    quantities.extend(speeds);
+    let mut list = Vec::new();
+    // A name with a dot is the delay of an input.
+    let is_free = |p: &crate::model::Parameter| !p.frozen && !p.name.contains('.');
+    let declared = model.parameters[..model.declared_parameters()].iter().enumerate();
+    for (p, parameter) in declared.filter(|(_, p)| is_free(p)) {
+        for z in &quantities {
+            let (on, names) = (parameter.name.clone(), vec![("z", z.clone())]);
+            list.push(place(Target::Parameter(p), on, Some(z.clone()), names));
+        }
+    }
+    list
+}
+
+/// Quantities that a formula may depend on: declared states, inputs and `[let]` values.
 fn quantities(model: &Model) -> Vec<String> {
     let states = model.states.iter().take(model.declared_states()).map(|s| &s.name);
     let inputs = model.inputs.iter().map(|i| &i.name);
     states.chain(inputs).chain(model.lets.iter().map(|l| &l.name)).cloned().collect()
 }
 
-/// Parameters in the resets of events, each with the size of what is reset.
-fn resets(
-    model: &Model,
-    place: impl Fn(Target, String, Option<String>, Vec<(&'static str, String)>) -> Place,
-) -> Vec<Place> {
-    let mut list: Vec<Place> = Vec::new();
+/// Parameters in the resets of events, each with the absolute value of the state that is reset.
+fn reset_places(model: &Model) -> Vec<Place> {
+    let mut places: Vec<Place> = Vec::new();
     for (state, value) in model.events.iter().flat_map(|e| &e.set) {
         let z = format!("abs({})", model.states[*state].name);
         for symbol in value.tree.symbols() {
             let Symbol::Parameter(p) = symbol else { continue };
             let parameter = &model.parameters[p];
-            let found =
+            let candidate =
                 place(Target::Parameter(p), parameter.name.clone(), Some(z.clone()), vec![("z", z.clone())]);
-            if !parameter.frozen && !list.contains(&found) {
-                list.push(found);
+            if !parameter.frozen && !places.contains(&candidate) {
+                places.push(candidate);
             }
         }
     }
-    list
+    places
 }
 
-/// The place that a name of the model is: the rate of a state, an input, an output or a parameter, in this order.
+/// The target that a name of the model stands for.
+///
+/// A rate of a state, an input, an output or a parameter, in this order.
 pub(crate) fn target_named(name: &str, model: &Model) -> Option<Target> {
     let input = || model.inputs.iter().position(|i| i.name == name).map(Target::Input);
     let output = || model.outputs.iter().position(|o| o.name == name).map(Target::Output);
@@ -226,7 +226,8 @@ pub(crate) fn target_named(name: &str, model: &Model) -> Option<Target> {
     model.state(name).map(Target::Rate).or_else(input).or_else(output).or_else(parameter)
 }
 
-fn named(name: &str, model: &Model) -> Option<Place> {
+/// The place that a name of the model stands for.
+fn place_named(name: &str, model: &Model) -> Option<Place> {
     let target = target_named(name, model)?;
     Some(Place { target, other: None, on: name.to_owned(), with: None, names: Vec::new() })
 }

@@ -1,30 +1,35 @@
-//! Sizes of the quantities of a model in its data, from which the numbers of candidates follow.
+//! Sizes of the quantities of a model in simulations of its data.
+//!
+//! The library gives many numbers as multiples of such sizes; here they are converted to units.
 
 use super::expand::Candidate;
-use super::size::meant;
+use super::size::resolve_name;
 use crate::engine::{Options, Window};
 use crate::model::{How, Model, Target};
 use crate::system::System;
-use crate::text::{Meaning, Symbol, Tree};
+use crate::text::{Bindings, Symbol, Tree};
 
-/// An amount is of usual size where its term has this share of the root mean square of what it changes.
-const USUAL_SHARE: f64 = 0.05;
-/// Bound of an amount whose row has none, in its usual size: five thousand times what would be noticed.
-const MOST_USUAL: f64 = 1e5;
-/// Points that sizes are taken over, at most.
-const POINTS: usize = 2000;
+/// A coefficient is typical if its term has this share of the RMS of what it changes.
+const TYPICAL_RATIO: f64 = 0.05;
+/// Bound of a coefficient whose row gives none, as a multiple of its typical value.
+///
+/// It is 5000 times what would be noticed.
+const DEFAULT_BOUND_RATIO: f64 = 1e5;
+/// Maximum number of sampled points.
+const MAX_POINTS: usize = 2000;
 
-/// States, inputs and times that occur.
+/// States, inputs and times that occur in simulations of the data, and the sampling of the records.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Scales {
     points: Vec<Point>,
     parameters: Vec<f64>,
-    /// Seconds between samples: the median of the records.
+    /// Time between samples, s: the median over the records.
     pub step_s: f64,
-    /// Seconds that the longest record lasts.
+    /// Duration of the longest record, s.
     pub duration_s: f64,
 }
 
+/// States, inputs and time at one sample.
 #[derive(Debug, Clone, PartialEq)]
 struct Point {
     state: Vec<f64>,
@@ -33,11 +38,11 @@ struct Point {
 }
 
 impl Scales {
-    /// Sizes in a simulation of windows. Windows that cannot be simulated are left out.
+    /// Samples simulations of windows; windows that cannot be simulated are left out.
     pub fn of(system: &System, windows: &[Window<'_>], options: &Options) -> Scales {
         let mut scales = Scales { step_s: 1.0, duration_s: 1.0, ..Scales::default() };
         let total: usize = windows.iter().map(|w| w.last + 1 - w.first).sum();
-        let stride = total.div_ceil(POINTS).max(1);
+        let stride = total.div_ceil(MAX_POINTS).max(1);
         let mut count = 0;
         for window in windows {
             let Ok(states) = system.states_along(window, options) else { continue };
@@ -57,30 +62,38 @@ impl Scales {
             .collect();
         steps.sort_by(f64::total_cmp);
         scales.step_s = steps.get(steps.len() / 2).copied().unwrap_or(1.0);
-        let lasts =
+        let duration =
             |w: &Window<'_>| w.record.times().last().zip(w.record.times().first()).map(|(b, a)| b - a);
-        scales.duration_s = windows.iter().filter_map(lasts).fold(scales.step_s, f64::max);
+        scales.duration_s = windows.iter().filter_map(duration).fold(scales.step_s, f64::max);
         scales.parameters = windows.first().map_or_else(Vec::new, |w| w.parameters.to_vec());
         scales
     }
 
-    /// Values of an expression while a state or an input takes the values `x`; everything else stays as at the first point.
-    pub(crate) fn swept(&self, model: &Model, tree: &Tree, of: Symbol, x: &[f64]) -> Option<Vec<f64>> {
+    /// Values of an expression while one state or input takes the values `x`.
+    ///
+    /// Everything else stays as at the first point.
+    pub(crate) fn values_over(
+        &self,
+        model: &Model,
+        tree: &Tree,
+        variable: Symbol,
+        x: &[f64],
+    ) -> Option<Vec<f64>> {
         let first = self.points.first()?;
         let parameters: Vec<f64> = model.parameters.iter().map(|p| p.nominal).collect();
         let at = |x: &f64| {
             let mut point = first.clone();
-            match of {
+            match variable {
                 Symbol::State(i) => *point.state.get_mut(i)? = *x,
                 Symbol::Input(i) => *point.inputs.get_mut(i)? = *x,
                 _ => return None,
             }
-            Some(tree.value(&Scene::new(model, &point, &parameters, 1.0)))
+            Some(tree.value(&PointValues::new(model, &point, &parameters, 1.0)))
         };
         x.iter().map(at).collect()
     }
 
-    /// Smallest and largest value of a text in the names of the model; nothing where it has no two values.
+    /// Smallest and largest value of an expression of the model; `None` if it does not vary.
     pub fn range(&self, text: &str, model: &Model) -> Option<[f64; 2]> {
         let values = self.values(text, model);
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -88,7 +101,7 @@ impl Scales {
         (low < high).then_some([low, high])
     }
 
-    /// Values that a share `low` and a share `high` of the points do not exceed; nothing for a text without values.
+    /// Quantiles `low` and `high` (shares from 0 to 1) of an expression; `None` if it has no values.
     pub fn quantiles(&self, text: &str, model: &Model, [low, high]: [f64; 2]) -> Option<[f64; 2]> {
         let mut values: Vec<f64> = self.values(text, model).into_iter().filter(|v| v.is_finite()).collect();
         values.sort_by(f64::total_cmp);
@@ -96,21 +109,26 @@ impl Scales {
         Some([low, high].map(|share| values[(share * last as f64).round() as usize]))
     }
 
-    /// Size of a term that has the usual share of a state's rate; nothing where that does not move.
-    pub fn usual_of_rate(&self, state: usize, model: &Model) -> Option<f64> {
+    /// Typical size of a term added to a state's rate; `None` if the rate is always 0.
+    pub fn typical_rate_change(&self, state: usize, model: &Model) -> Option<f64> {
         let tree = &model.states.get(state)?.rate.tree;
-        let rates: Vec<f64> =
-            self.points.iter().map(|p| tree.value(&Scene::new(model, p, &self.parameters, 1.0))).collect();
-        Some(USUAL_SHARE * rms(&rates)).filter(|size| *size > 0.0 && size.is_finite())
+        let rates: Vec<f64> = self
+            .points
+            .iter()
+            .map(|p| tree.value(&PointValues::new(model, p, &self.parameters, 1.0)))
+            .collect();
+        Some(TYPICAL_RATIO * rms(&rates)).filter(|size| *size > 0.0 && size.is_finite())
     }
 
-    /// Whether nothing is known.
+    /// Whether there are no points.
     pub fn is_empty(&self) -> bool {
         self.points.is_empty()
     }
 
-    /// Turns the numbers of a candidate into its units: multiples of sizes become values, and amounts get a usual size and
-    /// bounds.
+    /// Converts the numbers of a candidate to the units of its parameters.
+    ///
+    /// Multiples of sizes become values, and coefficients get a typical value and bounds where their row
+    /// gives none.
     pub fn resolve(&self, candidate: &mut Candidate, model: &Model) {
         let names = candidate.names.clone();
         for p in &mut candidate.parameters {
@@ -128,10 +146,10 @@ impl Scales {
                 p.typical = p.typical.or(Some(p.null));
                 continue;
             }
-            let typical = p.typical.unwrap_or_else(|| self.usual(candidate, index, model));
+            let typical = p.typical.unwrap_or_else(|| self.typical_value(candidate, index, model));
             let p = &mut candidate.parameters[index];
             p.typical = Some(typical);
-            let bound = MOST_USUAL * typical.abs();
+            let bound = DEFAULT_BOUND_RATIO * typical.abs();
             if p.min == f64::NEG_INFINITY {
                 p.min = p.null - bound;
             }
@@ -141,22 +159,22 @@ impl Scales {
         }
     }
 
-    /// Offset and factor of what a parameter is measured in.
+    /// Offset and factor that convert numbers of a row, which are multiples of `of`, to values.
     fn size(&self, of: &str, names: &[(&'static str, String)], model: &Model) -> (f64, f64) {
         let inner = |prefix: &str| of.strip_prefix(prefix).and_then(|r| r.strip_suffix(')'));
-        let values = |name: &str| self.values(&meant(name, names), model);
+        let values = |name: &str| self.values(&resolve_name(name, names), model);
         let positive = |x: f64| if x > 0.0 && x.is_finite() { x } else { 1.0 };
-        let ends = |v: &[f64]| {
+        let limits = |v: &[f64]| {
             let low = v.iter().copied().fold(f64::INFINITY, f64::min);
             let high = v.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             if low < high { (low, high) } else { (0.0, 1.0) }
         };
         if let Some(name) = inner("range(") {
-            let (low, high) = ends(&values(name));
+            let (low, high) = limits(&values(name));
             return (low, high - low);
         }
         if let Some(name) = inner("span(") {
-            let (low, high) = ends(&values(name));
+            let (low, high) = limits(&values(name));
             return (0.0, high - low);
         }
         if let Some(name) = inner("peak(") {
@@ -177,8 +195,8 @@ impl Scales {
         (0.0, positive(size))
     }
 
-    /// Size of an amount at which its term has the usual share of what it changes.
-    fn usual(&self, candidate: &Candidate, index: usize, model: &Model) -> f64 {
+    /// Value of a coefficient at which its term has the typical size.
+    fn typical_value(&self, candidate: &Candidate, index: usize, model: &Model) -> f64 {
         let mut values = candidate.nulls();
         values[index] = 1.0;
         let mut scratch = Model { text: String::new(), ..model.clone() };
@@ -189,63 +207,65 @@ impl Scales {
         let mut parameters = self.parameters.clone();
         parameters.resize(model.parameters.len().max(first), 0.0);
         parameters.extend(&values);
-        // A state that an effect brings along is taken as large as its first inner parameter.
-        let brought = candidate.parameters.iter().find(|p| p.is_inner).map_or(1.0, |p| p.null);
+        // A state that belongs to the effect is taken to be as large as its first inner parameter.
+        let effect_state = candidate.parameters.iter().find(|p| p.is_inner).map_or(1.0, |p| p.null);
         let Some(change) = scratch.additions.last().and_then(|a| a.changes.first()) else { return 1.0 };
-        let (mut term, mut whole) = (Vec::new(), Vec::new());
+        let (mut term, mut changed) = (Vec::new(), Vec::new());
         for point in &self.points {
-            let scene = Scene::new(&scratch, point, &parameters, brought);
-            let value = change.value.tree.value(&scene);
-            term.push(if change.how == How::Factor { value - 1.0 } else { value });
-            whole.push(match (change.how, change.target) {
+            let point_values = PointValues::new(&scratch, point, &parameters, effect_state);
+            let term_value = change.value.tree.value(&point_values);
+            term.push(if change.how == How::Factor { term_value - 1.0 } else { term_value });
+            changed.push(match (change.how, change.target) {
                 (How::Factor, _) => 1.0,
-                (_, Target::Rate(i)) => scratch.states[i].rate.tree.value(&scene),
-                (_, Target::Output(i)) => scratch.outputs[i].value.tree.value(&scene),
+                (_, Target::Rate(i)) => scratch.states[i].rate.tree.value(&point_values),
+                (_, Target::Output(i)) => scratch.outputs[i].value.tree.value(&point_values),
                 (_, Target::Input(i)) => point.inputs.get(i).copied().unwrap_or(0.0),
                 (_, Target::Parameter(i)) => parameters[i],
                 (_, Target::Delay(_)) => self.step_s,
             });
         }
-        let size = USUAL_SHARE * rms(&whole) / rms(&term);
+        let size = TYPICAL_RATIO * rms(&changed) / rms(&term);
         if size > 0.0 && size.is_finite() { size } else { 1.0 }
     }
 
-    /// Values of a text at all points.
+    /// Values of an expression at all points.
     fn values(&self, text: &str, model: &Model) -> Vec<f64> {
         let Some(tree) = model.tree_of(text) else { return Vec::new() };
-        let at = |point| tree.value(&Scene::new(model, point, &self.parameters, 1.0));
+        let at = |point| tree.value(&PointValues::new(model, point, &self.parameters, 1.0));
         self.points.iter().map(at).collect()
     }
 }
 
+/// Root mean square; 0 for an empty list.
 fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// Values at a point.
-struct Scene<'s> {
+/// Values of everything that an expression may refer to, at a point.
+struct PointValues<'s> {
     model: &'s Model,
     point: &'s Point,
     parameters: &'s [f64],
-    brought: f64,
+    /// Value of the states that are not in the point: those that belong to effects.
+    effect_state: f64,
     lets: Vec<f64>,
 }
 
-impl<'s> Scene<'s> {
-    fn new(model: &'s Model, point: &'s Point, parameters: &'s [f64], brought: f64) -> Self {
-        let mut scene = Scene { model, point, parameters, brought, lets: Vec::new() };
+impl<'s> PointValues<'s> {
+    fn new(model: &'s Model, point: &'s Point, parameters: &'s [f64], effect_state: f64) -> Self {
+        let mut values = PointValues { model, point, parameters, effect_state, lets: Vec::new() };
         for declared in &model.lets {
-            let value = declared.value.tree.value(&scene);
-            scene.lets.push(value);
+            let value = declared.value.tree.value(&values);
+            values.lets.push(value);
         }
-        scene
+        values
     }
 }
 
-impl Meaning for Scene<'_> {
+impl Bindings for PointValues<'_> {
     fn symbol(&self, symbol: Symbol) -> f64 {
         match symbol {
-            Symbol::State(i) => self.point.state.get(i).copied().unwrap_or(self.brought),
+            Symbol::State(i) => self.point.state.get(i).copied().unwrap_or(self.effect_state),
             Symbol::Input(i) => self.point.inputs.get(i).copied().unwrap_or(0.0),
             Symbol::Parameter(i) => self.parameters.get(i).copied().unwrap_or(0.0),
             Symbol::Let(i) => self.lets.get(i).copied().unwrap_or(0.0),
@@ -258,15 +278,15 @@ impl Meaning for Scene<'_> {
         self.model.tables.get(table).map_or(0.0, |t| t.value(at))
     }
 
-    /// Change per second of an output, by a small step to each side along the rates.
+    /// Change per second of an output: a central difference along the rates.
     fn slope(&self, output: usize) -> f64 {
         let declared = self.model.states.iter().take(self.point.state.len());
         let rates: Vec<f64> = declared.map(|s| s.rate.tree.value(self)).collect();
         let moved = |by: f64| {
             let state = self.point.state.iter().zip(&rates).map(|(x, f)| x + by * f).collect();
             let point = Point { state, ..self.point.clone() };
-            let scene = Scene::new(self.model, &point, self.parameters, self.brought);
-            self.model.outputs.get(output).map_or(0.0, |o| o.value.tree.value(&scene))
+            let values = PointValues::new(self.model, &point, self.parameters, self.effect_state);
+            self.model.outputs.get(output).map_or(0.0, |o| o.value.tree.value(&values))
         };
         (moved(1e-6) - moved(-1e-6)) / 2e-6
     }

@@ -1,27 +1,26 @@
-//! Units of what the numbers of inner parameters are multiples of.
+//! The sizes that numbers in rows are multiples of: their units, and their description for users.
 
 use crate::model::Model;
 use augsim_data::{Dimensions, Unit};
 
-/// Text of the model that a name of a row stands for.
-pub(super) fn meant(name: &str, names: &[(&'static str, String)]) -> String {
+/// The text of the model that replaces a name of a row.
+pub(super) fn resolve_name(name: &str, names: &[(&'static str, String)]) -> String {
     names.iter().find(|(n, _)| *n == name).map_or_else(|| name.to_owned(), |(_, text)| text.clone())
 }
 
-/// The quantity that the numbers of a parameter are multiples of, in words and in the names of the model.
-/// Nothing for a pure number.
-pub(super) fn size_words(of: &str, names: &[(&'static str, String)]) -> Option<String> {
-    let inner = |prefix: &str| Some(meant(of.strip_prefix(prefix)?.strip_suffix(')')?, names));
-    let rms = |name: &str| format!("the root mean square of {}", meant(name, names));
+/// Describes the quantity that the numbers of a parameter are multiples of; `None` for a pure number.
+pub(super) fn describe_size(of: &str, names: &[(&'static str, String)]) -> Option<String> {
+    let inner = |prefix: &str| Some(resolve_name(of.strip_prefix(prefix)?.strip_suffix(')')?, names));
+    let rms = |name: &str| format!("the root mean square of {}", resolve_name(name, names));
     Some(match of {
         "1" => return None,
         "step" => "the time between samples".to_owned(),
         "1/step" => "the sampling rate".to_owned(),
         "duration" => "the length of a record".to_owned(),
-        "turn" => "one turn a record".to_owned(),
+        "turn" => "one oscillation per record".to_owned(),
         "rate" => format!("{} over {}", rms("v"), rms("x")),
         _ => match (inner("range("), inner("span("), inner("peak("), of.strip_prefix("1/")) {
-            (Some(name), ..) => format!("the way from the least to the largest {name}"),
+            (Some(name), ..) => format!("the range of {name} above its smallest value"),
             (_, Some(name), ..) => format!("the range of {name}"),
             (_, _, Some(name), _) => format!("the largest {name}"),
             (.., Some(name)) => format!("one over {}", rms(name)),
@@ -30,28 +29,28 @@ pub(super) fn size_words(of: &str, names: &[(&'static str, String)]) -> Option<S
     })
 }
 
-/// Unit of what a parameter is measured in.
+/// Unit of the quantity that the numbers of a parameter are multiples of.
 pub(crate) fn size_unit(of: &str, names: &[(&'static str, String)], model: &Model) -> Option<Unit> {
-    let inner = ["range(", "span(", "peak("].iter().find_map(|p| of.strip_prefix(p)?.strip_suffix(')'));
-    let of_name = |name: &str| -> Option<Dimensions> {
-        let tree = model.tree_of(&meant(name, names))?;
+    let argument = ["range(", "span(", "peak("].iter().find_map(|p| of.strip_prefix(p)?.strip_suffix(')'));
+    let dimensions_of_name = |name: &str| -> Option<Dimensions> {
+        let tree = model.tree_of(&resolve_name(name, names))?;
         crate::model::dimensions_of(model, &tree)
     };
     let dimensions = match of {
         "1" => Dimensions::NONE,
         "step" | "duration" | "t" => Dimensions::TIME,
         "1/step" | "turn" | "rate" => Dimensions::NONE / Dimensions::TIME,
-        _ => match (inner, of.strip_prefix("1/")) {
-            (Some(name), _) => of_name(name)?,
-            (None, Some(name)) => Dimensions::NONE / of_name(name)?,
+        _ => match (argument, of.strip_prefix("1/")) {
+            (Some(name), _) => dimensions_of_name(name)?,
+            (None, Some(name)) => Dimensions::NONE / dimensions_of_name(name)?,
             (None, None) => {
-                // As its name states it, so that rad stays rad.
-                let name = meant(of, names);
+                // The declared unit is kept, so that rad does not become a pure number.
+                let name = resolve_name(of, names);
                 let declared = model.state(&name).and_then(|i| model.states[i].unit);
                 let input = model.inputs.iter().find(|i| i.name == name).and_then(|i| i.unit);
                 match declared.or(input) {
                     Some(unit) => return Some(unit),
-                    None => of_name(of)?,
+                    None => dimensions_of_name(of)?,
                 }
             }
         },

@@ -1,16 +1,17 @@
-//! A law that no expression describes: values at uniform knots of one quantity, straight between them, constant outside.
+//! A table effect: a piecewise linear function of one quantity with uniform knots, constant outside.
 
 use crate::model::{Draft, How, Parameter, Target};
 
-/// Bound of the values of a table, in the unit of what it adds to; that of the ball's tables.
-const MOST_OF_A_KNOT: f64 = 100.0;
+/// Bound of the values of a table, in the unit of what it adds to; as for the tables of the ball.
+const MIN_KNOT_BOUND: f64 = 100.0;
 
-/// The effect that adds a table of `against` over `first` to `last` with `values` at its knots, which are its parameters
-/// `knot0`, `knot1`, ….
+/// The effect that adds a table of `against` from `first` to `last`.
+///
+/// Its parameters `knot0`, `knot1`, … are the `values` at the knots.
 pub fn draft(target: Target, on: &str, against: &str, (first, last): (f64, f64), values: &[f64]) -> Draft {
     let spacing = (last - first) / (values.len().max(2) - 1) as f64;
     let end = values.len().saturating_sub(1);
-    // Each knot carries a hat over its neighbours; those at the ends stay up outside.
+    // Each knot has a triangular (hat) basis function; those of the end knots stay at 1 outside.
     let hat = |i: usize| {
         let at = first + spacing * i as f64;
         let z = format!("(({against}) - {at:?}) / {spacing:?}");
@@ -21,7 +22,7 @@ pub fn draft(target: Target, on: &str, against: &str, (first, last): (f64, f64),
         }
     };
     let text = (0..values.len()).map(hat).collect::<Vec<_>>().join(" + ");
-    let bound = values.iter().fold(MOST_OF_A_KNOT, |most: f64, v| most.max(10.0 * v.abs()));
+    let bound = values.iter().fold(MIN_KNOT_BOUND, |most: f64, v| most.max(10.0 * v.abs()));
     let knot = |(i, value): (usize, &f64)| Parameter {
         name: format!("knot{i}"),
         unit: None,

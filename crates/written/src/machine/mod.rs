@@ -1,7 +1,7 @@
 //! Runs instructions on registers of many lanes at once.
 
-mod one;
 mod run;
+mod scalar;
 
-pub(crate) use one::evaluate;
 pub(crate) use run::Machine;
+pub(crate) use scalar::evaluate;

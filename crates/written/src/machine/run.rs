@@ -1,5 +1,6 @@
-//! The machine: one pass over the instructions, each a loop over lanes that the compiler turns into vector code of the
-//! instruction set found at run time.
+//! Runs a list of instructions, each as a loop over lanes.
+//!
+//! The loops are compiled to vector code for the instruction set found at run time.
 
 use super::evaluate;
 use crate::compile::{Code, Section};
@@ -9,7 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 /// Registers of `L` lanes each.
 pub(crate) type Registers<const L: usize> = [[f64; L]];
 
-/// Instruction set and tables of a system.
+/// Instruction set and tables of a compiled system.
 #[derive(Debug, Clone)]
 pub(crate) struct Machine {
     pub(crate) arch: Arch,
@@ -17,10 +18,10 @@ pub(crate) struct Machine {
 }
 
 impl Machine {
-    /// Runs `work` on blocks of `L` lanes, by code compiled for the best instruction set of this machine.
+    /// Runs `work` on blocks of `L` lanes, with code for the best instruction set of this computer.
     ///
-    /// Fewer than 8 lanes do not fill a vector of AVX-512, so they run on AVX2 there as well: to the same bits, and nothing is
-    /// compiled for a set that has no use.
+    /// Fewer than 8 lanes do not fill a vector of AVX-512, so they run on AVX2 there as well. The results
+    /// have the same bits, and no code is compiled that would bring no gain.
     pub(crate) fn dispatch<const L: usize, W: WithSimd>(&self, work: W) -> W::Output {
         #[cfg(target_arch = "x86_64")]
         if const { L < 8 } {
@@ -32,10 +33,11 @@ impl Machine {
         self.arch.dispatch(work)
     }
 
-    /// Runs the instructions of `section` on `registers`, by code compiled for the instruction set `simd`.
+    /// Runs the instructions of `section` on `registers`, with code for the instruction set `simd`.
     ///
-    /// It is never inlined: a pass has a loop for each of 28 operations, with the elementary functions inside, and the compiler
-    /// would otherwise build it once for each caller, number of lanes and instruction set (54 copies) instead of 18.
+    /// Never inlined: it has a loop for each of 28 operations, with the elementary functions inside. The
+    /// compiler would otherwise build it once for each caller, number of lanes and instruction set (54
+    /// copies) instead of 18 times.
     #[inline(never)]
     pub(crate) fn pass<S: Simd, const L: usize>(
         &self,
@@ -47,7 +49,7 @@ impl Machine {
     }
 }
 
-/// A pass, as work for the instruction set.
+/// One pass over the instructions, in the form that [`pulp`] dispatches to an instruction set.
 struct Pass<'p, const L: usize> {
     tables: &'p [Table],
     section: &'p Section,
@@ -61,7 +63,8 @@ impl<const L: usize> WithSimd for Pass<'_, L> {
     fn with_simd<S: Simd>(self, _simd: S) {
         let Self { tables, section, registers } = self;
         for instruction in &section.body {
-            // A result lies behind what it is made of, so that one can be written while the others are read.
+            // A result has a higher register than its operands, so that it can be written while they are
+            // read.
             let (before, after) = registers.split_at_mut(instruction.to as usize);
             let Some(to) = after.first_mut() else { continue };
             let [a, b, c] = instruction.operands;
@@ -71,9 +74,10 @@ impl<const L: usize> WithSimd for Pass<'_, L> {
                 continue;
             };
             macro_rules! table {
-                ($of:expr) => {
+                ($function:expr) => {
                     for lane in 0..L {
-                        to[lane] = tables.get(instruction.table as usize).map_or(0.0, |t| $of(t, a[lane]));
+                        to[lane] =
+                            tables.get(instruction.table as usize).map_or(0.0, |t| $function(t, a[lane]));
                     }
                 };
             }
@@ -125,12 +129,13 @@ impl<const L: usize> WithSimd for Pass<'_, L> {
 }
 
 impl Table {
-    /// Index of the knot before `x`, and nothing beyond the ends.
+    /// Index of the knot before `x`; `None` outside the knots.
     fn piece(&self, x: f64) -> Option<usize> {
         let after = self.at.partition_point(|knot| *knot <= x);
         (after > 0 && after < self.at.len()).then(|| after - 1)
     }
 
+    /// Value at `x`: linear between the knots, constant outside.
     pub(crate) fn value(&self, x: f64) -> f64 {
         match self.piece(x) {
             Some(i) => {
@@ -145,6 +150,7 @@ impl Table {
         }
     }
 
+    /// Slope at `x`; 0 outside the knots.
     pub(crate) fn slope(&self, x: f64) -> f64 {
         self.piece(x).map_or(0.0, |i| (self.values[i + 1] - self.values[i]) / (self.at[i + 1] - self.at[i]))
     }

@@ -1,26 +1,32 @@
 //! Natural logarithm.
+//!
+//! `ln x = k ln 2 + ln(1 + f)` with `1 + f` between sqrt(1/2) and sqrt(2), and the series of fdlibm in `s = f
+//! / (2 + f)`.
 
 use super::polynomial;
 
+/// High part of ln 2, whose products with whole numbers are exact.
 const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
+/// ln 2 minus its high part.
 const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
-/// Bits of the square root of one half: fractions are taken from it to twice it, around 1.
+/// Bits of sqrt(1/2): fractions are scaled to lie between sqrt(1/2) and sqrt(2), that is, around 1.
 const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
 
 /// `ln x`.
 #[inline(always)]
 pub(crate) fn ln(x: f64) -> f64 {
-    // Numbers below the normal ones are raised by 2^54 first.
-    let tiny = x < f64::MIN_POSITIVE;
-    let raised = if tiny { x * 18_014_398_509_481_984.0 } else { x };
-    let bits = raised.to_bits();
-    // The exponent of 2, counted so that it stays positive: the shift needs no sign.
+    // Subnormal numbers are multiplied by 2^54 first.
+    let is_subnormal = x < f64::MIN_POSITIVE;
+    let normal = if is_subnormal { x * 18_014_398_509_481_984.0 } else { x };
+    let bits = normal.to_bits();
+    // The exponent of 2, offset so that it stays positive: the shift then needs no sign.
     let shifted = bits.wrapping_sub(SQRT_HALF).wrapping_add(2048 << 52);
     let exponent = (shifted >> 52) & 0xfff;
     let fraction = f64::from_bits(bits.wrapping_sub(exponent.wrapping_sub(2048) << 52));
-    // Low bits below 2^52 in a number of exponent 52 are that whole number.
+    // A double with exponent 52 equals 2^52 plus the whole number in its low bits, which converts without an
+    // instruction.
     let k = f64::from_bits(0x4330_0000_0000_0000 | exponent) - 4_503_599_627_370_496.0 - 2048.0;
-    let k = if tiny { k - 54.0 } else { k };
+    let k = if is_subnormal { k - 54.0 } else { k };
     let f = fraction - 1.0;
     let s = f / (2.0 + f);
     let z = s * s;

@@ -1,5 +1,7 @@
-//! Elementary functions without branches, so that a loop over lanes becomes vector code, with the same bits in every
-//! instruction set and for one lane or many. The standard library's call a function for each number.
+//! Elementary functions without branches, so that a loop over lanes becomes vector code.
+//!
+//! They give the same bits in every instruction set and for any number of lanes. The standard library's
+//! functions are called for one number at a time.
 //!
 //! Sources: reductions and polynomials of fdlibm (Sun Microsystems, 1993) and Cephes (Moshier, 1992).
 
@@ -11,13 +13,16 @@ pub(crate) use exponential::{exp, tanh};
 pub(crate) use logarithm::ln;
 pub(crate) use trigonometric::{cos, sin};
 
-/// 1.5 * 2^52: a number added to it and taken off again is rounded to a whole one, which then stands in the low bits.
+/// 1.5 * 2^52: adding it and subtracting it again rounds a number to a whole one.
+///
+/// After the addition the whole number is in the low bits of the sum.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
-/// A polynomial in `x`, highest coefficient first.
+/// Evaluates a polynomial in `x` by Horner's scheme, highest coefficient first.
 #[inline(always)]
 fn polynomial<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
-    // A plain loop: an iterator's closure may stay a function of its own, compiled for the lowest instruction set.
+    // A plain loop, because an iterator's closure may remain a separate function, compiled for the lowest
+    // instruction set.
     let mut sum = 0.0_f64;
     for c in coefficients {
         sum = sum.mul_add(x, c);
@@ -27,8 +32,8 @@ fn polynomial<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: each function agrees with the standard library's to a few units in the last place over all that it
-    //! may meet, and does the same at zeros, infinities and what is no number.
+    //! Contract: each function agrees with the standard library's to a few units in the last place, and
+    //! equals it at zeros, infinities and NaN.
     use super::*;
 
     fn close(name: &str, x: f64, ours: f64, theirs: f64, ulps: f64) {

@@ -2,34 +2,38 @@
 
 use super::{ROUNDER, polynomial};
 
+/// Second part of pi/2, after its value as a double.
 const HALF_PI_MIDDLE: f64 = 6.123_233_995_736_766e-17;
+/// Third part of pi/2.
 const HALF_PI_LOW: f64 = -1.497_384_904_859_183_3e-33;
 
 /// `sin x`.
 #[inline(always)]
 pub(crate) fn sin(x: f64) -> f64 {
-    let (sine, cosine, quarter) = reduced(x);
-    signed(if quarter & 1 == 0 { sine } else { cosine }, quarter & 2)
+    let (sine, cosine, quarter) = reduce(x);
+    with_sign_flipped(if quarter & 1 == 0 { sine } else { cosine }, quarter & 2)
 }
 
 /// `cos x`.
 #[inline(always)]
 pub(crate) fn cos(x: f64) -> f64 {
-    let (sine, cosine, quarter) = reduced(x);
-    signed(if quarter & 1 == 0 { cosine } else { sine }, quarter.wrapping_add(1) & 2)
+    let (sine, cosine, quarter) = reduce(x);
+    with_sign_flipped(if quarter & 1 == 0 { cosine } else { sine }, quarter.wrapping_add(1) & 2)
 }
 
-/// Turns the sign where `flip` is 2.
+/// Changes the sign of `value` where `flip` is 2.
 #[inline(always)]
-fn signed(value: f64, flip: u64) -> f64 {
+fn with_sign_flipped(value: f64, flip: u64) -> f64 {
     f64::from_bits(value.to_bits() ^ (flip << 62))
 }
 
-/// Sine and cosine of `x` less the nearest multiple of a quarter turn, and that multiple. Cody and Waite's reduction in
-/// three parts; each product is exact in the fused operation, so that it holds for arguments to 1e9. Where turns are
-/// no longer counted (past 1e15) the angle has no meaning, and stays bounded.
+/// Sine and cosine of `x` minus the nearest multiple of pi/2, and the number of that multiple.
+///
+/// Cody and Waite's reduction with pi/2 in three parts; the fused products are exact, so that it holds for
+/// arguments up to 1e9. Beyond about 1e15 the number of quarter turns is lost; the result then has no meaning
+/// but stays bounded.
 #[inline(always)]
-fn reduced(x: f64) -> (f64, f64, u64) {
+fn reduce(x: f64) -> (f64, f64, u64) {
     let shifted = x.mul_add(std::f64::consts::FRAC_2_PI, ROUNDER);
     let n = shifted - ROUNDER;
     let high = (-n).mul_add(std::f64::consts::FRAC_PI_2, x);
@@ -61,7 +65,7 @@ fn reduced(x: f64) -> (f64, f64, u64) {
     let sine = (z * r).mul_add(s, r);
     let half = 0.5 * z;
     let w = 1.0 - half;
-    // 1 - half is rounded; what it lost is put back.
+    // 1 - half is rounded; the difference is added back.
     let cosine = w + ((1.0 - w - half) + z * z * c);
     (sine, cosine, shifted.to_bits())
 }

@@ -1,4 +1,4 @@
-//! Terms of a model beyond its equations: those of effects that were found or that are tried, as extra expressions.
+//! Effects of a model: changes of its equations, as additional expressions.
 
 use super::{Expression, Model, Parameter, State};
 use crate::error::{Excerpt, Fault, ModelError, Place};
@@ -8,29 +8,29 @@ use crate::text::{self, Problem, Scope, Symbol, Tree};
 use augsim_data::{Unit, shown};
 use std::ops::Range;
 
-/// A place of the equations that can be changed.
+/// A quantity of the equations that can be changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Target {
     /// The rate of a state, by index.
     Rate(usize),
     /// The value of an output, by index.
     Output(usize),
-    /// An input as all equations see it, by index.
+    /// An input, as all equations use it, by index.
     Input(usize),
     /// The delay of an input, by index.
     Delay(usize),
-    /// A parameter as all equations see it, by index.
+    /// A parameter, as all equations use it, by index.
     Parameter(usize),
 }
 
-/// How an expression changes what is there.
+/// How an expression changes its target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum How {
     /// The expression is added to the target.
     Add,
     /// The expression multiplies the target.
     Factor,
-    /// The expression stands in place of the target.
+    /// The expression replaces the target.
     Replace,
 }
 
@@ -45,10 +45,10 @@ impl How {
     }
 }
 
-/// One change of the equations.
+/// A change of the equations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
-    /// The place that it changes.
+    /// The quantity that is changed.
     pub target: Target,
     /// How the expression changes the target.
     pub how: How,
@@ -56,30 +56,32 @@ pub struct Change {
     pub value: Expression,
 }
 
-/// The changes that one effect makes.
+/// An effect: the changes that it makes to the equations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Addition {
     /// Kind of the effect, as in model files.
     pub kind: String,
-    /// Name of what it changes first.
+    /// Name of the quantity that it changes first.
     pub on: String,
-    /// Second quantity that it was bound to, where its kind has one.
+    /// Second quantity that it depends on or changes, if its kind has one.
     pub with: Option<String>,
-    /// Its parameters among those of the model.
+    /// Its parameters, as indices into those of the model.
     pub parameters: Range<usize>,
-    /// Its states among those of the model.
+    /// Its states, as indices into those of the model.
     pub states: Range<usize>,
     /// Its changes of the equations.
     pub changes: Vec<Change>,
-    /// Other forms that fit as well, as a search wrote them.
+    /// Other expressions that fit equally well, as discovery wrote them.
     pub also_fits: Vec<String>,
-    /// First and last knot, for a table of `with`.
+    /// First and last knot of a table over `with`.
     pub table: Option<(f64, f64)>,
-    /// Line in the model file, from 1; that of the kind's description for one that was added later.
+    /// Line in the model file, from 1; for an effect that was added later, the line of its row.
     pub line: usize,
 }
 
-/// An effect ready to be added to a model: texts in the names of the model, its own parameters and its own states.
+/// An effect that is ready to be added to a model.
+///
+/// Its expressions use names of the model, of its parameters and of its states.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Draft {
     /// See [`Addition`].
@@ -88,11 +90,11 @@ pub struct Draft {
     pub on: String,
     /// See [`Addition`].
     pub with: Option<String>,
-    /// Its parameters, by their own names.
+    /// Its parameters, with names local to the effect.
     pub parameters: Vec<Parameter>,
-    /// Its states: name, rate, and the value that it begins with.
+    /// Its states, with names local to the effect.
     pub states: Vec<DraftState>,
-    /// Its changes: target, how, and the text of the expression.
+    /// Its changes: target, how it is changed, and the text of the expression.
     pub changes: Vec<(DraftTarget, String)>,
     /// See [`Addition`].
     pub also_fits: Vec<String>,
@@ -102,34 +104,35 @@ pub struct Draft {
     pub line: usize,
 }
 
-/// The place that a text changes, and how.
+/// The target of a change, and how it is changed.
 pub type DraftTarget = (Target, How);
 
-/// A state that an effect brings along.
+/// A state that belongs to an effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DraftState {
-    /// Its own name.
+    /// Name local to the effect.
     pub name: String,
-    /// Its change per second.
+    /// Expression of its rate.
     pub rate: String,
-    /// Guess of its first value: a number, or an expression as in `start`.
+    /// Start value: a number, or an expression as in `start`.
     pub start: String,
 }
 
 impl Addition {
-    /// Name of one of its parameters as it stands in a model file.
-    pub fn own_name<'n>(&self, full: &'n str) -> &'n str {
+    /// The name of one of its parameters as in a model file, without the prefix used in the model.
+    pub fn local_name<'n>(&self, full: &'n str) -> &'n str {
         full.rsplit('.').next().unwrap_or(full)
     }
 }
 
-/// Names as an expression of an effect sees them: its own first, then those of the model.
+/// Names that an expression of an effect may use: its local names, then those of the model.
 struct View<'m> {
     model: &'m Model,
-    own: &'m [(String, Symbol)],
-    /// Output that is changed: its name means its value before.
+    /// Names local to the effect.
+    local_names: &'m [(String, Symbol)],
+    /// Output that is changed; its name in the expression is its value before the change.
     output: Option<usize>,
-    /// Whether the expression guesses a start.
+    /// Whether the expression is that of a start value.
     is_start: bool,
 }
 
@@ -137,7 +140,7 @@ impl Scope for View<'_> {
     fn symbol(&self, name: &str) -> Result<Symbol, Problem> {
         let model = self.model;
         let output = || model.outputs.iter().position(|o| o.name == name);
-        if let Some((_, symbol)) = self.own.iter().find(|(own, _)| own == name) {
+        if let Some((_, symbol)) = self.local_names.iter().find(|(local_names, _)| local_names == name) {
             return Ok(*symbol);
         }
         if let Some(index) = output().filter(|o| self.is_start || self.output == Some(*o)) {
@@ -147,7 +150,7 @@ impl Scope for View<'_> {
         let inputs = model.inputs.iter().map(|i| &i.name).enumerate();
         let parameters = model.parameters.iter().map(|p| &p.name).enumerate();
         let lets = model.lets.iter().map(|l| &l.name).enumerate();
-        let all = states
+        let quantities = states
             .map(|(i, n)| (n, Symbol::State(i)))
             .chain(inputs.map(|(i, n)| (n, Symbol::Input(i))))
             .chain(parameters.map(|(i, n)| (n, Symbol::Parameter(i))))
@@ -155,16 +158,18 @@ impl Scope for View<'_> {
         if name == "t" && !self.is_start {
             return Ok(Symbol::Time);
         }
-        let mut known = all.clone();
-        match known.find(|(n, _)| *n == name) {
+        let mut known_names = quantities.clone();
+        match known_names.find(|(n, _)| *n == name) {
             Some((_, Symbol::State(_) | Symbol::Let(_))) if self.is_start => Err(Problem::NotHere {
                 name: name.into(),
-                why: "a start is guessed from outputs, inputs and parameters",
+                why: "a start value may use only outputs, inputs and parameters",
             }),
             Some((_, symbol)) => Ok(symbol),
             None => {
-                let known = all.map(|(n, _)| n.as_str()).chain(self.own.iter().map(|(n, _)| n.as_str()));
-                Err(Problem::UnknownName { name: shown(name), nearest: nearest(name, known) })
+                let known_names = quantities
+                    .map(|(n, _)| n.as_str())
+                    .chain(self.local_names.iter().map(|(n, _)| n.as_str()));
+                Err(Problem::UnknownName { name: shown(name), nearest: nearest(name, known_names) })
             }
         }
     }
@@ -183,47 +188,35 @@ impl Scope for View<'_> {
 }
 
 impl Model {
-    /// Adds an effect: its parameters follow those of the model, its states follow the states.
+    /// Adds an effect; its parameters and states follow those of the model.
     ///
     /// # Errors
-    /// An expression that cannot be read, a parameter that no expression of the effect uses, or more states or parameters
-    /// than a model may have.
+    /// An expression that cannot be parsed, a parameter that the effect does not use, or more states or
+    /// parameters than a model may have.
     pub fn add(&mut self, draft: &Draft) -> Result<(), ModelError> {
         let key = format!("effect.{}", shown(&draft.kind));
         let place = |key: String| Place { file: self.file.clone(), line: draft.line, key };
-        let wrong = |key: String, fault: Fault| ModelError {
+        let error = |key: String, fault: Fault| ModelError {
             place: place(key),
             fault: Box::new(fault),
             excerpt: None,
         };
         let (first_parameter, first_state) = (self.parameters.len(), self.states.len());
-        for (of, found, allowed) in [
-            ("parameters", first_parameter + draft.parameters.len(), limits::PARAMETERS),
-            ("states", first_state + draft.states.len(), limits::STATES),
+        for (what, found, allowed) in [
+            ("parameters", first_parameter + draft.parameters.len(), limits::MAX_PARAMETERS),
+            ("states", first_state + draft.states.len(), limits::MAX_STATES),
         ] {
             if found > allowed {
-                return Err(wrong(key, Fault::TooMany { of, found, allowed }));
+                return Err(error(key, Fault::TooMany { what, found, allowed }));
             }
         }
-        let mut own: Vec<(String, Symbol)> = Vec::new();
-        for (index, p) in draft.parameters.iter().enumerate() {
-            let symbol = Symbol::Parameter(first_parameter + index);
-            own.push((p.name.clone(), symbol));
-            // `s_V` may be written `s` in the expression.
-            if let Some(short) = without_unit(&p.name)
-                && !draft.parameters.iter().any(|other| other.name == short)
-            {
-                own.push((short.to_owned(), symbol));
-            }
-        }
-        let states = draft.states.iter().enumerate();
-        own.extend(states.map(|(index, s)| (s.name.clone(), Symbol::State(first_state + index))));
+        let local_names = local_names(draft, first_parameter, first_state);
         let output = draft.changes.iter().find_map(|((target, _), _)| match target {
             Target::Output(output) => Some(*output),
             _ => None,
         });
         let parse = |field: &str, text: &str, is_start: bool| -> Result<Expression, ModelError> {
-            let view = View { model: self, own: &own, output, is_start };
+            let view = View { model: self, local_names: &local_names, output, is_start };
             let key = format!("{key}.{field}");
             let tree = text::parse(text, &view, false).map_err(|(problem, span)| ModelError {
                 place: place(key.clone()),
@@ -237,9 +230,9 @@ impl Model {
         for ((target, how), text) in &draft.changes {
             changes.push(Change { target: *target, how: *how, value: parse(how.key(), text, false)? });
         }
-        let mut added = Vec::new();
+        let mut added_states = Vec::new();
         for state in &draft.states {
-            added.push(State {
+            added_states.push(State {
                 name: format!("{}.{}", self.free_prefix(draft), state.name),
                 unit: None,
                 start: parse("start", &state.start, true)?,
@@ -252,12 +245,12 @@ impl Model {
                 line: draft.line,
             });
         }
-        let trees = || changes.iter().map(|c| &c.value.tree).chain(added.iter().map(|s| &s.rate.tree));
+        let trees = || changes.iter().map(|c| &c.value.tree).chain(added_states.iter().map(|s| &s.rate.tree));
         for (index, p) in draft.parameters.iter().enumerate() {
             let symbol = Symbol::Parameter(first_parameter + index);
             let is_delay = changes.iter().any(|c| matches!(c.target, Target::Delay(_)));
             if !is_delay && !trees().any(|tree| tree.symbols().any(|s| s == symbol)) {
-                return Err(wrong(format!("{key}.{}", shown(&p.name)), Fault::Unused));
+                return Err(error(format!("{key}.{}", shown(&p.name)), Fault::Unused));
             }
         }
         let prefix = self.free_prefix(draft);
@@ -266,9 +259,9 @@ impl Model {
                 self.inputs[input].delay = Some(first_parameter);
             }
         }
-        let named = |p: &Parameter| Parameter { name: format!("{prefix}.{}", p.name), ..p.clone() };
-        self.parameters.extend(draft.parameters.iter().map(named));
-        self.states.extend(added);
+        let with_prefix = |p: &Parameter| Parameter { name: format!("{prefix}.{}", p.name), ..p.clone() };
+        self.parameters.extend(draft.parameters.iter().map(with_prefix));
+        self.states.extend(added_states);
         self.additions.push(Addition {
             kind: draft.kind.clone(),
             on: draft.on.clone(),
@@ -283,52 +276,73 @@ impl Model {
         Ok(())
     }
 
-    /// Tree of a text in the names of the model; nothing where it is no expression of them.
+    /// Parses an expression in the names of the model; `None` if it is not valid.
     pub(crate) fn tree_of(&self, text: &str) -> Option<Tree> {
-        // An output that bears no other name is seen too.
-        let free = |name: &str| self.state(name).is_none() && self.parameter(name).is_none();
-        let output = self.outputs.iter().position(|o| o.name == text && free(text));
-        text::parse(text, &View { model: self, own: &[], output, is_start: false }, false).ok()
+        // An output is allowed as well if no state or parameter has its name.
+        let is_free = |name: &str| self.state(name).is_none() && self.parameter(name).is_none();
+        let output = self.outputs.iter().position(|o| o.name == text && is_free(text));
+        text::parse(text, &View { model: self, local_names: &[], output, is_start: false }, false).ok()
     }
 
-    /// Prefix of the names of an effect's parameters: its kind, with what it changes where the kind is there already.
+    /// Prefix of the names of an effect's parameters: its kind.
+    ///
+    /// The target and a number are added if needed to make it unique.
     fn free_prefix(&self, draft: &Draft) -> String {
-        let taken = |prefix: &str| {
-            let begins = |name: &str| name.strip_prefix(prefix).is_some_and(|rest| rest.starts_with('.'));
-            self.parameters.iter().any(|p| begins(&p.name)) || self.states.iter().any(|s| begins(&s.name))
+        let is_taken = |prefix: &str| {
+            let has_prefix = |name: &str| name.strip_prefix(prefix).is_some_and(|rest| rest.starts_with('.'));
+            self.parameters.iter().any(|p| has_prefix(&p.name))
+                || self.states.iter().any(|s| has_prefix(&s.name))
         };
         let longer = format!("{} on {}", draft.kind, draft.on);
-        let mut prefix = if taken(&draft.kind) { longer.clone() } else { draft.kind.clone() };
+        let mut prefix = if is_taken(&draft.kind) { longer.clone() } else { draft.kind.clone() };
         let mut count = 1;
-        while taken(&prefix) {
+        while is_taken(&prefix) {
             count += 1;
             prefix = format!("{longer} ({count})");
         }
         prefix
     }
 
-    /// Number of parameters that stand before those of the first addition.
+    /// Number of parameters before those of the first effect.
     pub fn declared_parameters(&self) -> usize {
         self.additions.first().map_or(self.parameters.len(), |a| a.parameters.start)
     }
 
-    /// Number of states that stand before those of the first addition.
+    /// Number of states before those of the first effect.
     pub fn declared_states(&self) -> usize {
         self.additions.first().map_or(self.states.len(), |a| a.states.start)
     }
 
-    /// Trees of an addition's changes and of its states' rates.
+    /// Expressions of the changes that all effects make.
     pub(crate) fn added_trees(&self) -> impl Iterator<Item = &Tree> {
         self.additions.iter().flat_map(|a| a.changes.iter().map(|c| &c.value.tree))
     }
 }
 
-/// A name without the unit at its end, if it states one.
+/// The names of an effect's parameters and states, and the symbols that they will have in the model.
+fn local_names(draft: &Draft, first_parameter: usize, first_state: usize) -> Vec<(String, Symbol)> {
+    let mut names: Vec<(String, Symbol)> = Vec::new();
+    for (index, p) in draft.parameters.iter().enumerate() {
+        let symbol = Symbol::Parameter(first_parameter + index);
+        names.push((p.name.clone(), symbol));
+        // A parameter `s_V` may be written `s` in the expression.
+        if let Some(short) = without_unit(&p.name)
+            && !draft.parameters.iter().any(|other| other.name == short)
+        {
+            names.push((short.to_owned(), symbol));
+        }
+    }
+    let states = draft.states.iter().enumerate();
+    names.extend(states.map(|(index, s)| (s.name.clone(), Symbol::State(first_state + index))));
+    names
+}
+
+/// Returns a name without the unit at its end; `None` if it has no unit.
 fn without_unit(name: &str) -> Option<&str> {
     Unit::of_column_name(name)?;
-    // The shortest end that states all of the unit has no other word in it.
-    let cut = name.match_indices('_').map(|(at, _)| at);
-    let mut cuts = cut.filter(|at| {
+    // The shortest ending that gives the whole unit contains no other word.
+    let underscores = name.match_indices('_').map(|(at, _)| at);
+    let mut cuts = underscores.filter(|at| {
         *at > 0 && Unit::of_column_name(&format!("q{}", &name[*at..])) == Unit::of_column_name(name)
     });
     cuts.next_back().map(|at| &name[..at])
@@ -336,11 +350,11 @@ fn without_unit(name: &str) -> Option<&str> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a parameter may be written without its unit, and with nothing else left out.
+    //! Contract: a parameter may be written without its unit, but with nothing else left out.
     use super::*;
 
     #[test]
-    fn the_unit_alone_is_cut() {
+    fn only_the_unit_is_removed() {
         assert_eq!(without_unit("s_V"), Some("s"));
         assert_eq!(without_unit("level_rad_s2"), Some("level"));
         assert_eq!(without_unit("width_of_knee_m_s"), Some("width_of_knee"));

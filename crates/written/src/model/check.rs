@@ -1,10 +1,11 @@
-//! Requirements on a model beyond correct expressions: parameters that matter and outputs that show the state.
+//! Checks that parameters are used, outputs depend on the state, and declared widths apply.
 
 use super::toml_reader::Reader;
 use super::{Expression, Model};
 use crate::error::{Fault, ModelError};
 use crate::text::{Kind, Symbol};
 
+/// Refuses unused parameters, outputs that do not depend on the state, and widths without use.
 pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError> {
     let mut used = vec![false; model.parameters.len()];
     for symbol in expressions(model).flat_map(|e| e.tree.symbols()) {
@@ -17,17 +18,17 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
     {
         return Err(reader.error(p.line, &format!("parameters.{}", p.name), Fault::Unused));
     }
-    let mut moving = Vec::with_capacity(model.lets.len());
+    let mut state_dependent = Vec::with_capacity(model.lets.len());
     for value in &model.lets {
-        let moves = changes(&value.value, &moving);
-        moving.push(moves);
+        let depends = depends_on_state(&value.value, &state_dependent);
+        state_dependent.push(depends);
     }
-    if let Some(o) = model.outputs.iter().find(|o| !changes(&o.value, &moving)) {
+    if let Some(o) = model.outputs.iter().find(|o| !depends_on_state(&o.value, &state_dependent)) {
         return Err(reader.error(o.value.line, &o.value.key, Fault::NeverChanges));
     }
     for text in model.numerics.widths.keys() {
-        if !smoothed(model).any(|argument| argument == text) {
-            let line = reader.text.find("sign_width").map_or(1, |at| reader.line(at));
+        if !smoothed_arguments(model).any(|argument| argument == text) {
+            let line = reader.text.find("sign_width").map_or(1, |position| reader.line(position));
             let fault = Fault::UnusedWidth { text: augsim_data::shown(text) };
             return Err(reader.error(line, "numerics.sign_width", fault));
         }
@@ -35,11 +36,11 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
     Ok(())
 }
 
-/// Whether an expression names a state, or a `[let]` value that does.
-fn changes(expression: &Expression, moving: &[bool]) -> bool {
+/// Whether an expression uses a state, directly or through a `[let]` value.
+fn depends_on_state(expression: &Expression, state_dependent: &[bool]) -> bool {
     expression.tree.symbols().any(|symbol| match symbol {
         Symbol::State(_) => true,
-        Symbol::Let(i) => moving.get(i).copied().unwrap_or(false),
+        Symbol::Let(i) => state_dependent.get(i).copied().unwrap_or(false),
         _ => false,
     })
 }
@@ -57,8 +58,8 @@ fn expressions(model: &Model) -> impl Iterator<Item = &Expression> {
     lets.chain(rates).chain(outputs).chain(events).chain(added)
 }
 
-/// Arguments of everything that jumps, as they are written.
-fn smoothed(model: &Model) -> impl Iterator<Item = &str> {
+/// Arguments of everything that is smoothed, as texts of the file.
+fn smoothed_arguments(model: &Model) -> impl Iterator<Item = &str> {
     expressions(model).flat_map(|e| {
         e.tree.nodes.iter().filter_map(|node| match &node.kind {
             Kind::Call(f, arguments) if f.jumps() => arguments.first().map(|a| e.tree.text_of(*a)),

@@ -1,4 +1,6 @@
-//! `[[effect]]` and `[[candidate]]` blocks: what a model has beyond its equations, and what may be tried on it.
+//! Reads `[[effect]]` and `[[candidate]]` blocks.
+//!
+//! Effects change the equations of a model; candidates may be tried on it.
 
 use super::entries::check_name;
 use super::quantity::parameter;
@@ -11,18 +13,18 @@ use crate::limits;
 use crate::nearest::nearest;
 use augsim_data::shown;
 
-/// Kind of an effect whose expression stands in its block.
+/// Kind of an effect whose expression is given in its block.
 const FORMULA: &str = "formula";
-/// Kind of an effect whose values at knots stand in its block.
+/// Kind of an effect whose values at knots are given in its block.
 const TABLE: &str = "table";
 
-/// Reads both kinds of blocks into `model`, whose equations are there.
+/// Reads both kinds of blocks into `model`, whose equations are read already.
 pub(super) fn read(file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
     let candidates = file.blocks("candidate", "written as [[candidate]] blocks")?;
     let effects = file.blocks("effect", "written as [[effect]] blocks")?;
-    for (of, found) in [("candidates", candidates.len()), ("effects", effects.len())] {
-        if found > limits::EFFECTS {
-            return Err(file.error(Fault::TooMany { of, found, allowed: limits::EFFECTS }));
+    for (what, found) in [("candidates", candidates.len()), ("effects", effects.len())] {
+        if found > limits::MAX_EFFECTS {
+            return Err(file.error(Fault::TooMany { what, found, allowed: limits::MAX_EFFECTS }));
         }
     }
     for item in &candidates {
@@ -37,25 +39,27 @@ pub(super) fn read(file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelEr
     Ok(())
 }
 
+/// Reads one `[[effect]]` block.
 fn effect(item: &Item<'_, '_>, model: &Model) -> Result<Draft, ModelError> {
     let missing = |key, example| item.error(Fault::Missing { key, example });
     let kind = item.at("kind").ok_or_else(|| missing("kind", "kind = \"coulomb\""))?;
     let kind = kind.text("a name in quotes")?;
-    let on = item.at("on").ok_or_else(|| missing("on", "on = \"omega_rad_s\", what it changes"))?;
+    let on =
+        item.at("on").ok_or_else(|| missing("on", "on = \"omega_rad_s\", the quantity that it changes"))?;
     let on_text = on.text("the name of a rate, input, output or parameter")?;
     let with = item.at("with").map(|w| w.text("a text in quotes").map(str::to_owned)).transpose()?;
     let texts = item.at("also_fits").map(|list| list.texts("a list of expressions in quotes")).transpose()?;
     let mut draft = match kind {
         FORMULA => formula(item, (&on, on_text), model)?,
         TABLE => table(item, (&on, on_text), model)?,
-        _ => of_library(item, kind, (&on, on_text, with.as_deref()), model)?,
+        _ => library_effect(item, kind, (&on, on_text, with.as_deref()), model)?,
     };
     draft.also_fits = texts.unwrap_or_default();
     draft.line = item.line;
     Ok(draft)
 }
 
-/// Parameters of a block: all keys but those of `known`.
+/// Reads the parameters of a block: all keys except those in `known`.
 fn parameters(item: &Item<'_, '_>, known: &[&str]) -> Result<Vec<Parameter>, ModelError> {
     let mut list = Vec::new();
     for (name, entry) in item.entries("written as [[effect]] blocks")? {
@@ -67,11 +71,13 @@ fn parameters(item: &Item<'_, '_>, known: &[&str]) -> Result<Vec<Parameter>, Mod
     Ok(list)
 }
 
+/// Finds the target of an effect by its name.
 fn target(on: &Item<'_, '_>, name: &str, model: &Model) -> Result<Target, ModelError> {
     crate::library::target_named(name, model)
         .ok_or_else(|| on.error(Fault::NoSuchPlace { name: shown(name) }))
 }
 
+/// Reads an effect of kind `formula`.
 fn formula(item: &Item<'_, '_>, on: (&Item<'_, '_>, &str), model: &Model) -> Result<Draft, ModelError> {
     let (how, text) = change(item)?;
     let parameters = parameters(item, &["kind", "on", "with", "add", "factor", "replace", "also_fits"])?;
@@ -80,7 +86,7 @@ fn formula(item: &Item<'_, '_>, on: (&Item<'_, '_>, &str), model: &Model) -> Res
     Ok(Draft { kind: FORMULA.into(), on: on.1.into(), parameters, changes, ..Draft::default() })
 }
 
-/// Values at uniform knots of one quantity, constant outside, as the ball's tables are.
+/// Reads an effect of kind `table`: values at uniform knots of one quantity, constant outside.
 fn table(item: &Item<'_, '_>, on: (&Item<'_, '_>, &str), model: &Model) -> Result<Draft, ModelError> {
     item.known(&["kind", "on", "against", "first", "last", "values", "unit", "also_fits"])?;
     let missing = |key, example| item.error(Fault::Missing { key, example });
@@ -93,51 +99,54 @@ fn table(item: &Item<'_, '_>, on: (&Item<'_, '_>, &str), model: &Model) -> Resul
     }
     let values = item.at("values").ok_or_else(|| missing("values", "values = [0.0, 0.1, 0.3]"))?;
     let values = values.numbers("a list of numbers")?;
-    if !(2..=limits::TABLE_KNOTS).contains(&values.len()) {
-        let allowed = limits::TABLE_KNOTS;
-        return Err(item.error(Fault::TooMany { of: "knots", found: values.len(), allowed }));
+    if values.len() < 2 {
+        return Err(item.error(Fault::TooFewKnots { found: values.len() }));
+    }
+    if values.len() > limits::MAX_TABLE_KNOTS {
+        let allowed = limits::MAX_TABLE_KNOTS;
+        return Err(item.error(Fault::TooMany { what: "knots", found: values.len(), allowed }));
     }
     let to = target(on.0, on.1, model)?;
     Ok(tables::draft(to, on.1, &against, (first, last), &values))
 }
 
-/// An effect of the library or of the user's candidates.
-fn of_library(
+/// Reads an effect of the library, or of the candidates of the model file.
+fn library_effect(
     item: &Item<'_, '_>,
     kind: &str,
     (on, on_text, with): (&Item<'_, '_>, &str, Option<&str>),
     model: &Model,
 ) -> Result<Draft, ModelError> {
     let rows: Vec<Row> = model.candidates.iter().cloned().chain(generic()?).collect();
-    let of_kind: Vec<&Row> = rows.iter().filter(|row| row.kind == kind).collect();
-    if of_kind.is_empty() {
+    let rows_of_kind: Vec<&Row> = rows.iter().filter(|row| row.kind == kind).collect();
+    if rows_of_kind.is_empty() {
         let known = rows.iter().map(|r| r.kind.as_str()).chain([FORMULA, TABLE]);
         return Err(item.error(Fault::NoSuchEffect { kind: shown(kind), nearest: nearest(kind, known) }));
     }
     let mut places = Vec::new();
-    for row in of_kind {
+    for row in rows_of_kind {
         places.extend(places_of(row, model)?);
     }
-    let is_there = |c: &&crate::library::Candidate| {
+    let is_requested = |c: &&crate::library::Candidate| {
         c.on == on_text && with.is_none_or(|with| c.with.as_deref() == Some(with))
     };
-    let Some(candidate) = places.iter().find(is_there) else {
+    let Some(candidate) = places.iter().find(is_requested) else {
         let mut possible: Vec<String> = places.iter().map(|c| c.on.clone()).collect();
         possible.dedup();
-        return Err(on.error(Fault::NotThere { kind: kind.into(), on: shown(on_text), possible }));
+        return Err(on.error(Fault::CannotActOn { kind: kind.into(), on: shown(on_text), possible }));
     };
     let names: Vec<&str> = candidate.parameters.iter().map(|p| p.name.as_str()).collect();
     let keys: Vec<&str> =
         ["kind", "on", "with", "also_fits"].into_iter().chain(names.iter().copied()).collect();
     item.known(&keys)?;
     let mut draft = candidate.draft(&candidate.nulls());
-    for (own, declared) in draft.parameters.iter_mut().zip(&candidate.parameters) {
-        let Some(entry) = item.at(&own.name) else {
-            return Err(item.error(Fault::MissingParameter { name: own.name.clone(), kind: kind.into() }));
+    for (drafted, declared) in draft.parameters.iter_mut().zip(&candidate.parameters) {
+        let Some(entry) = item.at(&drafted.name) else {
+            return Err(item.error(Fault::MissingParameter { name: drafted.name.clone(), kind: kind.into() }));
         };
-        let read = parameter(&entry, &own.name)?;
+        let read = parameter(&entry, &drafted.name)?;
         let unit = read.unit.or(declared.unit);
-        *own = Parameter { unit, frozen: read.frozen || declared.frozen, ..read };
+        *drafted = Parameter { unit, frozen: read.frozen || declared.frozen, ..read };
     }
     Ok(draft)
 }

@@ -1,28 +1,29 @@
-//! Entries of a model file that several sections have: tables at the top, names, quantities with a unit in their key.
+//! Reads parts that several sections share: tables, names, and keys with a unit at their end.
 
 use super::toml_reader::Item;
 use crate::error::{Fault, ModelError};
 use crate::text;
 use augsim_data::shown;
 
-/// Entries of a table at the top; none where it is absent.
+/// Entries of a top-level table; none if it is absent.
 pub(super) fn section<'r, 't>(
     file: &Item<'r, 't>,
     key: &str,
-    of: &'static str,
+    what: &'static str,
     allowed: usize,
 ) -> Result<Vec<(&'r str, Item<'r, 't>)>, ModelError> {
     let Some(table) = file.at(key) else { return Ok(Vec::new()) };
     let entries = table.entries("a table, such as [states]")?;
     if entries.len() > allowed {
-        return Err(table.error(Fault::TooMany { of, found: entries.len(), allowed }));
+        return Err(table.error(Fault::TooMany { what, found: entries.len(), allowed }));
     }
     Ok(entries)
 }
 
+/// Refuses names that are malformed or reserved.
 pub(crate) fn check_name(item: &Item<'_, '_>, name: &str) -> Result<(), ModelError> {
-    let begins = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
-    if !begins || name.len() > 64 || !name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') {
+    let begins_well = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+    if !begins_well || name.len() > 64 || !name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') {
         return Err(item.error(Fault::MalformedName { name: shown(name) }));
     }
     if text::is_reserved(name) {
@@ -31,16 +32,16 @@ pub(crate) fn check_name(item: &Item<'_, '_>, name: &str) -> Result<(), ModelErr
     Ok(())
 }
 
-/// The entry `kind` or `kind_UNIT`.
+/// The entry with the key `kind` or `kind_UNIT`.
 pub(super) fn suffixed<'r, 't>(item: &Item<'r, 't>, kind: &str) -> Option<Item<'r, 't>> {
     let entries = item.value.get_ref().as_table().map(|table| item.reader.entries(table))?;
-    let is =
+    let matches =
         |name: &str| name.strip_prefix(kind).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'));
-    let (name, ..) = entries.into_iter().find(|(name, ..)| is(name))?;
+    let (name, ..) = entries.into_iter().find(|(name, ..)| matches(name))?;
     item.at(name)
 }
 
-/// Known keys with those that were found under a name with a unit.
+/// Known keys, and those that were found with a unit at their end.
 pub(super) fn known_with<'k>(known: &[&'k str], found: &'k [&Option<Item<'_, '_>>]) -> Vec<&'k str> {
     let suffixed = found.iter().filter_map(|item| item.as_ref()?.key.rsplit('.').next());
     known.iter().copied().chain(suffixed).collect()

@@ -1,4 +1,4 @@
-//! The second pass over a model file: expressions, in which all names are known.
+//! Reads the expressions of a model file in a second pass, after all names are known.
 
 use super::entries::{check_name, known_with, section, suffixed};
 use super::scope::{Names, Site, View};
@@ -11,10 +11,10 @@ use crate::text::{self, Problem, Tree};
 use augsim_data::{Dimensions, Unit, shown};
 use std::collections::BTreeMap;
 
-/// The second pass: expressions, in which all names are known.
+/// The second pass over a model file.
 pub(super) struct Equations<'n> {
     names: &'n Names,
-    /// Nodes of all expressions so far.
+    /// Number of nodes of all expressions so far.
     nodes: usize,
 }
 
@@ -23,19 +23,19 @@ impl<'n> Equations<'n> {
         Self { names, nodes: 0 }
     }
 
-    /// Reads all expressions into `model`, whose names and numbers are there.
+    /// Reads all expressions into `model`, whose names and numbers are read already.
     pub(super) fn read(mut self, file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
         for (index, (name, item)) in
-            section(file, "let", "values", limits::PARAMETERS)?.into_iter().enumerate()
+            section(file, "let", "values", limits::MAX_PARAMETERS)?.into_iter().enumerate()
         {
             let value = self.expression(&item, Site::Let(index), false)?;
-            let of_name = || Unit::of_column_name(name).map(Unit::dimensions);
-            let dimensions = infer(model, &item, &value.tree)?.or_else(of_name);
+            let dimensions_of_name = || Unit::of_column_name(name).map(Unit::dimensions);
+            let dimensions = infer(model, &item, &value.tree)?.or_else(dimensions_of_name);
             model.lets.push(Let { name: name.into(), dimensions, value });
         }
         self.states(file, model)?;
         for (index, (_, item)) in
-            section(file, "outputs", "outputs", limits::OUTPUTS)?.into_iter().enumerate()
+            section(file, "outputs", "outputs", limits::MAX_OUTPUTS)?.into_iter().enumerate()
         {
             let value = match item.value.get_ref().as_str() {
                 Some(_) => self.expression(&item, Site::Equation, false)?,
@@ -55,6 +55,7 @@ impl<'n> Equations<'n> {
         Ok(())
     }
 
+    /// Reads starts and rates of the states, and checks the units of the rates.
     fn states(&mut self, file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
         let rates: BTreeMap<&str, Item<'_, '_>> =
             section(file, "rates", "rates", usize::MAX)?.into_iter().collect();
@@ -66,14 +67,14 @@ impl<'n> Equations<'n> {
             }
         }
         for (index, (name, item)) in
-            section(file, "states", "states", limits::STATES)?.into_iter().enumerate()
+            section(file, "states", "states", limits::MAX_STATES)?.into_iter().enumerate()
         {
             let Some(rate) = rates.get(name) else {
                 let fault = Fault::NoRate { state: name.into() };
                 return Err(item.reader.error(item.line, "states", fault));
             };
-            let bare = item.value.get_ref().as_table().is_none();
-            let start = if bare { Some(item.clone()) } else { item.at("start") };
+            let is_bare_value = item.value.get_ref().as_table().is_none();
+            let start = if is_bare_value { Some(item.clone()) } else { item.at("start") };
             model.states[index].start = match start {
                 None => Expression { tree: Tree::number(0.0), line: item.line, key: item.key.clone() },
                 Some(start) => match start.maybe_number() {
@@ -108,14 +109,15 @@ impl<'n> Equations<'n> {
         Ok(())
     }
 
+    /// Reads the `[[events]]` blocks.
     fn events(&mut self, file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
         const DIRECTIONS: [(&str, Direction); 3] =
             [("rising", Direction::Rising), ("falling", Direction::Falling), ("both", Direction::Both)];
         let Some(events) = file.at("events") else { return Ok(()) };
         let expected = "written as [[events]] blocks";
         let blocks = events.value.get_ref().as_array().ok_or_else(|| events.wrong(expected))?;
-        if blocks.len() > limits::EVENTS {
-            let fault = Fault::TooMany { of: "events", found: blocks.len(), allowed: limits::EVENTS };
+        if blocks.len() > limits::MAX_EVENTS {
+            let fault = Fault::TooMany { what: "events", found: blocks.len(), allowed: limits::MAX_EVENTS };
             return Err(events.error(fault));
         }
         for (index, value) in blocks.iter().enumerate() {
@@ -124,8 +126,8 @@ impl<'n> Equations<'n> {
             item.table(expected)?;
             let name = item.at("name").map(|n| n.text("a name in quotes")).transpose()?;
             let name = name.map_or_else(|| format!("{}", index + 1), str::to_owned);
-            let plain = shown(&name);
-            item.key = format!("events.{plain}");
+            let printable_name = shown(&name);
+            item.key = format!("events.{printable_name}");
             item.known(&["name", "when", "direction", "set", "rest"])?;
             let missing = |key, example| item.error(Fault::Missing { key, example });
             let when = item.at("when").ok_or_else(|| missing("when", "when = \"x_m - stop_m\""))?;
@@ -146,15 +148,16 @@ impl<'n> Equations<'n> {
                 infer(model, &value, &assigned[assigned.len() - 1].1.tree)?;
             }
             let rest = item.at("rest").map(|rest| self.rest(&rest, model)).transpose()?;
-            model.events.push(Event { name: plain, when, direction, set: assigned, rest, line });
+            model.events.push(Event { name: printable_name, when, direction, set: assigned, rest, line });
         }
         Ok(())
     }
 
+    /// Reads the `rest` of an event.
     fn rest(&mut self, item: &Item<'_, '_>, model: &Model) -> Result<Rest, ModelError> {
         item.table("a table such as { below_m_s = 1e-3, hold = [\"x_m\"], until = \"force_N < 0\" }")?;
-        let below = suffixed(item, "below");
-        item.known(&known_with(&["hold", "until"], &[&below]))?;
+        let speed_limit = suffixed(item, "below");
+        item.known(&known_with(&["hold", "until"], &[&speed_limit]))?;
         let missing = || item.error(Fault::Missing { key: "below", example: "below_m_s = 1e-3" });
         let mut hold = Vec::new();
         if let Some(list) = item.at("hold") {
@@ -170,14 +173,15 @@ impl<'n> Equations<'n> {
         if let Some(until) = &until {
             infer(model, item, &until.tree)?;
         }
-        Ok(Rest { below: below.ok_or_else(missing)?.positive()?, hold, until })
+        Ok(Rest { below: speed_limit.ok_or_else(missing)?.positive()?, hold, until })
     }
 
+    /// Reads an expression; with `is_condition` it is a comparison.
     fn expression(
         &mut self,
         item: &Item<'_, '_>,
         site: Site,
-        conditional: bool,
+        is_condition: bool,
     ) -> Result<Expression, ModelError> {
         if let Some(value) = item.maybe_number() {
             return Ok(Expression { tree: Tree::number(value), line: item.line, key: item.key.clone() });
@@ -185,20 +189,22 @@ impl<'n> Equations<'n> {
         let text = item.text("an expression in quotes")?;
         let view = View { names: self.names, site, line: item.line };
         let wrong = |failure| item.reader.problem(item.line, &item.key, text, failure);
-        let tree = text::parse(text, &view, conditional).map_err(wrong)?;
+        let tree = text::parse(text, &view, is_condition).map_err(wrong)?;
         self.nodes += tree.nodes.len();
-        if self.nodes > limits::FILE_NODES {
+        if self.nodes > limits::MAX_FILE_NODES {
             return Err(wrong((Problem::TooManyNodes, 0..0)));
         }
         Ok(Expression { tree, line: item.line, key: item.key.clone() })
     }
 }
 
+/// Infers the dimensions of an expression; units that do not match are an error at `item`.
 fn infer(model: &Model, item: &Item<'_, '_>, tree: &Tree) -> Result<Option<Dimensions>, ModelError> {
     let wrong = |failure| item.reader.problem(item.line, &item.key, &tree.text, failure);
     units::infer(model, tree).map_err(wrong)
 }
 
+/// The index of a state, or an error at `item`.
 fn state_named(model: &Model, item: &Item<'_, '_>, name: &str) -> Result<usize, ModelError> {
     model.state(name).ok_or_else(|| {
         let nearest = nearest(name, model.states.iter().map(|s| s.name.as_str()));
@@ -206,6 +212,7 @@ fn state_named(model: &Model, item: &Item<'_, '_>, name: &str) -> Result<usize, 
     })
 }
 
+/// Reads `[numerics]`.
 fn numerics(file: &Item<'_, '_>) -> Result<Numerics, ModelError> {
     const METHODS: [(&str, Integrator); 2] =
         [("explicit", Integrator::Explicit), ("implicit", Integrator::Implicit)];

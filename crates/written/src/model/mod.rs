@@ -1,4 +1,4 @@
-//! A model file as data: quantities with their bounds, and expressions whose names are resolved.
+//! A model file as data: quantities with their bounds, and expressions with resolved names.
 
 mod addition;
 mod check;
@@ -24,10 +24,10 @@ pub use start::FirstSamples;
 use std::collections::BTreeMap;
 pub(crate) use units::dimensions_of;
 
-/// An expression and the line and key of the file where it stands.
+/// An expression, with its line and key in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
-    /// Its tree.
+    /// Parsed expression.
     pub tree: Tree,
     /// Line, from 1.
     pub line: usize,
@@ -42,46 +42,48 @@ pub struct State {
     pub name: String,
     /// Unit, where the name or `unit` states one.
     pub unit: Option<Unit>,
-    /// Guess of its first value, from outputs, inputs and parameters.
+    /// Expression that guesses its start value from outputs, inputs and parameters.
     pub start: Expression,
-    /// Standard deviation of the guess as a prior, in the state's unit.
+    /// Standard deviation of the start value as a prior, in the unit of the state.
     pub sd: Option<f64>,
-    /// Walls that the state cannot pass, in its unit.
+    /// Lower bound, which the state cannot pass, in its unit.
     pub min: Option<f64>,
-    /// See `min`.
+    /// Upper bound, which the state cannot pass, in its unit.
     pub max: Option<f64>,
-    /// Whether all trajectories begin with the same value.
+    /// Whether all trajectories start with the same value.
     pub shared: bool,
-    /// Noise of the motion, which pushes its rate.
+    /// Process noise on its rate.
     pub shaken: Option<Shaken>,
-    /// Its change per second.
+    /// Expression of its rate, per second.
     pub rate: Expression,
     /// Line of its declaration, from 1.
     pub line: usize,
 }
 
-/// A number that wanders about 0 and is added to the rate of a state (an Ornstein-Uhlenbeck process).
+/// Process noise on the rate of a state.
+///
+/// An Ornstein-Uhlenbeck process, or white noise that changes with every sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shaken {
-    /// Standard deviation, in the unit of the rate, from sample to sample.
+    /// Standard deviation of the value at a sample, in the unit of the rate.
     pub sd: f64,
-    /// Seconds in which its correlation falls to 1/e; 0 where it is anew with every sample.
+    /// Correlation time, s; 0 if the values at different samples are independent.
     pub memory_s: f64,
 }
 
-/// How an input runs between its samples.
+/// Interpolation of an input between its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Hold {
-    /// Each value holds until the next.
+    /// Zero-order hold: each value holds until the next sample.
     Zero,
-    /// Straight between samples.
+    /// Linear interpolation.
     Linear,
     /// Natural cubic spline through the samples.
     Spline,
 }
 
 impl Hold {
-    /// Its word in a model file.
+    /// Its name in a model file.
     pub fn word(self) -> &'static str {
         match self {
             Hold::Zero => "zero",
@@ -98,9 +100,9 @@ pub struct Input {
     pub name: String,
     /// Unit, where the name or `unit` states one.
     pub unit: Option<Unit>,
-    /// How it runs between samples; nothing where the file leaves it open.
+    /// Interpolation between samples; `None` if the file does not state it.
     pub hold: Option<Hold>,
-    /// Parameter that holds its delay in seconds, called `NAME.delay_s`.
+    /// Index of the parameter with its delay in seconds, which has the name `NAME.delay_s`.
     pub delay: Option<usize>,
 }
 
@@ -111,7 +113,7 @@ pub struct Parameter {
     pub name: String,
     /// Unit, where the name or `unit` states one.
     pub unit: Option<Unit>,
-    /// Value to begin with.
+    /// Nominal value, from which fits start.
     pub nominal: f64,
     /// Lower bound.
     pub min: f64,
@@ -119,7 +121,7 @@ pub struct Parameter {
     pub max: f64,
     /// Whether it stays at its nominal value.
     pub frozen: bool,
-    /// Interval that a fit wrote, 95 %.
+    /// 95 % confidence interval from a fit.
     pub ci95: Option<[f64; 2]>,
     /// Line of its declaration, from 1.
     pub line: usize,
@@ -132,11 +134,13 @@ pub struct Let {
     pub name: String,
     /// Dimensions of its expression, or else of its name.
     pub dimensions: Option<Dimensions>,
-    /// Value.
+    /// Expression of its value.
     pub value: Expression,
 }
 
-/// Measurement noise of an output, as a fit found it: white noise plus an autocorrelated error (first order, AR(1)).
+/// Measurement noise of an output: white noise plus an autocorrelated error (AR(1)).
+///
+/// Both were estimated by a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorNoise {
     /// Standard deviation of the white part, in the output's unit.
@@ -166,13 +170,13 @@ pub struct Output {
     pub name: String,
     /// Unit, where the name or `unit` states one.
     pub unit: Option<Unit>,
-    /// Value that a perfect sensor reads.
+    /// Value without measurement noise.
     pub value: Expression,
-    /// Standard deviation of the sensor; nothing where it is to be estimated.
+    /// Standard deviation of the measurement noise; `None` if it is to be estimated.
     pub sd: Option<f64>,
-    /// Noise that a fit found and wrote; forecasts use it where `sd` is to be estimated.
+    /// Measurement noise that a fit has found; forecasts use it if `sd` is to be estimated.
     pub noise: Option<SensorNoise>,
-    /// Readings at or beyond these are saturated.
+    /// Range of the sensor; readings at or beyond its ends are saturated.
     pub range: Option<[f64; 2]>,
     /// Quantisation step.
     pub step: Option<f64>,
@@ -180,7 +184,7 @@ pub struct Output {
     pub period: Option<f64>,
 }
 
-/// Sense in which `when` passes 0.
+/// Direction in which `when` passes 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "each is the direction of its name")]
 pub enum Direction {
@@ -189,29 +193,29 @@ pub enum Direction {
     Both,
 }
 
-/// End of a sequence of ever faster events: the system rests.
+/// How a sequence of ever faster events ends: the system comes to rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rest {
-    /// Rests when `when` moves slower than this after the event, per second.
+    /// The system rests if `when` changes more slowly than this after an event, per second.
     pub below: f64,
-    /// States that keep their value while resting. Those that the event sets are 0.
+    /// States that keep their value during the rest; those that the event sets are 0.
     pub hold: Vec<usize>,
-    /// Condition that ends the rest: an expression of 1 or 0.
+    /// Condition that ends the rest, as an expression that is 1 or 0.
     pub until: Option<Expression>,
 }
 
-/// A sudden change of state.
+/// An instantaneous change of states.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
     /// Name.
     pub name: String,
-    /// Fires where this passes 0.
+    /// Condition: the event fires when this passes 0.
     pub when: Expression,
-    /// Sense of the passage.
+    /// Direction in which `when` passes 0.
     pub direction: Direction,
-    /// New values: index of the state and expression of the state before.
+    /// New values: index of the state, and an expression of the state before the event.
     pub set: Vec<(usize, Expression)>,
-    /// How it ends in rest.
+    /// How a sequence of these events ends in a rest.
     pub rest: Option<Rest>,
     /// Line of its declaration, from 1.
     pub line: usize,
@@ -222,7 +226,7 @@ pub struct Event {
 pub struct Table {
     /// Name.
     pub name: String,
-    /// Knots, rising.
+    /// Knots, increasing.
     pub at: Vec<f64>,
     /// Values at the knots.
     pub values: Vec<f64>,
@@ -230,7 +234,7 @@ pub struct Table {
     pub unit: Option<Unit>,
 }
 
-/// The method of integration.
+/// Integration method that a file declares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Integrator {
     /// Classical Runge-Kutta of order 4.
@@ -240,21 +244,21 @@ pub enum Integrator {
     Implicit,
 }
 
-/// How the equations are solved.
+/// Numerical settings of a file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Numerics {
-    /// Method.
+    /// Integration method.
     pub integrator: Integrator,
-    /// Steps of a sample interval; nothing where they are to be chosen.
+    /// Steps per sample interval; `None` if they are to be chosen.
     pub substeps: Option<usize>,
-    /// Widths of smoothed jumps by the text of their argument.
+    /// Widths of smoothed discontinuities, by the text of their argument.
     pub widths: BTreeMap<String, f64>,
 }
 
-/// A system as its file declares it.
+/// A system of equations as its file declares it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// File, or another name for where the text came from; for messages.
+    /// File name, or another name for the source of the text, for messages.
     pub file: String,
     /// Name of the system.
     pub name: String,
@@ -262,36 +266,36 @@ pub struct Model {
     pub states: Vec<State>,
     /// Inputs.
     pub inputs: Vec<Input>,
-    /// Parameters in the order of the file; delays of inputs follow.
+    /// Parameters in the order of the file, followed by the delays of inputs and the parameters of effects.
     pub parameters: Vec<Parameter>,
-    /// Intermediate values, each from those before it.
+    /// Intermediate values; each uses only those before it.
     pub lets: Vec<Let>,
     /// Measured quantities.
     pub outputs: Vec<Output>,
-    /// Sudden changes.
+    /// Events.
     pub events: Vec<Event>,
     /// Tables.
     pub tables: Vec<Table>,
-    /// Solver.
+    /// Numerical settings.
     pub numerics: Numerics,
-    /// Effects beyond the equations, in the order in which they act.
+    /// Effects that change the equations, in the order in which they are applied.
     pub additions: Vec<Addition>,
-    /// Effects of the user's own that may be tried.
+    /// Effects of the file that discovery may try.
     pub candidates: Vec<Row>,
     /// Text of the file, so that it can be written back with its comments.
     pub text: String,
 }
 
 impl Output {
-    /// A measured value less a foretold one, by whole periods nearest to 0 where the quantity wraps.
-    pub fn error(&self, measured: f64, foretold: f64) -> f64 {
-        let error = measured - foretold;
+    /// Residual (measured - predicted); for a wrapping quantity the smallest one modulo its period.
+    pub fn error(&self, measured: f64, predicted: f64) -> f64 {
+        let error = measured - predicted;
         self.period.map_or(error, |period| error - period * (error / period).round())
     }
 }
 
 impl State {
-    /// Makes its first value a number that is known with this standard deviation.
+    /// Sets the start value to a number with this standard deviation as a prior.
     pub fn set_start(&mut self, mean: f64, sd: f64) {
         self.start.tree = Tree::number(mean);
         self.sd = Some(sd);
@@ -299,17 +303,17 @@ impl State {
 }
 
 impl Model {
-    /// Nominal values of all parameters, in order.
+    /// Nominal values of all parameters.
     pub fn nominals(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.nominal).collect()
     }
 
-    /// Index of a state.
+    /// Index of the state with this name.
     pub fn state(&self, name: &str) -> Option<usize> {
         self.states.iter().position(|s| s.name == name)
     }
 
-    /// Index of a parameter.
+    /// Index of the parameter with this name.
     pub fn parameter(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|p| p.name == name)
     }

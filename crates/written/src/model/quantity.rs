@@ -1,11 +1,11 @@
-//! Numbers with units as they stand in a file: parameters, and the unit of anything that has a name.
+//! Reads numbers with units: parameters, and the unit of any quantity that has a name.
 
 use super::Parameter;
 use super::toml_reader::Item;
 use crate::error::{Fault, ModelError};
 use augsim_data::{Unit, shown};
 
-/// A parameter: a number, or a table with its bounds.
+/// Reads a parameter: a number, or a table with its bounds.
 pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, ModelError> {
     let expected = "a number or a table such as { nominal = 1.0, min = 0.0, max = 10.0 }";
     let nominal = match item.maybe_number() {
@@ -23,7 +23,7 @@ pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, Mo
         return Err(item.error(Fault::EmptyBounds { min, max }));
     }
     if !(min..=max).contains(&nominal) {
-        return Err(item.error(Fault::OutsideBounds { nominal, min, max }));
+        return Err(item.error(Fault::OutsideBounds { value: nominal, min, max }));
     }
     Ok(Parameter {
         name: name.into(),
@@ -37,7 +37,7 @@ pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, Mo
     })
 }
 
-/// Unit by `unit`, or else by the name.
+/// Reads the unit from the key `unit`, or else from the end of the name.
 pub(super) fn unit(item: &Item<'_, '_>, name: &str) -> Result<Option<Unit>, ModelError> {
     match item.at("unit") {
         Some(unit) => unit_of(&unit).map(Some),
@@ -45,7 +45,7 @@ pub(super) fn unit(item: &Item<'_, '_>, name: &str) -> Result<Option<Unit>, Mode
     }
 }
 
-/// A unit in quotes.
+/// Reads a unit in quotes.
 pub(super) fn unit_of(unit: &Item<'_, '_>) -> Result<Unit, ModelError> {
     let text = unit.text("a unit in quotes, such as \"N/m\"")?;
     Unit::of_text(text).ok_or_else(|| unit.error(Fault::UnknownUnit { text: shown(text) }))

@@ -1,4 +1,4 @@
-//! Reads a model file: every key is known or refused, every name is resolved, every mistake has its line.
+//! Reads a model file; unknown keys and names are errors, and each error has its line.
 
 use super::entries::{check_name, known_with, section, suffixed};
 use super::equations::Equations;
@@ -20,7 +20,7 @@ use toml::de::{DeTable, DeValue};
 /// Reads a model file.
 ///
 /// # Errors
-/// The first mistake, with file, line, key and remedy.
+/// The first error, with file, line, key and what to do.
 pub fn read(path: &Path) -> Result<Model, ModelError> {
     let file = path.display().to_string();
     let text = std::fs::read_to_string(path);
@@ -31,13 +31,13 @@ pub fn read(path: &Path) -> Result<Model, ModelError> {
     parse(&text, &file)
 }
 
-/// Reads the text of a model file; `file` is its name for messages.
+/// Parses the text of a model file; `file` is its name in messages.
 ///
 /// # Errors
-/// The first mistake, with file, line, key and remedy.
+/// The first error, with file, line, key and what to do.
 pub fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     let reader = Reader { file, text };
-    if text.len() > limits::FILE_BYTES {
+    if text.len() > limits::MAX_FILE_BYTES {
         return Err(reader.error(1, "", Fault::FileTooLong { bytes: text.len() }));
     }
     let root = DeTable::parse(text).map_err(|e| {
@@ -70,8 +70,8 @@ pub fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     Ok(model)
 }
 
-/// Keys that a model file may have at its top.
-const TOP: [&str; 13] = [
+/// Keys that a model file may have at its top level.
+const TOP_LEVEL_KEYS: [&str; 13] = [
     "scenario",
     "name",
     "states",
@@ -87,13 +87,15 @@ const TOP: [&str; 13] = [
     "candidate",
 ];
 
-/// Reads all names with their numbers, so that expressions can be resolved wherever they stand.
+/// Reads all names with their numbers in a first pass.
+///
+/// Expressions, which are read later, may thus use a quantity that is declared after them.
 fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {
     let constraint = ["constraints", "algebraic"].into_iter().find_map(|key| file.at(key));
     if let Some(found) = constraint {
         return Err(found.error(Fault::Constraint));
     }
-    file.known(&TOP)?;
+    file.known(&TOP_LEVEL_KEYS)?;
     let missing = |key, example| file.error(Fault::Missing { key, example });
     let scenario = file.at("scenario").ok_or_else(|| missing("scenario", "scenario = \"system\""))?;
     scenario.word(&[("system", ())], "\"system\" for a system of equations")?;
@@ -104,22 +106,22 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
     ] {
         let table = file.at(key).ok_or_else(|| missing(key, example))?;
         if table.entries("a table, such as [states]")?.is_empty() {
-            return Err(table.error(Fault::Missing { key: "an entry", example }));
+            return Err(table.error(Fault::EmptyTable { example }));
         }
     }
     declare_states(file, model, names)?;
     declare_inputs(file, model, names)?;
     declare_parameters(file, model, names)?;
     for (index, (name, item)) in
-        section(file, "let", "values of [let]", limits::PARAMETERS)?.into_iter().enumerate()
+        section(file, "let", "values of [let]", limits::MAX_PARAMETERS)?.into_iter().enumerate()
     {
-        claim(names, &item, name, Symbol::Let(index))?;
+        declare_name(names, &item, name, Symbol::Let(index))?;
         names.let_lines.push(item.line);
     }
-    for (name, item) in section(file, "outputs", "outputs", limits::OUTPUTS)? {
+    for (name, item) in section(file, "outputs", "outputs", limits::MAX_OUTPUTS)? {
         check_name(&item, name)?;
-        let text = item.value.get_ref().as_str().is_some();
-        if !text {
+        let is_text = item.value.get_ref().as_str().is_some();
+        if !is_text {
             item.table("an expression in quotes or a table such as { value = \"x_m\", sd = \"estimate\" }")?;
         }
         let [range, step, period] = ["range", "step", "period"].map(|kind| suffixed(&item, kind));
@@ -128,7 +130,7 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
         model.outputs.push(Output {
             name: name.into(),
             unit: unit(&item, name)?,
-            value: nothing(&item),
+            value: placeholder(&item),
             sd: match item.at("sd") {
                 Some(sd) if sd.value.get_ref().as_str() == Some("estimate") => None,
                 Some(sd) if sd.maybe_number().is_none() => {
@@ -145,9 +147,12 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
     declare_tables(file, model, names)
 }
 
+/// Reads `[states]` except for the expressions.
 fn declare_states(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {
-    for (index, (name, item)) in section(file, "states", "states", limits::STATES)?.into_iter().enumerate() {
-        claim(names, &item, name, Symbol::State(index))?;
+    for (index, (name, item)) in
+        section(file, "states", "states", limits::MAX_STATES)?.into_iter().enumerate()
+    {
+        declare_name(names, &item, name, Symbol::State(index))?;
         item.known(&["start", "sd", "min", "max", "shared", "shaken", "unit"])?;
         let [min, max] = ["min", "max"].map(|key| item.at(key).map(|bound| bound.number()).transpose());
         let (min, max) = (min?, max?);
@@ -159,19 +164,20 @@ fn declare_states(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
         model.states.push(State {
             name: name.into(),
             unit: unit(&item, name)?,
-            start: nothing(&item),
+            start: placeholder(&item),
             sd: item.at("sd").map(|sd| sd.positive()).transpose()?,
             min,
             max,
             shared: item.at("shared").map_or(Ok(false), |shared| shared.flag())?,
-            shaken: item.at("shaken").map(|shaken| read_shaken(&shaken)).transpose()?,
-            rate: nothing(&item),
+            shaken: item.at("shaken").map(|shaken| read_process_noise(&shaken)).transpose()?,
+            rate: placeholder(&item),
             line: item.line,
         });
     }
     Ok(())
 }
 
+/// Reads the measurement noise that a fit has written.
 fn read_noise(item: &Item<'_, '_>) -> Result<SensorNoise, ModelError> {
     let example = "noise = { white_sd = 0.1, autocorrelated_sd = 0.05, correlation_time_s = 0.3 }";
     item.table("a table such as { white_sd = 0.1, autocorrelated_sd = 0.05, correlation_time_s = 0.3 }")?;
@@ -188,7 +194,8 @@ fn read_noise(item: &Item<'_, '_>) -> Result<SensorNoise, ModelError> {
     })
 }
 
-fn read_shaken(item: &Item<'_, '_>) -> Result<Shaken, ModelError> {
+/// Reads process noise.
+fn read_process_noise(item: &Item<'_, '_>) -> Result<Shaken, ModelError> {
     let example = "shaken = { sd = 0.1, memory_s = 0.02 }";
     item.table("a table such as { sd = 0.1, memory_s = 0.02 }")?;
     item.known(&["sd", "memory_s"])?;
@@ -201,15 +208,18 @@ fn read_shaken(item: &Item<'_, '_>) -> Result<Shaken, ModelError> {
     Ok(Shaken { sd: entry("sd")?.positive()?, memory_s })
 }
 
+/// Reads `[inputs]` except for the delays.
 fn declare_inputs(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {
     const HOLDS: [(&str, Hold); 3] =
         [("zero", Hold::Zero), ("linear", Hold::Linear), ("spline", Hold::Spline)];
-    for (index, (name, item)) in section(file, "inputs", "inputs", limits::INPUTS)?.into_iter().enumerate() {
-        claim(names, &item, name, Symbol::Input(index))?;
-        // A bare word is its hold: force_N = "zero".
-        let bare = item.value.get_ref().as_str().is_some();
-        let hold = if bare { Some(item.clone()) } else { item.at("hold") };
-        if !bare {
+    for (index, (name, item)) in
+        section(file, "inputs", "inputs", limits::MAX_INPUTS)?.into_iter().enumerate()
+    {
+        declare_name(names, &item, name, Symbol::Input(index))?;
+        // A plain string is the interpolation: force_N = "zero".
+        let is_plain_text = item.value.get_ref().as_str().is_some();
+        let hold = if is_plain_text { Some(item.clone()) } else { item.at("hold") };
+        if !is_plain_text {
             item.table("a table such as { hold = \"zero\" }")?;
         }
         item.known(&["hold", "delay_s", "unit"])?;
@@ -223,20 +233,23 @@ fn declare_inputs(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
     Ok(())
 }
 
+/// Reads `[parameters]`, then the delays of inputs, which are parameters as well.
 fn declare_parameters(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {
-    let parameters = section(file, "parameters", "parameters", limits::PARAMETERS)?;
+    let parameters = section(file, "parameters", "parameters", limits::MAX_PARAMETERS)?;
     for (index, (name, item)) in parameters.into_iter().enumerate() {
-        claim(names, &item, name, Symbol::Parameter(index))?;
+        declare_name(names, &item, name, Symbol::Parameter(index))?;
         model.parameters.push(parameter(&item, name)?);
     }
-    for (index, (name, item)) in section(file, "inputs", "inputs", limits::INPUTS)?.into_iter().enumerate() {
+    for (index, (name, item)) in
+        section(file, "inputs", "inputs", limits::MAX_INPUTS)?.into_iter().enumerate()
+    {
         if let Some(delay) = item.at("delay_s") {
             let mut p = parameter(&delay, &format!("{name}.delay_s"))?;
             p.unit = Some(Unit::SECOND);
             p.frozen |= delay.maybe_number().is_some();
             p.min = p.min.max(0.0);
             if p.nominal < 0.0 {
-                return Err(delay.error(Fault::OutsideBounds { nominal: p.nominal, min: p.min, max: p.max }));
+                return Err(delay.error(Fault::OutsideBounds { value: p.nominal, min: p.min, max: p.max }));
             }
             model.inputs[index].delay = Some(model.parameters.len());
             model.parameters.push(p);
@@ -245,8 +258,9 @@ fn declare_parameters(file: &Item<'_, '_>, model: &mut Model, names: &mut Names)
     Ok(())
 }
 
+/// Reads `[tables]`.
 fn declare_tables(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {
-    for (name, item) in section(file, "tables", "tables", limits::TABLES)? {
+    for (name, item) in section(file, "tables", "tables", limits::MAX_TABLES)? {
         check_name(&item, name)?;
         item.table("a table such as [tables.curve] with at = [0.0, 1.0] and values = [0.0, 2.0]")?;
         item.known(&["at", "values", "unit"])?;
@@ -258,8 +272,8 @@ fn declare_tables(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
         if at.len() != values.len() || at.len() < 2 {
             return Err(item.error(Fault::KnotsUnequal { at: at.len(), values: values.len() }));
         }
-        if at.len() > limits::KNOTS {
-            let fault = Fault::TooMany { of: "knots", found: at.len(), allowed: limits::KNOTS };
+        if at.len() > limits::MAX_KNOTS {
+            let fault = Fault::TooMany { what: "knots", found: at.len(), allowed: limits::MAX_KNOTS };
             return Err(item.error(fault));
         }
         if let Some(pair) = at.windows(2).find(|pair| pair[1] <= pair[0]) {
@@ -273,7 +287,13 @@ fn declare_tables(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
     Ok(())
 }
 
-fn claim(names: &mut Names, item: &Item<'_, '_>, name: &str, symbol: Symbol) -> Result<(), ModelError> {
+/// Adds a name, unless it is malformed, reserved or used already.
+fn declare_name(
+    names: &mut Names,
+    item: &Item<'_, '_>,
+    name: &str,
+    symbol: Symbol,
+) -> Result<(), ModelError> {
     check_name(item, name)?;
     if let Some((_, other)) = names.quantities.iter().find(|(n, _)| n == name) {
         let other = match other {
@@ -288,8 +308,8 @@ fn claim(names: &mut Names, item: &Item<'_, '_>, name: &str, symbol: Symbol) -> 
     Ok(())
 }
 
-/// Stands where an expression will be read in the second pass.
-fn nothing(item: &Item<'_, '_>) -> Expression {
+/// A placeholder for an expression that the second pass will read.
+fn placeholder(item: &Item<'_, '_>) -> Expression {
     let tree = Tree { text: String::new(), nodes: Vec::new() };
     Expression { tree, line: item.line, key: item.key.clone() }
 }

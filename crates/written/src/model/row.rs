@@ -1,4 +1,4 @@
-//! One kind of effect as its block describes it: an expression, where it may stand, and its parameters.
+//! Reads the description of a kind of effect: expression, places where it is tried, and parameters.
 
 use super::entries::check_name;
 use super::quantity::unit;
@@ -9,62 +9,62 @@ use augsim_data::{Unit, shown};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A kind of effect.
+/// A kind of effect, as a `[[candidate]]` block describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// Name.
+    /// Name of the kind.
     pub kind: String,
-    /// Words of the places where it is tried, or names of rates, outputs or inputs.
+    /// General places where it is tried, such as `force`, or names of quantities of the model.
     pub on: Vec<String>,
-    /// How its expression changes what it is on.
+    /// How its expression changes its target.
     pub how: How,
-    /// The expression, in the row's names and those of the model.
+    /// The expression, in names of the row and of the model.
     pub expression: String,
-    /// Expression that it adds to the second equation of a pair.
+    /// Expression that is added to the second equation of a pair.
     pub other: Option<String>,
-    /// States that it brings along.
+    /// States that belong to it.
     pub states: Vec<DraftState>,
     /// Its parameters.
     pub parameters: Vec<RowParameter>,
-    /// Other explanations that the same term may stand for.
+    /// Other explanations that it may be mistaken for.
     pub stands_for: Vec<String>,
-    /// Kinds that describe the same thing.
+    /// Kinds that describe the same phenomenon and are not added together with it.
     pub excludes: Vec<String>,
-    /// Simpler kind that it turns into where inner parameters go to their bounds.
+    /// Simpler kind that it becomes when its inner parameters go to their bounds.
     pub contains: Option<String>,
-    /// Origin of the law.
+    /// Origin of the formula.
     pub source: String,
     /// File and line of the block.
     pub place: (String, usize),
 }
 
-/// A parameter of a kind. With `of`, numbers are multiples of the size of what it names.
+/// A parameter of a kind. With `of`, its numbers are multiples of the size of that quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RowParameter {
     /// Name.
     pub name: String,
     /// Unit, where `unit` or the name states one.
     pub unit: Option<Unit>,
-    /// Quantity that its numbers are multiples of.
+    /// Quantity whose size its numbers are multiples of.
     pub of: Option<String>,
-    /// Whether it stays where it begins.
+    /// Whether it keeps its initial value.
     pub frozen: bool,
-    /// Smallest value; minus infinity where the block leaves it open.
+    /// Smallest value; minus infinity if the block states none.
     pub min: f64,
-    /// Largest value; infinity where the block leaves it open.
+    /// Largest value; infinity if the block states none.
     pub max: f64,
-    /// Value at which the effect vanishes; nothing for an inner parameter.
+    /// Value at which the effect vanishes; `None` for an inner parameter.
     pub null: Option<f64>,
-    /// A usual size.
+    /// A typical value.
     pub typical: Option<f64>,
-    /// Values at which fits of an inner parameter begin.
+    /// Values of an inner parameter from which fits start.
     pub grid: Vec<f64>,
-    /// Values at which scans of a threshold begin.
+    /// Values of a threshold from which scans start.
     pub scan: Vec<f64>,
 }
 
-/// Keys of a block that are no parameters.
-const KEYS: [&str; 11] = [
+/// Keys of a block that are not parameters.
+const RESERVED_KEYS: [&str; 11] = [
     "kind",
     "on",
     "add",
@@ -78,7 +78,7 @@ const KEYS: [&str; 11] = [
     "source",
 ];
 
-/// Reads a text of nothing but `[[candidate]]` blocks.
+/// Reads a text that consists of `[[candidate]]` blocks.
 pub(crate) fn read_all(text: &str, file: &str) -> Result<Vec<Row>, ModelError> {
     let reader = Reader { file, text };
     let root = DeTable::parse(text).map_err(|e| {
@@ -96,10 +96,10 @@ impl Row {
     /// Reads a `[[candidate]]` block.
     ///
     /// # Errors
-    /// A key that is missing or of the wrong form.
+    /// A key that is missing or has a value of the wrong form.
     pub(crate) fn read(item: &Item<'_, '_>) -> Result<Row, ModelError> {
         let missing = |key, example| item.error(Fault::Missing { key, example });
-        let words = |key: &'static str| -> Result<Vec<String>, ModelError> {
+        let texts = |key: &'static str| -> Result<Vec<String>, ModelError> {
             let Some(list) = item.at(key) else { return Ok(Vec::new()) };
             match list.value.get_ref().as_str() {
                 Some(word) => Ok(vec![word.to_owned()]),
@@ -108,7 +108,7 @@ impl Row {
         };
         let kind = item.at("kind").ok_or_else(|| missing("kind", "kind = \"my-effect\""))?;
         let kind = shown(kind.text("a name in quotes")?);
-        let on = words("on")?;
+        let on = texts("on")?;
         if on.is_empty() {
             return Err(missing("on", "on = \"omega_rad_s\", the rate, output or input that it changes"));
         }
@@ -120,8 +120,9 @@ impl Row {
                 check_name(&state, name)?;
                 state.table(example)?;
                 state.known(&["rate", "start"])?;
-                let lacks = || state.error(Fault::Missing { key: "rate", example: "rate = \"v - z / d\"" });
-                let rate = state.at("rate").ok_or_else(lacks)?;
+                let missing_rate =
+                    || state.error(Fault::Missing { key: "rate", example: "rate = \"v - z / d\"" });
+                let rate = state.at("rate").ok_or_else(missing_rate)?;
                 let start = state.at("start").map_or(Ok("0".to_owned()), |start| start.number_or_text())?;
                 let rate = rate.text("an expression in quotes")?.to_owned();
                 states.push(DraftState { name: name.to_owned(), rate, start });
@@ -130,7 +131,7 @@ impl Row {
         let other = item.at("add_other").map(|o| o.text("an expression in quotes").map(str::to_owned));
         let mut parameters = Vec::new();
         for (name, entry) in item.entries("written as [[candidate]] blocks")? {
-            if !KEYS.contains(&name) {
+            if !RESERVED_KEYS.contains(&name) {
                 check_name(&entry, name)?;
                 parameters.push(RowParameter::read(name, &entry)?);
             }
@@ -145,8 +146,8 @@ impl Row {
             other: other.transpose()?,
             states,
             parameters,
-            stands_for: words("stands_for")?,
-            excludes: words("excludes")?,
+            stands_for: texts("stands_for")?,
+            excludes: texts("excludes")?,
             contains,
             source: source.unwrap_or_default(),
             place: (item.reader.file.to_owned(), item.line),
@@ -154,7 +155,7 @@ impl Row {
     }
 }
 
-/// The expression of a block, and how it changes what it is on.
+/// Reads the expression of a block, and how it changes its target.
 pub(crate) fn change(item: &Item<'_, '_>) -> Result<(How, String), ModelError> {
     let found: Vec<(How, Item<'_, '_>)> = [How::Add, How::Factor, How::Replace]
         .into_iter()
@@ -166,14 +167,16 @@ pub(crate) fn change(item: &Item<'_, '_>) -> Result<(How, String), ModelError> {
             let example = "add = \"-c * abs(v_m_s)\"; `factor` and `replace` are possible too";
             Err(item.error(Fault::Missing { key: "add", example }))
         }
-        [_, (_, second), ..] => Err(second.wrong("absent: a block has one of add, factor and replace")),
+        [_, (_, second), ..] => {
+            Err(second.wrong("left out: a block has only one of `add`, `factor` and `replace`"))
+        }
     }
 }
 
 impl RowParameter {
     fn read(name: &str, item: &Item<'_, '_>) -> Result<Self, ModelError> {
-        let plain = item.maybe_number();
-        if plain.is_none() {
+        let number_given = item.maybe_number();
+        if number_given.is_none() {
             item.table("a table such as { min = 0.0 } or { of = \"v\", grid = [0.1, 0.3] }")?;
             item.known(&[
                 "of", "unit", "min", "max", "null", "nominal", "typical", "grid", "scan", "frozen",
@@ -182,7 +185,7 @@ impl RowParameter {
         let number = |key| item.at(key).map(|n| n.number()).transpose();
         let list = |key| item.at(key).map_or(Ok(Vec::new()), |l| l.numbers("a list of numbers"));
         let (mut grid, scan, nominal) = (list("grid")?, list("scan")?, number("nominal")?);
-        grid.extend(plain.or(nominal));
+        grid.extend(number_given.or(nominal));
         let (min, max) =
             (number("min")?.unwrap_or(f64::NEG_INFINITY), number("max")?.unwrap_or(f64::INFINITY));
         if min >= max {
@@ -191,7 +194,7 @@ impl RowParameter {
         let null = number("null")?;
         for value in grid.iter().chain(&scan).chain(&null) {
             if !(min..=max).contains(value) {
-                return Err(item.error(Fault::OutsideBounds { nominal: *value, min, max }));
+                return Err(item.error(Fault::OutsideBounds { value: *value, min, max }));
             }
         }
         let of = item.at("of").map(|of| of.text("a text in quotes, such as \"v\"").map(str::to_owned));
@@ -202,7 +205,7 @@ impl RowParameter {
             frozen: item.at("frozen").map_or(Ok(false), |f| f.flag())?,
             min,
             max,
-            // A parameter without a grid is an amount.
+            // A parameter without a grid is a coefficient that multiplies the effect, which vanishes at 0.
             null: null.or(grid.is_empty().then_some(0.0)),
             typical: number("typical")?,
             grid,
@@ -210,7 +213,7 @@ impl RowParameter {
         })
     }
 
-    /// Whether the effect does not vanish by it.
+    /// Whether the effect does not vanish at any value of this parameter.
     pub fn is_inner(&self) -> bool {
         self.null.is_none()
     }

@@ -1,31 +1,31 @@
-//! Names and their meaning, depending on where an expression stands.
+//! Resolves the names in the expressions of a model file, depending on the place of the expression.
 
 use crate::nearest::nearest;
 use crate::text::{Problem, Scope, Symbol};
 
-/// Names declared so far.
+/// Names that are declared so far.
 #[derive(Debug, Default)]
 pub(super) struct Names {
-    /// States, inputs and parameters, with `[let]` values in their order.
+    /// States, inputs, parameters and `[let]` values, each group in its order.
     pub(super) quantities: Vec<(String, Symbol)>,
-    /// Line of each `[let]` value, by its index.
+    /// Line of each `[let]` value.
     pub(super) let_lines: Vec<usize>,
     pub(super) outputs: Vec<String>,
     pub(super) tables: Vec<String>,
 }
 
-/// Where an expression stands.
+/// Kind of place of an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Site {
     /// A value of `[let]`, by its index.
     Let(usize),
     /// A rate, an output or an event.
     Equation,
-    /// The guess of a start state.
+    /// A start value.
     Start,
 }
 
-/// Names as an expression on `line` of the file sees them.
+/// The names that an expression on `line` of the file may use.
 pub(super) struct View<'n> {
     pub(super) names: &'n Names,
     pub(super) site: Site,
@@ -46,17 +46,17 @@ impl Scope for View<'_> {
             return Err(self.unknown(name));
         };
         match (*symbol, self.site) {
-            (Symbol::Let(index), Site::Let(own)) if index == own => Err(Problem::NamesItself),
+            (Symbol::Let(index), Site::Let(this)) if index == this => Err(Problem::NamesItself),
             (Symbol::Let(index), site) if site != Site::Start => {
-                let ordered = match site {
-                    Site::Let(own) => index < own,
+                let is_defined_before = match site {
+                    Site::Let(this) => index < this,
                     _ => names.let_lines.get(index).is_none_or(|line| *line < self.line),
                 };
-                if ordered { Ok(*symbol) } else { Err(Problem::DefinedLater { name: name.into() }) }
+                if is_defined_before { Ok(*symbol) } else { Err(Problem::DefinedLater { name: name.into() }) }
             }
             (Symbol::State(_) | Symbol::Let(_), Site::Start) => Err(Problem::NotHere {
                 name: name.into(),
-                why: "a start is guessed from outputs, inputs and parameters",
+                why: "a start value may use only outputs, inputs and parameters",
             }),
             _ => Ok(*symbol),
         }
@@ -76,10 +76,11 @@ impl Scope for View<'_> {
 }
 
 impl View<'_> {
+    /// The error for a name that is unknown, or an output where outputs are not allowed.
     fn unknown(&self, name: &str) -> Problem {
         let is_output = self.names.outputs.iter().any(|n| n == name);
         if is_output {
-            let why = "an output is what is measured; use the states that it is made of";
+            let why = "an output is a measured quantity; use the states that it is computed from";
             return Problem::NotHere { name: name.into(), why };
         }
         let outputs = self.names.outputs.iter().filter(|_| self.site == Site::Start);

@@ -1,35 +1,35 @@
-//! First guesses of start states from measured samples.
+//! Guesses start states from the first measured samples.
 
 use super::Model;
-use crate::text::{Meaning, Symbol};
+use crate::text::{Bindings, Symbol};
 
-/// Samples of which `slope` takes the least-squares line.
+/// Number of samples from which `slope` takes the least-squares line.
 const SLOPE_SAMPLES: usize = 5;
 
-/// Measured values from the begin of a window on.
+/// Measured values from the start of a window on.
 #[derive(Debug, Clone, Copy)]
 pub struct FirstSamples<'a> {
     /// Times in seconds.
     pub times: &'a [f64],
-    /// Each output of the model at these times; what is missing is NaN.
+    /// Values of each output of the model at these times; missing values are NaN.
     pub outputs: &'a [&'a [f64]],
-    /// Inputs at the first of them, in the order of the model.
+    /// Inputs at the first of these times, in the order of the model.
     pub inputs: &'a [f64],
     /// Values of all parameters of the model.
     pub parameters: &'a [f64],
 }
 
 impl Model {
-    /// The states that `start` guesses, in order; NaN where an output that it needs is nowhere measured.
+    /// Evaluates the `start` of each state; NaN if an output that it uses has no measured value.
     pub fn guess_start(&self, samples: &FirstSamples<'_>) -> Vec<f64> {
         self.states.iter().map(|state| state.start.tree.value(samples)).collect()
     }
 }
 
-impl Meaning for FirstSamples<'_> {
+impl Bindings for FirstSamples<'_> {
     fn symbol(&self, symbol: Symbol) -> f64 {
         let found = match symbol {
-            Symbol::Output(i) => return first(self, i),
+            Symbol::Output(i) => return first_value(self, i),
             Symbol::Input(i) => self.inputs.get(i),
             Symbol::Parameter(i) => self.parameters.get(i),
             _ => None,
@@ -46,34 +46,40 @@ impl Meaning for FirstSamples<'_> {
     }
 }
 
-/// Samples of an output that are there, with their times.
-fn present<'a>(samples: &'a FirstSamples<'_>, output: usize) -> impl Iterator<Item = (f64, f64)> + 'a {
+/// Measured samples of an output, with their times.
+fn measured_samples<'a>(
+    samples: &'a FirstSamples<'_>,
+    output: usize,
+) -> impl Iterator<Item = (f64, f64)> + 'a {
     let values = samples.outputs.get(output).copied().unwrap_or(&[]);
     samples.times.iter().copied().zip(values.iter().copied()).filter(|(_, value)| value.is_finite())
 }
 
-fn first(samples: &FirstSamples<'_>, output: usize) -> f64 {
-    present(samples, output).next().map_or(f64::NAN, |(_, value)| value)
+/// The first measured value of an output.
+fn first_value(samples: &FirstSamples<'_>, output: usize) -> f64 {
+    measured_samples(samples, output).next().map_or(f64::NAN, |(_, value)| value)
 }
 
-/// Slope of the least-squares line through the first five samples; 0 for a single one.
+/// Slope of the least-squares line through the first measured values; 0 for a single value.
+///
+/// It uses up to [`SLOPE_SAMPLES`] values.
 fn slope(samples: &FirstSamples<'_>, output: usize) -> f64 {
-    let points: Vec<(f64, f64)> = present(samples, output).take(SLOPE_SAMPLES).collect();
+    let points: Vec<(f64, f64)> = measured_samples(samples, output).take(SLOPE_SAMPLES).collect();
     let count = points.len() as f64;
-    let time = points.iter().map(|p| p.0).sum::<f64>() / count;
-    let value = points.iter().map(|p| p.1).sum::<f64>() / count;
-    let above: f64 = points.iter().map(|p| (p.0 - time) * (p.1 - value)).sum();
-    let below: f64 = points.iter().map(|p| (p.0 - time) * (p.0 - time)).sum();
+    let mean_time = points.iter().map(|p| p.0).sum::<f64>() / count;
+    let mean_value = points.iter().map(|p| p.1).sum::<f64>() / count;
+    let covariance: f64 = points.iter().map(|p| (p.0 - mean_time) * (p.1 - mean_value)).sum();
+    let variance: f64 = points.iter().map(|p| (p.0 - mean_time) * (p.0 - mean_time)).sum();
     match points.len() {
         0 => f64::NAN,
         1 => 0.0,
-        _ => above / below,
+        _ => covariance / variance,
     }
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a guess is what its expression says of the first samples that are there.
+    //! Contract: a start value is its expression, evaluated on the first measured samples.
     use super::*;
 
     #[test]

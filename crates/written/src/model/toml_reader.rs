@@ -1,4 +1,4 @@
-//! Access to the tables of a model file in the order in which they are written, with errors that name the place.
+//! Access to the tables of a model file in their written order, with errors that name the place.
 
 use crate::error::{Excerpt, Fault, ModelError, Place};
 use crate::nearest::nearest;
@@ -8,6 +8,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// A TOML value with its position.
 pub(crate) type Value<'t> = Spanned<DeValue<'t>>;
 
 /// The text of a model file and its name.
@@ -17,7 +18,7 @@ pub(crate) struct Reader<'t> {
     pub(crate) text: &'t str,
 }
 
-/// A value and where it stands.
+/// A value with its place in the file.
 #[derive(Debug, Clone)]
 pub(crate) struct Item<'r, 't> {
     pub(crate) reader: Reader<'t>,
@@ -28,10 +29,12 @@ pub(crate) struct Item<'r, 't> {
 }
 
 impl<'t> Reader<'t> {
+    /// Line number, from 1, of the byte `at`.
     pub(crate) fn line(&self, at: usize) -> usize {
         1 + self.text.as_bytes().iter().take(at).filter(|b| **b == b'\n').count()
     }
 
+    /// Creates an error at a line and key.
     pub(crate) fn error(&self, line: usize, key: &str, fault: Fault) -> ModelError {
         ModelError {
             place: Place { file: self.file.into(), line, key: key.into() },
@@ -40,7 +43,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// Entries of a table by their place in the file.
+    /// Entries of a table in the order of the file, with their lines.
     pub(crate) fn entries<'r>(&self, table: &'r DeTable<'t>) -> Vec<(&'r str, usize, &'r Value<'t>)> {
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
@@ -51,7 +54,7 @@ impl<'t> Reader<'t> {
         entries.into_iter().map(place).collect()
     }
 
-    /// Refuses keys that nothing reads.
+    /// Refuses keys that are not among `known`.
     pub(crate) fn known(&self, table: &DeTable<'t>, place: &str, known: &[&str]) -> Result<(), ModelError> {
         for (key, line, _) in self.entries(table) {
             if !known.contains(&key) {
@@ -66,7 +69,7 @@ impl<'t> Reader<'t> {
         Ok(())
     }
 
-    /// Marks a problem in the text of an expression.
+    /// Creates an error for a problem in an expression, with the relevant part marked.
     pub(crate) fn problem(
         &self,
         line: usize,
@@ -82,15 +85,17 @@ impl<'t> Reader<'t> {
 }
 
 impl<'r, 't> Item<'r, 't> {
+    /// Creates an error at this place.
     pub(crate) fn error(&self, fault: Fault) -> ModelError {
         self.reader.error(self.line, &self.key, fault)
     }
 
+    /// Creates the error that the value is not as `expected`.
     pub(crate) fn wrong(&self, expected: &'static str) -> ModelError {
         self.error(Fault::WrongType { expected })
     }
 
-    /// Entries of this table by their place in the file, each with its own place.
+    /// Entries of this table in the order of the file.
     pub(crate) fn entries(&self, expected: &'static str) -> Result<Vec<(&'r str, Item<'r, 't>)>, ModelError> {
         let entries = self.reader.entries(self.table(expected)?);
         let item = |(name, line, value): (&'r str, usize, &'r Value<'t>)| {
@@ -99,14 +104,14 @@ impl<'r, 't> Item<'r, 't> {
         Ok(entries.into_iter().map(item).collect())
     }
 
-    /// The entry of this table under `key`, if it is there.
+    /// The entry of this table under `key`, if there is one.
     pub(crate) fn at(&self, key: &str) -> Option<Item<'r, 't>> {
         let (found, value) = self.value.get_ref().as_table()?.get_key_value(key)?;
         let line = self.reader.line(found.span().start);
         Some(Item { reader: self.reader, key: join(&self.key, key), line, value })
     }
 
-    /// Refuses keys of this table that nothing reads.
+    /// Refuses keys of this table that are not among `known`.
     pub(crate) fn known(&self, known: &[&str]) -> Result<(), ModelError> {
         let table = self.value.get_ref().as_table();
         table.map_or(Ok(()), |table| self.reader.known(table, &self.key, known))
@@ -131,7 +136,7 @@ impl<'r, 't> Item<'r, 't> {
     pub(crate) fn maybe_number(&self) -> Option<f64> {
         let text = match self.value.get_ref() {
             DeValue::Float(f) => f.as_str(),
-            // Beyond 64 bits there are no whole numbers in TOML, and 0x10 is 16.
+            // TOML has no whole numbers beyond 64 bits; a prefix such as 0x gives the base.
             DeValue::Integer(i) => {
                 return i64::from_str_radix(i.as_str(), i.radix()).ok().map(|whole| whole as f64);
             }
@@ -150,14 +155,14 @@ impl<'r, 't> Item<'r, 't> {
         list.iter().map(|value| Item { value, ..self.clone() }.number()).collect()
     }
 
-    /// Two numbers, the first below the second.
+    /// A list of two numbers, the first below the second.
     pub(crate) fn range(&self) -> Result<[f64; 2], ModelError> {
         let expected = "a list of two numbers, such as [0.0, 10.0]";
         let [min, max] = self.numbers(expected)?[..] else { return Err(self.wrong(expected)) };
         if min < max { Ok([min, max]) } else { Err(self.error(Fault::EmptyBounds { min, max })) }
     }
 
-    /// A list of texts.
+    /// A list of strings.
     pub(crate) fn texts(&self, expected: &'static str) -> Result<Vec<String>, ModelError> {
         let list = self.value.get_ref().as_array().ok_or_else(|| self.wrong(expected))?;
         let text =
@@ -165,7 +170,7 @@ impl<'r, 't> Item<'r, 't> {
         list.iter().map(text).collect()
     }
 
-    /// A number as its text, or a text in quotes.
+    /// A number as text, or a string.
     pub(crate) fn number_or_text(&self) -> Result<String, ModelError> {
         match self.maybe_number() {
             Some(number) => Ok(format!("{number:?}")),
@@ -173,7 +178,7 @@ impl<'r, 't> Item<'r, 't> {
         }
     }
 
-    /// The tables of a list `[[key]]`, each with its line and its kind or number in its key.
+    /// The blocks `[[key]]`, each with its line, and with its kind or its number in its key.
     pub(crate) fn blocks(
         &self,
         key: &'static str,
@@ -193,7 +198,7 @@ impl<'r, 't> Item<'r, 't> {
         blocks.iter().enumerate().map(block).collect()
     }
 
-    /// One of a list of words.
+    /// The value that belongs to one of these words.
     pub(crate) fn word<T: Copy>(&self, words: &[(&str, T)], expected: &'static str) -> Result<T, ModelError> {
         let text = self.text(expected)?;
         words.iter().find(|(w, _)| *w == text).map(|(_, v)| *v).ok_or_else(|| self.wrong(expected))

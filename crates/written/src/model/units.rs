@@ -1,20 +1,25 @@
-//! Dimensions of expressions. What cannot be decided is silent; a sum of two known, different dimensions and a rate
-//! that is not its state per second are mistakes.
+//! Infers the dimensions of expressions.
+//!
+//! Where they cannot be determined nothing is reported. It is an error if both operands of a sum, comparison
+//! or choice have known, different dimensions, or if a rate is not in the unit of its state per second.
 
 use super::Model;
 use crate::text::{Function, Kind, Problem, Side, Symbol, Tree};
 use augsim_data::{Dimensions, Unit, shown};
 use std::ops::Range;
 
-/// Dimension of an expression, where it can be decided. A number takes the dimension that it needs.
+/// Infers the dimensions of an expression; `None` if they cannot be determined.
+///
+/// Numbers take any dimensions.
 ///
 /// # Errors
-/// [`Problem::Units`] with the bytes of the text, for a sum, a comparison or a choice of unequal dimensions.
+/// [`Problem::Units`] with its bytes of the text, if the operands of a sum, comparison or choice have
+/// different dimensions.
 pub(super) fn infer(model: &Model, tree: &Tree) -> Result<Option<Dimensions>, (Problem, Range<usize>)> {
     let mut found: Vec<Option<Dimensions>> = Vec::with_capacity(tree.nodes.len());
     for (index, node) in tree.nodes.iter().enumerate() {
-        let one = |a: &usize| found[*a];
-        let both = |a: &usize, b: &usize, verb, sign| match (found[*a], found[*b]) {
+        let dimensions_at = |a: &usize| found[*a];
+        let common = |a: &usize, b: &usize, verb, sign| match (found[*a], found[*b]) {
             (Some(x), Some(y)) if x != y => {
                 let side = |node: usize, dimensions| {
                     let unit = unit_of(model, tree, node, dimensions);
@@ -27,35 +32,35 @@ pub(super) fn infer(model: &Model, tree: &Tree) -> Result<Option<Dimensions>, (P
         };
         let dimension = match &node.kind {
             Kind::Number(_) => None,
-            Kind::Symbol(symbol) => of_symbol(model, *symbol),
-            Kind::Negate(a) => one(a),
-            Kind::Add(a, b) => both(a, b, "adds", "+")?,
-            Kind::Subtract(a, b) => both(a, b, "subtracts", "-")?,
-            Kind::Multiply(a, b) => one(a).zip(one(b)).map(|(x, y)| x * y),
-            Kind::Divide(a, b) => one(a).zip(one(b)).map(|(x, y)| x / y),
-            Kind::Power(a, b) => match (one(a), &tree.nodes[*b].kind) {
+            Kind::Symbol(symbol) => dimensions_of_symbol(model, *symbol),
+            Kind::Negate(a) => dimensions_at(a),
+            Kind::Add(a, b) => common(a, b, "add", "+")?,
+            Kind::Subtract(a, b) => common(a, b, "subtract", "-")?,
+            Kind::Multiply(a, b) => dimensions_at(a).zip(dimensions_at(b)).map(|(x, y)| x * y),
+            Kind::Divide(a, b) => dimensions_at(a).zip(dimensions_at(b)).map(|(x, y)| x / y),
+            Kind::Power(a, b) => match (dimensions_at(a), &tree.nodes[*b].kind) {
                 (Some(x), Kind::Number(exponent)) => x.power(*exponent),
                 (Some(x), _) if x.is_pure() => Some(Dimensions::NONE),
                 _ => None,
             },
             Kind::Call(function, arguments) => match (function, &arguments[..]) {
-                (Function::Sqrt, [a]) => one(a).and_then(|x| x.power(0.5)),
-                (Function::Cbrt, [a]) => one(a).and_then(|x| x.power(1.0 / 3.0)),
-                (Function::Abs | Function::Relu, [a]) => one(a),
-                (Function::Hypot | Function::Min | Function::Max, [a, b]) => both(a, b, "compares", "and")?,
-                (Function::Deadzone, [a, b]) => both(a, b, "compares", "and")?,
+                (Function::Sqrt, [a]) => dimensions_at(a).and_then(|x| x.power(0.5)),
+                (Function::Cbrt, [a]) => dimensions_at(a).and_then(|x| x.power(1.0 / 3.0)),
+                (Function::Abs | Function::Relu, [a]) => dimensions_at(a),
+                (Function::Hypot | Function::Min | Function::Max, [a, b]) => common(a, b, "compare", "and")?,
+                (Function::Deadzone, [a, b]) => common(a, b, "compare", "and")?,
                 (Function::Clamp, [z, low, high]) => {
-                    both(z, low, "compares", "and")?.or(both(z, high, "compares", "and")?)
+                    common(z, low, "compare", "and")?.or(common(z, high, "compare", "and")?)
                 }
                 (Function::Atan2, [a, b]) => {
-                    both(a, b, "compares", "and")?;
+                    common(a, b, "compare", "and")?;
                     Some(Dimensions::NONE)
                 }
                 _ => Some(Dimensions::NONE),
             },
             Kind::If { left, right, then, otherwise, .. } => {
-                both(left, right, "compares", "and")?;
-                both(then, otherwise, "chooses between", "or")?
+                common(left, right, "compare", "and")?;
+                common(then, otherwise, "choose between", "or")?
             }
             Kind::Table { table, .. } => model.tables.get(*table).and_then(|t| t.unit).map(Unit::dimensions),
             Kind::Slope { output } => {
@@ -68,21 +73,22 @@ pub(super) fn infer(model: &Model, tree: &Tree) -> Result<Option<Dimensions>, (P
     Ok(found.last().copied().flatten())
 }
 
-/// Dimension of an expression, where it can be decided and nothing in it disagrees.
+/// Dimensions of an expression, if they can be determined and nothing in it is inconsistent.
 pub(crate) fn dimensions_of(model: &Model, tree: &Tree) -> Option<Dimensions> {
     infer(model, tree).ok().flatten()
 }
 
-fn of_symbol(model: &Model, symbol: Symbol) -> Option<Dimensions> {
+/// Dimensions of a quantity, if it has a unit.
+fn dimensions_of_symbol(model: &Model, symbol: Symbol) -> Option<Dimensions> {
     match symbol {
         Symbol::Let(i) => model.lets.get(i).and_then(|l| l.dimensions),
         Symbol::Time => Some(Dimensions::TIME),
-        _ => declared(model, symbol).map(Unit::dimensions),
+        _ => declared_unit(model, symbol).map(Unit::dimensions),
     }
 }
 
-/// Unit that a name states.
-fn declared(model: &Model, symbol: Symbol) -> Option<Unit> {
+/// Unit that is declared for a quantity.
+fn declared_unit(model: &Model, symbol: Symbol) -> Option<Unit> {
     match symbol {
         Symbol::State(i) => model.states.get(i).and_then(|q| q.unit),
         Symbol::Input(i) => model.inputs.get(i).and_then(|q| q.unit),
@@ -92,15 +98,15 @@ fn declared(model: &Model, symbol: Symbol) -> Option<Unit> {
     }
 }
 
-/// Unit of a node for a message: as its name states it where it is a name, so that `rad/s` is not printed as `1/s`.
+/// Unit of a node for a message; for a quantity as declared, so that `rad/s` is not shown as `1/s`.
 fn unit_of(model: &Model, tree: &Tree, node: usize, dimensions: Dimensions) -> String {
-    let stated = match tree.nodes[node].kind {
-        Kind::Symbol(symbol) => declared(model, symbol),
+    let declared = match tree.nodes[node].kind {
+        Kind::Symbol(symbol) => declared_unit(model, symbol),
         _ => None,
     };
-    match stated {
+    match declared {
         Some(unit) if unit != Unit::DIMENSIONLESS => unit.to_string(),
-        _ if dimensions.is_pure() => "a pure number".into(),
+        _ if dimensions.is_pure() => "1 (a pure number)".into(),
         _ => dimensions.to_string(),
     }
 }

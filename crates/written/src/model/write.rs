@@ -1,16 +1,19 @@
-//! A model written back into its file: new values of parameters, intervals, what is held, and effects; everything else, comments
-//! and order included, stays as the user wrote it.
+//! Writes a model back into its file: parameters, confidence intervals, noise and effects.
+//!
+//! Everything else, including comments and order, stays as the user wrote it.
 
 use super::{Addition, How, Model, Parameter, SensorNoise, Shaken};
 use crate::error::{Fault, ModelError, Place};
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
 impl Model {
-    /// Text of a model file that is read as this model: nominal values and intervals as they are here, and the effects that
-    /// were added. The file that the model was read from is the form that is filled in.
+    /// Text of a model file that reads back as this model.
+    ///
+    /// The text from which the model was read is edited: nominal values, confidence intervals, input
+    /// interpolation, noise, start values that are shared, and effects are set to those of this model.
     ///
     /// # Errors
-    /// The text of the model is not that of a model file.
+    /// The text of the model cannot be edited as TOML.
     pub fn to_toml(&self) -> Result<String, ModelError> {
         let mut document: DocumentMut = self.text.parse().map_err(|cause: toml_edit::TomlError| {
             let place = Place { file: self.file.clone(), line: 1, key: String::new() };
@@ -26,7 +29,7 @@ impl Model {
                 None => document.get_mut("parameters").and_then(|table| table.get_mut(&p.name)),
             };
             if let Some(entry) = entry {
-                fill(entry, p);
+                set_parameter(entry, p);
             }
         }
         for input in &self.inputs {
@@ -63,7 +66,7 @@ impl Model {
         }
         for state in &self.states[..self.declared_states()] {
             if let Some(entry) = document.get_mut("states").and_then(|s| s.get_mut(&state.name)) {
-                shake(entry, state.shaken);
+                set_process_noise(entry, state.shaken);
             }
         }
         document.remove("effect");
@@ -75,6 +78,7 @@ impl Model {
         Ok(document.to_string())
     }
 
+    /// The `[[effect]]` block of an effect.
     fn block(&self, addition: &Addition) -> Table {
         let mut table = Table::new();
         let parameters = &self.parameters[addition.parameters.clone()];
@@ -113,7 +117,7 @@ impl Model {
                     let symbol = unit.symbol();
                     entry.insert("unit", if symbol.is_empty() { "1".into() } else { symbol.into() });
                 }
-                table.insert(addition.own_name(&p.name), value(entry));
+                table.insert(addition.local_name(&p.name), value(entry));
             }
         }
         if !addition.also_fits.is_empty() {
@@ -124,13 +128,13 @@ impl Model {
     }
 }
 
-/// Puts a parameter's value and interval into its entry, which is a number or a table, and whether it is held.
-fn fill(entry: &mut Item, p: &Parameter) {
-    // A delay that is a number is held without a word.
-    let is_held = p.frozen && (entry.is_table_like() || !p.name.contains('.'));
+/// Sets value, interval and `frozen` of a parameter in its entry, which is a number or a table.
+fn set_parameter(entry: &mut Item, p: &Parameter) {
+    // A delay that is a plain number is frozen anyway.
+    let is_frozen = p.frozen && (entry.is_table_like() || !p.name.contains('.'));
     if entry.is_table_like() {
         set(entry, "nominal", p.nominal.into());
-        if is_held {
+        if is_frozen {
             set(entry, "frozen", true.into());
         }
         match p.ci95 {
@@ -141,10 +145,10 @@ fn fill(entry: &mut Item, p: &Parameter) {
                 }
             }
         }
-    } else if let Some(there) = entry.as_value_mut() {
+    } else if let Some(present) = entry.as_value_mut() {
         let mut table = InlineTable::new();
         table.insert("nominal", p.nominal.into());
-        if is_held {
+        if is_frozen {
             table.insert("frozen", true.into());
         }
         if let Some(ci95) = p.ci95 {
@@ -152,19 +156,19 @@ fn fill(entry: &mut Item, p: &Parameter) {
         }
         let is_number = table.len() == 1;
         let new = if is_number { p.nominal.into() } else { Value::InlineTable(table) };
-        *there = decorated(new, there);
+        *present = decorated(new, present);
     }
 }
 
-/// Writes a value where it differs from what is there, with the blanks and comments of what was there.
+/// Sets a value if it differs from the present one, keeping the white space and comments around it.
 fn set(entry: &mut Item, key: &str, new: Value) {
     let Some(table) = entry.as_table_like_mut() else { return };
     match table.get_mut(key).and_then(Item::as_value_mut) {
-        Some(there) if same(there, &new) => {}
-        Some(there) => *there = decorated(new, there),
+        Some(present) if is_same_value(present, &new) => {}
+        Some(present) => *present = decorated(new, present),
         None => {
             table.insert(key, value(new));
-            // The blank behind the value that was last would stand before the comma otherwise.
+            // Without this, the white space after the value that was last would be before the comma.
             if let Some(inline) = entry.as_inline_table_mut() {
                 inline.fmt();
             }
@@ -172,7 +176,7 @@ fn set(entry: &mut Item, key: &str, new: Value) {
     }
 }
 
-/// Writes the noise that was found for an output into its entry, or removes it.
+/// Sets the measurement noise of an output in its entry, or removes it.
 fn set_noise(entry: &mut Item, noise: Option<SensorNoise>) {
     let Some(noise) = noise else {
         if let Some(table) = entry.as_table_like_mut() {
@@ -185,26 +189,26 @@ fn set_noise(entry: &mut Item, noise: Option<SensorNoise>) {
     table.insert("autocorrelated_sd", noise.autocorrelated_sd.into());
     table.insert("correlation_time_s", noise.correlation_time_s.into());
     if !entry.is_table_like()
-        && let Some(there) = entry.as_value_mut()
+        && let Some(present) = entry.as_value_mut()
     {
         let mut output = InlineTable::new();
-        output.insert("value", there.clone().decorated("", ""));
-        *there = decorated(Value::InlineTable(output), there);
+        output.insert("value", present.clone().decorated("", ""));
+        *present = decorated(Value::InlineTable(output), present);
     }
     set(entry, "noise", Value::InlineTable(table));
 }
 
-/// Puts noise of the motion into a state's entry, or takes it out.
-fn shake(entry: &mut Item, shaken: Option<Shaken>) {
+/// Sets the process noise of a state in its entry, or removes it.
+fn set_process_noise(entry: &mut Item, shaken: Option<Shaken>) {
     let number = |v: Option<&Item>| v.and_then(|v| v.as_float().or_else(|| v.as_integer().map(|i| i as f64)));
-    let there = entry.get("shaken").map(|t| (number(t.get("sd")), number(t.get("memory_s"))));
-    match (shaken, there) {
+    let present = entry.get("shaken").map(|t| (number(t.get("sd")), number(t.get("memory_s"))));
+    match (shaken, present) {
         (None, Some(_)) => {
             if let Some(table) = entry.as_table_like_mut() {
                 table.remove("shaken");
             }
         }
-        (Some(Shaken { sd, memory_s }), there) if there != Some((Some(sd), Some(memory_s))) => {
+        (Some(Shaken { sd, memory_s }), present) if present != Some((Some(sd), Some(memory_s))) => {
             let mut table = InlineTable::new();
             table.insert("sd", sd.into());
             table.insert("memory_s", memory_s.into());
@@ -214,24 +218,28 @@ fn shake(entry: &mut Item, shaken: Option<Shaken>) {
     }
 }
 
+/// Sets the interpolation of an input in its entry, which is a string or a table.
 fn set_hold(entry: &mut Item, hold: &str) {
     if entry.is_table_like() {
         set(entry, "hold", hold.into());
-    } else if let Some(there) = entry.as_value_mut() {
-        *there = decorated(hold.into(), there);
+    } else if let Some(present) = entry.as_value_mut() {
+        *present = decorated(hold.into(), present);
     }
 }
 
-/// Whether two numbers or texts are equal, whatever their notation: 1e4 stays 1e4.
-fn same(there: &Value, new: &Value) -> bool {
+/// Whether two numbers or strings are equal, whatever their notation.
+///
+/// This way 1e4 is not rewritten as 10000.0.
+fn is_same_value(present: &Value, new: &Value) -> bool {
     let number = |v: &Value| v.as_float().or_else(|| v.as_integer().map(|i| i as f64));
-    match (number(there), number(new)) {
+    match (number(present), number(new)) {
         (Some(a), Some(b)) => a == b,
-        _ => there.as_str().zip(new.as_str()).is_some_and(|(a, b)| a == b),
+        _ => present.as_str().zip(new.as_str()).is_some_and(|(a, b)| a == b),
     }
 }
 
-fn decorated(mut new: Value, there: &Value) -> Value {
-    *new.decor_mut() = there.decor().clone();
+/// Returns `new` with the white space and comments of `present`.
+fn decorated(mut new: Value, present: &Value) -> Value {
+    *new.decor_mut() = present.decor().clone();
     new
 }

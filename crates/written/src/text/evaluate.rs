@@ -1,48 +1,54 @@
-//! The value of a tree at one point, node by node: for guesses, messages and scales, where no speed is needed.
+//! Evaluates an expression at one point, for start values, messages and scales.
+//!
+//! This is slower than the compiled form, which simulations use.
 
 use super::{Kind, Symbol, Tree};
 
-/// Values of everything that a tree may name.
-pub(crate) trait Meaning {
-    /// Value of a name.
+/// Values of everything that an expression may refer to.
+pub(crate) trait Bindings {
+    /// Value of a state, input, parameter, `[let]` value, output or time.
     fn symbol(&self, symbol: Symbol) -> f64;
-    /// Value of a table.
+    /// Value of a table at an argument.
     fn table(&self, table: usize, at: f64) -> f64;
-    /// Slope of an output at the first samples.
+    /// Change per second of an output.
     fn slope(&self, output: usize) -> f64;
 }
 
 impl Tree {
-    /// Value of every node, in order; jumps are sharp.
-    pub(crate) fn values(&self, meaning: &dyn Meaning) -> Vec<f64> {
+    /// Value of every node, in the order of the nodes; `sign` and `step` are not smoothed.
+    pub(crate) fn values(&self, bindings: &dyn Bindings) -> Vec<f64> {
         let mut values: Vec<f64> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
-            let at = |i: &usize| values[*i];
+            let value_of = |i: &usize| values[*i];
             let value = match &node.kind {
                 Kind::Number(value) => *value,
-                Kind::Symbol(symbol) => meaning.symbol(*symbol),
-                Kind::Negate(a) => -at(a),
-                Kind::Add(a, b) => at(a) + at(b),
-                Kind::Subtract(a, b) => at(a) - at(b),
-                Kind::Multiply(a, b) => at(a) * at(b),
-                Kind::Divide(a, b) => at(a) / at(b),
-                Kind::Power(a, b) => at(a).powf(at(b)),
+                Kind::Symbol(symbol) => bindings.symbol(*symbol),
+                Kind::Negate(a) => -value_of(a),
+                Kind::Add(a, b) => value_of(a) + value_of(b),
+                Kind::Subtract(a, b) => value_of(a) - value_of(b),
+                Kind::Multiply(a, b) => value_of(a) * value_of(b),
+                Kind::Divide(a, b) => value_of(a) / value_of(b),
+                Kind::Power(a, b) => value_of(a).powf(value_of(b)),
                 Kind::Call(function, arguments) => {
-                    function.value(&arguments.iter().map(at).collect::<Vec<f64>>())
+                    function.value(&arguments.iter().map(value_of).collect::<Vec<f64>>())
                 }
                 Kind::If { comparison, left, right, then, otherwise } => {
-                    at(if comparison.is_true_of(at(left), at(right)) { then } else { otherwise })
+                    value_of(if comparison.holds_for(value_of(left), value_of(right)) {
+                        then
+                    } else {
+                        otherwise
+                    })
                 }
-                Kind::Table { table, at: z } => meaning.table(*table, at(z)),
-                Kind::Slope { output } => meaning.slope(*output),
+                Kind::Table { table, at: z } => bindings.table(*table, value_of(z)),
+                Kind::Slope { output } => bindings.slope(*output),
             };
             values.push(value);
         }
         values
     }
 
-    /// Value of the whole.
-    pub(crate) fn value(&self, meaning: &dyn Meaning) -> f64 {
-        self.values(meaning).last().copied().unwrap_or(0.0)
+    /// Value of the whole expression.
+    pub(crate) fn value(&self, bindings: &dyn Bindings) -> f64 {
+        self.values(bindings).last().copied().unwrap_or(0.0)
     }
 }

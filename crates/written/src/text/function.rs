@@ -2,7 +2,9 @@
 
 use crate::compile::Code;
 
-/// A function of one or more numbers. `if`, `table` and `slope` have a syntax of their own and are not among them.
+/// A function of one to three numbers.
+///
+/// `if`, `table` and `slope` have their own syntax and are not listed here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "each is the function of its name")]
 pub enum Function {
@@ -31,7 +33,7 @@ pub enum Function {
     Step,
 }
 
-/// Name in the text, function, number of arguments.
+/// Name in an expression, function, and number of arguments.
 const FUNCTIONS: [(&str, Function, usize); 23] = [
     ("sin", Function::Sin, 1),
     ("cos", Function::Cos, 1),
@@ -58,15 +60,15 @@ const FUNCTIONS: [(&str, Function, usize); 23] = [
     ("step", Function::Step, 1),
 ];
 
-/// Words that call something by a syntax of their own.
+/// Names of calls with their own syntax.
 pub(crate) const SPECIAL: [&str; 3] = ["if", "table", "slope"];
 
-/// Names with a meaning that no quantity of a model may bear, beside those of functions.
+/// Names that no quantity of a model may have, besides the names of functions.
 const RESERVED: [&str; 12] =
     ["t", "pi", "e", "and", "or", "not", "true", "false", "trajectory", "group", "t_s", "start_time_s"];
 
 impl Function {
-    /// The function of that name.
+    /// Returns the function with this name.
     pub fn named(name: &str) -> Option<Function> {
         FUNCTIONS.iter().find(|(n, ..)| *n == name).map(|(_, f, _)| *f)
     }
@@ -76,38 +78,39 @@ impl Function {
         FUNCTIONS.iter().find(|(_, f, _)| *f == self).map_or("", |(n, ..)| n)
     }
 
-    /// How many arguments it takes.
+    /// Number of its arguments.
     pub fn arity(self) -> usize {
         FUNCTIONS.iter().find(|(_, f, _)| *f == self).map_or(1, |(.., n)| *n)
     }
 
-    /// Whether its value jumps, so that it is smoothed in a rate.
+    /// Whether its value is discontinuous, so that it is smoothed in a rate.
     pub(crate) fn jumps(self) -> bool {
         matches!(self, Function::Sign | Function::Step)
     }
 
-    /// Its value for arguments `z`; jumps are sharp.
+    /// Its value for the arguments `z`, without smoothing.
     pub(crate) fn value(self, z: &[f64]) -> f64 {
-        let one = |code: Code| crate::machine::evaluate(code, z[0], z.get(1).copied().unwrap_or(0.0), 0.0);
+        let evaluate =
+            |code: Code| crate::machine::evaluate(code, z[0], z.get(1).copied().unwrap_or(0.0), 0.0);
         match self {
-            Function::Sin => one(Code::Sin),
-            Function::Cos => one(Code::Cos),
-            Function::Tan => one(Code::Tan),
-            Function::Asin => one(Code::Asin),
-            Function::Acos => one(Code::Acos),
-            Function::Atan => one(Code::Atan),
-            Function::Sinh => one(Code::Sinh),
-            Function::Cosh => one(Code::Cosh),
-            Function::Tanh => one(Code::Tanh),
-            Function::Exp => one(Code::Exp),
-            Function::Ln => one(Code::Ln),
-            Function::Sqrt => one(Code::Sqrt),
-            Function::Cbrt => one(Code::Cbrt),
-            Function::Atan2 => one(Code::Atan2),
-            Function::Hypot => one(Code::Hypot),
-            Function::Abs => one(Code::Absolute),
-            Function::Min => one(Code::Minimum),
-            Function::Max => one(Code::Maximum),
+            Function::Sin => evaluate(Code::Sin),
+            Function::Cos => evaluate(Code::Cos),
+            Function::Tan => evaluate(Code::Tan),
+            Function::Asin => evaluate(Code::Asin),
+            Function::Acos => evaluate(Code::Acos),
+            Function::Atan => evaluate(Code::Atan),
+            Function::Sinh => evaluate(Code::Sinh),
+            Function::Cosh => evaluate(Code::Cosh),
+            Function::Tanh => evaluate(Code::Tanh),
+            Function::Exp => evaluate(Code::Exp),
+            Function::Ln => evaluate(Code::Ln),
+            Function::Sqrt => evaluate(Code::Sqrt),
+            Function::Cbrt => evaluate(Code::Cbrt),
+            Function::Atan2 => evaluate(Code::Atan2),
+            Function::Hypot => evaluate(Code::Hypot),
+            Function::Abs => evaluate(Code::Absolute),
+            Function::Min => evaluate(Code::Minimum),
+            Function::Max => evaluate(Code::Maximum),
             Function::Clamp => z[0].max(z[1]).min(z[2]),
             Function::Relu => z[0].max(0.0),
             Function::Deadzone => z[0] - z[0].max(-z[1]).min(z[1]),
@@ -122,13 +125,13 @@ impl Function {
         }
     }
 
-    /// The names of all, with those of a syntax of their own.
+    /// Names of all functions and of the calls with their own syntax.
     pub(crate) fn names() -> impl Iterator<Item = &'static str> {
         FUNCTIONS.iter().map(|(n, ..)| *n).chain(SPECIAL)
     }
 }
 
-/// Whether no quantity may bear that name.
+/// Whether no quantity of a model may have this name.
 pub(crate) fn is_reserved(name: &str) -> bool {
     name.starts_with('_') || RESERVED.contains(&name) || Function::names().any(|n| n == name)
 }

@@ -1,8 +1,9 @@
-//! Cuts the text of an expression into tokens.
+//! Splits the text of an expression into tokens.
 
 use super::Problem;
 use std::ops::Range;
 
+/// A token of an expression.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Token<'t> {
     Number(f64),
@@ -14,36 +15,36 @@ pub(crate) enum Token<'t> {
     End,
 }
 
-/// Reads one token after another; blanks between them have no meaning.
+/// Reads one token after another and skips white space.
 pub(crate) struct Lexer<'t> {
     text: &'t str,
-    at: usize,
+    position: usize,
 }
 
 impl<'t> Lexer<'t> {
     pub(crate) fn new(text: &'t str) -> Self {
-        Self { text, at: 0 }
+        Self { text, position: 0 }
     }
 
-    /// The next token and its bytes; [`Token::End`] from the end on.
+    /// Reads the next token and its byte range; returns [`Token::End`] at the end and after it.
     pub(crate) fn next(&mut self) -> Result<(Token<'t>, Range<usize>), (Problem, Range<usize>)> {
         let bytes = self.text.as_bytes();
-        self.at += count(bytes, self.at, |b| b.is_ascii_whitespace());
-        let begin = self.at;
+        self.position += count(bytes, self.position, |b| b.is_ascii_whitespace());
+        let begin = self.position;
         let Some(&first) = bytes.get(begin) else { return Ok((Token::End, begin..begin)) };
         let token = match first {
             b'0'..=b'9' | b'.' => return self.number(),
             b'a'..=b'z' | b'A'..=b'Z' | b'_' => {
-                self.at += count(bytes, begin, |b| b.is_ascii_alphanumeric() || b == b'_');
-                Token::Name(&self.text[begin..self.at])
+                self.position += count(bytes, begin, |b| b.is_ascii_alphanumeric() || b == b'_');
+                Token::Name(&self.text[begin..self.position])
             }
             b'+' | b'-' | b'*' | b'/' | b'^' | b'(' | b')' | b',' => {
-                self.at += 1;
+                self.position += 1;
                 Token::Sign(first)
             }
             b'<' | b'>' => {
                 let equal = bytes.get(begin + 1) == Some(&b'=');
-                self.at += 1 + usize::from(equal);
+                self.position += 1 + usize::from(equal);
                 match (first, equal) {
                     (b'<', true) => Token::LessOrEqual,
                     (_, true) => Token::GreaterOrEqual,
@@ -52,19 +53,21 @@ impl<'t> Lexer<'t> {
             }
             _ => {
                 let found = self.text[begin..].chars().next().unwrap_or('?');
-                self.at += found.len_utf8();
+                self.position += found.len_utf8();
                 let problem = Problem::UnexpectedCharacter { found: found.escape_debug().to_string() };
-                return Err((problem, begin..self.at));
+                return Err((problem, begin..self.position));
             }
         };
-        Ok((token, begin..self.at))
+        Ok((token, begin..self.position))
     }
 
-    /// `digit { digit } [ "." { digit } ] [ ("e"|"E") ["+"|"-"] digit { digit } ]`, and nothing of a name behind it.
+    /// Reads a number: `digit { digit } [ "." { digit } ] [ ("e"|"E") ["+"|"-"] digit { digit } ]`.
+    ///
+    /// Letters or digits directly after it make it malformed, so that `3m` is not read as a product.
     fn number(&mut self) -> Result<(Token<'t>, Range<usize>), (Problem, Range<usize>)> {
         let bytes = self.text.as_bytes();
         let digits = |at: usize| count(bytes, at, |b| b.is_ascii_digit());
-        let begin = self.at;
+        let begin = self.position;
         let mut end = begin + digits(begin);
         if bytes.get(end) == Some(&b'.') {
             end += 1 + digits(end + 1);
@@ -74,23 +77,24 @@ impl<'t> Lexer<'t> {
             end += 1 + signed + digits(end + 1 + signed);
         }
         let tail = count(bytes, end, |b| b.is_ascii_alphanumeric() || b == b'_' || b == b'.');
-        self.at = end + tail;
-        let text = &self.text[begin..self.at];
+        self.position = end + tail;
+        let text = &self.text[begin..self.position];
         let value = text.parse::<f64>().ok().filter(|x| x.is_finite());
         match value {
             Some(value) if tail == 0 && text.as_bytes()[0] != b'.' => {
-                Ok((Token::Number(value), begin..self.at))
+                Ok((Token::Number(value), begin..self.position))
             }
-            _ => Err((Problem::MalformedNumber { text: shortened(text) }, begin..self.at)),
+            _ => Err((Problem::MalformedNumber { text: shortened(text) }, begin..self.position)),
         }
     }
 }
 
+/// Number of consecutive bytes from `from` on that satisfy `is`.
 fn count(bytes: &[u8], from: usize, is: impl Fn(u8) -> bool) -> usize {
     bytes.get(from..).unwrap_or(&[]).iter().take_while(|b| is(**b)).count()
 }
 
-/// The first 40 characters, so that no message repeats a long line.
+/// The first 40 characters of a text, so that no message repeats a long line.
 pub(super) fn shortened(text: &str) -> String {
     match text.char_indices().nth(40) {
         Some((cut, _)) => format!("{}…", &text[..cut]),

@@ -1,4 +1,4 @@
-//! Recursive descent over the grammar of expressions:
+//! Recursive-descent parser for expressions, with the grammar
 //!
 //! ```text
 //! expression = product { ("+" | "-") product } ;
@@ -12,35 +12,38 @@
 use super::function::SPECIAL;
 use super::lexer::{Lexer, Token, shortened};
 use super::{Comparison, Function, Kind, Problem, Symbol, Tree, TreeNode};
-use crate::limits::{EXPRESSION_BYTES, EXPRESSION_DEPTH};
+use crate::limits::{MAX_EXPRESSION_BYTES, MAX_EXPRESSION_DEPTH};
 use std::ops::Range;
 
-/// Gives names their meaning.
+/// Resolves the names that an expression uses.
 pub trait Scope {
-    /// Meaning of a name.
+    /// Returns the quantity that a name refers to.
     ///
     /// # Errors
     /// The problem with the name, for example [`Problem::UnknownName`].
     fn symbol(&self, name: &str) -> Result<Symbol, Problem>;
-    /// Index of a table.
+    /// Returns the index of a table.
     ///
     /// # Errors
     /// [`Problem::UnknownTable`].
     fn table(&self, name: &str) -> Result<usize, Problem>;
-    /// Whether `slope` has a meaning where the expression stands.
+    /// Whether `slope` is allowed in the expression.
     fn allows_slope(&self) -> bool {
         false
     }
 }
 
+/// A problem and the bytes of the text that it concerns.
 type Failure = (Problem, Range<usize>);
 
-/// Reads an expression; with `conditional`, a comparison of two, which gives an `if` of 1 and 0.
+/// Parses an expression.
+///
+/// With `is_condition` it is a comparison of two expressions, stored as an `if` that returns 1 or 0.
 ///
 /// # Errors
-/// The first problem and the bytes of the text where it lies.
-pub fn parse(text: &str, scope: &dyn Scope, conditional: bool) -> Result<Tree, Failure> {
-    if text.len() > EXPRESSION_BYTES {
+/// The first problem, with the bytes of the text that it concerns.
+pub fn parse(text: &str, scope: &dyn Scope, is_condition: bool) -> Result<Tree, Failure> {
+    if text.len() > MAX_EXPRESSION_BYTES {
         return Err((Problem::TooLong { bytes: text.len() }, 0..0));
     }
     let mut lexer = Lexer::new(text);
@@ -50,7 +53,7 @@ pub fn parse(text: &str, scope: &dyn Scope, conditional: bool) -> Result<Tree, F
     }
     let mut parser = Parser { text, lexer, token, span, scope, nodes: Vec::new(), depth: 0 };
     let left = parser.expression()?;
-    if conditional {
+    if is_condition {
         let comparison = parser.comparison()?.ok_or_else(|| parser.here(Problem::ConditionMissing))?;
         let right = parser.expression()?;
         let then = parser.push(Kind::Number(1.0), 0..0);
@@ -70,6 +73,7 @@ pub fn parse(text: &str, scope: &dyn Scope, conditional: bool) -> Result<Tree, F
     }
 }
 
+/// State of the parser: the present token with its byte range, and the nodes so far.
 struct Parser<'t, 's> {
     text: &'t str,
     lexer: Lexer<'t>,
@@ -81,14 +85,15 @@ struct Parser<'t, 's> {
 }
 
 impl Parser<'_, '_> {
+    /// A problem at the present token.
     fn here(&self, problem: Problem) -> Failure {
         (problem, self.span.clone())
     }
 
-    /// The present token, for a message.
+    /// Describes the present token for a message.
     fn found(&self) -> String {
         match self.token {
-            Token::End => "the end".into(),
+            Token::End => "the end of the expression".into(),
             _ => format!("`{}`", shortened(self.text.get(self.span.clone()).unwrap_or(""))),
         }
     }
@@ -98,12 +103,13 @@ impl Parser<'_, '_> {
         Ok(())
     }
 
+    /// Skips the present token if it is `sign`; returns whether it was.
     fn take(&mut self, sign: u8) -> Result<bool, Failure> {
-        let is = self.token == Token::Sign(sign);
-        if is {
+        let is_present = self.token == Token::Sign(sign);
+        if is_present {
             self.advance()?;
         }
-        Ok(is)
+        Ok(is_present)
     }
 
     fn push(&mut self, kind: Kind, span: Range<usize>) -> usize {
@@ -111,13 +117,16 @@ impl Parser<'_, '_> {
         self.nodes.len() - 1
     }
 
-    /// Bytes from the begin of node `a` to the end of node `b`.
+    /// Bytes from the start of node `a` to the end of node `b`.
     fn across(&self, a: usize, b: usize) -> Range<usize> {
         self.nodes[a].span.start..self.nodes[b].span.end
     }
 
+    /// Runs `inner` one nesting level deeper.
+    ///
+    /// The limit keeps the recursion from exhausting the stack.
     fn deeper<R>(&mut self, inner: impl FnOnce(&mut Self) -> Result<R, Failure>) -> Result<R, Failure> {
-        if self.depth >= EXPRESSION_DEPTH {
+        if self.depth >= MAX_EXPRESSION_DEPTH {
             return Err(self.here(Problem::TooDeep));
         }
         self.depth += 1;
@@ -202,7 +211,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// Takes the `)` of the `(` at `open`; returns the byte behind it.
+    /// Skips the `)` that closes the `(` at `open`; returns the byte after it.
     fn close(&mut self, open: &Range<usize>) -> Result<usize, Failure> {
         let end = self.span.end;
         match self.token {
@@ -283,7 +292,7 @@ impl Parser<'_, '_> {
         Ok(Some(found))
     }
 
-    /// `if(a < b, x, y)`.
+    /// Parses `if(a < b, x, y)` after its name.
     fn condition(&mut self, span: Range<usize>) -> Result<usize, Failure> {
         let open = self.span.clone();
         self.advance()?;
@@ -301,17 +310,19 @@ impl Parser<'_, '_> {
         Ok(self.push(Kind::If { comparison, left, right, then, otherwise }, span.start..end))
     }
 
-    /// `table(NAME, z)` and `slope(OUTPUT)`, whose first argument is a name and no value.
+    /// Parses `table(NAME, z)` and `slope(OUTPUT)` after their names.
+    ///
+    /// The first argument is a name, not a value.
     fn named_call(&mut self, function: &str, span: Range<usize>) -> Result<usize, Failure> {
         let is_table = function == "table";
-        let (function, of) = if is_table { ("table", "a table") } else { ("slope", "an output") };
+        let (function, expected) = if is_table { ("table", "a table") } else { ("slope", "an output") };
         if !is_table && !self.scope.allows_slope() {
             return Err((Problem::SlopeOutsideStart, span));
         }
         let open = self.span.clone();
         self.advance()?;
         let Token::Name(name) = self.token else {
-            return Err(self.here(Problem::NameMissing { function, of }));
+            return Err(self.here(Problem::NameMissing { function, expected }));
         };
         let name_span = self.span.clone();
         self.advance()?;
@@ -319,7 +330,7 @@ impl Parser<'_, '_> {
             let end = self.close(&open)?;
             return match self.scope.symbol(name) {
                 Ok(Symbol::Output(output)) => Ok(self.push(Kind::Slope { output }, span.start..end)),
-                Ok(_) => Err((Problem::NameMissing { function, of }, name_span)),
+                Ok(_) => Err((Problem::NameMissing { function, expected }, name_span)),
                 Err(problem) => Err((problem, name_span)),
             };
         }

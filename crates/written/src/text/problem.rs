@@ -1,33 +1,39 @@
-//! Mistakes in an expression, each with its remedy.
+//! Errors in an expression, each with a message that says what to do.
 
-use crate::limits::{EXPRESSION_BYTES, EXPRESSION_DEPTH, FILE_NODES};
+use crate::limits::{MAX_EXPRESSION_BYTES, MAX_EXPRESSION_DEPTH, MAX_FILE_NODES};
 use thiserror::Error;
 
-/// A mistake in an expression. Columns count characters from 1.
+/// An error in an expression. Columns count characters from 1.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each explains its values")]
 pub enum Problem {
-    #[error("has {bytes} bytes, {EXPRESSION_BYTES} are allowed; name parts of it in [let]")]
+    #[error(
+        "the expression has {bytes} bytes, but at most {MAX_EXPRESSION_BYTES} are allowed; move parts of it into named values under [let]"
+    )]
     TooLong { bytes: usize },
-    #[error("is nested deeper than {EXPRESSION_DEPTH}; name parts of it in [let]")]
+    #[error(
+        "the expression is nested more than {MAX_EXPRESSION_DEPTH} levels deep; move parts of it into named values under [let]"
+    )]
     TooDeep,
     #[error(
-        "is one too many: the expressions of the file have more than {FILE_NODES} operations; simplify the model"
+        "with this expression the file has more than {MAX_FILE_NODES} numbers, names and operations; simplify the model"
     )]
     TooManyNodes,
-    #[error("is empty; write an expression such as \"2 * pi * t\"")]
+    #[error("the expression is empty; write an expression such as \"2 * pi * t\"")]
     Empty,
-    #[error("`{found}` has no meaning in an expression; use + - * / ^ ( ) , numbers, names and functions")]
+    #[error(
+        "the character `{found}` is not allowed in an expression; use + - * / ^ ( ) , < > numbers, names and functions"
+    )]
     UnexpectedCharacter { found: String },
     #[error(
-        "`{text}` is not a number; write digits, a point between digits and an exponent, such as 0.5 or 1.5e-3"
+        "`{text}` is not a number; write digits, with a decimal point and an exponent if needed, such as 0.5 or 1.5e-3"
     )]
     MalformedNumber { text: String },
-    #[error("`)` missing for the `(` at column {column}")]
+    #[error("the `(` at column {column} is never closed; add the missing `)`")]
     UnclosedParenthesis { column: usize },
-    #[error("`)` without a `(` before it; remove it or add the `(`")]
+    #[error("this `)` has no matching `(`; remove it or add the `(`")]
     UnmatchedParenthesis,
-    #[error("a number, a name or `(` must stand where {found} is")]
+    #[error("a number, a name or `(` is expected here, but {found} was found")]
     ExpectedValue { found: String },
     #[error("an operator is missing before {found}; write `*` for a product")]
     ExpectedOperator { found: String },
@@ -39,39 +45,47 @@ pub enum Problem {
     NotAFunction { name: String },
     #[error("`{name}` is a function and needs its arguments; write `{name}(…)`")]
     FunctionWithoutArguments { name: String },
-    #[error("names `{name}`, which is defined later in [let]; move it up")]
+    #[error("uses `{name}`, which is defined later in [let]; move its definition up")]
     DefinedLater { name: String },
-    #[error("names itself; a value of [let] may use only those above it")]
+    #[error("uses itself; a value of [let] may use only values that are defined above it")]
     NamesItself,
     #[error("`{name}` cannot be used here: {why}")]
     NotHere { name: String, why: &'static str },
-    #[error("`{function}` takes {takes} argument{}, {given} given", if *.takes == 1 { "" } else { "s" })]
+    #[error("`{function}` takes {takes} argument{}, but {given} {} given", if *.takes == 1 { "" } else { "s" }, if *.given == 1 { "is" } else { "are" })]
     Arity { function: &'static str, takes: usize, given: usize },
-    #[error("a comparison may stand only as the first argument of `if`, as in if(a < b, x, y)")]
+    #[error("a comparison is allowed only as the first argument of `if`, as in if(a < b, x, y)")]
     ComparisonOutside,
-    #[error("the first argument of `if` must be a comparison, as in if(a < b, x, y)")]
+    #[error("a condition must be a comparison such as a < b, as in if(a < b, x, y)")]
     ConditionMissing,
-    #[error("the first argument of `{function}` must be the name of {of}")]
-    NameMissing { function: &'static str, of: &'static str },
-    #[error("unknown table `{name}`{}; tables are declared as [tables.NAME] with `at` and `values`", suggest(.nearest))]
+    #[error("the first argument of `{function}` must be the name of {expected}")]
+    NameMissing { function: &'static str, expected: &'static str },
+    #[error("unknown table `{name}`{} (declare tables as [tables.NAME] with `at` and `values`)", suggest(.nearest))]
     UnknownTable { name: String, nearest: Option<String> },
-    #[error("`slope` may be used only in `start`; a rate of change belongs into [rates]")]
+    #[error(
+        "`slope` is allowed only in `start` and in effects on an output; write the rate of a state under [rates]"
+    )]
     SlopeOutsideStart,
-    #[error("{verb} {} and {}: `{}` {sign} `{}`", .left.unit, .right.unit, .left.text, .right.text)]
+    #[error(
+        "cannot {verb} quantities with the units {} and {}: `{}` {sign} `{}`; make the units agree",
+        .left.unit, .right.unit, .left.text, .right.text
+    )]
     Units { verb: &'static str, sign: &'static str, left: Box<Side>, right: Box<Side> },
-    #[error("is in {found}, but the rate of `{state}` must be in {expected}; check the factors")]
+    #[error(
+        "the expression has the unit {found}, but the rate of `{state}` must have the unit {expected}; check its factors"
+    )]
     RateUnit { state: String, found: String, expected: String },
 }
 
-/// One side of a sum.
+/// One operand of a sum, comparison or choice whose units do not match.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Side {
-    /// Its unit.
+    /// Its unit, as a message shows it.
     pub unit: String,
-    /// How it is written.
+    /// Its text in the expression.
     pub text: String,
 }
 
-fn suggest(nearest: &Option<String>) -> String {
+/// The end of a message that proposes the most similar known name.
+pub(crate) fn suggest(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or(String::new(), |n| format!("; did you mean `{n}`?"))
 }

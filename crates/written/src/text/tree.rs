@@ -1,10 +1,12 @@
-//! The checked tree of an expression: nodes in one list, children before parents, so that every pass is a loop and no
-//! expression can exhaust the stack.
+//! The checked tree of an expression.
+//!
+//! Nodes are in one list with children before parents, so that every pass is a loop and no expression can
+//! exhaust the stack.
 
 use super::Function;
 use std::ops::Range;
 
-/// Meaning of a name.
+/// The quantity that a name refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Symbol {
     /// Index into the states.
@@ -15,13 +17,13 @@ pub enum Symbol {
     Parameter(usize),
     /// Index into the `[let]` values.
     Let(usize),
-    /// Index into the outputs; only in `start`.
+    /// Index into the outputs; allowed in `start` and in effects on that output.
     Output(usize),
     /// Seconds since the trajectory began.
     Time,
 }
 
-/// The sign between the two sides of a condition.
+/// Comparison operator of a condition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "each is the comparison of its name")]
 pub enum Comparison {
@@ -32,8 +34,8 @@ pub enum Comparison {
 }
 
 impl Comparison {
-    /// Whether the comparison of two numbers is true.
-    pub(crate) fn is_true_of(self, left: f64, right: f64) -> bool {
+    /// Whether the comparison holds for two numbers.
+    pub(crate) fn holds_for(self, left: f64, right: f64) -> bool {
         match self {
             Comparison::Less => left < right,
             Comparison::LessOrEqual => left <= right,
@@ -43,7 +45,9 @@ impl Comparison {
     }
 }
 
-/// A number, a name or an operation. Children are indices into [`Tree::nodes`], below their parent's.
+/// A number, a name or an operation.
+///
+/// Children are indices into [`Tree::nodes`], smaller than that of their parent.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "each is the operation of its name on the nodes it lists")]
 pub enum Kind {
@@ -61,7 +65,7 @@ pub enum Kind {
     Slope { output: usize },
 }
 
-/// An operation and the bytes of the text that it was read from.
+/// An operation and the bytes of the text it was parsed from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TreeNode {
     /// The operation.
@@ -70,22 +74,22 @@ pub struct TreeNode {
     pub span: Range<usize>,
 }
 
-/// An expression whose names are resolved and whose functions have the arguments they need.
+/// An expression whose names are resolved and whose functions have the right number of arguments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tree {
-    /// Text that it was read from.
+    /// Text it was parsed from.
     pub text: String,
     /// Nodes; the last is the whole expression.
     pub nodes: Vec<TreeNode>,
 }
 
 impl Tree {
-    /// A tree of one number.
+    /// A tree of a single number.
     pub fn number(value: f64) -> Tree {
         Tree { text: format!("{value}"), nodes: vec![TreeNode { kind: Kind::Number(value), span: 0..0 }] }
     }
 
-    /// Index of the node that is the whole expression.
+    /// Index of the root node.
     pub fn root(&self) -> usize {
         self.nodes.len().saturating_sub(1)
     }
@@ -95,7 +99,7 @@ impl Tree {
         self.nodes.get(node).and_then(|n| self.text.get(n.span.clone())).unwrap_or("")
     }
 
-    /// Every name that the expression uses.
+    /// Every quantity that the expression uses, repeated as often as it is used.
     pub fn symbols(&self) -> impl Iterator<Item = Symbol> + '_ {
         self.nodes.iter().filter_map(|n| match n.kind {
             Kind::Symbol(symbol) => Some(symbol),

@@ -1,8 +1,12 @@
-//! Contract: behind the loop's trait a written system gives the values and derivatives of its equations, the same bytes for
-//! a window whatever is simulated with it and whether or not its record was prepared; laws of the library and tables are
-//! added with exact derivatives; and a model with what was found is written so that it reads back. The pendulum is checked
-//! against the same equations in Rust under the adaptive engine of `ode`; the cart-pole has two pairs and an input, the mass
-//! with its stop an event.
+//! Contract: the system interface of calibration and discovery returns the values and derivatives of the
+//! equations.
+//!
+//! A window's result is bit-identical whatever is simulated with it, and whether or not its record was
+//! prepared. Effects of the library and tables are added with exact derivatives. A model with found effects
+//! is written so that it reads back the same.
+//!
+//! The pendulum is compared with the same equations in Rust under the adaptive integrator of `ode`; the
+//! cart-pole has two pairs of position and speed and an input, and the mass with its stop an event.
 
 use augsim_physics::Scalar;
 use augsim_physics::model::Parameter;
@@ -28,9 +32,9 @@ fn system(name: &str, substeps: usize) -> WrittenSystem {
 /// A record with an input that swings on its own, finer clock.
 fn record(system: &dyn System) -> Record {
     let clock: Vec<f64> = (0..400).map(|k| 0.005 * f64::from(k)).collect();
-    let swing = |k: usize| -> Vec<f64> { clock.iter().map(|t| ((2 + k) as f64 * 3.0 * t).sin()).collect() };
+    let sine = |k: usize| -> Vec<f64> { clock.iter().map(|t| ((2 + k) as f64 * 3.0 * t).sin()).collect() };
     let inputs = (0..system.schema().inputs.len())
-        .map(|k| Stream { times: clock.clone(), values: vec![swing(k)] })
+        .map(|k| Stream { times: clock.clone(), values: vec![sine(k)] })
         .collect();
     let times: Vec<f64> = (0..190).map(|k| 0.01 * f64::from(k)).collect();
     let values = system.schema().channels.iter().map(|_| times.iter().map(|t| 0.3 * t.cos()).collect());
@@ -38,7 +42,7 @@ fn record(system: &dyn System) -> Record {
 }
 
 #[test]
-fn another_experiment_can_vary_inputs_and_starts() {
+fn conditions_are_the_inputs_and_the_starts() {
     let conditions = |name| system(name, 8).schema().conditions.clone();
     assert_eq!(conditions("pendulum"), ["starts"]);
     assert_eq!(conditions("cart-pole").last().map(String::as_str), Some("starts"));
@@ -58,7 +62,7 @@ fn bytes(out: &Simulated) -> Vec<u64> {
         .collect()
 }
 
-/// The pendulum of the example in Rust.
+/// The equations of the example `pendulum`, in Rust.
 #[derive(Debug)]
 struct Pendulum(Schema, Vec<Parameter>);
 
@@ -80,11 +84,11 @@ impl Equations for Pendulum {
 }
 
 #[test]
-fn values_and_derivatives_are_those_of_the_same_equations_in_rust() {
+fn values_and_derivatives_equal_those_of_the_equations_in_rust() {
     let written = system("pendulum", 8);
     let record = record(&written);
     let reference = Ode::new(Pendulum(written.schema().clone(), written.parameters().to_vec()));
-    // Gravity is frozen: a derivative by it is there when it is asked for.
+    // Gravity is frozen, but its derivative is available on request.
     let seeds = [Seed::Parameter(0), Seed::Parameter(1), Seed::Parameter(2), Seed::Start(0), Seed::Start(1)];
     let task = Task {
         parameters: &[9.81, 0.2, 0.1],
@@ -104,7 +108,7 @@ fn values_and_derivatives_are_those_of_the_same_equations_in_rust() {
 }
 
 #[test]
-fn a_window_has_the_same_bytes_in_any_company() {
+fn a_window_is_bit_identical_whatever_is_simulated_with_it() {
     for name in ["cart-pole", "mass-spring-stop"] {
         let system = system(name, 2);
         let plain = record(&system);
@@ -136,17 +140,13 @@ fn a_window_has_the_same_bytes_in_any_company() {
             let alone = bytes(&run(&system, &tasks[i]));
             assert_eq!(alone, bytes(&out[i]), "{name} {i}: in a list");
             assert_eq!(alone, bytes(&back[36 - i]), "{name} {i}: in a reversed list");
-            assert_eq!(
-                alone,
-                bytes(&run(&system, &task(i, &plain))),
-                "{name} {i}: of a record as it was read"
-            );
+            assert_eq!(alone, bytes(&run(&system, &task(i, &plain))), "{name} {i}: of an unprepared record");
         }
     }
 }
 
 #[test]
-fn a_task_that_fails_concerns_no_other() {
+fn a_failed_task_does_not_affect_the_others() {
     let system = system("pendulum", 2);
     let record = record(&system);
     let task = |start, window| Task {
@@ -166,13 +166,13 @@ fn a_task_that_fails_concerns_no_other() {
     ];
     let mut out = vec![Simulated::default(); 4];
     let done = system.simulate_all(&tasks, &mut out);
-    let told: Vec<bool> = done.iter().map(Result::is_ok).collect();
-    assert_eq!(told, [true, false, false, false, false], "{done:?}");
+    let succeeded: Vec<bool> = done.iter().map(Result::is_ok).collect();
+    assert_eq!(succeeded, [true, false, false, false, false], "{done:?}");
     assert_eq!(bytes(&out[0]), bytes(&run(&system, &tasks[0])));
 }
 
 #[test]
-fn laws_that_are_added_have_exact_derivatives() {
+fn added_effects_have_exact_derivatives() {
     let system = system("cart-pole", 4);
     let record = record(&system);
     let library = system.library();
@@ -184,7 +184,8 @@ fn laws_that_are_added_have_exact_derivatives() {
         Law::Effect(index("presliding on omega_rad_s")),
         Law::Table(table),
     ];
-    let augmented = system.augmented(&laws[..2]).expect("two laws").augmented(&laws[2..]).expect("one more");
+    let augmented =
+        system.augmented(&laws[..2]).expect("two effects").augmented(&laws[2..]).expect("one more");
     assert_eq!((augmented.declared(), augmented.laws()), (system.parameters().len(), &laws[..]));
     let first = augmented.declared();
     let mut values: Vec<f64> = augmented.parameters().iter().map(|p| p.nominal).collect();
@@ -206,7 +207,7 @@ fn laws_that_are_added_have_exact_derivatives() {
         let (up, down) = (moved(h), moved(-h));
         let slope = |k: usize, c: usize| exact.slopes(k, c)[lane];
         let scale = (0..120).flat_map(|k| [slope(k, 0), slope(k, 1)]).fold(0.0, |s: f64, x| s.max(x.abs()));
-        assert!(scale > 1e-6, "parameter {lane} does nothing");
+        assert!(scale > 1e-6, "parameter {lane} has no effect");
         for k in 0..120 {
             for c in 0..2 {
                 let difference = (up.value(k, c) - down.value(k, c)) / (2.0 * h);
@@ -217,7 +218,7 @@ fn laws_that_are_added_have_exact_derivatives() {
 }
 
 #[test]
-fn what_was_found_is_written_and_read_back() {
+fn found_effects_are_written_and_read_back() {
     let declared = model("pendulum");
     let measured = MeasuredModel::new(
         declared.clone(),
@@ -244,7 +245,7 @@ fn what_was_found_is_written_and_read_back() {
     assert_eq!(kinds, ["quadratic-damping", "table"]);
     let added: Vec<f64> = again.parameters[3..].iter().map(|p| p.nominal).collect();
     assert_eq!(added, [0.3, 0.1, 0.2, 0.3]);
-    // A fit's bound may differ from the file's by rounding.
+    // A fitted value may exceed the bound of the file by rounding.
     let beyond = Augmentation { declared: vec![(1, one(declared.parameters[1].max.next_up()))], ..found };
     let text = measured.augmented(&beyond).expect("a text");
     let again = model::parse(&text, "augmented.toml").unwrap_or_else(|e| panic!("{e}\n{text}"));
@@ -253,12 +254,12 @@ fn what_was_found_is_written_and_read_back() {
         measured.open(&|column| column != "angle_rad").expect_err("a column is missing").to_string();
     assert_eq!(
         refused,
-        "the data have no column `angle_rad`, an output of the model; rename one, or take it out of the model"
+        "the data have no column `angle_rad`, which is an output of the model; rename the data column, or remove it from the model"
     );
 }
 
 #[test]
-fn a_parameter_that_is_held_is_written_so() {
+fn a_frozen_parameter_is_written_as_frozen() {
     let text = "scenario = \"system\"\n[inputs]\npush = { hold = \"zero\", delay_s = 0.1 }\n[states]\nx = { start = \"y\" }\n\
                 [parameters]\nrate = 0.3 # of decay\ngain = { nominal = 2.0, min = 0.0, max = 9.0 } # of the push\n\
                 [rates]\nx = \"gain * push - rate * x\"\n[outputs]\ny = { value = \"x\" }\n";
@@ -275,7 +276,7 @@ fn a_parameter_that_is_held_is_written_so() {
 }
 
 #[test]
-fn steps_suit_a_record_that_begins_at_rest() {
+fn chosen_steps_do_not_depend_on_an_initial_rest() {
     let steps = |at_rest: i32| {
         let declared = system("servo", 1);
         let times: Vec<f64> = (0..at_rest + 300).map(|k| 0.05 * f64::from(k)).collect();
@@ -288,12 +289,12 @@ fn steps_suit_a_record_that_begins_at_rest() {
         declared.prepare(&mut record, &[]).expect("a record");
         declared.tuned(&[record]).expect("steps are found").options().substeps
     };
-    assert!(steps(0) > 1, "the motor is faster than the samples");
+    assert!(steps(0) > 1, "the motor is faster than the sampling");
     assert_eq!(steps(600), steps(0));
 }
 
 #[test]
-fn a_tuned_system_and_its_measured_model_are_one() {
+fn a_measured_model_opens_the_tuned_system() {
     let declared = system("servo", 4);
     let mut record = record(&declared);
     let [clock, driven] = [record.inputs[0].times.clone(), record.inputs[0].values[0].clone()];
@@ -317,7 +318,7 @@ fn a_tuned_system_and_its_measured_model_are_one() {
     let coulomb = opened.library().iter().position(|e| e.kind == "coulomb").expect("in the library");
     let typical = opened.library()[coulomb].parameters[0].typical;
     assert!(typical > 0.0 && typical != 1.0, "sizes are those of the record: {typical}");
-    assert_eq!(opened.null_points(coulomb).len(), 3, "widths stand on a grid");
+    assert_eq!(opened.null_points(coulomb).len(), 3, "widths have a grid");
 }
 
 /// Channels of a run of the whole record from this start, `[sample][channel]`, at nominal values.
@@ -334,14 +335,14 @@ fn channels(system: &WrittenSystem, record: &Record, start: &[f64]) -> Vec<f64> 
 }
 
 #[test]
-fn noise_of_the_motion_is_read_and_written_back() {
+fn process_noise_is_read_and_written_back() {
     let text = example("pendulum").expect("an example");
     let (plain, with) = (
         "start = \"slope(angle_rad)\"",
         "start = \"slope(angle_rad)\", shaken = { sd = 0.5, memory_s = 0.02 }",
     );
     let mut shaken = model::parse(&text.replace(plain, with), "test.toml").unwrap_or_else(|e| panic!("{e}"));
-    let there = shaken.states[1].shaken.expect("it was declared");
+    let there = shaken.states[1].shaken.expect("process noise is declared");
     assert_eq!((there.sd, there.memory_s, shaken.states[0].shaken), (0.5, 0.02, None));
     assert_eq!(shaken.to_toml().expect("a text"), text.replace(plain, with), "nothing changed");
     shaken.states[1].shaken = None;
@@ -355,7 +356,7 @@ fn noise_of_the_motion_is_read_and_written_back() {
 }
 
 #[test]
-fn a_push_is_added_to_the_rate_of_its_state() {
+fn process_noise_is_added_to_the_rate_of_its_state() {
     let options = Options { method: Method::RungeKutta, substeps: 4 };
     let mut pendulum = model("pendulum");
     pendulum.states[1].shaken = Some(model::Shaken { sd: 0.5, memory_s: 0.0 });
@@ -366,7 +367,7 @@ fn a_push_is_added_to_the_rate_of_its_state() {
     let push: Vec<f64> = (0..record.times.len()).map(|k| if k < half { 0.7 } else { -1.1 }).collect();
     record.inputs = [Stream { times: record.times.clone(), values: vec![push] }].into();
     let found = channels(&pushed, &record, &[0.4, 0.1]);
-    // The same push as a part of the equation, over the half of the record over which it is constant.
+    // The same noise as a constant in the equation, valid for the first half of the record.
     let text =
         example("pendulum").expect("an example").replace("omega_rad_s = \"-", "omega_rad_s = \"0.7 - ");
     let constant = model::parse(&text, "test.toml").unwrap_or_else(|e| panic!("{e}"));
@@ -383,7 +384,7 @@ fn a_push_is_added_to_the_rate_of_its_state() {
 }
 
 #[test]
-fn states_are_shown_behind_the_outputs() {
+fn states_are_channels_after_the_outputs() {
     let cart = system("cart-pole", 4);
     let record = record(&cart);
     let start = [0.1, 0.2, 0.3, -0.4];

@@ -1,6 +1,8 @@
-//! Contract: compiled rates and their Jacobians are those of the expressions. The oracle walks the tree with dual
-//! numbers of its own, knows nothing of folding, sharing or fused products, and takes its functions from the standard
-//! library; both agree to 1e-12. Differences of the oracle's values check the oracle itself, to 1e-6.
+//! Contract: compiled rates and their Jacobians agree with those of the expressions to 1e-12.
+//!
+//! The oracle evaluates the tree with its own dual numbers. It has no folding, sharing or fused products, and
+//! takes its functions from the standard library. Central differences of the oracle's values check the oracle
+//! itself, to 1e-6.
 
 use augsim_written::System;
 use augsim_written::engine::Point;
@@ -8,7 +10,7 @@ use augsim_written::model::{self, Model};
 use augsim_written::text::{Comparison, Function, Kind, Symbol, Tree};
 use proptest::prelude::*;
 
-/// States x, y; parameters p, q; input u; time. Six derivatives: x, y, p, q, then none for u and t.
+/// Number of derivatives: with respect to the states x, y and the parameters p, q; none for input u and time.
 const VARIABLES: usize = 4;
 
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +20,7 @@ impl Dual {
     fn of(value: f64) -> Dual {
         Dual(value, [0.0; VARIABLES])
     }
-    /// A function of two duals by its value and its two slopes.
+    /// Value of a function of two duals, with its partial derivatives `a` and `b`.
     fn join(self, other: Dual, value: f64, a: f64, b: f64) -> Dual {
         let part = |slope: f64, d: f64| if d == 0.0 { 0.0 } else { slope * d };
         Dual(value, std::array::from_fn(|i| part(a, self.1[i]) + part(b, other.1[i])))
@@ -44,8 +46,11 @@ fn operands(kind: &Kind) -> Vec<usize> {
     }
 }
 
-/// Value and derivatives of a tree. A division by exactly 0, a negative power of it and a direction on the cut of atan2 are no
-/// number, and so is all that is made of them: the compiler may fold a part of them (0/0 to 0), and the sign of a zero may turn.
+/// Value and derivatives of an expression.
+///
+/// A division by exactly 0, a negative power of 0, and `atan2` on its cut are NaN, and so is everything
+/// computed from them: the compiler may fold a part of such an expression (0/0 to 0), and the sign of a zero
+/// may differ.
 fn oracle(model: &Model, tree: &Tree, at: &Point<'_>) -> Dual {
     let mut values: Vec<Dual> = Vec::new();
     for node in &tree.nodes {
@@ -136,7 +141,7 @@ fn oracle(model: &Model, tree: &Tree, at: &Point<'_>) -> Dual {
                         let inside = if y < above.0 { b } else { above };
                         a.join(inside, x - inside.0, 1.0, -1.0)
                     }
-                    // Smoothed with width 0.01, which is what the compiler takes without a width in the file.
+                    // Smoothed with width 0.01, the default of the compiler.
                     Function::Sign => smooth(a),
                     Function::Step => {
                         let s = smooth(a);
@@ -183,7 +188,7 @@ fn model_of(expression: &str) -> Model {
     model::parse(&text, "random.toml").unwrap_or_else(|e| panic!("{e}\n{expression}"))
 }
 
-/// Whether `a` and `b` agree to `tolerance` of the size that the computation passed through.
+/// Whether `a` and `b` agree within `tolerance`, relative to their size plus 1.
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
     a == b || (a - b).abs() <= tolerance * (1.0 + a.abs().max(b.abs())) || !a.is_finite() && !b.is_finite()
 }
@@ -202,13 +207,13 @@ fn check(expression: &str, [x, y, p, q, u, t]: [f64; 6], tolerance: f64) -> Resu
             found.by_parameter[2 * i],
             found.by_parameter[2 * i + 1],
         ];
-        // Cancellation between large intermediate values is the expression's, not the compiler's: cases where it could
-        // show are those with large derivatives, and the tolerance is relative to them.
+        // Cancellation between large intermediate values is due to the expression, not to the compiler. It
+        // occurs where derivatives are large, so that the tolerance is relative to these.
         let size = 1.0 + d.iter().map(|d| d.abs()).fold(0.0, f64::max);
         if !close(found.rates[i], expected.0, tolerance * size) && expected.0.is_finite() {
             return Err(format!("{expression} = {} not {}", found.rates[i], expected.0));
         }
-        // Where the value itself is infinite, 1/0, there is no derivative to agree on.
+        // Where the value itself is infinite (1/0), there is no derivative to compare.
         for k in (0..VARIABLES).filter(|_| expected.0.is_finite()) {
             if d[k].is_finite() && size < 1e6 && !close(ours[k], d[k], tolerance * size) {
                 return Err(format!("{expression}: derivative {k} is {} not {}", ours[k], d[k]));
@@ -219,7 +224,7 @@ fn check(expression: &str, [x, y, p, q, u, t]: [f64; 6], tolerance: f64) -> Resu
 }
 
 #[test]
-fn every_function_has_its_derivative() {
+fn every_function_has_an_exact_derivative() {
     for expression in [
         "sin(x*p)",
         "cos(x*q)",
@@ -331,11 +336,12 @@ fn expression() -> impl Strategy<Value = String> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
-    fn random_expressions_keep_values_and_derivatives(
+    fn random_expressions_have_exact_values_and_derivatives(
         text in expression(),
         point in prop::array::uniform6(0.1..1.5_f64),
     ) {
-        // 1e-9: random nests cancel, where fused products differ from separate ones by more than the last place.
+        // 1e-9, because random expressions cancel, and fused products then differ from separate ones by more
+        // than the last bit.
         check(&text, point, 1e-9).map_err(TestCaseError::fail)?;
     }
 }

@@ -1,7 +1,10 @@
-//! Contract: an effect in a model file, from the library, from the user's candidates or a formula of its own, acts where it
-//! says, with exact derivatives through the engine; at its null it changes nothing; and a file written back is read as the
-//! same model with the user's comments in place. Scenes are the examples, because their equations have a pair, flows,
-//! inputs, events and walls between them. Derivatives stand against central differences of the same engine.
+//! Contract: an effect of a model file changes the equations as it says, with exact derivatives, and nothing
+//! at its null.
+//!
+//! This holds for effects of the library, for candidates of the file, and for formulas. A file that is
+//! written back reads as the same model, and keeps the user's comments. The examples serve as models, because
+//! together they have a pair of position and speed, flows, inputs, events and bounds. Derivatives are
+//! compared with central differences of the same engine.
 
 use augsim_written::engine::{Method, Options, Point, Record, Seed, Signal, Window};
 use augsim_written::library::{Scales, candidates, generic};
@@ -28,18 +31,18 @@ fn with(name: &str, blocks: &str) -> Model {
 
 const OPTIONS: Options = Options { method: Method::RungeKutta, substeps: 4 };
 
-/// A record of inputs that swing, and a start in the middle of things.
+/// A record of inputs that sine, and a start in the middle of things.
 fn scene(model: &Model) -> (Record, Vec<f64>) {
     let times: Vec<f64> = (0..60).map(|k| 0.02 * f64::from(k)).collect();
-    let swing = |k: usize| -> Vec<f64> { times.iter().map(|t| 1.0 + ((3 + k) as f64 * t).sin()).collect() };
-    let signal = |k: usize| Signal::new(&times, &swing(k), model.inputs[k].hold.unwrap_or(Hold::Linear));
+    let sine = |k: usize| -> Vec<f64> { times.iter().map(|t| 1.0 + ((3 + k) as f64 * t).sin()).collect() };
+    let signal = |k: usize| Signal::new(&times, &sine(k), model.inputs[k].hold.unwrap_or(Hold::Linear));
     let inputs = (0..model.inputs.len()).map(signal).collect();
     let start = (0..model.states.len()).map(|i| 0.3 + 0.1 * i as f64).collect();
     (Record::new("scene", times, inputs).expect("rising times"), start)
 }
 
 #[test]
-fn a_formula_changes_the_rate_that_it_names() {
+fn a_formula_changes_the_rate_it_is_on() {
     let formula = |how: &str| {
         let block = format!(
             "[[effect]]\nkind = \"formula\"\non = \"omega_rad_s\"\n{how} = \"c * sin(theta_rad) + s\"\n\
@@ -55,7 +58,7 @@ fn a_formula_changes_the_rate_that_it_names() {
 }
 
 #[test]
-fn an_effect_of_the_library_is_bound_to_the_pair_of_its_equation() {
+fn an_effect_of_the_library_uses_the_position_and_speed_of_its_equation() {
     let block = "[[effect]]\nkind = \"coulomb\"\non = \"v_m_s\"\nf = 2.0\nw = 0.1\n";
     let state = [0.1, 0.2, 0.3, 0.4];
     let [plain, changed] = ["", block].map(|b| rates(&with("cart-pole", b), &state, &[0.5]));
@@ -64,7 +67,7 @@ fn an_effect_of_the_library_is_bound_to_the_pair_of_its_equation() {
 }
 
 #[test]
-fn every_candidate_of_every_example_vanishes_at_its_null() {
+fn every_candidate_of_every_example_has_no_effect_at_its_null() {
     for (name, text) in EXAMPLES {
         let model = parsed(text);
         let (record, start) = scene(&model);
@@ -72,7 +75,7 @@ fn every_candidate_of_every_example_vanishes_at_its_null() {
         let parameters = model.nominals();
         let window = Window { record: &record, first: 0, last: 59, start: &start, parameters: &parameters };
         let plain =
-            system.simulate(std::slice::from_ref(&window), &[], &OPTIONS).remove(0).expect("it moves");
+            system.simulate(std::slice::from_ref(&window), &[], &OPTIONS).remove(0).expect("a simulation");
         let scales = Scales::of(&system, &[window], &OPTIONS);
         let all = candidates(&model).unwrap_or_else(|e| panic!("{e}"));
         assert!(all.len() > 15, "{name} has {} candidates", all.len());
@@ -97,7 +100,7 @@ fn every_candidate_of_every_example_vanishes_at_its_null() {
 }
 
 #[test]
-fn derivatives_through_every_kind_are_those_of_differences() {
+fn derivatives_with_every_kind_agree_with_central_differences() {
     let mut kinds: Vec<String> = Vec::new();
     for name in ["cart-pole", "tanks", "servo"] {
         let model = parsed(example(name).expect("an example"));
@@ -106,7 +109,7 @@ fn derivatives_through_every_kind_are_those_of_differences() {
         let window = Window { record: &record, first: 0, last: 59, start: &start, parameters: &parameters };
         let scales = Scales::of(&compiled(&model), &[window], &OPTIONS);
         for mut candidate in candidates(&model).expect("candidates") {
-            // One place of each kind is enough: places differ in names alone.
+            // One place per kind is enough, because places differ only in their names.
             if kinds.contains(&candidate.kind) {
                 continue;
             }
@@ -139,7 +142,7 @@ fn derivatives_through_every_kind_are_those_of_differences() {
                     parameters[first + k] += by;
                     run(&parameters, &[]).values
                 };
-                // Two central differences, so that the error is of order h^4: narrow widths bend much.
+                // Two central differences combined have an error of order h^4, which narrow widths need.
                 let [up, down, near_up, near_down] = [h, -h, 0.5 * h, -0.5 * h].map(moved);
                 let difference = |i: usize| {
                     let (wide, near) = ((up[i] - down[i]) / (2.0 * h), (near_up[i] - near_down[i]) / h);
@@ -156,11 +159,11 @@ fn derivatives_through_every_kind_are_those_of_differences() {
     let all = generic().expect("the library");
     let missing: Vec<&str> =
         all.iter().map(|r| r.kind.as_str()).filter(|k| !kinds.iter().any(|kind| kind == k)).collect();
-    assert_eq!(missing, ["reset-law"], "only the kinds of events are left out here");
+    assert_eq!(missing, ["reset-law"], "only effects on events are not covered here");
 }
 
 #[test]
-fn a_file_written_back_is_the_same_model_with_its_comments() {
+fn a_file_that_is_written_back_keeps_model_and_comments() {
     let blocks = r#"
 [[effect]]
 kind = "quadratic-damping"
@@ -210,7 +213,7 @@ values = [0.0, 0.1, 0.0]
 }
 
 #[test]
-fn a_kind_that_contains_a_simpler_one_names_that_of_its_own_place() {
+fn a_kind_that_contains_a_simpler_one_names_that_of_the_same_place() {
     let simpler = |example: &str, name: &str| {
         let all = candidates(&with(example, "")).expect("candidates");
         let found = all.into_iter().find(|c| c.name == name);
@@ -226,7 +229,7 @@ fn a_kind_that_contains_a_simpler_one_names_that_of_its_own_place() {
 }
 
 #[test]
-fn a_candidate_of_the_users_own_is_tried_first() {
+fn candidates_of_the_file_are_listed_before_the_library() {
     let block = "[[candidate]]\nkind = \"soft-spring\"\non = \"omega_rad_s\"\nadd = \"-a * theta_rad * exp(-(theta_rad / w)^2)\"\n\
                  a = { min = 0.0, typical = 2.0 }\nw_rad = { grid = [0.1, 0.3] }\nstands_for = \"gravity\"\n";
     let model = with("pendulum", block);
@@ -239,23 +242,23 @@ fn a_candidate_of_the_users_own_is_tried_first() {
 }
 
 #[test]
-fn mistakes_in_blocks_name_their_line_and_what_is_possible() {
+fn errors_in_blocks_name_their_line_and_the_alternatives() {
     let error = |blocks: &str| {
         let text = format!("{}\n{blocks}", example("pendulum").expect("an example"));
         model::parse(&text, "pendulum.toml").expect_err("a mistake").to_string()
     };
     assert_eq!(
         error("[[effect]]\nkind = \"colomb\"\non = \"omega_rad_s\"\n"),
-        "pendulum.toml:27: effect.colomb: no effect is called `colomb`; did you mean `coulomb`?; \
-         `augsim effects --for MODEL.toml` lists them, and \"formula\" takes one of your own"
+        "pendulum.toml:27: effect.colomb: no effect is called `colomb`; did you mean `coulomb`? \
+         (`augsim effects --for MODEL.toml` lists all effects; kind \"formula\" takes an expression of your own)"
     );
     assert_eq!(
         error("[[effect]]\nkind = \"coulomb\"\non = \"theta_rad\"\nf = 1.0\nw = 1.0\n"),
-        "pendulum.toml:29: effect.coulomb.on: `coulomb` cannot be on `theta_rad`; it can be on `omega_rad_s`"
+        "pendulum.toml:29: effect.coulomb.on: `coulomb` cannot act on `theta_rad`; it can act on `omega_rad_s`"
     );
     assert_eq!(
         error("[[effect]]\nkind = \"coulomb\"\non = \"omega_rad_s\"\nf = 1.0\n"),
-        "pendulum.toml:27: effect.coulomb: lacks `w`, a parameter of coulomb; add w = { nominal = 1.0 }"
+        "pendulum.toml:27: effect.coulomb: the parameter `w` of coulomb is missing; add w = { nominal = 1.0 }"
     );
     let formula = "[[effect]]\nkind = \"formula\"\non = \"omega_rad_s\"\nadd = \"c * thta_rad\"\nc = 1.0\n";
     let found = error(formula);
@@ -265,7 +268,7 @@ fn mistakes_in_blocks_name_their_line_and_what_is_possible() {
     );
     let unused =
         error("[[effect]]\nkind = \"formula\"\non = \"omega_rad_s\"\nadd = \"c\"\nc = 1.0\nd = 2.0\n");
-    assert!(unused.contains("effect.formula.d: used nowhere"), "{unused}");
+    assert!(unused.contains("effect.formula.d: the parameter is not used anywhere"), "{unused}");
     let place = error("[[candidate]]\nkind = \"mine\"\non = \"omega\"\nadd = \"c\"\nc = {}\n");
-    assert!(place.contains("`omega` is neither a rate, an input, an output nor a parameter"), "{place}");
+    assert!(place.contains("`omega` is not a rate, an input, an output or a parameter"), "{place}");
 }

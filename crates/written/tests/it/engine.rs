@@ -1,7 +1,9 @@
-//! Contract: a window's outputs and their derivatives are those of the equations, through events, rests, walls, delays
-//! and stiff rates, and do not depend on what else is simulated. Scenes have closed forms where one exists (bouncing
-//! ball, decay, oscillator); elsewhere derivatives stand against central differences of the same engine and values
-//! against the adaptive reference.
+//! Contract: outputs and derivatives of a window are those of the equations, and do not depend on what else
+//! is simulated.
+//!
+//! This holds through events, rests, state bounds, delays and stiff rates. Where closed-form solutions exist
+//! (bouncing ball, decay, oscillator) they are the reference; elsewhere derivatives are compared with central
+//! differences of the same engine, and values with the adaptive reference integrator.
 
 use augsim_written::engine::{Method, Options, Record, Seed, Signal, Simulated, SimulationError, Window};
 use augsim_written::model::{self, Hold};
@@ -42,8 +44,8 @@ fn whole(
     system.simulate(&[window], seeds, options).pop().expect("one window, one result")
 }
 
-/// Largest difference between the engine's derivatives and central differences of its values, relative to the size of
-/// each derivative's column.
+/// Largest difference between the engine's derivatives and central differences of its values, relative to the
+/// size of each derivative's column.
 fn derivative_error(system: &System, record: &Record, start: &[f64], options: &Options) -> f64 {
     let parameters = system.model().nominals();
     let seeds = all_seeds(system);
@@ -94,8 +96,8 @@ set = { velocity_m_s = "-restitution * velocity_m_s" }
 rest = { below_m_s = 1e-4, hold = ["height_m"] }
 "#;
 
-/// Height of a ball dropped from `drop` after `t`, with its derivatives by gravity, restitution and drop: arcs begin
-/// at times t1 (1 + 2e + 2e^2 + …), t1 = sqrt(2 drop / g), with speed e^k g t1.
+/// Height of a ball dropped from `drop` after `t`, with its derivatives by gravity, restitution and drop:
+/// arcs begin at times t1 (1 + 2e + 2e^2 + …), t1 = sqrt(2 drop / g), with speed e^k g t1.
 fn bounced(t: f64, [g, e, drop]: [f64; 3]) -> (f64, [f64; 3], usize) {
     let first = (2.0 * drop / g).sqrt();
     let first_by = [-0.5 * first / g, 0.0, 0.5 * first / drop];
@@ -129,7 +131,7 @@ fn bounced(t: f64, [g, e, drop]: [f64; 3]) -> (f64, [f64; 3], usize) {
 }
 
 #[test]
-fn a_ball_keeps_its_sensitivities_through_ten_bounces() {
+fn sensitivities_are_exact_through_ten_bounces() {
     let system = compiled(BALL);
     // 3.76 s is behind the tenth bounce and before the eleventh.
     let record = record(times(95, 0.04), vec![]);
@@ -137,7 +139,7 @@ fn a_ball_keeps_its_sensitivities_through_ten_bounces() {
     let found =
         whole(&system, &record, (&[1.0, 0.0], &[9.81, 0.8]), &seeds, &steps(1)).expect("a simulation");
     assert!(found.events.len() >= 10, "{} bounces", found.events.len());
-    assert!(found.events.iter().all(|e| !e.grazing && !e.rests));
+    assert!(found.events.iter().all(|e| !e.is_grazing && !e.begins_rest));
     for (i, t) in record.times().iter().enumerate() {
         let (height, by, bounces) = bounced(*t, [9.81, 0.8, 1.0]);
         if bounces > 10 {
@@ -152,20 +154,20 @@ fn a_ball_keeps_its_sensitivities_through_ten_bounces() {
 }
 
 #[test]
-fn endless_bounces_end_in_rest() {
+fn a_zeno_sequence_of_bounces_ends_in_rest() {
     let system = compiled(BALL);
     let record = record(times(300, 0.02), vec![]);
     let found =
         whole(&system, &record, (&[1.0, 0.0], &[9.81, 0.8]), &[Seed::Start(0)], &steps(1)).expect("rest");
-    assert!(found.events.last().is_some_and(|e| e.rests), "{:?}", found.events.last());
+    assert!(found.events.last().is_some_and(|e| e.begins_rest), "{:?}", found.events.last());
     // The sum of all bounces ends at t1 (1 + e) / (1 - e) = 4.06 s.
     assert!((found.events.last().expect("an event").time - 4.06).abs() < 0.01);
     assert!(found.values[220..].iter().all(|z| z.abs() < 1e-6));
     assert_eq!(found.slopes[299], 0.0);
-    let endless = BALL.replace("rest = { below_m_s = 1e-4, hold = [\"height_m\"] }", "");
-    let error = whole(&compiled(&endless), &record, (&[1.0, 0.0], &[9.81, 0.8]), &[], &steps(1)).err();
-    let error = error.expect("bounces without end").to_string();
-    assert!(error.contains("events.floor fires ever faster without end; give it a `rest`"), "{error}");
+    let without_rest = BALL.replace("rest = { below_m_s = 1e-4, hold = [\"height_m\"] }", "");
+    let error = whole(&compiled(&without_rest), &record, (&[1.0, 0.0], &[9.81, 0.8]), &[], &steps(1)).err();
+    let error = error.expect("an unlimited number of bounces").to_string();
+    assert!(error.contains("events.floor fires faster and faster without end"), "{error}");
 }
 
 #[test]
@@ -188,7 +190,8 @@ fn runge_kutta_has_order_four() {
     assert!((slope - 4.0).abs() < 0.15, "order {slope}");
 }
 
-/// Windows of different starts and parameters over one record of the mass with a stop, of which many strike it.
+/// Windows of different starts and parameters over one record of the mass with a stop, of which many strike
+/// it.
 fn scene() -> (System, Record, Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let system = compiled(example("mass-spring-stop").expect("the example"));
     let t = times(60, 0.02);
@@ -212,7 +215,7 @@ fn bits(results: &[Result<Simulated, SimulationError>]) -> Vec<Vec<u64>> {
 }
 
 #[test]
-fn a_window_does_not_see_the_others_nor_the_threads() {
+fn a_window_is_independent_of_other_windows_and_threads() {
     let (system, record, starts, parameters) = scene();
     let window = |i: usize| Window {
         record: &record,
@@ -237,7 +240,7 @@ fn a_window_does_not_see_the_others_nor_the_threads() {
     let expected_values = values(&system.simulate(&all, &seeds, &steps(2)));
     for threads in [1, 2, 7] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        // Without sensitivities blocks have other widths.
+        // Blocks without sensitivities have other numbers of lanes.
         assert!(
             pool.install(|| values(&system.simulate(&all, &[], &steps(2)))) == expected_values,
             "values, {threads} threads"
@@ -247,9 +250,9 @@ fn a_window_does_not_see_the_others_nor_the_threads() {
             "{threads} threads"
         );
     }
-    let mut turned = all.clone();
-    turned.reverse();
-    let mut back = bits(&system.simulate(&turned, &seeds, &steps(2)));
+    let mut reversed = all.clone();
+    reversed.reverse();
+    let mut back = bits(&system.simulate(&reversed, &seeds, &steps(2)));
     back.reverse();
     assert!(back == expected, "order of the windows");
     for i in [0, 17, 399] {
@@ -279,7 +282,7 @@ fn sensitivities_through_impacts_agree_with_differences() {
 }
 
 #[test]
-fn sensitivities_at_walls_agree_with_differences() {
+fn sensitivities_at_state_bounds_agree_with_differences() {
     let text = example("tanks").expect("the example").replace("min = 0.0 }", "min = 0.0, max = 6.0 }");
     let system = compiled(&text);
     let t = times(120, 4.0);
@@ -289,7 +292,7 @@ fn sensitivities_at_walls_agree_with_differences() {
     let start = [4.0, 3.0];
     let parameters = system.model().nominals();
     let found = whole(&system, &record, (&start, &parameters), &[], &steps(4)).expect("a simulation");
-    assert!(found.values.contains(&6.0), "the lower tank reaches its wall");
+    assert!(found.values.contains(&6.0), "the lower tank reaches its upper bound");
     assert!(found.values.iter().all(|level| (0.0..=6.0).contains(level)));
     let error = derivative_error(&system, &record, &start, &steps(4));
     assert!(error < 1e-5, "{error}");
@@ -304,7 +307,7 @@ fn a_rest_ends_when_its_condition_holds() {
     let record = record(t.clone(), vec![Signal::new(&t, &force, Hold::Linear)]);
     let parameters = system.model().nominals();
     let found = whole(&system, &record, (&[0.0, 0.0], &parameters), &[], &steps(4)).expect("a simulation");
-    assert!(found.events.iter().any(|e| e.rests));
+    assert!(found.events.iter().any(|e| e.begins_rest));
     assert!((found.values[95] - 0.05).abs() < 1e-9, "at the stop: {}", found.values[95]);
     // Force and spring balance at 20 - 25 s = 80 * 0.05, so that it leaves at 2.64 s.
     assert!(
@@ -328,7 +331,8 @@ fn a_delay_has_an_exact_derivative_for_every_hold() {
         let volts: Vec<f64> = t.iter().map(|t| 5.0 * (9.0 * t).sin()).collect();
         let kind = system.model().inputs[0].hold.expect("a hold");
         let record = record(t.clone(), vec![Signal::new(&t, &volts, kind)]);
-        // The steps' ends move with the delay, which changes their error of order 4: many steps make it small.
+        // The steps' ends move with the delay, which changes their error of order 4: many steps make it
+        // small.
         let error = derivative_error(&system, &record, &[0.0, 0.1, 0.3, 0.0], &steps(16));
         assert!(error < limit, "{hold}: {error}");
     }
@@ -364,7 +368,7 @@ out_m = { value = "y_m", sd = 0.001 }
 "#;
 
 #[test]
-fn a_stiff_system_is_named_and_solved_by_the_implicit_method() {
+fn a_stiff_system_is_reported_and_solved_by_the_implicit_method() {
     let system = compiled(STIFF);
     let record = record(times(21, 0.05), vec![]);
     let parameters = system.model().nominals();
@@ -375,7 +379,7 @@ fn a_stiff_system_is_named_and_solved_by_the_implicit_method() {
     assert!(
         error.to_string().starts_with(
             "rates.y_m is stiff: its fastest rate is 3.1e4 per second, 1550 times the sample rate; set [numerics] \
-             integrator = \"implicit\" or widen sign_width"
+             integrator = \"implicit\", or increase sign_width"
         ),
         "{error}"
     );
@@ -402,7 +406,8 @@ fn a_rate_that_is_not_finite_names_its_operation() {
         whole(&system, &record, (&[1.0, 0.0], &[9.81, 0.8]), &[], &steps(1)).expect_err("a division by 0");
     assert_eq!(
         error.to_string(),
-        "trajectory 3, t = 0 s: rates.velocity_m_s is not finite: division by `height_m * sin(0 * height_m)` = 0"
+        "trajectory 3: the simulation diverged at t = 0 s: rates.velocity_m_s is not finite: \
+         division by `height_m * sin(0 * height_m)` = 0"
     );
 }
 
@@ -416,7 +421,7 @@ fn an_if_whose_branches_agree_is_not_smoothed() {
 }
 
 #[test]
-fn widths_that_are_left_open_follow_the_motion() {
+fn undeclared_widths_follow_from_the_motion() {
     let text = example("servo").expect("the example").replace("sign_width = { speed_rad_s = 0.05 }", "");
     let mut system = compiled(&text);
     let t = times(200, 0.01);
@@ -433,7 +438,7 @@ fn windows_that_do_not_fit_their_system_are_refused() {
     let system = compiled(BALL);
     let record = record(times(5, 0.1), vec![]);
     let window = |last, start, parameters| Window { record: &record, first: 0, last, start, parameters };
-    let of = |window: Window<'_>, seeds: &[Seed]| {
+    let error_of = |window: Window<'_>, seeds: &[Seed]| {
         system
             .simulate(&[window], seeds, &steps(1))
             .pop()
@@ -442,18 +447,23 @@ fn windows_that_do_not_fit_their_system_are_refused() {
             .to_string()
     };
     assert_eq!(
-        of(window(9, &[1.0, 0.0], &[9.81, 0.8]), &[]),
-        "trajectory 3: samples 0 to 9 do not lie within its 5 samples"
+        error_of(window(9, &[1.0, 0.0], &[9.81, 0.8]), &[]),
+        "trajectory 3: samples 0 to 9 are not within its 5 samples"
     );
-    assert_eq!(of(window(4, &[1.0], &[9.81, 0.8]), &[]), "trajectory 3: start has 1 values, 2 are needed");
+    assert_eq!(
+        error_of(window(4, &[1.0], &[9.81, 0.8]), &[]),
+        "trajectory 3: start has 1 values, but 2 are needed"
+    );
     let frozen = System::compile(system.model(), &[0]).expect("compiles");
     let error =
         frozen.simulate(&[window(4, &[1.0, 0.0], &[9.81, 0.8])], &[Seed::Parameter(1)], &steps(1)).remove(0);
-    assert!(error.expect_err("not active").to_string().contains("parameter `restitution` has no derivative"));
+    assert!(
+        error.expect_err("not active").to_string().contains("the parameter `restitution` has no derivative")
+    );
     assert!(
         Record::new("r", vec![0.0, 0.0], vec![])
             .expect_err("equal times")
             .to_string()
-            .contains("time must rise")
+            .contains("time must increase")
     );
 }

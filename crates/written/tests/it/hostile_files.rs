@@ -1,6 +1,8 @@
-//! Contract: no text makes the reader or the compiler panic, hang or print without bound. Files are the examples with
-//! random edits of bytes and of words of the grammar, so that most of them get far; the number of files is small here,
-//! and `AUGSIM_FUZZ_FILES=10000000 cargo test --release -p augsim-written --test it hostile_files` runs as many as asked.
+//! Contract: no text makes the reader or the compiler panic, hang or print an unlimited message.
+//!
+//! The files are the examples with random changes of characters and insertions of words of the grammar, so
+//! that most of them are parsed far. Their number is small by default; `AUGSIM_FUZZ_FILES=10000000 cargo test
+//! --release -p augsim-written --test it hostile_files` tests as many as asked.
 
 use augsim_written::{EXAMPLES, System, model};
 use rand::{Rng, RngExt, SeedableRng};
@@ -84,7 +86,7 @@ fn mutated(random: &mut impl Rng, text: &str) -> String {
 }
 
 #[test]
-fn no_file_makes_the_reader_panic_hang_or_chatter() {
+fn no_file_makes_the_reader_panic_hang_or_print_without_limit() {
     let files: u64 = std::env::var("AUGSIM_FUZZ_FILES").ok().and_then(|n| n.parse().ok()).unwrap_or(20_000);
     let (mut read, mut compiled) = (0, 0);
     for file in 0..files {
@@ -107,18 +109,18 @@ fn no_file_makes_the_reader_panic_hang_or_chatter() {
         }
         assert!(begin.elapsed() < Duration::from_secs(5), "seed {file} took {:?}", begin.elapsed());
     }
-    // Edits that break every file would test the first line of the reader alone.
+    // If the changes broke every file, only the first lines of the reader would be tested.
     assert!(read > files / 50 && compiled > files / 100, "{read} read, {compiled} compiled of {files}");
 }
 
 #[test]
-fn the_worst_expressions_that_are_allowed_stay_quick() {
+fn the_most_expensive_allowed_expressions_compile_quickly() {
     let rate = |text: &str, lets: &str| {
         format!(
             "scenario = \"system\"\n[states]\nx = {{}}\ny = {{}}\n[let]\n{lets}\n[rates]\nx = \"{text}\"\ny = \"x\"\n[outputs]\nz = {{ value = \"x\" }}\n"
         )
     };
-    // Each value doubles the one before it: as a tree 2^200 nodes, as a graph 200.
+    // Each value uses the one before it twice: 2^200 nodes as a tree, but 200 as a graph.
     let mut doubling = "a0 = \"x\"\n".to_owned();
     (1..200).for_each(|i| doubling.push_str(&format!("a{i} = \"a{} * a{} + y\"\n", i - 1, i - 1)));
     let many_switches: String = (0..150).map(|i| format!("+if(sin(x*{i})<y,x,y)")).collect();

@@ -1,11 +1,11 @@
-//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+//! The integration tests of this crate, as modules of one binary, so that the crate is linked only once.
 
-// From text to rates: messages, hostile files, derivatives.
+// From the text of a file to its rates.
 mod derivatives;
 mod hostile_files;
 mod messages;
 
-// The engine, and what discovery sees of it.
+// The engine, and its interface for calibration and discovery.
 mod bridge;
 mod engine;
 

@@ -1,4 +1,4 @@
-//! A system that shows its states, for filters that follow them.
+//! A system that has its states as additional outputs, for filters that estimate them.
 
 use super::WrittenSystem;
 use crate::error::ModelError;
@@ -7,8 +7,9 @@ use crate::model::{Expression, Output};
 use crate::text::{Kind, Symbol, Tree, TreeNode};
 
 impl WrittenSystem {
-    /// This system with every state as a channel behind its outputs, in the order of the schema's states. Records of this system
-    /// are records of that one.
+    /// This system with every state as a channel after its outputs, in the order of the schema's states.
+    ///
+    /// Records of this system can be used for it as well.
     ///
     /// # Errors
     /// [`ModelError`]: the model does not compile.
@@ -31,8 +32,9 @@ impl WrittenSystem {
         self.with_equations(&model)
     }
 
-    /// States whose equation is one of force or of flow: their rates may be pushed by what the model does not have. The others have
-    /// another state as their rate, or came with an effect.
+    /// States with a force or flow equation, on whose rates unmodelled effects may act.
+    ///
+    /// The other states have another state as their rate, or belong to an effect.
     pub fn pushed_states(&self) -> Vec<usize> {
         let mut states = Motion::of(self.model()).laws();
         states.sort_unstable();

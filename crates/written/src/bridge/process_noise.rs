@@ -1,4 +1,4 @@
-//! A system whose shaken rates are pushed by inputs, for runs in which the motion has noise of its own.
+//! Process noise: a system with an additional input on the rate of each state that has it.
 
 use super::WrittenSystem;
 use crate::error::ModelError;
@@ -6,13 +6,14 @@ use crate::model::{Hold, Input, Shaken};
 use crate::text::{Kind, Symbol, TreeNode};
 
 impl WrittenSystem {
-    /// Noise of the motion by shaken state, in the order of the states.
+    /// Process noise of each state that has it, in the order of the states.
     pub fn shaken(&self) -> Vec<Shaken> {
         self.model().states.iter().filter_map(|state| state.shaken).collect()
     }
 
-    /// This system with one input more for each shaken state, behind those of the model: its value is held from sample to sample and
-    /// added to the rate.
+    /// This system with one more input per state with process noise, after the inputs of the model.
+    ///
+    /// The input has zero-order hold and is added to the rate of the state.
     ///
     /// # Errors
     /// [`ModelError`]: the model does not compile.

@@ -1,10 +1,12 @@
-//! An operation on single numbers. The lanes run exactly this, so that constants folded by the compiler and results of
-//! the engine have the same bits.
+//! An operation on single numbers.
+//!
+//! The lanes run exactly this function, so that constants folded by the compiler have the same bits as
+//! results of the engine.
 
 use crate::compile::Code;
 use crate::math;
 
-/// Result of an operation that needs nothing but its operands.
+/// Result of an operation that needs nothing but its operands; 0 for the others.
 #[inline(always)]
 pub(crate) fn evaluate(code: Code, a: f64, b: f64, c: f64) -> f64 {
     match code {
