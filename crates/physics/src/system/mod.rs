@@ -150,14 +150,6 @@ pub trait System: Debug + Send + Sync {
         false
     }
 
-    /// This system with every state as a channel behind its own, in the order of the schema's states, and the states whose rates
-    /// something outside the laws may shake: what a filter asks for. Records of this system are records of that one.
-    ///
-    /// The default is `None`: nobody filters the system.
-    fn with_states_shown(&self) -> Option<(Arc<dyn System>, Vec<usize>)> {
-        None
-    }
-
     /// This system with what the prepared records show of its scene, such as where the floor lies, as parameters to calibrate;
     /// `None` where the declared scene is as good.
     fn settled(&self, _records: &[&Record]) -> Option<Arc<dyn System>> {
