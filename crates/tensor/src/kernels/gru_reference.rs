@@ -1,13 +1,17 @@
-//! The GRU layer as PyTorch defines it (`torch.nn.GRU`, Cho et al. 2014), in plain loops: the twin that
-//! the SIMD kernel is tested against, and what `f64` runs.
+//! The GRU layer in plain loops: the reference for the SIMD kernel, and used for `f64`.
 //!
-//! With a = W_i x + b_i and c = W_h h + b_h split into the gates r, z, n:
-//! r = sigmoid(a_r + c_r), z = sigmoid(a_z + c_z), n = tanh(a_n + r * c_n), h' = (1 - z) * n + z * h.
+//! It is that of PyTorch (`torch.nn.GRU`; Cho et al. 2014). With a = W_i x + b_i and c = W_h h + b_h, both split into the
+//! gates r, z and n:
+//!
+//! ```text
+//! (1)  r = sigmoid(a_r + c_r),   z = sigmoid(a_z + c_z),   n = tanh(a_n + r c_n)
+//! (2)  h' = (1 - z) n + z h
+//! ```
 
 use super::{GruBackward, GruForward};
 use crate::Scalar;
 
-/// Scratch elements for layer extents `(input, hidden)`.
+/// Number of scratch elements of a layer, enough for both passes.
 pub fn scratch(_input: usize, hidden: usize) -> usize {
     6 * hidden
 }
@@ -50,7 +54,7 @@ pub fn forward<T: Scalar>(g: GruForward<'_, T>, scratch: &mut [T]) {
     }
 }
 
-/// Vector-Jacobian product; accumulates into every output but a fresh `dx`.
+/// Vector-Jacobian product; see [`GruBackward`].
 pub fn backward<T: Scalar>(g: GruBackward<'_, T>, scratch: &mut [T]) {
     if g.dx_fresh {
         g.dx.fill(T::ZERO);
@@ -70,8 +74,7 @@ pub fn backward<T: Scalar>(g: GruBackward<'_, T>, scratch: &mut [T]) {
                 let dz = dh[j] * (before - n) * z * (T::ONE - z);
                 let dn = dh[j] * (T::ONE - z) * (T::ONE - n * n);
                 let dr = dn * c * r * (T::ONE - r);
-                // Gradients of the pre-activations: r, z (shared), n of the input part, n of the
-                // recurrent part.
+                // Gradients of the pre-activations: r and z (the same for a and c), then a_n, then c_n.
                 for (slot, v) in [dr, dz, dn, dn * r].into_iter().enumerate() {
                     gates[slot * nh + j] = v;
                 }

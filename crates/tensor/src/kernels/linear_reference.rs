@@ -1,4 +1,4 @@
-//! Linear map over the feature axis of a sequence, in plain loops.
+//! Affine map over the feature axis of a sequence, in plain loops: the reference for the SIMD kernel, and used for `f64`.
 
 use super::{LinearBackward, LinearForward};
 use crate::Scalar;
@@ -19,7 +19,7 @@ pub fn forward<T: Scalar>(g: LinearForward<'_, T>) {
     }
 }
 
-/// Vector-Jacobian product; accumulates into every output but a fresh `dx`.
+/// Vector-Jacobian product; see [`LinearBackward`].
 pub fn backward<T: Scalar>(g: LinearBackward<'_, T>) {
     if g.dx_fresh {
         g.dx.fill(T::ZERO);

@@ -1,4 +1,4 @@
-//! Functions of single elements, in plain loops: the twins of [`super::pointwise`], and what `f64` runs.
+//! Elementwise functions in plain loops: the reference for [`super::pointwise`], and used for `f64`.
 
 use crate::Scalar;
 
