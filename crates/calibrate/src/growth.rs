@@ -1,8 +1,8 @@
 //! Calibration by multiple shooting over growing windows.
 //!
-//! Over short windows the cost has few local minima, because every window starts close to the data; long windows
-//! determine small parameters more precisely. The fit therefore begins with short windows and doubles them for as long
-//! as the model follows the data.
+//! Over short windows the cost has few local minima, because every window starts close to the data; long
+//! windows determine small parameters more precisely. The fit therefore begins with short windows and doubles
+//! them for as long as the model follows the data.
 
 use crate::lengths::select_window_length;
 use crate::minima::best_of_multistart;
@@ -12,27 +12,32 @@ use crate::windows::{NEGLIGIBLE_RMSE, Problem, ShootingWindow, merge_pairs};
 use augsim_linear::{SymmetricEigen, symmetric_eigen};
 use augsim_physics::system::{Record, System};
 
-/// Factor by which the RMSE may grow when the windows double in length: beyond it the model no longer follows the
-/// data. White measurement noise does not grow, white process noise in a force grows by 2.8 in a position.
+/// Growth of the RMSE, when windows double in length, above which the model does not follow the data.
+///
+/// White measurement noise does not grow; the effect of white process noise in a force on a position grows by
+/// 2.8.
 const MAX_RMSE_GROWTH: f64 = 4.0;
-/// Number of windows below which simulation is expensive, because few SIMD lanes are in use. Before windows grow
-/// beyond that, the lengths so far are compared once.
+/// Number of windows below which simulations are inefficient, because few SIMD lanes are in use.
+///
+/// Before the number falls below it, the lengths so far are compared, to see if longer windows can be of use.
 const MIN_EFFICIENT_WINDOWS: usize = 64;
 /// Number of successive lengths worse than a shorter one after which no longer one is tried.
 const MAX_WORSE_LENGTHS: usize = 3;
-/// Eigenvalues of the scaled normal equations below this share of the largest belong to combinations of parameters
-/// that are not identifiable from the data.
+/// Share of the largest eigenvalue of the scaled normal equations below which others count as 0.
+///
+/// Their eigenvectors are combinations of parameters that are not identifiable from the data.
 const IDENTIFIABILITY_CUTOFF: f64 = 1e-9;
 /// Weight in the unidentifiable combinations above which a parameter counts as part of them.
 const MIN_GAUGE_WEIGHT: f64 = 0.01;
 
 /// Calibrates the free parameters of a system on prepared records.
 ///
-/// The windows of the records are the shortest that are fitted. `longest_s` is the longest duration to which they may
-/// grow; without it the length is chosen by comparison.
+/// The windows of the records are the shortest that are fitted. `longest_s` is the longest duration to which
+/// they may grow; without it the length is chosen by comparison.
 ///
 /// # Errors
-/// [`CalibrationError`]: nothing was measured, or the declared model cannot be simulated over its shortest windows.
+/// [`CalibrationError`]: nothing was measured, or the declared model cannot be simulated over its shortest
+/// windows.
 pub fn calibrate(
     system: &dyn System,
     records: &[Record],
@@ -165,8 +170,8 @@ fn gauge(problem: &Problem<'_>, fit: &Fit) -> Option<Gauge> {
 
 /// Parameter values with their standard errors, initial states, and gauges of the final fit.
 ///
-/// The covariance of the parameters is σ² S⁻¹ with S of `steps.rs`, restricted to the identifiable combinations. The
-/// initial states have the covariance σ² C_i⁻¹, at fixed parameters.
+/// The covariance of the parameters is σ² S⁻¹ with S of `steps.rs`, restricted to the identifiable
+/// combinations. The initial states have the covariance σ² C_i⁻¹, at fixed parameters.
 fn calibration(
     problem: &Problem<'_>,
     fit: Fit,
@@ -177,8 +182,8 @@ fn calibration(
     let declared = problem.system.parameters();
     let count = fit.normal.count() as f64;
     let unknowns = (p + n * fit.windows.len()) as f64;
-    // Correlated residuals carry less information: with a lag-one autocorrelation ρ the variance of a mean grows by
-    // (1 + ρ) / (1 - ρ).
+    // Correlated residuals carry less information: with a lag-one autocorrelation ρ the variance of a mean
+    // grows by (1 + ρ) / (1 - ρ).
     let rho = fit.normal.autocorrelation();
     let variance = fit.normal.cost / (count - unknowns).max(1.0) * (1.0 + rho) / (1.0 - rho);
     let mut standard_errors = vec![None; declared.len()];

@@ -7,8 +7,8 @@
 //! (2)  y = h d + e,                     e ~ N(0, r)
 //! ```
 //!
-//! with y the reading less the output on the path. Readings are processed one by one (univariate treatment: Koopman and
-//! Durbin, Journal of Time Series Analysis 21, 2000), so that a missing one is skipped:
+//! with y the reading less the output on the path. Readings are processed one by one (univariate treatment:
+//! Koopman and Durbin, Journal of Time Series Analysis 21, 2000), so that a missing one is skipped:
 //!
 //! ```text
 //! (3)  v = y - h m,   F = h P hᵀ + r,   K = P hᵀ / F
@@ -16,8 +16,8 @@
 //! (5)  ln L = -1/2 Σ (ln F + v² / F)
 //! ```
 //!
-//! The smoother runs backwards over the weighted sum s of later innovations and its variance N (de Jong, Journal of the
-//! American Statistical Association 84, 1989); it inverts no covariance:
+//! The smoother runs backwards over the weighted sum s of later innovations and its variance N (de Jong,
+//! Journal of the American Statistical Association 84, 1989); it inverts no covariance:
 //!
 //! ```text
 //! (6)  reading:     s <- s + hᵀ u,  u = v / F - Kᵀ s;   N <- (I - K h)ᵀ N (I - K h) + hᵀ h / F
@@ -332,8 +332,9 @@ fn conjugate(m: &[f64], p: &mut [f64], product: &mut [f64], d: usize) {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: smoothed deviations and likelihood equal those of the joint Gaussian distribution, conditioned on all
-    //! readings at once; a balance gives the derivative of the likelihood with respect to its variance.
+    //! Contract: smoothed deviations and likelihood equal those of the joint Gaussian distribution,
+    //! conditioned on all readings at once; a balance gives the derivative of the likelihood with respect to
+    //! its variance.
     use super::*;
     use augsim_linear::{Mat, invert_positive_definite, solve_positive_definite};
 
@@ -367,8 +368,8 @@ mod tests {
         let n = samples.len();
         let mut mean = vec![0.0; n * D];
         // Deviations as linear combinations of independent noises: the initial state and the process noise.
-        let mut by = Mat::<f64>::zeros(n * D, n * D);
-        (0..D).for_each(|i| by[(i, i)] = noise.initial[i].sqrt());
+        let mut loadings = Mat::<f64>::zeros(n * D, n * D);
+        (0..D).for_each(|i| loadings[(i, i)] = noise.initial[i].sqrt());
         for k in 0..n - 1 {
             for i in 0..D {
                 let to = (k + 1) * D + i;
@@ -376,13 +377,13 @@ mod tests {
                 for j in 0..D {
                     mean[to] += samples[k].transition[i * D + j] * mean[k * D + j];
                     for s in 0..n * D {
-                        by[(to, s)] += samples[k].transition[i * D + j] * by[(k * D + j, s)];
+                        loadings[(to, s)] += samples[k].transition[i * D + j] * loadings[(k * D + j, s)];
                     }
                 }
-                by[(to, to)] += noise.process[i].sqrt();
+                loadings[(to, to)] += noise.process[i].sqrt();
             }
         }
-        let covariance = &by * by.transpose();
+        let covariance = &loadings * loadings.transpose();
         (mean, covariance)
     }
 
@@ -430,12 +431,12 @@ mod tests {
         let (samples, noise) = example();
         let found = smooth_record(&samples, &noise);
         let slope = |change: &dyn Fn(&mut Noise, f64)| {
-            let at = |by: f64| {
+            let ln_likelihood_at = |by: f64| {
                 let mut noise = noise.clone();
                 change(&mut noise, by);
                 conditioned(&samples, &noise).1
             };
-            (at(1e-5) - at(-1e-5)) / 2e-5
+            (ln_likelihood_at(1e-5) - ln_likelihood_at(-1e-5)) / 2e-5
         };
         let half = |b: VarianceBalance| 0.5 * (b.observed - b.expected);
         let pairs = [

@@ -1,20 +1,21 @@
 //! Selection of the window length from which the parameters are taken.
 //!
-//! Missing effects and process noise accumulate along a window. Parameters from long windows compensate for them and
-//! then have large residuals over short windows; parameters from short windows are disturbed by measurement noise, and
-//! their predictions drift over long windows. A forecast may have any of these lengths, so the parameters are chosen
-//! that predict windows of all lengths best.
+//! Missing effects and process noise accumulate along a window. Parameters from long windows compensate for
+//! them and then have large residuals over short windows; parameters from short windows are disturbed by
+//! measurement noise, and their predictions drift over long windows. A forecast may have any of these
+//! lengths, so the parameters are chosen that predict windows of all lengths best.
 
 use crate::steps::{COARSE_TOLERANCE, Fit, StartingPoint};
 use crate::windows::{NEGLIGIBLE_RMSE, Problem};
 
-/// Advantage in ln likelihood that the parameters of shorter windows need before those of longer ones are given up.
+/// Advantage in ln likelihood for which the parameters of shorter windows replace those of longer ones.
 const MIN_LN_LIKELIHOOD_GAIN: f64 = 2.0;
-/// Upper bound of the difference of the ln RMSE of two fits over one window: from the negligible RMSE, a millionth of
-/// the spread of a channel, to a thousand times that spread.
+/// Upper bound of the difference between the ln RMSE of two fits over one window.
+///
+/// It is that between the negligible RMSE, 10^-6 of the spread of a channel, and 1000 times that spread.
 const MAX_LN_RMSE_DIFFERENCE: f64 = 20.0;
 
-/// Index of the fit with the longest windows whose parameters predict windows of all lengths about as well as the best.
+/// Index of the fit with the longest windows among those that predict windows of all lengths best.
 ///
 /// `fits` is ordered by increasing window length. The initial state of each predicted window is estimated;
 /// `channel_sd` are the residual scales that these estimates begin with.
@@ -43,10 +44,11 @@ pub(crate) fn select_window_length(problem: &Problem<'_>, fits: &[Fit], channel_
 
 /// Index of the last fit whose score is close to the best.
 ///
-/// The score of a fit is the sum over all windows of all lengths of the ln RMSE of its parameters. `counts` holds the
-/// number of windows of each length, in decreasing order; `ln_rmse` returns the values of the given fits over one
-/// length, or `None` where one of them cannot be simulated. Fits that the remaining windows cannot make the best any
-/// more are dropped early: the few long windows are not simulated where the many short ones have decided.
+/// The score of a fit is the sum over all windows of all lengths of the ln RMSE of its parameters. `counts`
+/// holds the number of windows of each length, in decreasing order; `ln_rmse` returns the values of the given
+/// fits over one length, or `None` where one of them cannot be simulated. Fits that the remaining windows
+/// cannot make the best any more are dropped early: the few long windows are not simulated where the many
+/// short ones have decided.
 fn longest_near_best(
     counts: &[usize],
     mut ln_rmse: impl FnMut(usize, &[usize]) -> Option<Vec<f64>>,
@@ -69,7 +71,8 @@ fn longest_near_best(
 
 #[cfg(test)]
 mod tests {
-    //! Contract: parameters of long windows are preferred unless they lose more over the short windows than they gain.
+    //! Contract: parameters of long windows are preferred unless they lose more over the short windows than
+    //! they gain.
     use super::*;
 
     /// Selected fit of three; `rmse[length][fit]` is over 40, 20 and 10 windows.

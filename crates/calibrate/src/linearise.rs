@@ -127,7 +127,7 @@ pub(crate) enum Disturbance {
     Reading(usize),
 }
 
-/// Layout of the filter's state vector: deviations of the system's states from a path, then disturbances.
+/// Layout of the filter's state vector: deviations of the states from a path, then disturbances.
 pub(crate) struct Layout<'a> {
     pub system: SystemWithStates<'a>,
     pub disturbances: &'a [Disturbance],
@@ -175,8 +175,8 @@ impl Layout<'_> {
 
     /// Transition matrix over an interval of `dt` seconds, `[D][D]`.
     ///
-    /// A disturbance is constant over an interval. Its effect on the states, the integral of the transition matrix over
-    /// the rest of the interval, is approximated by the trapezoidal rule.
+    /// A disturbance is constant over an interval. Its effect on the states, the integral of the transition
+    /// matrix over the rest of the interval, is approximated by the trapezoidal rule.
     pub fn transition(&self, interval: &LinearisedInterval, dt: f64) -> Vec<f64> {
         let (n, d) = (self.system.states, self.size());
         let mut transition = vec![0.0; d * d];

@@ -17,8 +17,8 @@ const HALTON_BASES: [u32; 8] = [2, 3, 5, 7, 11, 13, 17, 19];
 
 /// The better of `declared`, a fit to `windows`, and the best fit from the points of a Halton sequence.
 ///
-/// The other starting points (Halton, Numerische Mathematik 2, 1960) are compared on some of the windows; the best is
-/// then fitted to all of them, and returned if its RMSE is clearly smaller.
+/// The other starting points (Halton, Numerische Mathematik 2, 1960) are compared on some of the windows; the
+/// best is then fitted to all of them, and returned if its RMSE is clearly smaller.
 pub(crate) fn best_of_multistart(problem: &Problem<'_>, windows: &[ShootingWindow], declared: Fit) -> Fit {
     if problem.free_parameters.is_empty() {
         return declared;
@@ -94,7 +94,8 @@ fn van_der_corput(mut index: u32, base: u32) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the sequence is van der Corput's; starting values stay within bounds and keep the declared sign.
+    //! Contract: the sequence is van der Corput's; starting values stay within bounds and keep the declared
+    //! sign.
     use super::*;
 
     #[test]

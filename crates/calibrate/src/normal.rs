@@ -1,15 +1,15 @@
 //! Robust cost and normal equations of all multiple-shooting windows.
 //!
-//! With residuals r = measured - predicted, a scale s for each channel and u = r / s, the cost is Huber's (Annals of
-//! Mathematical Statistics 35, 1964), without his factor 1/2:
+//! With residuals r = measured - predicted, a scale s for each channel and u = r / s, the cost is Huber's
+//! (Annals of Mathematical Statistics 35, 1964), without his factor 1/2:
 //!
 //! ```text
 //! (1)  C = Σ ρ(u),    ρ(u) = u²            for |u| <= k
 //!                            k (2 |u| - k)  for |u| > k
 //! ```
 //!
-//! A Gauss-Newton step is a weighted least-squares problem with w = min(1, k / |u|). Window i with its initial state
-//! x_i, the parameters p, and the derivatives J_p and J_x of the outputs contributes
+//! A Gauss-Newton step is a weighted least-squares problem with w = min(1, k / |u|). Window i with its
+//! initial state x_i, the parameters p, and the derivatives J_p and J_x of the outputs contributes
 //!
 //! ```text
 //! (2)  | A_i   B_i |  | δp   |   | g_i |
@@ -19,7 +19,8 @@
 //!      g_i = Σ w/s² J_pᵀ r,     h_i = Σ w/s² J_xᵀ r
 //! ```
 //!
-//! A normal prior of an initial state adds one more squared residual, ((mean - x) / sd)², to the first window.
+//! A normal prior of an initial state adds one more squared residual, ((mean - x) / sd)², to the first
+//! window.
 
 use crate::windows::{Problem, ShootingWindow};
 use augsim_physics::system::{Offsets, Seed, Simulated, SimulationError, Task};
@@ -49,7 +50,7 @@ pub(crate) struct WindowEquations {
     pub squared_residuals: Vec<(f64, usize)>,
     /// Absolute residuals of each channel.
     pub absolute_residuals: Vec<Vec<f64>>,
-    /// Sums over pairs of successive scaled residuals: of their product, and of the square of the later one.
+    /// Sums over pairs of successive scaled residuals: of products, and of squares of the later ones.
     pub lag_one_sums: (f64, f64),
 }
 
@@ -73,8 +74,8 @@ impl NormalEquations {
 
     /// Robust scale of the residuals of each channel, in its unit: 1.48 times the median absolute residual.
     ///
-    /// Outliers do not affect a median. It is bounded below by a quarter of the RMSE, because the median is almost
-    /// zero where a system is at rest most of the time.
+    /// Outliers do not affect a median. It is bounded below by a quarter of the RMSE, because the median is
+    /// almost zero where a system is at rest most of the time.
     pub fn scales(&self, channels: usize) -> Vec<f64> {
         let rms = self.rms(channels);
         let scale = |(channel, rms): (usize, f64)| {
@@ -121,8 +122,8 @@ pub(crate) struct EvaluationPoint<'a> {
 impl Problem<'_> {
     /// Evaluates cost and normal equations at several points.
     ///
-    /// The windows of all points are simulated in common batches, because those of one point may be too few to fill
-    /// the SIMD lanes.
+    /// The windows of all points are simulated in common batches, because those of one point may be too few
+    /// to fill the SIMD lanes.
     ///
     /// # Errors
     /// For each point, the first of its windows that cannot be simulated.
@@ -163,8 +164,8 @@ impl Problem<'_> {
             all_windows.par_chunks(batch_size).flat_map_iter(run).collect();
         let mut results = results.into_iter();
         let collect_point = |point: &EvaluationPoint<'_>| {
-            // All results of the point are taken before the first error is returned, so that those of the next point
-            // follow.
+            // All results of the point are taken before the first error is returned, so that those of the
+            // next point follow.
             let of_point: Vec<_> = results.by_ref().take(point.windows.len()).collect();
             let windows: Vec<WindowEquations> = of_point.into_iter().collect::<Result<_, _>>()?;
             // The sum is in the order of the windows, so that the result does not depend on the threads.

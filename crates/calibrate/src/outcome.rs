@@ -14,7 +14,8 @@ pub struct Stage {
     pub rms: Vec<f64>,
     /// Residual standard deviation of each channel, in its unit.
     ///
-    /// It exceeds the RMSE, because every estimated parameter and initial state uses up one degree of freedom.
+    /// It exceeds the RMSE, because every estimated parameter and initial state uses up one degree of
+    /// freedom.
     pub noise: Vec<f64>,
     /// Number of steps, accepted or rejected.
     pub steps: usize,

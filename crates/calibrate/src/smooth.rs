@@ -1,15 +1,16 @@
 //! Process noise versus measurement noise, by an iterated extended Kalman smoother.
 //!
-//! A simulation from an initial state assumes that the equations describe the motion exactly. Where they do not, the
-//! residuals grow along the record. Three causes of the residuals are compared by their likelihood:
+//! A simulation from an initial state assumes that the equations describe the motion exactly. Where they do
+//! not, the residuals grow along the record. Three causes of the residuals are compared by their likelihood:
 //!
 //! 1. white measurement noise alone;
 //! 2. in addition, autocorrelated measurement noise;
 //! 3. in addition to white measurement noise, process noise in the rates of states.
 //!
-//! Process noise and autocorrelated measurement noise are Ornstein-Uhlenbeck processes, of which white noise is the
-//! limit. The states come from an iterated extended Kalman smoother (Bell, SIAM Journal on Optimization 4, 1994), the
-//! variances from the condition that the likelihood is at its maximum (`variances.rs`), the correlation time from a grid.
+//! Process noise and autocorrelated measurement noise are Ornstein-Uhlenbeck processes, of which white noise
+//! is the limit. The states come from an iterated extended Kalman smoother (Bell, SIAM Journal on
+//! Optimization 4, 1994), the variances from the condition that the likelihood is at its maximum
+//! (`variances.rs`), the correlation time from a grid.
 
 use crate::linearise::{Disturbance, LinearisedInterval};
 use crate::outcome::CalibrationError;
@@ -50,8 +51,8 @@ pub struct Smoothed {
     pub cause: Cause,
     /// Standard deviation of each disturbance of the cause; empty for [`Cause::Sensor`].
     ///
-    /// For [`Cause::Motion`] there is one for each disturbed state, in the unit of its rate, averaged over a sample
-    /// step; for [`Cause::LastingSensor`] one for each channel, in its unit.
+    /// For [`Cause::Motion`] there is one for each disturbed state, in the unit of its rate, averaged over a
+    /// sample step; for [`Cause::LastingSensor`] one for each channel, in its unit.
     pub drive_sd: Vec<f64>,
     /// Correlation time of the disturbances, s: their autocorrelation falls to 1/e; 0 for white noise.
     pub memory_s: f64,
@@ -77,8 +78,9 @@ struct FittedCause {
 
 /// Estimates states and noise of prepared records at fixed parameter values.
 ///
-/// The channels of `system` are its `outputs` outputs followed by its states. Process noise acts on the rates of the
-/// states in `pushed`. `declared` holds the standard deviations of sensors that are known, by output.
+/// The channels of `system` are its `outputs` outputs followed by its states. Process noise acts on the rates
+/// of `disturbed_states`. `known_sensor_sd` holds the standard deviations of sensors that are known, by
+/// output.
 ///
 /// # Errors
 /// [`CalibrationError`]: nothing was measured, or an interval cannot be simulated.
@@ -87,12 +89,12 @@ pub fn smooth(
     outputs: usize,
     records: &[Record],
     values: &[f64],
-    pushed: &[usize],
-    declared: &[Option<f64>],
+    disturbed_states: &[usize],
+    known_sensor_sd: &[Option<f64>],
 ) -> Result<Smoothed, CalibrationError> {
-    let problem = NoiseProblem::new(system, outputs, records, values, pushed, declared)?;
-    // With process noise the motion can follow any readings, so this cause always has a path; the other causes need
-    // undisturbed motions of the model near the readings.
+    let problem = NoiseProblem::new(system, outputs, records, values, disturbed_states, known_sensor_sd)?;
+    // With process noise the motion can follow any readings, so this cause always has a path; the other
+    // causes need undisturbed motions of the model near the readings.
     let mut best = problem.fit_process_noise(values)?;
     let mut cause = Cause::Motion;
     let mut ln_likelihood = [f64::NEG_INFINITY, f64::NEG_INFINITY, best.noise_model.ln_likelihood];
@@ -133,8 +135,8 @@ impl NoiseProblem<'_> {
 
     /// Fits the noise model of a cause, starting from these paths.
     ///
-    /// Each cause needs a starting path of its own: the path of another cause, through an event, is no motion of the
-    /// model.
+    /// The path of one cause is no starting path for another: through an event of the model, a path with
+    /// process noise may differ from every undisturbed motion.
     fn fit_cause(
         &self,
         values: &[f64],
@@ -154,8 +156,8 @@ impl NoiseProblem<'_> {
 
 /// The noise model with the correlation time of the highest likelihood along fixed paths.
 ///
-/// Every correlation time starts from rough variances: a variance that is almost 0 under one correlation time would
-/// hardly grow again under the next.
+/// Every correlation time starts from rough variances: a variance that is almost 0 under one correlation time
+/// would hardly grow again under the next.
 fn select_correlation_time(
     problem: &NoiseProblem<'_>,
     disturbances: &[Disturbance],

@@ -19,8 +19,8 @@ pub struct Begun {
 
 /// Estimates the initial state of a record from its first `samples`, at fixed parameter values.
 ///
-/// `from` is a rough initial state. `sd` is the measurement noise of each channel, in its unit, where it is known; it
-/// sets the weight of the data against the priors of the initial state.
+/// `from` is a rough initial state. `sd` is the measurement noise of each channel, in its unit, where it is
+/// known; it sets the weight of the data against the priors of the initial state.
 ///
 /// # Errors
 /// [`CalibrationError`]: no output is measured in these samples, or they cannot be simulated.
@@ -41,8 +41,8 @@ pub fn fit_start(
     let mut scales = problem.channel_sd();
     let mut windows = vec![ShootingWindow { record: 0, samples: 0..samples, initial_state: from.to_vec() }];
     let mut values = values.to_vec();
-    // The fits double in length: with a rough initial velocity a long simulation would leave the data at once, and
-    // the fit would end in a wrong minimum.
+    // The fits double in length: with a rough initial velocity a long simulation would leave the data at
+    // once, and the fit would end in a wrong minimum.
     let mut count = samples.min(FIRST_FIT_SAMPLES);
     loop {
         windows[0].samples.end = count;

@@ -1,15 +1,15 @@
 //! Levenberg-Marquardt fits in which the initial states of the windows are eliminated.
 //!
-//! The initial state x_i of a window enters only the equations of that window, so it is eliminated from (2) of
-//! `normal.rs` by a Schur complement. The work grows with the number of windows, not with its cube:
+//! The initial state x_i of a window enters only the equations of that window, so it is eliminated from (2)
+//! of `normal.rs` by a Schur complement. The work grows with the number of windows, not with its cube:
 //!
 //! ```text
 //! (1)  S δp = g,      S = Σ (A_i - B_i C_i⁻¹ B_iᵀ),      g = Σ (g_i - B_i C_i⁻¹ h_i)
 //! (2)  δx_i = C_i⁻¹ (h_i - B_iᵀ δp)
 //! ```
 //!
-//! S and every C_i are scaled to a unit diagonal, to which the damping λ is added (Marquardt, SIAM Journal on Applied
-//! Mathematics 11, 1963).
+//! S and every C_i are scaled to a unit diagonal, to which the damping λ is added (Marquardt, SIAM Journal on
+//! Applied Mathematics 11, 1963).
 
 use crate::normal::{EvaluationPoint, NormalEquations, WindowEquations};
 use crate::windows::{Problem, ShootingWindow};
@@ -90,8 +90,8 @@ impl<'k> Descent<'k> {
         let values = start.values.to_vec();
         let (windows, scales) = (start.windows.to_vec(), start.scales.to_vec());
         let fit = Fit { values, windows, scales, normal, steps: 0, converged: false };
-        // The residuals before the first fit are too large to be a scale, and outliers stand out only after it: a
-        // final fit estimates the scales twice.
+        // The residuals before the first fit are too large to be a scale, and outliers stand out only after
+        // it: a final fit estimates the scales twice.
         let rescalings_left = if tolerance < COARSE_TOLERANCE { 2 } else { 1 };
         Self {
             fit,
@@ -162,14 +162,14 @@ impl<'k> Descent<'k> {
         }
     }
 
-    /// Computes the next trial step; ends this round where no steps are left or the damping is at its limit.
+    /// Computes the next trial step, or ends this round if no steps are left or damping is at its limit.
     fn propose_step(&mut self, problem: &Problem<'_>) {
         let fit = &mut self.fit;
         while fit.steps < MAX_STEPS && self.damping < MAX_DAMPING {
             fit.steps += 1;
             if let Some(values) = problem.step_from(&fit.values, &fit.windows, &fit.normal, self.damping) {
-                // The trial is evaluated with derivatives at once: most steps are accepted, and then these are the
-                // equations of the next step.
+                // The trial is evaluated with derivatives at once: most steps are accepted, and then these
+                // are the equations of the next step.
                 self.pending = Pending::Trial(values);
                 return;
             }
@@ -178,7 +178,7 @@ impl<'k> Descent<'k> {
         self.rescale();
     }
 
-    /// Estimates the residual scales anew, or finishes the fit where that was done often enough.
+    /// Estimates the residual scales again, or finishes the fit where that was done often enough.
     fn rescale(&mut self) {
         if self.rescalings_left == 0 {
             return;
@@ -283,7 +283,8 @@ impl Problem<'_> {
 
     /// Step of the free parameters; a parameter at a bound that would leave its range is fixed.
     ///
-    /// Each fixed parameter changes the step of the others, so they are solved for again until none leaves its range.
+    /// Each fixed parameter changes the step of the others, so they are solved for again until none leaves
+    /// its range.
     fn parameter_step(&self, values: &[f64], reduced: &ReducedEquations, damping: f64) -> Option<Vec<f64>> {
         let declared = self.system.parameters();
         let mut moving: Vec<usize> = (0..self.free_parameters.len()).collect();
@@ -344,7 +345,9 @@ impl ReducedEquations {
         Some(Self { matrix, right, state_inverses })
     }
 
-    /// Damped step of the parameters `moving`, the others fixed, from equations that are scaled to a unit diagonal.
+    /// Damped step of the parameters `moving`; the others are fixed.
+    ///
+    /// The equations are scaled to a unit diagonal before the damping is added.
     fn solve(&self, moving: &[usize], damping: f64) -> Option<Vec<f64>> {
         if moving.is_empty() {
             return Some(Vec::new());
@@ -375,7 +378,8 @@ fn invert_state_block(window: &WindowEquations, n: usize, damping: f64) -> Optio
     }
     let c = |i: usize, k: usize| window.c[i.max(k) * n + i.min(k)];
     let largest = (0..n).map(|i| c(i, i)).fold(f64::MIN_POSITIVE, f64::max);
-    // The diagonal of a state about which the window carries no information is 0: it takes a share of the largest.
+    // The diagonal of a state about which the window carries no information is 0: it takes a share of the
+    // largest.
     let size = |i: usize| c(i, i).max(RIDGE * largest).sqrt();
     let scaled =
         Mat::from_fn(n, n, |i, k| c(i, k) / (size(i) * size(k)) + if i == k { damping + 1e-10 } else { 0.0 });
@@ -386,7 +390,8 @@ fn invert_state_block(window: &WindowEquations, n: usize, damping: f64) -> Optio
 
 #[cfg(test)]
 mod tests {
-    //! Contract: fits in common batches equal, bit for bit, the fits alone; one that fails does not affect the others.
+    //! Contract: fits in common batches equal, bit for bit, the fits alone; one that fails does not affect
+    //! the others.
     use super::*;
     use augsim_physics::system::{Record, System};
     use augsim_written::{WrittenSystem, model};

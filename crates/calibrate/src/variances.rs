@@ -1,14 +1,14 @@
 //! Maximum-likelihood variances of process and measurement noise, along paths of the states.
 //!
-//! The variance v of a noise is iterated with the sums (9) of `kalman.rs`, which are equal at the maximum of the
-//! likelihood:
+//! The variance v of a noise is iterated with the sums (9) of `kalman.rs`, which are equal at the maximum of
+//! the likelihood:
 //!
 //! ```text
 //! (1)  v <- v (observed sum) / (expected sum)
 //! ```
 //!
-//! A disturbance with the correlation φ from sample to sample and the stationary variance v has v as its initial
-//! variance and q = (1 - φ²) v as its process noise, so both enter the sums of v.
+//! A disturbance with the correlation φ from sample to sample and the stationary variance v has v as its
+//! initial variance and q = (1 - φ²) v as its process noise, so both enter the sums of v.
 
 use crate::kalman::{Filter, Noise, Sample, Smoothing, VarianceBalance, diagonal, smooth_record};
 use crate::linearise::{Disturbance, Layout, LinearisedInterval, SystemWithStates};
@@ -25,7 +25,7 @@ const VARIANCE_TOLERANCE: f64 = 0.01;
 const MAX_VARIANCE_FACTOR: f64 = 30.0;
 /// Change of a path, relative to the magnitude of its states, below which the smoother stops.
 const PATH_TOLERANCE: f64 = 1e-4;
-/// Change of a path, relative to the magnitude of its states, below which its noise model counts as fitted.
+/// Change of a path, relative to the magnitude of its states, below which the path is accepted.
 const MAX_ACCEPTED_PATH_CHANGE: f64 = 1e-2;
 /// Standard deviation of process noise, as a share of the rate that it acts on, before it is estimated.
 const ROUGH_PROCESS_NOISE: f64 = 0.1;
@@ -62,6 +62,8 @@ impl NoiseModel {
 }
 
 impl<'a> NoiseProblem<'a> {
+    /// Collects the records and determines the magnitudes of states and rates.
+    ///
     /// # Errors
     /// [`CalibrationError::NothingMeasured`].
     pub fn new(
@@ -268,9 +270,10 @@ impl<'a> NoiseProblem<'a> {
         intervals.map_err(CalibrationError::Simulation)
     }
 
-    /// Iterates the variances of a noise model along fixed paths, and returns the last smoothing of each record.
+    /// Estimates the variances of a noise model along fixed paths; also returns the smoothed records.
     ///
-    /// `samples` is the number of first samples of each record that are used; a record with fewer than 2 is skipped.
+    /// `samples` is the number of first samples of each record that are used; a record with fewer than 2 is
+    /// skipped.
     pub fn estimate_variances(
         &self,
         mut model: NoiseModel,

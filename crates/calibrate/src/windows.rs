@@ -6,7 +6,7 @@ use std::ops::Range;
 /// RMSE below this share of a channel's standard deviation counts as a perfect fit.
 pub(crate) const NEGLIGIBLE_RMSE: f64 = 1e-6;
 
-/// A multiple-shooting window: consecutive samples of one record, simulated from an initial state of their own.
+/// A multiple-shooting window: consecutive samples of a record with an initial state of their own.
 #[derive(Clone, Debug)]
 pub(crate) struct ShootingWindow {
     pub record: usize,
@@ -34,7 +34,9 @@ impl<'a> Problem<'a> {
         Self { system, records, free_parameters, free_states }
     }
 
-    /// Standard deviation of the data of each channel, in its unit: the residual scale that fits begin with.
+    /// Standard deviation of the data of each channel, in its unit.
+    ///
+    /// Fits begin with it as the scale of the residuals.
     pub fn channel_sd(&self) -> Vec<f64> {
         (0..self.schema().channels.len()).map(|channel| spread(self.records, channel)).collect()
     }
@@ -43,7 +45,9 @@ impl<'a> Problem<'a> {
         self.system.schema()
     }
 
-    /// Mean and standard deviation of the prior of a state at the start of a record; `None` for later windows.
+    /// Mean and standard deviation of the prior of an initial state; `None` if it has no prior.
+    ///
+    /// Only a window at the start of a record has priors.
     pub fn prior(&self, window: &ShootingWindow, state: usize) -> Option<(f64, f64)> {
         match self.schema().states.get(state)?.begin {
             Begin::Prior(mean, sd) if window.samples.start == 0 => Some((mean, sd)),
@@ -65,7 +69,9 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Merges neighbouring windows of a record in pairs; a merged window keeps the initial state of its first half.
+/// Merges neighbouring windows of a record in pairs.
+///
+/// A merged window starts from the initial state of the first of its two windows.
 pub(crate) fn merge_pairs(windows: &[ShootingWindow]) -> Vec<ShootingWindow> {
     let mut merged: Vec<ShootingWindow> = Vec::new();
     let mut last_is_pair = false;

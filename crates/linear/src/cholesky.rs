@@ -7,7 +7,7 @@ use faer::linalg::solvers::Solve;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, Par, Side};
 
-/// Solves `matrix` x = `right` for a positive definite `matrix`, `[n, n]`, and right-hand sides `[n, k]`.
+/// Solves `matrix` x = `right`, `[n, k]`, for a positive definite `matrix`, `[n, n]`.
 ///
 /// Reads the lower triangle. Returns `None` if the matrix is not positive definite in floating point.
 pub fn solve_positive_definite(matrix: &Mat<f64>, right: &Mat<f64>) -> Option<Mat<f64>> {
@@ -25,7 +25,8 @@ pub struct PositiveInverse {
 
 /// Inverts a positive definite matrix, `[n, n]`, as L⁻ᵀ L⁻¹, on one thread.
 ///
-/// Reads the lower triangle; the upper one must be 0. Returns `None` if the matrix is not positive definite in floating point.
+/// Reads the lower triangle; the upper one must be 0. Returns `None` if the matrix is not positive definite
+/// in floating point.
 pub fn invert_positive_definite(mut matrix: Mat<f64>) -> Option<PositiveInverse> {
     let n = matrix.nrows();
     // One thread, so that the result does not depend on the number of threads.
@@ -53,7 +54,8 @@ pub fn invert_positive_definite(mut matrix: Mat<f64>) -> Option<PositiveInverse>
 
 #[cfg(test)]
 mod tests {
-    //! Contract: solutions and inverses satisfy their definitions; a matrix that is not positive definite gives `None`.
+    //! Contract: solutions and inverses satisfy their definitions; a matrix that is not positive definite
+    //! gives `None`.
     use super::*;
     use approx::assert_relative_eq;
 

@@ -1,4 +1,4 @@
-//! A small network: a GRU reads a sequence, and a Gaussian head predicts the next value with a standard deviation.
+//! A small network: a GRU reads a sequence, and a Gaussian head predicts the next value.
 //!
 //! `cargo run --release -p augsim-nn --example own_net` trains it on noisy oscillations.
 
@@ -25,7 +25,7 @@ impl TinyNet {
         TinyNet { memory, head }
     }
 
-    /// Negative log-likelihood of `next [time, 1, lanes]` given `inputs [time, 1, lanes]`, summed, without constants.
+    /// Summed negative log-likelihood of `next` given `inputs`, `[time, 1, lanes]` each, without constants.
     ///
     /// # Errors
     /// [`TensorError`] if shapes are incompatible.
@@ -73,7 +73,7 @@ pub fn train<T: Scalar>(
     Ok(losses)
 }
 
-/// Oscillations with a noise of standard deviation 0.1, `[time, lanes]` flat, and the same one step later.
+/// Oscillations with noise of standard deviation 0.1, `[time, lanes]`, and the values one step later.
 pub fn oscillations(seed: u64, time: usize, lanes: usize) -> (Vec<f64>, Vec<f64>) {
     let mut random = random_stream(seed, "oscillations", 0);
     let mut noise = || -> f64 { StandardNormal.sample(&mut random) };

@@ -1,7 +1,8 @@
 //! Checkpoint files: a value serialised by bincode, with version, length and checksum.
 //!
-//! The layout is: magic number (8 bytes), format version (u32), length of the body (u64), CRC-32 of the body (u32), all
-//! little-endian, then the body. The caller writes the bytes of [`encode`] to a file and must do so atomically.
+//! The layout is: magic number (8 bytes), format version (u32), length of the body (u64), CRC-32 of the body
+//! (u32), all little-endian, then the body. The caller writes the bytes of [`encode`] to a file and must do
+//! so atomically.
 
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::{Path, PathBuf};

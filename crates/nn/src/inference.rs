@@ -1,7 +1,8 @@
 //! Layers without a tape, for sampling and for control loops that run one step at a time.
 //!
-//! Weights are packed once, and nothing is allocated after construction. Sequences are `[time, feature, lane]`, as on the tape.
-//! A runner is made for a number of lanes and a maximum number of steps per call, and keeps its states between calls.
+//! Weights are packed once, and nothing is allocated after construction. Sequences are `[time, feature,
+//! lane]`, as on the tape. A runner is made for a number of lanes and a maximum number of steps per call, and
+//! keeps its states between calls.
 
 use crate::{GaussianHead, Gru, Linear, Mlp, ParamId, Params};
 use augsim_tensor::kernels::draw::{Draw, draw};
@@ -19,7 +20,9 @@ pub struct GruRunner {
 }
 
 impl GruRunner {
-    /// Packs the weights of `gru`, for `lanes` sequences and at most `steps` steps per call; the states are 0.
+    /// Packs the weights of `gru`, for `lanes` sequences and at most `steps` steps per call.
+    ///
+    /// The states are 0.
     pub fn new(gru: &Gru, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
         let layers: Vec<PackedGru> = gru
             .layers
@@ -44,13 +47,6 @@ impl GruRunner {
     /// Sets all states to 0.
     pub fn reset(&mut self) {
         self.states.iter_mut().for_each(|s| s.fill(0.0));
-    }
-
-    /// States of all layers, `[hidden, lane]` each.
-    ///
-    /// A control loop saves and restores them to try several continuations.
-    pub fn states_mut(&mut self) -> impl Iterator<Item = &mut [f32]> {
-        self.states.iter_mut().map(|s| &mut s[..])
     }
 
     /// Hidden states of the last layer `[steps, hidden, lane]` for `x [steps, input, lane]`.

@@ -1,10 +1,12 @@
-//! Output layers that map features to a mixture of diagonal Gaussians (Bishop, Mixture Density Networks, 1994).
+//! Output layers that map features to a mixture of diagonal Gaussians.
+//!
+//! Source: Bishop, Mixture Density Networks, technical report, Aston University, 1994.
 
 use crate::inference::{LinearRunner, SdRunner};
 use crate::{Bound, Linear, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// Three affine layers: for logits of the components, their means, and, with softplus, their standard deviations.
+/// Three affine layers: logits, means, and (with softplus) standard deviations of the components.
 #[derive(Debug, Clone, Copy)]
 pub struct MixtureHead {
     logits: Linear,
@@ -84,8 +86,8 @@ impl MixtureHead {
 
 /// ln of the sum of exponentials over the feature axis: maps `[time, F, batch]` to `[time, 1, batch]`.
 ///
-/// The largest value is subtracted first and added at the end, as a constant. This changes neither the value nor the gradient,
-/// and the exponentials stay finite.
+/// The largest value is subtracted first and added at the end, as a constant. This changes neither the value
+/// nor the gradient, and the exponentials stay finite.
 fn log_sum_exp<T: Scalar>(tape: &mut Tape<T>, x: Var) -> Result<Var, TensorError> {
     let dims = [tape.shape(x).dims()[0], tape.shape(x).dims()[1], tape.shape(x).dims()[2]];
     let [time, features, batch] = dims;

@@ -12,8 +12,8 @@ pub struct Mlp {
 impl Mlp {
     /// Registers the layers `{prefix}.0`, `{prefix}.2`, …
     ///
-    /// These are the names of a `torch.nn.Sequential` in which every other module is tanh. `widths` holds the number of
-    /// inputs, then the number of outputs of each layer.
+    /// These are the names of a `torch.nn.Sequential` in which every other module is tanh. `widths` holds the
+    /// number of inputs, then the number of outputs of each layer.
     ///
     /// ```
     /// use augsim_data::random_stream;

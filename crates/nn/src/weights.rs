@@ -72,7 +72,7 @@ const MAX_REASON_CHARS: usize = 300;
 /// Maximum number of names in a message.
 const MAX_LISTED_NAMES: usize = 20;
 
-/// The first `max_chars` characters of a text from a file, with control characters escaped for the terminal.
+/// The first `max_chars` characters of a text from a file, with control characters escaped.
 fn printable(text: &str, max_chars: usize) -> String {
     let mut out = String::new();
     for c in text.chars().take(max_chars) {

@@ -7,8 +7,8 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// Element type of a tensor: `f32` for training, `f64` for gradient checks.
 ///
-/// `f64` uses the reference kernels and the functions of the standard library; `f32` uses the SIMD kernels and the
-/// branch-free approximations of [`crate::kernels::activation`].
+/// `f64` uses the reference kernels and the functions of the standard library; `f32` uses the SIMD kernels
+/// and the branch-free approximations of [`crate::kernels::activation`].
 pub trait Scalar:
     Copy
     + Default
@@ -64,13 +64,13 @@ pub trait Scalar:
     fn tanh_forward(x: &[Self], y: &mut [Self]);
     /// `dx += g sigmoid(x)`, or `dx = g sigmoid(x)` if `fresh`.
     fn softplus_backward(x: &[Self], g: &[Self], dx: &mut [Self], fresh: bool);
-    /// Kullback-Leibler divergence KL(q || p) of Gaussians, element by element, from `[mean_q, sd_q, mean_p, sd_p]`.
+    /// Kullback-Leibler divergence KL(q || p) of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
     fn kl_forward(operands: [&[Self]; 4], y: &mut [Self]);
-    /// Adds the gradients of the four operands of [`Scalar::kl_forward`]; overwrites those that are `fresh`.
+    /// Adds the gradients of the operands of [`Scalar::kl_forward`]; overwrites those that are `fresh`.
     fn kl_backward(operands: [&[Self]; 4], g: &[Self], grads: [&mut [Self]; 4], fresh: [bool; 4]);
     /// Negative log-likelihood of a Gaussian, element by element, from `[x, mean, sd]`.
     fn nll_forward(operands: [&[Self]; 3], y: &mut [Self]);
-    /// Adds the gradients of the three operands of [`Scalar::nll_forward`]; overwrites those that are `fresh`.
+    /// Adds the gradients of the operands of [`Scalar::nll_forward`]; overwrites those that are `fresh`.
     fn nll_backward(operands: [&[Self]; 3], g: &[Self], grads: [&mut [Self]; 3], fresh: [bool; 3]);
     /// Affine map over the feature axis of a sequence.
     fn linear_forward(args: LinearForward<'_, Self>, scratch: &mut [Self]);

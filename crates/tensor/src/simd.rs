@@ -53,7 +53,8 @@ impl Level {
 
     /// The level of this process, which is determined at the first call.
     ///
-    /// If [`Level::requested`] is an error this is the fastest level; programs report that error when they start.
+    /// If [`Level::requested`] is an error this is the fastest level; programs report that error when they
+    /// start.
     pub fn current() -> Level {
         static CURRENT: OnceLock<Level> = OnceLock::new();
         *CURRENT.get_or_init(|| {
@@ -82,8 +83,8 @@ impl Level {
 
     /// Runs a kernel at this level for `lanes` sequences.
     ///
-    /// Up to 8 sequences fill at most half of an AVX-512 vector. They run faster on AVX2 vectors, compiled for AVX-512
-    /// to have its 32 registers.
+    /// Up to 8 sequences fill at most half of an AVX-512 vector. They run faster on AVX2 vectors, compiled
+    /// for AVX-512 to have its 32 registers.
     #[inline]
     pub(crate) fn run<K: Kernel>(self, lanes: usize, kernel: K) {
         match (self, lanes) {
@@ -148,7 +149,9 @@ impl Level {
 ///
 /// `MANY_REGISTERS` is true if there are 32 vector registers, false if there are 16.
 pub(crate) trait Kernel {
-    /// Runs the kernel. Implementations must be inlined into the function that is compiled for the instruction set.
+    /// Runs the kernel.
+    ///
+    /// Implementations must be inlined into the function that is compiled for the instruction set.
     fn run<S: Vector, const MANY_REGISTERS: bool>(self, simd: S);
 }
 

@@ -158,9 +158,9 @@ impl<T: Scalar> Tape<T> {
 
     /// Differentiates one term of a loss and removes the records after `mark`.
     ///
-    /// The gradient of `loss` is propagated to the tensors recorded before `mark`, where the gradients of several
-    /// terms add up; [`Tape::finish_backward`] then propagates them to the variables. The memory of a term is reused
-    /// by the next one, so it stays in cache.
+    /// The gradient of `loss` is propagated to the tensors recorded before `mark`, where the gradients of
+    /// several terms add up; [`Tape::finish_backward`] then propagates them to the variables. The memory of a
+    /// term is reused by the next one, so it stays in cache.
     ///
     /// # Errors
     /// [`TensorError::BadShape`] if `loss` has more or fewer than one element.
@@ -200,8 +200,8 @@ impl<T: Scalar> Tape<T> {
             if matches!(self.nodes[i].op, Op::Leaf) || self.grads[i].is_empty() {
                 continue;
             }
-            // The gradient of this node is complete: all nodes that use it come later on the tape and have been
-            // processed. Its buffer can be recycled after this step.
+            // The gradient of this node is complete: all nodes that use it come later on the tape and have
+            // been processed. Its buffer can be recycled after this step.
             let grad = std::mem::take(&mut self.grads[i]);
             ops::vjp(self, self.nodes[i].op, Var(i as u32), &grad);
             self.pool.give(grad);
@@ -273,8 +273,8 @@ impl<T: Scalar> Tape<T> {
 
     /// Takes the gradient buffer of `v` off the tape, for a kernel that writes every element.
     ///
-    /// Returns `(buffer, fresh)`: a `fresh` buffer is undefined and must be overwritten, another must be added to. The
-    /// buffer is empty if `v` needs no gradient.
+    /// Returns `(buffer, fresh)`: a `fresh` buffer is undefined and must be overwritten, another must be
+    /// added to. The buffer is empty if `v` needs no gradient.
     pub(crate) fn take_grad_to_write(&mut self, v: Var) -> (Buffer<T>, bool) {
         let i = v.index();
         if !self.nodes[i].needs_grad {
@@ -286,7 +286,8 @@ impl<T: Scalar> Tape<T> {
 
     /// Puts a gradient buffer back on the tape.
     ///
-    /// If an operand occurs twice in one operation (tied weights), two buffers have been taken; they are added.
+    /// If an operand occurs twice in one operation (tied weights), two buffers have been taken; they are
+    /// added.
     pub(crate) fn put_grad(&mut self, v: Var, grad: Buffer<T>) {
         let slot = &mut self.grads[v.index()];
         if slot.is_empty() {

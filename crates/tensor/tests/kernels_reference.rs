@@ -1,9 +1,10 @@
-//! Contract: at every level of this machine the SIMD kernels agree with their reference kernels, with and without an
-//! initial state. Shapes include incomplete vectors in batch and features, empty extents and single elements. The
-//! reference runs in f64, so the tolerance is that of single-precision sums, about eps * sqrt(T * B).
+//! Contract: at every level of this machine the SIMD kernels agree with their reference kernels, with and
+//! without an initial state. Shapes include incomplete vectors in batch and features, empty extents and
+//! single elements. The reference runs in f64, so the tolerance is that of single-precision sums, about eps *
+//! sqrt(T * B).
 //!
-//! The file is part of this crate and not of the workspace's `tests/`, so that `.ci/neon` has to build only one small
-//! crate for an emulated AArch64 machine.
+//! The file is part of this crate and not of the workspace's `tests/`, so that `.ci/neon` has to build only
+//! one small crate for an emulated AArch64 machine.
 
 use augsim_tensor::kernels::*;
 use augsim_tensor::simd::Level;
@@ -315,8 +316,9 @@ fn pointwise_kernels_equal_the_reference() {
     }
 }
 
-/// Vector minimum and maximum may drop a NaN, depending on the order of their operands. A NaN of a weight or a state must
-/// reach the loss, so that a diverged training run is noticed.
+/// A NaN of a weight or a state must reach the loss, so that a diverged training run is noticed.
+///
+/// Vector minimum and maximum may drop a NaN, depending on the order of their operands.
 #[test]
 fn gru_simd_propagates_nan() {
     let dims = GruDims { time: 3, input: 2, hidden: 5, batch: 19 };

@@ -1,6 +1,7 @@
-//! Contract: a calibration equals the least-squares solution over windows with initial states of their own, for any number
-//! of threads; it reports gauges, parameters at a bound, and why windows did not grow. The system is a drift
-//! `y = x0 + a t`: with one x0 per window the least-squares slope and its standard error have closed forms.
+//! Contract: a calibration equals the least-squares solution over windows with initial states of their own,
+//! for any number of threads; it reports gauges, parameters at a bound, and why windows did not grow. The
+//! system is a drift `y = x0 + a t`: with one x0 per window the least-squares slope and its standard error
+//! have closed forms.
 
 use augsim_calibrate::{Calibration, calibrate, fit_start};
 use augsim_physics::system::{Record, System};
@@ -102,7 +103,8 @@ fn parameters_stay_within_their_bounds() {
 
 #[test]
 fn windows_stop_growing_where_the_model_does_not_follow_the_data() {
-    // A jump of the level disturbs only the window that contains it: the others have initial states of their own.
+    // A jump of the level disturbs only the window that contains it: the others have initial states of their
+    // own.
     let jump = record(|t, k| 0.7 * t + if t > 7.9 { 5.0 } else { 0.0 } + 1e-3 * pseudo_random(k));
     let found = calibrate_drift(&drift_model("a_m_s", SLOPE), &jump, None);
     assert_eq!(found.stages.last().map(|s| s.windows), Some(2), "{:?}", found.stages);

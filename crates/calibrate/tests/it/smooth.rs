@@ -1,7 +1,7 @@
-//! Contract: the smoother distinguishes white measurement noise, autocorrelated measurement noise and process noise, estimates
-//! their size and correlation time, and its states are closer to the true ones than the readings. This holds with missing
-//! samples, and the result does not depend on the number of threads. The system is a damped oscillator, which the tests
-//! integrate themselves.
+//! Contract: the smoother distinguishes white measurement noise, autocorrelated measurement noise and process
+//! noise, estimates their size and correlation time, and its states are closer to the true ones than the
+//! readings. This holds with missing samples, and the result does not depend on the number of threads. The
+//! system is a damped oscillator, which the tests integrate themselves.
 
 use augsim_calibrate::{CalibrationError, Cause, Smoothed, smooth};
 use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
@@ -47,11 +47,11 @@ fn simulate(disturbances: &[f64]) -> Vec<[f64; 2]> {
         let dt = STEP_S / SUBSTEPS as f64;
         for _ in 0..SUBSTEPS {
             let rates = |[x, v]: [f64; 2]| [v, -40.0 * x - 0.1 * v + disturbance];
-            let at = |k: [f64; 2], by: f64| [now[0] + by * k[0], now[1] + by * k[1]];
+            let advance = |k: [f64; 2], dt: f64| [now[0] + dt * k[0], now[1] + dt * k[1]];
             let a = rates(now);
-            let b = rates(at(a, 0.5 * dt));
-            let c = rates(at(b, 0.5 * dt));
-            let d = rates(at(c, dt));
+            let b = rates(advance(a, 0.5 * dt));
+            let c = rates(advance(b, 0.5 * dt));
+            let d = rates(advance(c, dt));
             now = [0, 1].map(|i| now[i] + dt / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]));
         }
     }
@@ -195,8 +195,8 @@ fn records_without_measurements_are_an_error() {
 
 #[test]
 fn process_noise_of_a_measured_state_is_separated_from_measurement_noise() {
-    // The process noise acts on the state that is measured. If it were white, the likelihood would be highest without
-    // measurement noise; a correlation time separates the two.
+    // The process noise acts on the state that is measured. If it were white, the likelihood would be highest
+    // without measurement noise; a correlation time separates the two.
     let text = "scenario = \"system\"\n[states]\nexcess_K = { start = \"reading_K\" }\n\
     [parameters]\nloss_per_s = { nominal = 0.2, frozen = true }\n[rates]\nexcess_K = \"-loss_per_s * excess_K\"\n\
     [outputs]\nreading_K = { value = \"excess_K\", sd = \"estimate\" }\n";

@@ -1,8 +1,8 @@
 //! Branch-free `exp`, `tanh`, `sigmoid` and `softplus` in single precision.
 //!
-//! The compiler can vectorise them in a loop; the SIMD kernels have their own versions. Error bounds, tested against f64:
-//! `exp` 2 ulp on [-87, 88] (clamped outside), `tanh` 4e-7 relative, `sigmoid` 3e-7 absolute, `softplus` 4e-7 relative to
-//! max(1, |y|).
+//! The compiler can vectorise them in a loop; the SIMD kernels have their own versions. Error bounds, tested
+//! against f64: `exp` 2 ulp on [-87, 88] (clamped outside), `tanh` 4e-7 relative, `sigmoid` 3e-7 absolute,
+//! `softplus` 4e-7 relative to max(1, |y|).
 
 const LOG2_E: f32 = std::f32::consts::LOG2_E;
 /// ln 2 in two parts (Cody and Waite), so that n * LN2_HI is exact for every n that occurs.
@@ -133,7 +133,8 @@ mod tests {
             let tolerance = 4e-7 * want.max(1.0);
             assert!((f64::from(softplus(x)) - want).abs() <= tolerance, "softplus({x}) = {}", softplus(x));
         }
-        // For very negative x it approaches exp(x) with a small relative error, so a standard deviation stays positive.
+        // For very negative x it approaches exp(x) with a small relative error, so a standard deviation stays
+        // positive.
         let x = -20.0_f32;
         assert!((softplus(x) / (-20.0_f64).exp() as f32 - 1.0).abs() < 1e-5);
     }

@@ -5,8 +5,9 @@
 //! (2)  tanh(a) = 1 - 2 / (1 + 2^t),   t = 2 a log2(e)
 //! ```
 //!
-//! The factors of t are included in the weights, and functions are computed in pairs, so that two can share one division.
-//! Absolute errors are at most 3e-7, tested against f64 over all floats. Where t is clamped to +-43 the error is 2^-43.
+//! The factors of t are included in the weights, and functions are computed in pairs, so that two can share
+//! one division. Absolute errors are at most 3e-7, tested against f64 over all floats. Where t is clamped to
+//! +-43 the error is 2^-43.
 
 use super::vector::Vector;
 
@@ -31,8 +32,8 @@ pub(crate) fn tanhs<S: Vector>(simd: S, a: S::f32s, b: S::f32s) -> (S::f32s, S::
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the error bound in the module's documentation holds over all floats (every exponent, denormals and
-    //! infinities) at every level of this machine.
+    //! Contract: the error bound in the module's documentation holds over all floats (every exponent,
+    //! denormals and infinities) at every level of this machine.
     use super::*;
     use crate::simd::{Kernel, Level};
 
@@ -53,7 +54,8 @@ mod tests {
 
     #[test]
     fn sigmoid_and_tanh_are_within_3e_7_over_all_floats() {
-        // Every 4099th float (a prime number, so that mantissas vary), and a fine grid where the functions are not flat.
+        // Every 4099th float (a prime number, so that mantissas vary), and a fine grid where the functions
+        // are not flat.
         let mut x: Vec<f32> = (0..=u32::MAX).step_by(4099).map(f32::from_bits).collect();
         x.extend((-200_000..=200_000).map(|i| i as f32 * 1e-4));
         x.extend([0.0, -0.0, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 1e-45, -1e-45]);

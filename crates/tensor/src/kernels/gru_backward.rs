@@ -1,8 +1,9 @@
 //! Vector-Jacobian product of the GRU layer in SIMD lanes.
 //!
-//! The gradient of the state is propagated backwards step by step. The gradients of inputs and weights are computed block by
-//! block of steps, while the gate gradients of the block are in cache. With dh the gradient of the state after a step and
-//! the notation of [`super::gru_reference`], the gradients of the pre-activations are
+//! The gradient of the state is propagated backwards step by step. The gradients of inputs and weights are
+//! computed block by block of steps, while the gate gradients of the block are in cache. With dh the gradient
+//! of the state after a step and the notation of [`super::gru_reference`], the gradients of the
+//! pre-activations are
 //!
 //! ```text
 //! (1)  da_z = dh (h - n) z (1 - z)
@@ -25,8 +26,8 @@ const PREFETCH_STEPS: usize = 2;
 
 /// Number of vectors from the gate gradients of one step to those of the next.
 ///
-/// It is one more than the number of gradients: with a stride of a multiple of 4 KB, the same row of all steps would fall into
-/// one set of the L1 cache.
+/// It is one more than the number of gradients: with a stride of a multiple of 4 KB, the same row of all
+/// steps would fall into one set of the L1 cache.
 const fn stride_of(hidden: usize) -> usize {
     4 * hidden + 1
 }
@@ -56,11 +57,11 @@ impl Kernel for Backward<'_, '_> {
             return;
         }
         let rows = 3 * hidden;
-        // Gate gradients are in the order a_n, r, z, c_n: those of the rows of W_ih are then contiguous, as are those of the
-        // rows of W_hh.
+        // Gate gradients are in the order a_n, r, z, c_n: those of the rows of W_ih are then contiguous, as
+        // are those of the rows of W_hh.
         let gate_of = |slot: usize| (slot + 2) % 3 * hidden;
-        let (w_hh, rest) = scratch.split_at_mut(packed_len(hidden, rows));
-        let (w_ih, rest) = rest.split_at_mut(packed_len(input, rows));
+        let (w_hh, remaining) = scratch.split_at_mut(packed_len(hidden, rows));
+        let (w_ih, remaining) = remaining.split_at_mut(packed_len(input, rows));
         let w_hh =
             Panels::pack::<MANY_REGISTERS>(w_hh, hidden, rows, |k, row| g.weights.w_hh[row * hidden + k]);
         let wants_dx = !g.dx.is_empty() && g.dx_inputs > 0;
@@ -68,18 +69,18 @@ impl Kernel for Backward<'_, '_> {
             Panels::pack::<MANY_REGISTERS>(w_ih, if wants_dx { g.dx_inputs } else { 0 }, rows, |i, row| {
                 g.weights.w_ih[(gate_of(row / hidden) + row % hidden) * input + i]
             });
-        let (carry, rest) = vectors::<S>(rest, hidden);
-        let (h0, rest) = vectors::<S>(rest, hidden);
+        let (carry, remaining) = vectors::<S>(remaining, hidden);
+        let (h0, remaining) = vectors::<S>(remaining, hidden);
         let stride = stride_of(hidden);
-        let (grads, rest) = vectors::<S>(rest, BLOCK * stride);
-        let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
-        let (dx_buffer, rest) = vectors::<S>(rest, BLOCK * input);
-        let (y_buffer, rest) = vectors::<S>(rest, BLOCK * hidden);
-        let (dy_buffer, rest) = vectors::<S>(rest, BLOCK * hidden);
-        let (saved_buffer, rest) = vectors::<S>(rest, BLOCK * 4 * hidden);
-        let (dw_ih, rest) = vectors::<S>(rest, rows * input);
-        let (dw_hh, rest) = vectors::<S>(rest, rows * hidden);
-        let (db, _) = vectors::<S>(rest, 4 * hidden);
+        let (grads, remaining) = vectors::<S>(remaining, BLOCK * stride);
+        let (x_buffer, remaining) = vectors::<S>(remaining, BLOCK * input);
+        let (dx_buffer, remaining) = vectors::<S>(remaining, BLOCK * input);
+        let (y_buffer, remaining) = vectors::<S>(remaining, BLOCK * hidden);
+        let (dy_buffer, remaining) = vectors::<S>(remaining, BLOCK * hidden);
+        let (saved_buffer, remaining) = vectors::<S>(remaining, BLOCK * 4 * hidden);
+        let (dw_ih, remaining) = vectors::<S>(remaining, rows * input);
+        let (dw_hh, remaining) = vectors::<S>(remaining, rows * hidden);
+        let (db, _) = vectors::<S>(remaining, 4 * hidden);
         let zero = simd.splat_f32s(0.0);
         dw_ih.fill(zero);
         dw_hh.fill(zero);
@@ -189,8 +190,8 @@ fn block_gradients<S: Simd, const MANY_REGISTERS: bool>(
 
 /// Computes the gate gradients (1) to (3) of one step, in the order a_n, r, z, c_n.
 ///
-/// `carry` is the gradient of the state after the step and is replaced by the term z dh of (4). The vectors may have any
-/// layout, if all operands have the same.
+/// `carry` is the gradient of the state after the step and is replaced by the term z dh of (4). The vectors
+/// may have any layout, if all operands have the same.
 #[inline(always)]
 pub(crate) fn gate_gradients<S: Simd>(
     simd: S,
@@ -203,9 +204,9 @@ pub(crate) fn gate_gradients<S: Simd>(
     let (saved_r, saved) = step.saved.split_at(hidden);
     let (saved_z, saved) = saved.split_at(hidden);
     let (saved_n, saved_m) = saved.split_at(hidden);
-    let (d_n, rest) = grads.split_at_mut(hidden);
-    let (d_r, rest) = rest.split_at_mut(hidden);
-    let (d_z, d_m) = rest.split_at_mut(hidden);
+    let (d_n, remaining) = grads.split_at_mut(hidden);
+    let (d_r, remaining) = remaining.split_at_mut(hidden);
+    let (d_z, d_m) = remaining.split_at_mut(hidden);
     for j in 0..hidden {
         let (r, z, n, m) = (saved_r[j], saved_z[j], saved_n[j], saved_m[j]);
         for row in [saved_r, saved_z, saved_n, saved_m] {

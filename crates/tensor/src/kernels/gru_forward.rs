@@ -1,7 +1,8 @@
 //! Forward pass of the GRU layer in SIMD lanes.
 //!
-//! Hidden units are computed in groups, with all their gates at once: 4 units have 16 accumulators (r, z, and the input and
-//! recurrent parts of n). Weights are broadcast from memory. The equations are in [`super::gru_reference`].
+//! Hidden units are computed in groups, with all their gates at once: 4 units have 16 accumulators (r, z, and
+//! the input and recurrent parts of n). Weights are broadcast from memory. The equations are in
+//! [`super::gru_reference`].
 
 use super::gates::{SIGMOID_SCALE, TANH_SCALE, sigmoids, tanhs};
 use super::lanes::{BLOCK, Chunk, MAX_LANES, rows_mut, vectors};
@@ -73,8 +74,8 @@ impl Kernel for Sequence<'_> {
 
 /// Packed weights in groups of `U` units, scaled for [`super::gates`].
 ///
-/// Weights are `[group][column][gate][unit]`, biases `[group][part][unit]` with the parts r, z, n (input) and n
-/// (recurrent).
+/// Weights are `[group][column][gate][unit]`, biases `[group][part][unit]` with the parts r, z, n (input) and
+/// n (recurrent).
 struct Packed<'a, const U: usize> {
     w_ih: &'a [[[f32; U]; 3]],
     w_hh: &'a [[[f32; U]; 3]],
@@ -99,11 +100,11 @@ fn pack_columns<const U: usize>(packed: &mut [f32], w: &[f32], hidden: usize, co
 /// Packs weights and biases.
 fn pack<const U: usize>(w: GruWeights<'_, f32>, d: GruDims, packed: &mut [f32]) {
     let units = d.hidden.next_multiple_of(U);
-    let (w_ih, rest) = packed.split_at_mut(3 * units * d.input);
-    let (w_hh, rest) = rest.split_at_mut(3 * units * d.hidden);
+    let (w_ih, remaining) = packed.split_at_mut(3 * units * d.input);
+    let (w_hh, remaining) = remaining.split_at_mut(3 * units * d.hidden);
     pack_columns::<U>(w_ih, w.w_ih, d.hidden, d.input);
     pack_columns::<U>(w_hh, w.w_hh, d.hidden, d.hidden);
-    for (position, v) in rest[..4 * units].iter_mut().enumerate() {
+    for (position, v) in remaining[..4 * units].iter_mut().enumerate() {
         let (part, unit) = (position / U % 4, position / (4 * U) * U + position % U);
         let bias = |gate: usize, b: &[f32]| b[gate * d.hidden + unit];
         *v = match part {
@@ -119,12 +120,12 @@ impl<'a, const U: usize> Packed<'a, U> {
     /// The parts of packed weights.
     fn view(packed: &'a [f32], d: GruDims) -> Self {
         let units = d.hidden.next_multiple_of(U);
-        let (w_ih, rest) = packed.split_at(3 * units * d.input);
-        let (w_hh, rest) = rest.split_at(3 * units * d.hidden);
+        let (w_ih, remaining) = packed.split_at(3 * units * d.input);
+        let (w_hh, remaining) = remaining.split_at(3 * units * d.hidden);
         Packed {
             w_ih: w_ih.as_chunks::<U>().0.as_chunks::<3>().0,
             w_hh: w_hh.as_chunks::<U>().0.as_chunks::<3>().0,
-            bias: rest[..4 * units].as_chunks::<U>().0.as_chunks::<4>().0,
+            bias: remaining[..4 * units].as_chunks::<U>().0.as_chunks::<4>().0,
         }
     }
 }
@@ -134,10 +135,10 @@ impl<'a, const U: usize> Packed<'a, U> {
 fn run<S: Vector, const U: usize>(simd: S, g: Sequence<'_>) {
     let GruDims { time, input, hidden, batch } = g.dims;
     let packed = Packed::<U>::view(g.packed, g.dims);
-    let (h, rest) = vectors::<S>(g.scratch, hidden);
-    let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
-    let (y_buffer, rest) = vectors::<S>(rest, BLOCK * hidden);
-    let (saved_buffer, _) = vectors::<S>(rest, BLOCK * 4 * hidden);
+    let (h, remaining) = vectors::<S>(g.scratch, hidden);
+    let (x_buffer, remaining) = vectors::<S>(remaining, BLOCK * input);
+    let (y_buffer, remaining) = vectors::<S>(remaining, BLOCK * hidden);
+    let (saved_buffer, _) = vectors::<S>(remaining, BLOCK * 4 * hidden);
     let saves = !g.saved.is_empty();
 
     for chunk in Chunk::all::<S>(batch) {

@@ -1,6 +1,7 @@
 //! Batches of sequences as SIMD vectors, one sequence per lane.
 //!
-//! All functions are generic over the instruction set and are inlined into the function that is compiled for it.
+//! All functions are generic over the instruction set and are inlined into the function that is compiled for
+//! it.
 
 use pulp::Simd;
 
@@ -9,7 +10,8 @@ pub(crate) const MAX_LANES: usize = 16;
 
 /// Number of time steps that kernels process at once.
 ///
-/// It is large enough to make the work per block negligible, and small enough for a block to stay in the L2 cache.
+/// It is large enough to make the work per block negligible, and small enough for a block to stay in the L2
+/// cache.
 pub(crate) const BLOCK: usize = 32;
 
 /// Loads a row of at most one vector; unused lanes are 0.

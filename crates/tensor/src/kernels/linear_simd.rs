@@ -42,10 +42,10 @@ impl Kernel for Forward<'_, '_> {
     fn run<S: Vector, const MANY_REGISTERS: bool>(self, simd: S) {
         let Forward(g, scratch) = self;
         let LinearDims { time, input, output, batch } = g.dims;
-        let (packed, rest) = scratch.split_at_mut(packed_len(output, input));
+        let (packed, remaining) = scratch.split_at_mut(packed_len(output, input));
         let w = Panels::pack::<MANY_REGISTERS>(packed, output, input, |o, i| g.w[o * input + i]);
-        let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
-        let (y_buffer, _) = vectors::<S>(rest, BLOCK * output);
+        let (x_buffer, remaining) = vectors::<S>(remaining, BLOCK * input);
+        let (y_buffer, _) = vectors::<S>(remaining, BLOCK * output);
         for chunk in Chunk::all::<S>(batch) {
             for start in (0..time).step_by(BLOCK) {
                 let steps = BLOCK.min(time - start);
@@ -74,15 +74,15 @@ impl Kernel for Backward<'_, '_> {
     fn run<S: Vector, const MANY_REGISTERS: bool>(self, simd: S) {
         let Backward(g, scratch) = self;
         let LinearDims { time, input, output, batch } = g.dims;
-        let (packed, rest) = scratch.split_at_mut(packed_len(input, output));
+        let (packed, remaining) = scratch.split_at_mut(packed_len(input, output));
         let w = Panels::pack::<MANY_REGISTERS>(packed, input, output, |i, o| g.w[o * input + i]);
-        let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
-        let (dx_buffer, rest) = vectors::<S>(rest, BLOCK * input);
-        let (dy_buffer, rest) = vectors::<S>(rest, BLOCK * output);
-        let (y_buffer, rest) = vectors::<S>(rest, BLOCK * output);
-        let (slopes, rest) = vectors::<S>(rest, BLOCK * output);
-        let (dw, rest) = vectors::<S>(rest, output * input);
-        let (db, _) = vectors::<S>(rest, output);
+        let (x_buffer, remaining) = vectors::<S>(remaining, BLOCK * input);
+        let (dx_buffer, remaining) = vectors::<S>(remaining, BLOCK * input);
+        let (dy_buffer, remaining) = vectors::<S>(remaining, BLOCK * output);
+        let (y_buffer, remaining) = vectors::<S>(remaining, BLOCK * output);
+        let (slopes, remaining) = vectors::<S>(remaining, BLOCK * output);
+        let (dw, remaining) = vectors::<S>(remaining, output * input);
+        let (db, _) = vectors::<S>(remaining, output);
         dw.fill(simd.splat_f32s(0.0));
         db.fill(simd.splat_f32s(0.0));
         for chunk in Chunk::all::<S>(batch) {

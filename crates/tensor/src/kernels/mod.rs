@@ -1,8 +1,8 @@
 //! Numerical kernels: loops on slices, without tape and without allocation.
 //!
 //! Each SIMD kernel has a reference implementation in plain loops ([`gru_reference`], [`linear_reference`],
-//! [`pointwise_reference`]), with which it is compared on random shapes. The caller passes scratch memory; the `scratch`
-//! function of a kernel returns its length.
+//! [`pointwise_reference`]), with which it is compared on random shapes. The caller passes scratch memory;
+//! the `scratch` function of a kernel returns its length.
 
 pub mod activation;
 pub mod draw;

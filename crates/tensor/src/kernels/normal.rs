@@ -1,8 +1,9 @@
 //! Standard normal random numbers in SIMD lanes, with an independent generator per lane.
 //!
-//! The generator is xoshiro128++ (Blackman and Vigna 2021). Normal numbers come from the transform of Box and Muller (Annals
-//! of Mathematical Statistics 29, 1958), two from two words; the uniform number of the radius has 24 bits, so no number
-//! exceeds 5.77. The numbers of a lane depend only on its seed, not on the other lanes.
+//! The generator is xoshiro128++ (Blackman and Vigna 2021). Normal numbers come from the transform of Box and
+//! Muller (Annals of Mathematical Statistics 29, 1958), two from two words; the uniform number of the radius
+//! has 24 bits, so no number exceeds 5.77. The numbers of a lane depend only on its seed, not on the other
+//! lanes.
 
 use super::lanes::MAX_LANES;
 use super::pointwise::ln;
@@ -72,12 +73,12 @@ impl Kernel for Fill<'_> {
                 *s = simd.partial_load_u32s(&from[first..first + S::F32_LANES]);
             }
             let whole = if lanes == S::F32_LANES { out.len() / (2 * lanes) * 2 * lanes } else { 0 };
-            let (head, rest) = out.split_at_mut(whole);
+            let (head, remaining) = out.split_at_mut(whole);
             for rows in S::as_mut_simd_f32s(head).0.as_chunks_mut::<2>().0 {
                 let (a, b) = box_muller(simd, next(simd, &mut s), next(simd, &mut s));
                 *rows = [a, b];
             }
-            for rows in rest.chunks_mut(2 * lanes) {
+            for rows in remaining.chunks_mut(2 * lanes) {
                 let (a, b) = box_muller(simd, next(simd, &mut s), next(simd, &mut s));
                 let mut rows = rows.chunks_exact_mut(lanes);
                 for v in [a, b] {
@@ -114,9 +115,9 @@ fn next<S: Simd>(simd: S, s: &mut [S::u32s; 4]) -> S::u32s {
     result
 }
 
-/// sin(pi t) / t as a polynomial in t^2 on |t| <= 1/2, highest power first; minimax with an error of 1.4e-8.
+/// sin(pi t) / t as a polynomial in t^2 on |t| <= 1/2, highest power first; minimax error 1.4e-8.
 const SIN: [f32; 5] = [7.765_940_6e-2, -5.982_922e-1, 2.550_077_7, -5.167_710_3, std::f32::consts::PI];
-/// cos(pi t) as a polynomial in t^2 on |t| <= 1/2, highest power first; minimax with an error of 2e-10.
+/// cos(pi t) as a polynomial in t^2 on |t| <= 1/2, highest power first; minimax error 2e-10.
 const COS: [f32; 6] = [-2.439_671_8e-2, 2.349_375_6e-1, -1.335_212_1, 4.058_709, -4.934_802, 1.0];
 
 /// Value of a polynomial, coefficients of the highest power first.
@@ -161,8 +162,9 @@ fn box_muller<S: Simd>(simd: S, a: S::u32s, b: S::u32s) -> (S::f32s, S::f32s) {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the numbers are standard normal (moments to 5 standard errors, Kolmogorov-Smirnov at 1e-4), a lane does
-    //! not depend on the others, lanes and rows are uncorrelated, and levels agree except for rounding.
+    //! Contract: the numbers are standard normal (moments to 5 standard errors, Kolmogorov-Smirnov at 1e-4),
+    //! a lane does not depend on the others, lanes and rows are uncorrelated, and levels agree except for
+    //! rounding.
     use super::*;
 
     /// A well-mixed seed.

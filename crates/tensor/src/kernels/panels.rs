@@ -6,8 +6,8 @@ use pulp::Simd;
 
 /// Number of outputs of the next tile when `remaining` are left.
 ///
-/// A tile is never larger than the outputs that are left, so its extents are constants for the compiler, which keeps all
-/// sums in registers.
+/// A tile is never larger than the outputs that are left, so its extents are constants for the compiler,
+/// which keeps all sums in registers.
 #[inline(always)]
 const fn width<const MANY_REGISTERS: bool>(remaining: usize) -> usize {
     match remaining {

@@ -1,7 +1,7 @@
-//! Elementwise functions in SIMD lanes, f32: activations and Gaussian losses, with vector-Jacobian products.
+//! Elementwise activations and Gaussian losses in SIMD lanes, with vector-Jacobian products.
 //!
-//! Each takes one pass over memory. Reference: [`super::pointwise_reference`]. Error bounds, tested against f64 over all
-//! floats: `ln` 2 ulp, `tanh` 4e-7 relative, `softplus` 4e-7 relative to max(1, |y|).
+//! Each takes one pass over memory. Reference: [`super::pointwise_reference`]. Error bounds, tested against
+//! f64 over all floats: `ln` 2 ulp, `tanh` 4e-7 relative, `softplus` 4e-7 relative to max(1, |y|).
 
 use super::activation::{LN1P_POLY, TANH_CLAMP, TANH_P, TANH_Q};
 use super::exp2::{exp2, one_plus_exp2};
@@ -168,14 +168,6 @@ impl Pointwise<2, 1> for SoftplusVjp {
     }
 }
 
-struct Ln;
-impl Pointwise<1, 1> for Ln {
-    #[inline(always)]
-    fn evaluate<S: Simd>(simd: S, [x]: [S::f32s; 1]) -> [S::f32s; 1] {
-        [ln(simd, x)]
-    }
-}
-
 struct Kl;
 impl Pointwise<4, 1> for Kl {
     #[inline(always)]
@@ -245,11 +237,6 @@ pub fn tanh(x: &[f32], y: &mut [f32]) {
     apply(Tanh, [x], [y], [true]);
 }
 
-/// `y = ln x`.
-pub fn ln_all(x: &[f32], y: &mut [f32]) {
-    apply(Ln, [x], [y], [true]);
-}
-
 /// Kullback-Leibler divergence KL(q || p) of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
 pub fn gaussian_kl(operands: [&[f32]; 4], y: &mut [f32]) {
     apply(Kl, operands, [y], [true]);
@@ -272,10 +259,19 @@ pub fn gaussian_nll_vjp([x, mean, sd]: [&[f32]; 3], g: &[f32], grads: [&mut [f32
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the error bounds in the module's documentation hold over all floats, including denormals, zero,
-    //! infinities and NaN, at every level.
+    //! Contract: the error bounds in the module's documentation hold over all floats, including denormals,
+    //! zero, infinities and NaN, at every level.
     use super::*;
 
+    struct Ln;
+    impl Pointwise<1, 1> for Ln {
+        #[inline(always)]
+        fn evaluate<S: Simd>(simd: S, [x]: [S::f32s; 1]) -> [S::f32s; 1] {
+            [ln(simd, x)]
+        }
+    }
+
+    /// A grid over all floats, with special values.
     fn floats() -> Vec<f32> {
         let mut x: Vec<f32> = (0..=u32::MAX).step_by(4099).map(f32::from_bits).collect();
         x.extend((0..=100_000).map(|i| 0.5 + i as f32 * 2e-5));

@@ -1,4 +1,4 @@
-//! Operations that [`pulp::Simd`] lacks: n / (1 + 2^t), the basis of all gates, for each instruction set.
+//! Vector operation that [`pulp::Simd`] lacks: n / (1 + 2^t), the basis of all gates.
 
 use super::exp2;
 use pulp::Simd;
@@ -24,9 +24,9 @@ impl Vector for pulp::x86::V3 {}
 impl Vector for pulp::x86::V4 {
     /// Uses a table of 2^(i/32) in two registers, so that a quadratic suffices for the remainder of t.
     ///
-    /// The scaling by 2^n underflows to 0 and overflows to infinity correctly, so nothing is clamped. The table lookup and
-    /// the scaling run in parallel with the multiply-adds. Two divisions cost less here than one division and the
-    /// products of [`exp2::by_one_division`].
+    /// The scaling by 2^n underflows to 0 and overflows to infinity correctly, so nothing is clamped. The
+    /// table lookup and the scaling run in parallel with the multiply-adds. Two divisions cost less here than
+    /// one division and the products of [`exp2::by_one_division`].
     #[inline(always)]
     fn over_one_plus_exp2(self, numerator: f32, a: Self::f32s, b: Self::f32s) -> (Self::f32s, Self::f32s) {
         let k = |c: f32| self.splat_f32s(c);

@@ -41,7 +41,7 @@ pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, out: Var, grad: &[T]) {
     tape.accumulate(a, |da, _| for_each_source(from, shape, |to, source| da[source] += grad[to]));
 }
 
-/// Calls `f(index in the broadcast tensor, index in the original)` for every element; both indices are flat.
+/// Calls `f(index in the broadcast tensor, index in the original)` for every element; indices are flat.
 fn for_each_source(from: Shape, to: Shape, mut f: impl FnMut(usize, usize)) {
     let offset = to.rank() - from.rank();
     let mut strides = [0; MAX_RANK];

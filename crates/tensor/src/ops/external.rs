@@ -6,8 +6,8 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// Records a function of `x [time, in, batch]` with given `values [time, out, batch]` and Jacobian.
     ///
-    /// The function must act on each time and batch entry separately, so that the Jacobian is `[time, out, in, batch]`.
-    /// An example is a physics step that is differentiated by dual numbers.
+    /// The function must act on each time and batch entry separately, so that the Jacobian is `[time, out,
+    /// in, batch]`. An example is a physics step that is differentiated by dual numbers.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -22,7 +22,8 @@ impl<T: Scalar> Tape<T> {
     /// ```
     ///
     /// # Errors
-    /// [`TensorError::BadShape`] unless `x` has three axes, [`TensorError::WrongLength`] for values or a Jacobian of other extents.
+    /// [`TensorError::BadShape`] unless `x` has three axes, [`TensorError::WrongLength`] for values or a
+    /// Jacobian of other extents.
     pub fn external(&mut self, x: Var, out: usize, values: &[T], jacobian: &[T]) -> Result<Var, TensorError> {
         let shape = self.shape(x);
         let &[time, inputs, batch] = shape.dims() else {

@@ -7,8 +7,8 @@ use crate::{Scalar, Tape, TensorError, Var};
 impl<T: Scalar> Tape<T> {
     /// Kullback-Leibler divergence KL(q || p) of `q = N(mean_q, sd_q^2)` and `p = N(mean_p, sd_p^2)`.
     ///
-    /// Element by element: `ln(sd_p / sd_q) + (sd_q^2 + (mean_q - mean_p)^2) / (2 sd_p^2) - 1/2`. The standard
-    /// deviations must be positive.
+    /// Element by element: `ln(sd_p / sd_q) + (sd_q^2 + (mean_q - mean_p)^2) / (2 sd_p^2) - 1/2`. The
+    /// standard deviations must be positive.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

@@ -28,8 +28,8 @@ impl GruVars {
 impl<T: Scalar> Tape<T> {
     /// Hidden states `[time, hidden, batch]` of a GRU layer for inputs `x [time, input, batch]`.
     ///
-    /// `h0 [hidden, batch]` is the initial state, 0 if it is `None`. With the reset gate r, the update gate z and the
-    /// candidate state n:
+    /// `h0 [hidden, batch]` is the initial state, 0 if it is `None`. With the reset gate r, the update gate z
+    /// and the candidate state n:
     ///
     /// ```text
     /// r  = sigmoid(W_ir x + b_ir + W_hr h + b_hr)

@@ -1,7 +1,7 @@
 //! Operations on tensors: one file each, with the forward pass and the vector-Jacobian product.
 //!
-//! To add an operation, write a file with `impl Tape` (forward pass) and `vjp`, a variant of [`Op`] with its name, a
-//! line in [`vjp`], and a case in the gradient checks.
+//! To add an operation, write a file with `impl Tape` (forward pass) and `vjp`, a variant of [`Op`] with its
+//! name, a line in [`vjp`], and a case in the gradient checks.
 
 mod add;
 mod broadcast;
@@ -124,7 +124,7 @@ names! {
     Op::External(..) => "external",
 }
 
-/// Vector-Jacobian product: adds the gradients of the operands of `op`, given the gradient of its output `out`.
+/// Vector-Jacobian product of `op`: adds the gradients of its operands, given that of its output.
 pub(crate) fn vjp<T: Scalar>(tape: &mut Tape<T>, op: Op, out: Var, grad: &[T]) {
     match op {
         Op::Leaf => {}

@@ -1,6 +1,7 @@
 //! Half the squared difference, element by element.
 //!
-//! It is the negative log-likelihood of a Gaussian with standard deviation 1, without the constant ln(2 pi) / 2.
+//! It is the negative log-likelihood of a Gaussian with standard deviation 1, without the constant ln(2 pi) /
+//! 2.
 
 use super::Op;
 use super::elementwise::{same_shape, vectorised};

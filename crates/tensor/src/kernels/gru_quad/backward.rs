@@ -13,8 +13,8 @@ const VECTOR: usize = QUAD * QUAD;
 
 /// Number of scratch elements of a layer.
 ///
-/// They hold the weights; the carried gradient, the initial state and dx of one step; the gate gradients and repeated inputs of
-/// a block; and the accumulators.
+/// They hold the weights; the carried gradient, the initial state and dx of one step; the gate gradients and
+/// repeated inputs of a block; and the accumulators.
 pub(super) const fn scratch(input: usize, hidden: usize) -> usize {
     let weights = replicated_len(hidden, 3 * hidden) + replicated_len(input, 3 * hidden);
     let state = 2 * QUAD * hidden + QUAD * input.next_multiple_of(QUAD);
@@ -31,22 +31,22 @@ pub(super) fn run(simd: V4, g: GruBackward<'_, f32>, scratch: &mut [f32]) {
     // Gate gradients are in the order a_n, r, z, c_n, as in `gru_backward`.
     let gate_of = |slot: usize| (slot + 2) % 3 * hidden;
     let needed = if g.dx.is_empty() { 0 } else { g.dx_inputs };
-    let (w_hh, rest) = scratch.split_at_mut(replicated_len(hidden, 3 * hidden));
-    let (w_ih, rest) = rest.split_at_mut(replicated_len(input, 3 * hidden));
+    let (w_hh, remaining) = scratch.split_at_mut(replicated_len(hidden, 3 * hidden));
+    let (w_ih, remaining) = remaining.split_at_mut(replicated_len(input, 3 * hidden));
     let w_hh = ReplicatedWeights::pack(w_hh, hidden, 3 * hidden, |k, gate| g.weights.w_hh[gate * hidden + k]);
     let w_ih = ReplicatedWeights::pack(w_ih, needed, 3 * hidden, |i, gate| {
         g.weights.w_ih[(gate_of(gate / hidden) + gate % hidden) * input + i]
     });
-    let (carry, rest) = rest.split_at_mut(row);
-    let (h0, rest) = rest.split_at_mut(row);
-    let (dx, rest) = rest.split_at_mut(QUAD * input.next_multiple_of(QUAD));
+    let (carry, remaining) = remaining.split_at_mut(row);
+    let (h0, remaining) = remaining.split_at_mut(row);
+    let (dx, remaining) = remaining.split_at_mut(QUAD * input.next_multiple_of(QUAD));
     let dx = &mut dx[..QUAD * needed.next_multiple_of(QUAD)];
-    let (grads, rest) = rest.split_at_mut(BLOCK * 4 * row);
-    let (x_repeated, rest) = rest.split_at_mut(BLOCK * VECTOR * input);
-    let (h_repeated, rest) = rest.split_at_mut(BLOCK * VECTOR * hidden);
-    let (dw_ih, rest) = rest.split_at_mut(QUAD * 3 * hidden * input);
-    let (dw_hh, rest) = rest.split_at_mut(QUAD * 3 * hidden * hidden);
-    let db = &mut rest[..QUAD * 4 * hidden];
+    let (grads, remaining) = remaining.split_at_mut(BLOCK * 4 * row);
+    let (x_repeated, remaining) = remaining.split_at_mut(BLOCK * VECTOR * input);
+    let (h_repeated, remaining) = remaining.split_at_mut(BLOCK * VECTOR * hidden);
+    let (dw_ih, remaining) = remaining.split_at_mut(QUAD * 3 * hidden * input);
+    let (dw_hh, remaining) = remaining.split_at_mut(QUAD * 3 * hidden * hidden);
+    let db = &mut remaining[..QUAD * 4 * hidden];
     for buffer in [&mut *carry, &mut *dw_ih, &mut *dw_hh, &mut *db] {
         buffer.fill(0.0);
     }

@@ -14,10 +14,10 @@ pub(super) const fn scratch(input: usize, hidden: usize) -> usize {
 #[inline(always)]
 pub(super) fn run(simd: V4, g: GruForward<'_, f32>, scratch: &mut [f32]) {
     let (time, input, hidden) = (g.dims.time, g.dims.input, g.dims.hidden);
-    let (w_ih, rest) = scratch.split_at_mut(QUAD * 3 * hidden * input);
-    let (w_hh, rest) = rest.split_at_mut(QUAD * 3 * hidden * hidden);
-    let (bias, rest) = rest.split_at_mut(QUAD * 4 * hidden);
-    let h0 = &mut rest[..QUAD * hidden];
+    let (w_ih, remaining) = scratch.split_at_mut(QUAD * 3 * hidden * input);
+    let (w_hh, remaining) = remaining.split_at_mut(QUAD * 3 * hidden * hidden);
+    let (bias, remaining) = remaining.split_at_mut(QUAD * 4 * hidden);
+    let h0 = &mut remaining[..QUAD * hidden];
     pack(w_ih, g.weights.w_ih, hidden, input);
     pack(w_hh, g.weights.w_hh, hidden, hidden);
     pack_bias(bias, g.weights, hidden);
@@ -129,7 +129,7 @@ impl Step<'_> {
     }
 }
 
-/// Adds the products of packed weights and `v` to the sums of the three gates, for `N` rows from row `first`.
+/// Adds products of packed weights and `v` to the sums of three gates, for `N` rows from row `first`.
 #[inline(always)]
 fn columns<const N: usize>(simd: V4, w: &[f32], first: usize, v: &[f32], sums: [&mut [f32x16; N]; 3]) {
     let v = quads(v);

@@ -1,8 +1,9 @@
 //! The GRU layer for batches of four sequences in AVX-512. Reference: [`super::gru_reference`].
 //!
-//! A batch of 100 is split into six tiles of 16 and one of 4; with one sequence per lane, the last would use a quarter of each
-//! vector. Here a vector holds four units of four sequences, which are contiguous in memory (rows `[unit, sequence]`). Each
-//! weight is replicated for the four sequences, and each input is repeated for the four units.
+//! A batch of 100 is split into six tiles of 16 and one of 4; with one sequence per lane, the last would use
+//! a quarter of each vector. Here a vector holds four units of four sequences, which are contiguous in memory
+//! (rows `[unit, sequence]`). Each weight is replicated for the four sequences, and each input is repeated
+//! for the four units.
 
 mod backward;
 mod forward;
