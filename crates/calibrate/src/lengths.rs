@@ -15,7 +15,7 @@ const MIN_LN_LIKELIHOOD_GAIN: f64 = 2.0;
 /// It is that between the negligible RMSE, 10^-6 of the spread of a channel, and 1000 times that spread.
 const MAX_LN_RMSE_DIFFERENCE: f64 = 20.0;
 
-/// Index of the fit with the longest windows among those that predict windows of all lengths best.
+/// Index of the longest-window fit whose predictions over all lengths are close to the best.
 ///
 /// `fits` is ordered by increasing window length. The initial state of each predicted window is estimated;
 /// `channel_sd` are the residual scales that these estimates begin with.

@@ -28,8 +28,10 @@ const ROUNDING_TOLERANCE: f64 = 1e-10;
 const INITIAL_DAMPING: f64 = 1e-3;
 /// Damping λ at which a fit gives up.
 const MAX_DAMPING: f64 = 1e12;
-/// Added to a unit diagonal in any case: a short window may carry no information about a state.
+/// Added to the unit diagonal of S; also the least diagonal element of C_i, as a share of the largest.
 const RIDGE: f64 = 1e-12;
+/// Added to the unit diagonal of C_i: a short window may carry no information about a state.
+const STATE_RIDGE: f64 = 1e-10;
 
 /// A parameter vector and the windows with their initial states.
 type Values = (Vec<f64>, Vec<ShootingWindow>);
@@ -381,8 +383,9 @@ fn invert_state_block(window: &WindowEquations, n: usize, damping: f64) -> Optio
     // The diagonal of a state about which the window carries no information is 0: it takes a share of the
     // largest.
     let size = |i: usize| c(i, i).max(RIDGE * largest).sqrt();
-    let scaled =
-        Mat::from_fn(n, n, |i, k| c(i, k) / (size(i) * size(k)) + if i == k { damping + 1e-10 } else { 0.0 });
+    let scaled = Mat::from_fn(n, n, |i, k| {
+        c(i, k) / (size(i) * size(k)) + if i == k { damping + STATE_RIDGE } else { 0.0 }
+    });
     let unit = Mat::<f64>::identity(n, n);
     let inverse = solve_positive_definite(&scaled, &unit)?;
     Some(Mat::from_fn(n, n, |i, k| inverse[(i, k)] / (size(i) * size(k))))

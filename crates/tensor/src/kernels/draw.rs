@@ -9,7 +9,7 @@ use crate::simd::{Kernel, Level};
 pub struct Draw<'a> {
     /// Means, then the standard deviations before softplus, `[T, 2 L, B]`.
     pub heads: &'a [f32],
-    /// Standard normal draws `[T, L, B]`.
+    /// Standard normal random numbers `[T, L, B]`.
     pub eps: &'a [f32],
     /// Value that is added to the standard deviations.
     pub floor: f32,

@@ -59,7 +59,6 @@ impl Kernel for Backward<'_, '_> {
         let rows = 3 * hidden;
         // Gate gradients are in the order a_n, r, z, c_n: those of the rows of W_ih are then contiguous, as
         // are those of the rows of W_hh.
-        let gate_of = |slot: usize| (slot + 2) % 3 * hidden;
         let (w_hh, remaining) = scratch.split_at_mut(packed_len(hidden, rows));
         let (w_ih, remaining) = remaining.split_at_mut(packed_len(input, rows));
         let w_hh =
@@ -67,7 +66,7 @@ impl Kernel for Backward<'_, '_> {
         let wants_dx = !g.dx.is_empty() && g.dx_inputs > 0;
         let w_ih =
             Panels::pack::<MANY_REGISTERS>(w_ih, if wants_dx { g.dx_inputs } else { 0 }, rows, |i, row| {
-                g.weights.w_ih[(gate_of(row / hidden) + row % hidden) * input + i]
+                g.weights.w_ih[(gate_row(row / hidden, hidden) + row % hidden) * input + i]
             });
         let (carry, remaining) = vectors::<S>(remaining, hidden);
         let (h0, remaining) = vectors::<S>(remaining, hidden);
@@ -113,22 +112,8 @@ impl Kernel for Backward<'_, '_> {
                 block_gradients::<S, MANY_REGISTERS>(simd, w_hh, carry, Block { previous, saved, dy }, grads);
                 let grads = &*grads;
                 if wants_dx {
-                    let out = if chunk.is_whole::<S>() {
-                        rows_mut::<S>(g.dx, start * input, steps * input)
-                    } else {
-                        &mut dx_buffer[..steps * input]
-                    };
-                    let fresh = g.dx_fresh || !chunk.is_whole::<S>();
-                    let initial = if fresh { InitialSum::Zero } else { InitialSum::Output };
-                    w_ih.apply::<S, MANY_REGISTERS>(simd, initial, (grads, stride), (out, input), steps);
-                    if !chunk.is_whole::<S>() {
-                        let out = &dx_buffer[..steps * input];
-                        if g.dx_fresh {
-                            chunk.write(simd, g.dx, start * input, out);
-                        } else {
-                            chunk.add(simd, g.dx, start * input, out);
-                        }
-                    }
+                    let dx = InputGradient { dx: g.dx, is_fresh: g.dx_fresh, input, start, steps };
+                    dx.compute::<S, MANY_REGISTERS>(simd, w_ih, chunk, grads, dx_buffer);
                 }
                 let part = |first, count| Rows { vectors: grads, stride, first, count };
                 let x = Rows { vectors: x, stride: input, first: 0, count: input };
@@ -142,14 +127,70 @@ impl Kernel for Backward<'_, '_> {
                 chunk.add(simd, g.dh0, 0, carry);
             }
         }
-        reduce_into(simd, g.dw_hh, dw_hh);
-        reduce_into(simd, &mut g.db_hh[..], &db[hidden..]);
-        for slot in 0..3 {
-            let gate = gate_of(slot);
-            let (w, b) = (&mut g.dw_ih[gate * input..], &mut g.db_ih[gate..]);
-            reduce_into(simd, &mut w[..hidden * input], &dw_ih[slot * hidden * input..]);
-            reduce_into(simd, &mut b[..hidden], &db[slot * hidden..]);
+        add_weight_gradients(simd, g, dw_ih, dw_hh, db);
+    }
+}
+
+/// First row of a gate in the weights of PyTorch, for the order of gates a_n, r, z of this kernel.
+pub(crate) const fn gate_row(slot: usize, hidden: usize) -> usize {
+    (slot + 2) % 3 * hidden
+}
+
+/// Destination of the gradients of the inputs of a block.
+struct InputGradient<'a> {
+    dx: &'a mut [f32],
+    is_fresh: bool,
+    input: usize,
+    start: usize,
+    steps: usize,
+}
+
+impl InputGradient<'_> {
+    /// Computes the gradients of the inputs from the gate gradients of the block.
+    #[inline(always)]
+    fn compute<S: Simd, const MANY_REGISTERS: bool>(
+        self,
+        simd: S,
+        w_ih: Panels<'_>,
+        chunk: Chunk,
+        grads: &[S::f32s],
+        buffer: &mut [S::f32s],
+    ) {
+        let Self { dx, is_fresh, input, start, steps } = self;
+        let (first_row, rows, stride) = (start * input, steps * input, grads.len() / steps);
+        if chunk.is_whole::<S>() {
+            let initial = if is_fresh { InitialSum::Zero } else { InitialSum::Output };
+            let out = rows_mut::<S>(dx, first_row, rows);
+            w_ih.apply::<S, MANY_REGISTERS>(simd, initial, (grads, stride), (out, input), steps);
+            return;
         }
+        let out = &mut buffer[..rows];
+        w_ih.apply::<S, MANY_REGISTERS>(simd, InitialSum::Zero, (grads, stride), (out, input), steps);
+        if is_fresh {
+            chunk.write(simd, dx, first_row, out);
+        } else {
+            chunk.add(simd, dx, first_row, out);
+        }
+    }
+}
+
+/// Adds the accumulated gradients of weights and biases, summed over the lanes, to the outputs.
+#[inline(always)]
+fn add_weight_gradients<S: Simd>(
+    simd: S,
+    g: GruBackward<'_, f32>,
+    dw_ih: &[S::f32s],
+    dw_hh: &[S::f32s],
+    db: &[S::f32s],
+) {
+    let GruDims { input, hidden, .. } = g.dims;
+    reduce_into(simd, g.dw_hh, dw_hh);
+    reduce_into(simd, &mut g.db_hh[..], &db[hidden..]);
+    for slot in 0..3 {
+        let gate = gate_row(slot, hidden);
+        let (w, b) = (&mut g.dw_ih[gate * input..], &mut g.db_ih[gate..]);
+        reduce_into(simd, &mut w[..hidden * input], &dw_ih[slot * hidden * input..]);
+        reduce_into(simd, &mut b[..hidden], &db[slot * hidden..]);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Vector-Jacobian product for four sequences, in blocks of steps as in [`super::super::gru_backward`].
 
 use super::super::GruBackward;
-use super::super::gru_backward::{Block, gate_gradients};
+use super::super::gru_backward::{Block, gate_gradients, gate_row};
 use super::super::lanes::BLOCK;
 use super::super::outer::{Rows, outer, sums};
 use super::replicated::{ReplicatedWeights, replicated_len};
@@ -29,13 +29,12 @@ pub(super) fn run(simd: V4, g: GruBackward<'_, f32>, scratch: &mut [f32]) {
     let (time, input, hidden) = (g.dims.time, g.dims.input, g.dims.hidden);
     let (rows, row) = (hidden / QUAD, QUAD * hidden);
     // Gate gradients are in the order a_n, r, z, c_n, as in `gru_backward`.
-    let gate_of = |slot: usize| (slot + 2) % 3 * hidden;
     let needed = if g.dx.is_empty() { 0 } else { g.dx_inputs };
     let (w_hh, remaining) = scratch.split_at_mut(replicated_len(hidden, 3 * hidden));
     let (w_ih, remaining) = remaining.split_at_mut(replicated_len(input, 3 * hidden));
     let w_hh = ReplicatedWeights::pack(w_hh, hidden, 3 * hidden, |k, gate| g.weights.w_hh[gate * hidden + k]);
     let w_ih = ReplicatedWeights::pack(w_ih, needed, 3 * hidden, |i, gate| {
-        g.weights.w_ih[(gate_of(gate / hidden) + gate % hidden) * input + i]
+        g.weights.w_ih[(gate_row(gate / hidden, hidden) + gate % hidden) * input + i]
     });
     let (carry, remaining) = remaining.split_at_mut(row);
     let (h0, remaining) = remaining.split_at_mut(row);
@@ -101,7 +100,7 @@ pub(super) fn run(simd: V4, g: GruBackward<'_, f32>, scratch: &mut [f32]) {
     reduce(g.dw_hh, dw_hh, hidden);
     reduce(g.db_hh, &db[row..], 1);
     for slot in 0..3 {
-        let gate = gate_of(slot);
+        let gate = gate_row(slot, hidden);
         reduce(&mut g.dw_ih[gate * input..][..hidden * input], &dw_ih[slot * row * input..], input);
         reduce(&mut g.db_ih[gate..][..hidden], &db[slot * row..], 1);
     }
