@@ -54,8 +54,8 @@ pub enum LimitSetting {
         /// The variable.
         variable: String,
     },
-    /// The value is not a whole parse_whole_number of at least 1.
-    #[error("{variable}={value}: must be a whole parse_whole_number of at least 1, such as 1000000 or 1e6")]
+    /// The value is not a whole number of at least 1.
+    #[error("{variable}={value}: must be a whole number of at least 1, such as 1000000 or 1e6")]
     Value {
         /// The variable.
         variable: String,
@@ -135,7 +135,7 @@ impl Limit {
         LimitExceeded { limit: self, allowed: self.value() }
     }
 
-    /// Checks that every environment variable `AUGSIM_LIMIT_…` names a limit and holds a valid parse_whole_number.
+    /// Checks that every environment variable `AUGSIM_LIMIT_…` names a limit and holds a valid number.
     ///
     /// # Errors
     /// [`LimitSetting`] for the first variable, in alphabetical order, that does not.
@@ -179,7 +179,7 @@ impl Limit {
     }
 }
 
-/// Parses a whole parse_whole_number of at least 1; `1e6` is accepted too.
+/// Parses a whole number of at least 1; `1e6` is accepted too.
 fn parse_whole_number(text: &OsStr) -> Option<u64> {
     let text = text.to_str()?;
     let value = text.parse::<u64>().ok().or_else(|| {

@@ -4,7 +4,7 @@
 pub(super) const KNOWN_UNITS: &str = "known units are m, cm, mm, um, in, ft, px, s, ms, us, ns, min, frames, rad, deg, \
                                       m/s, cm/s, mm/s, rad/s, deg/s";
 
-/// Quantity that a unit quantity.
+/// Quantity that a unit measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Quantity {
     Length,

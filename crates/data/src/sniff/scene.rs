@@ -76,8 +76,8 @@ impl<'a> Scene<'a> {
         let steps = self.drafts.iter().flat_map(|d| d.times.windows(2).map(|w| w[1] - w[0]));
         let step = median(&mut steps.collect::<Vec<_>>()).unwrap_or(0.0);
         let is_whole = self.drafts.iter().flat_map(|d| &d.times).all(|t| t.fract() == 0.0);
-        let column = self.first.parts.iter().position(|p| matches!(p, Role::Time(_)));
-        let written = column.and_then(|i| match &self.first.parts[i] {
+        let column = self.first.roles.iter().position(|p| matches!(p, Role::Time(_)));
+        let written = column.and_then(|i| match &self.first.roles[i] {
             Role::Time(unit) => *unit,
             _ => None,
         });
