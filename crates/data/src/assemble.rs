@@ -10,7 +10,8 @@ use std::path::PathBuf;
 
 /// Minimum number of samples that a trajectory counts as in the limit on cells.
 ///
-/// A short trajectory takes as much memory as this many samples, because each of its columns is a separate vector.
+/// A short trajectory takes as much memory as this many samples, because each of its columns is a separate
+/// vector.
 const MIN_COUNTED_SAMPLES: u64 = 8;
 
 /// Collects the rows of a file in long form into trajectories.
@@ -39,7 +40,7 @@ struct OpenTrajectory {
 }
 
 impl Assembler {
-    /// Assembler for rows of `columns` values; `id_column` and `time_column` are the header names for messages.
+    /// Assembler for rows of `columns` values; `id_column` and `time_column` are names for messages.
     pub(crate) fn new(
         path: PathBuf,
         id_column: &'static str,

@@ -1,7 +1,8 @@
 //! Atomic writing of files: the target is either complete or unchanged.
 //!
-//! The bytes are written to a temporary file in the target's folder and flushed to the disk, and the file is renamed.
-//! No reader sees half a file, even where the process was killed, and a failed write keeps the old file.
+//! The bytes are written to a temporary file in the target's folder and flushed to the disk, and the file is
+//! renamed. No reader sees half a file, even where the process was killed, and a failed write keeps the old
+//! file.
 //!
 //! A process that is asked to terminate removes its temporary files with [`abandon_writes`]; those of killed
 //! processes are removed by [`remove_stale`].
@@ -18,11 +19,11 @@ use thiserror::Error;
 
 /// Temporary files that this process is writing.
 ///
-/// A temporary file is created and listed here, and renamed and removed from the list, under the lock, so the list is
-/// complete whenever the lock is held.
+/// A temporary file is created and listed here, and renamed and removed from the list, under the lock, so the
+/// list is complete whenever the lock is held.
 static IN_FLIGHT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// Age above which a temporary file is abandoned even if its process id is in use: process ids are reused.
+/// Age above which a temporary file is abandoned even if its process id exists, because ids are reused.
 const MAX_TEMPORARY_AGE: Duration = Duration::from_secs(24 * 3600);
 
 /// Step of [`atomic_write`] that failed.
@@ -69,8 +70,8 @@ pub struct AtomicWriteError {
 
 /// Writes the file `path` atomically with the content that `fill` produces.
 ///
-/// `fill` receives a buffered writer; it returns errors of other kinds as `io::Error::other`. Where `path` is a
-/// symbolic link, the file that it points to is written.
+/// `fill` receives a buffered writer; it returns errors of other kinds as `io::Error::other`. Where `path` is
+/// a symbolic link, the file that it points to is written.
 ///
 /// # Errors
 /// [`AtomicWriteError`] with the target and the failed step; the temporary file is removed.
@@ -112,8 +113,8 @@ pub fn check_writable(path: &Path) -> Result<(), AtomicWriteError> {
 
 /// Removes the temporary files of all unfinished writes of this process and blocks further writes.
 ///
-/// No write starts, finishes or fails before the returned guard is dropped. A process that keeps the guard until it
-/// exits leaves no temporary file behind.
+/// No write starts, finishes or fails before the returned guard is dropped. A process that keeps the guard
+/// until it exits leaves no temporary file behind.
 pub fn abandon_writes() -> impl Sized {
     let mut in_flight = in_flight();
     while let Some(temporary) = in_flight.pop_first() {
@@ -125,8 +126,8 @@ pub fn abandon_writes() -> impl Sized {
 
 /// Removes temporary files that killed processes left in `folder`.
 ///
-/// A file is removed where `is_target` accepts the name of its target and its process no longer exists or the file is
-/// older than a day. Files that cannot be removed are skipped.
+/// A file is removed where `is_target` accepts the name of its target and its process no longer exists or the
+/// file is older than a day. Files that cannot be removed are skipped.
 pub fn remove_stale(folder: &Path, is_target: impl Fn(&str) -> bool) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     let in_flight = in_flight();

@@ -33,8 +33,8 @@ impl Column {
     /// ```
     ///
     /// # Errors
-    /// The name has other characters than ASCII letters, digits and underscores, more than 256 of them or no letter at
-    /// the beginning; it is one of the three reserved names; or it does not end in a known unit.
+    /// The name has other characters than ASCII letters, digits and underscores, more than 256 of them or no
+    /// letter at the beginning; it is one of the three reserved names; or it does not end in a known unit.
     pub fn new(name: &str) -> Result<Self, ColumnError> {
         check_name(name)?;
         let unit =

@@ -5,9 +5,10 @@
 //! 0,0,4.41,0
 //! 0,0.016666666666666666,4.4073,-0.16333
 //! ```
-//! The rows of a trajectory are contiguous and its times increase; lengths and sampling intervals may differ between
-//! trajectories. The optional column `group` holds a text label, the same in every row of a trajectory. The columns
-//! may be in any order. The file is plain text or gzip, which is recognised from its content.
+//! The rows of a trajectory are contiguous and its times increase; lengths and sampling intervals may differ
+//! between trajectories. The optional column `group` holds a text label, the same in every row of a
+//! trajectory. The columns may be in any order. The file is plain text or gzip, which is recognised from its
+//! content.
 
 use crate::assemble::Assembler;
 use crate::atomic_file::atomic_write;
@@ -25,8 +26,8 @@ const LAYOUT: &str = "the long form is comma-separated and starts with \
 
 /// How an empty cell in a column of measured values is read.
 ///
-/// Only an empty cell is a gap: the words NaN, null or NA are errors in both cases. Trajectory, time and group must
-/// never be missing.
+/// Only an empty cell is a gap: the words NaN, null or NA are errors in both cases. Trajectory, time and
+/// group must never be missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum MissingCells {
     /// As an error, for simulators and nets, which need every value.
@@ -89,7 +90,8 @@ pub(crate) fn read_long(mut source: CsvSource, missing: MissingCells) -> Result<
 
 /// Writes `dataset` atomically in long form, gzip where the name ends in `.gz`.
 ///
-/// Numbers are written with the fewest digits that read back to the same bits, so reading returns an equal data set.
+/// Numbers are written with the fewest digits that read back to the same bits, so reading returns an equal
+/// data set.
 ///
 /// ```
 /// use augsim_data::{Dataset, MissingCells, Trajectory, read_csv, write_csv};

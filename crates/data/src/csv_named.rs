@@ -1,4 +1,4 @@
-//! Reads the columns of CSV files that a model names, with the units of the model, and ignores the others.
+//! Reads the columns of CSV files that a model names, with the units of the model.
 
 use crate::assemble::Assembler;
 use crate::column::{Column, GROUP, TIME, TRAJECTORY};
@@ -42,8 +42,8 @@ impl fmt::Debug for NamedCsv {
 impl NamedCsv {
     /// Opens a file, plain or gzip, or all recordings in a folder.
     ///
-    /// A file that is not in the long form may have any separator and decimal mark, another name of the time column,
-    /// and units in its column names, which are converted to SI.
+    /// A file that is not in the long form may have any separator and decimal mark, another name of the time
+    /// column, and units in its column names, which are converted to SI.
     ///
     /// # Errors
     /// The file cannot be read or is not CSV, or the folder has no recordings.
@@ -78,8 +78,8 @@ impl NamedCsv {
 
     /// Reads the columns `wanted` with their units; an empty cell is a gap.
     ///
-    /// A file without the column `trajectory` holds one trajectory, which in a folder has the name of the file. In a
-    /// folder, the trajectories of a file with several are named `file/trajectory`.
+    /// A file without the column `trajectory` holds one trajectory, which in a folder has the name of the
+    /// file. In a folder, the trajectories of a file with several are named `file/trajectory`.
     ///
     /// # Errors
     /// A column is missing or a row cannot be read; the [`DataError`] states file, line, column and remedy.

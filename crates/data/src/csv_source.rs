@@ -11,8 +11,8 @@ use std::sync::Arc;
 
 /// Rows of a CSV file with their line numbers; spaces around cells are removed.
 ///
-/// The whole content is in memory, as the data set will be. Line numbers are counted from the content, because the
-/// parser skips blank lines without counting them in the position of a record.
+/// The whole content is in memory, as the data set will be. Line numbers are counted from the content,
+/// because the parser skips blank lines without counting them in the position of a record.
 pub(crate) struct CsvSource {
     path: PathBuf,
     content: Arc<[u8]>,
@@ -145,7 +145,7 @@ impl CsvSource {
         }
     }
 
-    /// Checks the number of commas in the line at offset `start`, before the parser takes memory for its cells.
+    /// Checks the number of commas in the line at offset `start`, before the parser allocates its cells.
     fn check_columns(&self, start: usize) -> Result<(), DataError> {
         let line = self.content.iter().skip(start).take_while(|&&byte| byte != b'\n');
         if line.filter(|&&byte| byte == b',').count() as u64 >= self.max_columns {

@@ -17,10 +17,10 @@ const HEAD_BYTES: usize = 64;
 
 /// Reads a data set in any layout that this crate knows.
 ///
-/// The layouts are CSV in long form or the ball layout `traj,step,t,height,velocity`, plain or gzip; NPZ; and the
-/// published push files (HDF5, JSON, a zip archive or a folder of them). Any other table of numbers is read by
-/// [`recognise`](crate::recognise), which infers the meaning of its columns; [`Dataset::notes`] then list the
-/// assumptions. `-` is standard input; a FIFO or `/dev/stdin` is read like any file.
+/// The layouts are CSV in long form or the ball layout `traj,step,t,height,velocity`, plain or gzip; NPZ; and
+/// the published push files (HDF5, JSON, a zip archive or a folder of them). Any other table of numbers is
+/// read by [`recognise`](crate::recognise), which infers the meaning of its columns; [`Dataset::notes`] then
+/// list the assumptions. `-` is standard input; a FIFO or `/dev/stdin` is read like any file.
 ///
 /// ```
 /// use augsim_data::{MissingCells, read_dataset};
@@ -34,7 +34,8 @@ const HEAD_BYTES: usize = 64;
 /// ```
 ///
 /// # Errors
-/// Any [`DataError`] of the readers. A file with the header of the long form gets the errors of the long form.
+/// Any [`DataError`] of the readers. A file with the header of the long form gets the errors of the long
+/// form.
 pub fn read_dataset(path: &Path, missing: MissingCells) -> Result<Dataset, DataError> {
     if path.is_dir() {
         return match read_push_dataset(path) {

@@ -1,23 +1,27 @@
 //! Estimates the uniform frame clock of a camera from time stamps with jitter.
 //!
-//! A camera takes frames at a constant period, but the time stamps are recorded with a random delay. At 10 m/s a delay
-//! of half a millisecond is 5 mm, which is more than the error of the camera.
+//! A camera takes frames at a constant period, but the time stamps are recorded with a random delay. At 10
+//! m/s a delay of half a millisecond is 5 mm, which is more than the error of the camera.
 //!
-//! 1. A grid search over periods near the median step minimises the jitter, the root mean square distance of the stamps
-//!    from their frames.
+//! 1. A grid search over periods near the median step minimises the jitter, the root mean square distance of
+//!    the stamps from their frames.
 //! 2. Linear least squares of the stamps over their frame numbers refines the period.
 
 use crate::dataset::Dataset;
 use crate::error::DataError;
 use crate::trajectory::Trajectory;
 
-/// Largest relative distance of the period from the median step: stamps in whole ms of a 7 ms clock are 7 % off.
+/// Largest relative distance of the period from the median step.
+///
+/// Stamps in whole milliseconds of a 7 ms clock can be 7 % off.
 const SEARCH_RANGE: f64 = 0.08;
-/// Grid spacing: shift of the last stamp of the longest trajectory between two tried periods, in frames.
+/// Grid spacing, as the shift of the last stamp of the longest trajectory, in frames.
 const GRID_SPACING: f64 = 0.05;
 /// Number of stamps per trajectory in the grid search; all stamps are used in the refinement.
 const MAX_GRID_STAMPS: usize = 500;
-/// Largest jitter, in frames, at which frames are identifiable: three standard deviations are below half a frame.
+/// Largest jitter, in frames, at which the frames are identifiable.
+///
+/// Three standard deviations are then below half a frame.
 const MAX_JITTER: f64 = 0.16;
 
 /// Clock with frames of equal length.
@@ -79,7 +83,8 @@ impl FrameClock {
 
 /// Frame numbers of the stamps, which never decrease, and the time of frame 0.
 ///
-/// Each stamp is rounded relative to the mean origin of the stamps before it, so a later stamp changes no earlier frame.
+/// Each stamp is rounded relative to the mean origin of the stamps before it, so a later stamp changes no
+/// earlier frame.
 fn frames(times: &[f64], period: f64) -> (Vec<i64>, f64) {
     let (mut frames, mut sum): (Vec<i64>, f64) = (Vec::with_capacity(times.len()), 0.0);
     for (n, &t) in times.iter().enumerate() {

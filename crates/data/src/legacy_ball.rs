@@ -1,8 +1,8 @@
 //! Reads the ball layout `traj,step,t,height,velocity` of the simulated bouncing-ball set.
 //!
-//! The layout is older than column names with units. Its units are fixed: `t` in s, `height` of the lowest point of the
-//! ball in m, `velocity` upwards in m/s. `step` is the index of the sample; it is redundant, so it is checked to be a
-//! whole number and dropped.
+//! The layout is older than column names with units. Its units are fixed: `t` in s, `height` of the lowest
+//! point of the ball in m, `velocity` upwards in m/s. `step` is the index of the sample; it is redundant, so
+//! it is checked to be a whole number and dropped.
 
 use crate::assemble::Assembler;
 use crate::column::Column;

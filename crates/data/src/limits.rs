@@ -1,8 +1,8 @@
 //! Upper limits on the memory and the time that a file or an option may request.
 //!
-//! A file of a kilobyte can unpack to gigabytes, and an option can request more samples than fit in memory. Each
-//! [`Limit`] is far above what the measured data sets in use need. To allow more, set the environment variable that
-//! the message names, such as `AUGSIM_LIMIT_CELLS=2e9`.
+//! A file of a kilobyte can unpack to gigabytes, and an option can request more samples than fit in memory.
+//! Each [`Limit`] is far above what the measured data sets in use need. To allow more, set the environment
+//! variable that the message names, such as `AUGSIM_LIMIT_CELLS=2e9`.
 
 use std::ffi::{OsStr, OsString};
 use thiserror::Error;
@@ -96,7 +96,8 @@ impl Limit {
     /// Default value, used where the environment variable is not set.
     pub fn default_value(self) -> u64 {
         match self {
-            // The largest measured file in use unpacks to 14 MB; a reader needs a small multiple of it in memory.
+            // The largest measured file in use unpacks to 14 MB; a reader needs a small multiple of it in
+            // memory.
             Limit::Bytes => 1 << 30,
             // A model file has a few kilobytes.
             Limit::TextBytes => 16 << 20,
@@ -191,7 +192,8 @@ fn parse_whole_number(text: &OsStr) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: every limit has its own name, default and message, and the message names the environment variable.
+    //! Contract: every limit has its own name, default and message, which names the environment variable.
+    //!
     //! Environment variables are tested with the command-line program (`crates/cli/tests/it/limits.rs`).
     use super::*;
     use std::collections::BTreeSet;

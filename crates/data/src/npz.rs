@@ -3,8 +3,8 @@
 //! ```python
 //! numpy.savez("drops.npz", trajectory=["a", "a", "b"], t_s=[0, 0.1, 0], height_m=[4.4, 4.3, 4.1])
 //! ```
-//! `trajectory` and the optional `group` are arrays of text or of whole numbers; all others are arrays of numbers of any
-//! type. NaN is a gap.
+//! `trajectory` and the optional `group` are arrays of text or of whole numbers; all others are arrays of
+//! numbers of any type. NaN is a gap.
 
 use crate::assemble::Assembler;
 use crate::atomic_file::atomic_write;
@@ -29,12 +29,13 @@ const EXTENSION: &str = ".npy";
 /// Reads a data set from NPZ, plain or compressed.
 ///
 /// # Errors
-/// A [`DataError`] with file, array and remedy. Messages count rows from 1, like the lines of a CSV file without a header.
+/// A [`DataError`] with file, array and remedy. Messages count rows from 1, like the lines of a CSV file
+/// without a header.
 pub fn read_npz(path: &Path, missing: MissingCells) -> Result<Dataset, DataError> {
     npz_of_bytes(path, &read_whole(path)?, missing)
 }
 
-/// Cells that a text counts as in the limit on cells, because it takes as much memory as this many numbers.
+/// Number of cells that a text counts as in the limit on cells, for its use of memory.
 const CELLS_PER_TEXT: u64 = 8;
 
 /// [`read_npz`] of a file whose bytes were read; `path` is its name in messages.
@@ -211,8 +212,8 @@ impl<'a> Array<'a> {
 
 /// Checks the length of an array's header and its number of brackets before it is parsed.
 ///
-/// The time of the parser grows exponentially with the depth of nested brackets. Bytes that are not a numpy array pass
-/// this check, and the parser refuses them.
+/// The time of the parser grows exponentially with the depth of nested brackets. Bytes that are not a numpy
+/// array pass this check, and the parser refuses them.
 fn check_header(content: &[u8]) -> Result<(), LimitExceeded> {
     const MAGIC_AND_VERSION: usize = 8;
     let (length, begin) = match content.get(6..12) {

@@ -1,13 +1,13 @@
 //! Escapes and shortens text from files before it is printed on a terminal.
 //!
-//! Nothing in a cell, a name or a path may move the cursor, change colours, reverse the reading direction or fill
-//! the screen.
+//! Nothing in a cell, a name or a path may move the cursor, change colours, reverse the reading direction or
+//! fill the screen.
 
 use std::fmt;
 
 /// Maximum number of characters of a cell or name in a message.
 const MAX_TEXT_CHARS: usize = 60;
-/// Maximum number of characters of a library's or the system's error text, which may repeat a whole cell.
+/// Maximum number of characters of an error text of a library, which may repeat a whole cell.
 const MAX_CAUSE_CHARS: usize = 300;
 /// Maximum number of names of a list in a message.
 const MAX_NAMES: usize = 20;
@@ -70,8 +70,9 @@ fn is_control(c: char) -> bool {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: control characters are escaped, ordinary text of any script is unchanged, and the length is
-    //! bounded where a message repeats a cell.
+    //! Contract: control characters are escaped, and ordinary text of any script is unchanged.
+    //!
+    //! The length is bounded where a message repeats a cell.
     use super::*;
 
     #[test]

@@ -1,15 +1,15 @@
 //! Independent random streams, one for each combination of seed, purpose and index.
 //!
-//! The numbers drawn for trajectory 7 do not depend on those for trajectory 6, on the number of threads, or on another
-//! purpose with the same seed.
+//! The numbers drawn for trajectory 7 do not depend on those for trajectory 6, on the number of threads, or
+//! on another purpose with the same seed.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
 /// Random number generator for the stream `index` of `purpose` with the seed `seed`.
 ///
-/// `purpose` is a short fixed text such as `"split"`. FNV-1a hashes the text, and the SplitMix64 finaliser mixes the
-/// three inputs into the 256-bit state. Equal inputs give equal streams on every platform.
+/// `purpose` is a short fixed text such as `"split"`. FNV-1a hashes the text, and the SplitMix64 finaliser
+/// mixes the three inputs into the 256-bit state. Equal inputs give equal streams on every platform.
 ///
 /// ```
 /// use augsim_data::random_stream;
@@ -32,7 +32,9 @@ pub fn random_stream(seed: u64, purpose: &str, index: u64) -> Xoshiro256PlusPlus
     Xoshiro256PlusPlus::from_seed(bytes)
 }
 
-/// Finaliser of SplitMix64 (Steele, Lea and Flood 2014): a bijection in which every input bit affects every output bit.
+/// Finaliser of SplitMix64 (Steele, Lea and Flood 2014).
+///
+/// It is a bijection in which every input bit affects every output bit.
 fn mix(mut z: u64) -> u64 {
     z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -42,8 +44,9 @@ fn mix(mut z: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: equal inputs give equal streams, any different input gives a different stream, and the numbers never
-    //! change, because stored results depend on them.
+    //! Contract: equal inputs give equal streams, and any different input gives a different stream.
+    //!
+    //! The numbers never change, because stored results depend on them.
     use super::*;
     use rand::Rng;
 

@@ -1,7 +1,7 @@
 //! Random split of a data set into training and test trajectories.
 //!
-//! Whole trajectories are assigned, never samples: neighbouring samples are so similar that a split among them would
-//! leak training data into the test.
+//! Whole trajectories are assigned, never samples: neighbouring samples are so similar that a split among
+//! them would leak training data into the test.
 
 use crate::dataset::Dataset;
 use crate::error::DataError;
@@ -83,7 +83,7 @@ impl Split {
     }
 }
 
-/// Fisher-Yates shuffle, implemented here so that a split does not change with the version of a library.
+/// Fisher-Yates shuffle; it is implemented here so that library updates do not change a split.
 fn shuffled(count: usize, rng: &mut impl Rng) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
     for last in (1..count).rev() {
@@ -101,8 +101,9 @@ fn below(bound: u64, rng: &mut impl Rng) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: training and test trajectories are disjoint, have the requested sizes and depend only on the seed;
-    //! impossible sizes are an error that states them.
+    //! Contract: training and test trajectories are disjoint and have the requested sizes.
+    //!
+    //! They depend only on the seed. Impossible sizes are an error that states them.
     use super::*;
     use proptest::prelude::*;
 

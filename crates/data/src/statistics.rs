@@ -1,6 +1,6 @@
 //! Median of values, and numbers as text for messages.
 
-/// Median of the values, which are sorted in place; of an even number the lower one; `None` for no values.
+/// Median of the values (the lower one of an even number), which are sorted; `None` without values.
 pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     values.get(values.len().checked_sub(1)? / 2).copied()

@@ -7,7 +7,9 @@ use crate::trajectory::Trajectory;
 use serde::Serialize;
 use std::fmt;
 
-/// Ratio to the median interval above which an interval is a gap; clocks of robots jitter by a factor of two.
+/// Ratio to the median interval above which an interval is a gap.
+///
+/// It is large because clocks of robots jitter by a factor of two.
 const GAP_FACTOR: f64 = 5.0;
 
 /// Summary of a stream whose fresh samples are marked by a column `<name>_new`.

@@ -13,7 +13,7 @@ use std::fmt;
 ///
 /// Times that are rounded to six digits are within it, the jitter of a camera is not.
 const REGULAR_TOLERANCE: f64 = 0.01;
-/// Ratio to the median interval above which an interval is a gap, in which at least one sample was lost.
+/// Ratio to the median interval above which an interval is a gap with at least one lost sample.
 const GAP_FACTOR: f64 = 1.5;
 
 /// Summary of a data set.
@@ -218,7 +218,8 @@ impl fmt::Display for Summary {
                     n => write!(f, "{n} gaps up to {} s, ", digits(s.longest_interval_s))?,
                 }
             } else {
-                // Gaps are reported per stream; intervals between rows of the union of clocks have no meaning.
+                // Gaps are reported per stream; intervals between rows of the union of clocks have no
+                // meaning.
                 write!(f, "rows on the union of the streams' clocks ({rate} Hz), ")?;
             }
             writeln!(f, "{} to {} s long", digits(s.duration_s[0]), digits(s.duration_s[1]))?;

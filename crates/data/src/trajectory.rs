@@ -4,8 +4,9 @@ use crate::error::DataError;
 
 /// A run sampled at strictly increasing, possibly irregular times.
 ///
-/// Values are column-major, one vector of `len()` samples for each column of the data set. Finite numbers are measured
-/// values, NaN is a value that was not measured (see [`MissingCells`](crate::MissingCells)), and infinities cannot occur.
+/// Values are column-major, one vector of `len()` samples for each column of the data set. Finite numbers are
+/// measured values, NaN is a value that was not measured (see [`MissingCells`](crate::MissingCells)), and
+/// infinities cannot occur.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
     id: String,
@@ -26,8 +27,8 @@ impl Trajectory {
     /// ```
     ///
     /// # Errors
-    /// There are no samples, lengths differ, times do not increase strictly, values are infinite, or the identifier
-    /// would not survive writing and reading back.
+    /// There are no samples, lengths differ, times do not increase strictly, values are infinite, or the
+    /// identifier would not survive writing and reading back.
     pub fn new(id: impl Into<String>, time_s: Vec<f64>, values: Vec<Vec<f64>>) -> Result<Self, DataError> {
         let id = id.into();
         check_label(&id, &id)?;
@@ -101,8 +102,9 @@ impl Trajectory {
         &self.values
     }
 
-    /// Samples of the column with index `column` (see
-    /// [`Dataset::column_index`](crate::Dataset::column_index)).
+    /// Samples of the column with index `column`.
+    ///
+    /// [`Dataset::column_index`](crate::Dataset::column_index) gives the index.
     ///
     /// # Panics
     /// `column` is not below the number of columns.
@@ -127,7 +129,7 @@ impl Trajectory {
     }
 }
 
-/// Maximum number of bytes of an identifier or a group, because they are printed in tables and messages.
+/// Maximum number of bytes of an identifier or a group, which are printed in tables and messages.
 const MAX_LABEL_BYTES: usize = 256;
 
 /// Whether `label` survives writing to a file and reading back, and is not too long.

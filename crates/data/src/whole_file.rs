@@ -1,7 +1,7 @@
 //! Reads a whole file into memory once, within the limit on its size.
 //!
-//! The readers recognise the layout from the bytes in memory. No file is opened twice, because standard input, a FIFO
-//! or a process substitution can be read only once.
+//! The readers recognise the layout from the bytes in memory. No file is opened twice, because standard
+//! input, a FIFO or a process substitution can be read only once.
 
 use crate::error::DataError;
 use crate::limits::Limit;
@@ -32,8 +32,8 @@ pub(crate) fn read_whole(path: &Path) -> Result<Vec<u8>, DataError> {
 /// Reads the UTF-8 text of a model file, a configuration or a log.
 ///
 /// # Errors
-/// [`io::Error`] of the system; of kind `InvalidData` where the bytes are not UTF-8 text and of kind `FileTooLarge`
-/// above [`Limit::TextBytes`], with a message for users.
+/// [`io::Error`] of the system; of kind `InvalidData` where the bytes are not UTF-8 text and of kind
+/// `FileTooLarge` above [`Limit::TextBytes`], with a message for users.
 pub fn read_text(path: &Path) -> io::Result<String> {
     let bytes = File::open(path).and_then(|file| read_within(file, Limit::TextBytes))?;
     let bytes = bytes.ok_or_else(|| {
@@ -67,7 +67,8 @@ pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
 
 /// Decompresses one or several gzip members.
 ///
-/// Zeros after the last member are padding. Other bytes are an error, because they may be data that would be lost.
+/// Zeros after the last member are padding. Other bytes are an error, because they may be data that would be
+/// lost.
 pub(crate) fn gunzip(path: &Path, packed: &[u8]) -> Result<Vec<u8>, DataError> {
     let max_bytes = Limit::Bytes.value();
     let mut content = Vec::new();

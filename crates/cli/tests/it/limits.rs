@@ -33,7 +33,7 @@ fn a_file_beyond_a_limit_is_read_once_the_limit_is_raised() {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("drops.csv"), drops(20)).unwrap();
     for (name, low, enough, says) in [
-        ("BYTES", "100", "1e6", "holds too many bytes"),
+        ("BYTES", "100", "1e6", "has too many bytes"),
         ("CELLS", "100", "1e3", "has too many values"),
         ("COLUMNS", "3", "4", "has too many columns"),
         ("TRAJECTORIES", "19", "20", "has too many trajectories"),

@@ -3,7 +3,9 @@
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
 
-/// Largest absolute value that passes. Times since 1970 are 2e9 s, pressures in diamond anvil cells 1e12 Pa.
+/// Largest absolute value that passes.
+///
+/// Times since 1970 are 2e9 s, pressures in diamond anvil cells 1e12 Pa.
 const MAX_VALUE: f64 = 1e12;
 
 /// Finds the first such value of each column.

@@ -7,14 +7,15 @@ use super::{Expected, Finding};
 use crate::dataset::Dataset;
 use std::f64::consts::TAU;
 
-/// Maximum rotation times the smallest distance between rod and centre, relative to the path of the rod.
+/// Maximum of rotation times smallest distance between rod and centre, over the path of the rod.
 ///
-/// Quasi-static pushing turns an object by at most path / (2 c). For a square, c is about 0.7 of that distance, which
-/// gives a ratio of 0.7. Measured pushes of a plate on three pins near its middle (cmu-mlab-pushes) reach 1.01. The
-/// measured pushes with the smallest ratio (mit-pusher-slider-runs, 0.13) would have 7.5 in degrees.
+/// Quasi-static pushing turns an object by at most path / (2 c). For a square, c is about 0.7 of that
+/// distance, which gives a ratio of 0.7. Measured pushes of a plate on three pins near its middle
+/// (cmu-mlab-pushes) reach 1.01. The measured pushes with the smallest ratio (mit-pusher-slider-runs, 0.13)
+/// would have 7.5 in degrees.
 const MAX_TURN_RATIO: f64 = 1.5;
 
-/// Finds the push with the largest ratio, where it is too large and the angles of the set exceed one turn.
+/// Finds the push with the largest ratio, where it is too large and angles exceed one turn.
 pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
     find(data).into_iter().collect()
 }

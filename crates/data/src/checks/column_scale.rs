@@ -6,8 +6,8 @@ use crate::dataset::Dataset;
 
 /// Maximum ratio of the noise of two coordinates; centimetres are a factor of 100.
 ///
-/// The largest ratio in the measured sets is 10, of a rod (mit-pnpush-pushes) that moves along one axis and whose time
-/// stamps jitter.
+/// The largest ratio in the measured sets is 10, of a rod (mit-pnpush-pushes) that moves along one axis and
+/// whose time stamps jitter.
 const MAX_NOISE_RATIO: f64 = 30.0;
 /// Maximum ratio of their spans: a noisy direction in which hardly anything moves is in the same unit.
 const MAX_SPAN_RATIO: f64 = 10.0;

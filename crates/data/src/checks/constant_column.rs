@@ -3,7 +3,9 @@
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
 
-/// Columns that describe a motion. Coordinates of the rod are not among them: it often moves along an axis.
+/// Columns that describe a motion.
+///
+/// Coordinates of the rod are not among them, because it often moves along an axis.
 const MOTION_COLUMNS: [&str; 6] = ["height_m", "velocity_m_s", "x_m", "y_m", "z_m", "theta_rad"];
 /// Minimum number of measured samples.
 const MIN_SAMPLES: usize = 3;

@@ -4,7 +4,7 @@ use super::measured::Series;
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
 
-/// Maximum declared noise relative to the typical span of the motion; above it no motion would be visible.
+/// Maximum declared noise relative to the typical span; above it no motion would be visible.
 const MAX_SPAN_SHARE: f64 = 0.1;
 /// Maximum declared noise relative to the noise of the data.
 ///
@@ -23,8 +23,8 @@ pub(super) fn run(data: &Dataset, expected: &Expected) -> Vec<Finding> {
 
 /// Compares a declared noise with the column that has the largest span.
 ///
-/// A coarse declaration is a tolerance only for falling objects (`falls`). For a pushed object it is the accuracy of the
-/// tracker, whose neighbouring samples scatter far less.
+/// A coarse declaration is a tolerance only for falling objects (`falls`). For a pushed object it is the
+/// accuracy of the tracker, whose neighbouring samples scatter far less.
 fn compare(
     data: &Dataset,
     columns: &[&str],

@@ -1,7 +1,8 @@
 //! Check for one signal in two columns.
 //!
-//! Two sensors of one quantity differ by their calibration, even if they have little noise. Equal columns are therefore
-//! one signal where their resolution is finer than that difference, or where many changes were rounded equally:
+//! Two sensors of one quantity differ by their calibration, even if they have little noise. Equal columns are
+//! therefore one signal where their resolution is finer than that difference, or where many changes were
+//! rounded equally:
 //!
 //! 1. Two readings that differ by d are rounded to the same multiple of q with probability p = 1 - d/q.
 //! 2. The columns are one signal where p^n is below `exp(MAX_LOG_PROBABILITY)` for n changes.
@@ -13,7 +14,7 @@ use crate::dataset::Dataset;
 const MIN_DIFFERENCE: f64 = 1e-4;
 /// Maximum log probability of agreement by chance for one signal; the same as in `repeated_trajectory`.
 const MAX_LOG_PROBABILITY: f64 = -20.7;
-/// Minimum probability that one change is rounded equally by chance, so that at least five changes are needed.
+/// Minimum probability that one change is rounded equally, so that at least five changes are needed.
 const MIN_AGREEMENT: f64 = 0.01;
 /// Difference of two values, relative to the span, that rounding errors of arithmetic explain.
 const ROUNDING_ERROR: f64 = 1e-9;
@@ -25,7 +26,7 @@ enum Role {
     Input,
 }
 
-/// Finds the pairs of equal columns among those that the model reads, or among all columns without a model.
+/// Finds the pairs of equal columns among those that the model reads, or without a model among all.
 pub(super) fn run(data: &Dataset, expected: &Expected) -> Vec<Finding> {
     let has_no_model = expected.outputs.is_empty() && expected.inputs.is_empty();
     let role = |name: &str| match () {
@@ -72,7 +73,8 @@ fn equal_samples(data: &Dataset, one: usize, other: usize) -> Option<usize> {
             if x != y {
                 return None;
             }
-            // A value that is repeated from sample to sample is no further evidence, nor is one that is constant.
+            // A value that is repeated from sample to sample is no further evidence, nor is one that is
+            // constant.
             changes += usize::from(last.is_some_and(|last| last != *x));
             last = Some(*x);
             values.push(*x);
@@ -85,7 +87,7 @@ fn equal_samples(data: &Dataset, one: usize, other: usize) -> Option<usize> {
     (changes as f64 * agreement.ln() < MAX_LOG_PROBABILITY).then_some(samples)
 }
 
-/// Span of the values, and their resolution: the smallest difference of two values; `None` for a constant.
+/// Span and resolution (smallest difference of two values); `None` for a constant.
 fn span_and_resolution(mut values: Vec<f64>) -> Option<(f64, f64)> {
     values.sort_unstable_by(f64::total_cmp);
     let span = values.last()? - values.first()?;

@@ -367,7 +367,7 @@ fn and_more(alike: usize) -> String {
     }
 }
 
-/// The remedy for a clock in `unit`: either of this trajectory or, where the step is on the other side, of the others.
+/// The remedy for a clock in `unit`, which is either that of this trajectory or that of the others.
 fn clock_remedy(unit: ClockUnit, has_longer_step: bool) -> String {
     // In units shorter than a second the numbers, and so the steps, are too large.
     match has_longer_step == unit.is_finer_than_seconds() {
@@ -417,8 +417,9 @@ impl Finding {
 
     /// Severity of the finding.
     ///
-    /// It is a warning where the data remain usable: a copy can be left out, a tolerance may be intended, and some
-    /// experiments feed one signal to two inputs. With all other findings the results would be meaningless.
+    /// It is a warning where the data remain usable: a copy can be left out, a tolerance may be intended, and
+    /// some experiments feed one signal to two inputs. With all other findings the results would be
+    /// meaningless.
     pub fn severity(&self) -> Severity {
         match self {
             Finding::RepeatedTrajectory { .. }

@@ -7,10 +7,12 @@ use crate::statistics::median;
 
 /// Maximum ratio of the acceleration to the model's gravity, or of gravity to it.
 ///
-/// Inches are a factor of 39, while drag near the terminal velocity leaves a fifth of the acceleration, and the lift of a
-/// table-tennis ball adds two gravities.
+/// Inches are a factor of 39, while drag near the terminal velocity leaves a fifth of the acceleration, and
+/// the lift of a table-tennis ball adds two gravities.
 const MAX_GRAVITY_RATIO: f64 = 6.0;
-/// Maximum ratio of one trajectory's acceleration to the median: spin and drag vary, centimetres are a factor of 100.
+/// Maximum ratio of one trajectory's acceleration to the median.
+///
+/// It leaves room for different spin and drag; centimetres are a factor of 100.
 const MAX_TRAJECTORY_RATIO: f64 = 15.0;
 /// Minimum ratio of one trajectory's acceleration to the median; below it the trajectory falls upwards.
 ///
@@ -20,14 +22,14 @@ const MIN_TRAJECTORY_RATIO: f64 = -0.5;
 const WINDOW_COUNTS: [usize; 5] = [1, 2, 4, 8, 16];
 /// Minimum number of samples of a window: a parabola has three parameters.
 const MIN_WINDOW_SAMPLES: usize = 7;
-/// Maximum root mean square residual of a parabola relative to its curvature term, for a window in free motion.
+/// Maximum RMS residual of a parabola relative to its curvature term, for a window in free motion.
 ///
 /// An impact in the middle of a window leaves 0.077.
 const MAX_PARABOLA_RESIDUAL: f64 = 0.05;
 /// Minimum number of trajectories in free fall.
 const MIN_TRAJECTORIES: usize = 2;
 
-/// Compares the free fall of the height, and of the other coordinates where the height shows none, with the model.
+/// Compares the free fall of the height, or of another coordinate instead, with the model's gravity.
 pub(super) fn run(data: &Dataset, expected: &Expected) -> Vec<Finding> {
     let Some(expected_m_s2) = expected.gravity_m_s2.filter(|g| *g > 0.0) else { return Vec::new() };
     let vertical = ["z_m", "height_m"].iter().find_map(|name| Series::named(data, name));
@@ -87,7 +89,7 @@ fn falls(data: &Dataset, series: Series<'_>) -> Vec<(usize, f64)> {
     data.trajectories().iter().enumerate().filter_map(fall).collect()
 }
 
-/// Median acceleration over the windows in which the samples are on a parabola; `None` without such a window.
+/// Median acceleration over the windows whose samples are on a parabola; `None` without such a window.
 ///
 /// Windows of several sizes overlap by half. The sign is that of the second derivative.
 pub(crate) fn free_motion_acceleration(times: &[f64], values: &[f64]) -> Option<f64> {

@@ -8,13 +8,14 @@ use crate::trajectory::Trajectory;
 /// Groups of coordinates that share a frame.
 pub(super) const FRAMES: [&[&str]; 2] = [&["x_m", "y_m", "z_m"], &["pusher_x_m", "pusher_y_m"]];
 
-/// Variance of a third difference relative to that of white noise: the sum of the squared weights 1, 3, 3, 1.
+/// Variance of a third difference of white noise of variance 1: the sum of the squares of 1, 3, 3, 1.
 const THIRD_DIFFERENCE_VARIANCE: f64 = 20.0;
 /// Median of the absolute value of a standard normal number.
 const MEDIAN_NORMAL: f64 = 0.674_489_75;
-/// Minimum noise relative to the largest value; below it the noise is the rounding of a program to six digits.
+/// Minimum noise relative to the largest value.
 ///
-/// The finest tracker of the measured sets has a noise of 3e-6, single precision one of 1e-8.
+/// Below it the noise is the rounding of a program to six digits. The finest tracker of the measured sets has
+/// a noise of 3e-6, single precision one of 1e-8.
 const MIN_RELATIVE_NOISE: f64 = 1e-6;
 /// Minimum number of third differences for an estimate of the noise.
 const MIN_DIFFERENCES: usize = 30;
@@ -62,7 +63,9 @@ impl<'a> Series<'a> {
         samples.filter(|(k, (_, v))| v.is_finite() && is_fresh(*k)).map(|(_, (t, v))| (*t, *v)).unzip()
     }
 
-    /// Span of the middle 80 % of the values of `t`, which is robust to outliers; `None` for fewer than two values.
+    /// Span of the middle 80 % of the values of `t`; `None` for fewer than two values.
+    ///
+    /// It is robust to outliers.
     pub fn span(&self, t: &Trajectory) -> Option<f64> {
         let (_, mut values) = self.samples(t);
         values.sort_unstable_by(f64::total_cmp);
@@ -75,10 +78,10 @@ impl<'a> Series<'a> {
         median(&mut self.data.trajectories().iter().filter_map(|t| self.span(t)).collect::<Vec<_>>())
     }
 
-    /// Standard deviation of white measurement noise, estimated from third differences of neighbouring samples.
+    /// Standard deviation of white measurement noise, estimated from third differences.
     ///
-    /// sd = median(|third difference|) / (0.674 sqrt(20)). `None` where there are too few samples, or where the third
-    /// differences come from a smooth curve or from rounding instead of noise.
+    /// sd = median(|third difference|) / (0.674 sqrt(20)). `None` where there are too few samples, or where
+    /// the third differences come from a smooth curve or from rounding instead of noise.
     pub fn noise(&self) -> Option<f64> {
         let (mut sizes, mut sign_changes, mut pairs, mut largest) = (Vec::new(), 0, 0, 0.0_f64);
         for t in self.data.trajectories() {
@@ -97,8 +100,8 @@ impl<'a> Series<'a> {
             pairs += third.windows(2).filter(|w| w[0] * w[1] != 0.0).count();
             sizes.extend(third.iter().map(|d| d.abs()));
         }
-        // Neighbouring third differences of white noise have a correlation of -0.75 and change sign in 77 % of the
-        // cases; those of a smooth curve hardly ever do.
+        // Neighbouring third differences of white noise have a correlation of -0.75 and change sign in 77 %
+        // of the cases; those of a smooth curve hardly ever do.
         if sizes.len() < MIN_DIFFERENCES || 5 * sign_changes < 3 * pairs {
             return None;
         }

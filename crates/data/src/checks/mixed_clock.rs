@@ -1,7 +1,8 @@
 //! Check for a few trajectories whose clock is in another unit than that of the others.
 //!
-//! Another unit of the clock changes only the time step: the trajectory has about as many samples as the others, and its
-//! columns change equally from sample to sample. With another sample rate the columns would change more or less.
+//! Another unit of the clock changes only the time step: the trajectory has about as many samples as the
+//! others, and its columns change equally from sample to sample. With another sample rate the columns would
+//! change more or less.
 
 use super::clock_unit::ClockUnit;
 use super::measured::Series;
@@ -14,18 +15,18 @@ use crate::trajectory::Trajectory;
 ///
 /// A step of at least 5 ms that is rounded to whole milliseconds has an error of at most 10 %.
 const RATIO_TOLERANCE: f64 = 0.1;
-/// Maximum ratio of two time steps that is a difference of sample rates; also the maximum ratio of two lengths.
+/// Maximum ratio of two time steps that is a difference of sample rates.
 ///
-/// It is the square root of 60, the smallest ratio of two units, so that a step below it is nearer to the others than
-/// to another unit.
+/// The same limit holds for the ratio of two numbers of samples. It is the square root of 60, the smallest
+/// ratio of two units, so that a step below it is nearer to the others than to another unit.
 const MAX_RATE_RATIO: f64 = 7.745_966_692;
 /// Maximum ratio of two changes per sample that are equal; the same as `mixed_units::MIN_BEND_RATIO`.
 const MAX_CHANGE_RATIO: f64 = 3.0;
 /// Minimum span of a column relative to its change per sample, to distinguish sample rates.
 ///
-/// Samples that are 60 or more usual steps apart can be anywhere within the span, and two numbers drawn uniformly from a
-/// range differ by a third of it on average. That exceeds 3 usual changes (`MAX_CHANGE_RATIO`) where the span is more
-/// than 9 of them.
+/// Samples that are 60 or more usual steps apart can be anywhere within the span, and two numbers drawn
+/// uniformly from a range differ by a third of it on average. That exceeds 3 usual changes
+/// (`MAX_CHANGE_RATIO`) where the span is more than 9 of them.
 const MIN_SMOOTHNESS: f64 = 9.0;
 /// Maximum share of exceptional trajectories, as in `mixed_units`.
 const MAX_EXCEPTIONS: f64 = 1.0 / 3.0;
@@ -87,7 +88,7 @@ fn typical_step(t: &Trajectory) -> Option<f64> {
     median(&mut t.time_s().windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>())
 }
 
-/// The unit, of this clock or of the others, that makes `step` equal to one of the sorted steps of the others.
+/// The unit, of this clock or of the others, that makes `step` equal to one of the sorted `others`.
 fn unit_between(step: f64, others: &[f64]) -> Option<ClockUnit> {
     let is_ratio = |ratio: f64| {
         let nearest = others.partition_point(|o| step / o / ratio > 1.0 + RATIO_TOLERANCE);
@@ -125,7 +126,9 @@ fn span_and_step(series: Series<'_>, t: &Trajectory) -> Option<(f64, f64)> {
     (span > 0.0 && path_length > 0.0).then(|| (span, path_length / (values.len() - 1) as f64))
 }
 
-/// Whether most columns change in `t` as usual; not all need to, because an input may have another amplitude.
+/// Whether most columns change in `t` as usual.
+///
+/// Not all need to, because an input may have another amplitude.
 fn changes_alike(columns: &[UsualChange<'_>], t: &Trajectory) -> bool {
     let outcomes = columns.iter().filter_map(|usual| {
         let (span, step) = span_and_step(usual.series, t)?;

@@ -1,7 +1,8 @@
 //! Check for a few trajectories in another unit than the others.
 //!
-//! Another unit scales the span, the curvature and the noise of a trajectory by the same factor. A trajectory that only
-//! goes far, such as a pendulum that makes full turns, has the curvature and the noise of the others.
+//! Another unit scales the span, the curvature and the noise of a trajectory by the same factor. A trajectory
+//! that only goes far, such as a pendulum that makes full turns, has the curvature and the noise of the
+//! others.
 
 use super::measured::Series;
 use super::{Expected, Finding};
@@ -10,12 +11,12 @@ use crate::statistics::median;
 
 /// Minimum span of a trajectory in another unit, relative to the range of all values of the others.
 ///
-/// Centimetres are a factor of 100, and different initial values reduce the ratio by a factor of up to 5. The largest
-/// ratio in the measured sets is 1.1.
+/// Centimetres are a factor of 100, and different initial values reduce the ratio by a factor of up to 5. The
+/// largest ratio in the measured sets is 1.1.
 const MIN_SPAN_RATIO: f64 = 10.0;
 /// Minimum second difference of a trajectory in another unit, relative to that of the others.
 const MIN_BEND_RATIO: f64 = 3.0;
-/// Maximum ratio of the relative span of a trajectory in another unit to its relative second difference.
+/// Maximum ratio of relative span to relative second difference of a trajectory in another unit.
 const MAX_SPAN_OVER_BEND: f64 = 10.0;
 /// Maximum share of exceptional trajectories.
 const MAX_EXCEPTIONS: f64 = 1.0 / 3.0;
@@ -27,7 +28,7 @@ pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
     (0..data.columns().len()).filter_map(|i| exception(data, Series::of_column(data, i))).collect()
 }
 
-/// Goes through the trajectories in the order of their spans, up to the first one that exceeds the range so far.
+/// Finds the trajectories, in the order of their spans, that exceed the range of all before them.
 fn exception(data: &Dataset, series: Series<'_>) -> Option<Finding> {
     let numbered = data.trajectories().iter().enumerate();
     let mut spans: Vec<(f64, usize)> = numbered.filter_map(|(j, t)| Some((series.span(t)?, j))).collect();

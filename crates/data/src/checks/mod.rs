@@ -1,9 +1,9 @@
-//! Checks of suspicious data: data sets that the readers accept, but whose values contradict their names or units.
+//! Checks of suspicious data: valid files whose values contradict their column names or units.
 //!
-//! Each check is one file with a constant for each threshold, the figure that led to it, and a function `run`. It takes
-//! the data set and what a model expects of it, and returns its findings. A new check is one file, a variant of
-//! [`Check`] and of [`Finding`], and a line in `CHECKS`. The list has the order of the messages: mistakes that would
-//! confuse later checks, such as sentinel values, come first.
+//! Each check is one file with a constant for each threshold, the figure that led to it, and a function
+//! `run`. It takes the data set and what a model expects of it, and returns its findings. A new check is one
+//! file, a variant of [`Check`] and of [`Finding`], and a line in `CHECKS`. The list has the order of the
+//! messages: mistakes that would confuse later checks, such as sentinel values, come first.
 
 mod absurd_value;
 mod admit;

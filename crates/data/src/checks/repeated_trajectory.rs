@@ -1,17 +1,21 @@
 //! Check for the same recording under two names, which would leak training data into the test.
 //!
-//! Two trajectories are copies where they agree at every sample up to rounding and at least one of these holds:
+//! Two trajectories are copies where they agree at every sample up to rounding and at least one of these
+//! holds:
 //!
 //! 1. At least `MIN_SAMPLES` agreeing samples have a resolution that is finer than any two motions agree.
-//! 2. The probability that the noise of all samples agrees by chance is below `exp(MAX_LOG_PROBABILITY)`. Two values
-//!    with noise of standard deviation s differ by less than d with a probability below d / (s sqrt(pi)).
+//! 2. The probability that the noise of all samples agrees by chance is below `exp(MAX_LOG_PROBABILITY)`. Two
+//!    values with noise of standard deviation s differ by less than d with a probability below d / (s
+//!    sqrt(pi)).
 
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
 use crate::trajectory::Trajectory;
 use crate::unit::Unit;
 
-/// Maximum log probability of agreement by chance for a copy: 1 in 1e9, or 1 in 2000 for all pairs of 1000 trajectories.
+/// Maximum log probability of agreement by chance for a copy.
+///
+/// It is 1 in 1e9 for one pair, and 1 in 2000 for all pairs of 1000 trajectories.
 const MAX_LOG_PROBABILITY: f64 = -20.7;
 /// Rounding of single precision relative to the largest value.
 const SINGLE_PRECISION: f64 = 2e-7;
@@ -143,7 +147,8 @@ fn is_copy(data: &Dataset, moving: &[usize], precisions: &[Vec<Precision>], a: u
         if tolerance < MIN_MOTION_DIFFERENCE * span {
             exact += agree;
         }
-        // Rule (2) of the file head. Flags of streams alternate equally in every recording and are no evidence.
+        // Rule (2) of the file head. Flags of streams alternate equally in every recording and are no
+        // evidence.
         let is_evidence = data.columns()[i].unit() != Unit::DIMENSIONLESS;
         let noise = if is_evidence { pa.noise.min(pb.noise) } else { 0.0 };
         if noise > 0.0 {

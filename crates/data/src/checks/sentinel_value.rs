@@ -5,7 +5,8 @@ use crate::dataset::Dataset;
 
 /// Minimum distance of a sentinel from all other values, relative to their range.
 ///
-/// In the measured sets the most distant single value is 0.28 ranges away, the most distant repeated one 0.0004.
+/// In the measured sets the most distant single value is 0.28 ranges away, the most distant repeated one
+/// 0.0004.
 const MIN_DISTANCE: f64 = 5.0;
 /// Maximum share of the samples that hold a sentinel.
 const MAX_SHARE: f64 = 0.5;

@@ -1,8 +1,8 @@
 //! Check for a column that is shifted by a row relative to the others.
 //!
-//! A shift over the whole file shows at the boundaries of trajectories: the first (or last) sample of a trajectory
-//! continues the neighbouring trajectory in the file. A shift within trajectories shows only where another column holds
-//! the derivative.
+//! A shift over the whole file shows at the boundaries of trajectories: the first (or last) sample of a
+//! trajectory continues the neighbouring trajectory in the file. A shift within trajectories shows only where
+//! another column holds the derivative.
 
 use super::measured::Series;
 use super::velocity_disagrees::PAIRS;
@@ -10,7 +10,7 @@ use super::{Expected, Finding};
 use crate::dataset::Dataset;
 use crate::statistics::median;
 
-/// Minimum second difference of a shifted sample at the boundary, relative to the typical one of the column.
+/// Minimum second difference of a shifted sample at a boundary, relative to the median of the column.
 const MIN_BREAK: f64 = 20.0;
 /// Minimum ratio of that second difference to the one with the neighbouring trajectory in the file.
 const MIN_BREAK_RATIO: f64 = 5.0;
@@ -20,7 +20,7 @@ const MIN_SHARE: usize = 50;
 const MIN_BREAKS: usize = 3;
 /// Minimum number of samples of the trajectories at a boundary.
 const MIN_SAMPLES: usize = 4;
-/// Maximum error of the velocity at the shifted row, relative to the smaller one at its own and at the next row.
+/// Maximum error with the velocity of a shifted row, relative to that with its own or the next row.
 ///
 /// Integrators that update the velocity first (PyBullet) agree with the next row, others with their own row.
 const MAX_ERROR_RATIO: f64 = 0.5;

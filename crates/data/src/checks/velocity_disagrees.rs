@@ -6,10 +6,10 @@ use crate::dataset::Dataset;
 
 /// Maximum mean difference of height change and velocity integral, relative to the larger of the two.
 ///
-/// Impacts between samples and the integrator of PyBullet leave 0.06 (pybullet-ball); another unit, sign or column
-/// leaves 0.9 or more.
+/// Impacts between samples and the integrator of PyBullet leave 0.06 (pybullet-ball); another unit, sign or
+/// column leaves 0.9 or more.
 const MAX_DIFFERENCE: f64 = 0.5;
-/// Number of intervals over which the velocity is integrated, to reduce the effect of noise in the heights.
+/// Number of intervals over which the velocity is integrated, to reduce the effect of noise.
 const STRIDE: usize = 3;
 /// Minimum number of intervals.
 const MIN_INTERVALS: usize = 30;

@@ -1,8 +1,8 @@
-//! Converter of `cmu-mlab`: random one-step pushes with force (Zhou, Paolini, Bagnell and Mason, ICRA 2016).
+//! Converter of `cmu-mlab`: random one-step pushes with force (Zhou et al., ICRA 2016).
 //!
-//! The rod and the force are recorded during a push, the object only before and after it. The rod is logged at
-//! about 33 Hz, the force at 100 Hz. The two-finger runs in the same folder are not read: they are pushes with line
-//! contact, for which there is no model.
+//! The rod and the force are recorded during a push, the object only before and after it. The rod is logged
+//! at about 33 Hz, the force at 100 Hz. The two-finger runs in the same folder are not read: they are pushes
+//! with line contact, for which there is no model.
 
 use super::Converted;
 use crate::dataset::Dataset;
@@ -21,7 +21,10 @@ const CENTROID_M: [f64; 2] = [0.05, 0.05];
 /// Maximum interval of rod or force that is interpolated, s; the object is not interpolated.
 const MAX_INTERPOLATED_S: f64 = 0.5;
 
-/// Model of the aluminium triangle: c of uniform pressure on its full face (not on the pins), friction of the authors.
+/// Model of the aluminium triangle.
+///
+/// c is that of uniform pressure on the full face, although some runs support it on pins; friction is from
+/// the paper.
 const MODEL: &str = "\
 scenario = \"push\"
 polygon_m = [[-0.05, -0.05], [0.10, -0.05], [-0.05, 0.10]]
@@ -38,7 +41,7 @@ position_sd_m = 0.001
 angle_sd_rad = 0.005
 ";
 
-/// Reads the logs in the folder of the set or in its `sensor_log`, or one log; `group` is surface and support.
+/// Reads the logs in a folder or in its `sensor_log`, or one log; `group` is surface and support.
 pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {
     let mut trajectories = Vec::new();
     for file in logs(path)? {
@@ -75,8 +78,9 @@ fn logs(path: &Path) -> Result<Vec<PathBuf>, DataError> {
     }
 }
 
-/// Short name and group of a log: `wood_30_90_30_30_30_90__exp_…` is plywood, support by three pins
-/// at x 30, 90, 30 and y 30, 30, 90 mm.
+/// Short name of a log, and its group of surface and support, from the file name.
+///
+/// `wood_30_90_30_30_30_90__exp_…` is plywood and a support by three pins at x 30, 90, 30 and y 30, 30, 90 mm.
 fn names(file: &Path) -> (String, String) {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let head = stem.split("__").next().unwrap_or(&stem).to_owned();
@@ -122,8 +126,8 @@ impl Log<'_> {
 
     /// Reads a number of rows and the rows themselves, which begin with a time.
     ///
-    /// A row with the same time as the one before is left out (the time stamps of the robot repeat at the end of a push);
-    /// an earlier time is an error.
+    /// A row with the same time as the one before is left out (the time stamps of the robot repeat at the end
+    /// of a push); an earlier time is an error.
     fn rows<const N: usize>(
         &mut self,
         count: &'static str,
@@ -160,8 +164,8 @@ impl Log<'_> {
         let start_s = force[0][0].max(rod[0][0]);
         let end_s = force[force.len() - 1][0].min(rod[rod.len() - 1][0]);
         let tool = yaw(rod[0][4], rod[0][5], rod[0][6], rod[0][7]);
-        // The y axis of the sensor is mirrored, and the sensor is turned by 45 degrees relative to the tool. The first
-        // sample, before contact, is its offset. The sign is that of the force on the rod.
+        // The y axis of the sensor is mirrored, and the sensor is turned by 45 degrees relative to the tool.
+        // The first sample, before contact, is its offset. The sign is that of the force on the rod.
         let to_world = PlanarPose { theta_rad: tool + FRAC_PI_4, ..PlanarPose::default() };
         let forces: Vec<[f64; 2]> =
             force.iter().map(|f| to_world.rotate([f[1] - force[0][1], force[0][2] - f[2]])).collect();

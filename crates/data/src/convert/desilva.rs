@@ -1,4 +1,4 @@
-//! Converter of `desilva-ball-drops`: balls dropped from a bridge (de Silva et al., Frontiers in AI 2020).
+//! Converter of `desilva-ball-drops`: balls dropped from a bridge (de Silva et al., Front. AI 2020).
 
 use super::Converted;
 use crate::csv_source::CsvSource;
@@ -12,7 +12,9 @@ const LAYOUT: &str = "`drops.csv` needs the columns `ball,drop,t_s,height_m`";
 /// Distance below the highest point from which a drop is used, m; above, the ball may still be held.
 const MIN_FALL_M: f64 = 1.0;
 
-/// Model of gravity alone; the time of release is uncertain, so the initial position and velocity are fitted.
+/// Model of gravity alone.
+///
+/// The time of release is uncertain, so the initial position and velocity are fitted.
 const MODEL: &str = "\
 scenario = \"ball\"
 

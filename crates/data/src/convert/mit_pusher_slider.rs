@@ -1,4 +1,4 @@
-//! Converter of `mit-pusher-slider`: long controlled pushes of a square (Hogan and Rodriguez, WAFR 2016).
+//! Converter of `mit-pusher-slider`: controlled pushes of a square (Hogan and Rodriguez, WAFR 2016).
 
 use super::Converted;
 use crate::csv_source::CsvSource;
@@ -29,10 +29,11 @@ position_sd_m = 0.0003
 angle_sd_rad = 0.002
 ";
 
-/// Reads the runs that `index.csv` lists, or a single run; `group` is the day (`10-21`) in the file name.
+/// Reads the runs that `index.csv` lists, or a single run.
 ///
-/// The logger repeats the last value; here each stream is interpolated between its fresh samples, and the times begin
-/// at 0. The offset of 10 to 20 ms between the two clocks is not corrected.
+/// `group` is the day (`10-21`) in the file name. The logger repeats the last value; here each stream is
+/// interpolated between its fresh samples, and the times begin at 0. The offset of 10 to 20 ms between the
+/// two clocks is not corrected.
 pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {
     let mut trajectories = Vec::new();
     if path.is_dir() {

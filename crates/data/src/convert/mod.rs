@@ -1,7 +1,8 @@
 //! Converters of published data sets to the long form, one file per set.
 //!
-//! Each converter returns the data and, where one model fits all trajectories, a model file to begin with. For balls it
-//! declares gravity and a constant restitution, for pushes the limit surface of uniform pressure and published friction.
+//! Each converter returns the data and, where one model fits all trajectories, a model file to begin with.
+//! For balls it declares gravity and a constant restitution, for pushes the limit surface of uniform pressure
+//! and published friction.
 
 mod cmu_mlab;
 mod desilva;

@@ -13,7 +13,9 @@ const DROPS: &str = "`drops.csv` needs the columns `series,file,frame,y_px`";
 const FRAMES_PER_S: f64 = 200.0;
 /// Gravity of the Earth, m/s².
 const GRAVITY: f64 = 9.81;
-/// Number of frames on each side of an impact that are left out: the ball is in the paper, which is not modelled.
+/// Number of frames on each side of an impact that are left out.
+///
+/// The ball is then in contact with the paper, which is not modelled.
 const CONTACT_FRAMES: f64 = 3.0;
 
 /// Model with one constant restitution per stack and one floor height per drop.
@@ -47,10 +49,11 @@ struct Drop {
 /// Series and file that identify a drop.
 type DropKey = (String, String);
 
-/// Reads `index.csv` and `drops.csv`: heights above the first contact, m, of the drops with at least two usable impacts.
+/// Reads the drops with at least two usable impacts: heights above the first contact, m.
 ///
-/// The scale of each drop is its acceleration in free flight. The track begins while the ball is held, so it is used from
-/// a time after the release. Restitution depends on the stack (series, sheets, air pressure), which is the group.
+/// The files are `index.csv` and `drops.csv`. The scale of each drop is its acceleration in free flight. The
+/// track begins while the ball is held, so it is used from a time after the release. Restitution depends on
+/// the stack (series, sheets, air pressure), which is the group.
 pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
     let mut drops = read_index(&folder.join("index.csv"))?;
     let tracks = read_tracks(&folder.join("drops.csv"), &drops)?;

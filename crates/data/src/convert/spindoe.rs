@@ -1,4 +1,4 @@
-//! Converter of `spindoe-table-tennis`: ball flights with measured spin (Gossard et al., SpinDOE, 2023).
+//! Converter of `spindoe-table-tennis`: flights with measured spin (Gossard et al., SpinDOE, 2023).
 
 use super::Converted;
 use crate::csv_source::CsvSource;
@@ -33,8 +33,8 @@ kind = \"free\"
 
 /// Reads `index.csv` and the flights `NNN.csv` (`t;x;y;z`, no header).
 ///
-/// Flights without a plausible spin or with times that do not increase are left out. A flight ends where the ball is
-/// below the surface of the table, or beside the table and low.
+/// Flights without a plausible spin or with times that do not increase are left out. A flight ends where the
+/// ball is below the surface of the table, or beside the table and low.
 pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
     let mut index = CsvSource::open(&folder.join("index.csv"))?;
     let mut cells = Vec::new();

@@ -9,7 +9,7 @@ use std::path::Path;
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-/// Maximum length of a member's name, bytes: the limit of most file systems. The name appears in messages.
+/// Maximum length of the name of a member, bytes; it is the limit of most file systems.
 const MAX_NAME_BYTES: usize = 255;
 
 /// Whether the bytes begin with the magic number of a zip archive.

@@ -15,7 +15,8 @@ const EXPECTED: &str = "`.h5`, `.json` or `.zip` files, named `motion_surface=â€
 
 /// Reads the trials in `path`: an HDF5 or JSON file, a zip archive of them, or a folder.
 ///
-/// Folders are searched recursively. Files with other extensions are skipped, and the trials are sorted by file name.
+/// Folders are searched recursively. Files with other extensions are skipped, and the trials are sorted by
+/// file name.
 ///
 /// # Errors
 /// The first fault in any file (see [`PushError`]), a trial that occurs twice, or no trials.

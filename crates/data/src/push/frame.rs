@@ -1,8 +1,8 @@
 //! Planar poses and the frames of push data.
 //!
-//! Every set is recorded in the frame of the robot's base, which is the world frame: z points up, and angles are positive
-//! counter-clockwise. [`in_start_frame`] transforms each trajectory so that the object begins at the origin with angle
-//! 0, as most learned models of pushing expect it.
+//! Every set is recorded in the frame of the robot's base, which is the world frame: z points up, and angles
+//! are positive counter-clockwise. [`in_start_frame`] transforms each trajectory so that the object begins at
+//! the origin with angle 0, as most learned models of pushing expect it.
 
 use crate::dataset::Dataset;
 use crate::error::DataError;

@@ -14,8 +14,8 @@ pub(crate) const FRESH_SUFFIX: &str = "_new";
 
 /// Resamples each trajectory at `rate_hz` (Hz) from its first sample on, by linear interpolation.
 ///
-/// Angles are interpolated along the shorter arc. There is no extrapolation, and values next to a gap are gaps. Flags of
-/// fresh samples have no meaning at the new times and are left out.
+/// Angles are interpolated along the shorter arc. There is no extrapolation, and values next to a gap are
+/// gaps. Flags of fresh samples have no meaning at the new times and are left out.
 ///
 /// Signals are not filtered: at a rate far below that of the sensor, noise is aliased.
 ///

@@ -6,13 +6,13 @@ use std::path::Path;
 
 /// Maximum duration over which equal values are repeats of one measurement, s.
 ///
-/// A logger that is faster than the sensor repeats its last value. Equal values over a longer time are measurements of
-/// a rod at rest.
+/// A logger that is faster than the sensor repeats its last value. Equal values over a longer time are
+/// measurements of a rod at rest.
 const MAX_REPEAT_S: f64 = 0.05;
 /// Tolerance of a jump by a quarter turn, rad.
 ///
-/// Motion capture that confuses the markers of an object turns it by a quarter turn between two samples. The fastest
-/// real rotation in the set is 0.04 rad per sample.
+/// Motion capture that confuses the markers of an object turns it by a quarter turn between two samples. The
+/// fastest real rotation in the set is 0.04 rad per sample.
 const QUARTER_TURN_TOLERANCE: f64 = 0.25;
 /// Maximum interval between two samples in which a jump is detected, s.
 const MAX_JUMP_S: f64 = 0.1;
@@ -110,8 +110,8 @@ impl Stream {
 
     /// Removes samples whose angle is off by quarter turns, and makes the third value a continuous angle.
     ///
-    /// Motion capture that confuses the markers of an object gives such wrong poses. Returns the stream and the number of
-    /// removed samples.
+    /// Motion capture that confuses the markers of an object gives such wrong poses. Returns the stream and
+    /// the number of removed samples.
     pub fn without_quarter_turns(&self) -> (Stream, usize) {
         let mut turns = vec![0_i64; self.len()];
         let mut angle = self.values[2].clone();
@@ -135,8 +135,9 @@ impl Stream {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: equal values are one measurement unless they are a rest; a pose with confused markers is removed and
-    //! the angle remains continuous; a wrap of the angle is not a jump.
+    //! Contract: equal values are one measurement unless they are a rest.
+    //!
+    //! A pose with confused markers is removed and the angle remains continuous. A wrap of the angle is not a jump.
     use super::*;
 
     fn stream(rows: &[[f64; 4]]) -> Stream {

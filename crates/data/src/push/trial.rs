@@ -46,7 +46,9 @@ pub struct PushTrial {
 }
 
 impl PushTrial {
-    /// Reads an HDF5 or JSON file; the format is recognised from the content, the settings from the file name.
+    /// Reads an HDF5 or JSON file, whose format is recognised from the content.
+    ///
+    /// The settings of the push are in the file name.
     ///
     /// # Errors
     /// [`DataError::Unreadable`], or a [`PushError`] of a single file.
@@ -80,8 +82,8 @@ impl PushTrial {
 
     /// Trajectory of the trial on the union of the three clocks, with the name of the file.
     ///
-    /// Columns are the rod, the pose of the object's area centroid, the force on the rod, and the flags of fresh samples.
-    /// Repeats of a measurement of the rod (see [`Stream::without_repeats`]) are not fresh.
+    /// Columns are the rod, the pose of the object's area centroid, the force on the rod, and the flags of
+    /// fresh samples. Repeats of a measurement of the rod (see [`Stream::without_repeats`]) are not fresh.
     ///
     /// # Errors
     /// [`PushError::NoCommonTime`] where the streams do not overlap in time.

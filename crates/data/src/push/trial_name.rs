@@ -1,8 +1,8 @@
 //! Parses the file names of the MIT Push set, which state the settings of a push.
 //!
-//! Names are `motion_surface=plywood_shape=hex_a=0_v=150_i=1.000_s=0.000_t=-0.349`, with `_rep=0004` for repeats
-//! (Yu, Bauza, Fazeli and Rodriguez, IROS 2016), and `block=steel_run=01` for the preliminary pushes. Lengths are
-//! millimetres in the names and metres here.
+//! Names are `motion_surface=plywood_shape=hex_a=0_v=150_i=1.000_s=0.000_t=-0.349`, with `_rep=0004` for
+//! repeats (Yu, Bauza, Fazeli and Rodriguez, IROS 2016), and `block=steel_run=01` for the preliminary pushes.
+//! Lengths are millimetres in the names and metres here.
 
 use super::error::PushError;
 use super::fault::NameFault;
@@ -194,7 +194,8 @@ impl TrialName {
 
     /// Position of the area centroid in the tracked frame, m.
     ///
-    /// For the preliminary blocks it is not documented and assumed to be the tracked point (for steel it is within 2 mm).
+    /// For the preliminary blocks it is not documented and assumed to be the tracked point (for steel it is
+    /// within 2 mm).
     pub fn centroid_m(&self) -> [f64; 2] {
         match self {
             TrialName::Motion(m) => m.shape.centroid_m(),

@@ -1,8 +1,8 @@
 //! Merges streams with separate clocks on the union of their sample times.
 //!
-//! Every sample of every stream is kept exactly and marked as fresh in the flag of the stream. Between its samples a
-//! stream is interpolated linearly, for angles along the shorter arc. Nothing is extrapolated: the union covers only the
-//! time that all streams share.
+//! Every sample of every stream is kept exactly and marked as fresh in the flag of the stream. Between its
+//! samples a stream is interpolated linearly, for angles along the shorter arc. Nothing is extrapolated: the
+//! union covers only the time that all streams share.
 
 use std::f64::consts::TAU;
 
@@ -30,7 +30,7 @@ pub(crate) struct Union {
     pub(crate) fresh: Vec<Vec<f64>>,
 }
 
-/// Merges the streams on the union of their clocks; `None` where less than two times are in the shared interval.
+/// Merges the streams on the union of their clocks; `None` where they share fewer than two times.
 pub(crate) fn union(sources: &[Source]) -> Option<Union> {
     let begin = sources.iter().filter_map(|s| s.time_s.first()).copied().fold(f64::NEG_INFINITY, f64::max);
     let end = sources.iter().filter_map(|s| s.time_s.last()).copied().fold(f64::INFINITY, f64::min);
@@ -76,7 +76,7 @@ fn on_clock(source: &Source, clock: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
     (columns, fresh)
 }
 
-/// Linear interpolation: value at `fraction` of the way from `a` to `b`, for an angle along the shorter arc.
+/// Value at `fraction` of the way from `a` to `b`, for an angle along the shorter arc.
 pub(crate) fn interpolate(a: f64, b: f64, fraction: f64, is_angle: bool) -> f64 {
     let step = b - a;
     a + fraction * if is_angle { step - (step / TAU).round() * TAU } else { step }
@@ -84,8 +84,9 @@ pub(crate) fn interpolate(a: f64, b: f64, fraction: f64, is_angle: bool) -> f64 
 
 #[cfg(test)]
 mod tests {
-    //! Contract: fresh samples are exact, interpolation is linear and for angles along the shorter arc, nothing is
-    //! extrapolated, and long intervals are gaps.
+    //! Contract: fresh samples are exact, and nothing is extrapolated.
+    //!
+    //! Interpolation is linear, for angles along the shorter arc, and long intervals are gaps.
     use super::*;
 
     fn source(time_s: &[f64], values: &[f64], angle: bool) -> Source {

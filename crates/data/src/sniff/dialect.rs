@@ -1,4 +1,4 @@
-//! Infers separator, decimal mark, comments and header of a table: most of its cells must become numbers.
+//! Infers separator, decimal mark, comments and header such that most cells of a table are numbers.
 
 use super::heading::FileUnit;
 use super::unrecognised::Unrecognised;
@@ -80,7 +80,9 @@ impl Sheet {
         Ok(())
     }
 
-    /// Sets the names and the units from the rows before the data: a header and an optional row of units below it.
+    /// Sets the names and the units from the rows before the data.
+    ///
+    /// They end in a header, with an optional row of units below it.
     fn set_header(&mut self, mut head: Vec<Vec<String>>) {
         let head_rows = head.len();
         // A header may lack empty cells at its end.
@@ -169,8 +171,8 @@ fn usual_width(rows: &[Vec<String>]) -> (usize, usize) {
 
 /// Score of a dialect, between 0 and 1: product of two shares.
 ///
-/// They are the share of the lines with the usual number of cells, and the share of numbers among the non-empty cells
-/// of these lines.
+/// They are the share of the lines with the usual number of cells, and the share of numbers among the
+/// non-empty cells of these lines.
 fn dialect_score(lines: &[&str], dialect: Dialect) -> f64 {
     let rows: Vec<Vec<String>> = lines.iter().map(|line| split_cells(line, dialect.separator)).collect();
     let (width, count) = usual_width(&rows);
@@ -183,7 +185,9 @@ fn dialect_score(lines: &[&str], dialect: Dialect) -> f64 {
     count as f64 / rows.len() as f64 * numbers as f64 / filled as f64
 }
 
-/// Minimum score of a table of measurements: columns of text lower the score, prose has hardly any numbers.
+/// Minimum score of a table of measurements.
+///
+/// Columns of text lower the score; prose has hardly any numbers.
 const MIN_SCORE: f64 = 0.2;
 
 /// The dialect with the best score; `None` where all scores are too low.
@@ -208,7 +212,9 @@ fn infer_dialect(lines: &[&str], separator: Option<char>, decimal: Option<char>)
     best.filter(|(score, _)| *score > MIN_SCORE).map(|(_, dialect)| dialect)
 }
 
-/// Splits the text of a file into a table; `separator` and `decimal` are inferred where they are not given.
+/// Splits the text of a file into a table.
+///
+/// `separator` and `decimal` are inferred where they are not given.
 ///
 /// # Errors
 /// The text is not a table of numbers, or a row has too few or too many cells.

@@ -1,13 +1,14 @@
 //! Reads tables of unknown layout: any separator, decimal mark, unit, column name and direction of up.
 //!
-//! [`recognise`] reads files that are not in the long form, and returns a note for each of its assumptions. The steps:
+//! [`recognise`] reads files that are not in the long form, and returns a note for each of its assumptions.
+//! The steps:
 //! 1. [`text`] decodes the bytes.
 //! 2. [`dialect`] infers separator, decimal mark, comments and header.
 //! 3. [`heading`] parses names and units.
 //! 4. [`roles`] assigns a role to each column.
 //! 5. [`rows`] groups the rows into trajectories.
-//! 6. [`scene`] infers time unit, unit of length and direction of up; where names do not state them, from free
-//!    [`fall`].
+//! 6. [`scene`] infers time unit, unit of length and direction of up; where names do not state them, from
+//!    free [`fall`].
 //!
 //! A user overrides a wrong inference with [`Reading`].
 

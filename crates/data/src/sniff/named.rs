@@ -11,8 +11,9 @@ use std::path::Path;
 
 /// Converts a table in any dialect to CSV in long form; `None` where no time column is found.
 ///
-/// The time column becomes `t_s`, the column of trajectory identifiers `trajectory`, and a column with a unit is
-/// converted to SI and renamed (`Angle (deg)` becomes `angle_rad`). Each row keeps its line number, for messages.
+/// The time column becomes `t_s`, the column of trajectory identifiers `trajectory`, and a column with a unit
+/// is converted to SI and renamed (`Angle (deg)` becomes `angle_rad`). Each row keeps its line number, for
+/// messages.
 pub(crate) fn in_long_form(path: &Path, bytes: &[u8]) -> Option<Vec<u8>> {
     let unpacked = if is_gzip(bytes) { gunzip(path, bytes).ok()? } else { bytes.to_vec() };
     let (text, _) = decode(&unpacked)?;

@@ -227,8 +227,8 @@ fn time_role(h: &Heading) -> Option<Role> {
 
 /// The role of a column that is not the time.
 ///
-/// An angle counts only where the file has a rod (`has_rod`), coordinates only where no option names the columns of
-/// values (`infer_axes`).
+/// An angle counts only where the file has a rod (`has_rod`), coordinates only where no option names the
+/// columns of values (`infer_axes`).
 fn value_role(h: &Heading, has_rod: bool, infer_axes: bool) -> Role {
     let words: Vec<&str> = h.words.iter().map(String::as_str).collect();
     if h.raw == GROUP {

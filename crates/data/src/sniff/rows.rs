@@ -1,4 +1,4 @@
-//! Groups the rows of a file into trajectories, by identifier or by restarts of the clock, sorted by time.
+//! Groups the rows of a file into trajectories, by identifier or at restarts of the clock.
 
 use super::dialect::number;
 use super::recording::RecordedFile;
@@ -7,7 +7,7 @@ use crate::error::{DataError, EVERY_ROW_NEEDS_A_VALUE, EVERY_SAMPLE_NEEDS_A_TIME
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Share of backward time steps above which the rows are one unsorted trajectory instead of several in sequence.
+/// Maximum share of backward time steps that are restarts; above it the rows are unsorted.
 const MAX_RESTART_SHARE: f64 = 0.05;
 
 /// A trajectory in the units of the file.
@@ -52,11 +52,12 @@ struct NamedRows {
 
 /// Reads the trajectories of a file in the units of the file.
 ///
-/// `stem` is the identifier of a trajectory without one; with `prefixed` it precedes the identifiers in the file.
+/// `stem` is the identifier of a trajectory without one; with `prefixed` it precedes the identifiers in the
+/// file.
 ///
 /// # Errors
-/// A cell is not a number, a time or an identifier is empty, a group changes, or two different samples have the same
-/// time.
+/// A cell is not a number, a time or an identifier is empty, a group changes, or two different samples have
+/// the same time.
 pub(super) fn read_drafts(
     file: &RecordedFile,
     stem: &str,

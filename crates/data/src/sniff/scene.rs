@@ -1,4 +1,4 @@
-//! Infers time unit, unit of length, direction of up and the kind of recording, and names the columns in SI.
+//! Infers time unit, unit of length, direction of up and kind of recording, and converts to SI.
 
 use super::Reading;
 use super::fall::{acceleration, is_fall, rate_of_fall, unit_of_fall};
@@ -41,7 +41,7 @@ pub(super) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// Scene of `drafts` in the units of the file, whose columns of values are `used`; `first` is the first file.
+    /// Scene of `drafts`, whose columns of values are `used`; `first` is the first file.
     pub fn new(
         origin: &'a Path,
         reading: &'a Reading,
@@ -106,8 +106,8 @@ impl<'a> Scene<'a> {
             let is_late = !is_long_form && (first.abs() > MAX_FIRST_TIME * step || first < 0.0);
             shifted |= is_late;
             let zero = if is_late { first } else { 0.0 };
-            // Division by a whole rate gives the double nearest to the decimal number of seconds; multiplication by
-            // its rounded reciprocal would not.
+            // Division by a whole rate gives the double nearest to the decimal number of seconds;
+            // multiplication by its rounded reciprocal would not.
             let rate = (1.0 / seconds).round();
             let is_whole_rate = rate > 1.0 && (rate * seconds - 1.0).abs() < 1e-12;
             let to_s = |t: f64| if is_whole_rate { (t - zero) / rate } else { (t - zero) * seconds };
@@ -339,9 +339,10 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// Index of the vertical coordinate, and whether it grows downwards, from names and accelerations (m/s²).
+/// Index of the vertical coordinate, and whether it grows downwards.
 ///
-/// A coordinate called height comes first, then the one with the largest acceleration of free fall, then z, y and x.
+/// `accelerations` are in m/s². A coordinate called height comes first, then the one with the largest
+/// acceleration of free fall, then z, y and x.
 fn vertical_from_fall(axes: &[Coordinate], accelerations: &[Option<f64>]) -> (usize, bool) {
     let falls = |i: &usize| accelerations[*i].is_some_and(is_fall);
     let size = |i: &usize| accelerations[*i].unwrap_or(0.0).abs();

@@ -5,10 +5,11 @@ use std::ops::{Div, Mul};
 
 /// Base units in the order in which [`Dimensions`] holds and prints them.
 ///
-/// The radian is a pure number. The candela is left out, because no sensor that this crate reads measures light.
+/// The radian is a pure number. The candela is left out, because no sensor that this crate reads measures
+/// light.
 const BASES: [&str; 6] = ["kg", "m", "s", "A", "K", "mol"];
 
-/// Denominator of exponents: they are stored in twelfths, so that square, cube and fourth roots are exact.
+/// Denominator of the stored exponents, with which square, cube and fourth roots are exact.
 pub(super) const TWELFTHS: i32 = 12;
 
 /// Exponents of kg, m, s, A, K and mol; all are 0 for angles and pure numbers.
@@ -51,8 +52,8 @@ impl Dimensions {
 
     /// Dimensions of a quantity raised to the power `exponent`.
     ///
-    /// `None` where an exponent would not be a multiple of a twelfth or would exceed 10,000: no physical quantity has
-    /// such dimensions, and sums of it cannot be checked.
+    /// `None` where an exponent would not be a multiple of a twelfth or would exceed 10,000: no physical
+    /// quantity has such dimensions, and sums of it cannot be checked.
     pub fn power(self, exponent: f64) -> Option<Dimensions> {
         let mut twelfths = [0; 6];
         for (raised, base) in twelfths.iter_mut().zip(self.twelfths) {
@@ -101,7 +102,7 @@ impl fmt::Display for Dimensions {
     }
 }
 
-/// Quotient of symbols with exponents in twelfths: `m/s^2`, `1/s`, `rad/(V s^2)`; empty without factors.
+/// Quotient of symbols with exponents in twelfths, such as `rad/(V s^2)`; empty without factors.
 pub(super) fn quotient(factors: &[(&str, i32)]) -> String {
     let side = |sign: i32| -> Vec<String> {
         let with_sign = factors.iter().filter(|(_, t)| t.signum() == sign);
@@ -125,8 +126,9 @@ fn power_text(symbol: &str, twelfths: i32) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: exponents add, subtract and multiply as those of quantities do; roots are exact; a power with
-    //! exponents that are not multiples of 1/12 is `None`.
+    //! Contract: exponents add, subtract and multiply as those of quantities do, and roots are exact.
+    //!
+    //! A power with exponents that are not multiples of 1/12 is `None`.
     use super::*;
 
     const FORCE: Dimensions = Dimensions::from_exponents([1, 1, -2, 0, 0, 0]);

@@ -1,7 +1,8 @@
 //! Units of measure, read from the suffix of a column name or from a text.
 //!
-//! All units are SI and nothing is converted: a column in millimetres or degrees is refused, so that every number in
-//! the code has the unit that its name states. [`suffix`] reads the suffixes, [`text`] a text such as `V^0.5/s`.
+//! All units are SI and nothing is converted: a column in millimetres or degrees is refused, so that every
+//! number in the code has the unit that its name states. [`suffix`] reads the suffixes, [`text`] a text such
+//! as `V^0.5/s`.
 
 mod dimensions;
 mod suffix;
@@ -21,10 +22,11 @@ const NAMED: [Symbol; 6] =
 /// Maximum number of factors of a unit; `kg m^2/(s^3 A^2)` has four.
 const MAX_FACTORS: usize = 6;
 
-/// Unit of a quantity: named SI units with exponents, as they were written, so that a torque stays `N m`.
+/// Unit of a quantity: named SI units with exponents.
 ///
-/// Two units are equal if they are written with the same symbols in the same order. Whether two quantities may be
-/// added is decided by their [`Dimensions`].
+/// The symbols remain as they were written, so that a torque stays `N m`. Two units are equal if they are
+/// written with the same symbols in the same order. Whether two quantities may be added is decided by their
+/// [`Dimensions`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Unit {
     /// Symbols and exponents in twelfths, `None` after the last one.
@@ -58,8 +60,8 @@ impl Unit {
 
     /// The unit with these dimensions that has the fewest symbols.
     ///
-    /// It consists of base units, or of one named unit and base units where that takes fewer symbols; of several such
-    /// units it is the one with the smallest exponents. `None` where it has too many factors.
+    /// It consists of base units, or of one named unit and base units where that takes fewer symbols; of
+    /// several such units it is the one with the smallest exponents. `None` where it has too many factors.
     pub fn of_dimensions(dimensions: Dimensions) -> Option<Unit> {
         let bases = |d: Dimensions| -> Vec<(Symbol, i32)> {
             d.factors().filter_map(|(base, t)| Some((Symbol::from_text(base)?, t))).collect()

@@ -1,9 +1,9 @@
 //! Reads the unit at the end of a column name, such as `height_m` or `damping_N_s_per_m`.
 //!
-//! The name is split at its underscores. `per` begins a divisor; the words of the numerator, and of each divisor, are
-//! multiplied. Six compounds are older than this rule and keep their meaning on either side of `per`: `m_s`,
-//! `m_s2`, `rad_s` and `rad_s2` are quotients, `N_m` and `kg_m2` products. Without `per`, any other two adjacent
-//! units are refused, because `flow_m3_s` could be a product or a quotient.
+//! The name is split at its underscores. `per` begins a divisor; the words of the numerator, and of each
+//! divisor, are multiplied. Six compounds are older than this rule and keep their meaning on either side of
+//! `per`: `m_s`, `m_s2`, `rad_s` and `rad_s2` are quotients, `N_m` and `kg_m2` products. Without `per`, any
+//! other two adjacent units are refused, because `flow_m3_s` could be a product or a quotient.
 
 use super::symbol::Symbol;
 use super::{TWELFTHS, Unit};
@@ -42,8 +42,8 @@ const PER: &str = "per";
 impl Unit {
     /// Unit that the suffix of `name` states; `None` where the suffix is not a known unit.
     ///
-    /// The suffix follows an underscore and must not be the whole name. A pure number is recognised by its last word,
-    /// which may be the whole name.
+    /// The suffix follows an underscore and must not be the whole name. A pure number is recognised by its
+    /// last word, which may be the whole name.
     pub fn of_column_name(name: &str) -> Option<Unit> {
         let words: Vec<&str> = name.split('_').collect();
         let (last, before) = words.split_last()?;
@@ -114,8 +114,10 @@ fn factor(word: &str) -> Option<(Symbol, i32)> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a name states one unit or none; a unit that is not accepted is never read as a shorter suffix, and
-    //! two adjacent units are one of the six compounds or are refused.
+    //! Contract: a name states one unit or none.
+    //!
+    //! A unit that is not accepted is never read as a shorter suffix, and two adjacent units are one of the six
+    //! compounds or are refused.
     use super::*;
 
     #[test]

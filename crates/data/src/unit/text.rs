@@ -10,9 +10,9 @@ const MAX_EXPONENT: f64 = 9.0;
 impl Unit {
     /// Unit of `text` in the notation of [`Unit::symbol`]; `None` where the text is not a unit.
     ///
-    /// Adjacent symbols are multiplied, `^` gives an exponent (whole or fractional, such as 0.5), there is at most one
-    /// `/`, and a divisor of several symbols is in parentheses. Products may also be written `N*m` or `N·m`, powers
-    /// `m²`. `1` and the empty text are a pure number.
+    /// Adjacent symbols are multiplied, `^` gives an exponent (whole or fractional, such as 0.5), there is at
+    /// most one `/`, and a divisor of several symbols is in parentheses. Products may also be written `N*m`
+    /// or `N·m`, powers `m²`. `1` and the empty text are a pure number.
     ///
     /// ```
     /// use augsim_data::Unit;

@@ -1,5 +1,5 @@
-//! Contract: the reader stops at the first fault of a file, and the message states where it is and what to do. `F` is
-//! the path. The whole texts are asserted, because users see them.
+//! Contract: the reader stops at the first fault of a file, and the message states where it is and what to
+//! do. `F` is the path. The whole texts are asserted, because users see them.
 
 use augsim_data::{DataError, Dataset, MissingCells, Trajectory, read_csv, read_legacy_ball, write_csv};
 use flate2::{Compression, write::GzEncoder};

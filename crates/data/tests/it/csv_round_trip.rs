@@ -1,5 +1,5 @@
-//! Contract: a data set that is written and read back is equal to the last bit, plain or gzip, with gaps and groups,
-//! for any lengths and sample times; and equal data sets give equal bytes.
+//! Contract: a data set that is written and read back is equal to the last bit, plain or gzip, with gaps and
+//! groups, for any lengths and sample times; and equal data sets give equal bytes.
 
 use augsim_data::{Dataset, MissingCells, Trajectory, read_csv, read_dataset, write_csv};
 use proptest::prelude::*;

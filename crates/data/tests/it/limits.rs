@@ -1,10 +1,10 @@
-//! Contract: no small file makes a reader hang, abort or allocate gigabytes. The file is refused with a message that
-//! states the limit and its environment variable, and no message repeats a long or hostile cell.
+//! Contract: no small file makes a reader hang, abort or allocate gigabytes. The file is refused with a
+//! message that states the limit and its environment variable, and no message repeats a long or hostile cell.
 //!
-//! The files are those that broke earlier readers: a header of nested brackets (the parser of numpy headers takes
-//! exponential time), texts of 2^63 bytes, 100,000 columns, a data set whose header states more rows than memory holds,
-//! and a megabyte in one cell. Limits that take gigabytes to exceed are tested with the command-line program, where
-//! they can be lowered.
+//! The files are those that broke earlier readers: a header of nested brackets (the parser of numpy headers
+//! takes exponential time), texts of 2^63 bytes, 100,000 columns, a data set whose header states more rows
+//! than memory holds, and a megabyte in one cell. Limits that take gigabytes to exceed are tested with the
+//! command-line program, where they can be lowered.
 
 use augsim_data::push::{read_push_dataset, resample};
 use augsim_data::{DataError, Dataset, Limit, MissingCells, Trajectory, read_dataset};

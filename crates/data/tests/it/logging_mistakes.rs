@@ -1,9 +1,9 @@
-//! Contract: the checks find mistakes of a logger in data of any system: a recording whose clock or column is in another
-//! unit, and one signal in two columns. Correct data that look similar pass: other sample rates, and coarse columns that
-//! agree by chance.
+//! Contract: the checks find mistakes of a logger in data of any system: a recording whose clock or column is
+//! in another unit, and one signal in two columns. Correct data that look similar pass: other sample rates,
+//! and coarse columns that agree by chance.
 //!
-//! The data are twelve recordings of an object that a heater warms (time constant 100 s, 0.05 K of noise, a row every
-//! 2 s).
+//! The data are twelve recordings of an object that a heater warms (time constant 100 s, 0.05 K of noise, a
+//! row every 2 s).
 
 use augsim_data::checks::{Accepted, Check, Expected, Finding, Severity, admit, run_checks};
 use augsim_data::{Dataset, Trajectory, random_stream};
@@ -161,7 +161,8 @@ fn other_sample_rates_pass() {
         // Twice as fast or slow.
         (0.5 * STEP_S, 240),
         (2.0 * STEP_S, 60),
-        // By the ratio of two units: over the same time, and with the same number of samples, as with an oscilloscope.
+        // By the ratio of two units: over the same time, and with the same number of samples, as with an
+        // oscilloscope.
         (STEP_S / 60.0, 7200),
         (STEP_S / 60.0, 120),
         (STEP_S / 1000.0, 120),

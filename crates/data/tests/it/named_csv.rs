@@ -1,4 +1,5 @@
-//! Contract: the columns that a model names are read from a file or a folder of files, with the units of the model.
+//! Contract: the columns that a model names are read from a file or a folder of files, with the units of the
+//! model.
 
 use augsim_data::{DataError, Dataset, NamedCsv, Unit};
 use std::fs;

@@ -1,5 +1,5 @@
-//! Contract: for every fault of a push file, a set of them or an NPZ file there is an error that states the file (`F`),
-//! the stream and the remedy. The texts of this crate are asserted word for word.
+//! Contract: for every fault of a push file, a set of them or an NPZ file there is an error that states the
+//! file (`F`), the stream and the remedy. The texts of this crate are asserted word for word.
 
 use augsim_data::convert::CONVERTERS;
 use augsim_data::push::{PushTrial, TrialName, read_push_trials};

@@ -1,8 +1,9 @@
-//! Contract: the published push files are read from HDF5, JSON and zip archives. Every measured sample is exact, on the
-//! union of the three clocks and flagged, and poses are those of the area centroid. Resampling is linear and never
-//! extrapolates, and NPZ reads back as it was written.
+//! Contract: the published push files are read from HDF5, JSON and zip archives. Every measured sample is
+//! exact, on the union of the three clocks and flagged, and poses are those of the area centroid. Resampling
+//! is linear and never extrapolates, and NPZ reads back as it was written.
 //!
-//! The reference is a generated trajectory in `fixtures/mit-push`, and published figures of the measured files.
+//! The reference is a generated trajectory in `fixtures/mit-push`, and published figures of the measured
+//! files.
 
 use crate::shared_data::{shared_data, workspace};
 use augsim_data::convert::CONVERTERS;
@@ -75,7 +76,8 @@ fn resampling_is_linear_and_does_not_extrapolate() {
     assert!(grid.time_s().last() <= union.time_s().last());
     assert_eq!(grid.len(), 1 + (7.4 * 40.0) as usize);
     let (x, samples) = (column(&on_grid, grid, "pusher_x_m"), column(&data, union, "pusher_x_m"));
-    // The rod moves uniformly, so linear interpolation is exact except for the time stamps (2.4e-7 s at 0.02 m/s).
+    // The rod moves uniformly, so linear interpolation is exact except for the time stamps (2.4e-7 s at 0.02
+    // m/s).
     for (time, value) in grid.time_s().iter().zip(x) {
         let expected = samples[0] + (samples[148] - samples[0]) * time / 7.4;
         assert!((value - expected).abs() < 2e-8, "{value} {expected}");
@@ -178,9 +180,9 @@ fn the_official_trial_has_its_published_figures() {
     assert!((trial.start_s - 1_460_088_637.23).abs() < 0.01);
     let TrialName::Motion(m) = trial.name else { panic!("a trial of the set") };
     assert_eq!((m.surface, m.shape, m.speed_m_s), (Surface::Plywood, PushShape::Hex, Some(0.15)));
-    // In contact the centre of the rod is at a distance of its radius, 4.75 mm, from the hexagon (circumradius 60.5 mm),
-    // with an error of 0.5 mm of the motion capture. At a speed of 150 mm/s the offset of up to 10 ms between the clocks
-    // of robot and motion capture adds 1.5 mm.
+    // In contact the centre of the rod is at a distance of its radius, 4.75 mm, from the hexagon
+    // (circumradius 60.5 mm), with an error of 0.5 mm of the motion capture. At a speed of 150 mm/s the
+    // offset of up to 10 ms between the clocks of robot and motion capture adds 1.5 mm.
     let data = read_push_dataset(&folder).unwrap();
     let t = &data.trajectories()[0];
     let get = |name| column(&data, t, name);

@@ -1,5 +1,5 @@
-//! Contract: scales are fitted to the training set alone, can be inverted and survive serialisation; the summary has
-//! figures that can be checked by hand.
+//! Contract: scales are fitted to the training set alone, can be inverted and survive serialisation; the
+//! summary has figures that can be checked by hand.
 
 use augsim_data::{Dataset, Normaliser, Summary, Trajectory};
 

@@ -1,7 +1,8 @@
-//! Contract: each check finds its mistake in a data set that the readers accept, and correct data pass all checks.
+//! Contract: each check finds its mistake in a data set that the readers accept, and correct data pass all
+//! checks.
 //!
-//! The data are twelve thrown balls (2 mm of noise, 100 Hz, gravity 9.81 m/s², one or two bounces) with the mistakes that
-//! users have made, and pushes of a square for the mistakes that only pushes reveal.
+//! The data are twelve thrown balls (2 mm of noise, 100 Hz, gravity 9.81 m/s², one or two bounces) with the
+//! mistakes that users have made, and pushes of a square for the mistakes that only pushes reveal.
 
 use augsim_data::checks::{Accepted, Check, Expected, Finding, Severity, admit, run_checks};
 use augsim_data::{Dataset, Trajectory, random_stream};
@@ -183,7 +184,8 @@ fn one_trajectory_in_another_unit_is_refused() {
 
 #[test]
 fn one_trajectory_that_only_goes_far_passes() {
-    // Like an angle that makes full turns while others swing: its curvature and noise are those of the others.
+    // Like an angle that makes full turns while others swing: its curvature and noise are those of the
+    // others.
     let wind =
         |all: &mut Vec<Rows>| all[4].1[0].iter_mut().enumerate().for_each(|(k, x)| *x += 0.5 * k as f64);
     assert_eq!(found(&positions(wind), &Expected::default()), []);
