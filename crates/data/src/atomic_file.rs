@@ -32,7 +32,7 @@ pub enum WriteStep {
     /// Creating the temporary file in the target's folder.
     Create,
     /// Producing or writing the bytes.
-    Fill,
+    Write,
     /// Flushing to the disk.
     Sync,
     /// Renaming the temporary file to the target.
@@ -45,7 +45,7 @@ impl WriteStep {
             WriteStep::Create => {
                 "cannot create a file in its folder; check that the folder exists and is writable"
             }
-            WriteStep::Fill => {
+            WriteStep::Write => {
                 "writing failed and the target is unchanged; check the free disk space and try again"
             }
             WriteStep::Sync => "cannot flush to the disk and the target is unchanged; check the disk",
@@ -181,7 +181,7 @@ where
     F: FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 {
     let mut writer = BufWriter::new(file);
-    fill(&mut writer).and_then(|()| writer.flush()).map_err(|e| (WriteStep::Fill, e))?;
+    fill(&mut writer).and_then(|()| writer.flush()).map_err(|e| (WriteStep::Write, e))?;
     writer.get_ref().sync_all().map_err(|e| (WriteStep::Sync, e))
 }
 
@@ -254,7 +254,7 @@ mod tests {
             Err(io::Error::other("the model diverged"))
         })
         .unwrap_err();
-        assert_eq!(error.step, WriteStep::Fill);
+        assert_eq!(error.step, WriteStep::Write);
         assert_eq!(
             error.to_string(),
             format!(

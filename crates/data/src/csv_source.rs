@@ -99,7 +99,7 @@ impl CsvSource {
             let path = self.path.clone();
             // A header that is not split by commas may have one of these separators.
             match [';', '\t'].into_iter().find(|&c| self.header.iter().any(|cell| cell.contains(c))) {
-                Some(separator) => DataError::OtherSeparator { path, separator },
+                Some(separator) => DataError::UnexpectedSeparator { path, separator },
                 None => {
                     let available = self.header.clone();
                     DataError::MissingColumn { path, column: name.to_owned(), available, layout }

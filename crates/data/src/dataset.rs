@@ -56,7 +56,7 @@ impl Dataset {
                 return Err(DataError::ColumnCount { origin, trajectory, found, expected });
             }
             if t.group().is_some() != has_group {
-                return Err(DataError::GroupOnSome { origin, trajectory, has_group: !has_group });
+                return Err(DataError::PartialGroups { origin, trajectory, has_group: !has_group });
             }
         }
         Ok(Dataset { columns, trajectories, origin, notes: Vec::new() })

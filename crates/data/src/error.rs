@@ -147,7 +147,7 @@ pub enum DataError {
         "{}: {bytes} bytes that are not gzip follow the end of the gzip stream; remove them, or compress the \
          file again", path.display()
     )]
-    AfterGzip {
+    TrailingBytes {
         /// File.
         path: PathBuf,
         /// Number of bytes.
@@ -166,19 +166,19 @@ pub enum DataError {
         "{}: line 1: cells are separated by {separator:?}; save the file with commas between cells and points in \
          decimals (4.5, not 4,5)", path.display()
     )]
-    OtherSeparator {
+    UnexpectedSeparator {
         /// File.
         path: PathBuf,
         /// Separator found.
         separator: char,
     },
     /// The file has no known layout, and the reader cannot infer how to read it.
-    #[error("{}: {}", path.display(), shown_text(&open.to_string()))]
+    #[error("{}: {}", path.display(), shown_text(&reason.to_string()))]
     NotRecognised {
         /// File.
         path: PathBuf,
-        /// What could not be inferred, and the remedy.
-        open: Unrecognised,
+        /// Property that could not be inferred, with the remedy.
+        reason: Unrecognised,
     },
     /// The file has no bytes, or only blank lines.
     #[error(
@@ -377,7 +377,7 @@ pub enum DataError {
     #[error("{origin}: trajectory `{trajectory}` has {} group but the first trajectory has {}; \
              give a group to all trajectories or to none",
              if *has_group { "a" } else { "no" }, if *has_group { "none" } else { "one" }, trajectory = shown(trajectory))]
-    GroupOnSome {
+    PartialGroups {
         /// Data set.
         origin: Source,
         /// First trajectory that differs.
@@ -458,7 +458,7 @@ pub enum DataError {
     },
     /// A column has no measured value.
     #[error("{origin}: column `{column}` has no measured values, so it cannot be scaled; leave it out", column = shown(column))]
-    AllMissing {
+    NoMeasuredValues {
         /// Data set.
         origin: Source,
         /// Column.

@@ -7,7 +7,7 @@ use crate::dataset::Dataset;
 use crate::error::DataError;
 use crate::legacy_ball::read_ball;
 use crate::npz::{is_npz, npz_of_bytes, write_npz};
-use crate::push::{PushError, holds_trial, push_dataset_of_bytes, read_push_dataset};
+use crate::push::{PushError, may_hold_trials, push_dataset_of_bytes, read_push_dataset};
 use crate::sniff::{Reading, recognise, recognise_bytes};
 use crate::whole_file::read_whole;
 use std::path::Path;
@@ -40,7 +40,7 @@ pub fn read_dataset(path: &Path, missing: MissingCells) -> Result<Dataset, DataE
     if path.is_dir() {
         return match read_push_dataset(path) {
             // A folder without published pushes may hold recordings, one trajectory per file.
-            Err(no_pushes @ DataError::Push(PushError::Nothing { .. })) => {
+            Err(no_pushes @ DataError::Push(PushError::NoPushFiles { .. })) => {
                 match recognise(&[path.to_owned()], &Reading::default(), missing) {
                     Err(DataError::NotRecognised { path: place, .. }) if place == path => Err(no_pushes),
                     result => result.map(|r| r.data),
@@ -53,7 +53,7 @@ pub fn read_dataset(path: &Path, missing: MissingCells) -> Result<Dataset, DataE
     if bytes.starts_with(b"PK") && is_npz(path, &bytes)? {
         return npz_of_bytes(path, &bytes, missing);
     }
-    if holds_trial(&bytes[..bytes.len().min(HEAD_BYTES)]) {
+    if may_hold_trials(&bytes[..bytes.len().min(HEAD_BYTES)]) {
         return push_dataset_of_bytes(path, bytes);
     }
     match read_strictly(path, bytes.clone(), missing) {
@@ -95,7 +95,7 @@ fn may_be_other_layout(cause: &DataError) -> bool {
     matches!(
         cause,
         DataError::MissingColumn { .. }
-            | DataError::OtherSeparator { .. }
+            | DataError::UnexpectedSeparator { .. }
             | DataError::BadColumn { .. }
             | DataError::NoValueColumns { .. }
             | DataError::DuplicateColumn { .. }

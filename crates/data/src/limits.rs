@@ -158,7 +158,7 @@ impl Limit {
         Ok(())
     }
 
-    /// What exceeds the limit and what to do, as a sentence without its subject.
+    /// Text of the error without its subject: the excess and the remedy.
     fn message(self) -> &'static str {
         match self {
             Limit::Bytes => "has too many bytes after unpacking; split it, or keep fewer columns",

@@ -93,8 +93,10 @@ impl Normaliser {
 fn fit_column(train: &Dataset, name: &str) -> Result<ColumnScale, DataError> {
     let column = train.column_index(name)?;
     let values = train.trajectories().iter().flat_map(|t| t.column(column));
-    let statistics = Statistics::of(values.copied())
-        .ok_or_else(|| DataError::AllMissing { origin: train.origin().clone(), column: name.to_owned() })?;
+    let statistics = Statistics::of(values.copied()).ok_or_else(|| DataError::NoMeasuredValues {
+        origin: train.origin().clone(),
+        column: name.to_owned(),
+    })?;
     let sd = if statistics.sd == 0.0 { 1.0 } else { statistics.sd };
     Ok(ColumnScale { column: name.to_owned(), mean: statistics.mean, sd })
 }

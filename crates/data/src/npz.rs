@@ -193,7 +193,7 @@ impl<'a> Array<'a> {
             Some((TypeChar::Uint, 4)) => self.values(|v: u32| f64::from(v)),
             Some((TypeChar::Uint, 2)) => self.values(|v: u16| f64::from(v)),
             Some((TypeChar::Uint, 1)) => self.values(|v: u8| f64::from(v)),
-            _ => Err(self.fault(ArrayFault::NoNumbers)),
+            _ => Err(self.fault(ArrayFault::NotNumbers)),
         }
     }
 
@@ -205,7 +205,7 @@ impl<'a> Array<'a> {
             Some((TypeChar::Int, 4)) => self.values(|v: i32| v.to_string()),
             Some((TypeChar::Uint, 8)) => self.values(|v: u64| v.to_string()),
             Some((TypeChar::Uint, 4)) => self.values(|v: u32| v.to_string()),
-            _ => Err(self.fault(ArrayFault::NoTexts)),
+            _ => Err(self.fault(ArrayFault::NotTexts)),
         }
     }
 }

@@ -16,9 +16,9 @@ pub enum ArrayFault {
     /// The array does not have one dimension.
     Shape { shape: Vec<u64> },
     /// The elements are not numbers.
-    NoNumbers,
+    NotNumbers,
     /// The elements are neither texts nor whole numbers.
-    NoTexts,
+    NotTexts,
     /// The header exceeds a limit.
     Limit(LimitExceeded),
     /// The bytes are not a complete array.
@@ -38,8 +38,8 @@ impl fmt::Display for ArrayFault {
                 write!(f, "has {found} values but `trajectory` has {samples}; save one value per sample")
             }
             ArrayFault::Shape { shape } => write!(f, "has the shape {shape:?}; save it with one dimension"),
-            ArrayFault::NoNumbers => f.write_str("is not an array of numbers; save it as float64"),
-            ArrayFault::NoTexts => f.write_str("is not an array of texts or whole numbers; save it as str"),
+            ArrayFault::NotNumbers => f.write_str("is not an array of numbers; save it as float64"),
+            ArrayFault::NotTexts => f.write_str("is not an array of texts or whole numbers; save it as str"),
             ArrayFault::Limit(cause) => write!(f, "{cause}"),
             ArrayFault::Damaged(cause) => {
                 write!(f, "is damaged or cut off ({}); copy or save the file again", shown_cause(cause))

@@ -92,7 +92,7 @@ pub(crate) fn gunzip(path: &Path, packed: &[u8]) -> Result<Vec<u8>, DataError> {
     }
     match remaining.iter().all(|&byte| byte == 0) {
         true => Ok(content),
-        false => Err(DataError::AfterGzip { path: path.to_owned(), bytes: remaining.len() }),
+        false => Err(DataError::TrailingBytes { path: path.to_owned(), bytes: remaining.len() }),
     }
 }
 

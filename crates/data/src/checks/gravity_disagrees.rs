@@ -40,10 +40,8 @@ fn compare(data: &Dataset, z: Series<'_>, expected_m_s2: f64) -> Vec<Finding> {
     let column = z.name().to_owned();
     let falls = falls(data, z);
     let typical = median_acceleration(&falls);
-    let is_other = |found: f64| {
-        let ratio = found / expected_m_s2;
-        ratio > MAX_GRAVITY_RATIO || ratio < 1.0 / MAX_GRAVITY_RATIO
-    };
+    let is_other =
+        |found: f64| !(1.0 / MAX_GRAVITY_RATIO..=MAX_GRAVITY_RATIO).contains(&(found / expected_m_s2));
     let is_wrong = typical.is_none_or(is_other);
     if is_wrong {
         let swapped = ["x_m", "y_m"].iter().find_map(|name| {

@@ -73,7 +73,7 @@ fn logs(path: &Path) -> Result<Vec<PathBuf>, DataError> {
     files.retain(|file| file.extension().is_some_and(|e| e == "txt"));
     files.sort_unstable();
     match files.is_empty() {
-        true => Err(PushError::Nothing { path: folder, expected: EXPECTED }.into()),
+        true => Err(PushError::NoPushFiles { path: folder, expected: EXPECTED }.into()),
         false => Ok(files),
     }
 }

@@ -58,7 +58,7 @@ fn runs(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
         let name = index.text(file)?;
         let run = folder.join(name);
         if !run.is_file() {
-            return Err(PushError::Unlisted { path: index_path, file: name.to_owned() }.into());
+            return Err(PushError::ListedFileMissing { path: index_path, file: name.to_owned() }.into());
         }
         runs.push(run);
     }

@@ -35,13 +35,13 @@ pub fn read_push_trials(path: &Path) -> Result<Vec<PushTrial>, DataError> {
 /// Checks that there are trials and that none occurs twice.
 fn check_trials(path: &Path, trials: Vec<PushTrial>) -> Result<Vec<PushTrial>, DataError> {
     if trials.is_empty() {
-        return Err(PushError::Nothing { path: path.to_owned(), expected: EXPECTED }.into());
+        return Err(PushError::NoPushFiles { path: path.to_owned(), expected: EXPECTED }.into());
     }
     let mut first_paths = BTreeMap::new();
     for trial in &trials {
         if let Some(first) = first_paths.insert(trial.name.to_string(), &trial.path) {
             let (first, second) = (first.clone(), trial.path.clone());
-            return Err(PushError::Twice { first, second }.into());
+            return Err(PushError::DuplicateTrial { first, second }.into());
         }
     }
     Ok(trials)

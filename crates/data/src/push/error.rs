@@ -151,7 +151,7 @@ pub enum PushError {
         "{}: the same trial is also in {}; the sets are published both as HDF5 and as JSON: convert only one of them",
         second.display(), first.display()
     )]
-    Twice {
+    DuplicateTrial {
         /// File read first.
         first: PathBuf,
         /// File with the same trial.
@@ -159,7 +159,7 @@ pub enum PushError {
     },
     /// A folder or an archive has no push files.
     #[error("{}: there are no push files; expected {expected}; give the folder or the archive that contains them", path.display())]
-    Nothing {
+    NoPushFiles {
         /// Folder or archive.
         path: PathBuf,
         /// Description of the expected files.
@@ -167,7 +167,7 @@ pub enum PushError {
     },
     /// A file that an index lists is missing.
     #[error("{}: the listed file `{file}` is missing; restore it or remove its row", path.display(), file = shown(file))]
-    Unlisted {
+    ListedFileMissing {
         /// Index.
         path: PathBuf,
         /// File name in the index.

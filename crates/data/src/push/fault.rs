@@ -10,13 +10,13 @@ pub enum NameFault {
     /// Another key is where `expected` should be.
     Key { expected: String, stem: String, found: String },
     /// There is a field after the last one.
-    TooMany { field: String },
+    ExtraField { field: String },
     /// A value is not a number, or not a whole number where one is needed.
-    NoNumber { field: String, value: String },
+    NotNumber { field: String, value: String },
     /// A number is outside its range.
     OutOfRange { field: String, value: String, within: [f64; 2] },
     /// An index is not a whole number.
-    NoIndex { value: String },
+    NotWholeIndex { value: String },
 }
 
 impl fmt::Display for NameFault {
@@ -25,14 +25,14 @@ impl fmt::Display for NameFault {
             NameFault::Key { expected, stem, found } => {
                 write!(f, "`{stem}` has `{found}` where `{expected}=` is expected")
             }
-            NameFault::TooMany { field } => write!(f, "`{field}` is an extra field"),
-            NameFault::NoNumber { field, value } => {
+            NameFault::ExtraField { field } => write!(f, "`{field}` is an extra field"),
+            NameFault::NotNumber { field, value } => {
                 write!(f, "`{field}={value}` is not a valid number")
             }
             NameFault::OutOfRange { field, value, within: [min, max] } => {
                 write!(f, "`{field}={value}` is not between {min} and {max}")
             }
-            NameFault::NoIndex { value } => write!(f, "`i={value}` is not a whole number"),
+            NameFault::NotWholeIndex { value } => write!(f, "`i={value}` is not a whole number"),
         }
     }
 }
@@ -64,7 +64,7 @@ pub enum StreamLayout {
     /// The elements have another type.
     Type,
     /// The stream is not rows of numbers.
-    NoRows { cause: serde_json::Error },
+    NotRows { cause: serde_json::Error },
     /// A row does not have four numbers.
     Row { row: usize, numbers: usize },
 }
@@ -74,7 +74,7 @@ impl fmt::Display for StreamLayout {
         match self {
             StreamLayout::Shape { shape } => write!(f, "has the shape {shape:?}"),
             StreamLayout::Type => f.write_str("has another type than 64-bit floating point"),
-            StreamLayout::NoRows { cause } => {
+            StreamLayout::NotRows { cause } => {
                 write!(f, "is not rows of numbers ({})", shown_cause(cause))
             }
             StreamLayout::Row { row, numbers } => write!(f, "has {numbers} numbers in row {row}"),

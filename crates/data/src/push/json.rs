@@ -31,7 +31,7 @@ pub(super) fn rows<const N: usize>(
             cause,
         })?;
         let cells: Vec<Vec<Option<f64>>> =
-            serde_json::from_str(raw.get()).map_err(|cause| layout(StreamLayout::NoRows { cause }))?;
+            serde_json::from_str(raw.get()).map_err(|cause| layout(StreamLayout::NotRows { cause }))?;
         for (row, cells) in cells.iter().enumerate() {
             let [t, a, b, c] = cells[..] else {
                 return Err(layout(StreamLayout::Row { row, numbers: cells.len() }));

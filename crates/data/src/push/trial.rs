@@ -42,7 +42,7 @@ pub struct PushTrial {
     /// Wrench on the rod: force x, y in N, torque about z in N m.
     pub wrench: Stream,
     /// Number of poses that were removed because the motion capture confused the markers.
-    pub confused: usize,
+    pub removed_poses: usize,
 }
 
 impl PushTrial {
@@ -73,11 +73,11 @@ impl PushTrial {
         let start_s = streams.iter().map(|s| s.time_s[0]).fold(f64::NEG_INFINITY, f64::max);
         let mut streams = streams.into_iter().map(|s| s.earlier(start_s));
         let mut next = || streams.next().unwrap_or_default();
-        let (tip, (object, confused), wrench) = (next(), next().without_quarter_turns(), next());
+        let (tip, (object, removed_poses), wrench) = (next(), next().without_quarter_turns(), next());
         if object.len() < 2 {
             return Err(PushError::TooShort { path: path.to_owned(), key: "object_pose" });
         }
-        Ok(PushTrial { name, path: path.to_owned(), start_s, tip, object, wrench, confused })
+        Ok(PushTrial { name, path: path.to_owned(), start_s, tip, object, wrench, removed_poses })
     }
 
     /// Trajectory of the trial on the union of the three clocks, with the name of the file.
@@ -118,7 +118,7 @@ impl PushTrial {
 }
 
 /// Whether a file with these first bytes may hold trials: HDF5, JSON or a zip archive.
-pub(crate) fn holds_trial(begin: &[u8]) -> bool {
+pub(crate) fn may_hold_trials(begin: &[u8]) -> bool {
     is_hdf5(begin) || is_json(begin) || is_zip(begin)
 }
 

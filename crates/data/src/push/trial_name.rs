@@ -229,7 +229,7 @@ impl<'a> Fields<'a> {
         }
         match parts.next() {
             None => Ok(values),
-            Some(more) => Err(self.error(NameFault::TooMany { field: more.to_owned() })),
+            Some(more) => Err(self.error(NameFault::ExtraField { field: more.to_owned() })),
         }
     }
 
@@ -251,7 +251,7 @@ impl<'a> Fields<'a> {
 
     /// Parses the number of a field.
     fn number<T: std::str::FromStr>(&self, value: &str, field: &str) -> Result<T, PushError> {
-        let fault = || NameFault::NoNumber { field: field.to_owned(), value: value.to_owned() };
+        let fault = || NameFault::NotNumber { field: field.to_owned(), value: value.to_owned() };
         value.parse().map_err(|_| self.error(fault()))
     }
 
@@ -277,7 +277,7 @@ impl<'a> Fields<'a> {
         let shape = self.known(shape, "shape", PushShape::ALL, PushShape::name)?;
         let side = self.number_within(i, "i", [0.0, f64::from(shape.sides() - 1)])?;
         if side.fract() != 0.0 {
-            return Err(self.error(NameFault::NoIndex { value: i.to_owned() }));
+            return Err(self.error(NameFault::NotWholeIndex { value: i.to_owned() }));
         }
         let speed = self.number_within(v, "v", [-1.0, 1e4])?;
         Ok(Motion {

@@ -240,7 +240,7 @@ pub(super) fn read_table(
     let tail = &first_lines[first_lines.len().min(MAX_PREAMBLE_LINES) / 2..];
     let dialect =
         infer_dialect(tail, separator, decimal).or_else(|| infer_dialect(&first_lines, separator, decimal));
-    let no_numbers = || DataError::NotRecognised { path: path.to_owned(), open: Unrecognised::NoNumbers };
+    let no_numbers = || DataError::NotRecognised { path: path.to_owned(), reason: Unrecognised::NotNumbers };
     let dialect = dialect.ok_or_else(no_numbers)?;
     let tail: Vec<Vec<String>> = tail.iter().map(|line| split_cells(line, dialect.separator)).collect();
     let (columns, _) = usual_width(&tail);

@@ -87,8 +87,8 @@ pub(crate) fn files_in(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
     }
     files.sort();
     if files.is_empty() {
-        let open = Unrecognised::NoRecordings { endings: &EXTENSIONS };
-        return Err(DataError::NotRecognised { path: folder.to_owned(), open });
+        let reason = Unrecognised::NoRecordings { endings: &EXTENSIONS };
+        return Err(DataError::NotRecognised { path: folder.to_owned(), reason });
     }
     Ok(files)
 }
@@ -101,7 +101,7 @@ fn read_sheet(path: &Path, mut bytes: Vec<u8>, reading: &Reading) -> Result<Shee
     if bytes.is_empty() {
         return Err(DataError::Empty { path: path.to_owned() });
     }
-    let not_text = || DataError::NotRecognised { path: path.to_owned(), open: Unrecognised::NoText };
+    let not_text = || DataError::NotRecognised { path: path.to_owned(), reason: Unrecognised::NotText };
     let (text, encoding) = decode(&bytes).ok_or_else(not_text)?;
     let mut out = read_table(path, &text, reading.separator, reading.decimal)?;
     if let Some(encoding) = encoding {
@@ -119,7 +119,7 @@ fn recognised(
 ) -> Result<Recognised, DataError> {
     let files = with_roles(sheets, reading)?;
     let Some(first) = files.first() else {
-        return Err(DataError::NotRecognised { path: origin.to_owned(), open: Unrecognised::NoFile });
+        return Err(DataError::NotRecognised { path: origin.to_owned(), reason: Unrecognised::NoFile });
     };
     let mut assumed = vec![layout_note(first)];
     let mut changes = RowChanges::default();
@@ -152,7 +152,7 @@ fn recognised(
 fn with_roles(sheets: Vec<Sheet>, reading: &Reading) -> Result<Vec<RecordedFile>, DataError> {
     let mut out: Vec<RecordedFile> = Vec::with_capacity(sheets.len());
     for sheet in sheets {
-        let refuse = |open| DataError::NotRecognised { path: sheet.path.clone(), open };
+        let refuse = |reason| DataError::NotRecognised { path: sheet.path.clone(), reason };
         let headings: Vec<Heading> = match &sheet.names {
             Some(names) => names
                 .iter()
@@ -165,7 +165,7 @@ fn with_roles(sheets: Vec<Sheet>, reading: &Reading) -> Result<Vec<RecordedFile>
             && first.headings.iter().map(|h| &h.raw).ne(headings.iter().map(|h| &h.raw))
         {
             let columns = first.headings.iter().map(|h| h.raw.clone()).collect();
-            return Err(refuse(Unrecognised::OtherColumns { first: first.sheet.path.clone(), columns }));
+            return Err(refuse(Unrecognised::DifferentColumns { first: first.sheet.path.clone(), columns }));
         }
         let roles = match out.first() {
             Some(first) => first.roles.clone(),

@@ -62,8 +62,8 @@ impl<'a> Scene<'a> {
         Ok((columns, recording, self.drafts, self.notes))
     }
 
-    fn refuse<T>(&self, open: Unrecognised) -> Result<T, DataError> {
-        Err(DataError::NotRecognised { path: self.origin.to_owned(), open })
+    fn refuse<T>(&self, reason: Unrecognised) -> Result<T, DataError> {
+        Err(DataError::NotRecognised { path: self.origin.to_owned(), reason })
     }
 
     /// Names of the columns of the file.

@@ -18,16 +18,16 @@ pub enum Unrecognised {
     NoFile,
     /// The bytes are not text.
     #[error("the file is not text; export the recording as CSV")]
-    NoText,
+    NotText,
     /// No separator and decimal mark split the lines into rows of numbers.
     #[error(
         "its lines are not rows of numbers; give the character between cells with --sep and the decimal mark with \
          --decimal (augsim start)"
     )]
-    NoNumbers,
+    NotNumbers,
     /// The columns of the file differ from those of the first file.
     #[error("its columns differ from those of {} ({}); read it separately", first.display(), shown_list(columns))]
-    OtherColumns {
+    DifferentColumns {
         /// File that was read first.
         first: PathBuf,
         /// Names of its columns.

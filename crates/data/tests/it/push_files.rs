@@ -204,9 +204,12 @@ fn repeats_and_confused_poses_of_preliminary_pushes_are_removed() {
     let trials = read_push_trials(&folder).unwrap();
     assert_eq!(trials.len(), 22);
     // One pose of one trial is turned by 89 degrees between two good ones.
-    let confused: Vec<&PushTrial> = trials.iter().filter(|t| t.confused > 0).collect();
+    let confused: Vec<&PushTrial> = trials.iter().filter(|t| t.removed_poses > 0).collect();
     assert_eq!(confused.len(), 1);
-    assert_eq!((confused[0].name.to_string().as_str(), confused[0].confused), ("block=plastic_run=01", 1));
+    assert_eq!(
+        (confused[0].name.to_string().as_str(), confused[0].removed_poses),
+        ("block=plastic_run=01", 1)
+    );
     for trial in &trials {
         // The pose of the tool is logged at about twice the rate at which it is measured.
         let fresh = trial.tip.without_repeats().len() as f64 / trial.tip.len() as f64;
