@@ -60,7 +60,7 @@ impl WriteStep {
 #[derive(Debug, Error)]
 #[error("{}: {} ({cause})", path.display(), step.advice())]
 pub struct AtomicWriteError {
-    /// Target.
+    /// Path of the target file.
     pub path: PathBuf,
     /// Step that failed.
     pub step: WriteStep,

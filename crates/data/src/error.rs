@@ -23,13 +23,13 @@ pub enum ColumnError {
         shown(name)
     )]
     Malformed {
-        /// Name as found.
+        /// Name as it is in the file.
         name: String,
     },
     /// A reserved name (`trajectory`, `t_s` or `group`) is used for a numeric column.
     #[error("column `{name}`: the names `trajectory`, `t_s` and `group` are reserved; rename it")]
     Reserved {
-        /// Name as found.
+        /// Name as it is in the file.
         name: String,
     },
     /// The suffix is not a known unit.
@@ -40,7 +40,7 @@ pub enum ColumnError {
         Unit::accepted_suffixes()
     )]
     UnknownUnit {
-        /// Name as found.
+        /// Name as it is in the file.
         name: String,
     },
 }
@@ -104,7 +104,7 @@ pub enum DataError {
     /// The file could not be opened or read.
     #[error("{}: cannot read: {cause}; check that the path exists and may be read", path.display())]
     Unreadable {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Error of the system.
         cause: std::io::Error,
@@ -115,7 +115,7 @@ pub enum DataError {
          `trajectory` that identifies each of them", path.display()
     )]
     Folder {
-        /// Folder.
+        /// Path of the folder.
         path: PathBuf,
     },
     /// The gzip stream ends before its end mark.
@@ -124,7 +124,7 @@ pub enum DataError {
          writing: copy or make it again", path.display()
     )]
     TruncatedGzip {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// First line that could not be read.
         line: u64,
@@ -135,7 +135,7 @@ pub enum DataError {
         path.display()
     )]
     DamagedGzip {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// First line that could not be read.
         line: u64,
@@ -148,7 +148,7 @@ pub enum DataError {
          file again", path.display()
     )]
     TrailingBytes {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Number of bytes.
         bytes: usize,
@@ -167,7 +167,7 @@ pub enum DataError {
          decimals (4.5, not 4,5)", path.display()
     )]
     UnexpectedSeparator {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Separator found.
         separator: char,
@@ -175,7 +175,7 @@ pub enum DataError {
     /// The file has no known layout, and the reader cannot infer how to read it.
     #[error("{}: {}", path.display(), shown_text(&reason.to_string()))]
     NotRecognised {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Property that could not be inferred, with the remedy.
         reason: Unrecognised,
@@ -186,13 +186,13 @@ pub enum DataError {
          `trajectory,t_s,height_m,velocity_m_s`", path.display()
     )]
     Empty {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The file has a header and no rows.
     #[error("{}: line 1: the file has a header but no samples; add one row for each sample", path.display())]
     HeaderOnly {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The header lacks a column that the layout needs.
@@ -200,7 +200,7 @@ pub enum DataError {
         "{}: line 1: column `{column}` is missing; the header has: {}; {layout}",
         path.display(), shown_list(available), column = shown(column))]
     MissingColumn {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Required name.
         column: String,
@@ -215,13 +215,13 @@ pub enum DataError {
          such as `height_m`", path.display()
     )]
     NoValueColumns {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
     },
     /// A name in the header is not accepted.
     #[error("{}: line 1: {cause}", path.display())]
     BadColumn {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// The name and the reason.
         cause: ColumnError,
@@ -229,9 +229,9 @@ pub enum DataError {
     /// A column name occurs twice in a header or in a list of columns.
     #[error("{origin}: column `{column}` occurs twice; rename or remove one of them", column = shown(column))]
     DuplicateColumn {
-        /// Data set.
+        /// Origin of the data set.
         origin: Source,
-        /// Name.
+        /// Name of the column.
         column: String,
     },
     /// A row has more or fewer cells than the header.
@@ -240,13 +240,13 @@ pub enum DataError {
         path.display(), shown(first_column)
     )]
     RaggedRow {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line.
+        /// Line of the file, from 1.
         line: u64,
-        /// Cells in this row.
+        /// Number of cells in the row.
         found: usize,
-        /// Cells in the header.
+        /// Number of cells in the header.
         expected: usize,
         /// First header name, which helps to find the shift of the row.
         first_column: String,
@@ -256,9 +256,9 @@ pub enum DataError {
     /// The bytes are not UTF-8 text.
     #[error("{}: line {line}, column `{column}`: not UTF-8 text; save the file as UTF-8", path.display(), column = shown(column))]
     NotUtf8 {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line.
+        /// Line of the file, from 1.
         line: u64,
         /// Column, by name or (in the header) by number.
         column: String,
@@ -269,23 +269,23 @@ pub enum DataError {
         path.display(), shown(column), shown(cell), number_remedy(cell)
     )]
     BadNumber {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line.
+        /// Line of the file, from 1.
         line: u64,
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Cell as found.
+        /// Text of the cell.
         cell: String,
     },
     /// A cell is empty where no gaps are allowed.
     #[error("{}: line {line}, column `{column}`: empty cell; {remedy}", path.display(), column = shown(column))]
     EmptyCell {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line.
+        /// Line of the file, from 1.
         line: u64,
-        /// Column.
+        /// Name of the column.
         column: String,
         /// Remedy, which depends on the column: only measured values may have gaps, and only on request.
         remedy: &'static str,
@@ -296,13 +296,13 @@ pub enum DataError {
          follows {previous_s} s); sort its rows by time and remove repeated times",
         path.display(), trajectory = shown(trajectory))]
     TimeNotIncreasing {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Line of the later row.
         line: u64,
         /// Name of the time column.
         column: &'static str,
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
         /// Time of the row before, s.
         previous_s: f64,
@@ -315,13 +315,13 @@ pub enum DataError {
          on line {ended_line}; keep its rows together or give the second part another name",
         path.display(), trajectory = shown(trajectory))]
     TrajectoryReappears {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Line on which the trajectory appears again.
         line: u64,
         /// Column of the identifier.
         column: &'static str,
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
         /// Last line of its first part.
         ended_line: u64,
@@ -332,11 +332,11 @@ pub enum DataError {
          `{found}`; give all rows of a trajectory the same group", path.display(), trajectory = shown(trajectory),
         found = shown(found), expected = shown(expected))]
     GroupChanges {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line.
+        /// Line of the file, from 1.
         line: u64,
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
         /// Group of its first row.
         expected: String,
@@ -348,13 +348,13 @@ pub enum DataError {
         "{}: line {line}, column `{column}`: \"{label}\" begins or ends with a space, contains a \
          control character or is longer than 256 bytes; rename it", path.display(), label = shown(label))]
     BadLabelInFile {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line.
+        /// Line of the file, from 1.
         line: u64,
         /// Column of the identifier or the group.
         column: &'static str,
-        /// Label as found.
+        /// Label as it is in the file.
         label: String,
     },
     /// An identifier or a group given by code would not survive writing and reading back.
@@ -362,15 +362,15 @@ pub enum DataError {
         "trajectory \"{trajectory}\": identifiers and groups must not be empty, begin or end with a \
          space, contain control characters or be longer than 256 bytes; rename it", trajectory = shown(trajectory))]
     BadLabel {
-        /// Trajectory, as given.
+        /// Identifier of the trajectory, as given.
         trajectory: String,
     },
     /// Two trajectories have the same name.
     #[error("{origin}: trajectory `{trajectory}` occurs twice; give each trajectory a different name", trajectory = shown(trajectory))]
     DuplicateTrajectory {
-        /// Data set.
+        /// Origin of the data set.
         origin: Source,
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
     },
     /// Some trajectories have a group and others do not.
@@ -378,7 +378,7 @@ pub enum DataError {
              give a group to all trajectories or to none",
              if *has_group { "a" } else { "no" }, if *has_group { "none" } else { "one" }, trajectory = shown(trajectory))]
     PartialGroups {
-        /// Data set.
+        /// Origin of the data set.
         origin: Source,
         /// First trajectory that differs.
         trajectory: String,
@@ -390,13 +390,13 @@ pub enum DataError {
         "{origin}: trajectory `{trajectory}` has {found} value columns but the data set has \
          {expected}; pass one vector for each column", trajectory = shown(trajectory))]
     ColumnCount {
-        /// Data set.
+        /// Origin of the data set.
         origin: Source,
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
-        /// Vectors given.
+        /// Number of vectors.
         found: usize,
-        /// Columns of the data set.
+        /// Number of columns of the data set.
         expected: usize,
     },
     /// A column and the time have different numbers of samples.
@@ -404,19 +404,19 @@ pub enum DataError {
         "trajectory `{trajectory}`: value column {column} has {found} samples but there are {expected} times; \
          pass one value for each time", trajectory = shown(trajectory))]
     SampleCount {
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
         /// Index of the column.
         column: usize,
-        /// Values given.
+        /// Number of values.
         found: usize,
-        /// Times given.
+        /// Number of times.
         expected: usize,
     },
     /// A trajectory has no samples.
     #[error("trajectory `{trajectory}` has no samples; leave it out", trajectory = shown(trajectory))]
     NoSamples {
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
     },
     /// A time of a trajectory built by code is not finite or does not increase.
@@ -424,9 +424,9 @@ pub enum DataError {
         "trajectory `{trajectory}`: the time of sample {sample} is not finite or not greater than the one \
          before; times must increase strictly", trajectory = shown(trajectory))]
     BadTime {
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
-        /// Sample.
+        /// Index of the sample, from 0.
         sample: usize,
     },
     /// A value of a trajectory built by code is infinite.
@@ -434,11 +434,11 @@ pub enum DataError {
         "trajectory `{trajectory}`: value column {column} is infinite at sample {sample}; only \
          finite values, and NaN for a gap, are allowed", trajectory = shown(trajectory))]
     Infinite {
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
         /// Index of the column.
         column: usize,
-        /// Sample.
+        /// Index of the sample, from 0.
         sample: usize,
     },
     /// A column name given by code is not accepted.
@@ -449,7 +449,7 @@ pub enum DataError {
         "{origin}: there is no column `{column}`; the columns are: {}; rename a column or use one of these",
         shown_list(available), column = shown(column))]
     NoSuchColumn {
-        /// Data set.
+        /// Origin of the data set.
         origin: Source,
         /// Requested name.
         column: String,
@@ -459,9 +459,9 @@ pub enum DataError {
     /// A column has no measured value.
     #[error("{origin}: column `{column}` has no measured values, so it cannot be scaled; leave it out", column = shown(column))]
     NoMeasuredValues {
-        /// Data set.
+        /// Origin of the data set.
         origin: Source,
-        /// Column.
+        /// Name of the column.
         column: String,
     },
     /// The sizes of the split are zero or exceed the number of trajectories.
@@ -486,13 +486,13 @@ pub enum DataError {
     /// The data set to write has no trajectories.
     #[error("{}: a data set without trajectories is not written, because no reader would accept it; keep at least one", path.display())]
     NothingToWrite {
-        /// Target.
+        /// Path of the target file.
         path: PathBuf,
     },
     /// An array of an NPZ file cannot be used.
     #[error("{}: array `{array}`: {fault}", path.display(), array = shown(array))]
     Array {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Name of the array.
         array: String,

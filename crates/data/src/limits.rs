@@ -51,13 +51,13 @@ pub enum LimitSetting {
         Limit::ALL.map(|limit| format!("{PREFIX}{}", limit.name())).join(", ")
     )]
     Unknown {
-        /// The variable.
+        /// Environment variable.
         variable: String,
     },
     /// The value is not a whole number of at least 1.
     #[error("{variable}={value}: must be a whole number of at least 1, such as 1000000 or 1e6")]
     Value {
-        /// The variable.
+        /// Environment variable.
         variable: String,
         /// Value of the variable.
         value: String,

@@ -23,7 +23,7 @@ pub struct StreamSummary {
     pub median_rate_hz: Option<f64>,
     /// Number of intervals longer than 5 times the median.
     pub gaps: usize,
-    /// Longest interval, s.
+    /// Longest interval between samples, s.
     pub longest_interval_s: f64,
 }
 

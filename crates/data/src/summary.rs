@@ -61,7 +61,7 @@ pub struct SamplingSummary {
     pub regular: bool,
     /// Number of intervals longer than 1.5 times the median of their trajectory.
     pub gaps: usize,
-    /// Longest interval, s.
+    /// Longest interval between samples, s.
     pub longest_interval_s: f64,
     /// Shortest and longest duration of a trajectory, s.
     pub duration_s: [f64; 2],

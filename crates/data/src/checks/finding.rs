@@ -27,15 +27,15 @@ pub enum Finding {
          in {unit}; convert the values to SI units, and leave cells empty where nothing was measured", digits(*value)
     )]
     AbsurdValue {
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
-        /// Time, s.
+        /// Time of the sample, s.
         time_s: f64,
-        /// Column.
+        /// Name of the column.
         column: String,
         /// Unit of the column.
         unit: String,
-        /// Value.
+        /// The value.
         value: f64,
     },
     /// A value stands for "not measured".
@@ -50,9 +50,9 @@ pub enum Finding {
         trajectory: String,
         /// Time of the sample, s.
         time_s: f64,
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Value.
+        /// The value.
         value: f64,
         /// Samples that hold it.
         count: usize,
@@ -65,11 +65,11 @@ pub enum Finding {
          again, or remove it", digits(*value)
     )]
     ConstantColumn {
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Its value.
+        /// Value of the column.
         value: f64,
-        /// Samples.
+        /// Number of samples.
         samples: usize,
     },
     /// Two trajectories are the same recording.
@@ -96,7 +96,7 @@ pub enum Finding {
     MixedUnits {
         /// First such trajectory.
         trajectory: String,
-        /// Column.
+        /// Name of the column.
         column: String,
         /// Unit of the column.
         unit: String,
@@ -138,9 +138,9 @@ pub enum Finding {
          unit; convert it to metres", digits(*span), digits(*noise)
     )]
     ColumnScale {
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Reference column.
+        /// Name of the reference column.
         reference: String,
         /// Ratio of the spans.
         span: f64,
@@ -155,7 +155,7 @@ pub enum Finding {
     ObjectOutrunsRod {
         /// First such push.
         trajectory: String,
-        /// Column of the object.
+        /// Name of the object column.
         column: String,
         /// Motion of the object, m.
         object_m: f64,
@@ -170,7 +170,7 @@ pub enum Finding {
          written twice; export the wrong one again, or remove it from the model", columns[0], columns[1]
     )]
     DuplicateOutput {
-        /// Columns.
+        /// Names of the two columns.
         columns: [String; 2],
         /// Samples with values of both.
         samples: usize,
@@ -181,7 +181,7 @@ pub enum Finding {
          effects cannot be distinguished; export the wrong one again, or remove one from the model", columns[0], columns[1]
     )]
     DuplicateInput {
-        /// Columns.
+        /// Names of the two columns.
         columns: [String; 2],
         /// Samples with values of both.
         samples: usize,
@@ -192,9 +192,9 @@ pub enum Finding {
          samples: one signal was probably written twice; export the wrong one again, or remove it from the model"
     )]
     InputEqualsOutput {
-        /// Column of the input.
+        /// Name of the input column.
         input: String,
-        /// Column of the output.
+        /// Name of the output column.
         output: String,
         /// Samples with values of both.
         samples: usize,
@@ -205,7 +205,7 @@ pub enum Finding {
          export the wrong one again, or remove it", columns[0], columns[1]
     )]
     DuplicateColumn {
-        /// Columns.
+        /// Names of the two columns.
         columns: [String; 2],
         /// Samples with values of both.
         samples: usize,
@@ -221,7 +221,7 @@ pub enum Finding {
         trajectory: String,
         /// Time of the sample, s.
         time_s: f64,
-        /// Column.
+        /// Name of the column.
         column: String,
         /// Share of the trajectories, per cent.
         share: usize,
@@ -232,9 +232,9 @@ pub enum Finding {
          the height agrees with the velocity of that row and not with that of its own row; align them"
     )]
     ShiftedVelocity {
-        /// Height.
+        /// Name of the height column.
         height: String,
-        /// Velocity.
+        /// Name of the velocity column.
         velocity: String,
         /// Minimum shift, rows.
         rows: u64,
@@ -247,9 +247,9 @@ pub enum Finding {
         digits(*time_s), digits(*height_m), digits(*velocity_m)
     )]
     VelocityDisagrees {
-        /// Height.
+        /// Name of the height column.
         height: String,
-        /// Velocity.
+        /// Name of the velocity column.
         velocity: String,
         /// Time over which they are compared, s.
         time_s: f64,
@@ -267,7 +267,7 @@ pub enum Finding {
     AngleInDegrees {
         /// Push with the largest rotation for the path of its rod.
         trajectory: String,
-        /// Column.
+        /// Name of the column.
         column: String,
         /// Change of the angle as written in the file.
         change_rad: f64,
@@ -282,7 +282,7 @@ pub enum Finding {
         gravity_remedy(found_m_s2 / expected_m_s2)
     )]
     GravityDisagrees {
-        /// Column of the height.
+        /// Name of the height column.
         column: String,
         /// Median over the trajectories, m/s², downward positive.
         found_m_s2: f64,
@@ -296,9 +296,9 @@ pub enum Finding {
         digits(*found_m_s2)
     )]
     SwappedColumns {
-        /// Column of the height.
+        /// Name of the height column.
         column: String,
-        /// Column that falls.
+        /// Name of the column that falls.
         falling: String,
         /// Its acceleration, m/s², downward positive.
         found_m_s2: f64,
@@ -311,7 +311,7 @@ pub enum Finding {
     GravityDiffers {
         /// First such trajectory.
         trajectory: String,
-        /// Column of the height.
+        /// Name of the height column.
         column: String,
         /// Its acceleration, m/s², downward positive.
         found_m_s2: f64,
@@ -328,9 +328,9 @@ pub enum Finding {
     DeclaredNoise {
         /// Key of the model file.
         key: &'static str,
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Unit.
+        /// Symbol of the unit.
         unit: &'static str,
         /// Declared noise.
         declared: f64,
@@ -348,9 +348,9 @@ pub enum Finding {
     CoarseTolerance {
         /// Key of the model file.
         key: &'static str,
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Unit.
+        /// Symbol of the unit.
         unit: &'static str,
         /// Declared noise.
         declared: f64,

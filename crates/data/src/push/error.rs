@@ -17,11 +17,11 @@ pub enum PushError {
         "{}: file name: unknown {field} `{value}`; known values are {}; correct the name or remove the file",
         path.display(), known.join(", "), value = shown(value))]
     UnknownName {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// `surface`, `shape` or `block`.
         field: &'static str,
-        /// Value as found.
+        /// Value as it is in the file name.
         value: String,
         /// Known values.
         known: Vec<&'static str>,
@@ -29,7 +29,7 @@ pub enum PushError {
     /// The file name does not have the pattern, or a field is missing or not a number.
     #[error("{}: file name: {fault}; {NAME_LAYOUT}", path.display())]
     Name {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// The field and its fault.
         fault: NameFault,
@@ -40,13 +40,13 @@ pub enum PushError {
         path.display()
     )]
     UnknownContent {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The HDF5 file, or one data set in it, cannot be decoded.
     #[error("{}: `{key}`: the HDF5 file is damaged or cut off ({cause}); copy or download it again", path.display(), key = shown(key), cause = shown_cause(cause))]
     Hdf5 {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Data set, or `/` for the file as a whole.
         key: String,
@@ -56,7 +56,7 @@ pub enum PushError {
     /// The text is not JSON, or is cut off.
     #[error("{}: not valid JSON ({cause}); the file is damaged or cut off: copy or download it again", path.display(), cause = shown_cause(cause))]
     Json {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Error of the parser, with line and column.
         cause: serde_json::Error,
@@ -67,9 +67,9 @@ pub enum PushError {
          copy or download the file again, or remove it", path.display(), shown_list(found)
     )]
     MissingStream {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Stream.
+        /// Key of the stream.
         key: &'static str,
         /// Names in the file.
         found: Vec<String>,
@@ -77,9 +77,9 @@ pub enum PushError {
     /// A stream is not a table of four columns of 64-bit floating-point numbers.
     #[error("{}: stream `{key}` {found}; store it as rows of four numbers: time and three values", path.display())]
     Layout {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Stream.
+        /// Key of the stream.
         key: &'static str,
         /// The layout in the file.
         found: StreamLayout,
@@ -87,9 +87,9 @@ pub enum PushError {
     /// A value is not a finite number.
     #[error("{}: stream `{key}`, row {row}: a value is not a finite number; remove the row", path.display(), key = shown(key))]
     NotFinite {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Stream.
+        /// Key of the stream.
         key: String,
         /// Row, from 0.
         row: usize,
@@ -100,9 +100,9 @@ pub enum PushError {
          or remove the trial if its clock was reset", path.display()
     )]
     TimeDecreases {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Stream.
+        /// Key of the stream.
         key: &'static str,
         /// Row, from 0.
         row: usize,
@@ -114,9 +114,9 @@ pub enum PushError {
     /// A stream has fewer than two samples at different times.
     #[error("{}: stream `{key}` has fewer than two samples at different times; remove the trial", path.display())]
     TooShort {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Stream.
+        /// Key of the stream.
         key: &'static str,
     },
     /// The streams do not overlap in time.
@@ -125,13 +125,13 @@ pub enum PushError {
          or remove the trial", path.display()
     )]
     NoCommonTime {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
     },
     /// A zip archive, or a member of it, cannot be unpacked.
     #[error("{}: {}the zip archive is damaged or cut off ({cause}); copy or download it again", path.display(), member_prefix(member), cause = shown_cause(cause))]
     Zip {
-        /// Archive.
+        /// Path of the archive.
         path: PathBuf,
         /// Name of the member; `None` for the archive as a whole.
         member: Option<String>,
@@ -141,7 +141,7 @@ pub enum PushError {
     /// The name of a member is too long or has control characters, which a message must not show.
     #[error("{}: the name of member `{}` is too long or contains control characters; rename it", path.display(), shown(member))]
     MemberName {
-        /// Archive.
+        /// Path of the archive.
         path: PathBuf,
         /// Name of the member.
         member: String,
@@ -160,7 +160,7 @@ pub enum PushError {
     /// A folder or an archive has no push files.
     #[error("{}: there are no push files; expected {expected}; give the folder or the archive that contains them", path.display())]
     NoPushFiles {
-        /// Folder or archive.
+        /// Path of the folder or archive.
         path: PathBuf,
         /// Description of the expected files.
         expected: &'static str,
@@ -168,7 +168,7 @@ pub enum PushError {
     /// A file that an index lists is missing.
     #[error("{}: the listed file `{file}` is missing; restore it or remove its row", path.display(), file = shown(file))]
     ListedFileMissing {
-        /// Index.
+        /// Path of the index.
         path: PathBuf,
         /// File name in the index.
         file: String,
@@ -176,9 +176,9 @@ pub enum PushError {
     /// A log is cut off or has another content.
     #[error("{}: line {line}: expected {expected}; the log is damaged or cut off: copy or download it again", path.display())]
     Log {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line, from 1.
+        /// Line of the file, from 1.
         line: usize,
         /// Description of the expected content.
         expected: &'static str,
@@ -186,7 +186,7 @@ pub enum PushError {
     /// A part of the file exceeds a [`Limit`](crate::Limit).
     #[error("{}: {part} {cause}", path.display())]
     Limit {
-        /// File or archive.
+        /// Path of the file or archive.
         path: PathBuf,
         /// The part that is too large.
         part: FilePart,

@@ -30,13 +30,13 @@ pub enum Unrecognised {
     DifferentColumns {
         /// File that was read first.
         first: PathBuf,
-        /// Names of its columns.
+        /// Names of the columns of that file.
         columns: Vec<String>,
     },
     /// An option names a column that does not exist.
     #[error("{option} {name}: there is no such column; the columns are {}", shown_list(columns))]
     NoSuchColumn {
-        /// The option.
+        /// Option of the command.
         option: &'static str,
         /// The name in the option.
         name: String,
