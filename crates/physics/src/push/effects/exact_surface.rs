@@ -1,11 +1,11 @@
-//! Coulomb friction integrated over a uniformly pressed footprint.
+//! Limit surface of Coulomb friction integrated over a uniformly pressed footprint.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, Rival};
 use crate::push::setting::{Friction, Setting};
 
-/// The law is D = `<|v + w x rho|>` over the footprint.
+/// Limit surface with the dissipation `D = <|v + w x rho|>` over the footprint.
 pub struct ExactSurface;
 
 static SPEC: EffectSpec = EffectSpec {

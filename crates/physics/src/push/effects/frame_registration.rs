@@ -1,11 +1,11 @@
-//! Robot and tracker do not agree on the frame: its scale, its turn and its place.
+//! Error of the registration of the robot's frame to the tracker's: scale, rotation and offset.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::{Registration, Setting};
 
-/// The true rod is at (1 + scale) R(angle) times the reported one, plus (dx, dy), in the world.
+/// The true rod position is `(1 + scale) R(angle)` times the reported one, plus `(dx, dy)`, in the world.
 pub struct FrameRegistration;
 
 static SPEC: EffectSpec = EffectSpec {

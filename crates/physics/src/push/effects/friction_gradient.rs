@@ -1,11 +1,11 @@
-//! Friction of the table that grows along a direction.
+//! Friction of the table that varies linearly over it.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// The law is mu = mu0 (1 + g.x): the centre of friction moves by `<rho rho'>` g.
+/// Friction `mu = mu0 (1 + g.x)`, which moves the centre of friction by `<rho rho'> g`.
 pub struct FrictionGradient;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -1,11 +1,11 @@
-//! The object has mass: it runs ahead of a fast rod and coasts.
+//! Inertia of the object: it moves ahead of a fast rod and coasts after it stops.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, Rival};
 use crate::push::setting::Setting;
 
-/// The law is M d(twist)/dt = contact - friction.
+/// Equation of motion `M d(twist)/dt = contact - friction`.
 pub struct Inertia;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -1,11 +1,11 @@
-//! Centre of pressure, and of mass, that is not the centroid.
+//! Offset of the centre of pressure, and of the centre of mass, from the centroid.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// Friction acts about the body point (dx, dy).
+/// Friction acts about the point `(dx, dy)` of the body.
 pub struct PressureOffset;
 
 static SPEC: EffectSpec = EffectSpec {

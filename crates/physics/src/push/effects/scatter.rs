@@ -1,7 +1,7 @@
-//! Friction that differs at random over the table, anew for each push.
+//! Random variation of friction over the table, as a random effect per push.
 //!
-//! Not an [`Effect`](super::Effect): its parameters are statistics of a draw. What poses can see of it is a centre of friction
-//! that is somewhere else in each push.
+//! This is not an [`Effect`](super::Effect), because its parameter is the standard deviation of a random
+//! draw. All that poses show of such a friction map is a centre of friction that differs between pushes.
 
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
 

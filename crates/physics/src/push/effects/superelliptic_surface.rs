@@ -1,11 +1,11 @@
-//! Limit surface with another exponent than the ellipsoid's.
+//! Superelliptic limit surface, with another exponent than the ellipsoid's 2.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::{Friction, Setting};
 
-/// The law is |f|^p + |m/c|^p = 1.
+/// Limit surface `|f|^p + |m/c|^p = 1`.
 pub struct SuperellipticSurface;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -1,11 +1,11 @@
-//! Friction that differs by direction on the table: grain, sanding.
+//! Anisotropic friction fixed to the table, such as by grain or sanding.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Polar, Rival};
 use crate::push::setting::{Anisotropy, Setting};
 
-/// The law is D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the world.
+/// Dissipation `D = |A^(1/2) v|`, `A = R diag(ratio, 1/ratio) R'`, `R` by `angle` in the world frame.
 pub struct TableAnisotropy;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -1,11 +1,11 @@
-//! The rod is not where it is reported: calibration of robot against tracker.
+//! Constant offset of the reported rod position, from the calibration of robot against tracker.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// The true rod is at the reported one plus (dx, dy), in the world.
+/// The true rod position is the reported one plus `(dx, dy)`, in the world frame.
 pub struct TipOffset;
 
 static SPEC: EffectSpec = EffectSpec {
