@@ -9,7 +9,6 @@ pub mod synthetic;
 /// Unwraps a result, or stops the bench with the error message.
 ///
 /// # Panics
-///
 /// If the result is an error.
 pub fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
     result.unwrap_or_else(|e| panic!("{e}"))

@@ -63,7 +63,6 @@ impl Synthetic {
     /// Runs one training iteration.
     ///
     /// # Panics
-    ///
     /// If net and inputs do not fit together.
     pub fn step(&mut self) {
         let tiles = self.batch.div_ceil(TILE);

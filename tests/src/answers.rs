@@ -5,7 +5,6 @@ use augsim_discovery::Discovery;
 /// Asserts that an answer is the same, byte for byte, on one, two and seven threads.
 ///
 /// # Panics
-///
 /// If it is not, or if a thread pool or the JSON text cannot be made.
 pub fn assert_same_on_any_number_of_threads(answer: impl Fn() -> Discovery + Sync) {
     let answer_on = |threads: usize| {

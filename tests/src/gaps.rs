@@ -26,7 +26,6 @@ impl Gaps {
     /// Returns the data with empty cells; a row without any value is kept, as readers allow it.
     ///
     /// # Errors
-    ///
     /// None for a valid data set.
     pub fn cut(self, data: &Dataset, rng: &mut Xoshiro256PlusPlus) -> Result<Dataset, DataError> {
         let mean_length =

@@ -10,8 +10,9 @@ use augsim_tensor::{Scalar, Tape, TensorError, Var};
 const STEP: f64 = 1e-6;
 /// Relative tolerance of the checks.
 ///
-/// For values of order 1, central differences with h = 1e-6 have a truncation error of about h^2 and a rounding
-/// error of about eps / h = 2e-10, times the size of f. The tolerance leaves a margin of two decades.
+/// For values of order 1, central differences with h = 1e-6 have a truncation error of about h^2 and a
+/// rounding error of about eps / h = 2e-10, times the size of f. The tolerance leaves a margin of two
+/// decades.
 const TOLERANCE: f64 = 1e-7;
 
 /// One input of the function under test.

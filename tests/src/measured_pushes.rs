@@ -23,7 +23,6 @@ fn converted(folder: &Path) -> (Dataset, PushModel) {
 /// The runs are of two days in two coordinate frames, with disturbances by hand.
 ///
 /// # Panics
-///
 /// If the answer contradicts what is known of these runs.
 pub fn runs_of_two_days(folder: &Path) -> String {
     let (data, model) = converted(folder);

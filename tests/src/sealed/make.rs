@@ -38,7 +38,9 @@ fn normal(rng: &mut Xoshiro256PlusPlus) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// Sum of three waves with random amplitudes and phases over a record of `length_s`, at `times`, in units of the noise.
+/// A smooth residual at `times`, in units of the noise.
+///
+/// It is the sum of three waves with random amplitudes and phases over a record of `length_s`, s.
 fn wobble(rng: &mut Xoshiro256PlusPlus, amplitude: f64, times: &[f64], length_s: f64) -> Vec<f64> {
     let waves: Vec<(f64, f64)> =
         (0..3).map(|_| (amplitude * normal(rng), rng.random_range(0.0..std::f64::consts::TAU))).collect();

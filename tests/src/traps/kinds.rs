@@ -22,7 +22,8 @@ pub enum Noise {
     White,
     /// AR(1) errors with this correlation from one sample to the next and the same variance as white ones.
     Correlated(f64),
-    /// Rounded to multiples of this many standard deviations, with 0.3 standard deviations of white noise before rounding.
+    /// Values rounded to multiples of this many standard deviations, after white noise of 0.3 standard
+    /// deviations.
     Quantised(f64),
     /// White noise plus errors of 2 % of the measured value.
     Multiplicative,

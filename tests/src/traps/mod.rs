@@ -4,8 +4,8 @@
 //! Three plants are simulated by a Runge-Kutta method that is independent of the engine, once for each of the
 //! [`KINDS`].
 //!
-//! Reading order: `kinds` (the list), `plants` (model files and rates), `draw` (from a seed to two files), `simulate`, `noise`,
-//! `logging`, `judge` (when an answer is right), `run` (the battery).
+//! Reading order: `kinds` (the list), `plants` (model files and rates), `draw` (from a seed to two files),
+//! `simulate`, `noise`, `logging`, `judge` (right answers), `run` (the battery).
 
 mod draw;
 mod judge;

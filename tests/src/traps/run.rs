@@ -96,7 +96,6 @@ pub fn plant_and_kind(number: u64) -> (&'static Plant, &'static Kind) {
 /// `folder`.
 ///
 /// # Errors
-///
 /// The binary cannot be run, or a file cannot be written.
 pub fn run(
     (first, count): (u64, u64),

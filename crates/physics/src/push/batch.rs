@@ -8,6 +8,9 @@ use rayon::prelude::*;
 /// Simulates `pushes` on all threads of the current pool, with the sample times `times(index)`.
 ///
 /// The result is that of [`simulate`] for each push, in order, for any number of threads.
+///
+/// # Errors
+/// Index and error of the first push, in order, that cannot be simulated.
 pub fn simulate_batch<'t, P: Path<f64>>(
     pushes: &[Push<'_, f64, P>],
     times: impl Fn(usize) -> &'t [f64] + Sync,
