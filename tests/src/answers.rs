@@ -11,7 +11,7 @@ pub fn assert_same_on_any_number_of_threads(answer: impl Fn() -> Discovery + Syn
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         serde_json::to_string(&pool.install(&answer)).expect("JSON")
     };
-    let one = answer_on(1);
-    assert_eq!(one, answer_on(2));
-    assert_eq!(one, answer_on(7));
+    let expected = answer_on(1);
+    assert_eq!(expected, answer_on(2));
+    assert_eq!(expected, answer_on(7));
 }

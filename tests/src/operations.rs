@@ -80,19 +80,19 @@ fn pairs() -> Vec<Vec<Input>> {
 
 /// Operands of equal dimensions: `normals` of any sign followed by `positives` positive ones.
 fn gaussians(normals: u64, positives: u64) -> Vec<Vec<Input>> {
-    let one = |dims: &[usize]| {
+    let operands = |dims: &[usize]| {
         let free = (0..normals).map(|k| Input::normal(k + 1, dims));
         free.chain((0..positives).map(|k| Input::positive(k + 20, dims))).collect()
     };
-    SHAPES.iter().map(|dims| one(dims)).collect()
+    SHAPES.iter().map(|dims| operands(dims)).collect()
 }
 
 /// Inputs `x`, `h0`, `w_ih`, `w_hh`, `b_ih`, `b_hh` for sizes `(time, input, hidden, batch)`.
 fn gru(sizes: &[[usize; 4]]) -> Vec<Vec<Input>> {
-    let one = |&[t, i, h, b]: &[usize; 4]| {
+    let operands = |&[t, i, h, b]: &[usize; 4]| {
         normal(&[&[t, i, b], &[h, b], &[3 * h, i], &[3 * h, h], &[3 * h], &[3 * h]])
     };
-    sizes.iter().map(one).collect()
+    sizes.iter().map(operands).collect()
 }
 
 /// Weights of a GRU among its inputs.

@@ -45,8 +45,8 @@ pub fn prepare(augsim: &Path, root: &Path) -> anyhow::Result<Vec<Scene>> {
     }
     let bounces = fs::read_to_string(fixtures.join("sealed/bounces.csv"))?;
     fs::write(inputs.join("bounces.csv"), trajectories(&bounces, 12))?;
-    let made = arguments_of("simulate --trajectories 40 --samples 80 --out ball.csv --seed 5");
-    anyhow::ensure!(run(augsim, &made, &inputs)?.code == Some(0), "augsim simulate failed");
+    let simulate = arguments_of("simulate --trajectories 40 --samples 80 --out ball.csv --seed 5");
+    anyhow::ensure!(run(augsim, &simulate, &inputs)?.code == Some(0), "augsim simulate failed");
     let train = "train --pybullet-ball --data ../inputs/ball.csv --recipe hybrid --iterations 6 --checkpoint-every 2 --threads 2";
     let net = arguments_of(&format!("{train} --out net").replace("../inputs/", ""));
     anyhow::ensure!(run(augsim, &net, &inputs)?.code == Some(0), "augsim train failed");

@@ -85,13 +85,13 @@ pub fn mutate(rng: &mut Xoshiro256PlusPlus, bytes: &[u8], donor: &[u8]) -> Vec<u
 fn change(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, donor: &[u8]) {
     match rng.random_range(0..15u32) {
         0 => {
-            if let Some(at) = random_position(rng, out) {
-                out[at] ^= 1 << rng.random_range(0..8u32);
+            if let Some(position) = random_position(rng, out) {
+                out[position] ^= 1 << rng.random_range(0..8u32);
             }
         }
         1 => {
-            if let Some(at) = random_position(rng, out) {
-                out[at] = rng.random();
+            if let Some(position) = random_position(rng, out) {
+                out[position] = rng.random();
             }
         }
         2 => overwrite_number(rng, out),
@@ -150,8 +150,8 @@ fn range(rng: &mut Xoshiro256PlusPlus, len: usize) -> Range<usize> {
 
 /// Inserts a piece at a random position.
 fn insert(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, piece: &[u8]) {
-    let at = rng.random_range(0..=out.len());
-    out.splice(at..at, piece.iter().copied());
+    let position = rng.random_range(0..=out.len());
+    out.splice(position..position, piece.iter().copied());
 }
 
 /// Overwrites 1, 2, 4 or 8 bytes with a boundary integer.
@@ -160,11 +160,11 @@ fn overwrite_number(rng: &mut Xoshiro256PlusPlus, out: &mut [u8]) {
     if out.len() < width {
         return;
     }
-    let at = rng.random_range(0..=out.len() - width);
+    let position = rng.random_range(0..=out.len() - width);
     let value = BOUNDARY_INTEGERS[rng.random_range(0..BOUNDARY_INTEGERS.len())];
     let bytes =
         if rng.random() { value.to_le_bytes() } else { value.rotate_right(8 * width as u32).to_be_bytes() };
-    out[at..at + width].copy_from_slice(&bytes[..width]);
+    out[position..position + width].copy_from_slice(&bytes[..width]);
 }
 
 /// Replaces the first token of one kind after a random position.
@@ -178,8 +178,8 @@ fn replace_token(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, kind: impl Fn(
 
 /// The line around a random position, with its line end.
 fn line(rng: &mut Xoshiro256PlusPlus, bytes: &[u8]) -> Range<usize> {
-    let at = rng.random_range(0..=bytes.len());
-    let start = bytes[..at].iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
-    let end = bytes[at..].iter().position(|b| *b == b'\n').map_or(bytes.len(), |k| at + k + 1);
+    let position = rng.random_range(0..=bytes.len());
+    let start = bytes[..position].iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
+    let end = bytes[position..].iter().position(|b| *b == b'\n').map_or(bytes.len(), |k| position + k + 1);
     start..end
 }

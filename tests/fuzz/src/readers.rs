@@ -181,8 +181,8 @@ fn written_model(path: &Path) -> Verdict {
 
 /// Reads two named columns of a data file.
 fn written_data(path: &Path) -> Verdict {
-    let wanted = [("pump_v", Unit::DIMENSIONLESS), ("lower_level_v", Unit::DIMENSIONLESS)];
-    let read = NamedCsv::open(path).and_then(|csv| csv.read(&wanted));
+    let columns = [("pump_v", Unit::DIMENSIONLESS), ("lower_level_v", Unit::DIMENSIONLESS)];
+    let read = NamedCsv::open(path).and_then(|csv| csv.read(&columns));
     match read {
         Err(e) => refusal(path, &e),
         Ok(data) => {

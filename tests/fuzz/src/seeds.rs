@@ -156,8 +156,8 @@ fn measured(reader: &str) -> anyhow::Result<Vec<Files>> {
         std::env::var_os("AUGSIM_DATA").map_or_else(|| workspace().join("../shared/data"), PathBuf::from);
     let text = |name: &str| {
         let path = root.join(name);
-        let whole = fs::read(&path).with_context(|| path.display().to_string())?;
-        anyhow::Ok(beginning(&whole, BEGINNING))
+        let content = fs::read(&path).with_context(|| path.display().to_string())?;
+        anyhow::Ok(beginning(&content, BEGINNING))
     };
     let hexagon = "motion_surface=plywood_shape=hex_a=0_v=150_i=1.000_s=0.000_t=-0.349.json";
     let sources: &[(&str, &str)] = match reader {
@@ -274,8 +274,8 @@ pub fn short_drops() -> &'static Sequences {
     static DROPS: OnceLock<Sequences> = OnceLock::new();
     DROPS.get_or_init(|| {
         let law = PaperLaw { samples: 10, ..PaperLaw::default() };
-        let made = law.generate(2, 1).map(|(data, _)| Sequences::new(&data, &["height_m", "velocity_m_s"]));
-        made.expect("drops of the paper's law").expect("its two columns")
+        let drops = law.generate(2, 1).map(|(data, _)| Sequences::new(&data, &["height_m", "velocity_m_s"]));
+        drops.expect("drops of the paper's law").expect("its two columns")
     })
 }
 

@@ -42,13 +42,13 @@ fn the_harness_notices_every_class_of_defect() {
 
 #[test]
 fn an_input_is_determined_by_seed_and_number() {
-    let (one, two, other) =
+    let (first, repeated, other_seed) =
         (Campaign::new(3, None).unwrap(), Campaign::new(3, None).unwrap(), Campaign::new(4, None).unwrap());
     let readers = READERS.len() as u64;
     let mut differing = 0;
     for index in 0..5 * readers {
-        assert_eq!(one.input(index).1, two.input(index).1, "input {index}");
-        differing += u32::from(one.input(index).1 != other.input(index).1);
+        assert_eq!(first.input(index).1, repeated.input(index).1, "input {index}");
+        differing += u32::from(first.input(index).1 != other_seed.input(index).1);
     }
     assert!(differing > 4 * readers as u32, "another seed gives other inputs");
 }

@@ -141,9 +141,9 @@ impl Kind {
 
     /// Draws an effect that is possible in `scene`.
     fn draw(rng: &mut Xoshiro256PlusPlus, scene: &Scene) -> Self {
-        let (all, plane_only) = (18, [3, 4, 8, 11, 12, 13, 17]);
+        let (kind_count, plane_only) = (18, [3, 4, 8, 11, 12, 13, 17]);
         loop {
-            let which = rng.random_range(0..all);
+            let which = rng.random_range(0..kind_count);
             if plane_only.contains(&which) && !scene.plane || which == 16 && !scene.at_rest {
                 continue;
             }

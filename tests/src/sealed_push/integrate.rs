@@ -31,9 +31,9 @@ type Pose = [f64; 3];
 fn closest(p: [f64; 2]) -> ([f64; 2], [f64; 2], f64) {
     let c = p.map(|x| x.clamp(-HALF_M, HALF_M));
     let d = [p[0] - c[0], p[1] - c[1]];
-    let far = d[0].hypot(d[1]);
-    if far > 1e-9 {
-        return (c, [d[0] / far, d[1] / far], far - ROD_M);
+    let distance = d[0].hypot(d[1]);
+    if distance > 1e-9 {
+        return (c, [d[0] / distance, d[1] / distance], distance - ROD_M);
     }
     // The centre is inside the square: use the nearest face.
     let i = if p[0].abs() > p[1].abs() { 0 } else { 1 };

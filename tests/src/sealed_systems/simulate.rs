@@ -172,10 +172,10 @@ fn stepped(
     term: &dyn Fn(&[f64], f64, f64) -> f64,
 ) -> Vec<f64> {
     let step = |dt: f64| runge_kutta(plant, state, u, time, dt, term);
-    let whole = step(dt);
-    let Some((stop, restitution)) = plant.stop.filter(|(stop, _)| state[0] <= *stop && whole[0] > *stop)
+    let full_step = step(dt);
+    let Some((stop, restitution)) = plant.stop.filter(|(stop, _)| state[0] <= *stop && full_step[0] > *stop)
     else {
-        return whole;
+        return full_step;
     };
     let (mut early, mut late) = (0.0, dt);
     for _ in 0..50 {

@@ -46,12 +46,12 @@ pub fn late_inputs(plan: &Plan, late: isize) -> Vec<f64> {
 
 /// Applies a logging fault to the recordings of a set.
 pub fn apply_fault(recordings: &mut Vec<Recording>, fault: Logging, rng: &mut Xoshiro256PlusPlus) {
-    let one = rng.random_range(0..recordings.len());
+    let affected = rng.random_range(0..recordings.len());
     let scale = |values: &mut Vec<f64>, by: f64| values.iter_mut().for_each(|value| *value *= by);
     match fault {
-        Logging::SignInOne => scale(&mut recordings[one].inputs, -1.0),
-        Logging::MillisecondsInOne => scale(&mut recordings[one].times, 1e3),
-        Logging::ThousandInOne => scale(&mut recordings[one].outputs[0], 1e3),
+        Logging::SignInOne => scale(&mut recordings[affected].inputs, -1.0),
+        Logging::MillisecondsInOne => scale(&mut recordings[affected].times, 1e3),
+        Logging::ThousandInOne => scale(&mut recordings[affected].outputs[0], 1e3),
         Logging::Concatenated => join_pairs(recordings),
         Logging::MissingDecimal => lose_decimals(recordings, rng),
         _ => recordings.iter_mut().for_each(|recording| match fault {
@@ -85,8 +85,8 @@ fn join_pairs(recordings: &mut Vec<Recording>) {
 /// Makes three values of the first output 1000 times too large, as if the decimal point were lost.
 fn lose_decimals(recordings: &mut [Recording], rng: &mut Xoshiro256PlusPlus) {
     for _ in 0..3 {
-        let one = rng.random_range(0..recordings.len());
-        let column = &mut recordings[one].outputs[0];
+        let affected = rng.random_range(0..recordings.len());
+        let column = &mut recordings[affected].outputs[0];
         // The first rows determine the initial state; a wrong initial state would be another fault.
         let row = rng.random_range(10..column.len());
         column[row] *= 1e3;

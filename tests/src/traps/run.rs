@@ -150,9 +150,9 @@ mod tests {
 
     #[test]
     fn sets_take_every_kind_with_every_plant_once() {
-        let whole = (KINDS.len() * PLANTS.len()) as u64;
-        for (count, kinds) in [(120, 40), (whole, KINDS.len())] {
-            let mut pairs: Vec<(&str, &str)> = (whole..whole + count)
+        let set_count = (KINDS.len() * PLANTS.len()) as u64;
+        for (count, kinds) in [(120, 40), (set_count, KINDS.len())] {
+            let mut pairs: Vec<(&str, &str)> = (set_count..set_count + count)
                 .map(plant_and_kind)
                 .map(|(plant, kind)| (kind.name, plant.name))
                 .collect();

@@ -297,7 +297,7 @@ fn exact_surface_agrees_in_closed_form_and_by_patches() {
             worst = [worst[0].max(off(summed)), worst[1].max(turn(summed))];
         }
     }
-    // Ten patches across: the golden file's own 24-point grids spread by 40 µm.
+    // The tolerance is for ten patches across; grids of 24 points in the reference itself differ by 40 µm.
     assert!(worst[0] < 1e-4 && worst[1] < 2e-3, "patches: {worst:?}");
 }
 
@@ -311,7 +311,8 @@ fn constants_of_the_objects() {
     for (i, name) in names.iter().enumerate() {
         let object = Object::named(name).expect("built in");
         let m = Moments::of(&object.outline);
-        // The reference takes ellipses as inscribed polygons of 180 sides: (pi/180)²·2/3 = 2e-4 less area.
+        // The reference replaces ellipses by inscribed polygons with 180 sides, whose area is smaller by
+        // (pi/180)²·2/3 = 2e-4.
         let tolerance = if name.starts_with("ellip") { 3e-4 } else { 1e-11 };
         assert!((object.uniform_c_m() / c[i] - 1.0).abs() < tolerance, "{name}: c {}", object.uniform_c_m());
         assert!((m.area_m2 / area[i] - 1.0).abs() < tolerance, "{name}: area");

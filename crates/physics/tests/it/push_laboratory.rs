@@ -19,15 +19,15 @@ fn generate_on(threads: usize, recipe: &Recipe, seed: u64) -> Generated {
 fn bytes_do_not_depend_on_the_number_of_threads_or_pushes() {
     for protocol in [Protocol::Mit, Protocol::Repeat, Protocol::Random] {
         let few = recipe(protocol, "rect1", "pu", 6);
-        let one = generate_on(1, &few, 11);
+        let single_threaded = generate_on(1, &few, 11);
         for threads in [2, 7] {
             let other = generate_on(threads, &few, 11);
-            assert_eq!(one.data, other.data);
-            assert_eq!(one.made, other.made);
+            assert_eq!(single_threaded.data, other.data);
+            assert_eq!(single_threaded.made, other.made);
         }
         let more = generate_on(2, &Recipe { pushes: 9, ..few }, 11);
-        assert_eq!(more.data.trajectories()[..6], *one.data.trajectories());
-        assert_ne!(generate_on(2, &recipe(protocol, "rect1", "pu", 6), 12).data, one.data);
+        assert_eq!(more.data.trajectories()[..6], *single_threaded.data.trajectories());
+        assert_ne!(generate_on(2, &recipe(protocol, "rect1", "pu", 6), 12).data, single_threaded.data);
     }
 }
 

@@ -177,10 +177,10 @@ proptest! {
         let path = push_path(world.object(), home, 0, fraction, angle, 0.02);
         // The recorded times differ from the sample times.
         let times: Vec<f64> = (0..count).map(|i| 2.5 * i as f64 / (count - 1) as f64).collect();
-        let at = |axis: usize| -> Vec<f64> {
+        let samples_along = |axis: usize| -> Vec<f64> {
             times.iter().map(|t| path.start_m[axis] + path.direction[axis] * 0.02 * t).collect()
         };
-        let (x, y) = (at(0), at(1));
+        let (x, y) = (samples_along(0), samples_along(1));
         let recorded = Recorded::new(&times, &x, &y).expect("ordered");
         let fine = Steps { travel_m: 1e-4, ..Steps::default() };
         let samples = [0.0, 0.7, 1.9, 2.5];
@@ -203,14 +203,14 @@ fn runge_kutta_converges_with_order_four_where_the_motion_is_smooth() {
     p[1] = 1.0;
     let home = Pose::new(0.0, 0.0, 0.0);
     let path = push_path(world.object(), home, 0, 0.6, 0.0, 0.02);
-    let at = |step: f64| {
+    let end_pose = |step: f64| {
         let steps = Steps { travel_m: step, ..Steps::default() };
         simulate_travel(&world, &p, home, &path, &[0.12], steps).poses[1]
     };
-    let exact = at(2e-4);
+    let exact = end_pose(2e-4);
     let points: Vec<(f64, f64)> = [0.03f64, 0.02, 0.015, 0.012, 0.01]
         .iter()
-        .map(|&h| (h.ln(), (at(h).angle - exact.angle).abs().ln()))
+        .map(|&h| (h.ln(), (end_pose(h).angle - exact.angle).abs().ln()))
         .collect();
     let n = points.len() as f64;
     let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
@@ -237,19 +237,19 @@ fn superellipsoid_equals_the_ellipsoid_at_exponent_2_and_approximates_the_exact_
         for k in 0..7 {
             let (fraction, angle) = (0.1 + 0.1 * f64::from(i), -0.9 + 0.3 * f64::from(k));
             let path = push_path(plain.object(), home, 0, fraction, angle, 0.02);
-            let at = |world: &World, p: &[f64]| {
+            let end_pose = |world: &World, p: &[f64]| {
                 simulate_travel(world, p, home, &path, &[0.05], Steps::default()).poses[1]
             };
             let off = |a: Pose<f64>, b: Pose<f64>| {
                 let d = sub(a.position, b.position);
                 (dot(d, d).sqrt(), (a.angle - b.angle).abs())
             };
-            let ellipsoid = at(&plain, &plain.nominal());
-            let same = off(at(&superelliptic, &with_exponent(2.0)), ellipsoid);
+            let ellipsoid = end_pose(&plain, &plain.nominal());
+            let same = off(end_pose(&superelliptic, &with_exponent(2.0)), ellipsoid);
             assert!(same.0 < 1e-9 && same.1 < 1e-8, "{same:?}");
-            let truth = at(&exact, &exact.nominal());
+            let truth = end_pose(&exact, &exact.nominal());
             ellipsoid_errors.push(off(ellipsoid, truth));
-            approximate_errors.push(off(at(&superelliptic, &with_exponent(1.7)), truth));
+            approximate_errors.push(off(end_pose(&superelliptic, &with_exponent(1.7)), truth));
         }
     }
     let median = |list: &[(f64, f64)], pick: fn(&(f64, f64)) -> f64| {

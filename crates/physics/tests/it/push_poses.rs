@@ -97,9 +97,9 @@ proptest! {
         };
         let (x, y) = (sum(|s| s.0), sum(|s| s.1));
         let tolerance = 1.5e-5;
-        let kept = simplify_path(&times, &x, &y, tolerance);
-        prop_assert_eq!((kept[0], *kept.last().expect("two or more")), (0, times.len() - 1));
-        for pair in kept.windows(2) {
+        let kept_indices = simplify_path(&times, &x, &y, tolerance);
+        prop_assert_eq!((kept_indices[0], *kept_indices.last().expect("two or more")), (0, times.len() - 1));
+        for pair in kept_indices.windows(2) {
             prop_assert!(pair[0] < pair[1]);
             for k in pair[0]..=pair[1] {
                 let s = (times[k] - times[pair[0]]) / (times[pair[1]] - times[pair[0]]);
@@ -139,7 +139,7 @@ fn a_warm_started_contact_moves_as_one_solved_alone() {
     for kind in KINDS {
         let mut world = World::new(Object::named("rect1").expect("built in"));
         world.add_kind(kind).expect("listed");
-        // A tilt of zero or a surface that is an ellipsoid would have a closed form.
+        // At the nominal values a contact could have a closed form (no tilt, or an ellipsoid).
         let p: Vec<f64> = world.nominal().iter().map(|v| v * 1.05 + 1e-3).collect();
         let duals: Vec<Dual<9>> = p.iter().enumerate().map(|(i, v)| Dual::variable(*v, i)).collect();
         for (fraction, angle) in [(0.65, 0.5), (0.3, -0.9), (0.5, 0.1), (0.9, 1.2), (0.05, -0.2)] {
@@ -156,10 +156,13 @@ fn a_warm_started_contact_moves_as_one_solved_alone() {
             let mut run = Run { poses: vec![], instants: vec![], steps: 0 };
             simulate(&push, &times, &mut run).expect("starts outside");
             for (k, (pose, warm_started)) in run.poses.iter().zip(&run.instants).enumerate() {
-                let at = Dual::constant(times[k]);
+                let time = Dual::constant(times[k]);
                 let piece = Path::<Dual<9>>::piece(&path, times[k]);
-                let alone =
-                    Stepper::new(&world, &duals, steps).instant(pose, piece.position(at), piece.velocity(at));
+                let alone = Stepper::new(&world, &duals, steps).instant(
+                    pose,
+                    piece.position(time),
+                    piece.velocity(time),
+                );
                 let place = format!("{kind}, {fraction}, {angle}, sample {k}");
                 assert_eq!(warm_started.mode, alone.mode, "{place}");
                 if warm_started.mode != Mode::Free {

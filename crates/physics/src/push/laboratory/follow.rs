@@ -87,13 +87,14 @@ mod tests {
             assert_eq!(poses.len(), times.len());
             poses[poses.len() - 1]
         };
-        let (one, same, other, elsewhere) = (end(1, 0), end(1, 0), end(1, 1), end(2, 0));
-        assert!(one.position[0] > 0.37 && one.angle.abs() > 0.01, "the object moved: {one:?}");
-        assert_eq!((one.position, one.angle), (same.position, same.angle));
+        let (first, same, other, other_seed) = (end(1, 0), end(1, 0), end(1, 1), end(2, 0));
+        assert!(first.position[0] > 0.37 && first.angle.abs() > 0.01, "the object moved: {first:?}");
+        assert_eq!((first.position, first.angle), (same.position, same.angle));
         // A friction scatter of 22 % moves the end by some tenths of a millimetre or of a degree at least.
-        for far in [other, elsewhere] {
-            let moved = (one.position[0] - far.position[0]).hypot(one.position[1] - far.position[1]);
-            assert!(moved + 0.045 * (one.angle - far.angle).abs() > 1e-4, "{one:?} {far:?}");
+        for differing in [other, other_seed] {
+            let moved =
+                (first.position[0] - differing.position[0]).hypot(first.position[1] - differing.position[1]);
+            assert!(moved + 0.045 * (first.angle - differing.angle).abs() > 1e-4, "{first:?} {differing:?}");
         }
     }
 

@@ -181,9 +181,9 @@ impl Recipe {
         let mut trajectories = Vec::with_capacity(rows.len());
         let mut made = Vec::with_capacity(rows.len());
         for row in rows {
-            let (trajectory, one) = row?;
+            let (trajectory, push_truth) = row?;
             trajectories.push(trajectory);
-            made.push(one);
+            made.push(push_truth);
         }
         Ok(Generated { data: Dataset::from_names(&COLUMNS, trajectories)?, declared, made })
     }

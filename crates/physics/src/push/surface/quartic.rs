@@ -59,8 +59,8 @@ impl Quartic {
     /// assert!((w.moment - 0.03).abs() < 1e-12);
     /// ```
     pub fn ellipsoid(c_m: f64) -> Self {
-        let share = (1.0 / TERMS as f64).sqrt();
-        let form = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { share } else { 0.0 }));
+        let diagonal = (1.0 / TERMS as f64).sqrt();
+        let form = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { diagonal } else { 0.0 }));
         Self { c_m, forms: [form; TERMS] }
     }
 
@@ -225,12 +225,12 @@ mod tests {
             let size = (twist[0].powi(2) + twist[1].powi(2) + (0.03 * twist[2]).powi(2)).sqrt();
             for k in 0..3 {
                 let nudge = 1e-6 * size / [1.0, 1.0, 0.03][k];
-                let at = |sign: f64| {
+                let wrench_at = |sign: f64| {
                     let mut moved = twist;
                     moved[k] += sign * nudge;
                     quartic.wrench_with_jacobian(moved).values
                 };
-                let (up, down) = (at(1.0), at(-1.0));
+                let (up, down) = (wrench_at(1.0), wrench_at(-1.0));
                 for i in 0..3 {
                     let unit = [1.0, 1.0, 0.03];
                     let expected = (up[i] - down[i]) / (2.0 * nudge);

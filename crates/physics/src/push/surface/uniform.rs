@@ -229,9 +229,9 @@ fn quadrature(vertices: &[Vector<f64>], area: f64) -> Vec<(Vector<f64>, f64)> {
     let mut points = Vec::with_capacity(7 * vertices.len());
     for (i, &a) in vertices.iter().enumerate() {
         let b = vertices[(i + 1) % vertices.len()];
-        let share = cross(a, b) / (2.0 * area);
+        let area_share = cross(a, b) / (2.0 * area);
         let mut push = |wa: f64, wb: f64, weight: f64| {
-            points.push(([wa * a[0] + wb * b[0], wa * a[1] + wb * b[1]], weight * share));
+            points.push(([wa * a[0] + wb * b[0], wa * a[1] + wb * b[1]], weight * area_share));
         };
         push(1.0 / 3.0, 1.0 / 3.0, 9.0 / 40.0);
         for (w, weight) in [(near, near_share), (far, far_share)] {
