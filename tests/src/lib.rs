@@ -1,5 +1,6 @@
-//! Code shared by the integration tests: fixtures, random inputs, gradient checks, and generators of data
-//! with known truth with their scoring.
+//! Code shared by the integration tests.
+//!
+//! Fixtures, random inputs, gradient checks, and generators of data with known truth with their scoring.
 
 pub mod answers;
 pub mod battery;

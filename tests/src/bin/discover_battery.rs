@@ -93,9 +93,10 @@ enum Kind {
     SystemsInside(SystemOptions),
     /// Systems with an effect outside library and grammar
     SystemsOutside(SystemOptions),
-    /// Systems with unusual noise, logging faults or unmodelled defects; set I takes plant I mod 3 and kind I
-    /// / 3, so that 165 sets are all kinds and 120 the first 40. The binary `augsim` must be in the same
-    /// folder as this one
+    /// Systems with unusual noise, logging faults or unmodelled defects
+    ///
+    /// Set I takes plant I mod 3 and kind I / 3, so that 165 sets are all kinds and 120 the first 40. The
+    /// binary `augsim` must be in the same folder as this one
     Traps(Seeds),
 }
 

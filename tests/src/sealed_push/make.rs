@@ -58,8 +58,9 @@ impl PushKind {
 #[derive(Clone, Debug)]
 pub struct PushTruth {
     pub effect: Option<PushKind>,
-    /// Whether friction is summed over patches; the model then declares `exact-surface`, except for
-    /// [`PushKind::ExactSurface`].
+    /// Whether friction is summed over patches.
+    ///
+    /// The model then declares `exact-surface`, except for [`PushKind::ExactSurface`].
     pub patches: bool,
     pub c_m: f64,
     pub contact_friction: f64,

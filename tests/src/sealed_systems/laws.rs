@@ -7,10 +7,9 @@ pub struct Law {
     pub name: &'static str,
     /// Whether the term depends on the speed (force equations) instead of the position or level.
     pub depends_on_speed: bool,
-    /// The term as a function of its quantity and of the other one, in units of their sizes, and of the time
-    /// in units of the record.
+    /// The term as a function of its quantity, the other quantity and time.
     ///
-    /// Its own size is about 1.
+    /// Quantities are in units of their sizes, time in units of the record. The size of the term is about 1.
     pub term: fn(f64, f64, f64) -> f64,
 }
 

@@ -7,8 +7,9 @@
 use super::planar::{Vector, add, constant, cross, dot, norm, scale, sub};
 use crate::Scalar;
 
-/// Distance from a vertex, m, below which the normal of an edge is used, because the direction to the rod is
-/// then undefined.
+/// Distance from a vertex, m, below which the normal of an edge is used.
+///
+/// The direction from the vertex to the rod is undefined there.
 const VERTEX_TOLERANCE_M: f64 = 1e-12;
 
 /// One side of a polygon.
