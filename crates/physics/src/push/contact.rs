@@ -154,9 +154,11 @@ pub(super) fn ellipsoid_response<S: Scalar>(
         let v = super::surface::apply(&inverse_metric, f);
         Twist { velocity: sub(v, scale(rot90(support.centre), rotation)), rotation }
     };
-    let determinant = S::constant(1.0) / (m[0][0] * m[1][1] - m[0][1] * m[0][1]);
-    let f =
-        [(m[1][1] * u[0] - m[0][1] * u[1]) * determinant, (m[0][0] * u[1] - m[0][1] * u[0]) * determinant];
+    let inverse_determinant = S::constant(1.0) / (m[0][0] * m[1][1] - m[0][1] * m[0][1]);
+    let f = [
+        (m[1][1] * u[0] - m[0][1] * u[1]) * inverse_determinant,
+        (m[0][0] * u[1] - m[0][1] * u[0]) * inverse_determinant,
+    ];
     let (normal_part, tangential) = (dot(f, n), dot(f, t));
     if normal_part.value() > 0.0 && tangential.abs().value() <= (friction * normal_part).value() {
         let twist = twist_of(f);
@@ -170,7 +172,7 @@ pub(super) fn ellipsoid_response<S: Scalar>(
     if along.value() <= 0.0 {
         // The object is wedged: no sliding motion follows the rod. Use the sticking solution, which always
         // exists.
-        let f = scale(u, determinant);
+        let f = scale(u, inverse_determinant);
         return Response { mode: Mode::Stick, twist: twist_of(f), force: [S::zero(); 2], slip: S::zero() };
     }
     let k = dot(u, n) / along;

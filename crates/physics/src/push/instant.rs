@@ -248,8 +248,8 @@ impl<'a, S: Scalar> Scene<'a, S> {
     /// The instant at the end of an implicit Euler step of length `h`, s, that begins at `pose` with
     /// `previous`.
     ///
-    /// The rod moves with `velocity`. An open gap is added to the closing velocity that is allowed, so that
-    /// the object moves no further than to the rod.
+    /// The rod moves with `velocity`. An open gap adds `gap / h` to the rod's velocity along the outward
+    /// normal in the contact condition, so that the rod acts only once the gap has closed.
     pub fn implicit_euler_step(
         &self,
         pose: &Pose<S>,
