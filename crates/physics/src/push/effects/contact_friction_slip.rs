@@ -29,7 +29,7 @@ static SPEC: EffectSpec = EffectSpec {
         "push at 30 and 70 degrees and at two speeds: slip speed and sliding speed then differ",
     )],
     confirmed_by: Some(
-        "read the ratio of tangential to normal force while the rod slides: it is the friction itself",
+        "measure the ratio of tangential to normal force while the rod slides: it is the friction coefficient",
     ),
     ..EffectSpec::PLAIN
 };

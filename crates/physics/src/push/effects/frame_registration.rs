@@ -26,7 +26,7 @@ static SPEC: EffectSpec = EffectSpec {
     separated_by: &[
         (
             Rival::Kind("pose-latency"),
-            "follow the same path at two speeds: an error of the frame stays with the place, a delay grows with the speed",
+            "follow the same path at two speeds: a frame error depends on the position only, the effect of a delay grows with the speed",
         ),
         (
             Rival::Kind("pose-offset"),
@@ -34,7 +34,7 @@ static SPEC: EffectSpec = EffectSpec {
         ),
     ],
     confirmed_by: Some(
-        "bring the rod to marks all over the table and compare them with the tracker: no push is needed",
+        "move the rod to marks all over the table and compare its positions with the tracker; no push is needed",
     ),
     ..EffectSpec::PLAIN
 };

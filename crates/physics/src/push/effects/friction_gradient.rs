@@ -22,7 +22,7 @@ static SPEC: EffectSpec = EffectSpec {
     source: "Yu et al. 2016, IROS, fig. 7 (friction maps)",
     separated_by: &[(
         Rival::Kind("table-tilt"),
-        "repeat at another place and on a surface of other friction: tilt acts as 1/friction",
+        "repeat at another place and on a surface with another friction: the effect of tilt is proportional to 1/friction",
     )],
     ..EffectSpec::PLAIN
 };

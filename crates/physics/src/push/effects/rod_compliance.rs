@@ -26,7 +26,7 @@ static SPEC: EffectSpec = EffectSpec {
     source: "fit of the gap to the force in one published record",
     separated_by: &[(
         Rival::Kind("pose-latency"),
-        "push at several speeds and record the stop: a delay grows with the speed and vanishes at rest, a bend does not",
+        "push at several speeds and record the stop: the effect of a delay grows with the speed and vanishes at rest, that of a deflection does not",
     )],
     costly: true,
     ..EffectSpec::PLAIN

@@ -19,7 +19,7 @@ pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     formula: "centre of friction normal about the declared one with standard deviation sd, drawn per push",
     source: "Yu et al. 2016, IROS, section VII (2,000 equal pushes)",
     confirmed_by: Some(
-        "repeat one push a hundred times, in half of them with table and object wiped and the marker left alone: dirt goes with the wiping, a marker or a contact place does not",
+        "repeat one push a hundred times, and in half of them wipe table and object without touching the marker: wiping removes scatter due to dirt, but not scatter due to the marker or the contact point",
     ),
     ..EffectSpec::PLAIN
 };

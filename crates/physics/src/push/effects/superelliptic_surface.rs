@@ -18,7 +18,7 @@ static SPEC: EffectSpec = EffectSpec {
     formula: "|f|^p + |m/c|^p = 1",
     source: "Zhou, Paolini, Bagnell and Mason 2016, ICRA (shapes of limit surfaces)",
     confirmed_by: Some(
-        "put a sheet of paper under the object: its pressure becomes even; then push at two contact offsets",
+        "put a sheet of paper under the object, which evens out its pressure; then push at two contact offsets",
     ),
     costly: true,
     ..EffectSpec::PLAIN

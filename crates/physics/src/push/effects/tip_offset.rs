@@ -22,10 +22,10 @@ static SPEC: EffectSpec = EffectSpec {
     source: "calibration of two frames",
     separated_by: &[(
         Rival::Kind("rod-compliance"),
-        "push in several directions with and without load: an offset stays in the world, a bend follows the force",
+        "push in several directions with and without load: an offset is fixed in the world, a deflection follows the force",
     )],
     confirmed_by: Some(
-        "bring the rod to marks all over the table and compare them with the tracker: no push is needed",
+        "move the rod to marks all over the table and compare its positions with the tracker; no push is needed",
     ),
     ..EffectSpec::PLAIN
 };
