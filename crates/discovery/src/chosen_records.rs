@@ -1,15 +1,15 @@
-//! Records that a fit sees, and their windows.
+//! Records that a fit uses, and their windows.
 
-use crate::record::{Excerpt, Measured, Record};
+use crate::record::{Measured, Record, RecordWindow};
 use std::ops::Range;
 
-/// The records that a fit sees.
+/// The records that a fit uses.
 #[derive(Clone, Copy)]
 pub(crate) struct ChosenRecords<'a> {
     pub data: &'a Measured,
-    /// Which records.
+    /// Indices of the records.
     pub chosen: &'a [usize],
-    /// Correlation of neighbouring noise.
+    /// Correlation of the noise of neighbouring samples.
     pub correlation: f64,
 }
 
@@ -18,13 +18,13 @@ impl ChosenRecords<'_> {
         self.chosen.iter().map(|&j| &self.data.records[j])
     }
 
-    /// The windows of its records, in order.
-    pub fn excerpts(&self) -> Vec<Excerpt<'_>> {
-        self.records().flat_map(Record::excerpts).collect()
+    /// Windows of the records, in order.
+    pub fn windows(&self) -> Vec<RecordWindow<'_>> {
+        self.records().flat_map(Record::windows).collect()
     }
 
-    /// Which of the windows are those of each record, in order.
-    pub fn of_records(&self) -> Vec<Range<usize>> {
+    /// Range of the windows of each record, in order.
+    pub fn windows_by_record(&self) -> Vec<Range<usize>> {
         let mut first = 0;
         let range = |record: &Record| {
             let last = first + record.seen.windows.len();

@@ -1,22 +1,22 @@
-//! Which measurement would help most.
+//! Recommendation of the next experiment.
 
 use crate::addition::{Addition, kinds};
 use crate::answer::AnswerParts;
+use crate::distinguish::separation;
 use crate::result::{Unexplained, Verdict};
 use crate::score::Scored;
-use crate::separate::separation;
 use augsim_physics::model::Per;
 use augsim_physics::system::{Effect, Schema, known_separation};
 
-/// Records beyond which an experiment is no proposal.
-const MOST_RECORDS: f64 = 300.0;
+/// Number of records above which an experiment is not recommended.
+const MAX_RECORDS: f64 = 300.0;
 
-/// The next experiment in words, from what could not be told apart or explained.
+/// The next experiment, from what is not distinguishable or not explained.
 pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unexplained>) -> String {
     let schema = parts.prepared.data.system.schema();
     let judgement = &parts.judged.judgement;
     if let Some(other) = judgement.alternatives.first() {
-        return tell_apart(parts, &parts.found.tried[*other]);
+        return distinguishing_experiment(parts, &parts.found.tried[*other]);
     }
     let best = parts.best.additions();
     let can_be_set =
@@ -29,7 +29,7 @@ pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unex
     }
     if let Some(Addition::Split(_)) = best.first() {
         return format!(
-            "repeat one {} of each group in the same hour, in random order: what still differs belongs to the set-up",
+            "repeat one {} of each group in the same hour, in random order: remaining differences are due to the set-up",
             schema.record[0]
         );
     }
@@ -48,14 +48,14 @@ pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unex
             words(&conditions(1))
         ),
         _ => format!(
-            "repeat under other conditions ({}) to see whether the added effect carries over",
+            "repeat under other conditions ({}) to test whether the added effect still holds",
             conditions(2).join(", ")
         ),
     }
 }
 
-/// The experiment that tells the answer from another set that is as good.
-fn tell_apart(parts: &AnswerParts<'_>, other: &Scored) -> String {
+/// The experiment that distinguishes the result from an equivalent set.
+fn distinguishing_experiment(parts: &AnswerParts<'_>, other: &Scored) -> String {
     let schema = parts.prepared.data.system.schema();
     let named = &parts.found.tried[parts.judged.judgement.named];
     let [mine, theirs] = [named, other].map(|s| kinds(s.additions()).join(" + "));
@@ -63,23 +63,23 @@ fn tell_apart(parts: &AnswerParts<'_>, other: &Scored) -> String {
     let scattered = [named, other].iter().any(|s| s.fit.hypothesis.scatter.is_some());
     let sample = parts.search.sample();
     match separation(&sample, &parts.prepared.noise.sd, &named.fit, &other.fit) {
-        // A scatter is told from a law by many repeats, not by one record.
+        // A random effect and a systematic effect are distinguished by many repeats, not by one record.
         _ if scattered => rule,
-        s if s.records <= MOST_RECORDS => format!(
-            "{}; records needed with this camera to tell {mine} from {theirs} with odds of 1000 to 1: {:.0}. In general: {rule}",
+        s if s.records <= MAX_RECORDS => format!(
+            "{}; {:.0} such records distinguish {mine} from {theirs} with odds of 1000 to 1. In general: {rule}",
             s.design,
             s.records.ceil()
         ),
         s if s.among.is_empty() => rule,
         s => format!(
-            "no {} tells {mine} from {theirs} in fewer than {MOST_RECORDS:.0} records with this camera; {rule}",
+            "no {} distinguishes {mine} from {theirs} in fewer than {MAX_RECORDS:.0} records; {rule}",
             s.among
         ),
     }
 }
 
-/// Experiment that would establish a lead, or show that it is none.
-pub(crate) fn to_establish(parts: &AnswerParts<'_>, addition: &Addition) -> String {
+/// Experiment that would confirm or refute a lead.
+pub(crate) fn confirming_experiment(parts: &AnswerParts<'_>, addition: &Addition) -> String {
     let schema = parts.prepared.data.system.schema();
     let confirmed = addition.listed().and_then(|effect| effect.confirmed_by.clone());
     confirmed.unwrap_or_else(|| {
@@ -87,7 +87,7 @@ pub(crate) fn to_establish(parts: &AnswerParts<'_>, addition: &Addition) -> Stri
     })
 }
 
-/// A list in words: `starts, speeds and loads`.
+/// Joins a list: `starts, speeds and loads`.
 fn words(list: &[String]) -> String {
     match list {
         [] => "starts and inputs".into(),
@@ -96,7 +96,7 @@ fn words(list: &[String]) -> String {
     }
 }
 
-/// The experiment for two explanations, by the kinds in which they differ.
+/// The general experiment for two sets, by the kinds in which they differ.
 fn separate(schema: &Schema, mine: &[Addition], other: &[Addition]) -> String {
     let (mine, other) = (only(mine, other), only(other, mine));
     match known_separation(&listed(&mine), &listed(&other)) {
@@ -104,7 +104,7 @@ fn separate(schema: &Schema, mine: &[Addition], other: &[Addition]) -> String {
         None => {
             let names: Vec<String> = mine.into_iter().chain(other).map(|(name, _)| name).collect();
             format!(
-                "repeat over a wider range of {}, in random order: {} then separate",
+                "repeat over a wider range of {}, in random order: this distinguishes {}",
                 words(&schema.conditions),
                 names.join(" and ")
             )
@@ -112,7 +112,7 @@ fn separate(schema: &Schema, mine: &[Addition], other: &[Addition]) -> String {
     }
 }
 
-/// The additions of `a` whose kind `b` does not have, by name.
+/// The additions of `a` whose kind is not in `b`, sorted by name.
 fn only<'a>(a: &'a [Addition], b: &[Addition]) -> Vec<(String, &'a Addition)> {
     let theirs = kinds(b);
     let named = a.iter().map(|x| (kinds(std::slice::from_ref(x)).concat(), x));
@@ -121,7 +121,8 @@ fn only<'a>(a: &'a [Addition], b: &[Addition]) -> Vec<(String, &'a Addition)> {
     out
 }
 
-/// Their descriptions. What has one value a group is another explanation than its kind, and no experiment is known for it.
+/// Library descriptions of additions with one value for all groups; no experiment is known for groupwise
+/// values.
 fn listed<'a>(set: &[(String, &'a Addition)]) -> Vec<&'a Effect> {
     let single = set.iter().filter(|(_, a)| !matches!(a, Addition::Effect(_, Per::Group)));
     single.filter_map(|(_, a)| a.listed()).collect()

@@ -1,9 +1,9 @@
-//! Formulas of a grammar in a system and among what is added to it.
+//! Formulas of a grammar in a system and among additions.
 
 use crate::addition::Addition;
 use augsim_physics::system::System;
 
-/// Whether a system has formulas of a grammar.
+/// Whether the library of a system has formulas of a grammar.
 pub(crate) fn has_grammar(system: &dyn System) -> bool {
     system.library().iter().any(|effect| effect.grammar.is_some())
 }

@@ -1,7 +1,8 @@
-//! A linear model with a robust cost, for tests of levels and coverage: windows of 75 residuals, smooth sensitivities.
+//! A linear model with a robust cost, for tests of levels and coverage: windows of 75 residuals, smooth
+//! sensitivities.
 //!
-//! The truth of every parameter is 0. A smooth misfit is three low harmonics in every window, 2 standard deviations of the
-//! noise each: what a fit meets where something is missing that differs from window to window.
+//! All true parameters are 0. The smooth misfit is three low harmonics in every window, with amplitudes of
+//! `misfit` standard deviations of the noise: a model error that differs from window to window.
 
 use crate::interval::Quadratic;
 use crate::linear::Square;
@@ -9,14 +10,14 @@ use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardNormal};
 
 const RESIDUALS: usize = 75;
-/// Degrees of freedom of the t density, as in the loop.
-const SCALE_FREEDOM: f64 = 8.0;
+/// Degrees of freedom of the t density, as in the fits.
+const STUDENT_FREEDOM: f64 = 8.0;
 
-/// Fit of a toy at the minimum of its cost.
+/// Fit of a toy model at the minimum of its cost.
 pub(crate) struct ToyFit {
     pub theta: Vec<f64>,
     pub information: Square,
-    /// `information` less the derivative of the weights.
+    /// `information` minus the derivative of the weights.
     pub bread: Square,
     pub windows: Vec<Quadratic>,
     /// The windows with the derivative of their weights in the curvature.
@@ -30,7 +31,8 @@ pub(crate) struct Toy {
 }
 
 impl Toy {
-    /// Draws so many windows: noise of sd 1, a smooth misfit of `misfit` sd, and the sensitivities of `parameters` parameters.
+    /// Draws windows with unit noise, a smooth misfit of `misfit` standard deviations, and the
+    /// sensitivities of `parameters` parameters.
     pub fn of(windows: usize, seed: u64, misfit: f64, parameters: usize) -> Self {
         let mut rng = random_stream(seed, "linear toy", 0);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -70,7 +72,7 @@ impl Toy {
 
     fn at(&self, theta: &[f64]) -> ToyFit {
         let p = theta.len();
-        let n = SCALE_FREEDOM + RESIDUALS as f64;
+        let n = STUDENT_FREEDOM + RESIDUALS as f64;
         let mut information = Square::zero(p);
         let mut bread = Square::zero(p);
         let (mut windows, mut softened) = (Vec::new(), Vec::new());
@@ -79,7 +81,7 @@ impl Toy {
                 .map(|k| y[k] - (0..p).map(|i| columns[i][k] * theta[i]).sum::<f64>())
                 .collect();
             let q: f64 = r.iter().map(|v| v * v).sum();
-            let weight = n / (SCALE_FREEDOM + q);
+            let weight = n / (STUDENT_FREEDOM + q);
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
             let u: Vec<f64> = (0..p).map(|i| weight * dot(&columns[i], &r)).collect();
             let (mut s, mut soft) = (Square::zero(p), Square::zero(p));
@@ -98,12 +100,12 @@ impl Toy {
     }
 }
 
-/// Covariance of the parameters as many records give it: the larger, parameter by parameter, of the sandwich over clusters (White 1982) and of
-/// `information^-1`, with the correlations of the latter.
+/// Sandwich covariance of the parameters: for each, the larger variance of the sandwich over clusters
+/// (White 1982) and of `information^-1`, with the correlations of the latter.
 ///
-/// `bread` is the expected second derivative of the cost where that is not `information` itself: with a robust cost it has the
-/// derivative of the weights in it. Without it the sandwich covers 75 % under a smooth misfit of two standard deviations,
-/// with it 95 % (linear experiment of 60 windows). A bread that is not positive definite is replaced by `information`.
+/// `bread` is the second derivative of the cost, with the derivative of the robust weights; without these
+/// the sandwich covers 75 % under a smooth misfit of two standard deviations, with them 95 % (60 windows).
+/// A bread that is not positive definite is replaced by `information`.
 pub(crate) fn sandwich(information: &Square, bread: &Square, gradients: &[Vec<f64>]) -> Square {
     let p = information.n;
     let mut covariance = information.cholesky().inverse();

@@ -1,18 +1,18 @@
-//! From fits to the result: estimates, candidates with reasons, alternatives, sentences.
+//! From fits to the result: estimates, candidates with reasons, alternatives, tables.
 
 use crate::DiscoveryError;
-use crate::accept::all_finite;
 use crate::addition::{Addition, kinds, labels};
-use crate::anatomy::anatomy;
 use crate::answer::AnswerParts;
 use crate::closed_term::unexplained;
-use crate::error_table::measured_in;
-use crate::experiment::{next_experiment, to_establish};
+use crate::error_table::deciding_measure;
+use crate::excluded_windows::left_out;
+use crate::experiment::{confirming_experiment, next_experiment};
+use crate::finite::all_finite;
 use crate::fit::{Fit, fit_nuisance};
 use crate::forecast;
 use crate::hypothesis::Hypothesis;
-use crate::judge::{Lead as Found, Short, record_name};
-use crate::outliers::left_out;
+use crate::judge::{Lead as Found, Shortcoming, record_name};
+use crate::residual_structure::anatomy;
 use crate::result::*;
 use crate::score::Scored;
 use crate::search::without;
@@ -21,7 +21,7 @@ use augsim_physics::model::Per;
 use augsim_physics::system::{Addition as Added, Augmentation, ScatterPer};
 use std::collections::BTreeMap;
 
-/// Name and unit of each free parameter; those of additions without their kind.
+/// Name and unit of each free parameter; parameters of additions without the kind.
 fn names(h: &Hypothesis) -> Vec<(String, String)> {
     h.free
         .iter()
@@ -44,30 +44,30 @@ fn names(h: &Hypothesis) -> Vec<(String, String)> {
 /// Estimates of the free parameters of one addition, or of the declared model.
 fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> BTreeMap<String, Estimate> {
     let (fit, h) = (&set.fit, &set.fit.hypothesis);
-    let (ci, all, intervals) = (set.ci95(), names(h), set.intervals());
+    let (ci, names_and_units, intervals) = (set.ci95(), names(h), set.intervals());
     let mut out = BTreeMap::new();
-    let mut at = 0;
-    // Values by group are those of a declared parameter.
+    let mut next = 0;
+    // The parameters of groupwise values are declared ones.
     let split = addition.and_then(|n| match &h.additions[n] {
         Addition::Split(split) => Some(split.index),
         _ => None,
     });
-    for (f, name_and_unit) in h.free.iter().zip(&all) {
+    for (f, name_and_unit) in h.free.iter().zip(&names_and_units) {
         let width = h.width(f);
         let wanted = split.map_or(f.addition == addition, |index| f.index == index);
         if wanted && width > 0 {
             let (name, unit) = name_and_unit.clone();
-            let mut e = Estimate { value: fit.theta[at], ci95: ci[at], unit, groups: BTreeMap::new() };
+            let mut e = Estimate { value: fit.theta[next], ci95: ci[next], unit, groups: BTreeMap::new() };
             if f.per == Per::Group {
-                let values = &fit.theta[at..at + width];
+                let values = &fit.theta[next..next + width];
                 let n = width as f64;
                 let mean = values.iter().sum::<f64>() / n;
-                let own = |i| if (at..at + width).contains(&i) { 1.0 / n } else { 0.0 };
-                let half = intervals.half_width(&(0..fit.theta.len()).map(own).collect::<Vec<_>>());
+                let share = |i| if (next..next + width).contains(&i) { 1.0 / n } else { 0.0 };
+                let half = intervals.half_width(&(0..fit.theta.len()).map(share).collect::<Vec<_>>());
                 e.value = mean;
                 e.ci95 = [mean - half, mean + half];
                 let names = parts.prepared.data.groups.iter();
-                let each = (at..at + width).map(|i| {
+                let each = (next..next + width).map(|i| {
                     let (unit, groups) = (e.unit.clone(), BTreeMap::new());
                     Estimate { value: fit.theta[i], ci95: ci[i], unit, groups }
                 });
@@ -75,7 +75,7 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
             }
             out.insert(name, e);
         }
-        at += width;
+        next += width;
     }
     if let (Some(number), Some(scatter)) = (addition, h.scatter)
         && matches!(h.additions[number], Addition::Scatter(_))
@@ -86,13 +86,13 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
     out
 }
 
-/// Sets that were fitted, each once, by gain less price; and why each is the answer or is not.
+/// Fitted sets, each once, by gain minus penalty, with the reason why each is chosen or not.
 fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
     let (found, best) = (parts.found, parts.best);
     let named = &found.tried[parts.judged.judgement.named];
     let mut seen: Vec<Vec<String>> = Vec::new();
     let mut out: Vec<Candidate> = Vec::new();
-    // A part of the best set may have no fit that is a number: it was compared with nothing.
+    // A subset of the best set may have failed to fit; it was compared with nothing.
     for set in found.tried.iter().chain([best]).filter(|s| !s.additions().is_empty() && s.is_finite()) {
         let key = set.key();
         if seen.contains(&key) {
@@ -100,18 +100,18 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
         }
         let chosen = key == best.key();
         let gain = set.gain_over(parts.base, set.evidence.memory.independent);
-        let penalty = found.price.of_set(set.additions());
+        let penalty = found.penalty.of_set(set.additions());
         seen.push(key);
         let why = if chosen {
-            "chosen: every effect is significant and comes back over resamples".to_owned()
+            "chosen: every effect is significant and selected in at least 90 % of the resamples".to_owned()
         } else if gain < penalty {
-            format!("gain {gain:.1} does not pay for its price {penalty:.1}")
+            format!("its gain of {gain:.1} nats is below its penalty of {penalty:.1} nats")
         } else if !found.is_significant(parts.search, set) {
-            "holds an effect that is not significant among so many candidates".to_owned()
+            "contains an effect that is not significant among this many candidates".to_owned()
         } else if found.margin(set, named) > 0.0 {
-            "no better than the chosen set by more than blocks differ, and larger or not stable".to_owned()
+            "its advantage over the chosen set is within the scatter over blocks, and it is larger or less stable".to_owned()
         } else {
-            format!("predicts worse than the chosen set by {:.1}", -found.margin(set, named))
+            format!("predicts worse than the chosen set by {:.1} nats", -found.margin(set, named))
         };
         let mut parameters = BTreeMap::new();
         for (n, a) in set.additions().iter().enumerate() {
@@ -134,8 +134,8 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
     out
 }
 
-/// The set without one of its additions, fitted if it was not.
-fn rest_of(parts: &AnswerParts<'_>, set: &Scored, number: usize) -> Scored {
+/// The set without one of its additions; fitted now if it was not before.
+fn set_without(parts: &AnswerParts<'_>, set: &Scored, number: usize) -> Scored {
     let rest = without(set.additions(), number);
     match parts.found.with_key(&labels(&rest)) {
         Some(known) => known.clone(),
@@ -143,6 +143,7 @@ fn rest_of(parts: &AnswerParts<'_>, set: &Scored, number: usize) -> Scored {
     }
 }
 
+/// The effects of the result, in the order of the sentence.
 fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
     let (best, judgement) = (parts.best, &parts.judged.judgement);
     let named = &parts.found.tried[judgement.named];
@@ -155,7 +156,7 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
     let mut out: Vec<FoundEffect> = Vec::new();
     for (n, a) in best.additions().iter().enumerate() {
         let Some(place) = named.additions().iter().position(|other| other == a) else { continue };
-        let rest = rest_of(parts, best, n);
+        let rest = set_without(parts, best, n);
         let lawful = matches!(a, Addition::Effect(..) | Addition::Split(_));
         let removed = own_error.filter(|_| lawful).map(|own| rmse(&rest.fit) - own);
         let share = best.gain_over(&rest, independent) / whole;
@@ -190,7 +191,8 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
     out
 }
 
-/// Parameters that are drawn anew for each record, if they were found, and their share of the gain; `laws` is the gain of what was added.
+/// The random effect per record, if one was found, and its share of the gain; `laws` is the gain of the
+/// other effects.
 fn drawn(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
     let scattered = parts.judged.scattered.as_ref().filter(|s| !s.declared && parts.judged.doubt.is_none());
     let (scattered, sd) = scattered.zip(parts.drawn_sd.clone())?;
@@ -213,23 +215,24 @@ fn drawn(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
     Some((found, share))
 }
 
+/// The leads of the result, each with its reason and the experiment that would confirm it.
 fn leads(parts: &AnswerParts<'_>) -> Vec<Lead> {
     let lead = |lead: &Found| Lead {
         kind: kinds(std::slice::from_ref(&lead.addition))[0].clone(),
         inclusion: lead.inclusion,
         chance: lead.chance.filter(|p| p.is_finite()),
         why: match lead.short {
-            Short::NotSignificant => "not significant among so many candidates",
-            Short::NotStable => "comes back in too few resamples of the data",
-            Short::DoesNotPay => "does not pay its price in predictions of left-out blocks",
+            Shortcoming::NotSignificant => "not significant among this many candidates",
+            Shortcoming::NotStable => "selected in fewer than 90 % of the resamples of the data",
+            Shortcoming::DoesNotPay => "its gain in predictions of left-out blocks is below its penalty",
         }
         .into(),
-        next: to_establish(parts, &lead.addition),
+        next: confirming_experiment(parts, &lead.addition),
     };
     parts.judged.judgement.leads.iter().map(lead).collect()
 }
 
-/// Names of the entries of theta, those of groups with the group.
+/// Names of the entries of theta, with the group in brackets.
 fn axis(h: &Hypothesis, groups: &[String]) -> Vec<String> {
     let mut axis: Vec<String> = Vec::new();
     for (f, (name, _)) in h.free.iter().zip(names(h)) {
@@ -242,13 +245,13 @@ fn axis(h: &Hypothesis, groups: &[String]) -> Vec<String> {
 }
 
 impl AnswerParts<'_> {
-    /// Gain of the answer in predictions of left-out blocks, nats.
+    /// Gain of the result in the log predictive density of left-out blocks, nats.
     pub fn gain(&self) -> f64 {
         let gain = self.best.gain_over(self.base, self.best.evidence.memory.independent);
         if gain.is_finite() { gain } else { 0.0 }
     }
 
-    /// The table of errors of the measure that decides.
+    /// Error table of the deciding measure.
     pub fn table(&self) -> ErrorTable {
         let data = &self.prepared.data;
         let folds = Some(self.errors.folds.len()).filter(|n| *n > 0);
@@ -259,14 +262,15 @@ impl AnswerParts<'_> {
         self.bounded(ErrorTable { folds, free_run, ..table })
     }
 
-    /// A table whose floor is what was reached where the noise is only bounded from above.
+    /// Lowers the noise floor to the reached error where the noise is only an upper bound.
     fn bounded(&self, mut table: ErrorTable) -> ErrorTable {
-        if self.prepared.is_bounded() && table.noise_floor.rmse > table.augmented.rmse {
+        if self.prepared.is_noise_bounded() && table.noise_floor.rmse > table.augmented.rmse {
             table.noise_floor = table.augmented;
         }
         table
     }
 
+    /// Error tables of the other measures.
     fn other_tables(&self) -> BTreeMap<String, ErrorTable> {
         let schema = self.prepared.data.system.schema();
         let folds = Some(self.errors.folds.len()).filter(|n| *n > 0);
@@ -274,6 +278,7 @@ impl AnswerParts<'_> {
         all.into_iter().map(|(name, table)| (name, self.bounded(ErrorTable { folds, ..table }))).collect()
     }
 
+    /// Residual tests of the result.
     fn tests(&self) -> Tests {
         let left = &self.judged.left;
         let schema = self.prepared.data.system.schema();
@@ -289,14 +294,15 @@ impl AnswerParts<'_> {
         }
     }
 
+    /// Noise estimate of the result.
     fn noise(&self) -> NoiseFound {
         let (noise, data) = (&self.prepared.noise, &self.prepared.data);
-        let (unit, decides) = measured_in(data.system.schema());
-        let decisive: Vec<f64> = decides.iter().map(|&c| noise.white[c]).collect();
-        // Noise between neighbours alone says nothing of colour and time stamps.
+        let (unit, decides) = deciding_measure(data.system.schema());
+        let deciding_sd: Vec<f64> = decides.iter().map(|&c| noise.white[c]).collect();
+        // The noise between neighbouring samples gives neither autocorrelation nor jitter.
         let estimated = |value: f64| (!data.is_idealised()).then_some(value);
         NoiseFound {
-            sd: (decisive.iter().map(|s| s * s).sum::<f64>() / decisive.len() as f64).sqrt(),
+            sd: (deciding_sd.iter().map(|s| s * s).sum::<f64>() / deciding_sd.len() as f64).sqrt(),
             unit,
             by_channel: noise.white.clone(),
             correlation: estimated(noise.correlation),
@@ -307,7 +313,7 @@ impl AnswerParts<'_> {
         }
     }
 
-    /// Windows that no model follows, where some are left out.
+    /// Numbers of windows, where some are excluded.
     fn windows(&self) -> Option<Windows> {
         if !self.limit.is_finite() {
             return None;
@@ -321,8 +327,8 @@ impl AnswerParts<'_> {
             fitted: sides.each_ref().map(|[base, _]| base.misfits.len()),
             left_out: sides.each_ref().map(count),
             rule: format!(
-                "left out where both the calibrated and the augmented model miss by more than {:.2} noise standard deviations (root mean \
-                 square): three times the typical misfit",
+                "a window is excluded if the residuals of both the calibrated and the augmented model exceed {:.2} noise standard \
+                 deviations (root mean square), three times the typical residual",
                 self.limit.sqrt()
             ),
         })
@@ -343,6 +349,7 @@ impl AnswerParts<'_> {
         Ok(self.model.augmented(&augmentation)?)
     }
 
+    /// The declared and the calibrated model file.
     fn models(&self) -> Result<Models, DiscoveryError> {
         let (base, data) = (self.base, &self.prepared.data);
         let mut calibrated = base.fit.hypothesis.augmentation(data, &base.fit.theta, &base.ci95());
@@ -354,6 +361,7 @@ impl AnswerParts<'_> {
     }
 }
 
+/// Assembles the result. Fails if a number is not finite or the model file cannot be written.
 pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryError> {
     let (data, judgement) = (&parts.prepared.data, &parts.judged.judgement);
     let error = parts.table();
@@ -394,7 +402,7 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
         independent: Some(full.evidence.memory.independent),
         model_toml: parts.model_toml()?,
         models: parts.models()?,
-        heldout: parts.prepared.kept_out.iter().map(|&j| data.records[j].seen.id.clone()).collect(),
+        heldout: parts.prepared.held_out.iter().map(|&j| data.records[j].seen.id.clone()).collect(),
         examples: Vec::new(),
         cut_after_s: None,
         work: data.tally.work(),

@@ -1,4 +1,4 @@
-//! The answer in numbers and words.
+//! The result in numbers and words.
 
 mod errors;
 mod parts;

@@ -1,4 +1,4 @@
-//! Everything that an answer is made of.
+//! Inputs of the report.
 
 use super::Errors;
 use crate::fit::ChosenRecords;
@@ -10,26 +10,29 @@ use crate::search::{Found, Search};
 use crate::stages::Judged;
 use augsim_physics::system::Declaration;
 
-/// Everything that the result is made of.
+/// Everything that the result is computed from.
 pub(crate) struct AnswerParts<'a> {
     pub model: &'a dyn Declaration,
     pub prepared: &'a Prepared,
     pub search: &'a Search<'a>,
     pub found: &'a Found,
     pub judged: &'a Judged,
-    /// The calibrated model and the answer, on the records that were searched.
+    /// The calibrated model, on the searched records.
     pub base: &'a Scored,
+    /// The final set, on the searched records.
     pub best: &'a Scored,
-    /// All records, and both sets on them.
+    /// All records.
     pub all: &'a View,
+    /// The calibrated model, on all records.
     pub calibrated: &'a Scored,
+    /// The final set, on all records.
     pub full: &'a Scored,
     pub errors: &'a Errors,
-    /// Misfit of a window beyond which it is not forecast.
+    /// Mean squared residual of a window above which it is not predicted.
     pub limit: f64,
-    /// Standard deviation of parameters that are drawn anew for each record.
+    /// Standard deviation of the random effect per record.
     pub drawn_sd: Option<Estimate>,
-    /// Records that predictions are shown on.
+    /// Records on which predictions are shown.
     pub shown_on: &'a ChosenRecords<'a>,
     pub seed: u64,
 }

@@ -1,11 +1,11 @@
-//! One record alone, cut in two so that one part can judge what the other shows.
+//! Split of a single record into two parts that predict each other.
 
 use crate::record::Record;
 use augsim_physics::system::{Begin, System};
 
-/// The halves of a record, cut in the middle of a smooth piece near its middle, and when, s. `None` where the system knows no
-/// smooth pieces or lets go of a record only at its beginning.
-pub(crate) fn halves(system: &dyn System, record: &Record, sd: &[f64]) -> Option<(Vec<Record>, f64)> {
+/// The two parts of a record, split in the middle of a smooth segment near its middle, and the time of the
+/// split, s. `None` where the system names no smooth segments or has a fixed initial state.
+pub(crate) fn split_record(system: &dyn System, record: &Record, sd: &[f64]) -> Option<(Vec<Record>, f64)> {
     let starts_anywhere = system.schema().states.iter().all(|s| !matches!(s.begin, Begin::Fixed(_)));
     let mut whole = record.seen.clone();
     system.prepare(&mut whole, sd).ok().filter(|()| starts_anywhere && whole.pieces.len() > 2)?;
@@ -17,7 +17,7 @@ pub(crate) fn halves(system: &dyn System, record: &Record, sd: &[f64]) -> Option
         seen.id = format!("{} ({name})", record.seen.id);
         seen.times = seen.times[range.clone()].to_vec();
         seen.values.iter_mut().for_each(|values| *values = values[range.clone()].to_vec());
-        Record { seen, weight: Vec::new(), tolerated: false }
+        Record { seen, weight: Vec::new(), is_tolerance: false }
     };
     let parts = vec![part(0..cut, "first part"), part(cut..record.seen.times.len(), "second part")];
     Some((parts, record.seen.times[cut]))

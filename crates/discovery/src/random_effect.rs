@@ -1,111 +1,117 @@
-//! Whether some parameters are drawn anew for each record.
+//! Random effects per record: whether some parameters vary from record to record, and how widely.
 //!
-//! Every record `i` gets values of its own, normal about common ones with standard deviation `sd`. At a fit, with the window
-//! starts eliminated and linear about the record's most probable values, `v` is the gradient of half the cost at the common
-//! values, `S` its curvature, in what all share (`d`) and, at the places `b`, the values that are drawn. These are integrated
-//! out (Laplace; Pinheiro and Bates 1995), what all share is profiled:
+//! Record `i` has its own values, normally distributed about common ones with standard deviation `sd`. With
+//! the nuisances eliminated, and linearised about the most probable values of the record, `v` is the
+//! gradient and `S` the curvature of half the cost, in the shared parameters and, at the entries `b`, those
+//! that vary. The varying ones are integrated out (Laplace approximation; Pinheiro and Bates 1995), the
+//! shared ones are profiled out:
 //!
 //! ```text
 //! M = S_bb + phi / sd² I,   V = sum(v - S_.b M^-1 v_b),   T = sum(S - S_.b M^-1 S_b.)
 //! -2 ln L = (sum(c - v_b' M^-1 v_b) - V' T^-1 V) / phi + sum(ln det(I + sd² S_bb / phi))
 //! ```
 //!
-//! `sd` and its interval maximise and profile the restricted likelihood, which has `+ ln det T` as well (Harville 1977). The
-//! mean of the draws belongs to what all share, whether or not the answer has it: a constant offset is no scatter. `phi` is
-//! the level of what is no scatter: how far the windows of one record ask for different values, or what is left when each
-//! record has its own, whichever is more. A misfit that changes along the record, or that no draw removes, counts as noise.
+//! `sd` and its interval maximise and profile the restricted likelihood, which has the additional term `+
+//! ln det T` (Harville 1977). The mean of the draws is a shared parameter: a constant offset is no random
+//! effect. The dispersion `phi` is the larger of the differences between windows of one record and the
+//! residuals with own values for each record: a misfit that changes along a record, or that no value
+//! removes, counts as noise.
 //!
-//! Not told apart: anything else that stays for one record and changes to the next with the same signature.
+//! Any other cause that is constant within a record and varies between records with the same signature is
+//! not distinguishable.
 
 use crate::addition::Addition;
 use crate::evaluate::{Lanes, Normal, Point, normal};
 use crate::fit::{ChosenRecords, Fit, assembled, fit, fit_nuisance};
-use crate::follow::nuisance_step;
 use crate::hypothesis::{Free, Hypothesis};
 use crate::linear::{Square, eliminate};
-use crate::spread::{interval, most_likely};
+use crate::nuisance_fit::nuisance_step;
+use crate::random_effect_sd::{interval, most_likely_sd};
 use crate::statistics::median;
 use augsim_physics::model::Per;
 use augsim_physics::system::Drawn;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Steps of the records' own values.
-const STEPS: usize = 4;
-/// Fewest records for training: a few that were disturbed look like the spread of a few records.
-const FEWEST: usize = 15;
-/// Fewest windows of a record, on average: one of a single window can be explained by values of its own whatever the model
-/// lacks.
-const WINDOWS: usize = 2;
+/// Number of Gauss-Newton steps of the records' own values.
+const MAX_STEPS: usize = 4;
+/// Minimum number of records: a few disturbed records look like the spread of a few.
+const MIN_RECORDS: usize = 15;
+/// Minimum mean number of windows per record: own values fit a record of one window whatever effect is
+/// missing.
+const MIN_WINDOWS_PER_RECORD: usize = 2;
 
-/// Parameters that all records share, the mean of the draws among them.
+/// A fit with common values of the parameters that may vary; it includes the mean of the draws.
 #[derive(Debug)]
 pub(crate) struct Shared {
     drawn: Drawn,
     hypothesis: Hypothesis,
     theta: Vec<f64>,
-    /// Nuisances of the windows that it was fitted to.
+    /// Nuisances of the fitted windows.
     nuisance: Vec<Vec<f64>>,
-    /// Entries of theta that are drawn.
+    /// Entries of theta that vary between records.
     places: Range<usize>,
 }
 
-/// Where the records are.
+/// State of the estimation.
 #[derive(Clone, Debug)]
 struct State {
-    /// Entries of theta that all records share.
+    /// Common values of theta.
     theta: Vec<f64>,
-    /// Each record's own values less the common ones.
+    /// Deviation of each record's own values from the common ones.
     own: Vec<Vec<f64>>,
     nuisance: Vec<Vec<f64>>,
     normals: Vec<Normal>,
 }
 
-/// One record, quadratic about its own values: constant, gradient at the common values, curvature.
+/// Quadratic approximation of one record about its own values: constant, gradient and curvature at the
+/// common values.
 struct OfRecord {
     c: f64,
     v: Vec<f64>,
     s: Square,
-    /// Sum of squares between windows and its degrees of freedom.
+    /// Squared differences between its windows, and their degrees of freedom.
     within: [f64; 2],
-    /// Sum of squares of the residuals at the record's own values, and its degrees of freedom.
+    /// Squared residuals at the record's own values, and their degrees of freedom.
     left: [f64; 2],
 }
 
-/// -2 ln likelihood at the best of what all share, the restricted one, and the step there.
+/// -2 ln likelihood with the shared parameters profiled out, the restricted one, and the step to their
+/// optimum.
 struct Profile {
     profiled: f64,
     restricted: f64,
     step: Vec<f64>,
 }
 
-/// An estimate from some records.
+/// Estimate of a random effect.
 #[derive(Debug)]
 pub(crate) struct Estimated {
     pub sd: f64,
     pub ci95: [f64; 2],
-    /// By how much -2 ln likelihood is less than without scatter.
+    /// Decrease of -2 ln likelihood relative to no random effect.
     pub gain: f64,
     state: State,
 }
 
 impl Estimated {
-    /// The normal equations of all windows at the values of their records.
+    /// Normal equations of all windows at the values of their records.
     pub fn normals(&self) -> &[Normal] {
         &self.state.normals
     }
 }
 
 impl Shared {
-    /// The best fit of a set of additions with common values of what may be drawn; none where the records are few or short.
+    /// Fits a set of additions with common values of the parameters that may vary; `None` with too few
+    /// records or windows.
     pub fn with(
         drawn: &Drawn,
         sample: &ChosenRecords<'_>,
         from: &Fit,
         additions: &[Addition],
     ) -> Option<Self> {
-        let (records, windows) = (sample.chosen.len(), sample.excerpts().len());
-        let enough = records >= FEWEST && windows >= WINDOWS * records;
+        let (records, windows) = (sample.chosen.len(), sample.windows().len());
+        let enough = records >= MIN_RECORDS && windows >= MIN_WINDOWS_PER_RECORD * records;
         if !enough && drawn.declared.is_none() {
             return None;
         }
@@ -122,30 +128,32 @@ impl Shared {
                 hypothesis.free.push(Free::declared(index, p.min, p.max, p.typical));
             }
         }
-        let places = match &drawn.places {
+        let varying = match &drawn.places {
             Some(declared) => {
                 let entry = |index: usize| hypothesis.entries_of(index).map(|entries| entries.start);
                 entry(declared.start)?..entry(declared.end.checked_sub(1)?)? + 1
             }
             None => hypothesis.range_of(additions.iter().position(|a| *a == through)?),
         };
-        let mut theta = hypothesis.theta_start(0.0);
+        let mut theta = hypothesis.initial_theta(0.0);
         let base = hypothesis.declared_from(&from.hypothesis, &from.theta);
         theta.iter_mut().zip(base).for_each(|(to, value)| *to = value);
         for (number, addition) in additions.iter().enumerate() {
-            if let Some(k) = from.hypothesis.additions.iter().position(|a| a == addition) {
-                theta[hypothesis.range_of(number)].copy_from_slice(&from.theta[from.hypothesis.range_of(k)]);
+            if let Some(known) = from.hypothesis.additions.iter().position(|a| a == addition) {
+                let known = from.hypothesis.range_of(known);
+                theta[hypothesis.range_of(number)].copy_from_slice(&from.theta[known]);
             }
         }
         let Fit { theta, nuisance, .. } = fit(sample, &hypothesis, &theta, &from.nuisance);
-        Some(Self { drawn: drawn.clone(), hypothesis, theta, nuisance, places })
+        Some(Self { drawn: drawn.clone(), hypothesis, theta, nuisance, places: varying })
     }
 
+    /// Derivative lanes of all windows.
     fn lanes(&self, sample: &ChosenRecords<'_>) -> Vec<Lanes> {
-        sample.excerpts().into_iter().map(|at| Lanes::new(&self.hypothesis, at, &[])).collect()
+        sample.windows().into_iter().map(|at| Lanes::new(&self.hypothesis, at, &[])).collect()
     }
 
-    /// All records at the common values, their nuisances fitted from `nuisance` on.
+    /// State with all records at the common values, nuisances fitted from `nuisance`.
     fn together(&self, sample: &ChosenRecords<'_>, theta: &[f64], nuisance: &[Vec<f64>]) -> State {
         let fitted = fit_nuisance(sample, &self.hypothesis, theta, nuisance);
         let normals = assembled(sample, &self.hypothesis, &self.lanes(sample), theta, &fitted.nuisance);
@@ -153,44 +161,45 @@ impl Shared {
         State { theta: theta.to_vec(), own, nuisance: fitted.nuisance, normals }
     }
 
-    /// The estimate from these records, which are those that were fitted.
+    /// Estimates the random effect from the fitted records; `None` where no scatter is most likely.
     pub fn estimate(&self, sample: &ChosenRecords<'_>) -> Option<Estimated> {
         let least = sample.data.white_share;
         let base = self.together(sample, &self.theta, &self.nuisance);
         let mut state = base.clone();
-        for _ in 0..STEPS {
-            let each = self.quadratics(sample, &state);
-            let phi = level(&each, least);
-            let sd = most_likely(&self.drawn, |sd| self.profile(&each, sd, phi).restricted)?;
-            let shared = self.profile(&each, sd, phi).step;
-            state = self.step(sample, &state, &each, &shared, [sd, phi]);
+        for _ in 0..MAX_STEPS {
+            let records = self.quadratics(sample, &state);
+            let phi = level(&records, least);
+            let sd = most_likely_sd(&self.drawn, |sd| self.profile(&records, sd, phi).restricted)?;
+            let shared = self.profile(&records, sd, phi).step;
+            state = self.step(sample, &state, &records, &shared, [sd, phi]);
         }
-        let each = self.quadratics(sample, &state);
-        let phi = level(&each, least);
-        let restricted = |sd: f64| self.profile(&each, sd, phi).restricted;
-        let sd = most_likely(&self.drawn, restricted)?;
+        let records = self.quadratics(sample, &state);
+        let phi = level(&records, least);
+        let restricted = |sd: f64| self.profile(&records, sd, phi).restricted;
+        let sd = most_likely_sd(&self.drawn, restricted)?;
         let none = self.profile(&self.quadratics(sample, &base), 0.0, phi).profiled;
-        let value = self.profile(&each, sd, phi).profiled;
+        let value = self.profile(&records, sd, phi).profiled;
         let ci95 = interval(&self.drawn, restricted, sd);
         Some(Estimated { sd, ci95, gain: none - value, state })
     }
 
-    /// Evidence of each window on the entries of theta that are not drawn: entry, curvature, gradient.
+    /// Evidence of each window on the entries of theta that do not vary: entry, curvature, gradient.
     pub fn parts(&self, sample: &ChosenRecords<'_>, normals: &[Normal]) -> Vec<Vec<(usize, f64, f64)>> {
         let p = self.theta.len();
-        let of = |(lanes, normal): (&Lanes, &Normal)| {
+        let evidence = |(lanes, normal): (&Lanes, &Normal)| {
             let (s, u) = reduced(lanes, normal, p);
             let others = (0..p).filter(|i| !self.places.contains(i));
             others.map(|i| (i, s.at(i, i), u[i])).collect()
         };
-        self.lanes(sample).iter().zip(normals).map(of).collect()
+        self.lanes(sample).iter().zip(normals).map(evidence).collect()
     }
 
+    /// Quadratic approximation of each record at a state.
     fn quadratics(&self, sample: &ChosenRecords<'_>, state: &State) -> Vec<OfRecord> {
         let p = self.theta.len();
         let b: Vec<usize> = self.places.clone().collect();
         let lanes = self.lanes(sample);
-        let of = |range: Range<usize>, own: &[f64]| {
+        let of_record = |range: Range<usize>, own: &[f64]| {
             let (mut s, mut v, mut c) = (Square::zero(p), vec![0.0; p], 0.0);
             let (mut between, mut freedom, mut misfit, mut count) = (0.0, 0.0, 0.0, 0.0);
             for w in range {
@@ -215,8 +224,8 @@ impl Shared {
             let (square, rank) = form(&s.sub(&b), &b.iter().map(|&i| v[i]).collect::<Vec<_>>());
             OfRecord { c, v, s, within: [between - square, freedom - rank], left: [misfit, count - rank] }
         };
-        let all: Vec<_> = sample.of_records().into_iter().zip(&state.own).collect();
-        all.into_par_iter().map(|(range, own)| of(range, own)).collect()
+        let all: Vec<_> = sample.windows_by_record().into_iter().zip(&state.own).collect();
+        all.into_par_iter().map(|(range, own)| of_record(range, own)).collect()
     }
 
     /// `M` of a record.
@@ -227,7 +236,7 @@ impl Shared {
         m
     }
 
-    /// -2 ln likelihood of one record with what all share held.
+    /// -2 ln likelihood of one record at fixed shared parameters.
     fn own(&self, n: &OfRecord, sd: f64, phi: f64) -> f64 {
         if sd == 0.0 {
             return n.c / phi;
@@ -239,11 +248,12 @@ impl Shared {
         (n.c - fall) / phi + m.log_det + x.len() as f64 * (sd * sd / phi).ln()
     }
 
-    fn profile(&self, each: &[OfRecord], sd: f64, phi: f64) -> Profile {
+    /// Profiles the shared parameters out of the likelihood.
+    fn profile(&self, records: &[OfRecord], sd: f64, phi: f64) -> Profile {
         let p = self.theta.len();
         let b: Vec<usize> = self.places.clone().collect();
         let (mut t, mut v, mut sum) = (Square::zero(p), vec![0.0; p], 0.0);
-        for n in each {
+        for n in records {
             sum += self.own(n, sd, phi);
             t.a.iter_mut().zip(&n.s.a).for_each(|(a, x)| *a += x);
             v.iter_mut().zip(&n.v).for_each(|(a, x)| *a += x);
@@ -268,32 +278,33 @@ impl Shared {
         Profile { profiled, restricted: profiled + factor.log_det, step }
     }
 
-    /// Moves what all share by `shared` and each record to its most probable values there; leaves what all share alone if the
-    /// joint cost would rise.
+    /// Moves the shared parameters by `shared` and each record to its most probable values there; keeps the
+    /// shared parameters if the joint cost would rise.
     fn step(
         &self,
         sample: &ChosenRecords<'_>,
         state: &State,
-        each: &[OfRecord],
+        records: &[OfRecord],
         shared: &[f64],
-        of: [f64; 2],
+        scales: [f64; 2],
     ) -> State {
         let cost = |s: &State| {
             let squares = s.own.iter().flatten().map(|x| x * x).sum::<f64>();
-            s.normals.iter().map(|n| n.q).sum::<f64>() + of[1] * squares / (of[0] * of[0])
+            s.normals.iter().map(|n| n.q).sum::<f64>() + scales[1] * squares / (scales[0] * scales[0])
         };
-        let moved = self.moved(sample, state, each, shared, of);
+        let moved = self.moved(sample, state, records, shared, scales);
         if cost(&moved) <= cost(state) || shared.iter().all(|d| *d == 0.0) {
             return moved;
         }
-        self.moved(sample, state, each, &vec![0.0; shared.len()], of)
+        self.moved(sample, state, records, &vec![0.0; shared.len()], scales)
     }
 
+    /// Moves the shared parameters by `shared` and each record to its most probable values there.
     fn moved(
         &self,
         sample: &ChosenRecords<'_>,
         state: &State,
-        each: &[OfRecord],
+        records: &[OfRecord],
         shared: &[f64],
         [sd, phi]: [f64; 2],
     ) -> State {
@@ -302,9 +313,9 @@ impl Shared {
             .map(|((t, d), (low, high))| (t + d).clamp(low, high))
             .collect();
         let shared: Vec<f64> = theta.iter().zip(&state.theta).map(|(a, b)| a - b).collect();
-        let (windows, lanes) = (sample.excerpts(), self.lanes(sample));
-        // The windows of a record at values of its own, their starts moved along.
-        let at = |range: &Range<usize>, old: &[f64], new: &[f64]| -> (Vec<_>, Vec<_>) {
+        let (windows, lanes) = (sample.windows(), self.lanes(sample));
+        // Evaluates the windows of a record at its own values, with their nuisances moved along.
+        let evaluate = |range: &Range<usize>, old: &[f64], new: &[f64]| -> (Vec<_>, Vec<_>) {
             let (mut step, mut own) = (shared.clone(), theta.clone());
             for (k, place) in self.places.clone().enumerate() {
                 step[place] += new[k] - old[k];
@@ -319,8 +330,8 @@ impl Shared {
             };
             range.clone().map(one).unzip()
         };
-        let still = shared.iter().all(|d| *d == 0.0);
-        let all: Vec<_> = sample.of_records().into_iter().zip(&state.own).zip(each).collect();
+        let is_fixed = shared.iter().all(|d| *d == 0.0);
+        let all: Vec<_> = sample.windows_by_record().into_iter().zip(&state.own).zip(records).collect();
         let moved: Vec<_> = all
             .into_par_iter()
             .map(|((range, old), n)| {
@@ -331,15 +342,15 @@ impl Shared {
                 self.precision(n, sd, phi).cholesky().solve(&mut new);
                 let prior = |x: &[f64]| phi * x.iter().map(|x| x * x).sum::<f64>() / (sd * sd);
                 let cost = |normals: &[Normal]| normals.iter().map(|n| n.q).sum::<f64>();
-                let stay = if still {
+                let stay = if is_fixed {
                     (state.nuisance[range.clone()].to_vec(), state.normals[range.clone()].to_vec())
                 } else {
-                    at(&range, old, old)
+                    evaluate(&range, old, old)
                 };
                 let before = cost(&stay.1) + prior(old);
                 for share in [1.0, 0.4, 0.16] {
                     let value: Vec<f64> = old.iter().zip(&new).map(|(a, b)| a + share * (b - a)).collect();
-                    let (nuisance, normals) = at(&range, old, &value);
+                    let (nuisance, normals) = evaluate(&range, old, &value);
                     if cost(&normals) + prior(&value) < before {
                         return (value, nuisance, normals);
                     }
@@ -357,7 +368,7 @@ impl Shared {
     }
 }
 
-/// Curvature and gradient of a window in all of theta, its nuisances eliminated.
+/// Curvature and gradient of a window in all of theta, nuisances eliminated.
 fn reduced(lanes: &Lanes, normal: &Normal, p: usize) -> (Square, Vec<f64>) {
     let (sw, uw, _) = eliminate(&normal.h, &normal.g, lanes.common());
     let (mut s, mut u) = (Square::zero(p), vec![0.0; p]);
@@ -382,10 +393,11 @@ fn form(s: &Square, v: &[f64]) -> (f64, f64) {
     (x.iter().map(|x| x * x).sum(), rank as f64)
 }
 
-/// Level of what is no scatter.
-fn level(each: &[OfRecord], least: f64) -> f64 {
-    let [between, freedom] = [0, 1].map(|k| each.iter().map(|n| n.within[k]).sum::<f64>());
-    let mut left: Vec<f64> = each.iter().filter(|n| n.left[1] > 0.0).map(|n| n.left[0] / n.left[1]).collect();
+/// Dispersion `phi`, at least `least`.
+fn level(records: &[OfRecord], least: f64) -> f64 {
+    let [between, freedom] = [0, 1].map(|k| records.iter().map(|n| n.within[k]).sum::<f64>());
+    let mut residual: Vec<f64> =
+        records.iter().filter(|n| n.left[1] > 0.0).map(|n| n.left[0] / n.left[1]).collect();
     let within = if freedom > 0.0 { between / freedom } else { 0.0 };
-    within.max(median(&mut left)).max(least)
+    within.max(median(&mut residual)).max(least)
 }

@@ -1,49 +1,51 @@
-//! Parameters that are drawn anew for each record: whether the records show that, and how widely.
+//! Random effects per record: whether the records support one, and its size.
 
-use crate::drawn::{Estimated, Shared};
 use crate::fit::{ChosenRecords, Fit};
+use crate::random_effect::{Estimated, Shared};
 use crate::result::Estimate;
 use crate::score::Scored;
-use crate::search::{Price, Search};
+use crate::search::{Penalty, Search};
 use augsim_physics::system::Drawn;
 use std::collections::BTreeMap;
 
-/// A scatter that the records show.
+/// A random effect that the records support.
 pub(crate) struct Scattered {
-    /// Gain in nats.
+    /// Gain, nats.
     pub gain: f64,
-    /// The model has it already.
+    /// Whether the model already declares it.
     pub declared: bool,
-    /// Evidence of each window on the entries of theta that are not drawn: entry, curvature, gradient.
+    /// Evidence of each window on the entries of theta that do not vary: entry, curvature, gradient.
     pub parts: Vec<Vec<(usize, f64, f64)>>,
 }
 
-/// Parameters that may be drawn anew for each record in the system of a sample.
+/// Parameters that may vary between records in the system of a sample.
 fn drawn<'s>(sample: &'s ChosenRecords<'_>) -> Option<&'s Drawn> {
     sample.data.system.schema().drawn.as_ref()
 }
 
-/// The scatter beside a set, if it pays `price` nats or is declared; none where records are few or short.
-pub(crate) fn scattered(search: &Search<'_>, set: &Scored, price: Price) -> Option<Scattered> {
+/// The random effect beside a set, if its gain exceeds the penalty or the model declares it; `None` with
+/// too few records or windows.
+pub(crate) fn scattered(search: &Search<'_>, set: &Scored, penalty: Penalty) -> Option<Scattered> {
     let sample = search.sample();
     let drawn = drawn(&sample)?;
     let declared = drawn.declared.is_some();
     let (shared, found) = estimated(&sample, drawn, &set.fit)?;
     let gain = 0.5 * found.gain;
-    if gain <= price.0 && !declared {
+    if gain <= penalty.0 && !declared {
         return None;
     }
     let parts = shared.parts(&sample, found.normals());
     Some(Scattered { gain, declared, parts })
 }
 
+/// Fits and estimates the random effect beside the additions of a fit.
 fn estimated(sample: &ChosenRecords<'_>, drawn: &Drawn, fit: &Fit) -> Option<(Shared, Estimated)> {
     let shared = Shared::with(drawn, sample, fit, &fit.hypothesis.additions)?;
     let found = shared.estimate(sample)?;
     Some((shared, found))
 }
 
-/// Gain of the scatter beside a set, in nats; 0 where there is none.
+/// Gain of the random effect beside a set, nats; 0 where there is none.
 pub(crate) fn gain(search: &Search<'_>, set: &Scored) -> f64 {
     let sample = search.sample();
     drawn(&sample)
@@ -51,7 +53,7 @@ pub(crate) fn gain(search: &Search<'_>, set: &Scored) -> f64 {
         .map_or(0.0, |(_, found)| 0.5 * found.gain)
 }
 
-/// The standard deviation at a fit to `sample`.
+/// Standard deviation of the random effect at a fit to `sample`.
 pub(crate) fn size(sample: &ChosenRecords<'_>, fit: &Fit) -> Option<Estimate> {
     let drawn = drawn(sample)?;
     let (_, found) = estimated(sample, drawn, fit)?;

@@ -1,17 +1,18 @@
-//! The noise between neighbouring samples: a first idea before anything is known about the motion, and all that there is where
-//! the motion has corners that nobody can name.
+//! Noise estimated from differences of neighbouring samples: a first estimate before the motion is known,
+//! and the only one where the motion has corners that the system does not name.
 
 use crate::noise::Noise;
 use crate::record::Measured;
 use crate::statistics::median;
 
-/// Standard deviation of the noise of one channel from the misfit of a parabola through neighbours, in its unit.
+/// Standard deviation of the noise of one channel, from residuals of parabolas through neighbours, in its
+/// unit.
 pub(crate) fn rough_noise(times: &[f64], y: &[f64]) -> f64 {
     1.4826 * median(&mut misfits(times, y))
 }
 
-/// Misfits of parabolas through neighbours, each in units of what noise of 1 makes it. Neighbours are samples that were measured
-/// one after the other.
+/// Absolute residuals of parabolas through neighbouring measured samples, scaled to noise of standard
+/// deviation 1.
 fn misfits(times: &[f64], y: &[f64]) -> Vec<f64> {
     let chosen: Vec<usize> = (0..y.len()).filter(|&k| y[k].is_finite()).collect();
     let at = |values: &[f64]| chosen.iter().map(|&k| values[k]).collect::<Vec<_>>();
@@ -30,29 +31,32 @@ fn misfits(times: &[f64], y: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Fewest misfits from which noise is estimated.
-const FEWEST: usize = 20;
-/// Ratio of estimated noise to the declared accuracy of an instrument below which the accuracy is believed.
-const ACCURACY: f64 = 0.7;
-/// Deviation of the estimated from the declared noise, in its logarithm, that is told.
-const TOLD: f64 = 0.1;
+/// Minimum number of residuals for a noise estimate.
+const MIN_RESIDUALS: usize = 20;
+/// Ratio of the estimated noise to the declared accuracy of an instrument below which the declared accuracy
+/// is used.
+const MIN_ACCURACY_RATIO: f64 = 0.7;
+/// Absolute logarithm of estimated over declared noise above which the difference is reported.
+const MIN_REPORTED_LOG_RATIO: f64 = 0.1;
 
-/// The noise between neighbouring samples, and weights by it. For motion with corners: what polynomials over longer stretches
-/// leave there is motion, and the median misfit of the shortest does not see the corners. Channels of one unit share their
-/// noise. The declared accuracy of an instrument is a lower bound: a still marker scatters less than a moving one is wrong.
-pub(crate) fn between_neighbours(data: &mut Measured) -> Noise {
+/// Estimates the noise from differences of neighbouring samples and sets the weights; for motion with
+/// corners, where the residuals of longer polynomials would be motion. The median over short differences is
+/// insensitive to the corners. Channels with the same unit share their noise. The declared accuracy of an
+/// instrument is a lower bound, because the scatter of a marker at rest understates the errors of a moving
+/// one.
+pub(crate) fn noise_from_differences(data: &mut Measured) -> Noise {
     let system = data.system.clone();
     let channels = &system.schema().channels;
-    let estimated: Vec<Option<f64>> = (0..channels.len())
+    let by_channel: Vec<Option<f64>> = (0..channels.len())
         .map(|c| {
-            let each = data.records.iter().flat_map(|r| misfits(&r.seen.times, &r.seen.values[c]));
-            let mut each: Vec<f64> = each.collect();
-            (each.len() >= FEWEST).then(|| (1.4826 * median(&mut each)).max(1e-7))
+            let residuals = data.records.iter().flat_map(|r| misfits(&r.seen.times, &r.seen.values[c]));
+            let mut residuals: Vec<f64> = residuals.collect();
+            (residuals.len() >= MIN_RESIDUALS).then(|| (1.4826 * median(&mut residuals)).max(1e-7))
         })
         .collect();
     let of_unit = |c: usize| -> Option<f64> {
-        let alike = (0..channels.len()).filter(|&o| channels[o].unit == channels[c].unit);
-        let squares: Vec<f64> = alike.map(|o| estimated[o].map(|sd| sd * sd)).collect::<Option<_>>()?;
+        let same_unit = (0..channels.len()).filter(|&o| channels[o].unit == channels[c].unit);
+        let squares: Vec<f64> = same_unit.map(|o| by_channel[o].map(|sd| sd * sd)).collect::<Option<_>>()?;
         Some((squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
     };
     let mut findings = Vec::new();
@@ -60,14 +64,16 @@ pub(crate) fn between_neighbours(data: &mut Measured) -> Noise {
     for (c, channel) in channels.iter().enumerate() {
         let (estimated, declared) = (of_unit(c), channel.sd_at_least);
         if let (Some(e), Some(d)) = (estimated, declared)
-            && (e / d).ln().abs() > TOLD
+            && (e / d).ln().abs() > MIN_REPORTED_LOG_RATIO
             && findings.is_empty()
         {
             findings.push("noise-scale");
         }
-        // Close to what is declared the estimate is the better one; far below it something else than scatter was meant.
-        let believed = estimated.filter(|e| declared.is_none_or(|d| *e > ACCURACY * d)).or(declared);
-        sd.push(believed.or(estimated).unwrap_or(1e-3));
+        // An estimate near the declared accuracy is the better one; one far below means that the accuracy
+        // is not a scatter.
+        let accepted =
+            estimated.filter(|e| declared.is_none_or(|d| *e > MIN_ACCURACY_RATIO * d)).or(declared);
+        sd.push(accepted.or(estimated).unwrap_or(1e-3));
         white.push(estimated.or(declared).unwrap_or(1e-3));
     }
     for record in &mut data.records {
@@ -75,7 +81,7 @@ pub(crate) fn between_neighbours(data: &mut Measured) -> Noise {
             values.iter().map(|v| if v.is_finite() { 1.0 / sd } else { 0.0 }).collect()
         };
         record.weight = record.seen.values.iter().zip(&sd).map(weight).collect();
-        record.tolerated = white.iter().zip(&sd).any(|(white, sd)| white < sd);
+        record.is_tolerance = white.iter().zip(&sd).any(|(white, sd)| white < sd);
     }
     let samples: usize = data.records.iter().map(|r| r.seen.times.len()).sum();
     let freedom = samples as f64;

@@ -1,12 +1,12 @@
-//! Counts of the work that an answer takes.
+//! Counters of the work of a discovery run.
 //!
-//! Unlike seconds they are the same on every machine and for any number of threads, so that a test can notice a loop that has
-//! become slower, and say by how much.
+//! Unlike run times they are the same on every machine and for any number of threads, so that a test can
+//! detect a slower loop.
 
 use crate::result::Work;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Counters of one discovery. Threads add to them in any order: the sums are the same.
+/// Counters of one run. Threads add to them in any order; the sums do not depend on it.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     simulations: AtomicU64,
@@ -25,7 +25,7 @@ impl Tally {
         self.fits.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Counts one candidate whose gain was predicted without a fit.
+    /// Counts one candidate whose gain was computed without a fit.
     pub fn score(&self) {
         self.scores.fetch_add(1, Ordering::Relaxed);
     }

@@ -1,4 +1,4 @@
-//! When a result may be handed out: all of its numbers are numbers.
+//! Check that all numbers of a result are finite.
 
 use crate::DiscoveryError;
 use crate::result::{Anatomy, Discovery, ErrorTable, Estimate, Rmse};
@@ -15,7 +15,7 @@ pub(crate) fn all_finite(found: Discovery, data: &str) -> Result<Discovery, Disc
     }
 }
 
-/// Every number of a result, with the entry that it stands in.
+/// Every number of a result, with its entry.
 fn numbers(d: &Discovery) -> Vec<(&'static str, f64)> {
     let mut all = Vec::new();
     let mut put = |place: &'static str, values: &[f64]| all.extend(values.iter().map(|v| (place, *v)));
