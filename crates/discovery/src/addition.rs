@@ -18,7 +18,7 @@ pub(crate) struct Listed {
 
 /// A random effect of the events' parameter, with the word for the unit of each draw.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Scattered {
+pub(crate) struct RandomEffect {
     pub per: ScatterPer,
     pub word: String,
     pub effect: Effect,
@@ -49,7 +49,7 @@ pub(crate) enum Addition {
     /// An effect of the library, with one value for all records or one per group.
     Effect(Arc<Listed>, Per),
     /// A random effect of the parameter of the schema's events.
-    Scatter(Arc<Scattered>),
+    Scatter(Arc<RandomEffect>),
     /// A tabulated function of one feature.
     Table(Arc<Tabulated>),
     /// A declared parameter with one value per group.
@@ -80,7 +80,7 @@ impl Addition {
     pub fn scatter(system: &dyn System, per: ScatterPer) -> Option<Self> {
         let schema = system.schema();
         let effect = schema.event.as_ref()?.scatter.clone();
-        Some(Addition::Scatter(Arc::new(Scattered { per, word: per.word(schema).to_string(), effect })))
+        Some(Addition::Scatter(Arc::new(RandomEffect { per, word: per.word(schema).to_string(), effect })))
     }
 
     /// A tabulated function of one feature.

@@ -33,7 +33,7 @@ fn legendre(u: f64, p: usize) -> Vec<f64> {
 impl Arc {
     /// The arc of `samples` of a channel; `None` where they are too few for its polynomial.
     pub fn new(data: &Record, samples: Vec<usize>, channel: usize, record: usize) -> Option<Self> {
-        let (times, y) = (&data.seen.times, &data.seen.values[channel]);
+        let (times, y) = (&data.data.times, &data.data.values[channel]);
         let p = (samples.len() / 5).clamp(4, 6);
         if samples.len() < p + 3 {
             return None;
@@ -49,7 +49,7 @@ impl Arc {
             linked: samples
                 .iter()
                 .enumerate()
-                .map(|(i, &k)| i > 0 && data.seen.follows(samples[i - 1], k))
+                .map(|(i, &k)| i > 0 && data.data.follows(samples[i - 1], k))
                 .collect(),
             place: (record, samples),
         };

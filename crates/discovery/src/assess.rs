@@ -70,7 +70,7 @@ pub fn assess(
     let scatter_gain = if has_scatter { random_effect_test::gain(&search, &best) } else { 0.0 };
     let shown_records = if prepared.held_out.is_empty() { &prepared.searched } else { &prepared.held_out };
     Ok(Assessment {
-        gain: best.gain_over(&base, best.evidence.memory.independent) + scatter_gain,
+        gain: best.gain_over(&base, best.evidence.independence.independent) + scatter_gain,
         penalty: search.penalty().of_set(&additions) + f64::from(u8::from(has_scatter)) * search.penalty().0,
         rmse: forecast::first_rmse(&prepared.sample(shown_records), &best.fit),
     })

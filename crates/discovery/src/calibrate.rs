@@ -24,7 +24,7 @@ pub(crate) fn calibration_start(train: &ChosenRecords<'_>, h: &Hypothesis) -> Ve
     }
     let Some(event) = h.system.schema().event.as_ref().map(|e| e.parameter) else { return theta };
     let rough = |group: Option<usize>| {
-        let chosen = train.records().map(|r| &r.seen).filter(|r| group.is_none_or(|g| r.group == g));
+        let chosen = train.records().map(|r| &r.data).filter(|r| group.is_none_or(|g| r.group == g));
         median(&mut chosen.flat_map(|r| r.events.iter().map(|e| e.value)).collect::<Vec<_>>())
     };
     let overall = rough(None);

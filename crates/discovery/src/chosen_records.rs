@@ -27,7 +27,7 @@ impl ChosenRecords<'_> {
     pub fn windows_by_record(&self) -> Vec<Range<usize>> {
         let mut first = 0;
         let range = |record: &Record| {
-            let last = first + record.seen.windows.len();
+            let last = first + record.data.windows.len();
             std::mem::replace(&mut first, last)..last
         };
         self.records().map(range).collect()

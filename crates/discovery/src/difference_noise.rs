@@ -49,7 +49,7 @@ pub(crate) fn noise_from_differences(data: &mut Measured) -> Noise {
     let channels = &system.schema().channels;
     let by_channel: Vec<Option<f64>> = (0..channels.len())
         .map(|c| {
-            let residuals = data.records.iter().flat_map(|r| misfits(&r.seen.times, &r.seen.values[c]));
+            let residuals = data.records.iter().flat_map(|r| misfits(&r.data.times, &r.data.values[c]));
             let mut residuals: Vec<f64> = residuals.collect();
             (residuals.len() >= MIN_RESIDUALS).then(|| (1.4826 * median(&mut residuals)).max(1e-7))
         })
@@ -80,10 +80,10 @@ pub(crate) fn noise_from_differences(data: &mut Measured) -> Noise {
         let weight = |(values, sd): (&Vec<f64>, &f64)| {
             values.iter().map(|v| if v.is_finite() { 1.0 / sd } else { 0.0 }).collect()
         };
-        record.weight = record.seen.values.iter().zip(&sd).map(weight).collect();
+        record.weight = record.data.values.iter().zip(&sd).map(weight).collect();
         record.is_tolerance = white.iter().zip(&sd).any(|(white, sd)| white < sd);
     }
-    let samples: usize = data.records.iter().map(|r| r.seen.times.len()).sum();
+    let samples: usize = data.records.iter().map(|r| r.data.times.len()).sum();
     let freedom = samples as f64;
     Noise { sd, white, correlation: 0.0, jitter_s: 0.0, frame_s: None, findings, outliers: 0, freedom }
 }

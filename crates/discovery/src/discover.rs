@@ -9,15 +9,15 @@ use crate::error_table::ForecastErrors;
 use crate::examples::examples;
 use crate::fit::{fit, fit_nuisance};
 use crate::formulas::search_formulas;
-use crate::judge::{self, Doubt, judged, remainder, tabulated};
+use crate::judge::{self, Doubt, judged, tabulated, test_residuals};
 use crate::options::{Options, Progress, monotone};
 use crate::prepare::{Prepared, misfit, prepare};
-use crate::random_effect_test::{self, scattered};
+use crate::random_effect_test::{self, find_random_effect};
 use crate::records::View;
 use crate::report::report;
 use crate::result::{Discovery, Verdict};
 use crate::score::Scored;
-use crate::search::{Found, Penalty, Search, calibrated, choose_window_length, refit_on};
+use crate::search::{Penalty, Search, SearchResult, calibrated, choose_window_length, refit_on};
 use crate::stages::{Judged, Searched, search_in};
 use augsim_data::checks::{Admitted, admit};
 use augsim_data::{DataError, Dataset};
@@ -72,7 +72,7 @@ pub fn discover(
 fn calibrate_only(prepared: &Prepared, progress: &mut dyn FnMut(Progress)) -> Searched {
     progress(Progress::Calibration);
     let (view, base) = calibrated(prepared, &prepared.searched);
-    Searched { view, families: Vec::new(), found: Found::of(base, Penalty(0.0)) }
+    Searched { view, families: Vec::new(), found: SearchResult::of(base, Penalty(0.0)) }
 }
 
 /// Calibrates and searches. Repeats both if the best window length or a lower noise estimate changes with
@@ -105,22 +105,22 @@ fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(P
 fn judge(prepared: &Prepared, searched: &mut Searched, doubt: Option<String>, options: &Options) -> Judged {
     let Searched { view, families, found } = searched;
     let search = Search::new(view, families, &prepared.clock);
-    let judgement = judged(&search, found, options.seed, options.null_runs);
-    let named = judgement.named;
+    let findings = judged(&search, found, options.seed, options.null_runs);
+    let named = findings.named;
     let table = if doubt.is_some() { None } else { tabulated(&search, found, named) };
     let best = table.map_or(named, |(best, _)| best);
-    let scattered = scattered(&search, &found.tried[named], found.penalty);
-    let left = remainder(&search, &found.tried[best], scattered.as_ref(), table.map(|t| t.1));
+    let random_effect = find_random_effect(&search, &found.sets[named], found.penalty);
+    let tests = test_residuals(&search, &found.sets[best], random_effect.as_ref(), table.map(|t| t.1));
     // A tabulated law may replace formulas that fit the same curve, so the final set decides whether
     // something is named.
     let is_not_table = |a: &Addition| !matches!(a, Addition::Table(_));
-    let is_named = found.tried[best].additions().iter().any(is_not_table)
-        || scattered.as_ref().is_some_and(|s| !s.declared);
-    let verdict = judge::verdict(is_named, table.is_some(), &left);
-    let mut judged = Judged { judgement, best, scattered, left, verdict, doubt };
+    let is_named = found.sets[best].additions().iter().any(is_not_table)
+        || random_effect.as_ref().is_some_and(|s| !s.declared);
+    let verdict = judge::verdict(is_named, table.is_some(), &tests);
+    let mut judged = Judged { findings, best, random_effect, residual_tests: tests, verdict, doubt };
     if judged.doubt.is_none()
         && let Some(Doubt::NotThisSystem(why)) =
-            [best, named].iter().find_map(|n| judge::doubt_from_values(&found.tried[*n].fit))
+            [best, named].iter().find_map(|n| judge::doubt_from_values(&found.sets[*n].fit))
     {
         judged.doubt = Some(why);
     }
@@ -133,10 +133,10 @@ fn judge(prepared: &Prepared, searched: &mut Searched, doubt: Option<String>, op
 /// Withdraws all findings: the result is the calibrated model.
 fn withdraw_findings(judged: &mut Judged, verdict: Verdict) {
     (judged.best, judged.verdict) = (0, verdict);
-    let judgement = &mut judged.judgement;
-    judgement.named = 0;
-    (judgement.p_values, judgement.q_values, judgement.inclusion) = (Vec::new(), Vec::new(), Vec::new());
-    judgement.alternatives = Vec::new();
+    let findings = &mut judged.findings;
+    findings.named = 0;
+    (findings.p_values, findings.q_values, findings.inclusion) = (Vec::new(), Vec::new(), Vec::new());
+    findings.alternatives = Vec::new();
 }
 
 /// Prediction errors on data that no decision used.
@@ -159,7 +159,7 @@ fn withdraw_unsupported(
     let schema = prepared.data.system.schema();
     // Random effects alone do not change predictions.
     let changes_predictions = |a: &Addition| !matches!(a, Addition::Scatter(_));
-    let adds = searched.found.tried[judged.best].additions().iter().any(changes_predictions);
+    let adds = searched.found.sets[judged.best].additions().iter().any(changes_predictions);
     let table = errors.lists.first(schema, 0, 0.0);
     match judge::doubt_from_errors(&table, prepared.spread(), adds, schema.decides()) {
         Some(Doubt::NotThisSystem(why)) => {
@@ -195,7 +195,7 @@ fn answer(
             fit(&all_records.sample(), &on_search.hypothesis, &on_search.theta, &starts(prepared, on_search));
         Scored::new(&all_records.sample(), &all_records.blocks, fitted)
     };
-    let (base, best) = (searched.found.base(), &searched.found.tried[judged.best]);
+    let (base, best) = (searched.found.base(), &searched.found.sets[judged.best]);
     let [calibrated, full] = [base, best].map(refit_on_all);
     let shown_records = if prepared.held_out.is_empty() { &prepared.searched } else { &prepared.held_out };
     let shown_on = prepared.sample(shown_records);
@@ -203,8 +203,10 @@ fn answer(
     let shown_errors =
         ForecastErrors::of(&shown_on, [&base.fit, &best.fit], &fit_on_shown, &[], options.seed);
     let limit = forecast_limit(prepared, &best.fit);
-    let drawn_sd =
-        judged.scattered.as_ref().and_then(|_| random_effect_test::size(&all_records.sample(), &full.fit));
+    let random_effect_sd = judged
+        .random_effect
+        .as_ref()
+        .and_then(|_| random_effect_test::size(&all_records.sample(), &full.fit));
     let search = searched.search(prepared);
     let parts = AnswerParts {
         model,
@@ -219,7 +221,7 @@ fn answer(
         full: &full,
         errors,
         limit,
-        drawn_sd,
+        random_effect_sd,
         shown_on: &shown_on,
         seed: options.seed,
     };

@@ -27,10 +27,10 @@ pub(crate) struct Separation {
 /// The experiment that best distinguishes two fitted models, with the noise and the sampling rate of
 /// `sample`.
 pub(crate) fn separation(sample: &ChosenRecords<'_>, noise: &[f64], a: &Fit, b: &Fit) -> Separation {
-    let times = sample.records().map(|r| &r.seen.times);
+    let times = sample.records().map(|r| &r.data.times);
     let mut steps: Vec<f64> = times.flat_map(|t| t.windows(2).map(|w| w[1] - w[0])).collect();
     let step = median(&mut steps).max(1e-4);
-    let records: Vec<_> = sample.records().map(|r| &r.seen).collect();
+    let records: Vec<_> = sample.records().map(|r| &r.data).collect();
     let designs = sample.data.system.designs(&records, step);
     let mut best = Separation { design: String::new(), records: f64::INFINITY, among: designs.words };
     for design in designs.list {
@@ -53,7 +53,7 @@ fn distance(
     truth: &Fit,
     other: &Fit,
 ) -> Option<f64> {
-    let mut record = Record { seen: design.record.clone(), weight: Vec::new(), is_tolerance: false };
+    let mut record = Record { data: design.record.clone(), weight: Vec::new(), is_tolerance: false };
     let planned = record.windows().next()?;
     let h = &truth.hypothesis;
     let lanes = Lanes::new(h, planned, &[]);
@@ -61,11 +61,11 @@ fn distance(
     let point = Point::new(h, &*h.system, &lanes, &record, &truth.theta, &start);
     let run = point.plain(&lanes, planned);
     let end = run.event_times().get(design.most_events).copied().unwrap_or(f64::INFINITY);
-    let n = record.seen.times.iter().take_while(|t| **t < end).count();
-    record.seen.times.truncate(n);
-    record.seen.windows[0].samples = 0..n;
+    let n = record.data.times.iter().take_while(|t| **t < end).count();
+    record.data.times.truncate(n);
+    record.data.windows[0].samples = 0..n;
     for (c, noise) in noise.iter().enumerate().take(run.channels()) {
-        record.seen.values.push((0..n).map(|k| run.value(k, c)).collect());
+        record.data.values.push((0..n).map(|k| run.value(k, c)).collect());
         record.weight.push(vec![1.0 / noise; n]);
     }
     nearest(sample, &record, other)

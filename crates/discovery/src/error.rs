@@ -34,7 +34,7 @@ pub enum DiscoveryError {
     },
     /// Too few trajectories to hold some out.
     #[error(
-        "{data}: {found} trajectories with enough samples; at least 2 are needed, because effects are tested on trajectories that the fit does not use"
+        "{data}: number of trajectories with enough samples: {found}; at least 2 are needed, because effects are tested on trajectories that the fit does not use"
     )]
     TooFew {
         /// The data.

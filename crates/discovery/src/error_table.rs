@@ -83,7 +83,7 @@ impl ForecastErrors {
                 excluded.start < piece.samples.end && piece.samples.start < excluded.end
             })
         };
-        let on = |pieces: &[ForecastSpan]| Forecasts {
+        let predict = |pieces: &[ForecastSpan]| Forecasts {
             records: pieces.iter().map(|piece| test.chosen[piece.chosen]).collect(),
             models: [(base, &nominal), (base, &base.theta), (best, &best.theta)]
                 .map(|(fit, theta)| forecast::errors(test, pieces, fit, theta)),
@@ -93,11 +93,11 @@ impl ForecastErrors {
         let ends = horizons.map(|&horizon_s| {
             let pieces: Vec<ForecastSpan> =
                 forecast::horizon(test, horizon_s).into_iter().filter(is_included).collect();
-            on(&pieces)
+            predict(&pieces)
         });
         Self {
             heldout: test.chosen.len(),
-            whole: on(&pieces),
+            whole: predict(&pieces),
             floor: forecast::floor(test, &pieces, best, held, seed),
             ends: ends.collect(),
             pieces,
@@ -156,7 +156,7 @@ impl ForecastErrors {
 
     /// Errors after each horizon that is shorter than the records.
     pub fn horizons(&self, schema: &Schema, seed: u64) -> Vec<Horizon> {
-        let all =
+        let horizons =
             schema.horizons_s.iter().zip(&self.ends).filter(|(_, f)| f.records.len() >= MIN_PREDICTIONS);
         let errors = |f: &Forecasts, i: usize, measure: &Measure| {
             let (unit, scale) = &measure.unit;
@@ -164,17 +164,18 @@ impl ForecastErrors {
             let reduction = f.reduction(i, *scale, seed);
             HorizonErrors { unit: unit.clone(), declared, calibrated, augmented, reduction }
         };
-        all.map(|(&horizon_s, f)| Horizon {
-            horizon_s,
-            forecasts: f.records.len(),
-            errors: schema
-                .measures
-                .iter()
-                .enumerate()
-                .map(|(i, measure)| (measure.name.clone(), errors(f, i, measure)))
-                .collect(),
-        })
-        .collect()
+        horizons
+            .map(|(&horizon_s, f)| Horizon {
+                horizon_s,
+                forecasts: f.records.len(),
+                errors: schema
+                    .measures
+                    .iter()
+                    .enumerate()
+                    .map(|(i, measure)| (measure.name.clone(), errors(f, i, measure)))
+                    .collect(),
+            })
+            .collect()
     }
 }
 

@@ -26,7 +26,7 @@ pub(crate) struct Lanes {
     /// Initial states that are estimated.
     start: Vec<usize>,
     /// Parameters with one value per record.
-    own: Vec<usize>,
+    local: Vec<usize>,
     /// Number of offsets of the events' parameter.
     pub offsets: usize,
 }
@@ -34,31 +34,32 @@ pub(crate) struct Lanes {
 impl Lanes {
     pub fn new(h: &Hypothesis, window: RecordWindow<'_>, extras: &[usize]) -> Self {
         let record = window.record;
-        let (mut theta, mut own) = (Vec::new(), Vec::new());
+        let (mut theta, mut local) = (Vec::new(), Vec::new());
         let mut next = 0;
         for f in &h.free {
             match f.per {
-                Per::Trajectory => own.push(f.index),
+                Per::Trajectory => local.push(f.index),
                 Per::All => theta.push((f.index, next)),
-                Per::Group => theta.push((f.index, next + record.seen.group)),
+                Per::Group => theta.push((f.index, next + record.data.group)),
             }
             next += h.width(f);
         }
         let start: Vec<usize> = h.system.schema().free_states().collect();
         let offsets = match h.scatter.map(|s| s.per) {
             None => 0,
-            Some(ScatterPer::Record) => usize::from(!record.seen.events.is_empty()),
-            Some(ScatterPer::Event) => record.seen.events.len(),
+            Some(ScatterPer::Record) => usize::from(!record.data.events.is_empty()),
+            Some(ScatterPer::Event) => record.data.events.len(),
         };
         let parameters = theta.iter().map(|(index, _)| index).chain(extras).map(|&i| Seed::Parameter(i));
-        let nuisances = start.iter().map(|&i| Seed::Start(i)).chain(own.iter().map(|&i| Seed::Parameter(i)));
+        let nuisances =
+            start.iter().map(|&i| Seed::Start(i)).chain(local.iter().map(|&i| Seed::Parameter(i)));
         let seeds = parameters.chain(nuisances).chain((0..offsets).map(Seed::Offset)).collect();
         Self {
             seeds,
             theta: theta.into_iter().map(|(_, t)| t).collect(),
             extras: extras.len(),
             start,
-            own,
+            local,
             offsets,
         }
     }
@@ -75,7 +76,7 @@ impl Lanes {
 
     /// Number of nuisances: initial states, parameters of the record, offsets.
     pub fn nuisances(&self) -> usize {
-        self.start.len() + self.own.len() + self.offsets
+        self.start.len() + self.local.len() + self.offsets
     }
 
     /// Initial nuisances: the rough initial state, nominal parameters of the record, zero offsets.
@@ -83,7 +84,7 @@ impl Lanes {
         let (record, rough) = (window.record, &window.window.start);
         let mut n: Vec<f64> = self.start.iter().map(|&i| rough.get(i).copied().unwrap_or(0.0)).collect();
         let event = h.system.schema().event.as_ref().map(|e| e.parameter);
-        n.extend(self.own.iter().map(|&i| {
+        n.extend(self.local.iter().map(|&i| {
             let rough = rough_event_value(record);
             if event == Some(i) && rough > 0.0 { rough } else { h.values[i] }
         }));
@@ -93,13 +94,13 @@ impl Lanes {
 
     /// Number of nuisances other than offsets.
     pub fn state_nuisances(&self) -> usize {
-        self.start.len() + self.own.len()
+        self.start.len() + self.local.len()
     }
 }
 
 /// Median of the rough values of the events' parameter in a record; 0 without events.
 pub(crate) fn rough_event_value(record: &Record) -> f64 {
-    median(&mut record.seen.events.iter().map(|e| e.value).collect::<Vec<_>>())
+    median(&mut record.data.events.iter().map(|e| e.value).collect::<Vec<_>>())
 }
 
 /// The values at which a window is simulated.
@@ -115,7 +116,7 @@ pub(crate) struct Point<'a> {
     /// Whether all events of a record share one offset.
     shared: bool,
     /// Prior mean and precision of each parameter of the record; precision 0 without a prior.
-    own_prior: Vec<(f64, f64)>,
+    local_priors: Vec<(f64, f64)>,
 }
 
 impl<'a> Point<'a> {
@@ -129,9 +130,9 @@ impl<'a> Point<'a> {
         theta: &[f64],
         nuisance: &'a [f64],
     ) -> Self {
-        let mut values = h.values_at(theta, record.seen.group);
+        let mut values = h.values_at(theta, record.data.group);
         values.extend(system.parameters().iter().skip(values.len()).map(|p| p.nominal));
-        for (&index, &value) in lanes.own.iter().zip(&nuisance[lanes.start.len()..]) {
+        for (&index, &value) in lanes.local.iter().zip(&nuisance[lanes.start.len()..]) {
             values[index] = value;
         }
         let begins = system.schema().states.iter().map(|state| match state.begin {
@@ -140,7 +141,7 @@ impl<'a> Point<'a> {
         });
         let mut start: Vec<f64> = begins.collect();
         lanes.start.iter().zip(nuisance).for_each(|(&i, &value)| start[i] = value);
-        let own = h.free.iter().filter(|f| f.per == Per::Trajectory);
+        let local = h.free.iter().filter(|f| f.per == Per::Trajectory);
         Self {
             system,
             values,
@@ -148,7 +149,9 @@ impl<'a> Point<'a> {
             nuisance,
             prior: h.scatter.map_or(0.0, |s| s.sd.powi(-2)),
             shared: h.scatter.is_some_and(|s| s.per == ScatterPer::Record),
-            own_prior: own.map(|f| f.prior.map_or((0.0, 0.0), |(mean, sd)| (mean, sd.powi(-2)))).collect(),
+            local_priors: local
+                .map(|f| f.prior.map_or((0.0, 0.0), |(mean, sd)| (mean, sd.powi(-2))))
+                .collect(),
         }
     }
 
@@ -171,7 +174,7 @@ impl<'a> Point<'a> {
             Some(list) if lanes.offsets > 0 => Offsets::Each(&list[..lanes.offsets]),
             _ => Offsets::None,
         };
-        let (record, samples) = (&window.record.seen, window.window.samples.clone());
+        let (record, samples) = (&window.record.data, window.window.samples.clone());
         let (parameters, start) = (&self.values, &self.start);
         Task { parameters, record, window: samples, start, offsets, seeds }
     }
@@ -234,7 +237,7 @@ fn tolerant(q: f64, m: f64) -> (f64, f64) {
 /// Normal equations of one window: `h = J'WJ`, `g = J'Wr`, cost `q` with the priors of the nuisances; W is
 /// the weight of the window.
 #[derive(Clone, Debug)]
-pub(crate) struct Normal {
+pub(crate) struct NormalEquations {
     pub h: Square,
     pub g: Vec<f64>,
     pub q: f64,
@@ -251,7 +254,7 @@ pub(crate) struct Normal {
     pub events: Vec<Event>,
 }
 
-impl Normal {
+impl NormalEquations {
     /// Cost after a change of the lane variables, in the quadratic approximation.
     pub fn predicted_cost(&self, change: &[f64]) -> f64 {
         self.q - self.h.fall(&self.g, change)
@@ -276,7 +279,12 @@ fn with_runs<T>(count: usize, work: impl FnOnce(&mut [Simulated]) -> T) -> T {
 }
 
 /// Simulates a window with all derivatives and forms its normal equations.
-pub(crate) fn normal(point: &Point<'_>, lanes: &Lanes, window: RecordWindow<'_>, correlation: f64) -> Normal {
+pub(crate) fn normal(
+    point: &Point<'_>,
+    lanes: &Lanes,
+    window: RecordWindow<'_>,
+    correlation: f64,
+) -> NormalEquations {
     with_runs(1, |runs| {
         point.simulate(lanes, window, &lanes.seeds, &mut runs[0]);
         summed(point, lanes, window, correlation, &runs[0])
@@ -289,7 +297,7 @@ pub(crate) fn normals(
     lanes: &[Lanes],
     windows: &[RecordWindow<'_>],
     correlation: f64,
-) -> Vec<Normal> {
+) -> Vec<NormalEquations> {
     let seeds: Vec<&[Seed]> = lanes.iter().map(|l| &l.seeds[..]).collect();
     simulated(points, lanes, windows, &seeds, |w, run| {
         summed(&points[w], &lanes[w], windows[w], correlation, run)
@@ -352,7 +360,7 @@ fn summed(
     window: RecordWindow<'_>,
     correlation: f64,
     run: &Simulated,
-) -> Normal {
+) -> NormalEquations {
     // Rows of derivatives are padded to a multiple of four lanes; kernels of fixed width are twice as fast
     // as the general one.
     let sums = match run.width() {
@@ -433,7 +441,7 @@ fn sums_of_any_width(run: &Simulated, window: RecordWindow<'_>, correlation: f64
 fn weighted(run: &Simulated, window: RecordWindow<'_>, c: usize, k: usize, derivatives: &mut [f64]) -> f64 {
     let (w, simulated) = (window.record.weight[c][k], k - window.window.samples.start);
     derivatives.iter_mut().zip(run.slopes(simulated, c)).for_each(|(d, slope)| *d = w * slope);
-    w * (window.record.seen.values[c][k] - run.value(simulated, c))
+    w * (window.record.data.values[c][k] - run.value(simulated, c))
 }
 
 /// Calls `each` with the whitened residual and derivatives of every measured sample of channel `c`.
@@ -456,7 +464,7 @@ fn whitened<D: AsMut<[f64]> + Clone>(
     let mut previous: Option<(usize, f64)> = None;
     for k in window.window.samples.clone().filter(|&k| record.weight[c][k] != 0.0) {
         let plain = residual(k, row);
-        match previous.filter(|p| correlation != 0.0 && record.seen.follows(p.0, k)) {
+        match previous.filter(|p| correlation != 0.0 && record.data.follows(p.0, k)) {
             None => each(plain, row),
             Some((_, before)) => {
                 let rows = row.as_mut().iter().zip(row_before.as_mut().iter());
@@ -478,7 +486,7 @@ fn finish(
     window: RecordWindow<'_>,
     sums: Sums,
     events: Vec<Event>,
-) -> Normal {
+) -> NormalEquations {
     let Sums { mut h, mut g, squares: misfit, terms } = sums;
     let free: f64 = terms - lanes.state_nuisances() as f64;
     let freedom = free.max(1.0);
@@ -493,7 +501,7 @@ fn finish(
         q += precision * offset * offset;
     }
     let q = if q.is_finite() { q } else { f64::INFINITY };
-    Normal { h, g, q, misfit, freedom, weight, softening, events }
+    NormalEquations { h, g, q, misfit, freedom, weight, softening, events }
 }
 
 #[cfg(test)]
@@ -501,7 +509,7 @@ impl Lanes {
     /// Lanes of `count` initial states alone.
     pub fn of_starts(count: usize) -> Self {
         let (seeds, start) = ((0..count).map(Seed::Start).collect(), (0..count).collect());
-        Self { seeds, theta: Vec::new(), extras: 0, start, own: Vec::new(), offsets: 0 }
+        Self { seeds, theta: Vec::new(), extras: 0, start, local: Vec::new(), offsets: 0 }
     }
 }
 
@@ -509,7 +517,7 @@ impl Lanes {
 /// without a prior.
 pub(crate) fn nuisance_priors(point: &Point<'_>, lanes: &Lanes, window: RecordWindow<'_>) -> Vec<(f64, f64)> {
     // A prior of the initial state applies only to the beginning of the motion.
-    let begins = window.window.samples.start == 0 && !window.record.seen.under_way;
+    let begins = window.window.samples.start == 0 && !window.record.data.under_way;
     let states = &point.system.schema().states;
     let start = |&state: &usize| match states[state].begin {
         Begin::Prior(mean, sd) if begins => (mean, sd.powi(-2)),
@@ -517,7 +525,7 @@ pub(crate) fn nuisance_priors(point: &Point<'_>, lanes: &Lanes, window: RecordWi
     };
     let starts = lanes.start.iter().map(start);
     let offsets = (0..lanes.offsets).map(|_| (0.0, point.prior));
-    let known = starts.chain(point.own_prior.iter().copied()).chain(offsets);
+    let known = starts.chain(point.local_priors.iter().copied()).chain(offsets);
     let off = |((mean, precision), value): ((f64, f64), &f64)| {
         if precision > 0.0 { (value - mean, precision) } else { (0.0, 0.0) }
     };

@@ -1,6 +1,6 @@
 //! Standard deviation of the event offsets at a fit.
 
-use crate::evaluate::{Lanes, Normal};
+use crate::evaluate::{Lanes, NormalEquations};
 use crate::hypothesis::Hypothesis;
 
 /// Minimum standard deviation of a scatter, in units of its typical size: from 0 it could not grow.
@@ -19,7 +19,7 @@ pub(crate) struct Spread {
 pub(crate) fn spread_of(
     h: &Hypothesis,
     lanes: &[Lanes],
-    normals: &[Normal],
+    normals: &[NormalEquations],
     nuisance: &[Vec<f64>],
     sd: f64,
 ) -> Spread {

@@ -53,16 +53,16 @@ pub(crate) fn examples(
         let (first, length) = (piece.samples.start, piece.samples.len());
         let step = stride(length);
         let shown = || (0..length).step_by(step);
-        let known = if first == 0 { record.seen.known } else { 1 };
-        let times_s: Vec<f64> = shown().map(|k| record.seen.times[first + k]).collect();
-        let values = best.hypothesis.values_at(&best.theta, record.seen.group);
-        let scene = best.hypothesis.system.scene(&record.seen, &times_s, &values);
+        let known = if first == 0 { record.data.known } else { 1 };
+        let times_s: Vec<f64> = shown().map(|k| record.data.times[first + k]).collect();
+        let values = best.hypothesis.values_at(&best.theta, record.data.group);
+        let scene = best.hypothesis.system.scene(&record.data, &times_s, &values);
         let channels = schema.channels.iter().enumerate().map(|(c, channel)| ExampleChannel {
             column: channel.column.clone(),
             unit: channel.unit.clone(),
             measured: shown()
                 .map(|k| first + k)
-                .map(|k| finite(record.seen.values[c][k]).filter(|_| record.weight[c][k] > 0.0))
+                .map(|k| finite(record.data.values[c][k]).filter(|_| record.weight[c][k] > 0.0))
                 .collect(),
             declared: shown().map(|k| finite(declared[c][k])).collect(),
             augmented: shown().map(|k| finite(augmented[c][k])).collect(),

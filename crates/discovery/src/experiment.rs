@@ -14,9 +14,9 @@ const MAX_RECORDS: f64 = 300.0;
 /// The next experiment, from what is not distinguishable or not explained.
 pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unexplained>) -> String {
     let schema = parts.prepared.data.system.schema();
-    let judgement = &parts.judged.judgement;
-    if let Some(other) = judgement.alternatives.first() {
-        return distinguishing_experiment(parts, &parts.found.tried[*other]);
+    let findings = &parts.judged.findings;
+    if let Some(other) = findings.alternatives.first() {
+        return distinguishing_experiment(parts, &parts.found.sets[*other]);
     }
     let best = parts.best.additions();
     let can_be_set =
@@ -33,7 +33,7 @@ pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unex
             schema.record[0]
         );
     }
-    let drawn = parts.judged.scattered.as_ref().filter(|s| !s.declared).and(schema.drawn.as_ref());
+    let drawn = parts.judged.random_effect.as_ref().filter(|s| !s.declared).and(schema.drawn.as_ref());
     if let (Some(drawn), true) = (drawn, best.is_empty())
         && let Some(text) = &drawn.scatter.confirmed_by
     {
@@ -57,8 +57,8 @@ pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unex
 /// The experiment that distinguishes the result from an equivalent set.
 fn distinguishing_experiment(parts: &AnswerParts<'_>, other: &Scored) -> String {
     let schema = parts.prepared.data.system.schema();
-    let named = &parts.found.tried[parts.judged.judgement.named];
-    let [mine, theirs] = [named, other].map(|s| kinds(s.additions()).join(" + "));
+    let named = &parts.found.sets[parts.judged.findings.named];
+    let [ours, theirs] = [named, other].map(|s| kinds(s.additions()).join(" + "));
     let rule = separate(schema, named.additions(), other.additions());
     let scattered = [named, other].iter().any(|s| s.fit.hypothesis.scatter.is_some());
     let sample = parts.search.sample();
@@ -66,13 +66,13 @@ fn distinguishing_experiment(parts: &AnswerParts<'_>, other: &Scored) -> String 
         // A random effect and a systematic effect are distinguished by many repeats, not by one record.
         _ if scattered => rule,
         s if s.records <= MAX_RECORDS => format!(
-            "{}; {:.0} such records distinguish {mine} from {theirs} with odds of 1000 to 1. In general: {rule}",
+            "{}; {:.0} such records distinguish {ours} from {theirs} with odds of 1000 to 1. In general: {rule}",
             s.design,
             s.records.ceil()
         ),
         s if s.among.is_empty() => rule,
         s => format!(
-            "no {} distinguishes {mine} from {theirs} in fewer than {MAX_RECORDS:.0} records; {rule}",
+            "no {} distinguishes {ours} from {theirs} in fewer than {MAX_RECORDS:.0} records; {rule}",
             s.among
         ),
     }
@@ -97,12 +97,12 @@ fn words(list: &[String]) -> String {
 }
 
 /// The general experiment for two sets, by the kinds in which they differ.
-fn separate(schema: &Schema, mine: &[Addition], other: &[Addition]) -> String {
-    let (mine, other) = (only(mine, other), only(other, mine));
-    match known_separation(&listed(&mine), &listed(&other)) {
+fn separate(schema: &Schema, ours: &[Addition], other: &[Addition]) -> String {
+    let (ours, other) = (only(ours, other), only(other, ours));
+    match known_separation(&listed(&ours), &listed(&other)) {
         Some(text) => text.into(),
         None => {
-            let names: Vec<String> = mine.into_iter().chain(other).map(|(name, _)| name).collect();
+            let names: Vec<String> = ours.into_iter().chain(other).map(|(name, _)| name).collect();
             format!(
                 "repeat over a wider range of {}, in random order: this distinguishes {}",
                 words(&schema.conditions),

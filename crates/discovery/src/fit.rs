@@ -2,7 +2,7 @@
 
 pub(crate) use crate::chosen_records::ChosenRecords;
 use crate::descent::Descent;
-use crate::evaluate::{Lanes, Normal};
+use crate::evaluate::{Lanes, NormalEquations};
 use crate::event_offsets::{Spread, scatter_bounds, spread_of};
 use crate::fit_state::State;
 pub(crate) use crate::fit_state::assembled;
@@ -54,7 +54,7 @@ pub(crate) fn merge_nuisances(parts: &[(&ChosenRecords<'_>, &Fit)]) -> Vec<Vec<f
 }
 
 /// Information matrix of theta, nuisances eliminated.
-fn information(h: &Hypothesis, lanes: &[Lanes], normals: &[Normal]) -> Square {
+fn information(h: &Hypothesis, lanes: &[Lanes], normals: &[NormalEquations]) -> Square {
     let mut s = Square::zero(h.theta_len());
     for (l, normal) in lanes.iter().zip(normals) {
         let (sj, _, _) = eliminate(&normal.h, &normal.g, l.common());
@@ -187,7 +187,7 @@ fn aitken_step(changes: &[f64]) -> f64 {
 
 /// Weight that a quarter of the windows exceed, at most 1: with a missing effect all windows fit badly,
 /// which does not mean that their initial states are wrong.
-fn usual_weight(normals: &[Normal]) -> f64 {
+fn usual_weight(normals: &[NormalEquations]) -> f64 {
     let mut weights: Vec<f64> = normals.iter().map(|n| n.weight).collect();
     weights.sort_by(f64::total_cmp);
     weights.get(weights.len() * 3 / 4).map_or(1.0, |weight| weight.min(1.0))

@@ -1,7 +1,7 @@
 //! State of a fit: shared parameters, nuisances of each window, and the normal equations there.
 
 use crate::chosen_records::ChosenRecords;
-use crate::evaluate::{Lanes, Normal};
+use crate::evaluate::{Lanes, NormalEquations};
 use crate::hypothesis::Hypothesis;
 use crate::nuisance_fit::{NuisanceFit, assemble_windows, finish_nuisance_fits, nuisance_step};
 
@@ -10,7 +10,7 @@ pub(crate) struct State {
     pub theta: Vec<f64>,
     /// Nuisances of each window.
     pub nuisance: Vec<Vec<f64>>,
-    pub normals: Vec<Normal>,
+    pub normals: Vec<NormalEquations>,
     /// Total cost of all windows.
     pub q: f64,
 }
@@ -63,7 +63,7 @@ impl State {
                 };
                 NuisanceFit::after_theta_step(*window, lanes, trial, now, expected)
             });
-        let (normals, nuisance): (Vec<Normal>, Vec<Vec<f64>>) =
+        let (normals, nuisance): (Vec<NormalEquations>, Vec<Vec<f64>>) =
             finish_nuisance_fits(sample, h, &theta, followers.collect()).into_iter().unzip();
         let q = normals.iter().map(|n| n.q).sum();
         Self { theta, nuisance, normals, q }
@@ -77,6 +77,6 @@ pub(crate) fn assembled(
     lanes: &[Lanes],
     theta: &[f64],
     nuisance: &[Vec<f64>],
-) -> Vec<Normal> {
+) -> Vec<NormalEquations> {
     assemble_windows(sample, h, &sample.windows(), lanes, theta, nuisance)
 }

@@ -10,7 +10,7 @@ use crate::record::{Measured, Record, RecordWindow};
 use crate::statistics::{median, quantile};
 use augsim_data::random_stream;
 use augsim_physics::model::Per;
-use augsim_physics::system::Record as Seen;
+use augsim_physics::system::Record as SystemRecord;
 use augsim_physics::system::{Begin, Measure, ScatterPer, Simulated, State, Window, pieces_of, spread};
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
@@ -48,19 +48,19 @@ pub(crate) struct ForecastSpan {
 impl ForecastSpan {
     /// Name: that of the record, with the start time for a part of it.
     pub fn name(&self, record: &Record) -> String {
-        if self.samples == (0..record.seen.times.len()) {
-            return record.seen.id.clone();
+        if self.samples == (0..record.data.times.len()) {
+            return record.data.id.clone();
         }
-        format!("{} from {:.3} s", record.seen.id, record.seen.times[self.samples.start])
+        format!("{} from {:.3} s", record.data.id, record.data.times[self.samples.start])
     }
 }
 
 /// The spans of the error tables: whole records, or the parts that their system defines.
 pub(crate) fn whole(sample: &ChosenRecords<'_>) -> Vec<ForecastSpan> {
     let spans = |(chosen, record): (usize, &Record)| {
-        let whole = 0..record.seen.times.len();
+        let whole = 0..record.data.times.len();
         let ranges =
-            if record.seen.forecasts.is_empty() { vec![whole] } else { record.seen.forecasts.clone() };
+            if record.data.forecasts.is_empty() { vec![whole] } else { record.data.forecasts.clone() };
         ranges.into_iter().map(move |samples| ForecastSpan { chosen, samples, ends: false })
     };
     sample.records().enumerate().flat_map(spans).collect()
@@ -69,7 +69,7 @@ pub(crate) fn whole(sample: &ChosenRecords<'_>) -> Vec<ForecastSpan> {
 /// Spans of `horizon_s`, of which the last sample counts.
 pub(crate) fn horizon(sample: &ChosenRecords<'_>, horizon_s: f64) -> Vec<ForecastSpan> {
     let spans = |(chosen, record): (usize, &Record)| {
-        let ranges = pieces_of(&record.seen.times, horizon_s).into_iter();
+        let ranges = pieces_of(&record.data.times, horizon_s).into_iter();
         ranges.map(move |samples| ForecastSpan { chosen, samples, ends: true })
     };
     sample.records().enumerate().flat_map(spans).collect()
@@ -142,7 +142,7 @@ pub(crate) fn predictor(training: &Fit) -> Hypothesis {
 fn measured_at(data: &Measured, record: &Record, sample: usize) -> Vec<f64> {
     let measured = |state: &State| match state.begin {
         Begin::Measured(channel) => {
-            record.seen.values[channel][sample..].iter().copied().find(|v| v.is_finite()).unwrap_or(0.0)
+            record.data.values[channel][sample..].iter().copied().find(|v| v.is_finite()).unwrap_or(0.0)
         }
         Begin::Fixed(value) | Begin::Prior(value, _) => value,
         Begin::Free => 0.0,
@@ -152,8 +152,8 @@ fn measured_at(data: &Measured, record: &Record, sample: usize) -> Vec<f64> {
 
 /// The samples of a record that a prediction starts from, as a record of one window.
 pub(crate) fn beginning(record: &Record) -> Record {
-    let start = record.seen.windows.first().map_or_else(Vec::new, |w| w.start.clone());
-    cut_to(record, 0..record.seen.known, start)
+    let start = record.data.windows.first().map_or_else(Vec::new, |w| w.start.clone());
+    cut_to(record, 0..record.data.known, start)
 }
 
 /// The samples of a record that a prediction from sample `first` on starts from.
@@ -166,24 +166,24 @@ fn prefix(data: &Measured, record: &Record, first: usize) -> Record {
 
 /// The first samples of a record up to the end of `known`, its one window, with the initial state `start`.
 fn cut_to(record: &Record, known: Range<usize>, start: Vec<f64>) -> Record {
-    let Record { seen, weight, is_tolerance } = record;
+    let Record { data, weight, is_tolerance } = record;
     let until = |channel: &Vec<f64>| channel[..known.end].to_vec();
     Record {
         weight: weight.iter().map(until).collect(),
-        seen: Seen {
-            id: seen.id.clone(),
-            group: seen.group,
-            times: until(&seen.times),
-            values: seen.values.iter().map(until).collect(),
-            inputs: seen.inputs.clone(),
-            covariates: seen.covariates.clone(),
+        data: SystemRecord {
+            id: data.id.clone(),
+            group: data.group,
+            times: until(&data.times),
+            values: data.values.iter().map(until).collect(),
+            inputs: data.inputs.clone(),
+            covariates: data.covariates.clone(),
             windows: vec![Window { samples: known, start }],
             forecasts: Vec::new(),
             pieces: Vec::new(),
             events: Vec::new(),
-            memory_s: seen.memory_s,
-            known: seen.known,
-            under_way: seen.under_way,
+            memory_s: data.memory_s,
+            known: data.known,
+            under_way: data.under_way,
         },
         is_tolerance: *is_tolerance,
     }
@@ -227,7 +227,7 @@ impl FittedStart {
 
     /// Number of samples of the record up to the last known one.
     pub fn known_end(&self) -> usize {
-        self.known.records[0].seen.times.len()
+        self.known.records[0].data.times.len()
     }
 }
 
@@ -243,9 +243,9 @@ pub(crate) fn squares(
     let sums = |measure: &Measure| {
         let (mut s, mut n) = (0.0, 0.0);
         for &c in &measure.channels {
-            let most = MAX_ERROR * spread(std::slice::from_ref(&record.seen), c);
+            let most = MAX_ERROR * spread(std::slice::from_ref(&record.data), c);
             for k in counted.clone().filter(|&k| record.weight[c][k] > 0.0) {
-                let error = record.seen.values[c][k] - run.value(k - first, c);
+                let error = record.data.values[c][k] - run.value(k - first, c);
                 // `f64::min` returns the limit if the error is NaN.
                 s += error.abs().min(most).powi(2);
                 n += 1.0;
@@ -392,11 +392,11 @@ fn replicated(
             if w == 0.0 {
                 continue;
             }
-            let linked = before.is_some_and(|b| record.seen.follows(b, k));
+            let linked = before.is_some_and(|b| record.data.follows(b, k));
             let rho = if linked { sample.correlation } else { 0.0 };
             last = rho * last + (1.0 - rho * rho).sqrt() * normal();
             before = Some(k);
-            copy.seen.values[c][k] = run.value(k - begin, c) + last / w;
+            copy.data.values[c][k] = run.value(k - begin, c) + last / w;
         }
     }
     copy

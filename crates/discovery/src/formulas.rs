@@ -29,7 +29,7 @@ pub(crate) fn search_formulas(
     }
     progress(Progress::Formulas);
     let families = [Family::Described, Family::Grammar];
-    let mut known_sets: Vec<Scored> = searched.found.tried.clone();
+    let mut known_sets: Vec<Scored> = searched.found.sets.clone();
     let base = known_sets.remove(0);
     let mut with_grammar =
         search_in(prepared, searched.view.clone(), &families, base, known_sets, &mut |_| {});
@@ -38,6 +38,6 @@ pub(crate) fn search_formulas(
         let search = crate::search::Search::new(view, families, &prepared.clock);
         crate::judge::named(&search, found)
     };
-    let has_formula = with_grammar.found.tried[named].additions().iter().any(is_formula);
+    let has_formula = with_grammar.found.sets[named].additions().iter().any(is_formula);
     if has_formula { with_grammar } else { searched }
 }

@@ -36,11 +36,11 @@ pub(crate) fn snap_to_frames(
     data: &Dataset,
 ) -> Result<Option<(Dataset, FrameClock)>, DiscoveryError> {
     let count = data.trajectories().len();
-    let some: Vec<usize> = (0..count).step_by(count.div_ceil(MAX_TRAJECTORIES).max(1)).collect();
-    if is_even(data, &some) {
+    let subset: Vec<usize> = (0..count).step_by(count.div_ceil(MAX_TRAJECTORIES).max(1)).collect();
+    if is_even(data, &subset) {
         return Ok(None);
     }
-    let Some(clock) = FrameClock::of(&data.select(&some)).filter(|c| c.jitter_s > MIN_JITTER * c.period_s)
+    let Some(clock) = FrameClock::of(&data.select(&subset)).filter(|c| c.jitter_s > MIN_JITTER * c.period_s)
     else {
         return Ok(None);
     };
@@ -50,8 +50,8 @@ pub(crate) fn snap_to_frames(
 }
 
 /// Whether the samples already lie on a regular clock, with gaps allowed.
-fn is_even(data: &Dataset, some: &[usize]) -> bool {
-    let times = || some.iter().map(|&i| data.trajectories()[i].time_s());
+fn is_even(data: &Dataset, subset: &[usize]) -> bool {
+    let times = || subset.iter().map(|&i| data.trajectories()[i].time_s());
     let mut steps: Vec<f64> = times().flat_map(|t| t.windows(2).map(|w| w[1] - w[0])).collect();
     let median = median(&mut steps);
     steps.iter().all(|step| (step / median - (step / median).round()).abs() < MIN_JITTER)
@@ -78,9 +78,9 @@ fn log_noise_ratio(at_stamps: &Measured, on_frames: &Measured, c: usize) -> Opti
     let mut ratios = Vec::new();
     for (stamps, frames) in at_stamps.records.iter().zip(&on_frames.records) {
         let stretches = |record: &Record| -> Vec<f64> {
-            let (times, values) = (&record.seen.times, &record.seen.values[c]);
-            let each = times.chunks(STRETCH_SAMPLES).zip(values.chunks(STRETCH_SAMPLES));
-            each.filter(|(t, _)| 2 * t.len() >= STRETCH_SAMPLES).map(|(t, v)| rough_noise(t, v)).collect()
+            let (times, values) = (&record.data.times, &record.data.values[c]);
+            let stretch = times.chunks(STRETCH_SAMPLES).zip(values.chunks(STRETCH_SAMPLES));
+            stretch.filter(|(t, _)| 2 * t.len() >= STRETCH_SAMPLES).map(|(t, v)| rough_noise(t, v)).collect()
         };
         let ratio = |(stamps, frames): (f64, f64)| (stamps / frames).ln();
         let both = stretches(stamps).into_iter().zip(stretches(frames));

@@ -39,16 +39,16 @@ impl FreeRuns {
             .enumerate()
             .filter_map(|(index, recording)| {
                 let everything = |_: usize| true;
-                let first = known(&recording.whole.seen, recording.whole.seen.times.len());
+                let first = known(&recording.whole.data, recording.whole.data.times.len());
                 let mut start = whole(data, index, everything);
-                start.seen.known = first;
+                start.data.known = first;
                 let mut judged = whole(data, index, |j| heldout.chosen.contains(&j));
                 judged.weight.iter_mut().for_each(|w| w[..first].fill(0.0));
                 let has_samples = judged.weight.iter().flatten().any(|w| *w > 0.0);
                 has_samples.then(|| Run { beginning: data.with_records(vec![beginning(&start)]), judged })
             })
             .collect();
-        let samples: usize = runs.iter().map(|run| run.judged.seen.times.len()).sum();
+        let samples: usize = runs.iter().map(|run| run.judged.data.times.len()).sum();
         let stride = samples.div_ceil(MAX_SAMPLES).max(1);
         runs = runs.into_iter().step_by(stride).collect();
         (!runs.is_empty()).then_some(Self { runs, correlation: heldout.correlation })
@@ -60,12 +60,12 @@ impl FreeRuns {
         let sums_of_run = |run: &Run| {
             let sample = ChosenRecords { data: &run.beginning, chosen: &[0], correlation: self.correlation };
             let start = fit_nuisance(&sample, &h, &fit.theta, &[]);
-            let (first, everything) = (&run.beginning.records[0], 0..run.judged.seen.times.len());
+            let (first, everything) = (&run.beginning.records[0], 0..run.judged.data.times.len());
             let out = simulate_from(first, &run.judged, everything, &h, &fit.theta, &start.nuisance[0]);
             let in_channel = |c: usize, stretch: &Range<usize>| {
                 let counted = stretch.clone().filter(|&k| run.judged.weight[c][k] > 0.0);
                 counted.fold((0.0, 0.0), |(sum, count), k| {
-                    (sum + (run.judged.seen.values[c][k] - out.value(k, c)).powi(2), count + 1.0)
+                    (sum + (run.judged.data.values[c][k] - out.value(k, c)).powi(2), count + 1.0)
                 })
             };
             let of_stretch = |s: &Range<usize>| (0..out.channels()).map(|c| in_channel(c, s)).collect();
@@ -79,7 +79,7 @@ impl FreeRuns {
 fn stretches(record: &Record) -> Vec<Range<usize>> {
     let has_weight = |k: usize| record.weight.iter().any(|w| w[k] > 0.0);
     let mut found: Vec<Range<usize>> = Vec::new();
-    for k in (0..record.seen.times.len()).filter(|k| has_weight(*k)) {
+    for k in (0..record.data.times.len()).filter(|k| has_weight(*k)) {
         match found.last_mut() {
             Some(last) if last.end == k => last.end = k + 1,
             _ => found.push(k..k + 1),

@@ -115,7 +115,7 @@ pub(crate) fn estimate(data: &mut Measured, smooth_motion: bool) -> Noise {
     let mut masked: Vec<Vec<Vec<bool>>> = data
         .records
         .iter()
-        .map(|r| r.seen.values.iter().map(|c| c.iter().map(|v| !v.is_finite()).collect()).collect())
+        .map(|r| r.data.values.iter().map(|c| c.iter().map(|v| !v.is_finite()).collect()).collect())
         .collect();
     let mut sd = vec![0.0; channels];
     let mut outliers = 0;
@@ -300,14 +300,14 @@ fn record_noise_ratios(arcs: &[Arc], sd: &[f64], records: usize, rho: f64, growt
 /// Variance of each channel about polynomials over segments of `length` samples: the median of up to 400.
 pub(crate) fn polynomial_variance(data: &Measured, length: usize) -> Vec<f64> {
     let channels = data.system.schema().channels.len();
-    let total: usize = data.records.iter().map(|r| r.seen.times.len()).sum();
+    let total: usize = data.records.iter().map(|r| r.data.times.len()).sum();
     let stride = (total / length.max(1)).div_ceil(MAX_SEGMENTS).max(1) * length;
     (0..channels)
         .map(|c| {
             let mut levels = Vec::new();
             for (j, r) in data.records.iter().enumerate() {
-                for first in (0..r.seen.times.len().saturating_sub(length)).step_by(stride) {
-                    let used = (first..first + length).filter(|&k| r.seen.values[c][k].is_finite());
+                for first in (0..r.data.times.len().saturating_sub(length)).step_by(stride) {
+                    let used = (first..first + length).filter(|&k| r.data.values[c][k].is_finite());
                     let arc = Arc::new(r, used.collect(), c, j);
                     levels.extend(arc.map(|a| {
                         let freedom = (a.y.len() - a.basis[0].len()) as f64;
@@ -327,7 +327,7 @@ const MAX_SEGMENTS: usize = 400;
 fn collect_arcs(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
     let mut arcs = Vec::new();
     for (j, r) in data.records.iter().enumerate() {
-        for range in &r.seen.pieces {
+        for range in &r.data.pieces {
             for (channel, masked) in masked[j].iter().enumerate() {
                 let samples: Vec<usize> = range.clone().filter(|&k| !masked[k]).collect();
                 arcs.extend(Arc::new(r, samples, channel, j));
@@ -342,7 +342,7 @@ fn set_weights(data: &mut Measured, arcs: &[Arc], masked: &[Vec<Vec<bool>>], sd:
     let mut speeds: Vec<Vec<Vec<f64>>> = data
         .records
         .iter()
-        .map(|r| r.seen.values.iter().map(|c| vec![f64::NAN; c.len()]).collect())
+        .map(|r| r.data.values.iter().map(|c| vec![f64::NAN; c.len()]).collect())
         .collect();
     for arc in arcs {
         for (&k, v) in arc.place.1.iter().zip(&arc.speed) {
@@ -350,12 +350,12 @@ fn set_weights(data: &mut Measured, arcs: &[Arc], masked: &[Vec<Vec<bool>>], sd:
         }
     }
     for (j, r) in data.records.iter_mut().enumerate() {
-        r.weight = (0..r.seen.values.len())
+        r.weight = (0..r.data.values.len())
             .map(|c| {
                 let known = &speeds[j][c];
                 // Samples near events take the speed of the nearest sample of an arc.
                 let mut last = known.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
-                (0..r.seen.times.len())
+                (0..r.data.times.len())
                     .map(|k| {
                         if known[k].is_finite() {
                             last = known[k];

@@ -6,7 +6,7 @@
 //! window does not depend on the others.
 
 use crate::chosen_records::ChosenRecords;
-use crate::evaluate::{Lanes, Normal, Point, normal, normals};
+use crate::evaluate::{Lanes, NormalEquations, Point, normal, normals};
 use crate::hypothesis::Hypothesis;
 use crate::record::RecordWindow;
 use rayon::prelude::*;
@@ -25,12 +25,12 @@ const MAX_STEPS_AHEAD: usize = 4;
 const PASS_FRACTION: usize = 4;
 
 /// Normal equations of a window, and its nuisances.
-pub(crate) type WindowState = (Normal, Vec<f64>);
+pub(crate) type WindowState = (NormalEquations, Vec<f64>);
 
 /// Nuisances after the Gauss-Newton step that corresponds to a step of theta.
 pub(crate) fn nuisance_step(
     l: &Lanes,
-    normal: &Normal,
+    normal: &NormalEquations,
     now: &[f64],
     theta_step: &[f64],
     damping: f64,
@@ -54,7 +54,7 @@ pub(crate) struct NuisanceFit<'a> {
     lanes: &'a Lanes,
     best: WindowState,
     /// Cost at which the fit stops.
-    enough: f64,
+    target_cost: f64,
     stage: Stage<'a>,
 }
 
@@ -83,12 +83,18 @@ impl<'a> NuisanceFit<'a> {
         now: &'a [f64],
         cost: f64,
     ) -> Self {
-        Self { window, lanes, best: trial, enough: cost, stage: Stage::Shortened(0, now) }
+        Self { window, lanes, best: trial, target_cost: cost, stage: Stage::Shortened(0, now) }
     }
 
     /// A window that minimises its cost from `start`.
     pub fn from_start(window: RecordWindow<'a>, lanes: &'a Lanes, start: WindowState) -> Self {
-        Self { window, lanes, best: start, enough: 0.0, stage: Stage::LevenbergMarquardt(INITIAL_DAMPING, 0) }
+        Self {
+            window,
+            lanes,
+            best: start,
+            target_cost: 0.0,
+            stage: Stage::LevenbergMarquardt(INITIAL_DAMPING, 0),
+        }
     }
 
     /// Nuisances to try next; `None` once the window is done.
@@ -153,11 +159,11 @@ impl<'a> NuisanceFit<'a> {
     }
 
     fn is_at_target(&self) -> bool {
-        self.best.0.q <= self.enough
+        self.best.0.q <= self.target_cost
     }
 
     fn is_near_target(&self) -> bool {
-        self.best.0.q <= self.enough + MAX_EXCESS_COST
+        self.best.0.q <= self.target_cost + MAX_EXCESS_COST
     }
 
     /// Processes the result of a trial.
@@ -188,7 +194,7 @@ pub(crate) fn assemble_windows(
     lanes: &[Lanes],
     theta: &[f64],
     nuisance: &[Vec<f64>],
-) -> Vec<Normal> {
+) -> Vec<NormalEquations> {
     let all_windows = windows.iter().zip(lanes).zip(nuisance);
     let points: Vec<Point<'_>> = all_windows
         .map(|((window, lanes), n)| Point::new(h, &*h.system, lanes, window.record, theta, n))
@@ -280,9 +286,9 @@ mod tests {
 
     /// Normal equations at a start `x` with residual `-atan(5 x)`, for which Gauss-Newton steps from afar
     /// fail.
-    fn normal_at(x: f64) -> Normal {
+    fn normal_at(x: f64) -> NormalEquations {
         let (residual, slope) = (-(5.0 * x).atan(), 5.0 / (1.0 + 25.0 * x * x));
-        Normal {
+        NormalEquations {
             h: Square { n: 1, a: vec![slope * slope] },
             g: vec![slope * residual],
             q: 1e4 * residual * residual,
@@ -296,7 +302,7 @@ mod tests {
 
     #[test]
     fn a_window_with_the_predicted_cost_has_no_step_shortened() {
-        let record = Record { seen: Default::default(), weight: Vec::new(), is_tolerance: false };
+        let record = Record { data: Default::default(), weight: Vec::new(), is_tolerance: false };
         let window = Window { samples: 0..1, start: Vec::new() };
         let window = RecordWindow { record: &record, window: &window };
         let (lanes, now) = (Lanes::of_starts(1), [0.2]);
@@ -310,14 +316,18 @@ mod tests {
     #[test]
     fn a_quadratic_cost_is_predicted_exactly() {
         let cost = |x: f64| 3.0 + (2.0 - x).powi(2);
-        let here =
-            Normal { h: Square { n: 1, a: vec![1.0] }, g: vec![2.0 - 0.5], q: cost(0.5), ..normal_at(0.0) };
+        let here = NormalEquations {
+            h: Square { n: 1, a: vec![1.0] },
+            g: vec![2.0 - 0.5],
+            q: cost(0.5),
+            ..normal_at(0.0)
+        };
         assert!((here.predicted_cost(&[0.7]) - cost(1.2)).abs() < 1e-12);
     }
 
     #[test]
     fn steps_ahead_equal_steps_one_by_one() {
-        let record = Record { seen: Default::default(), weight: Vec::new(), is_tolerance: false };
+        let record = Record { data: Default::default(), weight: Vec::new(), is_tolerance: false };
         let window = Window { samples: 0..1, start: Vec::new() };
         let window = RecordWindow { record: &record, window: &window };
         let lanes = Lanes::of_starts(1);

@@ -58,7 +58,7 @@ fn points(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Point> {
         let offsets = &fit.nuisance[i][lanes.state_nuisances()..];
         // An offset that all events of a record share counts once.
         let events = fit.events[i].iter().take(if shared { 1 } else { usize::MAX });
-        let clock_s = schema.clock.and_then(|c| record.seen.covariate(c)).unwrap_or(0.0);
+        let clock_s = schema.clock.and_then(|c| record.data.covariate(c)).unwrap_or(0.0);
         points.extend(offsets.iter().zip(events).map(|(&x, event)| Point {
             time: event.time_s + clock_s,
             y: [x, x * strength.map_or(1.0, |s| event.feature(s))],

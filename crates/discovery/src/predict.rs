@@ -38,14 +38,14 @@ pub fn foretell(
     options: &ForetellOptions,
 ) -> Result<Foretelling, DiscoveryError> {
     let PreparedRecords { data, noise, .. } = ready(model, data, 1, false)?;
-    let drawn = Redrawn::of(&data);
+    let drawn = VaryingParameters::predictor(&data);
     let h = fixed_hypothesis(&data, drawn.as_ref());
     let theta = h.initial_theta(0.0);
     let spread = spread(&h, &data);
-    let asked = |j: &usize| options.asks_for(&data.records[*j].seen.id);
+    let asked = |j: &usize| options.asks_for(&data.records[*j].data.id);
     let chosen: Vec<usize> = (0..data.records.len()).filter(asked).collect();
     let sample = ChosenRecords { data: &data, chosen: &chosen, correlation: noise.correlation };
-    let of = Predictor {
+    let predictor = Predictor {
         sample: &sample,
         h: &h,
         theta: &theta,
@@ -55,7 +55,7 @@ pub fn foretell(
         options,
     };
     let pieces = forecast::whole(&sample);
-    let done: Vec<(Foretold, Vec<Error>)> = pieces.par_iter().map(|piece| of.one(piece)).collect();
+    let done: Vec<(Foretold, Vec<Error>)> = pieces.par_iter().map(|piece| predictor.one(piece)).collect();
     let (records, each): (Vec<Foretold>, Vec<Vec<Error>>) = done.into_iter().unzip();
     let schema = data.system.schema();
     let clusters: Vec<usize> = pieces.iter().map(|piece| chosen[piece.chosen]).collect();
@@ -84,7 +84,7 @@ pub fn foretell(
 }
 
 /// A random effect per record that the model declares.
-struct Redrawn {
+struct VaryingParameters {
     /// Addition that provides the varying parameters if the declared model has none; without effect at its
     /// nulls.
     through: Option<Addition>,
@@ -96,9 +96,9 @@ struct Redrawn {
     ci95: Option<[f64; 2]>,
 }
 
-impl Redrawn {
+impl VaryingParameters {
     /// The random effect that the model declares; `None` without one.
-    fn of(data: &Measured) -> Option<Self> {
+    fn predictor(data: &Measured) -> Option<Self> {
         let drawn = data.system.schema().drawn.as_ref()?;
         let (sd, ci95) = (drawn.declared?, drawn.declared_ci95);
         if let Some(places) = drawn.places.clone() {
@@ -112,7 +112,7 @@ impl Redrawn {
 
 /// The declared model as a predictor. Parameters of single records have a prior around the values in the
 /// file, as wide as their bounds, because the first samples may not determine them.
-fn fixed_hypothesis(data: &Measured, drawn: Option<&Redrawn>) -> Hypothesis {
+fn fixed_hypothesis(data: &Measured, drawn: Option<&VaryingParameters>) -> Hypothesis {
     let additions: Vec<Addition> = drawn.into_iter().filter_map(|drawn| drawn.through.clone()).collect();
     let mut h = Hypothesis::new(data, &additions);
     for f in h.free.iter_mut().filter(|f| f.per == Per::Trajectory) {
@@ -139,7 +139,7 @@ struct Predictor<'a> {
     theta: &'a [f64],
     /// Standard deviation of each entry of theta.
     spread: &'a [f64],
-    drawn: Option<Redrawn>,
+    drawn: Option<VaryingParameters>,
     /// Standard deviation of the measurement noise by channel.
     noise_sd: &'a [f64],
     options: &'a ForetellOptions,
@@ -156,7 +156,7 @@ impl Predictor<'_> {
         let whole = Window { samples: piece.samples.clone(), start: Vec::new() };
         let run = start.run(&h, theta, record);
         let (channels, known) = (run.channels(), start.known_end() - first);
-        let law = StartLaw::of(&start, &h, theta, self.sample.correlation);
+        let law = StartLaw::predictor(&start, &h, theta, self.sample.correlation);
         let mut draws = Draws::new(channels, samples, options.draws);
         let bounds = h.bounds();
         let mut rng = random_stream(options.seed, "foretell", j as u64 | (first as u64) << 32);
@@ -170,12 +170,12 @@ impl Predictor<'_> {
             let mut lanes = start.lanes.clone();
             if let Some(scatter) = self.h.scatter {
                 lanes.offsets = if scatter.per == ScatterPer::Record { 1 } else { MAX_EVENTS };
-                let sd = drawn_sd(scatter.sd, scatter.ci95, &mut normal);
+                let sd = random_effect_sd(scatter.sd, scatter.ci95, &mut normal);
                 nuisance.extend((0..lanes.offsets).map(|_| sd * normal()));
             }
             let mut point = Point::new(self.h, &*self.h.system, &lanes, record, &drawn, &nuisance);
             if let Some(own) = &self.drawn {
-                let sd = drawn_sd(own.sd, own.ci95, &mut normal);
+                let sd = random_effect_sd(own.sd, own.ci95, &mut normal);
                 let offsets: Vec<f64> = own.places.clone().map(|_| sd * normal()).collect();
                 point = point.moved(own.places.start, &offsets);
             }
@@ -193,7 +193,7 @@ impl Predictor<'_> {
             let measured = piece
                 .samples
                 .clone()
-                .map(|k| if record.weight[c][k] > 0.0 { record.seen.values[c][k] } else { f64::NAN });
+                .map(|k| if record.weight[c][k] > 0.0 { record.data.values[c][k] } else { f64::NAN });
             ForetoldChannel {
                 column: schema.channels[c].column.clone(),
                 measured: measured.collect(),
@@ -203,7 +203,7 @@ impl Predictor<'_> {
             }
         });
         let channels = channels.collect();
-        let times = record.seen.times[piece.samples.clone()].to_vec();
+        let times = record.data.times[piece.samples.clone()].to_vec();
         let foretold = Foretold { id: piece.name(record), times, known, channels };
         (foretold, forecast::squares(data, record, &run, first, first + known..piece.samples.end))
     }
@@ -211,7 +211,7 @@ impl Predictor<'_> {
 
 /// Draws a standard deviation from its 95 % interval: log-normal on each side of its value, as the interval
 /// was computed.
-fn drawn_sd(sd: f64, ci95: Option<[f64; 2]>, normal: &mut impl FnMut() -> f64) -> f64 {
+fn random_effect_sd(sd: f64, ci95: Option<[f64; 2]>, normal: &mut impl FnMut() -> f64) -> f64 {
     let Some([low, high]) = ci95 else { return sd };
     let z = normal();
     // A lower end of 0 means that no scatter fits as well; the upper end then gives the width.
@@ -239,7 +239,7 @@ struct StartLaw<'a> {
 }
 
 impl<'a> StartLaw<'a> {
-    fn of(start: &'a FittedStart, h: &Hypothesis, theta: &[f64], correlation: f64) -> Self {
+    fn predictor(start: &'a FittedStart, h: &Hypothesis, theta: &[f64], correlation: f64) -> Self {
         let FittedStart { known, lanes, nuisance, .. } = start;
         let sample = ChosenRecords { data: known, chosen: &[0], correlation };
         let (lanes_of, starts) = (std::slice::from_ref(lanes), std::slice::from_ref(nuisance));

@@ -16,7 +16,7 @@ use crate::statistics::median;
 use crate::{DiscoveryError, Options};
 use augsim_data::Dataset;
 use augsim_physics::model::unknown_group;
-use augsim_physics::system::{Declaration, Record as Seen, spread};
+use augsim_physics::system::{Declaration, Record as SystemRecord, spread};
 
 /// Data ready for fits.
 #[derive(Clone)]
@@ -43,7 +43,7 @@ impl Prepared {
 
     /// Standard deviation of the deciding measure about its mean, in the unit of its channels.
     pub fn spread(&self) -> f64 {
-        let records: Vec<Seen> = self.data.records.iter().map(|r| r.seen.clone()).collect();
+        let records: Vec<SystemRecord> = self.data.records.iter().map(|r| r.data.clone()).collect();
         let Some(measure) = self.data.system.schema().measures.first() else { return f64::INFINITY };
         let squares: f64 = measure.channels.iter().map(|&channel| spread(&records, channel).powi(2)).sum();
         let count = if measure.length { 1 } else { measure.channels.len().max(1) };
@@ -150,7 +150,7 @@ fn held_out(data: &Measured) -> (Vec<usize>, Vec<usize>) {
     }
     let mut count_in_group = vec![0; data.groups.len()];
     let is_searched = |j: &usize| {
-        let count = &mut count_in_group[data.records[*j].seen.group];
+        let count = &mut count_in_group[data.records[*j].data.group];
         *count += 1;
         // The third of each five is held out: the first and the last record of a session are the least
         // representative.
@@ -175,7 +175,7 @@ pub(crate) fn ready(
     let channels = 0..data.system.schema().channels.len();
     let rough: Vec<f64> = channels
         .map(|c| {
-            let levels = data.records.iter().map(|r| rough_noise(&r.seen.times, &r.seen.values[c]));
+            let levels = data.records.iter().map(|r| rough_noise(&r.data.times, &r.data.values[c]));
             median(&mut levels.collect::<Vec<_>>())
         })
         .collect();
@@ -193,8 +193,8 @@ pub(crate) fn ready(
         ));
         data.records = split_record;
     }
-    data.records.retain_mut(|r| system.prepare(&mut r.seen, &rough).is_ok());
-    if let Some(settled) = system.settled(&data.seen()) {
+    data.records.retain_mut(|r| system.prepare(&mut r.data, &rough).is_ok());
+    if let Some(settled) = system.settled(&data.system_records()) {
         data.system = settled;
     }
     let system = data.system.clone();
@@ -227,10 +227,10 @@ pub(crate) fn ready(
 }
 
 /// The records as the system reads them, with masked samples marked as not measured.
-fn without_outliers(data: &Measured) -> Vec<Seen> {
-    let mut records: Vec<Seen> = data.records.iter().map(|r| r.seen.clone()).collect();
-    for (seen, record) in records.iter_mut().zip(&data.records) {
-        for (values, weights) in seen.values.iter_mut().zip(&record.weight) {
+fn without_outliers(data: &Measured) -> Vec<SystemRecord> {
+    let mut records: Vec<SystemRecord> = data.records.iter().map(|r| r.data.clone()).collect();
+    for (data, record) in records.iter_mut().zip(&data.records) {
+        for (values, weights) in data.values.iter_mut().zip(&record.weight) {
             values.iter_mut().zip(weights).filter(|(_, w)| **w == 0.0).for_each(|(v, _)| *v = f64::NAN);
         }
     }

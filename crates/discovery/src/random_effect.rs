@@ -21,7 +21,7 @@
 //! not distinguishable.
 
 use crate::addition::Addition;
-use crate::evaluate::{Lanes, Normal, Point, normal};
+use crate::evaluate::{Lanes, NormalEquations, Point, normal};
 use crate::fit::{ChosenRecords, Fit, assembled, fit, fit_nuisance};
 use crate::hypothesis::{Free, Hypothesis};
 use crate::linear::{Square, eliminate};
@@ -43,7 +43,7 @@ const MIN_WINDOWS_PER_RECORD: usize = 2;
 
 /// A fit with common values of the parameters that may vary; it includes the mean of the draws.
 #[derive(Debug)]
-pub(crate) struct Shared {
+pub(crate) struct CommonFit {
     drawn: Drawn,
     hypothesis: Hypothesis,
     theta: Vec<f64>,
@@ -61,7 +61,7 @@ struct State {
     /// Deviation of each record's own values from the common ones.
     own: Vec<Vec<f64>>,
     nuisance: Vec<Vec<f64>>,
-    normals: Vec<Normal>,
+    normals: Vec<NormalEquations>,
 }
 
 /// Quadratic approximation of one record about its own values: constant, gradient and curvature at the
@@ -96,12 +96,12 @@ pub(crate) struct Estimated {
 
 impl Estimated {
     /// Normal equations of all windows at the values of their records.
-    pub fn normals(&self) -> &[Normal] {
+    pub fn normals(&self) -> &[NormalEquations] {
         &self.state.normals
     }
 }
 
-impl Shared {
+impl CommonFit {
     /// Fits a set of additions with common values of the parameters that may vary; `None` with too few
     /// records or windows.
     pub fn with(
@@ -184,9 +184,13 @@ impl Shared {
     }
 
     /// Evidence of each window on the entries of theta that do not vary: entry, curvature, gradient.
-    pub fn parts(&self, sample: &ChosenRecords<'_>, normals: &[Normal]) -> Vec<Vec<(usize, f64, f64)>> {
+    pub fn parts(
+        &self,
+        sample: &ChosenRecords<'_>,
+        normals: &[NormalEquations],
+    ) -> Vec<Vec<(usize, f64, f64)>> {
         let p = self.theta.len();
-        let evidence = |(lanes, normal): (&Lanes, &Normal)| {
+        let evidence = |(lanes, normal): (&Lanes, &NormalEquations)| {
             let (s, u) = reduced(lanes, normal, p);
             let others = (0..p).filter(|i| !self.places.contains(i));
             others.map(|i| (i, s.at(i, i), u[i])).collect()
@@ -341,7 +345,7 @@ impl Shared {
                     .collect();
                 self.precision(n, sd, phi).cholesky().solve(&mut new);
                 let prior = |x: &[f64]| phi * x.iter().map(|x| x * x).sum::<f64>() / (sd * sd);
-                let cost = |normals: &[Normal]| normals.iter().map(|n| n.q).sum::<f64>();
+                let cost = |normals: &[NormalEquations]| normals.iter().map(|n| n.q).sum::<f64>();
                 let stay = if is_fixed {
                     (state.nuisance[range.clone()].to_vec(), state.normals[range.clone()].to_vec())
                 } else {
@@ -369,7 +373,7 @@ impl Shared {
 }
 
 /// Curvature and gradient of a window in all of theta, nuisances eliminated.
-fn reduced(lanes: &Lanes, normal: &Normal, p: usize) -> (Square, Vec<f64>) {
+fn reduced(lanes: &Lanes, normal: &NormalEquations, p: usize) -> (Square, Vec<f64>) {
     let (sw, uw, _) = eliminate(&normal.h, &normal.g, lanes.common());
     let (mut s, mut u) = (Square::zero(p), vec![0.0; p]);
     for (a, &i) in lanes.theta.iter().enumerate() {

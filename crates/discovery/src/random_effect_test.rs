@@ -1,7 +1,7 @@
 //! Random effects per record: whether the records support one, and its size.
 
 use crate::fit::{ChosenRecords, Fit};
-use crate::random_effect::{Estimated, Shared};
+use crate::random_effect::{CommonFit, Estimated};
 use crate::result::Estimate;
 use crate::score::Scored;
 use crate::search::{Penalty, Search};
@@ -9,7 +9,7 @@ use augsim_physics::system::Drawn;
 use std::collections::BTreeMap;
 
 /// A random effect that the records support.
-pub(crate) struct Scattered {
+pub(crate) struct RandomEffectEstimate {
     /// Gain, nats.
     pub gain: f64,
     /// Whether the model already declares it.
@@ -25,7 +25,11 @@ fn drawn<'s>(sample: &'s ChosenRecords<'_>) -> Option<&'s Drawn> {
 
 /// The random effect beside a set, if its gain exceeds the penalty or the model declares it; `None` with
 /// too few records or windows.
-pub(crate) fn scattered(search: &Search<'_>, set: &Scored, penalty: Penalty) -> Option<Scattered> {
+pub(crate) fn find_random_effect(
+    search: &Search<'_>,
+    set: &Scored,
+    penalty: Penalty,
+) -> Option<RandomEffectEstimate> {
     let sample = search.sample();
     let drawn = drawn(&sample)?;
     let declared = drawn.declared.is_some();
@@ -35,12 +39,12 @@ pub(crate) fn scattered(search: &Search<'_>, set: &Scored, penalty: Penalty) -> 
         return None;
     }
     let parts = shared.parts(&sample, found.normals());
-    Some(Scattered { gain, declared, parts })
+    Some(RandomEffectEstimate { gain, declared, parts })
 }
 
 /// Fits and estimates the random effect beside the additions of a fit.
-fn estimated(sample: &ChosenRecords<'_>, drawn: &Drawn, fit: &Fit) -> Option<(Shared, Estimated)> {
-    let shared = Shared::with(drawn, sample, fit, &fit.hypothesis.additions)?;
+fn estimated(sample: &ChosenRecords<'_>, drawn: &Drawn, fit: &Fit) -> Option<(CommonFit, Estimated)> {
+    let shared = CommonFit::with(drawn, sample, fit, &fit.hypothesis.additions)?;
     let found = shared.estimate(sample)?;
     Some((shared, found))
 }

@@ -3,14 +3,14 @@
 use crate::DiscoveryError;
 use crate::work_counter::Tally;
 use augsim_data::{Dataset, Trajectory};
-use augsim_physics::system::{Declaration, Record as Seen, Stream, System, Window};
+use augsim_physics::system::{Declaration, Record as SystemRecord, Stream, System, Window};
 use std::sync::Arc;
 
 /// One record with the weights of its samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
     /// Measured values, as the system reads them.
-    pub seen: Seen,
+    pub data: SystemRecord,
     /// `weight[channel][sample]` = 1/σ in the unit of the channel; 0 for samples that are missing or
     /// masked.
     pub weight: Vec<Vec<f64>>,
@@ -28,7 +28,7 @@ pub(crate) struct RecordWindow<'a> {
 impl Record {
     /// Windows of the record, in order.
     pub fn windows(&self) -> impl Iterator<Item = RecordWindow<'_>> {
-        self.seen.windows.iter().map(|window| RecordWindow { record: self, window })
+        self.data.windows.iter().map(|window| RecordWindow { record: self, window })
     }
 }
 
@@ -84,7 +84,7 @@ impl Measured {
             data.trajectories().iter().filter_map(|t| t.group().map(String::from)).collect();
         groups.sort();
         groups.dedup();
-        let mut records: Vec<Seen> = Vec::new();
+        let mut records: Vec<SystemRecord> = Vec::new();
         for t in data.trajectories() {
             let first_value = |column: &str| {
                 let i = data.column_index(column).ok()?;
@@ -95,14 +95,14 @@ impl Measured {
                 channel.period.into_iter().for_each(|period| unwrap(values, period));
             }
             let group = t.group().and_then(|g| groups.iter().position(|x| x == g));
-            records.push(Seen {
+            records.push(SystemRecord {
                 id: t.id().to_string(),
                 group: group.unwrap_or(0),
                 times,
                 values,
                 inputs: inputs.iter().map(|(columns, fresh)| stream(t, columns, *fresh)).collect(),
                 covariates: system.covariates(&first_value),
-                ..Seen::default()
+                ..SystemRecord::default()
             });
         }
         if groups.is_empty() {
@@ -119,7 +119,7 @@ impl Measured {
         }
         let records = records
             .into_iter()
-            .map(|seen| Record { seen, weight: Vec::new(), is_tolerance: false })
+            .map(|data| Record { data, weight: Vec::new(), is_tolerance: false })
             .collect();
         let (recordings, tally) = (Vec::new(), Arc::default());
         Ok(Self { name, system, records, recordings, groups, clock_reference_s, white_share: 1.0, tally })
@@ -131,8 +131,8 @@ impl Measured {
     }
 
     /// The records as the system reads them.
-    pub fn seen(&self) -> Vec<&Seen> {
-        self.records.iter().map(|r| &r.seen).collect()
+    pub fn system_records(&self) -> Vec<&SystemRecord> {
+        self.records.iter().map(|r| &r.data).collect()
     }
 
     /// A data set with other records and the same metadata; it has no whole recordings.

@@ -11,7 +11,7 @@ use crate::finite::all_finite;
 use crate::fit::{Fit, fit_nuisance};
 use crate::forecast;
 use crate::hypothesis::Hypothesis;
-use crate::judge::{Lead as Found, Shortcoming, record_name};
+use crate::judge::{Lead as SearchResult, Shortcoming, record_name};
 use crate::residual_structure::anatomy;
 use crate::result::*;
 use crate::score::Scored;
@@ -89,19 +89,19 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
 /// Fitted sets, each once, by gain minus penalty, with the reason why each is chosen or not.
 fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
     let (found, best) = (parts.found, parts.best);
-    let named = &found.tried[parts.judged.judgement.named];
-    let mut seen: Vec<Vec<String>> = Vec::new();
+    let named = &found.sets[parts.judged.findings.named];
+    let mut known_keys: Vec<Vec<String>> = Vec::new();
     let mut out: Vec<Candidate> = Vec::new();
     // A subset of the best set may have failed to fit; it was compared with nothing.
-    for set in found.tried.iter().chain([best]).filter(|s| !s.additions().is_empty() && s.is_finite()) {
+    for set in found.sets.iter().chain([best]).filter(|s| !s.additions().is_empty() && s.is_finite()) {
         let key = set.key();
-        if seen.contains(&key) {
+        if known_keys.contains(&key) {
             continue;
         }
         let chosen = key == best.key();
-        let gain = set.gain_over(parts.base, set.evidence.memory.independent);
+        let gain = set.gain_over(parts.base, set.evidence.independence.independent);
         let penalty = found.penalty.of_set(set.additions());
-        seen.push(key);
+        known_keys.push(key);
         let why = if chosen {
             "chosen: every effect is significant and selected in at least 90 % of the resamples".to_owned()
         } else if gain < penalty {
@@ -136,18 +136,18 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
 
 /// The set without one of its additions; fitted now if it was not before.
 fn set_without(parts: &AnswerParts<'_>, set: &Scored, number: usize) -> Scored {
-    let rest = without(set.additions(), number);
-    match parts.found.with_key(&labels(&rest)) {
+    let remaining = without(set.additions(), number);
+    match parts.found.with_key(&labels(&remaining)) {
         Some(known) => known.clone(),
-        None => parts.search.refit(&set.fit, &rest, &Vec::new()),
+        None => parts.search.refit(&set.fit, &remaining, &Vec::new()),
     }
 }
 
 /// The effects of the result, in the order of the sentence.
 fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
-    let (best, judgement) = (parts.best, &parts.judged.judgement);
-    let named = &parts.found.tried[judgement.named];
-    let independent = best.evidence.memory.independent;
+    let (best, findings) = (parts.best, &parts.judged.findings);
+    let named = &parts.found.sets[findings.named];
+    let independent = best.evidence.independence.independent;
     let whole = best.gain_over(parts.base, independent);
     let drawn = drawn(parts, whole);
     let several = best.additions().len() + usize::from(drawn.is_some()) > 1;
@@ -156,25 +156,25 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
     let mut out: Vec<FoundEffect> = Vec::new();
     for (n, a) in best.additions().iter().enumerate() {
         let Some(place) = named.additions().iter().position(|other| other == a) else { continue };
-        let rest = set_without(parts, best, n);
+        let remaining = set_without(parts, best, n);
         let lawful = matches!(a, Addition::Effect(..) | Addition::Split(_));
-        let removed = own_error.filter(|_| lawful).map(|own| rmse(&rest.fit) - own);
-        let share = best.gain_over(&rest, independent) / whole;
+        let removed = own_error.filter(|_| lawful).map(|own| rmse(&remaining.fit) - own);
+        let share = best.gain_over(&remaining, independent) / whole;
         let folds = &parts.errors.folds;
         let label = kinds(std::slice::from_ref(a));
         out.push(FoundEffect {
             kind: a.kind().into(),
             stands_for: a.listed().map_or(Vec::new(), |effect| effect.stands_for.clone()),
             parameters: estimates(parts, parts.full, Some(n)),
-            inclusion: judgement.inclusion.get(place).copied(),
-            q_value: judgement.q_values.get(place).copied(),
+            inclusion: findings.inclusion.get(place).copied(),
+            q_value: findings.q_values.get(place).copied(),
             folds: (!folds.is_empty())
                 .then(|| [folds.iter().filter(|f| f.contains(&label[0])).count(), folds.len()]),
             share: if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 },
             formula: a.listed().and_then(|effect| {
                 let grammar = effect.grammar.as_ref()?;
-                let (of, unit) = (grammar.of.name.clone(), grammar.of.unit.clone());
-                Some(FoundFormula { text: effect.formula.clone(), of, unit, range: grammar.range })
+                let (quantity, unit) = (grammar.of.name.clone(), grammar.of.unit.clone());
+                Some(FoundFormula { text: effect.formula.clone(), of: quantity, unit, range: grammar.range })
             }),
             removed: removed.filter(|x| x.is_finite()),
             per: match a {
@@ -194,8 +194,9 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
 /// The random effect per record, if one was found, and its share of the gain; `laws` is the gain of the
 /// other effects.
 fn drawn(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
-    let scattered = parts.judged.scattered.as_ref().filter(|s| !s.declared && parts.judged.doubt.is_none());
-    let (scattered, sd) = scattered.zip(parts.drawn_sd.clone())?;
+    let scattered =
+        parts.judged.random_effect.as_ref().filter(|s| !s.declared && parts.judged.doubt.is_none());
+    let (scattered, sd) = scattered.zip(parts.random_effect_sd.clone())?;
     let schema = parts.prepared.data.system.schema();
     let effect = &schema.drawn.as_ref()?.scatter;
     let share = scattered.gain / (scattered.gain + laws.max(0.0));
@@ -217,7 +218,7 @@ fn drawn(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
 
 /// The leads of the result, each with its reason and the experiment that would confirm it.
 fn leads(parts: &AnswerParts<'_>) -> Vec<Lead> {
-    let lead = |lead: &Found| Lead {
+    let lead = |lead: &SearchResult| Lead {
         kind: kinds(std::slice::from_ref(&lead.addition))[0].clone(),
         inclusion: lead.inclusion,
         chance: lead.chance.filter(|p| p.is_finite()),
@@ -229,16 +230,16 @@ fn leads(parts: &AnswerParts<'_>) -> Vec<Lead> {
         .into(),
         next: confirming_experiment(parts, &lead.addition),
     };
-    parts.judged.judgement.leads.iter().map(lead).collect()
+    parts.judged.findings.leads.iter().map(lead).collect()
 }
 
 /// Names of the entries of theta, with the group in brackets.
 fn axis(h: &Hypothesis, groups: &[String]) -> Vec<String> {
     let mut axis: Vec<String> = Vec::new();
     for (f, (name, _)) in h.free.iter().zip(names(h)) {
-        let of = f.addition.map_or(String::new(), |n| format!("{}.", h.additions[n].kind()));
+        let prefix = f.addition.map_or(String::new(), |n| format!("{}.", h.additions[n].kind()));
         axis.extend((0..h.width(f)).map(|g| {
-            if h.width(f) > 1 { format!("{of}{name}[{}]", groups[g]) } else { format!("{of}{name}") }
+            if h.width(f) > 1 { format!("{prefix}{name}[{}]", groups[g]) } else { format!("{prefix}{name}") }
         }));
     }
     axis
@@ -247,7 +248,7 @@ fn axis(h: &Hypothesis, groups: &[String]) -> Vec<String> {
 impl AnswerParts<'_> {
     /// Gain of the result in the log predictive density of left-out blocks, nats.
     pub fn gain(&self) -> f64 {
-        let gain = self.best.gain_over(self.base, self.best.evidence.memory.independent);
+        let gain = self.best.gain_over(self.base, self.best.evidence.independence.independent);
         if gain.is_finite() { gain } else { 0.0 }
     }
 
@@ -280,17 +281,17 @@ impl AnswerParts<'_> {
 
     /// Residual tests of the result.
     fn tests(&self) -> Tests {
-        let left = &self.judged.left;
+        let tests = &self.judged.residual_tests;
         let schema = self.prepared.data.system.schema();
-        let differs = left.records < crate::search::ALPHA;
-        let outlying = left.outlying.filter(|_| differs).and_then(|n| record_name(self.search, n));
+        let differs = tests.records < crate::search::ALPHA;
+        let outlying = tests.outlying.filter(|_| differs).and_then(|n| record_name(self.search, n));
         Tests {
-            library: left.library,
-            laws: left.has_laws.then_some(left.laws),
-            heterogeneity: left.records,
+            library: tests.library,
+            laws: tests.has_laws.then_some(tests.laws),
+            heterogeneity: tests.records,
             outlying: outlying.map(str::to_owned),
-            periodicity: schema.event.is_some().then_some(left.periodicity),
-            pass: left.is_nothing(),
+            periodicity: schema.event.is_some().then_some(tests.periodicity),
+            pass: tests.is_nothing(),
         }
     }
 
@@ -318,8 +319,12 @@ impl AnswerParts<'_> {
         if !self.limit.is_finite() {
             return None;
         }
-        let on = |set: &Scored| fit_nuisance(self.shown_on, &set.fit.hypothesis, &set.fit.theta, &[]);
-        let sides = [[self.base.fit.clone(), self.best.fit.clone()], [on(self.base), on(self.best)]];
+        let with_nuisances =
+            |set: &Scored| fit_nuisance(self.shown_on, &set.fit.hypothesis, &set.fit.theta, &[]);
+        let sides = [
+            [self.base.fit.clone(), self.best.fit.clone()],
+            [with_nuisances(self.base), with_nuisances(self.best)],
+        ];
         let count = |[base, best]: &[Fit; 2]| {
             left_out(self.limit, [base, best]).into_iter().filter(|out| *out).count()
         };
@@ -340,8 +345,8 @@ impl AnswerParts<'_> {
         let h = &full.fit.hypothesis;
         let mut augmentation = h.augmentation(data, &full.fit.theta, &full.ci95());
         augmentation.scatter_ci95 = full.scatter_ci95();
-        if let Some(sd) = self.drawn_sd.as_ref().filter(|_| self.judged.doubt.is_none()) {
-            let is_declared = self.judged.scattered.as_ref().is_some_and(|s| s.declared);
+        if let Some(sd) = self.random_effect_sd.as_ref().filter(|_| self.judged.doubt.is_none()) {
+            let is_declared = self.judged.random_effect.as_ref().is_some_and(|s| s.declared);
             (augmentation.scatter_sd, augmentation.scatter_ci95) = (Some(sd.value), Some(sd.ci95));
             let drawn = Added::Scatter(ScatterPer::Record, sd.value);
             augmentation.additions.extend((!is_declared).then_some(drawn));
@@ -363,17 +368,17 @@ impl AnswerParts<'_> {
 
 /// Assembles the result. Fails if a number is not finite or the model file cannot be written.
 pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryError> {
-    let (data, judgement) = (&parts.prepared.data, &parts.judged.judgement);
+    let (data, findings) = (&parts.prepared.data, &parts.judged.findings);
     let error = parts.table();
     let found_effects = effects(parts, &error);
     let unexplained = unexplained(parts);
     let alternatives: Vec<Vec<String>> =
-        judgement.alternatives.iter().map(|n| kinds(parts.found.tried[*n].additions())).collect();
+        findings.alternatives.iter().map(|n| kinds(parts.found.sets[*n].additions())).collect();
     let (full, schema) = (parts.full, data.system.schema());
     let correlations = full.correlations();
     let n = correlations.n;
     let matrix = (0..n).map(|i| (0..n).map(|j| correlations.at(i, j)).collect()).collect();
-    let null = judgement.null;
+    let false_positives = findings.false_positives;
     let view = parts.all.sample();
     let found = Discovery {
         schema: SCHEMA.into(),
@@ -385,7 +390,8 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
         next_experiment: next_experiment(parts, &unexplained),
         effects: found_effects,
         leads: leads(parts),
-        null_records: (null.of > 0).then_some(NullRecords { named: null.named, of: null.of }),
+        null_records: (false_positives.runs > 0)
+            .then_some(NullRecords { named: false_positives.named, of: false_positives.runs }),
         calibrated: estimates(parts, parts.base, None),
         parameters: estimates(parts, full, None),
         noise: parts.noise(),
@@ -399,10 +405,10 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
         errors: parts.other_tables(),
         horizons: parts.errors.lists.horizons(schema, parts.seed),
         windows: parts.windows(),
-        independent: Some(full.evidence.memory.independent),
+        independent: Some(full.evidence.independence.independent),
         model_toml: parts.model_toml()?,
         models: parts.models()?,
-        heldout: parts.prepared.held_out.iter().map(|&j| data.records[j].seen.id.clone()).collect(),
+        heldout: parts.prepared.held_out.iter().map(|&j| data.records[j].data.id.clone()).collect(),
         examples: Vec::new(),
         cut_after_s: None,
         work: data.tally.work(),

@@ -44,22 +44,22 @@ pub fn on_a_clock(
     step_s: f64,
 ) -> Result<Vec<Clocked>, DiscoveryError> {
     let PreparedRecords { data, .. } = ready(model, data, 1, false)?;
-    let group = |r: &Record| data.groups.get(r.seen.group).filter(|name| !name.is_empty()).cloned();
+    let group = |r: &Record| data.groups.get(r.data.group).filter(|name| !name.is_empty()).cloned();
     Ok(data.records.iter().filter_map(|r| clocked(r, group(r), step_s)).collect())
 }
 
 /// A record resampled from its first segment to the last one before a segment with too few samples; `None`
 /// without such a segment.
 fn clocked(record: &Record, group: Option<String>, step_s: f64) -> Option<Clocked> {
-    let seen = &record.seen;
-    let channels = seen.values.len();
+    let data = &record.data;
+    let channels = data.values.len();
     let mut curves: Vec<(f64, Vec<Curve>)> = Vec::new();
     let mut ends: Option<[f64; 2]> = None;
     for (until, samples) in stretches(record) {
         let segment_curves: Option<Vec<Curve>> =
             (0..channels).map(|c| Curve::through(record, c, samples.clone())).collect();
         let Some(segment_curves) = segment_curves else { break };
-        let [begin, end] = [samples.start, samples.end - 1].map(|k| seen.times[k]);
+        let [begin, end] = [samples.start, samples.end - 1].map(|k| data.times[k]);
         ends = Some([ends.map_or(begin, |e| e[0]), end]);
         curves.push((until, segment_curves));
     }
@@ -78,21 +78,21 @@ fn clocked(record: &Record, group: Option<String>, step_s: f64) -> Option<Clocke
         values.push(value);
         rates.push(rate);
     }
-    (count >= 2).then(|| Clocked { id: seen.id.clone(), group, times, values, rates })
+    (count >= 2).then(|| Clocked { id: data.id.clone(), group, times, values, rates })
 }
 
 /// Sample ranges of smooth motion, each with the time at which it ends: at an event, or at the end of the
 /// known samples.
 fn stretches(record: &Record) -> Vec<(f64, Range<usize>)> {
-    let seen = &record.seen;
+    let data = &record.data;
     let mut out = Vec::new();
-    for (i, piece) in seen.pieces.iter().enumerate().filter(|(_, piece)| !piece.is_empty()) {
-        let ends = seen.times[piece.end - 1];
-        let until = seen.events.iter().map(|e| e.time).find(|&e| e >= ends).unwrap_or(f64::INFINITY);
-        let cut = seen.known;
+    for (i, piece) in data.pieces.iter().enumerate().filter(|(_, piece)| !piece.is_empty()) {
+        let ends = data.times[piece.end - 1];
+        let until = data.events.iter().map(|e| e.time).find(|&e| e >= ends).unwrap_or(f64::INFINITY);
+        let cut = data.known;
         let far = piece.end.saturating_sub(cut) >= COEFFICIENTS.0 + 2;
         if i == 0 && piece.start < cut && cut < piece.end && far && cut - piece.start >= COEFFICIENTS.0 + 2 {
-            out.push((seen.times[cut], piece.start..cut));
+            out.push((data.times[cut], piece.start..cut));
             out.push((until, cut..piece.end));
         } else {
             out.push((until, piece.clone()));
@@ -111,7 +111,7 @@ struct Curve {
 impl Curve {
     /// Least-squares polynomial through the measured samples of a channel; `None` where they are too few.
     fn through(record: &Record, channel: usize, samples: Range<usize>) -> Option<Self> {
-        let times = &record.seen.times;
+        let times = &record.data.times;
         let chosen: Vec<usize> = samples.filter(|&k| record.weight[channel][k] > 0.0).collect();
         let (&a, &b) = (chosen.first()?, chosen.last()?);
         let most = chosen.len().checked_sub(1)?.min(COEFFICIENTS.1);
@@ -123,7 +123,7 @@ impl Curve {
             let row: Vec<f64> = (0..n).map(|p| u.powi(p as i32)).collect();
             let weight = record.weight[channel][k].powi(2);
             for i in 0..n {
-                g[i] += weight * row[i] * record.seen.values[channel][k];
+                g[i] += weight * row[i] * record.data.values[channel][k];
                 (0..n).for_each(|j| *h.at_mut(i, j) += weight * row[i] * row[j]);
             }
         }
@@ -147,7 +147,7 @@ mod tests {
     //! Contract: between events values and rates are those of the motion; nothing is extrapolated where
     //! nothing was measured.
     use super::*;
-    use augsim_physics::system::{Record as Seen, SeenEvent};
+    use augsim_physics::system::{Record as SystemRecord, SeenEvent};
 
     /// Falls from 1 m, turns at 0.4 s, sampled every 9 to 13 ms; the samples `missing` have no measurement.
     fn record(missing: Range<usize>) -> Record {
@@ -158,15 +158,15 @@ mod tests {
         let times: Vec<f64> = (0..70).map(|k| 0.011 * f64::from(k) + 0.002 * f64::from(k % 2)).collect();
         let split = times.iter().position(|&t| t > turn).expect("it is seen after the turn");
         let weight = (0..70).map(|k| if missing.contains(&k) { 0.0 } else { 1e3 }).collect();
-        let seen = Seen {
+        let data = SystemRecord {
             values: vec![times.iter().map(|&t| place(t)).collect()],
             pieces: vec![0..split, split..70],
             events: vec![SeenEvent { time: turn, value: 1.0 }],
             known: split,
             times,
-            ..Seen::default()
+            ..SystemRecord::default()
         };
-        Record { seen, weight: vec![weight], is_tolerance: false }
+        Record { data, weight: vec![weight], is_tolerance: false }
     }
 
     #[test]

@@ -25,9 +25,9 @@ pub(crate) fn left(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<RecordResiduals
 fn one(sample: &ChosenRecords<'_>, fit: &Fit, i: usize, windows: std::ops::Range<usize>) -> RecordResiduals {
     let h = &fit.hypothesis;
     let record = &sample.data.records[sample.chosen[i]];
-    let blank = vec![f64::NAN; record.seen.times.len()];
+    let blank = vec![f64::NAN; record.data.times.len()];
     let mut out = RecordResiduals {
-        residuals: vec![blank; record.seen.values.len()],
+        residuals: vec![blank; record.data.values.len()],
         events: Vec::new(),
         nuisances: 0,
     };
@@ -38,7 +38,7 @@ fn one(sample: &ChosenRecords<'_>, fit: &Fit, i: usize, windows: std::ops::Range
         let first = window.window.samples.start;
         for (c, residuals) in out.residuals.iter_mut().enumerate() {
             for k in window.window.samples.clone().filter(|&k| record.weight[c][k] != 0.0) {
-                residuals[k] = record.seen.values[c][k] - run.value(k - first, c);
+                residuals[k] = record.data.values[c][k] - run.value(k - first, c);
             }
         }
         out.events.extend(fit.events[w].iter().cloned());

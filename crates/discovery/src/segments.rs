@@ -13,7 +13,7 @@ const MAX_SMOOTH_RATIO: f64 = 1.3;
 /// shortest ones. Returns whether polynomials follow the motion at all: if samples are too sparse, their
 /// residuals are not measurement noise.
 pub(crate) fn find(data: &mut Measured) -> bool {
-    if data.records.iter().any(|r| !r.seen.pieces.is_empty()) {
+    if data.records.iter().any(|r| !r.data.pieces.is_empty()) {
         return true;
     }
     let mut chosen_length = LENGTHS[0];
@@ -34,12 +34,12 @@ pub(crate) fn find(data: &mut Measured) -> bool {
     }
     let is_smooth = chosen_length > LENGTHS[0];
     // Segments must not be longer than half the records, or short records would have none.
-    let longest = data.records.iter().map(|r| r.seen.times.len()).max().unwrap_or(chosen_length);
+    let longest = data.records.iter().map(|r| r.data.times.len()).max().unwrap_or(chosen_length);
     chosen_length = chosen_length.min(longest);
     for record in &mut data.records {
-        let samples = record.seen.times.len();
+        let samples = record.data.times.len();
         let cuts = (0..samples).step_by(chosen_length).map(|a| a..(a + chosen_length).min(samples));
-        record.seen.pieces = cuts.filter(|piece| piece.len() * 2 >= chosen_length).collect();
+        record.data.pieces = cuts.filter(|piece| piece.len() * 2 >= chosen_length).collect();
     }
     is_smooth
 }

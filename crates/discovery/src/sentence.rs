@@ -157,21 +157,21 @@ fn unexplained_structure(parts: &AnswerParts<'_>, unexplained: &Option<Unexplain
             u.target, u.against
         );
     }
-    let left = &parts.judged.left;
+    let tests = &parts.judged.residual_tests;
     let schema = parts.prepared.data.system.schema();
     let level = ALPHA;
-    if left.records < level {
-        let name = left.outlying.and_then(|n| record_name(parts.search, n));
+    if tests.records < level {
+        let name = tests.outlying.and_then(|n| record_name(parts.search, n));
         let most = name.map_or_else(String::new, |name| format!(", `{name}` most"));
         return format!(
             "the {} differ from each other{most}: a quantity that the model treats as constant varies between them",
             schema.record[1]
         );
     }
-    if left.periodicity < level {
+    if tests.periodicity < level {
         return "the differences between events are periodic in time".into();
     }
-    if left.library < level {
+    if tests.library < level {
         return "effects of the library are significant in the residuals, but no set of them predicts left-out blocks better by more \
                 than the scatter over blocks"
             .into();

@@ -1,19 +1,19 @@
 //! Intermediate results of the stages.
 
 use crate::columns::Family;
-use crate::judge::{Judgement, Remainder};
+use crate::judge::{Findings, ResidualTests};
 use crate::prepare::Prepared;
-use crate::random_effect_test::Scattered;
+use crate::random_effect_test::RandomEffectEstimate;
 use crate::records::View;
 use crate::result::Verdict;
 use crate::score::Scored;
-use crate::search::{Found, Search, run};
+use crate::search::{Search, SearchResult, run};
 
 /// A search result with its view of the data and its candidate families.
 pub(crate) struct Searched {
     pub view: View,
     pub families: Vec<Family>,
-    pub found: Found,
+    pub found: SearchResult,
 }
 
 impl Searched {
@@ -24,11 +24,11 @@ impl Searched {
 
 /// Judged search result.
 pub(crate) struct Judged {
-    pub judgement: Judgement,
+    pub findings: Findings,
     /// Index of the final set: the named set, with tabulated laws where there are some.
     pub best: usize,
-    pub scattered: Option<Scattered>,
-    pub left: Remainder,
+    pub random_effect: Option<RandomEffectEstimate>,
+    pub residual_tests: ResidualTests,
     pub verdict: Verdict,
     /// Reason why the data are not from the declared system.
     pub doubt: Option<String>,

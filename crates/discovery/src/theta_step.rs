@@ -1,6 +1,6 @@
 //! Steps of the shared parameters theta, with the nuisances of the windows eliminated.
 
-use crate::evaluate::{Lanes, Normal};
+use crate::evaluate::{Lanes, NormalEquations};
 use crate::fit_state::State;
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
@@ -56,7 +56,7 @@ pub(crate) fn shorter_step(
 pub(crate) fn curvature(
     h: &Hypothesis,
     lanes: &[Lanes],
-    normals: &[Normal],
+    normals: &[NormalEquations],
     damping: f64,
 ) -> (Square, Vec<f64>) {
     let n = h.theta_len();

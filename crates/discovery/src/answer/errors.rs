@@ -13,7 +13,7 @@ use crate::free_runs::{FreeRuns, mean_error};
 use crate::prepare::Prepared;
 use crate::records::View;
 use crate::score::Scored;
-use crate::search::{Found, Search, refit_on, repeat_choice};
+use crate::search::{Search, SearchResult, refit_on, repeat_choice};
 use rayon::prelude::*;
 
 /// Number of cross-validation folds.
@@ -44,11 +44,11 @@ pub(crate) fn errors(
     prepared: &Prepared,
     joined: usize,
     families: &[Family],
-    known: &Found,
+    known: &SearchResult,
     best: usize,
     seed: u64,
 ) -> Errors {
-    let (base, best) = (known.base(), &known.tried[best]);
+    let (base, best) = (known.base(), &known.sets[best]);
     if !prepared.held_out.is_empty() {
         let predicted = predicted(prepared, &prepared.held_out, [&base.fit, &best.fit], seed);
         return Errors { lists: predicted.lists, folds: Vec::new(), free_run: means(&[predicted.free_runs]) };
@@ -62,7 +62,7 @@ pub(crate) fn errors(
         let search = Search::new(&view, families, &prepared.clock);
         let mut found = repeat_choice(&search, start, known);
         let named = crate::judge::named(&search, &mut found);
-        let (calibrated, augmented) = (&found.base().fit, &found.tried[named].fit);
+        let (calibrated, augmented) = (&found.base().fit, &found.sets[named].fit);
         let on_fold = predicted(prepared, fold, [calibrated, augmented], seed);
         Predicted { found: kinds(&augmented.hypothesis.additions), ..on_fold }
     };
@@ -82,7 +82,7 @@ pub(crate) fn errors(
 /// because without it nothing is known about the group.
 fn folds(prepared: &Prepared) -> Vec<Vec<usize>> {
     let data = &prepared.data;
-    let group = |j: usize| data.records[j].seen.group;
+    let group = |j: usize| data.records[j].data.group;
     let of_group = |g: usize| prepared.searched.iter().filter(move |j| group(**j) == g).count();
     let records: Vec<usize> = prepared.searched.iter().copied().filter(|j| of_group(group(*j)) > 1).collect();
     let count = FOLDS.min(records.len());
@@ -117,14 +117,14 @@ fn summed(stretches: Vec<Vec<(f64, f64)>>) -> Vec<(f64, f64)> {
 
 /// Errors of free runs over several parts; `None` if a part has none.
 fn means(parts: &[Option<Sums>]) -> Option<[f64; 2]> {
-    let all: Option<Vec<&Sums>> = parts.iter().map(Option::as_ref).collect();
-    let all = all.filter(|all| !all.is_empty())?;
-    Some([0, 1].map(|model| mean_error(&summed(all.iter().map(|part| part[model].clone()).collect()))))
+    let parts: Option<Vec<&Sums>> = parts.iter().map(Option::as_ref).collect();
+    let parts = parts.filter(|parts| !parts.is_empty())?;
+    Some([0, 1].map(|model| mean_error(&summed(parts.iter().map(|part| part[model].clone()).collect()))))
 }
 
 /// Nuisances of all records, from those of the searched ones.
 pub(crate) fn starts(prepared: &Prepared, set: &Fit) -> Vec<Vec<f64>> {
-    let kept = prepared.sample(&prepared.held_out);
-    let held = fit_nuisance(&kept, &set.hypothesis, &set.theta, &[]);
-    merge_nuisances(&[(&prepared.sample(&prepared.searched), set), (&kept, &held)])
+    let held_out = prepared.sample(&prepared.held_out);
+    let held = fit_nuisance(&held_out, &set.hypothesis, &set.theta, &[]);
+    merge_nuisances(&[(&prepared.sample(&prepared.searched), set), (&held_out, &held)])
 }

@@ -6,7 +6,7 @@ use crate::prepare::Prepared;
 use crate::records::View;
 use crate::result::Estimate;
 use crate::score::Scored;
-use crate::search::{Found, Search};
+use crate::search::{Search, SearchResult};
 use crate::stages::Judged;
 use augsim_physics::system::Declaration;
 
@@ -15,7 +15,7 @@ pub(crate) struct AnswerParts<'a> {
     pub model: &'a dyn Declaration,
     pub prepared: &'a Prepared,
     pub search: &'a Search<'a>,
-    pub found: &'a Found,
+    pub found: &'a SearchResult,
     pub judged: &'a Judged,
     /// The calibrated model, on the searched records.
     pub base: &'a Scored,
@@ -31,7 +31,7 @@ pub(crate) struct AnswerParts<'a> {
     /// Mean squared residual of a window above which it is not predicted.
     pub limit: f64,
     /// Standard deviation of the random effect per record.
-    pub drawn_sd: Option<Estimate>,
+    pub random_effect_sd: Option<Estimate>,
     /// Records on which predictions are shown.
     pub shown_on: &'a ChosenRecords<'a>,
     pub seed: u64,

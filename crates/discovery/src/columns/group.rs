@@ -9,18 +9,18 @@ use std::ops::Range;
 
 /// An addition at one grid point of its shape parameters (widths, thresholds, delays, periods).
 #[derive(Clone, Debug)]
-pub(crate) struct Group {
+pub(crate) struct ColumnGroup {
     pub addition: Addition,
     /// Parameter values at which the columns are computed.
     pub point: Vec<f64>,
     /// Its columns in the problem.
     pub columns: Range<usize>,
-    pub effect: Effect,
+    pub kind: ColumnKind,
 }
 
 /// Kind of a group's columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Effect {
+pub(crate) enum ColumnKind {
     /// Derivatives with respect to its parameters, at their nulls.
     Slopes,
     /// The change of the predictions at a point where the effect acts, and the derivatives with respect to
@@ -32,7 +32,7 @@ pub(crate) enum Effect {
     Fitted,
 }
 
-impl Group {
+impl ColumnGroup {
     /// Whether two groups can be in one set.
     pub fn is_compatible_with(&self, other: &Self) -> bool {
         !self.addition.excludes(&other.addition)
@@ -44,15 +44,15 @@ impl Group {
     pub fn is_feasible(&self, coefficients: &[f64]) -> bool {
         let Addition::Effect(listed, per) = &self.addition else { return true };
         let effect = &listed.effect;
-        match self.effect {
-            Effect::Change => coefficients.first().is_some_and(|c| *c > 0.0),
-            Effect::Split => true,
-            Effect::Slopes | Effect::Fitted
+        match self.kind {
+            ColumnKind::Change => coefficients.first().is_some_and(|c| *c > 0.0),
+            ColumnKind::Split => true,
+            ColumnKind::Slopes | ColumnKind::Fitted
                 if *per == Per::Group || effect.polar == Some(Polar::Direction) =>
             {
                 true
             }
-            Effect::Slopes | Effect::Fitted => {
+            ColumnKind::Slopes | ColumnKind::Fitted => {
                 let amounts = effect.amounts.unwrap_or(usize::MAX);
                 let each = effect.parameters.iter().zip(coefficients).take(amounts);
                 // A null at the edge of the range makes a parameter one-sided.
@@ -73,8 +73,8 @@ impl Group {
             let moved = coefficients.iter().copied().chain(std::iter::repeat(0.0));
             nulls.zip(moved).map(|(v, c)| v + c).collect()
         };
-        match (self.effect, &listed.effect.start) {
-            (Effect::Change, _) => {
+        match (self.kind, &listed.effect.start) {
+            (ColumnKind::Change, _) => {
                 let each = self.point.iter().zip(&coefficients[1..]).zip(&listed.effect.parameters);
                 each.map(|((point, step), p)| (point + step).clamp(p.min, p.max)).collect()
             }

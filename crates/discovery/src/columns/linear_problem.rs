@@ -5,11 +5,11 @@
 //! cross-validated error of any set of candidates follow from the sums of products in microseconds.
 
 use super::candidates::can_join;
-use super::group::{Effect, Group, acting_points, null_points};
+use super::group::{ColumnGroup, ColumnKind, acting_points, null_points};
 use crate::addition::Addition;
 use crate::chosen_records::ChosenRecords;
 use crate::linear::Square;
-use crate::score::{Blocks, Places, Rows, Scored, distances_from_nulls};
+use crate::score::{Blocks, FitWindows, Rows, Scored, distances_from_nulls};
 use augsim_linear::gram_of_rows;
 use augsim_physics::model::Per;
 use augsim_physics::system::Law;
@@ -29,13 +29,13 @@ const ALIAS_COSINE: f64 = 1.0 - 1e-9;
 
 /// Sums of products of one block: `J'J`, `J'r` and `r'r`.
 #[derive(Clone, Debug)]
-pub(crate) struct Sums {
+pub(crate) struct BlockSums {
     pub h: Square,
     pub g: Vec<f64>,
     pub c: f64,
 }
 
-impl Sums {
+impl BlockSums {
     /// Sums of the columns `columns` alone.
     pub fn sub(&self, columns: &[usize]) -> Self {
         Self { h: self.h.sub(columns), g: columns.iter().map(|&c| self.g[c]).collect(), c: self.c }
@@ -55,9 +55,9 @@ impl Sums {
 }
 
 /// Sum over all blocks.
-pub(crate) fn summed(blocks: &[Sums]) -> Sums {
+pub(crate) fn sum_blocks(blocks: &[BlockSums]) -> BlockSums {
     let n = blocks.first().map_or(0, |b| b.g.len());
-    let mut sum = Sums { h: Square::zero(n), g: vec![0.0; n], c: 0.0 };
+    let mut sum = BlockSums { h: Square::zero(n), g: vec![0.0; n], c: 0.0 };
     for block in blocks {
         sum.h.a.iter_mut().zip(&block.h.a).for_each(|(a, x)| *a += x);
         sum.g.iter_mut().zip(&block.g).for_each(|(a, x)| *a += x);
@@ -70,10 +70,10 @@ pub(crate) fn summed(blocks: &[Sums]) -> Sums {
 pub(crate) struct LinearProblem {
     /// Columns of the declared parameters that are not at a bound; every set contains them.
     pub declared: Vec<usize>,
-    pub groups: Vec<Group>,
+    pub groups: Vec<ColumnGroup>,
     /// Numbers of the groups that represent the fitted set.
     pub fitted: Vec<usize>,
-    pub blocks: Vec<Sums>,
+    pub blocks: Vec<BlockSums>,
     /// Number of residuals.
     samples: f64,
     /// Share of them that are independent.
@@ -87,18 +87,18 @@ type Columns = Vec<Vec<f64>>;
 impl LinearProblem {
     /// The problem at a fitted set with the candidates `library`.
     pub fn new(sample: &ChosenRecords<'_>, blocks: &Blocks, set: &Scored, library: &[Addition]) -> Self {
-        let places = Places::new(sample, &set.fit);
+        let places = FitWindows::new(sample, &set.fit);
         let rows = places.rows(blocks);
         let mut builder = ProblemBuilder::new(&places, &rows, set);
         builder.add_slopes(library);
         builder.add_changes(library);
         builder.add_splits(library);
-        builder.finish(blocks.count, set.evidence.memory.independent)
+        builder.finish(blocks.count, set.evidence.independence.independent)
     }
 
     /// Block sums with the residuals that remain after a fit of these columns.
-    pub fn residual_sums(&self, columns: &[usize]) -> Vec<Sums> {
-        let Sums { h, g: mut x, .. } = summed(&self.blocks).sub(columns);
+    pub fn residual_sums(&self, columns: &[usize]) -> Vec<BlockSums> {
+        let BlockSums { h, g: mut x, .. } = sum_blocks(&self.blocks).sub(columns);
         h.cholesky().solve(&mut x);
         let mut coefficients = vec![0.0; self.width];
         columns.iter().zip(x).for_each(|(&c, x)| coefficients[c] = x);
@@ -135,11 +135,11 @@ impl LinearProblem {
 
 /// Builder of a linear problem.
 struct ProblemBuilder<'a> {
-    places: &'a Places<'a>,
+    places: &'a FitWindows<'a>,
     rows: &'a Rows,
     at: &'a Scored,
     declared: Vec<usize>,
-    groups: Vec<Group>,
+    groups: Vec<ColumnGroup>,
     fitted: usize,
     /// Columns so far, as batches: number of columns, and their values by window.
     pieces: Vec<(usize, Columns)>,
@@ -149,7 +149,7 @@ struct ProblemBuilder<'a> {
 }
 
 impl<'a> ProblemBuilder<'a> {
-    fn new(places: &'a Places<'a>, rows: &'a Rows, set: &'a Scored) -> Self {
+    fn new(places: &'a FitWindows<'a>, rows: &'a Rows, set: &'a Scored) -> Self {
         let h = &set.fit.hypothesis;
         let p = h.theta_len();
         let held = crate::score::held(&set.fit);
@@ -161,7 +161,7 @@ impl<'a> ProblemBuilder<'a> {
                 continue;
             }
             let point = set.fit.theta[columns.clone()].to_vec();
-            groups.push(Group { addition: addition.clone(), point, columns, effect: Effect::Fitted });
+            groups.push(ColumnGroup { addition: addition.clone(), point, columns, kind: ColumnKind::Fitted });
         }
         let fitted = groups.len();
         let theta = rows.windows.iter().map(|w| {
@@ -215,12 +215,13 @@ impl<'a> ProblemBuilder<'a> {
             batches.push(batch);
         }
         batches.retain(|b| !b.is_empty());
-        let done: Vec<Vec<(Group, Columns)>> = batches.par_iter().map(|batch| self.slopes(batch)).collect();
+        let done: Vec<Vec<(ColumnGroup, Columns)>> =
+            batches.par_iter().map(|batch| self.slopes(batch)).collect();
         done.into_iter().flatten().for_each(|(group, columns)| self.push(group, columns));
     }
 
     /// Derivatives of one batch of candidates at their nulls.
-    fn slopes(&self, batch: &[(&Addition, Vec<f64>)]) -> Vec<(Group, Columns)> {
+    fn slopes(&self, batch: &[(&Addition, Vec<f64>)]) -> Vec<(ColumnGroup, Columns)> {
         batch.iter().for_each(|_| self.places.sample.data.tally.score());
         let h = &self.at.fit.hypothesis;
         let laws: Vec<Law> = batch.iter().filter_map(|(a, _)| a.law()).collect();
@@ -249,11 +250,11 @@ impl<'a> ProblemBuilder<'a> {
             if by_group {
                 (columns, width) = self.by_group(columns, amplitudes);
             }
-            let group = Group {
+            let group = ColumnGroup {
                 addition: (*addition).clone(),
                 point: point.clone(),
                 columns: 0..width,
-                effect: Effect::Slopes,
+                kind: ColumnKind::Slopes,
             };
             out.push((group, columns));
         }
@@ -264,7 +265,7 @@ impl<'a> ProblemBuilder<'a> {
     fn by_group(&self, columns: Columns, width: usize) -> (Columns, usize) {
         let groups = self.places.sample.data.groups.len();
         let expand = |(w, values): (usize, Vec<f64>)| {
-            let group = self.places.windows[w].record.seen.group;
+            let group = self.places.windows[w].record.data.group;
             let expand_row = |row: &[f64]| {
                 let mut out = vec![0.0; width * groups];
                 row.iter().enumerate().for_each(|(k, x)| out[k * groups + group] = *x);
@@ -295,9 +296,9 @@ impl<'a> ProblemBuilder<'a> {
             });
             let (addition, point) = ((*addition).clone(), point.clone());
             let columns = both.collect();
-            Some((Group { addition, point, columns: 0..1 + count, effect: Effect::Change }, columns))
+            Some((ColumnGroup { addition, point, columns: 0..1 + count, kind: ColumnKind::Change }, columns))
         };
-        let done: Vec<Option<(Group, Columns)>> = list.par_iter().map(change).collect();
+        let done: Vec<Option<(ColumnGroup, Columns)>> = list.par_iter().map(change).collect();
         done.into_iter().flatten().for_each(|(group, columns)| self.push(group, columns));
     }
 
@@ -326,20 +327,21 @@ impl<'a> ProblemBuilder<'a> {
                 .into_iter()
                 .map(|w| w.chunks_exact(groups).flat_map(|row| row[1..].iter().copied()).collect())
                 .collect();
-            let group = Group { addition, point: Vec::new(), columns: 0..groups - 1, effect: Effect::Split };
+            let group =
+                ColumnGroup { addition, point: Vec::new(), columns: 0..groups - 1, kind: ColumnKind::Split };
             self.push(group, columns);
         }
     }
 
     /// Adds the columns of a group, if their values are finite.
-    fn push(&mut self, group: Group, columns: Columns) {
+    fn push(&mut self, group: ColumnGroup, columns: Columns) {
         let count = group.columns.len();
         // Derivatives that grow without bound along a simulation have non-finite squares.
         let squares: f64 = columns.iter().flatten().map(|x| x * x).sum();
         if count == 0 || !(squares > 0.0 && squares < MAX_COLUMN_SQUARES) {
             return;
         }
-        self.groups.push(Group { columns: self.width..self.width + count, ..group });
+        self.groups.push(ColumnGroup { columns: self.width..self.width + count, ..group });
         self.pieces.push((count, columns));
         self.width += count;
     }
@@ -361,9 +363,9 @@ impl<'a> ProblemBuilder<'a> {
             let mut h = Square::zero(n);
             (0..n).for_each(|i| h.a[i * n..][..n].copy_from_slice(&sums[i * (n + 1)..][..n]));
             let g = (0..n).map(|i| sums[i * (n + 1) + n]).collect();
-            Sums { h, g, c: sums[n * (n + 1) + n] }
+            BlockSums { h, g, c: sums[n * (n + 1) + n] }
         };
-        let sums: Vec<Sums> = (0..blocks).into_par_iter().map(sums_of).collect();
+        let sums: Vec<BlockSums> = (0..blocks).into_par_iter().map(sums_of).collect();
         let samples = self.rows.windows.iter().map(|w| w.places.len() - w.priors).sum::<usize>() as f64;
         let fitted = (0..self.fitted).collect();
         let mut problem = LinearProblem {
@@ -427,7 +429,7 @@ impl<'a> ProblemBuilder<'a> {
                 self.groups.push(group);
             } else if kept.binary_search(&g).is_ok() {
                 let count = group.columns.len();
-                self.groups.push(Group { columns: next..next + count, ..group });
+                self.groups.push(ColumnGroup { columns: next..next + count, ..group });
                 self.pieces.extend(pieces[1 + g - self.fitted].take());
                 next += count;
             }
@@ -468,7 +470,7 @@ impl<'a> ProblemBuilder<'a> {
 impl LinearProblem {
     /// Drops single columns that repeat an earlier one: the same effect under another name.
     fn drop_aliases(&mut self) {
-        let sum = summed(&self.blocks);
+        let sum = sum_blocks(&self.blocks);
         let size = |c: usize| sum.h.at(c, c).sqrt();
         let single: Vec<(usize, usize)> = (0..self.groups.len())
             .filter(|g| self.groups[*g].columns.len() == 1)

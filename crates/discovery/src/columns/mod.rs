@@ -6,4 +6,4 @@ mod linear_problem;
 
 pub(crate) use candidates::{Family, can_join, laws, library};
 pub(crate) use group::probe;
-pub(crate) use linear_problem::{LinearProblem, MIN_INDEPENDENT_SHARE, Sums, summed};
+pub(crate) use linear_problem::{BlockSums, LinearProblem, MIN_INDEPENDENT_SHARE, sum_blocks};

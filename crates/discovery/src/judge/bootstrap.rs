@@ -7,7 +7,7 @@
 //! and Miller 2008), which preserves their size and autocorrelation.
 
 use crate::columns::LinearProblem;
-use crate::search::{Found, Search, is_significant, select_for};
+use crate::search::{Search, SearchResult, is_significant, select_for};
 use augsim_data::random_stream;
 use rand::RngExt;
 use rand_distr::{Distribution, Exp1};
@@ -56,18 +56,18 @@ impl Resamples {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct FalsePositives {
     pub named: usize,
-    pub of: usize,
+    pub runs: usize,
 }
 
 /// Repeats the choice among all fitted sets under random block weights.
-pub(crate) fn resamples(found: &Found, seed: u64) -> Resamples {
+pub(crate) fn resamples(found: &SearchResult, seed: u64) -> Resamples {
     let (best, base) = (found.best(), found.base());
-    let independent = best.evidence.memory.independent;
+    let independent = best.evidence.independence.independent;
     let sets: Vec<(Vec<String>, Vec<f64>, f64)> = found
-        .tried
+        .sets
         .iter()
         .map(|s| {
-            let scale = independent / s.evidence.memory.independent;
+            let scale = independent / s.evidence.independence.independent;
             let gains = s.evidence.gains_over(&base.evidence).into_iter().map(|g| scale * g);
             let penalty =
                 s.additions().iter().map(|addition| resample_penalty(found.penalty.of(addition))).sum();
@@ -113,5 +113,5 @@ pub(crate) fn false_positive_rate(
         !best.chosen.groups.is_empty() && is_significant(problem, &best, search)
     };
     let named = (0..runs).into_par_iter().filter(|run| has_false_finding(*run)).count();
-    FalsePositives { named, of: runs }
+    FalsePositives { named, runs: runs }
 }

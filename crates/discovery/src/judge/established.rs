@@ -4,7 +4,7 @@ use super::bootstrap::{FalsePositives, Resamples, false_positive_rate, resamples
 use crate::addition::{Addition, labels};
 use crate::columns::LinearProblem;
 use crate::score::Scored;
-use crate::search::{Found, Search, p_values_beside};
+use crate::search::{Search, SearchResult, p_values_beside};
 
 /// Minimum share of resamples in which a finding, or an equivalent one, must be selected. The penalty in
 /// resamples is reduced so that a finding at the limit of the search reaches this share.
@@ -35,7 +35,7 @@ pub(crate) struct Lead {
 }
 
 /// Judged findings of a search.
-pub(crate) struct Judgement {
+pub(crate) struct Findings {
     /// Index of the established set among the fitted sets.
     pub named: usize,
     /// p-value of each of its additions.
@@ -48,11 +48,11 @@ pub(crate) struct Judgement {
     /// Other equivalent sets.
     pub alternatives: Vec<usize>,
     pub leads: Vec<Lead>,
-    pub null: FalsePositives,
+    pub false_positives: FalsePositives,
 }
 
 /// Judges the findings of a search.
-pub(crate) fn judged(search: &Search<'_>, found: &mut Found, seed: u64, null_runs: usize) -> Judgement {
+pub(crate) fn judged(search: &Search<'_>, found: &mut SearchResult, seed: u64, null_runs: usize) -> Findings {
     let best = found.best().clone();
     let sample = search.sample();
     let problem = LinearProblem::new(&sample, &search.view.blocks, &best, &search.library);
@@ -61,7 +61,7 @@ pub(crate) fn judged(search: &Search<'_>, found: &mut Found, seed: u64, null_run
     // A finding that is selected in too few resamples is dropped, and the remaining set is judged again.
     let (alternatives, inclusion) = loop {
         let alternatives = alternatives(search, found, named);
-        let set = &found.tried[named];
+        let set = &found.sets[named];
         let inclusion: Vec<f64> = set
             .additions()
             .iter()
@@ -77,54 +77,54 @@ pub(crate) fn judged(search: &Search<'_>, found: &mut Found, seed: u64, null_run
             None => break (alternatives, inclusion),
         }
     };
-    let p_values = found.p_values(&found.tried[named]);
+    let p_values = found.p_values(&found.sets[named]);
     let q_values = q_values(&problem, found, named, &p_values, search.candidates);
     let leads = leads(found, named, &resampled, &alternatives);
-    let null = false_positive_rate(search, &problem, null_runs, seed);
-    Judgement { named, p_values, q_values, inclusion, alternatives, leads, null }
+    let false_positives = false_positive_rate(search, &problem, null_runs, seed);
+    Findings { named, p_values, q_values, inclusion, alternatives, leads, false_positives }
 }
 
 /// Index of the set to name before resampling: the significant part of the best set, or a simpler
 /// equivalent one.
-pub(crate) fn named(search: &Search<'_>, found: &mut Found) -> usize {
+pub(crate) fn named(search: &Search<'_>, found: &mut SearchResult) -> usize {
     let best = found.significant(search, found.best);
     simplest(search, found, best)
 }
 
 /// The smallest significant set that is equivalent to `best` (the one-standard-error rule of Breiman et al.
 /// 1984, with two); among equal sizes the best.
-fn simplest(search: &Search<'_>, found: &Found, best: usize) -> usize {
-    let set = &found.tried[best];
+fn simplest(search: &Search<'_>, found: &SearchResult, best: usize) -> usize {
+    let set = &found.sets[best];
     // Subsets were already rejected by the significance of what they lack.
     let is_part = |other: &Scored| other.additions().iter().all(|a| set.additions().contains(a));
     let is_eligible = |n: &usize| {
-        let other = &found.tried[*n];
+        let other = &found.sets[*n];
         other.additions().len() < set.additions().len()
             && !is_part(other)
             && is_equivalent(found, other, set)
             && found.is_significant(search, other)
             && found.margin(other, found.base()) >= 0.0
     };
-    let eligible = (0..found.tried.len()).filter(is_eligible);
-    let rank = |n: &usize| (found.tried[*n].additions().len(), -found.margin(&found.tried[*n], set));
+    let eligible = (0..found.sets.len()).filter(is_eligible);
+    let rank = |n: &usize| (found.sets[*n].additions().len(), -found.margin(&found.sets[*n], set));
     eligible.min_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal)).unwrap_or(best)
 }
 
 /// Whether `other` predicts left-out blocks as well as `set`, within two standard errors: that of the gain
 /// over blocks, and at least sqrt(2 G) of a log likelihood ratio G, whose variance is twice its mean.
-fn is_equivalent(found: &Found, other: &Scored, set: &Scored) -> bool {
+fn is_equivalent(found: &SearchResult, other: &Scored, set: &Scored) -> bool {
     let margin = found.margin(set, other);
     let error = set.evidence.gain_standard_error(&other.evidence).max((2.0 * margin.max(0.0)).sqrt());
     margin < EQUIVALENT_ERRORS * error
 }
 
 /// Other equivalent significant sets with no more additions.
-fn alternatives(search: &Search<'_>, found: &Found, named: usize) -> Vec<usize> {
-    let set = &found.tried[named];
+fn alternatives(search: &Search<'_>, found: &SearchResult, named: usize) -> Vec<usize> {
+    let set = &found.sets[named];
     let named_key = labels(set.additions());
     let mut keys = vec![named_key.clone()];
     let mut out: Vec<usize> = Vec::new();
-    for (n, other) in found.tried.iter().enumerate() {
+    for (n, other) in found.sets.iter().enumerate() {
         let key = other.key();
         let is_other = !key.is_empty()
             && key.len() <= named_key.len()
@@ -136,7 +136,7 @@ fn alternatives(search: &Search<'_>, found: &Found, named: usize) -> Vec<usize> 
         }
     }
     out.sort_by(|a, b| {
-        found.margin(&found.tried[*b], set).total_cmp(&found.margin(&found.tried[*a], set)).then(a.cmp(b))
+        found.margin(&found.sets[*b], set).total_cmp(&found.margin(&found.sets[*a], set)).then(a.cmp(b))
     });
     out
 }
@@ -146,13 +146,13 @@ fn alternatives(search: &Search<'_>, found: &Found, named: usize) -> Vec<usize> 
 fn inclusion_share(
     resampled: &Resamples,
     addition: &Addition,
-    found: &Found,
+    found: &SearchResult,
     named: usize,
     alternatives: &[usize],
 ) -> f64 {
-    let named_key = labels(found.tried[named].additions());
-    let others = alternatives.iter().flat_map(|n| found.tried[*n].key()).filter(|k| !named_key.contains(k));
-    let tried = found.tried.iter().flat_map(|set| set.additions());
+    let named_key = labels(found.sets[named].additions());
+    let others = alternatives.iter().flat_map(|n| found.sets[*n].key()).filter(|k| !named_key.contains(k));
+    let tried = found.sets.iter().flat_map(|set| set.additions());
     let forms = tried.filter(|other| addition.is_variant_of(other)).map(Addition::label);
     let equivalent: Vec<String> = others.chain(forms).chain([addition.label()]).collect();
     resampled.share(|labels| labels.iter().any(|l| equivalent.contains(l)))
@@ -161,12 +161,12 @@ fn inclusion_share(
 /// q-values of the additions of the named set among all candidates.
 fn q_values(
     problem: &LinearProblem,
-    found: &Found,
+    found: &SearchResult,
     named: usize,
     named_p: &[f64],
     candidates: f64,
 ) -> Vec<f64> {
-    let set = found.tried[named].additions();
+    let set = found.sets[named].additions();
     let fitted: Vec<usize> =
         problem.fitted.iter().copied().filter(|g| set.contains(&problem.groups[*g].addition)).collect();
     let mut p_values = p_values_beside(problem, &fitted);
@@ -184,9 +184,9 @@ fn q_values(
 
 /// Leads: additions of the best set that the named set lacks, and others that a third of the resamples
 /// select.
-fn leads(found: &Found, named: usize, resampled: &Resamples, alternatives: &[usize]) -> Vec<Lead> {
-    let (set, best) = (&found.tried[named], found.best());
-    let of_alternatives: Vec<String> = alternatives.iter().flat_map(|n| found.tried[*n].key()).collect();
+fn leads(found: &SearchResult, named: usize, resampled: &Resamples, alternatives: &[usize]) -> Vec<Lead> {
+    let (set, best) = (&found.sets[named], found.best());
+    let of_alternatives: Vec<String> = alternatives.iter().flat_map(|n| found.sets[*n].key()).collect();
     let mut out: Vec<Lead> = Vec::new();
     let p_values = found.p_values(best);
     for (addition, chance) in best.additions().iter().zip(p_values) {
@@ -197,7 +197,7 @@ fn leads(found: &Found, named: usize, resampled: &Resamples, alternatives: &[usi
             out.push(Lead { addition: addition.clone(), inclusion, chance: Some(chance), short });
         }
     }
-    let listed = found.tried.iter().flat_map(|s| s.additions()).collect::<Vec<_>>();
+    let listed = found.sets.iter().flat_map(|s| s.additions()).collect::<Vec<_>>();
     let shares = resampled.selected().into_iter().map(|label| (label, resampled.share_of(label)));
     for (label, inclusion) in shares.filter(|(_, share)| *share >= MIN_LEAD_INCLUSION) {
         let is_known = set.key().contains(label)

@@ -5,10 +5,12 @@ use crate::addition::Addition;
 use crate::columns::{LinearProblem, laws};
 use crate::grammar::is_formula;
 use crate::periodicity;
-use crate::random_effect_test::Scattered;
+use crate::random_effect_test::RandomEffectEstimate;
 use crate::record::Record;
 use crate::score::Scored;
-use crate::search::{ALPHA, Found, InitialValues, Penalty, Search, differences, p_values_beside, select};
+use crate::search::{
+    ALPHA, InitialValues, Penalty, Search, SearchResult, differences, p_values_beside, select,
+};
 use crate::statistics::{chi2_tail, median};
 use rayon::prelude::*;
 
@@ -18,7 +20,7 @@ const MAX_TABLES: usize = 3;
 const MAX_REFITTED_TABLES: usize = 2;
 
 /// p-values of the residual tests.
-pub(crate) struct Remainder {
+pub(crate) struct ResidualTests {
     /// p-value of the best remaining library candidate, times the number of candidates.
     pub library: f64,
     /// The same for the best tabulated effect.
@@ -34,7 +36,7 @@ pub(crate) struct Remainder {
     pub periodicity: f64,
 }
 
-impl Remainder {
+impl ResidualTests {
     /// Whether no test is significant (p-value 0.001).
     pub fn is_nothing(&self) -> bool {
         [self.library, self.laws, self.records, self.periodicity].iter().all(|p| *p > ALPHA / 10.0)
@@ -43,12 +45,12 @@ impl Remainder {
 
 /// Tests the residuals of a set. With a random effect per record, the records are compared at their own
 /// values `own`.
-pub(crate) fn remainder(
+pub(crate) fn test_residuals(
     search: &Search<'_>,
     set: &Scored,
-    random_effect: Option<&Scattered>,
+    random_effect: Option<&RandomEffectEstimate>,
     with_table: Option<f64>,
-) -> Remainder {
+) -> ResidualTests {
     let sample = search.sample();
     let problem = LinearProblem::new(&sample, &search.view.blocks, set, &search.library);
     let tested = p_values_beside(&problem, &problem.fitted);
@@ -62,7 +64,7 @@ pub(crate) fn remainder(
         Some(_) => periodicity::p_value(&sample, &set.fit),
         None => 1.0,
     };
-    Remainder {
+    ResidualTests {
         library: (best * tested.len() as f64).min(1.0),
         laws: with_table.unwrap_or(1.0),
         has_laws: !search.system().schema().targets.is_empty(),
@@ -101,14 +103,14 @@ fn record_differences_test(
 /// variance (at least 1), divided by the independent share.
 fn level(set: &Scored) -> f64 {
     let mut ratios: Vec<f64> = set.fit.misfits.iter().map(|[misfit, freedom]| misfit / freedom).collect();
-    median(&mut ratios).max(1.0) / set.evidence.memory.min_independent_share
+    median(&mut ratios).max(1.0) / set.evidence.independence.min_independent_share
 }
 
 /// Adds tabulated effects to the named set while their gain exceeds the penalty and is significant. Returns
 /// the index of the extended set and the p-value of the first table; `None` where no table qualifies.
-pub(crate) fn tabulated(search: &Search<'_>, found: &mut Found, named: usize) -> Option<(usize, f64)> {
+pub(crate) fn tabulated(search: &Search<'_>, found: &mut SearchResult, named: usize) -> Option<(usize, f64)> {
     let mut starts = vec![named];
-    let set = found.tried[named].clone();
+    let set = found.sets[named].clone();
     let is_library_effect = |a: &&Addition| !matches!(a, Addition::Scatter(_)) && !is_formula(a);
     let library_effects: Vec<Addition> = set.additions().iter().filter(is_library_effect).cloned().collect();
     if library_effects.len() < set.additions().len() {
@@ -126,7 +128,7 @@ pub(crate) fn tabulated(search: &Search<'_>, found: &mut Found, named: usize) ->
         }
         let best_so_far = best.map_or(named, |(best, _)| best);
         if let Some(p_value) =
-            first_p.filter(|_| found.margin(&found.tried[current], &found.tried[best_so_far]) > 0.0)
+            first_p.filter(|_| found.margin(&found.sets[current], &found.sets[best_so_far]) > 0.0)
         {
             best = Some((current, p_value));
         }
@@ -135,8 +137,8 @@ pub(crate) fn tabulated(search: &Search<'_>, found: &mut Found, named: usize) ->
 }
 
 /// Adds the best tabulated effect to a set, if its gain exceeds the penalty and is significant over blocks.
-fn add_table(search: &Search<'_>, found: &mut Found, from: usize) -> Option<(usize, f64)> {
-    let set = found.tried[from].clone();
+fn add_table(search: &Search<'_>, found: &mut SearchResult, from: usize) -> Option<(usize, f64)> {
+    let set = found.sets[from].clone();
     let sample = search.sample();
     let tables = laws(sample.data, &set.fit.events);
     if tables.is_empty() {
@@ -145,7 +147,7 @@ fn add_table(search: &Search<'_>, found: &mut Found, from: usize) -> Option<(usi
     let problem = LinearProblem::new(&sample, &search.view.blocks, &set, &tables);
     let penalty = Penalty(((search.candidates + tables.len() as f64) / ALPHA).ln());
     let selected = select(&problem, penalty).into_iter();
-    let adds_one = |c: &crate::search::Chosen| {
+    let adds_one = |c: &crate::search::LinearSet| {
         c.groups.len() == problem.fitted.len() + 1 && problem.fitted.iter().all(|g| c.groups.contains(g))
     };
     let trials: Vec<Addition> = selected
@@ -166,20 +168,20 @@ fn add_table(search: &Search<'_>, found: &mut Found, from: usize) -> Option<(usi
         })
         .filter(Scored::is_finite)
         .collect();
-    let gain = |s: &Scored| s.gain_over(&set, s.evidence.memory.independent) - penalty.0;
+    let gain = |s: &Scored| s.gain_over(&set, s.evidence.independence.independent) - penalty.0;
     let best = fitted.into_iter().max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
     let p_value = best.evidence.p_value_of_gain(&set.evidence);
     if gain(&best) <= 0.0 || p_value > ALPHA / tables.len() as f64 {
         return None;
     }
-    found.tried.push(best);
-    Some((found.tried.len() - 1, p_value))
+    found.sets.push(best);
+    Some((found.sets.len() - 1, p_value))
 }
 
 /// Name of a searched record.
 pub(crate) fn record_name<'s>(search: &Search<'s>, number: usize) -> Option<&'s str> {
     search.sample().chosen.get(number).map(|&j| {
         let record: &Record = &search.sample().data.records[j];
-        record.seen.id.as_str()
+        record.data.id.as_str()
     })
 }

@@ -1,6 +1,6 @@
 //! The verdict, and the tests whether the data are from the declared system.
 
-use super::Remainder;
+use super::ResidualTests;
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
 use crate::prepare::Prepared;
@@ -19,7 +19,7 @@ pub(crate) enum Doubt {
 }
 
 /// Verdict from whether effects are named, whether a tabulated effect was found, and the residual tests.
-pub(crate) fn verdict(is_named: bool, has_table: bool, left: &Remainder) -> Verdict {
+pub(crate) fn verdict(is_named: bool, has_table: bool, left: &ResidualTests) -> Verdict {
     match (is_named, has_table || !left.is_nothing()) {
         (true, false) => Verdict::Explained,
         (true, true) => Verdict::PartlyExplained,
@@ -31,7 +31,7 @@ pub(crate) fn verdict(is_named: bool, has_table: bool, left: &Remainder) -> Verd
 /// Reason why the data are not from the declared system, checked before any fit.
 pub(crate) fn doubt_from_data(prepared: &Prepared) -> Option<String> {
     let data = &prepared.data;
-    data.system.unlike(&data.seen(), &prepared.noise.sd).map(|objection| objection.to_string())
+    data.system.unlike(&data.system_records(), &prepared.noise.sd).map(|objection| objection.to_string())
 }
 
 /// Values of all parameters of the system after a fit; groupwise values as their mean.
@@ -57,7 +57,7 @@ pub(crate) fn doubt_from_values(fit: &Fit) -> Option<Doubt> {
     }
     let (name, bound) = at_bound(h, &fit.theta)?;
     Some(Doubt::NotThisSystem(format!(
-        "the fitted value of `{name}` is at its bound {bound}: if larger values are possible, widen the bound in the model file; otherwise \
+        "the fitted value of `{name}` is at its bound {bound}: if values beyond it are possible, widen the bound in the model file; otherwise \
          check the units, the signs, and that the recording is of the declared system"
     )))
 }

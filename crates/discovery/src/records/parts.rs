@@ -4,7 +4,7 @@
 //! cross-validation, Burman, Chow and Nolan 1994), each of which is predicted from its own first samples.
 
 use crate::record::{Measured, Record, Recording};
-use augsim_physics::system::{Record as Seen, Window};
+use augsim_physics::system::{Record as SystemRecord, Window};
 use std::ops::Range;
 
 /// Number of records from which on they are kept whole.
@@ -19,7 +19,7 @@ const KNOWN_SAMPLES: (usize, usize) = (20, 50);
 /// Keeps many records whole and divides few into blocks of windows. Also returns the recordings that are
 /// fitted in several windows, with the indices of their parts.
 pub(crate) fn split_into_blocks(records: Vec<Record>) -> (Vec<Record>, Vec<Recording>) {
-    let windows: usize = records.iter().map(|r| r.seen.windows.len()).sum();
+    let windows: usize = records.iter().map(|r| r.data.windows.len()).sum();
     if windows < 2 * records.len().max(1) {
         return (records, Vec::new());
     }
@@ -30,13 +30,13 @@ pub(crate) fn split_into_blocks(records: Vec<Record>) -> (Vec<Record>, Vec<Recor
     }
     let (mut out, mut recordings) = (Vec::new(), Vec::new());
     for record in &records {
-        let window_count = record.seen.windows.len();
+        let window_count = record.data.windows.len();
         let blocks = ((TOTAL_BLOCKS * window_count) as f64 / windows as f64)
             .round()
             .clamp(1.0, window_count as f64) as usize;
         let first = |block: usize| block * window_count / blocks;
-        let sample = |block: usize| record.seen.windows[first(block)].samples.start;
-        let stretches = record.seen.times.len().div_ceil(MAX_RUN_SAMPLES).clamp(1, blocks);
+        let sample = |block: usize| record.data.windows[first(block)].samples.start;
+        let stretches = record.data.times.len().div_ceil(MAX_RUN_SAMPLES).clamp(1, blocks);
         for stretch in 0..stretches {
             let part_blocks = stretch * blocks / stretches..(stretch + 1) * blocks / stretches;
             let parts =
@@ -52,39 +52,39 @@ pub(crate) fn split_into_blocks(records: Vec<Record>) -> (Vec<Record>, Vec<Recor
 }
 
 /// Number of samples that a prediction of `samples` samples of a record starts from.
-pub(crate) fn known(seen: &Seen, samples: usize) -> usize {
-    (samples / KNOWN_SAMPLES.0).clamp(seen.known.min(KNOWN_SAMPLES.1), KNOWN_SAMPLES.1).min(samples)
+pub(crate) fn known(data: &SystemRecord, samples: usize) -> usize {
+    (samples / KNOWN_SAMPLES.0).clamp(data.known.min(KNOWN_SAMPLES.1), KNOWN_SAMPLES.1).min(samples)
 }
 
 /// Some consecutive windows of a record, as a record.
 pub(crate) fn block(record: &Record, windows: Range<usize>) -> Record {
-    let seen = &record.seen;
-    let chosen = &seen.windows[windows.clone()];
+    let data = &record.data;
+    let chosen = &data.windows[windows.clone()];
     let first = chosen.first().map_or(0, |w| w.samples.start);
     let last = chosen.last().map_or(first, |w| w.samples.end);
     let shifted = |range: &Range<usize>| range.start.max(first) - first..range.end.min(last) - first;
     let part = |values: &Vec<f64>| values[first..last].to_vec();
-    let pieces = seen.pieces.iter().filter(|p| p.start < last && p.end > first).map(shifted);
-    let (begin, end) = (seen.times[first], seen.times[last - 1]);
+    let pieces = data.pieces.iter().filter(|p| p.start < last && p.end > first).map(shifted);
+    let (begin, end) = (data.times[first], data.times[last - 1]);
     let samples = last - first;
     Record {
-        seen: Seen {
-            id: format!("{} part {}", seen.id, windows.start + 1),
-            group: seen.group,
-            times: part(&seen.times),
-            values: seen.values.iter().map(part).collect(),
-            inputs: seen.inputs.clone(),
-            covariates: seen.covariates.clone(),
+        data: SystemRecord {
+            id: format!("{} part {}", data.id, windows.start + 1),
+            group: data.group,
+            times: part(&data.times),
+            values: data.values.iter().map(part).collect(),
+            inputs: data.inputs.clone(),
+            covariates: data.covariates.clone(),
             windows: chosen
                 .iter()
                 .map(|w| Window { samples: shifted(&w.samples), start: w.start.clone() })
                 .collect(),
             forecasts: Vec::new(),
             pieces: pieces.collect(),
-            events: seen.events.iter().filter(|e| (begin..=end).contains(&e.time)).copied().collect(),
-            memory_s: seen.memory_s,
-            known: known(seen, samples),
-            under_way: seen.under_way || first > 0,
+            events: data.events.iter().filter(|e| (begin..=end).contains(&e.time)).copied().collect(),
+            memory_s: data.memory_s,
+            known: known(data, samples),
+            under_way: data.under_way || first > 0,
         },
         weight: record.weight.iter().map(part).collect(),
         is_tolerance: record.is_tolerance,
@@ -96,8 +96,8 @@ pub(crate) fn block(record: &Record, windows: Range<usize>) -> Record {
 pub(crate) fn weighted(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
     let recording = &data.recordings[index];
     let mut record = recording.whole.clone();
-    let samples = record.seen.times.len();
-    record.weight = vec![vec![0.0; samples]; record.seen.values.len()];
+    let samples = record.data.times.len();
+    record.weight = vec![vec![0.0; samples]; record.data.values.len()];
     for &(part, first) in recording.parts.iter().filter(|(part, _)| wanted(*part)) {
         for (to, from) in record.weight.iter_mut().zip(&data.records[part].weight) {
             to[first..first + from.len()].copy_from_slice(from);
@@ -110,9 +110,9 @@ pub(crate) fn weighted(data: &Measured, index: usize, wanted: impl Fn(usize) -> 
 /// elsewhere.
 pub(crate) fn whole(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
     let mut record = weighted(data, index, wanted);
-    let samples = 0..record.seen.times.len();
-    let start = record.seen.windows.first().map_or_else(Vec::new, |w| w.start.clone());
-    record.seen.windows = vec![Window { samples, start }];
+    let samples = 0..record.data.times.len();
+    let start = record.data.windows.first().map_or_else(Vec::new, |w| w.start.clone());
+    record.data.windows = vec![Window { samples, start }];
     record
 }
 
@@ -125,12 +125,12 @@ mod tests {
         let cuts = (0..samples).step_by(each);
         let windows = cuts.map(|a| Window { samples: a..(a + each).min(samples), start: vec![a as f64] });
         Record {
-            seen: Seen {
+            data: SystemRecord {
                 times: (0..samples).map(|k| k as f64 * 0.1).collect(),
                 values: vec![(0..samples).map(|k| k as f64).collect()],
                 windows: windows.collect(),
                 known: 5,
-                ..Seen::default()
+                ..SystemRecord::default()
             },
             weight: vec![vec![1.0; samples]],
             is_tolerance: false,
@@ -143,19 +143,19 @@ mod tests {
         assert_eq!(blocks.len(), 20);
         assert_eq!(recordings.len(), 1);
         for (block, first) in &recordings[0].parts {
-            assert_eq!(blocks[*block].seen.values[0][0], *first as f64);
+            assert_eq!(blocks[*block].data.values[0][0], *first as f64);
         }
         let mut found: Vec<f64> = Vec::new();
         for b in &blocks {
-            assert_eq!(b.seen.times.len(), 50);
-            for w in &b.seen.windows {
-                assert_eq!(b.seen.values[0][w.samples.start], w.start[0]);
+            assert_eq!(b.data.times.len(), 50);
+            for w in &b.data.windows {
+                assert_eq!(b.data.values[0][w.samples.start], w.start[0]);
                 found.push(w.start[0]);
             }
         }
         found.sort_by(f64::total_cmp);
         assert_eq!(found, (0..100).map(|k| 10.0 * f64::from(k)).collect::<Vec<_>>());
-        assert!(!blocks[0].seen.under_way && blocks[1].seen.under_way);
+        assert!(!blocks[0].data.under_way && blocks[1].data.under_way);
     }
 
     #[test]

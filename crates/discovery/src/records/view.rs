@@ -42,7 +42,7 @@ impl View {
     /// Window lengths that are tried: 1, its doublings, and the number of windows of the longest recording.
     pub fn lengths(prepared: &Prepared) -> Vec<usize> {
         let recordings = prepared.data.recordings.iter();
-        let most = recordings.map(|r| r.whole.seen.windows.len()).max().unwrap_or(1).max(1);
+        let most = recordings.map(|r| r.whole.data.windows.len()).max().unwrap_or(1).max(1);
         let doublings = std::iter::successors(Some(1), |joined: &usize| joined.checked_mul(2));
         let mut lengths: Vec<usize> = doublings.take_while(|joined| *joined < most).collect();
         lengths.push(most);
@@ -64,12 +64,12 @@ fn joined_windows(sample: &ChosenRecords<'_>, joined: usize) -> (Measured, Vec<u
 /// Parts of a recording that join `joined` windows each, as records of one window; drops parts without
 /// weighted samples.
 fn windows_joined(whole: &Record, joined: usize) -> Vec<Record> {
-    let windows = whole.seen.windows.len();
+    let windows = whole.data.windows.len();
     let parts = windows.div_ceil(joined.max(1));
     let part = |p: usize| {
         let mut part = block(whole, p * windows / parts..(p + 1) * windows / parts);
-        let start = part.seen.windows.first().map_or_else(Vec::new, |w| w.start.clone());
-        part.seen.windows = vec![Window { samples: 0..part.seen.times.len(), start }];
+        let start = part.data.windows.first().map_or_else(Vec::new, |w| w.start.clone());
+        part.data.windows = vec![Window { samples: 0..part.data.times.len(), start }];
         part
     };
     let has_weight = |part: &Record| part.weight.iter().flatten().any(|w| *w > 0.0);

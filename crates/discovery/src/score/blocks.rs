@@ -21,7 +21,7 @@ pub(crate) struct Blocks {
     /// Whether blocks are adjacent segments of recordings.
     pub are_adjacent: bool,
     /// Block of each sample, `[chosen record][sample]`.
-    of: Vec<Vec<u16>>,
+    block_of: Vec<Vec<u16>>,
 }
 
 impl Blocks {
@@ -30,7 +30,7 @@ impl Blocks {
     pub fn new(sample: &ChosenRecords<'_>, recordings: usize) -> Self {
         let records: Vec<Vec<bool>> = sample
             .records()
-            .map(|r| (0..r.seen.times.len()).map(|k| r.weight.iter().any(|w| w[k] != 0.0)).collect())
+            .map(|r| (0..r.data.times.len()).map(|k| r.weight.iter().any(|w| w[k] != 0.0)).collect())
             .collect();
         Self::from_counts(&records, recordings)
     }
@@ -49,12 +49,12 @@ impl Blocks {
             };
             counted.iter().map(next_block).collect()
         });
-        Self { count, are_adjacent: !whole, of: assigned.collect() }
+        Self { count, are_adjacent: !whole, block_of: assigned.collect() }
     }
 
     /// The block of a sample of a chosen record.
     pub fn block(&self, chosen: usize, sample: usize) -> u16 {
-        self.of[chosen][sample]
+        self.block_of[chosen][sample]
     }
 }
 
@@ -62,7 +62,7 @@ impl Blocks {
 impl Blocks {
     /// Blocks without samples, for tests.
     pub fn apart(count: usize) -> Self {
-        Self { count, are_adjacent: false, of: Vec::new() }
+        Self { count, are_adjacent: false, block_of: Vec::new() }
     }
 }
 

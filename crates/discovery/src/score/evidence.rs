@@ -14,7 +14,7 @@
 //! the block jackknife (Kuensch 1989).
 
 use super::blocks::Blocks;
-use super::independence::Memory;
+use super::independence::Independence;
 use super::jackknife::{covariance, distance, freedom, step_without_block};
 use super::rows::{Rows, WindowRows};
 use crate::evaluate::{cost_and_weight, softening};
@@ -74,7 +74,7 @@ pub(crate) struct Evidence {
     predicted: Vec<f64>,
     cost: f64,
     /// Autocorrelation of the residuals.
-    pub memory: Memory,
+    pub independence: Independence,
 }
 
 impl Evidence {
@@ -110,7 +110,7 @@ impl Evidence {
             moves,
             predicted,
             cost: 0.0,
-            memory: Memory::of(rows),
+            independence: Independence::of(rows),
         };
         let (squares, priors) = found.squares();
         let cost = |(w, scale): (usize, &Scale)| {
@@ -154,13 +154,13 @@ impl Evidence {
             let mut first = vec![None; evidence.scales.len()];
             for (cell, predicted) in evidence.cells.iter().zip(&evidence.predicted) {
                 let slope = if cell.is_prior { 1.0 } else { slopes[cell.window] };
-                gains[cell.block] += sign * self.memory.independent * slope * predicted;
+                gains[cell.block] += sign * self.independence.independent * slope * predicted;
                 first[cell.window].get_or_insert(cell.block);
             }
             for (scale, block) in evidence.scales.iter().zip(first) {
                 block
                     .into_iter()
-                    .for_each(|b: usize| gains[b] += sign * self.memory.independent * scale.constant);
+                    .for_each(|b: usize| gains[b] += sign * self.independence.independent * scale.constant);
             }
         }
         gains
@@ -208,7 +208,7 @@ impl Evidence {
         let spans_blocks = self.scales.len() < self.blocks;
         self.are_adjacent
             && spans_blocks
-            && self.memory.independent * self.memory.samples / (self.blocks as f64)
+            && self.independence.independent * self.independence.samples / (self.blocks as f64)
                 < MIN_INDEPENDENT_PER_BLOCK
     }
 
@@ -410,7 +410,7 @@ mod tests {
     fn shares(in_a_block: f64) -> bool {
         let mut found = evidence(&draw(1, 0.0));
         found.are_adjacent = true;
-        found.memory.independent = in_a_block / ROWS as f64;
+        found.independence.independent = in_a_block / ROWS as f64;
         found.blocks_share_residuals()
     }
 
@@ -422,8 +422,8 @@ mod tests {
 
     #[test]
     fn autocorrelated_residuals_count_less() {
-        let white = evidence(&draw(3, 0.0)).memory.independent;
-        let lasting = evidence(&draw(3, 3.0)).memory.independent;
+        let white = evidence(&draw(3, 0.0)).independence.independent;
+        let lasting = evidence(&draw(3, 3.0)).independence.independent;
         assert!(white > 0.95 && lasting < 0.2, "{white} {lasting}");
     }
 

@@ -21,7 +21,7 @@ const MAX_LAGS: usize = 1000;
 
 /// Autocorrelation of residuals.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Memory {
+pub(crate) struct Independence {
     /// Share of the residuals that are independent, formula (4).
     pub independent: f64,
     /// The same for the channel with the longest correlation.
@@ -30,7 +30,7 @@ pub(crate) struct Memory {
     pub samples: f64,
 }
 
-impl Memory {
+impl Independence {
     /// Autocorrelation of the residuals of a fit within its windows.
     pub fn of(rows: &Rows) -> Self {
         let by_channel = products(rows);

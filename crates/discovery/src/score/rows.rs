@@ -32,7 +32,7 @@ pub(crate) struct WindowRows {
     pub priors: usize,
     /// Part of the window's cost beside its rows: log determinants of its offsets.
     pub constant: f64,
-    own: Projection,
+    projection: Projection,
     /// Residuals of the measured samples before the projection.
     plain: Vec<f64>,
 }
@@ -112,7 +112,7 @@ pub(crate) struct Rows {
 }
 
 /// The windows of a fit with their derivative lanes.
-pub(crate) struct Places<'a> {
+pub(crate) struct FitWindows<'a> {
     pub sample: &'a ChosenRecords<'a>,
     pub fit: &'a Fit,
     pub windows: Vec<RecordWindow<'a>>,
@@ -121,7 +121,7 @@ pub(crate) struct Places<'a> {
     pub lanes: Vec<Lanes>,
 }
 
-impl<'a> Places<'a> {
+impl<'a> FitWindows<'a> {
     pub fn new(sample: &'a ChosenRecords<'a>, fit: &'a Fit) -> Self {
         let windows = sample.windows();
         let lanes = windows.iter().map(|&at| Lanes::new(&fit.hypothesis, at, &[])).collect();
@@ -208,7 +208,7 @@ impl<'a> Places<'a> {
             places,
             priors: count,
             constant,
-            own: projection,
+            projection: projection,
             plain,
         }
     }
@@ -225,7 +225,7 @@ impl<'a> Places<'a> {
             let mut columns: Vec<f64> =
                 values.chunks_exact(count + 1).flat_map(|row| &row[..count]).copied().collect();
             let window = &rows.windows[w];
-            let prior_rows = window.own.apply(&mut columns, count, window.weight);
+            let prior_rows = window.projection.apply(&mut columns, count, window.weight);
             columns.extend(prior_rows);
             columns
         })
@@ -240,7 +240,7 @@ impl<'a> Places<'a> {
             let (values, _) = whitened_rows(run, self.windows[w], self.sample.correlation);
             let window = &rows.windows[w];
             let mut column: Vec<f64> = window.plain.iter().zip(&values).map(|(a, b)| a - b).collect();
-            let prior_rows = window.own.apply(&mut column, 1, window.weight);
+            let prior_rows = window.projection.apply(&mut column, 1, window.weight);
             column.extend(prior_rows);
             column
         })
@@ -261,7 +261,7 @@ impl Rows {
             places: rows.iter().map(|(_, _, block)| (*block, 0)).collect(),
             priors: 0,
             constant: 0.0,
-            own: Projection::new(Vec::new(), Vec::new(), 1.0),
+            projection: Projection::new(Vec::new(), Vec::new(), 1.0),
             plain: Vec::new(),
         };
         Self { width, windows: vec![window] }

@@ -2,7 +2,7 @@
 
 use super::blocks::Blocks;
 use super::evidence::Evidence;
-use super::rows::Places;
+use super::rows::FitWindows;
 use crate::addition::{Addition, labels};
 use crate::chosen_records::ChosenRecords;
 use crate::fit::Fit;
@@ -21,7 +21,7 @@ pub(crate) struct Scored {
 
 impl Scored {
     pub fn new(sample: &ChosenRecords<'_>, blocks: &Blocks, fit: Fit) -> Self {
-        let rows = Places::new(sample, &fit).rows(blocks);
+        let rows = FitWindows::new(sample, &fit).rows(blocks);
         let held = held(&fit);
         let evidence = Evidence::new(&rows, blocks, &held, &distances_from_nulls(&fit));
         Self { fit, evidence }

@@ -183,13 +183,13 @@ impl<'a> Search<'a> {
             n.truncate(plain.state_nuisances());
             let common = match &entries {
                 None => h.values[event],
-                Some(p) => theta[p.start + if p.len() > 1 { record.seen.group } else { 0 }],
+                Some(p) => theta[p.start + if p.len() > 1 { record.data.group } else { 0 }],
             };
             let rough = |r: f64| (r - common).clamp(-bound, bound);
             match h.scatter.map(|s| s.per) {
                 None => {}
-                Some(ScatterPer::Event) => n.extend(record.seen.events.iter().map(|e| rough(e.value))),
-                Some(ScatterPer::Record) if record.seen.events.is_empty() => {}
+                Some(ScatterPer::Event) => n.extend(record.data.events.iter().map(|e| rough(e.value))),
+                Some(ScatterPer::Record) if record.data.events.is_empty() => {}
                 Some(ScatterPer::Record) => n.push(rough(rough_event_value(record))),
             }
             n

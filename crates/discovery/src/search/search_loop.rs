@@ -2,7 +2,7 @@
 //! finally fit the subsets of the best set.
 
 use super::refit::{ALPHA, InitialValues, Penalty, Search};
-use super::select::{Chosen, select};
+use super::select::{LinearSet, select};
 use crate::addition::{Addition, labels};
 use crate::columns::{LinearProblem, can_join, probe};
 use crate::fit::fit_nuisance;
@@ -33,30 +33,30 @@ const MAX_FOLD_SETS: usize = 8;
 const MAX_P_EVENTS_VARY: f64 = 1e-3;
 
 /// Result of a search.
-pub(crate) struct Found {
+pub(crate) struct SearchResult {
     /// All fitted sets, the calibrated model first.
-    pub tried: Vec<Scored>,
+    pub sets: Vec<Scored>,
     /// Index of the best set by gain minus penalty.
     pub best: usize,
     pub penalty: Penalty,
 }
 
-impl Found {
+impl SearchResult {
     /// The calibrated model alone.
     pub fn of(base: Scored, penalty: Penalty) -> Self {
-        Self { tried: vec![base], best: 0, penalty }
+        Self { sets: vec![base], best: 0, penalty }
     }
 
     pub fn base(&self) -> &Scored {
-        &self.tried[0]
+        &self.sets[0]
     }
 
     pub fn best(&self) -> &Scored {
-        &self.tried[self.best]
+        &self.sets[self.best]
     }
 
     pub fn with_key(&self, key: &[String]) -> Option<&Scored> {
-        self.tried.iter().find(|s| s.key() == key)
+        self.sets.iter().find(|s| s.key() == key)
     }
 
     /// Gain of one set over another minus the difference of their penalties, nats. The independent share of
@@ -64,7 +64,7 @@ impl Found {
     pub fn margin(&self, one: &Scored, other: &Scored) -> f64 {
         let [a, b] = [one, other].map(|s| s.additions());
         let larger = if a.len() >= b.len() { one } else { other };
-        one.gain_over(other, larger.evidence.memory.independent) - self.penalty.of_set(a)
+        one.gain_over(other, larger.evidence.independence.independent) - self.penalty.of_set(a)
             + self.penalty.of_set(b)
     }
 }
@@ -75,9 +75,9 @@ pub(crate) fn run(
     base: Scored,
     known: Vec<Scored>,
     report_share: &mut dyn FnMut(f64),
-) -> Found {
-    let mut found = Found::of(base, search.penalty());
-    found.tried.extend(known.into_iter().filter(Scored::is_finite));
+) -> SearchResult {
+    let mut found = SearchResult::of(base, search.penalty());
+    found.sets.extend(known.into_iter().filter(Scored::is_finite));
     update_best(&mut found);
     for round in 0..MAX_ROUNDS {
         report_share(round as f64 / MAX_ROUNDS as f64);
@@ -90,7 +90,7 @@ pub(crate) fn run(
         let fitted: Vec<Scored> =
             candidates.par_iter().map(|(additions, starts)| search.refit(&from, additions, starts)).collect();
         let has_new = !fitted.is_empty();
-        found.tried.extend(fitted.into_iter().filter(Scored::is_finite));
+        found.sets.extend(fitted.into_iter().filter(Scored::is_finite));
         update_best(&mut found);
         if !has_new || found.best().key() == previous_key {
             break;
@@ -103,26 +103,26 @@ pub(crate) fn run(
 
 /// Repeats the choice on other data: refits the best sets of a search there, warm-started, and selects
 /// among them.
-pub(crate) fn repeat_choice(search: &Search<'_>, base: Scored, known: &Found) -> Found {
-    let mut order: Vec<usize> = (1..known.tried.len()).collect();
-    let margin = |n: usize| known.margin(&known.tried[n], known.base());
+pub(crate) fn repeat_choice(search: &Search<'_>, base: Scored, known: &SearchResult) -> SearchResult {
+    let mut order: Vec<usize> = (1..known.sets.len()).collect();
+    let margin = |n: usize| known.margin(&known.sets[n], known.base());
     order.sort_by(|a, b| margin(*b).total_cmp(&margin(*a)).then(a.cmp(b)));
     let mut keys: Vec<Vec<String>> = Vec::new();
     order.retain(|n| {
-        let key = known.tried[*n].key();
+        let key = known.sets[*n].key();
         let is_new = !key.is_empty() && !keys.contains(&key);
         keys.push(key);
         is_new
     });
     order.truncate(MAX_FOLD_SETS);
     let refit = |n: &usize| {
-        let from = &known.tried[*n].fit;
+        let from = &known.sets[*n].fit;
         let starts = fit_nuisance(&search.sample(), &from.hypothesis, &from.theta, &[]);
         search.refit(&starts, &from.hypothesis.additions, &Vec::new())
     };
-    let mut found = Found::of(base, search.penalty());
+    let mut found = SearchResult::of(base, search.penalty());
     let fitted: Vec<Scored> = order.par_iter().map(refit).collect();
-    found.tried.extend(fitted.into_iter().filter(Scored::is_finite));
+    found.sets.extend(fitted.into_iter().filter(Scored::is_finite));
     update_best(&mut found);
     fit_subsets(search, &mut found);
     update_best(&mut found);
@@ -131,17 +131,17 @@ pub(crate) fn repeat_choice(search: &Search<'_>, base: Scored, known: &Found) ->
 
 /// Finds the best of all fitted sets. Because the independent share differs between sets, three sets may
 /// each be better than the next; visited sets are not revisited.
-fn update_best(found: &mut Found) {
+fn update_best(found: &mut SearchResult) {
     let mut visited = vec![found.best];
     loop {
         let is_better = |n: &usize| {
-            let (one, best) = (&found.tried[*n], found.best());
+            let (one, best) = (&found.sets[*n], found.best());
             let same = one.key() == best.key();
             if same { one.fit.ll > best.fit.ll + 1e-6 } else { found.margin(one, best) > 0.0 }
         };
         let better: Vec<usize> =
-            (0..found.tried.len()).filter(|n| !visited.contains(n) && is_better(n)).collect();
-        let margin = |n: &&usize| found.margin(&found.tried[**n], found.best());
+            (0..found.sets.len()).filter(|n| !visited.contains(n) && is_better(n)).collect();
+        let margin = |n: &&usize| found.margin(&found.sets[**n], found.best());
         match better.iter().max_by(|a, b| margin(a).total_cmp(&margin(b))) {
             Some(n) if !is_cyclic(found, *n) => found.best = *n,
             _ => return,
@@ -151,17 +151,17 @@ fn update_best(found: &mut Found) {
 }
 
 /// Whether the present best set is at least as good as `next` if compared from there.
-fn is_cyclic(found: &Found, next: usize) -> bool {
-    found.tried[next].key() != found.best().key() && found.margin(found.best(), &found.tried[next]) >= 0.0
+fn is_cyclic(found: &SearchResult, next: usize) -> bool {
+    found.sets[next].key() != found.best().key() && found.margin(found.best(), &found.sets[next]) >= 0.0
 }
 
 /// New sets to refit in a round, each with initial values of its new additions.
-fn sets_to_refit(search: &Search<'_>, found: &Found) -> Vec<(Vec<Addition>, InitialValues)> {
+fn sets_to_refit(search: &Search<'_>, found: &SearchResult) -> Vec<(Vec<Addition>, InitialValues)> {
     let best = found.best();
     let sample = search.sample();
     let problem = LinearProblem::new(&sample, &search.view.blocks, best, &search.library);
     let chosen = select(&problem, found.penalty);
-    let mut known_keys: Vec<Vec<String>> = found.tried.iter().map(Scored::key).collect();
+    let mut known_keys: Vec<Vec<String>> = found.sets.iter().map(Scored::key).collect();
     let mut out: Vec<(Vec<Addition>, InitialValues)> = Vec::new();
     let present = chosen.iter().find(|c| c.groups == problem.fitted).map_or(0.0, |c| c.value);
     let largest = chosen.first().map_or(0.0, |c| c.value);
@@ -201,7 +201,7 @@ fn sets_to_refit(search: &Search<'_>, found: &Found) -> Vec<(Vec<Addition>, Init
 
 /// The additions of a set of the linear problem with initial values of the new ones. Additions without
 /// columns (random effects, groupwise values) are kept.
-fn set_of(problem: &LinearProblem, best: &Scored, chosen: &Chosen) -> (Vec<Addition>, InitialValues) {
+fn set_of(problem: &LinearProblem, best: &Scored, chosen: &LinearSet) -> (Vec<Addition>, InitialValues) {
     let has_column = |a: &&Addition| problem.fitted.iter().any(|g| problem.groups[*g].addition == **a);
     let mut additions: Vec<Addition> = best.additions().iter().filter(|a| !has_column(a)).cloned().collect();
     let mut starts = InitialValues::new();
@@ -224,7 +224,7 @@ fn sets_without_columns(
     search: &Search<'_>,
     best: &Scored,
     problem: &LinearProblem,
-    chosen: &[Chosen],
+    chosen: &[LinearSet],
 ) -> Vec<(Vec<Addition>, InitialValues)> {
     let present = best.additions().to_vec();
     let h = &best.fit.hypothesis;
@@ -283,7 +283,7 @@ fn shared_values(best: &Scored, number: usize, other: &Addition) -> Vec<f64> {
 }
 
 /// Fits the best set without each of its additions.
-fn fit_subsets(search: &Search<'_>, found: &mut Found) {
+fn fit_subsets(search: &Search<'_>, found: &mut SearchResult) {
     let best = found.best();
     let subsets: Vec<Scored> = (0..best.additions().len())
         .into_par_iter()
@@ -291,7 +291,7 @@ fn fit_subsets(search: &Search<'_>, found: &mut Found) {
         .filter(|subset| found.with_key(&labels(subset)).is_none())
         .map(|subset| search.refit(&best.fit, &subset, &Vec::new()))
         .collect();
-    found.tried.extend(subsets.into_iter().filter(Scored::is_finite));
+    found.sets.extend(subsets.into_iter().filter(Scored::is_finite));
 }
 
 /// The additions without one of them, and without those that act through it.
@@ -302,7 +302,7 @@ pub(crate) fn without(additions: &[Addition], number: usize) -> Vec<Addition> {
     additions.iter().enumerate().filter(remains).map(|(_, addition)| addition.clone()).collect()
 }
 
-impl Found {
+impl SearchResult {
     /// Evidence of a set without one of its additions, if that was fitted.
     pub fn evidence_without(&self, set: &Scored, number: usize) -> Option<&Evidence> {
         self.with_key(&labels(&without(set.additions(), number))).map(|s| &s.evidence)
@@ -318,7 +318,7 @@ impl Found {
     pub fn significant(&mut self, search: &Search<'_>, from: usize) -> usize {
         let mut current = from;
         loop {
-            let set = self.tried[current].clone();
+            let set = self.sets[current].clone();
             let p_values = self.p_values(&set);
             let excess = |n: &usize| p_values[*n] / significance_level(search, &set, *n);
             let worst = (0..p_values.len()).max_by(|a, b| excess(a).total_cmp(&excess(b)));
@@ -328,7 +328,7 @@ impl Found {
             let remaining = without(set.additions(), number);
             current = self.fitted(search, &set, &remaining);
             // The p-values of the remaining set need fits of its own subsets.
-            let remaining_set = self.tried[current].clone();
+            let remaining_set = self.sets[current].clone();
             for number in 0..remaining_set.additions().len() {
                 self.fitted(search, &remaining_set, &without(remaining_set.additions(), number));
             }
@@ -343,11 +343,11 @@ impl Found {
     /// Index of a set among the fitted ones; fits it from `from` if it is new.
     pub fn fitted(&mut self, search: &Search<'_>, from: &Scored, additions: &[Addition]) -> usize {
         let key = labels(additions);
-        if let Some(known) = self.tried.iter().position(|s| s.key() == key) {
+        if let Some(known) = self.sets.iter().position(|s| s.key() == key) {
             return known;
         }
-        self.tried.push(search.refit(&from.fit, additions, &Vec::new()));
-        self.tried.len() - 1
+        self.sets.push(search.refit(&from.fit, additions, &Vec::new()));
+        self.sets.len() - 1
     }
 }
 

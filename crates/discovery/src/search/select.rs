@@ -1,7 +1,7 @@
 //! Selection of sets in the linear problem: forward, backward and by exchange.
 
 use super::refit::{Penalty, Search};
-use crate::columns::{LinearProblem, MIN_INDEPENDENT_SHARE, Sums, summed};
+use crate::columns::{BlockSums, LinearProblem, MIN_INDEPENDENT_SHARE, sum_blocks};
 use crate::linear::{Cholesky, Square};
 use crate::score::{distance, freedom, step_without_block};
 use crate::statistics::hotelling_tail;
@@ -17,7 +17,7 @@ pub(crate) const MAX_EFFECTS: usize = 5;
 
 /// A set of groups in the linear problem.
 #[derive(Clone, Debug)]
-pub(crate) struct Chosen {
+pub(crate) struct LinearSet {
     /// Groups, in ascending order.
     pub groups: Vec<usize>,
     /// Gain over the declared model minus penalty, nats.
@@ -29,7 +29,7 @@ pub(crate) struct Chosen {
 /// A selection run.
 struct Selection<'p> {
     problem: &'p LinearProblem,
-    blocks: &'p [Sums],
+    blocks: &'p [BlockSums],
     h: Square,
     g: Vec<f64>,
     penalty: Penalty,
@@ -38,26 +38,26 @@ struct Selection<'p> {
 }
 
 /// All sets that the selection evaluates, best first, including the fitted set.
-pub(crate) fn select(problem: &LinearProblem, penalty: Penalty) -> Vec<Chosen> {
+pub(crate) fn select(problem: &LinearProblem, penalty: Penalty) -> Vec<LinearSet> {
     let selection = Selection::new(problem, &problem.blocks, penalty);
     let mut visited = BTreeMap::new();
     selection.walk(&problem.fitted, &mut visited);
     if !problem.fitted.is_empty() {
         selection.walk(&[], &mut visited);
     }
-    let mut sets: Vec<Chosen> = visited.into_values().flatten().collect();
+    let mut sets: Vec<LinearSet> = visited.into_values().flatten().collect();
     sets.sort_by(|a, b| b.value.total_cmp(&a.value).then(a.groups.cmp(&b.groups)));
     sets
 }
 
 /// The best set for other residuals, with their sums.
 pub(crate) struct Selected {
-    pub chosen: Chosen,
-    blocks: Vec<Sums>,
+    pub chosen: LinearSet,
+    blocks: Vec<BlockSums>,
 }
 
 /// The best set for the block sums `blocks`.
-pub(crate) fn select_for(problem: &LinearProblem, blocks: Vec<Sums>, penalty: Penalty) -> Selected {
+pub(crate) fn select_for(problem: &LinearProblem, blocks: Vec<BlockSums>, penalty: Penalty) -> Selected {
     let chosen = best_of(&Selection::new(problem, &blocks, penalty));
     Selected { chosen, blocks }
 }
@@ -70,13 +70,13 @@ pub(crate) fn is_significant(problem: &LinearProblem, set: &Selected, search: &S
 }
 
 /// p-value of the coefficients of each group of a set, by their leave-one-out scatter.
-pub(crate) fn p_values(problem: &LinearProblem, blocks: &[Sums], groups: &[usize]) -> Vec<f64> {
+pub(crate) fn p_values(problem: &LinearProblem, blocks: &[BlockSums], groups: &[usize]) -> Vec<f64> {
     let columns = problem.columns_of(groups);
-    let sums: Vec<Sums> = blocks.iter().map(|b| b.sub(&columns)).collect();
-    let Sums { h, g: mut x, .. } = summed(&sums);
+    let sums: Vec<BlockSums> = blocks.iter().map(|b| b.sub(&columns)).collect();
+    let BlockSums { h, g: mut x, .. } = sum_blocks(&sums);
     h.cholesky().solve(&mut x);
     let distances_from_nulls = problem.distances_from_nulls(&x);
-    let leave_out = |block: &Sums| {
+    let leave_out = |block: &BlockSums| {
         let at_x = block.at_coefficients(&x);
         step_without_block(&h, &at_x.h, &at_x.g, &distances_from_nulls)
     };
@@ -102,20 +102,20 @@ pub(crate) fn p_values_beside(problem: &LinearProblem, set: &[usize]) -> Vec<f64
 }
 
 /// The best set that a selection from the empty set finds; the empty set if none is better.
-fn best_of(selection: &Selection<'_>) -> Chosen {
+fn best_of(selection: &Selection<'_>) -> LinearSet {
     let mut visited = BTreeMap::new();
     selection.walk(&[], &mut visited);
     let sets = visited.into_values().flatten();
-    let none = Chosen { groups: Vec::new(), value: 0.0, coefficients: Vec::new() };
+    let none = LinearSet { groups: Vec::new(), value: 0.0, coefficients: Vec::new() };
     sets.fold(none, |best, one| if one.value > best.value { one } else { best })
 }
 
 /// Evaluated sets by their groups; `None` for invalid sets.
-type Passed = BTreeMap<Vec<usize>, Option<Chosen>>;
+type Passed = BTreeMap<Vec<usize>, Option<LinearSet>>;
 
 impl<'p> Selection<'p> {
-    fn new(problem: &'p LinearProblem, blocks: &'p [Sums], penalty: Penalty) -> Self {
-        let Sums { h, g, .. } = summed(blocks);
+    fn new(problem: &'p LinearProblem, blocks: &'p [BlockSums], penalty: Penalty) -> Self {
+        let BlockSums { h, g, .. } = sum_blocks(blocks);
         let mut new = Self { problem, blocks, h, g, penalty, base: 0.0 };
         new.base = new.error(&problem.declared).0;
         new
@@ -136,7 +136,7 @@ impl<'p> Selection<'p> {
     }
 
     /// Adds groups one by one, passing over a few steps without improvement.
-    fn forward(&self, from: Chosen, visited: &mut Passed) -> Chosen {
+    fn forward(&self, from: LinearSet, visited: &mut Passed) -> LinearSet {
         let (mut best, mut current, mut idle) = (from.clone(), from, 0);
         while idle < MAX_IDLE_STEPS && current.groups.len() < MAX_EFFECTS {
             let larger = self.strongest(&current.groups, MAX_EVALUATED, visited);
@@ -153,7 +153,7 @@ impl<'p> Selection<'p> {
     }
 
     /// Drops groups while that improves the set.
-    fn backward(&self, from: Chosen, visited: &mut Passed) -> Chosen {
+    fn backward(&self, from: LinearSet, visited: &mut Passed) -> LinearSet {
         let mut best = from;
         loop {
             let smaller = (0..best.groups.len()).filter_map(|k| {
@@ -169,7 +169,7 @@ impl<'p> Selection<'p> {
     }
 
     /// Replaces single groups.
-    fn exchange(&self, from: Chosen, visited: &mut Passed) -> Chosen {
+    fn exchange(&self, from: LinearSet, visited: &mut Passed) -> LinearSet {
         let mut best = from.clone();
         for k in 0..from.groups.len() {
             let mut remaining = from.groups.clone();
@@ -184,7 +184,7 @@ impl<'p> Selection<'p> {
     }
 
     /// The best sets with one more group, by gain on all data.
-    fn strongest(&self, groups: &[usize], most: usize, visited: &mut Passed) -> Vec<Chosen> {
+    fn strongest(&self, groups: &[usize], most: usize, visited: &mut Passed) -> Vec<LinearSet> {
         let mut gains = self.gains(groups);
         gains.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         // Grid points of one addition are one candidate: only its best point is evaluated.
@@ -256,7 +256,7 @@ impl<'p> Selection<'p> {
 
     /// Evaluates a set once; `None` where a column is collinear with others, or a coefficient is
     /// infeasible.
-    fn evaluate(&self, groups: Vec<usize>, visited: &mut Passed) -> Option<Chosen> {
+    fn evaluate(&self, groups: Vec<usize>, visited: &mut Passed) -> Option<LinearSet> {
         if let Some(evaluated) = visited.get(&groups) {
             return evaluated.clone();
         }
@@ -266,7 +266,7 @@ impl<'p> Selection<'p> {
     }
 
     /// Gain minus penalty of a set, with its coefficients.
-    fn chosen(&self, groups: Vec<usize>) -> Option<Chosen> {
+    fn chosen(&self, groups: Vec<usize>) -> Option<LinearSet> {
         let columns = self.problem.columns_of(&groups);
         let (error, coefficients) = self.error(&columns);
         let mut next = self.problem.declared.len();
@@ -281,7 +281,7 @@ impl<'p> Selection<'p> {
         let gain = self.problem.half_independent_samples() * (self.base - error);
         let penalty = |g: &usize| self.penalty.of(&self.problem.groups[*g].addition);
         let value = gain - groups.iter().map(penalty).sum::<f64>();
-        value.is_finite().then_some(Chosen { groups, value, coefficients })
+        value.is_finite().then_some(LinearSet { groups, value, coefficients })
     }
 
     /// Log squared prediction error of left-out blocks with some columns, and their coefficients on all
@@ -291,7 +291,7 @@ impl<'p> Selection<'p> {
         let mut x: Vec<f64> = columns.iter().map(|&c| self.g[c]).collect();
         h.cholesky().solve(&mut x);
         let distances_from_nulls = self.problem.distances_from_nulls(&x);
-        let error_of = |block: &Sums| {
+        let error_of = |block: &BlockSums| {
             let at_x = block.sub(columns).at_coefficients(&x);
             at_x.c - at_x.h.fall(&at_x.g, &step_without_block(&h, &at_x.h, &at_x.g, &distances_from_nulls))
         };
