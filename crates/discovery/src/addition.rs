@@ -158,6 +158,11 @@ impl Addition {
         matches!(self, Addition::Effect(listed, _) if is_structural(&listed.effect))
     }
 
+    /// Whether it is a formula of a grammar.
+    pub fn is_formula(&self) -> bool {
+        self.listed().is_some_and(|effect| effect.grammar.is_some())
+    }
+
     /// The equation that it adds to the system; `None` for random effects and groupwise values.
     pub fn law(&self) -> Option<Law> {
         match self {

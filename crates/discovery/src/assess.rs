@@ -63,7 +63,7 @@ pub fn assess(
     });
     let best = fits
         .filter(|s| s.is_finite())
-        .min_by(|a, b| a.evidence.cost().total_cmp(&b.evidence.cost()))
+        .min_by(|a, b| a.evidence.cost.total_cmp(&b.evidence.cost))
         .unwrap_or_else(|| base.clone());
     let has_scatter =
         system.schema().drawn.as_ref().is_some_and(|d| kinds.contains(&d.scatter.kind.as_str()));

@@ -1,10 +1,10 @@
 //! Minimisation of the cost over theta by damped Gauss-Newton steps, with its stopping rules.
 
-use crate::chosen_records::ChosenRecords;
 use crate::evaluate::Lanes;
 use crate::fit_state::State;
 use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
+use crate::record::ChosenRecords;
 use crate::theta_step::{Step, curvature, shorter_step, theta_step};
 
 /// Maximum number of simulations of the whole sample in one minimisation. Fits of adequate models take 4 to
@@ -20,8 +20,8 @@ const SMALL_DECREASE_IDEALISED: (f64, f64) = (0.05, 1e-5);
 
 /// Number of trials over which a stalled fit decreases the cost by less than [`STALL_DECREASE`].
 const STALL_TRIALS: usize = 9;
-/// Decrease of the cost over [`STALL_TRIALS`] trials below which a fit is stalled: an absolute part, too small for
-/// any decision, and a share of the cost.
+/// Decrease of the cost over [`STALL_TRIALS`] trials below which a fit is stalled: an absolute part, too
+/// small for any decision, and a share of the cost.
 const STALL_DECREASE: (f64, f64) = (0.5, 2e-5);
 
 /// Maximum number of trial steps from one state.
@@ -105,8 +105,8 @@ impl Descent {
     /// The state of least cost reached from `state`. Further calls continue with the remaining work.
     ///
     /// Systems with rough initial states (equations) start far from the minimum and, with missing effects,
-    /// follow curved valleys: their damping adapts to the ratio of actual to predicted decrease, and
-    /// stalled fits are aborted. Other systems start near the minimum and need few steps.
+    /// follow curved valleys: their damping adapts to the ratio of actual to predicted decrease, and stalled
+    /// fits are aborted. Other systems start near the minimum and need few steps.
     pub fn minimise(
         &mut self,
         sample: &ChosenRecords<'_>,

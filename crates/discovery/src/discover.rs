@@ -4,12 +4,12 @@ use crate::DiscoveryError;
 use crate::addition::Addition;
 use crate::answer::{AnswerParts, Errors, errors, forecast_limit, starts};
 use crate::columns::Family;
-use crate::deadline::mark_cut_short;
 use crate::error_table::ForecastErrors;
 use crate::examples::examples;
 use crate::fit::{fit, fit_nuisance};
 use crate::formulas::search_formulas;
 use crate::judge::{self, Doubt, judged, tabulated, test_residuals};
+use crate::options::mark_cut_short;
 use crate::options::{Options, Progress, monotone};
 use crate::prepare::{Prepared, misfit, prepare};
 use crate::random_effect_test::{self, find_random_effect};
@@ -30,8 +30,8 @@ const REPEATS: usize = 2;
 
 /// Finds the effects that `model` lacks to explain `data`.
 ///
-/// Deterministic: the same inputs and seed give the same result for any number of threads. The
-/// documentation of the crate has an example and the sources of the method.
+/// Deterministic: the same inputs and seed give the same result for any number of threads. The documentation
+/// of the crate has an example and the sources of the method.
 ///
 /// # Errors
 /// [`DiscoveryError`], when the data or the model do not allow a result.
@@ -145,8 +145,8 @@ fn prediction_errors(prepared: &Prepared, searched: &Searched, judged: &Judged, 
     errors(prepared, view.joined, families, found, judged.best, options.seed)
 }
 
-/// Withdraws findings that predict no better than the calibrated model, or rejects the system if it
-/// predicts worse than the mean of the data. Returns whether findings were withdrawn.
+/// Withdraws findings that predict no better than the calibrated model, or rejects the system if it predicts
+/// worse than the mean of the data. Returns whether findings were withdrawn.
 fn withdraw_unsupported(
     prepared: &Prepared,
     searched: &mut Searched,

@@ -19,7 +19,7 @@ use std::cell::RefCell;
 #[derive(Clone, Debug)]
 pub(crate) struct Lanes {
     /// Variable of each lane.
-    seeds: Vec<Seed>,
+    pub seeds: Vec<Seed>,
     /// Entry of theta of each shared lane.
     pub theta: Vec<usize>,
     pub extras: usize,
@@ -62,11 +62,6 @@ impl Lanes {
             local,
             offsets,
         }
-    }
-
-    /// Variable of each lane.
-    pub fn seeds(&self) -> &[Seed] {
-        &self.seeds
     }
 
     /// Number of lanes before the nuisances.
@@ -206,11 +201,6 @@ impl<'a> Point<'a> {
 /// Degrees of freedom of the t density of a window's residuals.
 const STUDENT_FREEDOM: f64 = 8.0;
 
-/// Weight of a window whose whitened residuals have squared norm `q` and `m` degrees of freedom.
-pub(crate) fn weight(q: f64, m: f64, is_tolerance: bool) -> f64 {
-    cost_and_weight(q, m, is_tolerance).1
-}
-
 /// Second-order coefficient of the robust cost: 2 over its degrees of freedom.
 pub(crate) fn softening(freedom: f64) -> f64 {
     2.0 / (STUDENT_FREEDOM + freedom)
@@ -333,8 +323,8 @@ pub(crate) fn simulated<T: Send>(
     results.collect()
 }
 
-/// Whitened rows of a simulation, channel by channel: for every measured sample its derivatives in all
-/// lanes and last its residual, in units of the noise. Also returns channel and sample of each row.
+/// Whitened rows of a simulation, channel by channel: for every measured sample its derivatives in all lanes
+/// and last its residual, in units of the noise. Also returns channel and sample of each row.
 pub(crate) fn whitened_rows(
     run: &Simulated,
     window: RecordWindow<'_>,
@@ -435,8 +425,7 @@ fn sums_of_any_width(run: &Simulated, window: RecordWindow<'_>, correlation: f64
     Sums { h, g, squares, terms }
 }
 
-/// Writes the derivatives of sample `k` of channel `c` and returns its residual, both in units of the
-/// noise.
+/// Writes the derivatives of sample `k` of channel `c` and returns its residual, both in units of the noise.
 #[inline]
 fn weighted(run: &Simulated, window: RecordWindow<'_>, c: usize, k: usize, derivatives: &mut [f64]) -> f64 {
     let (w, simulated) = (window.record.weight[c][k], k - window.window.samples.start);
@@ -513,8 +502,8 @@ impl Lanes {
     }
 }
 
-/// For each nuisance of a window: its deviation from the prior mean, and the prior precision; both 0
-/// without a prior.
+/// For each nuisance of a window: its deviation from the prior mean, and the prior precision; both 0 without
+/// a prior.
 pub(crate) fn nuisance_priors(point: &Point<'_>, lanes: &Lanes, window: RecordWindow<'_>) -> Vec<(f64, f64)> {
     // A prior of the initial state applies only to the beginning of the motion.
     let begins = window.window.samples.start == 0 && !window.record.data.under_way;

@@ -9,8 +9,8 @@ use crate::result::{Example, ExampleChannel};
 /// Maximum number of samples of an example, as many as a figure can show.
 const MAX_SAMPLES: usize = 400;
 
-/// Indices of the best, the median and the worst prediction by the second error, with their ranks; fewer
-/// for fewer than three.
+/// Indices of the best, the median and the worst prediction by the second error, with their ranks; fewer for
+/// fewer than three.
 pub(crate) fn ranked(errors: &[[f64; 2]]) -> Vec<(usize, &'static str)> {
     let mut order: Vec<usize> = (0..errors.len()).filter(|&i| errors[i][1].is_finite()).collect();
     order.sort_by(|&a, &b| errors[a][1].total_cmp(&errors[b][1]));

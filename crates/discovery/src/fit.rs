@@ -1,6 +1,5 @@
 //! The estimator of all fits: Levenberg-Marquardt on theta, with the nuisances of each window eliminated.
 
-pub(crate) use crate::chosen_records::ChosenRecords;
 use crate::descent::Descent;
 use crate::evaluate::{Lanes, NormalEquations};
 use crate::event_offsets::{Spread, scatter_bounds, spread_of};
@@ -10,6 +9,7 @@ use crate::growing_windows::grown;
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
 use crate::nuisance_fit::{WindowState, fit_nuisances_from};
+pub(crate) use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
 use augsim_physics::system::{Event, Scatter};
 use std::collections::BTreeMap;

@@ -1,9 +1,9 @@
 //! State of a fit: shared parameters, nuisances of each window, and the normal equations there.
 
-use crate::chosen_records::ChosenRecords;
 use crate::evaluate::{Lanes, NormalEquations};
 use crate::hypothesis::Hypothesis;
 use crate::nuisance_fit::{NuisanceFit, assemble_windows, finish_nuisance_fits, nuisance_step};
+use crate::record::ChosenRecords;
 
 /// Parameters with the normal equations at them.
 pub(crate) struct State {
@@ -54,8 +54,8 @@ impl State {
             with_states.zip(trials.into_iter().zip(full)).map(|((((window, lanes), before), now), trial)| {
                 let of_theta = lanes.theta.iter().map(|&t| step[t]);
                 let change = of_theta.chain(trial.1.iter().zip(now).map(|(to, from)| to - from));
-                // With missing effects a step improves some windows at the cost of others, so a predicted rise
-                // is accepted; near the noise a rise means a passed event.
+                // With missing effects a step improves some windows at the cost of others, so a predicted
+                // rise is accepted; near the noise a rise means a passed event.
                 let expected = if has_rough_starts {
                     before.q.max(before.predicted_cost(&change.collect::<Vec<_>>()))
                 } else {

@@ -118,8 +118,8 @@ pub(crate) fn bootstrap(
     [quantile(&values, 0.025), quantile(&values, 0.975)]
 }
 
-/// The hypothesis as a predictor: without scatter, and with a prior on the parameters of single records
-/// from the training records, because the first samples may not determine them.
+/// The hypothesis as a predictor: without scatter, and with a prior on the parameters of single records from
+/// the training records, because the first samples may not determine them.
 pub(crate) fn predictor(training: &Fit) -> Hypothesis {
     let mut h = training.hypothesis.clone();
     let count = h.free.iter().filter(|f| f.per == Per::Trajectory).count();
@@ -171,19 +171,13 @@ fn cut_to(record: &Record, known: Range<usize>, start: Vec<f64>) -> Record {
     Record {
         weight: weight.iter().map(until).collect(),
         data: SystemRecord {
-            id: data.id.clone(),
-            group: data.group,
             times: until(&data.times),
             values: data.values.iter().map(until).collect(),
-            inputs: data.inputs.clone(),
-            covariates: data.covariates.clone(),
             windows: vec![Window { samples: known, start }],
             forecasts: Vec::new(),
             pieces: Vec::new(),
             events: Vec::new(),
-            memory_s: data.memory_s,
-            known: data.known,
-            under_way: data.under_way,
+            ..data.clone()
         },
         is_tolerance: *is_tolerance,
     }

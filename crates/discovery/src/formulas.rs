@@ -1,7 +1,7 @@
 //! Search over formulas of a grammar, where the library leaves structured residuals.
 
+use crate::addition::Addition;
 use crate::columns::Family;
-use crate::grammar::{has_grammar, is_formula};
 use crate::options::{Options, Progress};
 use crate::prepare::{Prepared, misfit};
 use crate::score::Scored;
@@ -11,8 +11,8 @@ use crate::stages::{Searched, search_in};
 /// prediction would improve.
 const BEYOND_NOISE: f64 = 1.1;
 
-/// Repeats the search with formulas as further candidates if the residuals exceed the noise. Keeps the
-/// first result unless the named set then has a formula.
+/// Repeats the search with formulas as further candidates if the residuals exceed the noise. Keeps the first
+/// result unless the named set then has a formula.
 pub(crate) fn search_formulas(
     prepared: &Prepared,
     searched: Searched,
@@ -24,7 +24,11 @@ pub(crate) fn search_formulas(
         residual_sd.iter().zip(&prepared.noise.sd).any(|(residual_sd, sd)| *residual_sd > BEYOND_NOISE * sd)
     };
     let system = &*prepared.data.system;
-    if !options.library || !has_grammar(system) || prepared.clock.is_over() || !exceeds_noise() {
+    if !options.library
+        || !system.library().iter().any(|effect| effect.grammar.is_some())
+        || prepared.clock.is_over()
+        || !exceeds_noise()
+    {
         return searched;
     }
     progress(Progress::Formulas);
@@ -38,6 +42,6 @@ pub(crate) fn search_formulas(
         let search = crate::search::Search::new(view, families, &prepared.clock);
         crate::judge::named(&search, found)
     };
-    let has_formula = with_grammar.found.sets[named].additions().iter().any(is_formula);
+    let has_formula = with_grammar.found.sets[named].additions().iter().any(Addition::is_formula);
     if has_formula { with_grammar } else { searched }
 }

@@ -26,8 +26,8 @@ const MIN_STANDARD_ERRORS: f64 = 5.0;
 /// Limit of the absolute log ratio of a single stretch.
 const MAX_LOG_RATIO: f64 = 2.0;
 
-/// The data at frame times, and the clock; `None` where the stamps do not jitter, show no frames, or are
-/// the true sampling times.
+/// The data at frame times, and the clock; `None` where the stamps do not jitter, show no frames, or are the
+/// true sampling times.
 ///
 /// # Errors
 /// [`DiscoveryError`], if the columns of the data do not fit the model.

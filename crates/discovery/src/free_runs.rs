@@ -1,7 +1,7 @@
 //! Free runs: simulations of whole recordings from their first samples.
 //!
-//! Fits divide long recordings into windows with their own initial states. An effect that helps over
-//! windows may make a free run diverge, and only free runs show that.
+//! Fits divide long recordings into windows with their own initial states. An effect that helps over windows
+//! may make a free run diverge, and only free runs show that.
 
 use crate::fit::{ChosenRecords, Fit, fit_nuisance};
 use crate::forecast::{beginning, predictor, simulate_from};

@@ -1,13 +1,12 @@
 //! Initial states of windows, estimated over growing beginnings.
 //!
-//! From a rough initial state the cost over the whole window may have a local minimum far from the
-//! solution, for example past an event. Over the first samples it has none, and each doubling starts near
-//! its minimum.
+//! From a rough initial state the cost over the whole window may have a local minimum far from the solution,
+//! for example past an event. Over the first samples it has none, and each doubling starts near its minimum.
 
-use crate::chosen_records::ChosenRecords;
 use crate::evaluate::Lanes;
 use crate::hypothesis::Hypothesis;
 use crate::nuisance_fit::{WindowState, fit_nuisances_from};
+use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
 use augsim_physics::system::Window;
 

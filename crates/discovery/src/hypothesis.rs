@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// A free parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Free {
+pub(crate) struct FreeParameter {
     /// Index in the system's parameter vector.
     pub index: usize,
     pub per: Per,
@@ -30,9 +30,9 @@ pub(crate) struct Free {
     pub prior: Option<(f64, f64)>,
 }
 
-impl Free {
+impl FreeParameter {
     /// A parameter of the declared model with one value for all records.
-    pub fn declared(index: usize, min: f64, max: f64, typical: f64) -> Self {
+    pub fn new(index: usize, min: f64, max: f64, typical: f64) -> Self {
         let fit_range = (min, max);
         Self { index, per: Per::All, min, max, fit_range, typical, null: 0.0, addition: None, prior: None }
     }
@@ -45,7 +45,7 @@ pub(crate) struct Hypothesis {
     pub values: Vec<f64>,
     /// Declared parameters with values by group: index and values.
     pub by_group: Vec<(usize, Vec<f64>)>,
-    pub free: Vec<Free>,
+    pub free: Vec<FreeParameter>,
     pub scatter: Option<Scatter>,
     pub additions: Vec<Addition>,
     /// Number of groups in the data.
@@ -55,8 +55,8 @@ pub(crate) struct Hypothesis {
 /// Bound of a fitted angle, rad; a fit may wrap it a few times.
 const MAX_ANGLE: f64 = 20.0;
 
-/// Bounds in fits of parameter `k` of an effect. The magnitude of a vector may pass 0: the sign reverses
-/// its direction.
+/// Bounds in fits of parameter `k` of an effect. The magnitude of a vector may pass 0: the sign reverses its
+/// direction.
 fn fit_range(effect: &Effect, k: usize) -> (f64, f64) {
     let p = &effect.parameters[k];
     match (effect.polar, k) {
@@ -78,19 +78,12 @@ impl Hypothesis {
         let declared: Vec<(usize, &Parameter)> = declared.enumerate().collect();
         let grouped = declared.iter().filter(|(_, p)| !p.groups.is_empty());
         let by_group = grouped.map(|(index, p)| (*index, p.values_of(&data.groups))).collect();
-        let mut free: Vec<Free> = declared
+        let mut free: Vec<FreeParameter> = declared
             .into_iter()
             .filter(|(_, p)| !p.frozen)
-            .map(|(index, p)| Free {
-                index,
+            .map(|(index, p)| FreeParameter {
                 per: p.per,
-                min: p.min,
-                max: p.max,
-                fit_range: (p.min, p.max),
-                typical: p.nominal.abs().max(1e-3),
-                null: 0.0,
-                addition: None,
-                prior: None,
+                ..FreeParameter::new(index, p.min, p.max, p.nominal.abs().max(1e-3))
             })
             .collect();
         let mut scatter = data.system.schema().event.as_ref().and_then(|e| e.declared);
@@ -103,16 +96,12 @@ impl Hypothesis {
                 Addition::Effect(listed, per) => {
                     if let Some(range) = parameter_ranges.next() {
                         for (k, (index, p)) in range.zip(&listed.effect.parameters).enumerate() {
-                            free.push(Free {
-                                index,
+                            free.push(FreeParameter {
                                 per: *per,
-                                min: p.min,
-                                max: p.max,
                                 fit_range: fit_range(&listed.effect, k),
-                                typical: p.typical,
                                 null: p.null,
                                 addition: Some(number),
-                                prior: None,
+                                ..FreeParameter::new(index, p.min, p.max, p.typical)
                             });
                         }
                     }
@@ -123,16 +112,9 @@ impl Hypothesis {
                 Addition::Table(table) => {
                     for index in parameter_ranges.next().unwrap_or_default() {
                         let knot = &system.parameters()[index];
-                        free.push(Free {
-                            index,
-                            per: Per::All,
-                            min: knot.min,
-                            max: knot.max,
-                            fit_range: (knot.min, knot.max),
-                            typical: table.target.usual,
-                            null: 0.0,
+                        free.push(FreeParameter {
                             addition: Some(number),
-                            prior: None,
+                            ..FreeParameter::new(index, knot.min, knot.max, table.target.usual)
                         });
                     }
                 }
@@ -155,7 +137,7 @@ impl Hypothesis {
     }
 
     /// Number of entries of theta of a free parameter: one, or one per group; 0 for a parameter per record.
-    pub fn width(&self, f: &Free) -> usize {
+    pub fn width(&self, f: &FreeParameter) -> usize {
         match f.per {
             Per::All => 1,
             Per::Group => self.groups,

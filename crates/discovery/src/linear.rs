@@ -199,7 +199,6 @@ pub(crate) fn eliminate(h: &Square, g: &[f64], keep: usize) -> (Square, Vec<f64>
     w.iter_mut().for_each(|column| factor.forward(column));
     let mut last: Vec<f64> = g[keep..].to_vec();
     factor.forward(&mut last);
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     let mut s = Square::zero(keep);
     for i in 0..keep {
         for j in 0..=i {
@@ -210,6 +209,11 @@ pub(crate) fn eliminate(h: &Square, g: &[f64], keep: usize) -> (Square, Vec<f64>
     }
     let u = (0..keep).map(|i| g[i] - dot(&w[i], &last)).collect();
     (s, u, factor)
+}
+
+/// Scalar product.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 #[cfg(test)]

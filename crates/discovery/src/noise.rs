@@ -1,8 +1,8 @@
 //! Measurement noise, estimated from the data alone.
 //!
 //! Between events the motion is smooth and lies in the span of low-degree polynomials; the orthogonal
-//! complement contains only noise. Restricted maximum likelihood (Patterson and Thompson 1971) estimates
-//! its standard deviation, its autocorrelation, and its growth with speed, which jitter of the time stamps
+//! complement contains only noise. Restricted maximum likelihood (Patterson and Thompson 1971) estimates its
+//! standard deviation, its autocorrelation, and its growth with speed, which jitter of the time stamps
 //! causes.
 
 use crate::arc::Arc;
@@ -255,8 +255,7 @@ pub(crate) fn estimate(data: &mut Measured, smooth_motion: bool) -> Noise {
     Noise { white: sd.clone(), sd, correlation: rho, jitter_s, frame_s: None, findings, outliers, freedom }
 }
 
-/// Whether a further noise parameter is significant, by its reduction of -2 ln of the restricted
-/// likelihood.
+/// Whether a further noise parameter is significant, by its reduction of -2 ln of the restricted likelihood.
 fn is_supported(reduction: f64) -> bool {
     reduction > MIN_LIKELIHOOD_GAIN
 }

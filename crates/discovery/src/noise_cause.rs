@@ -1,5 +1,4 @@
-//! Cause of the differences between records and runs of the augmented model, in the format of
-//! `result.json`.
+//! Cause of the differences between records and runs of the augmented model, in the format of `result.json`.
 
 use serde::{Deserialize, Serialize};
 

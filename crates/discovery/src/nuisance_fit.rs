@@ -5,9 +5,9 @@
 //! left, the idle lanes evaluate the steps that would come next if the present ones fail. The result of a
 //! window does not depend on the others.
 
-use crate::chosen_records::ChosenRecords;
 use crate::evaluate::{Lanes, NormalEquations, Point, normal, normals};
 use crate::hypothesis::Hypothesis;
+use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
 use rayon::prelude::*;
 
@@ -73,9 +73,9 @@ const INITIAL_DAMPING: f64 = 1e-6;
 
 impl<'a> NuisanceFit<'a> {
     /// A window at `trial`, after a step from the nuisances `now` for which the cost `cost` was predicted.
-    /// If its cost exceeds `cost` by more than [`MAX_EXCESS_COST`], its own step is shortened first: one window at
-    /// a kink (an event more or less) must not reject the step of all. A rise that was predicted, because
-    /// the step suits other windows, does not count.
+    /// If its cost exceeds `cost` by more than [`MAX_EXCESS_COST`], its own step is shortened first: one
+    /// window at a kink (an event more or less) must not reject the step of all. A rise that was predicted,
+    /// because the step suits other windows, does not count.
     pub fn after_theta_step(
         window: RecordWindow<'a>,
         lanes: &'a Lanes,

@@ -3,8 +3,8 @@
 //! Initial states are estimated from the known samples, as for the error tables. The bands are quantiles of
 //! simulated draws: parameters from their 95 % intervals (independently, as the file has no correlations),
 //! initial states from their posterior at these parameters, event offsets and record-specific parameters
-//! from their random effects, and measurement noise. The standard deviation of a random effect is drawn
-//! from its interval too: estimated from few draws it is so uncertain that the next draw has Student's
+//! from their random effects, and measurement noise. The standard deviation of a random effect is drawn from
+//! its interval too: estimated from few draws it is so uncertain that the next draw has Student's
 //! distribution, not a normal one.
 
 use crate::addition::Addition;
@@ -220,8 +220,8 @@ fn random_effect_sd(sd: f64, ci95: Option<[f64; 2]>, normal: &mut impl FnMut() -
     if width.is_finite() && width > 0.0 { sd * (width * z).exp() } else { sd }
 }
 
-/// Standard deviation of the measurement noise at a sample: from its weight if it was measured, else that
-/// of the channel.
+/// Standard deviation of the measurement noise at a sample: from its weight if it was measured, else that of
+/// the channel.
 fn sensor_sd(record: &Record, channel: usize, sample: usize, noise_sd: &[f64]) -> f64 {
     let weight = record.weight[channel][sample];
     if weight > 0.0 { 1.0 / weight } else { noise_sd[channel] }

@@ -82,8 +82,8 @@ pub struct Foretelling {
 }
 
 impl Foretelling {
-    /// Share of the measured samples after the known ones within the central band of probability 0.5 or
-    /// 0.9, and their number.
+    /// Share of the measured samples after the known ones within the central band of probability 0.5 or 0.9,
+    /// and their number.
     pub fn coverage(&self, level: f64) -> (f64, usize) {
         let [low, high] = if level < 0.7 { [1, 3] } else { [0, 4] };
         let (mut inside, mut count) = (0_usize, 0_usize);
@@ -107,8 +107,8 @@ pub fn interval_of_rmse(squares: &[(f64, f64)], seed: u64) -> [f64; 2] {
     bootstrap(&records, &[squares], seed, |r| r[0])
 }
 
-/// Difference of the root mean square errors of two lists for the same records, `before` minus `after`,
-/// with its 95 % interval over records.
+/// Difference of the root mean square errors of two lists for the same records, `before` minus `after`, with
+/// its 95 % interval over records.
 pub fn reduction_of_rmse(before: &[(f64, f64)], after: &[(f64, f64)], seed: u64) -> (f64, [f64; 2]) {
     let records: Vec<usize> = (0..before.len()).collect();
     let ci95 = bootstrap(&records, &[before, after], seed, |r| r[0] - r[1]);

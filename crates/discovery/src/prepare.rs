@@ -1,11 +1,11 @@
 //! Preparation of a data set: records, events, noise, and the held-out split.
 
 use crate::calibrate::calibrate;
-use crate::deadline::Clock;
 use crate::difference_noise::{noise_from_differences, rough_noise};
 use crate::fit::{ChosenRecords, Fit};
 use crate::frame_clock::snap_to_frames;
 use crate::noise::{Noise, estimate};
+use crate::options::Clock;
 use crate::record::Measured;
 use crate::records::parts::split_into_blocks;
 use crate::residuals::left;
@@ -86,8 +86,8 @@ const MIN_NOISE_SD: f64 = 1e-6;
 /// Ratio of the new noise estimate to the old one above which the old one is kept.
 const KEEP_NOISE_RATIO: f64 = 0.9;
 
-/// Standard deviation of the residuals of a fit in each channel; fitted parameters and initial states
-/// reduce the degrees of freedom.
+/// Standard deviation of the residuals of a fit in each channel; fitted parameters and initial states reduce
+/// the degrees of freedom.
 pub(crate) fn misfit(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<f64> {
     let records = left(sample, fit);
     let channels = sample.data.system.schema().channels.len();
@@ -140,8 +140,8 @@ pub(crate) fn prepare(
     Ok(Prepared { data, noise, smooth, searched, held_out, notes, clock: Clock::new(options) })
 }
 
-/// Splits the records into those searched and those held out: one in five of each group, if there are
-/// enough whole records.
+/// Splits the records into those searched and those held out: one in five of each group, if there are enough
+/// whole records.
 fn held_out(data: &Measured) -> (Vec<usize>, Vec<usize>) {
     let everything: Vec<usize> = (0..data.records.len()).collect();
     let recordings = if data.recordings.is_empty() { everything.len() } else { data.recordings.len() };

@@ -23,10 +23,10 @@
 use crate::addition::Addition;
 use crate::evaluate::{Lanes, NormalEquations, Point, normal};
 use crate::fit::{ChosenRecords, Fit, assembled, fit, fit_nuisance};
-use crate::hypothesis::{Free, Hypothesis};
+use crate::hypothesis::{FreeParameter, Hypothesis};
 use crate::linear::{Square, eliminate};
 use crate::nuisance_fit::nuisance_step;
-use crate::random_effect_sd::{interval, most_likely_sd};
+use crate::statistics::chi2_quantile;
 use crate::statistics::median;
 use augsim_physics::model::Per;
 use augsim_physics::system::Drawn;
@@ -55,13 +55,13 @@ pub(crate) struct CommonFit {
 
 /// State of the estimation.
 #[derive(Clone, Debug)]
-struct State {
+pub(crate) struct State {
     /// Common values of theta.
     theta: Vec<f64>,
     /// Deviation of each record's own values from the common ones.
     own: Vec<Vec<f64>>,
     nuisance: Vec<Vec<f64>>,
-    normals: Vec<NormalEquations>,
+    pub normals: Vec<NormalEquations>,
 }
 
 /// Quadratic approximation of one record about its own values: constant, gradient and curvature at the
@@ -91,14 +91,8 @@ pub(crate) struct Estimated {
     pub ci95: [f64; 2],
     /// Decrease of -2 ln likelihood relative to no random effect.
     pub gain: f64,
-    state: State,
-}
-
-impl Estimated {
-    /// Normal equations of all windows at the values of their records.
-    pub fn normals(&self) -> &[NormalEquations] {
-        &self.state.normals
-    }
+    /// State with each record at its own values.
+    pub state: State,
 }
 
 impl CommonFit {
@@ -125,7 +119,7 @@ impl CommonFit {
         for (k, index) in frozen.into_iter().enumerate() {
             if hypothesis.entries_of(index).is_none() {
                 let p = &through.parameters()[k];
-                hypothesis.free.push(Free::declared(index, p.min, p.max, p.typical));
+                hypothesis.free.push(FreeParameter::new(index, p.min, p.max, p.typical));
             }
         }
         let varying = match &drawn.places {
@@ -404,4 +398,49 @@ fn level(records: &[OfRecord], least: f64) -> f64 {
         records.iter().filter(|n| n.left[1] > 0.0).map(|n| n.left[0] / n.left[1]).collect();
     let within = if freedom > 0.0 { between / freedom } else { 0.0 };
     within.max(median(&mut residual)).max(least)
+}
+
+/// Minimum standard deviation, in units of the typical one; smaller scatters have no practical cause.
+const MIN_SD: f64 = 0.02;
+/// Number of standard deviations that are tried, evenly spaced in the logarithm.
+const GRID_POINTS: usize = 60;
+
+/// Minimum and maximum standard deviation.
+fn bounds(drawn: &Drawn) -> (f64, f64) {
+    drawn.scatter.parameters.first().map_or((1e-6, 1.0), |p| (MIN_SD * p.typical, p.max))
+}
+
+/// Minimum of a function of the standard deviation; `None` if it is at the smallest one.
+fn most_likely_sd(drawn: &Drawn, criterion: impl Fn(f64) -> f64) -> Option<f64> {
+    let (least, most) = bounds(drawn);
+    let span = (most / least).ln();
+    let grid = (0..=GRID_POINTS).map(|i| least * (span * i as f64 / GRID_POINTS as f64).exp());
+    let values: Vec<(f64, f64)> = grid.map(|sd| (criterion(sd), sd)).collect();
+    let best = (0..values.len()).min_by(|&a, &b| values[a].0.total_cmp(&values[b].0))?;
+    if best == 0 {
+        return None;
+    }
+    let (mut low, mut high) = (values[best - 1].1.ln(), values[(best + 1).min(GRID_POINTS)].1.ln());
+    for _ in 0..30 {
+        let [a, b] = [(2.0 * low + high) / 3.0, (low + 2.0 * high) / 3.0];
+        if criterion(a.exp()) < criterion(b.exp()) { high = b } else { low = a }
+    }
+    Some((0.5 * (low + high)).exp())
+}
+
+/// 95 % interval by the profile likelihood.
+fn interval(drawn: &Drawn, criterion: impl Fn(f64) -> f64, best: f64) -> [f64; 2] {
+    let edge = criterion(best) + chi2_quantile(0.05, 1.0);
+    let (least, most) = bounds(drawn);
+    [(least, 0.0), (most, most)].map(|(end, bound)| {
+        if criterion(end) < edge {
+            return bound;
+        }
+        let (mut inside, mut outside) = (best.ln(), end.ln());
+        for _ in 0..40 {
+            let middle = 0.5 * (inside + outside);
+            if criterion(middle.exp()) < edge { inside = middle } else { outside = middle }
+        }
+        inside.exp()
+    })
 }

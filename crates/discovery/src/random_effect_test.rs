@@ -23,8 +23,8 @@ fn drawn<'s>(sample: &'s ChosenRecords<'_>) -> Option<&'s Drawn> {
     sample.data.system.schema().drawn.as_ref()
 }
 
-/// The random effect beside a set, if its gain exceeds the penalty or the model declares it; `None` with
-/// too few records or windows.
+/// The random effect beside a set, if its gain exceeds the penalty or the model declares it; `None` with too
+/// few records or windows.
 pub(crate) fn find_random_effect(
     search: &Search<'_>,
     set: &Scored,
@@ -38,7 +38,7 @@ pub(crate) fn find_random_effect(
     if gain <= penalty.0 && !declared {
         return None;
     }
-    let parts = shared.parts(&sample, found.normals());
+    let parts = shared.parts(&sample, &found.state.normals);
     Some(RandomEffectEstimate { gain, declared, parts })
 }
 

@@ -1,9 +1,10 @@
-//! Measured records, ready for fits.
+//! Measured records, ready for fits, and the records and windows that a fit uses.
 
 use crate::DiscoveryError;
 use crate::work_counter::Tally;
 use augsim_data::{Dataset, Trajectory};
 use augsim_physics::system::{Declaration, Record as SystemRecord, Stream, System, Window};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// One record with the weights of its samples.
@@ -11,8 +12,7 @@ use std::sync::Arc;
 pub(crate) struct Record {
     /// Measured values, as the system reads them.
     pub data: SystemRecord,
-    /// `weight[channel][sample]` = 1/σ in the unit of the channel; 0 for samples that are missing or
-    /// masked.
+    /// `weight[channel][sample]` = 1/σ in the unit of the channel; 0 for samples that are missing or masked.
     pub weight: Vec<Vec<f64>>,
     /// Whether σ is a tolerance: residuals below it are not rewarded beyond the Gaussian cost.
     pub is_tolerance: bool,
@@ -150,8 +150,8 @@ impl Measured {
     }
 }
 
-/// Times and `[channel][sample]` of the rows in which any channel has a value. Where `flags` names a
-/// column, only rows in which it is set count as measured.
+/// Times and `[channel][sample]` of the rows in which any channel has a value. Where `flags` names a column,
+/// only rows in which it is set count as measured.
 fn measured(t: &Trajectory, channels: &[usize], flags: &[Option<usize>]) -> (Vec<f64>, Vec<Vec<f64>>) {
     let value = |k: usize, (&i, flag): (&usize, &Option<usize>)| {
         if is_fresh(t, k, *flag) { t.column(i)[k] } else { f64::NAN }
@@ -194,4 +194,35 @@ pub(crate) struct Recording {
     pub whole: Record,
     /// Index of each record that is a part of it, and the first sample of that part.
     pub parts: Vec<(usize, usize)>,
+}
+
+/// The records that a fit uses.
+#[derive(Clone, Copy)]
+pub(crate) struct ChosenRecords<'a> {
+    pub data: &'a Measured,
+    /// Indices of the records.
+    pub chosen: &'a [usize],
+    /// Correlation of the noise of neighbouring samples.
+    pub correlation: f64,
+}
+
+impl ChosenRecords<'_> {
+    pub fn records(&self) -> impl Iterator<Item = &Record> {
+        self.chosen.iter().map(|&j| &self.data.records[j])
+    }
+
+    /// Windows of the records, in order.
+    pub fn windows(&self) -> Vec<RecordWindow<'_>> {
+        self.records().flat_map(Record::windows).collect()
+    }
+
+    /// Range of the windows of each record, in order.
+    pub fn windows_by_record(&self) -> Vec<Range<usize>> {
+        let mut first = 0;
+        let range = |record: &Record| {
+            let last = first + record.data.windows.len();
+            std::mem::replace(&mut first, last)..last
+        };
+        self.records().map(range).collect()
+    }
 }

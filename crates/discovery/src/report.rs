@@ -5,7 +5,6 @@ use crate::addition::{Addition, kinds, labels};
 use crate::answer::AnswerParts;
 use crate::closed_term::unexplained;
 use crate::error_table::deciding_measure;
-use crate::excluded_windows::left_out;
 use crate::experiment::{confirming_experiment, next_experiment};
 use crate::finite::all_finite;
 use crate::fit::{Fit, fit_nuisance};
@@ -13,6 +12,7 @@ use crate::forecast;
 use crate::hypothesis::Hypothesis;
 use crate::judge::{Lead as SearchResult, Shortcoming, record_name};
 use crate::residual_structure::anatomy;
+use crate::residuals::left_out;
 use crate::result::*;
 use crate::score::Scored;
 use crate::search::without;
@@ -205,13 +205,9 @@ fn drawn(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
         kind: effect.kind.clone(),
         stands_for: effect.stands_for.clone(),
         parameters: BTreeMap::from([(name.to_string(), sd)]),
-        inclusion: None,
-        q_value: None,
         share,
-        folds: None,
-        formula: None,
-        removed: None,
         per: Some(schema.record[0].clone()),
+        ..FoundEffect::default()
     };
     Some((found, share))
 }

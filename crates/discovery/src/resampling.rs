@@ -2,9 +2,9 @@
 //! times.
 //!
 //! Between events the motion is smooth: over each segment that the system names, a polynomial is fitted to
-//! every channel. Its values and slopes at regular times are the states that a stepwise model is trained
-//! on. The known samples of a record, from which predictions start, have their own polynomials, so that no
-//! later sample influences the initial state.
+//! every channel. Its values and slopes at regular times are the states that a stepwise model is trained on.
+//! The known samples of a record, from which predictions start, have their own polynomials, so that no later
+//! sample influences the initial state.
 
 use crate::DiscoveryError;
 use crate::linear::Square;

@@ -72,7 +72,7 @@ impl std::fmt::Display for Estimate {
 }
 
 /// An effect that was added to the model.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FoundEffect {
     /// Kind in the library.
     pub kind: String,
@@ -320,8 +320,8 @@ pub struct Tests {
 pub struct Windows {
     /// Number of fitted windows in the training and in the held-out records.
     pub fitted: [usize; 2],
-    /// Number of windows excluded from the predictions because no model follows them, in the training and
-    /// in the held-out records.
+    /// Number of windows excluded from the predictions because no model follows them, in the training and in
+    /// the held-out records.
     pub left_out: [usize; 2],
     /// The exclusion rule, in words.
     pub rule: String,
@@ -369,8 +369,7 @@ pub struct Example {
     pub id: String,
     /// Rank of its error among the held-out trajectories: `best`, `median` or `worst`.
     pub rank: String,
-    /// Root mean square errors after the known samples, in the unit of the error table: declared,
-    /// augmented.
+    /// Root mean square errors after the known samples, in the unit of the error table: declared, augmented.
     pub rmse: [f64; 2],
     /// Times, s.
     pub times_s: Vec<f64>,
@@ -439,8 +438,7 @@ pub struct Discovery {
     pub parameters: BTreeMap<String, Estimate>,
     /// Measurement noise.
     pub noise: NoiseFound,
-    /// Cause of the residuals of the augmented model (measurement or process noise), where it was
-    /// estimated.
+    /// Cause of the residuals of the augmented model (measurement or process noise), where it was estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_cause: Option<NoiseCause>,
     /// Other sets of effects that explain the data equally well.

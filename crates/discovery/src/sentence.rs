@@ -18,10 +18,10 @@ fn negligible_error(reduction: f64) -> f64 {
     (SMALL_SHARE * reduction).max(0.0)
 }
 
-/// Sorts effects that together removed the error `reduction`: first those that remove more than a
-/// negligible error, by the error removed; then those that do not change predictions (random effects) and
-/// single effects; last those that remove no error, because the others compensate or because held-out
-/// predictions do not confirm them. The last two by their share of the log-likelihood gain.
+/// Sorts effects that together removed the error `reduction`: first those that remove more than a negligible
+/// error, by the error removed; then those that do not change predictions (random effects) and single
+/// effects; last those that remove no error, because the others compensate or because held-out predictions
+/// do not confirm them. The last two by their share of the log-likelihood gain.
 pub(crate) fn order(effects: &mut [FoundEffect], reduction: f64) {
     let negligible_error = negligible_error(reduction);
     let rank = |e: &FoundEffect| match e.removed {
@@ -184,21 +184,9 @@ mod tests {
     //! Contract: effects are ordered by the error that they remove; one that removes a negligible error
     //! never precedes another and is in the second sentence, whatever its share of the log-likelihood gain.
     use super::*;
-    use std::collections::BTreeMap;
 
     fn effect(kind: &str, share: f64, removed: Option<f64>) -> FoundEffect {
-        FoundEffect {
-            kind: kind.into(),
-            stands_for: Vec::new(),
-            parameters: BTreeMap::new(),
-            share,
-            removed,
-            inclusion: None,
-            q_value: None,
-            folds: None,
-            formula: None,
-            per: None,
-        }
+        FoundEffect { kind: kind.into(), share, removed, ..FoundEffect::default() }
     }
 
     fn named(mut effects: Vec<FoundEffect>, reduction: f64) -> [Vec<String>; 2] {

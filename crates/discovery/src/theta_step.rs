@@ -28,8 +28,8 @@ impl Step {
     }
 }
 
-/// Increases the damping until the step is clearly shorter than the rejected one, because a slightly
-/// shorter step would be rejected as well. Returns the step and its damping.
+/// Increases the damping until the step is clearly shorter than the rejected one, because a slightly shorter
+/// step would be rejected as well. Returns the step and its damping.
 pub(crate) fn shorter_step(
     h: &Hypothesis,
     lanes: &[Lanes],
@@ -66,8 +66,8 @@ pub(crate) fn curvature(
         let mut reached = uj.clone();
         sj.cholesky().forward(&mut reached);
         let share = reached.iter().map(|x| x * x).sum::<f64>();
-        // At most half of the curvature along the gradient is removed. For starts near the solution
-        // nothing is, which gives Gauss-Newton steps.
+        // At most half of the curvature along the gradient is removed. For starts near the solution nothing
+        // is, which gives Gauss-Newton steps.
         let softening = if h.system.begins_from_first_samples() { normal.softening } else { 0.0 };
         let softening = softening.min(MAX_SOFTENED_SHARE / share.max(f64::MIN_POSITIVE));
         for (a, &ta) in l.theta.iter().enumerate() {

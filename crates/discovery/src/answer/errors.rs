@@ -1,17 +1,17 @@
 //! Prediction errors on data that no decision used.
 //!
 //! Records held out from the beginning are predicted by the fits to the others. Where there are too few to
-//! hold any out, fits and choice among the fitted sets are repeated without each fifth of the data, which
-//! is then predicted (nested cross-validation: Varma and Simon 2006).
+//! hold any out, fits and choice among the fitted sets are repeated without each fifth of the data, which is
+//! then predicted (nested cross-validation: Varma and Simon 2006).
 
 use crate::addition::kinds;
 use crate::columns::Family;
 use crate::error_table::ForecastErrors;
-use crate::excluded_windows::{self, left_out};
 use crate::fit::{Fit, fit_nuisance, merge_nuisances};
 use crate::free_runs::{FreeRuns, mean_error};
 use crate::prepare::Prepared;
 use crate::records::View;
+use crate::residuals::{self, left_out};
 use crate::score::Scored;
 use crate::search::{Search, SearchResult, refit_on, repeat_choice};
 use rayon::prelude::*;
@@ -104,7 +104,7 @@ fn predicted(prepared: &Prepared, records: &[usize], [base, best]: [&Fit; 2], se
 
 /// Mean squared residual of a window above which it is not predicted; infinite where every record counts.
 pub(crate) fn forecast_limit(prepared: &Prepared, best: &Fit) -> f64 {
-    if prepared.data.is_idealised() { excluded_windows::limit(best) } else { f64::INFINITY }
+    if prepared.data.is_idealised() { residuals::limit(best) } else { f64::INFINITY }
 }
 
 /// Sum over stretches, channel by channel.

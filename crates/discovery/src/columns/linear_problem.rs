@@ -1,5 +1,5 @@
-//! The predictions near a fit as a linear problem: columns for each candidate, and sums of their products
-//! by block.
+//! The predictions near a fit as a linear problem: columns for each candidate, and sums of their products by
+//! block.
 //!
 //! Each column costs one simulation of the data. After that, the gain, the coefficients and the
 //! cross-validated error of any set of candidates follow from the sums of products in microseconds.
@@ -7,8 +7,8 @@
 use super::candidates::can_join;
 use super::group::{ColumnGroup, ColumnKind, acting_points, null_points};
 use crate::addition::Addition;
-use crate::chosen_records::ChosenRecords;
 use crate::linear::Square;
+use crate::record::ChosenRecords;
 use crate::score::{Blocks, FitWindows, Rows, Scored, distances_from_nulls};
 use augsim_linear::gram_of_rows;
 use augsim_physics::model::Per;

@@ -40,8 +40,8 @@ pub(crate) struct Findings {
     pub named: usize,
     /// p-value of each of its additions.
     pub p_values: Vec<f64>,
-    /// q-value of each: expected share of false findings among those as significant (Benjamini and
-    /// Yekutieli 2001).
+    /// q-value of each: expected share of false findings among those as significant (Benjamini and Yekutieli
+    /// 2001).
     pub q_values: Vec<f64>,
     /// Share of resamples that select each addition, or an equivalent one.
     pub inclusion: Vec<f64>,
@@ -84,8 +84,8 @@ pub(crate) fn judged(search: &Search<'_>, found: &mut SearchResult, seed: u64, n
     Findings { named, p_values, q_values, inclusion, alternatives, leads, false_positives }
 }
 
-/// Index of the set to name before resampling: the significant part of the best set, or a simpler
-/// equivalent one.
+/// Index of the set to name before resampling: the significant part of the best set, or a simpler equivalent
+/// one.
 pub(crate) fn named(search: &Search<'_>, found: &mut SearchResult) -> usize {
     let best = found.significant(search, found.best);
     simplest(search, found, best)

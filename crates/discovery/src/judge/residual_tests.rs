@@ -3,7 +3,6 @@
 
 use crate::addition::Addition;
 use crate::columns::{LinearProblem, laws};
-use crate::grammar::is_formula;
 use crate::periodicity;
 use crate::random_effect_test::RandomEffectEstimate;
 use crate::record::Record;
@@ -111,7 +110,7 @@ fn level(set: &Scored) -> f64 {
 pub(crate) fn tabulated(search: &Search<'_>, found: &mut SearchResult, named: usize) -> Option<(usize, f64)> {
     let mut starts = vec![named];
     let set = found.sets[named].clone();
-    let is_library_effect = |a: &&Addition| !matches!(a, Addition::Scatter(_)) && !is_formula(a);
+    let is_library_effect = |a: &&Addition| !matches!(a, Addition::Scatter(_)) && !a.is_formula();
     let library_effects: Vec<Addition> = set.additions().iter().filter(is_library_effect).cloned().collect();
     if library_effects.len() < set.additions().len() {
         // A random effect can absorb an unlisted effect, and several formulas can follow the curve of one

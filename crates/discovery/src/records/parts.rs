@@ -70,11 +70,8 @@ pub(crate) fn block(record: &Record, windows: Range<usize>) -> Record {
     Record {
         data: SystemRecord {
             id: format!("{} part {}", data.id, windows.start + 1),
-            group: data.group,
             times: part(&data.times),
             values: data.values.iter().map(part).collect(),
-            inputs: data.inputs.clone(),
-            covariates: data.covariates.clone(),
             windows: chosen
                 .iter()
                 .map(|w| Window { samples: shifted(&w.samples), start: w.start.clone() })
@@ -82,9 +79,9 @@ pub(crate) fn block(record: &Record, windows: Range<usize>) -> Record {
             forecasts: Vec::new(),
             pieces: pieces.collect(),
             events: data.events.iter().filter(|e| (begin..=end).contains(&e.time)).copied().collect(),
-            memory_s: data.memory_s,
             known: known(data, samples),
             under_way: data.under_way || first > 0,
+            ..data.clone()
         },
         weight: record.weight.iter().map(part).collect(),
         is_tolerance: record.is_tolerance,

@@ -1,7 +1,7 @@
 //! The data as fits use them: records in windows of one length, and the blocks that are left out in turn.
 
-use crate::chosen_records::ChosenRecords;
 use crate::prepare::Prepared;
+use crate::record::ChosenRecords;
 use crate::record::{Measured, Record};
 use crate::records::parts::{block, weighted};
 use crate::score::Blocks;

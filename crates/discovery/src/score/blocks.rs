@@ -4,11 +4,11 @@
 //! where there are many (blocked cross-validation: Burman, Chow and Nolan 1994). Blocks depend on the data
 //! alone, not on a seed.
 
-use crate::chosen_records::ChosenRecords;
+use crate::record::ChosenRecords;
 
-/// Number of blocks that few recordings are cut into. Fewer give Student's t heavy tails (with 15 degrees
-/// of freedom a level of 0.01 over 60 candidates requires 4.9 standard errors, with 7 it would require
-/// 7.0); many more would be shorter than the autocorrelation time of the residuals.
+/// Number of blocks that few recordings are cut into. Fewer give Student's t heavy tails (with 15 degrees of
+/// freedom a level of 0.01 over 60 candidates requires 4.9 standard errors, with 7 it would require 7.0);
+/// many more would be shorter than the autocorrelation time of the residuals.
 pub(crate) const BLOCKS: usize = 16;
 /// Maximum number of blocks: from 40 on Student's t is normal to 10 % at the required levels, and the work
 /// grows with the number.
@@ -25,8 +25,8 @@ pub(crate) struct Blocks {
 }
 
 impl Blocks {
-    /// Blocks of a sample from `recordings` recordings, in order: groups of whole recordings if there are
-    /// at least 16, else segments with equal numbers of measured samples.
+    /// Blocks of a sample from `recordings` recordings, in order: groups of whole recordings if there are at
+    /// least 16, else segments with equal numbers of measured samples.
     pub fn new(sample: &ChosenRecords<'_>, recordings: usize) -> Self {
         let records: Vec<Vec<bool>> = sample
             .records()

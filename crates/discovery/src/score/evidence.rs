@@ -29,8 +29,8 @@ const NEIGHBOUR_LAGS: usize = 2;
 /// Number of independent residuals that a block must have where windows extend over several blocks. With a
 /// correlation time of T samples one residual in 2 T is independent, and blocks of L samples understate a
 /// variance by the share T/L for the correlation of neighbours (Kuensch 1989), two thirds of which the
-/// weighted covariance of neighbours restores. With 7, one part in 42 is missing, which less than halves
-/// the p-value of five standard errors.
+/// weighted covariance of neighbours restores. With 7, one part in 42 is missing, which less than halves the
+/// p-value of five standard errors.
 const MIN_INDEPENDENT_PER_BLOCK: f64 = 7.0;
 
 /// The part of one window in one block.
@@ -72,7 +72,8 @@ pub(crate) struct Evidence {
     pub moves: Vec<Vec<f64>>,
     /// Squared prediction error of each cell by the parameters without its block.
     predicted: Vec<f64>,
-    cost: f64,
+    /// Minus twice the log predictive density of the left-out blocks.
+    pub cost: f64,
     /// Autocorrelation of the residuals.
     pub independence: Independence,
 }
@@ -132,11 +133,6 @@ impl Evidence {
         (squares, priors)
     }
 
-    /// Minus twice the log predictive density of the left-out blocks.
-    pub fn cost(&self) -> f64 {
-        self.cost
-    }
-
     /// Gain over other evidence on the same windows by block, in nats, counting independent residuals only.
     /// The decrease of a window's cost is divided among blocks in proportion to the decrease of their
     /// squared errors.
@@ -176,10 +172,10 @@ impl Evidence {
         if t > 0.0 { 0.5 * f_tail(t * t, 1.0, n - 1.0) } else { 1.0 }
     }
 
-    /// Bound of the p-value of the gain over other evidence, for any distribution of the gains: a
-    /// likelihood ratio of predictions exceeds `x` with probability at most `1/x` (Markov's inequality;
-    /// Vovk and Wang 2021). The block with the largest gain is excluded, so that a single outlying record
-    /// does not establish a random effect.
+    /// Bound of the p-value of the gain over other evidence, for any distribution of the gains: a likelihood
+    /// ratio of predictions exceeds `x` with probability at most `1/x` (Markov's inequality; Vovk and Wang
+    /// 2021). The block with the largest gain is excluded, so that a single outlying record does not
+    /// establish a random effect.
     pub fn p_value_bound(&self, other: &Self) -> f64 {
         let gains = self.gains_over(other);
         let largest = gains.iter().copied().fold(0.0, f64::max);
@@ -226,8 +222,8 @@ impl Evidence {
     }
 
     /// Curvature and gradient of the cost of each block. For a window in a single block the curvature
-    /// includes the derivative of its weight: without it sandwich intervals cover 75 % under a smooth
-    /// misfit of two standard deviations, with it 95 %.
+    /// includes the derivative of its weight: without it sandwich intervals cover 75 % under a smooth misfit
+    /// of two standard deviations, with it 95 %.
     pub fn clusters(&self) -> Vec<(Square, Vec<f64>)> {
         let p = self.moves.first().map_or(0, Vec::len);
         let mut parts = vec![0; self.scales.len()];

@@ -1,7 +1,7 @@
 //! The block jackknife: how estimates move when blocks are left out, and the covariance from these moves
 //! (formulas (1) and (3) of [`evidence`](super::evidence)).
 
-use crate::linear::Square;
+use crate::linear::{Square, dot};
 
 /// Share of a parameter's information with which leave-one-out estimates are drawn to the null, so that an
 /// effect without support in the other blocks vanishes there. It is above rounding, and below the share
@@ -72,7 +72,6 @@ pub(crate) fn freedom<'a>(
         entries.iter().enumerate().for_each(|(b, &entry)| *variance.at_mut(a, b) = x[entry]);
     }
     let variance = variance.cholesky();
-    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
     // Trace of a block's part of the variance in units of the whole.
     let share = |h: &Square| -> f64 {
         let parts = columns.iter().enumerate().map(|(a, x)| {
@@ -87,8 +86,7 @@ pub(crate) fn freedom<'a>(
     if squares > 0.0 { sum * sum / squares - 1.0 } else { 0.0 }
 }
 
-/// Squared distance of the parameters `entries` from values that they are `off` by, in their covariance
-/// (3).
+/// Squared distance of the parameters `entries` from values that they are `off` by, in their covariance (3).
 pub(crate) fn distance(moves: &[Vec<f64>], entries: &[usize], off: &[f64], lags: usize) -> f64 {
     let mut x = off.to_vec();
     covariance(moves, entries, lags).cholesky().forward(&mut x);

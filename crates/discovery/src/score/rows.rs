@@ -1,5 +1,5 @@
-//! Residuals and their sensitivities at a fit, sample by sample, with the nuisances of each window
-//! projected out.
+//! Residuals and their sensitivities at a fit, sample by sample, with the nuisances of each window projected
+//! out.
 //!
 //! In a window, `r` are the residuals in units of the noise, `J` their sensitivities to theta, `N` those to
 //! the window's nuisances (initial state, offsets), and `P` the prior precisions of the nuisances. The
@@ -7,10 +7,10 @@
 //! P)^-1 w N'J` the rows become `J - N X`, and each prior adds the row `-P^1/2 X`.
 
 use super::blocks::Blocks;
-use crate::chosen_records::ChosenRecords;
-use crate::evaluate::{Lanes, Point, nuisance_priors, simulated, weight, whitened_rows};
+use crate::evaluate::{Lanes, Point, cost_and_weight, nuisance_priors, simulated, whitened_rows};
 use crate::fit::Fit;
 use crate::linear::{Cholesky, Square};
+use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
 use augsim_physics::system::{Seed, System};
 
@@ -147,7 +147,7 @@ impl<'a> FitWindows<'a> {
         let h = &self.fit.hypothesis;
         let points = self.points(&*h.system, h.system.parameters().len(), &[]);
         let width = h.theta_len() + 1;
-        let seeds: Vec<&[Seed]> = self.lanes.iter().map(Lanes::seeds).collect();
+        let seeds: Vec<&[Seed]> = self.lanes.iter().map(|lanes| &lanes.seeds[..]).collect();
         let windows = simulated(&points, &self.lanes, &self.windows, &seeds, |w, run| {
             let (values, places) = whitened_rows(run, self.windows[w], self.sample.correlation);
             let block = |k: usize| blocks.block(self.chosen[w], k);
@@ -181,7 +181,7 @@ impl<'a> FitWindows<'a> {
         }
         let freedom = (places.len() as f64 - lanes.state_nuisances() as f64).max(1.0);
         let is_tolerance = window.record.is_tolerance;
-        let weight = weight(misfit, freedom, is_tolerance);
+        let weight = cost_and_weight(misfit, freedom, is_tolerance).1;
         let priors = nuisance_priors(point, lanes, window);
         let precision = priors.iter().map(|p| p.1).collect();
         let projection = Projection::new(sensitivities, precision, weight);

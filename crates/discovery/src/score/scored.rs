@@ -4,11 +4,11 @@ use super::blocks::Blocks;
 use super::evidence::Evidence;
 use super::rows::FitWindows;
 use crate::addition::{Addition, labels};
-use crate::chosen_records::ChosenRecords;
 use crate::fit::Fit;
 use crate::identifiability::unidentifiable;
 use crate::interval::{Intervals, MIN_FREEDOM};
 use crate::linear::Square;
+use crate::record::ChosenRecords;
 use crate::statistics::hotelling_tail;
 use augsim_physics::system::Effect;
 
@@ -40,12 +40,12 @@ impl Scored {
     pub fn is_finite(&self) -> bool {
         self.fit.cost.is_finite()
             && self.fit.theta.iter().all(|v| v.is_finite())
-            && self.evidence.cost().is_finite()
+            && self.evidence.cost.is_finite()
     }
 
     /// Gain over another set on the same data, nats, with the share `independent` of independent residuals.
     pub fn gain_over(&self, other: &Self, independent: f64) -> f64 {
-        0.5 * independent * (other.evidence.cost() - self.evidence.cost())
+        0.5 * independent * (other.evidence.cost - self.evidence.cost)
     }
 
     /// p-value of each addition: of its coefficients, by their leave-one-out scatter (Hotelling's T
@@ -152,8 +152,8 @@ impl Scored {
     }
 }
 
-/// Entries of theta of the coefficients of an effect with entries `range`, and their nulls; shape
-/// parameters have no null.
+/// Entries of theta of the coefficients of an effect with entries `range`, and their nulls; shape parameters
+/// have no null.
 fn amounts_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize, f64)> {
     let width = range.len() / effect.parameters.len().max(1);
     let amounts = effect.amounts.unwrap_or(usize::MAX).saturating_mul(width);

@@ -1,8 +1,8 @@
 //! Choice of the window length.
 //!
-//! Longer windows have fewer initial states to estimate and determine slow parameters better, as long as
-//! the model follows the data; beyond that, process noise and model errors accumulate along a window. The
-//! length with the smallest scatter of the parameters over blocks is the best compromise.
+//! Longer windows have fewer initial states to estimate and determine slow parameters better, as long as the
+//! model follows the data; beyond that, process noise and model errors accumulate along a window. The length
+//! with the smallest scatter of the parameters over blocks is the best compromise.
 
 use crate::calibrate::calibrate;
 use crate::fit::{Fit, fit, fit_nuisance};

@@ -3,10 +3,10 @@
 use crate::addition::Addition;
 use crate::calibrate::calibration_start;
 use crate::columns::{Family, library};
-use crate::deadline::Clock;
 use crate::evaluate::{Lanes, rough_event_value};
 use crate::fit::{ChosenRecords, Fit, fit};
 use crate::hypothesis::Hypothesis;
+use crate::options::Clock;
 use crate::records::View;
 use crate::score::Scored;
 use crate::search::heterogeneity::heterogeneity;
@@ -165,8 +165,8 @@ impl<'a> Search<'a> {
         theta
     }
 
-    /// Initial nuisances of the windows: offsets of the events' parameter are dropped, or start at its
-    /// rough values.
+    /// Initial nuisances of the windows: offsets of the events' parameter are dropped, or start at its rough
+    /// values.
     fn initial_nuisances(&self, from: &Fit, h: &Hypothesis, theta: &[f64]) -> Vec<Vec<f64>> {
         let is_same_scatter = from.hypothesis.scatter.map(|s| s.per) == h.scatter.map(|s| s.per);
         let Some(event) = self.event_parameter().filter(|_| !is_same_scatter) else {

@@ -1,5 +1,5 @@
-//! The search loop: linearise at the best set, select in the linear problem, refit new sets, repeat;
-//! finally fit the subsets of the best set.
+//! The search loop: linearise at the best set, select in the linear problem, refit new sets, repeat; finally
+//! fit the subsets of the best set.
 
 use super::refit::{ALPHA, InitialValues, Penalty, Search};
 use super::select::{LinearSet, select};
@@ -9,8 +9,8 @@ use crate::fit::fit_nuisance;
 use crate::score::{Evidence, Scored};
 use rayon::prelude::*;
 
-/// Maximum number of new sets that a round refits with one more effect than the best set. In the first
-/// round all effects compete, and [`MAX_EQUAL_SETS`] more are refitted.
+/// Maximum number of new sets that a round refits with one more effect than the best set. In the first round
+/// all effects compete, and [`MAX_EQUAL_SETS`] more are refitted.
 const MAX_LARGER_SETS: usize = 4;
 /// The same with equally many effects.
 const MAX_EQUAL_SETS: usize = 4;
@@ -101,8 +101,8 @@ pub(crate) fn run(
     found
 }
 
-/// Repeats the choice on other data: refits the best sets of a search there, warm-started, and selects
-/// among them.
+/// Repeats the choice on other data: refits the best sets of a search there, warm-started, and selects among
+/// them.
 pub(crate) fn repeat_choice(search: &Search<'_>, base: Scored, known: &SearchResult) -> SearchResult {
     let mut order: Vec<usize> = (1..known.sets.len()).collect();
     let margin = |n: usize| known.margin(&known.sets[n], known.base());

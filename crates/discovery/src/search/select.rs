@@ -2,7 +2,7 @@
 
 use super::refit::{Penalty, Search};
 use crate::columns::{BlockSums, LinearProblem, MIN_INDEPENDENT_SHARE, sum_blocks};
-use crate::linear::{Cholesky, Square};
+use crate::linear::{Cholesky, Square, dot};
 use crate::score::{distance, freedom, step_without_block};
 use crate::statistics::hotelling_tail;
 use rayon::prelude::*;
@@ -223,7 +223,6 @@ impl<'p> Selection<'p> {
     fn gain_of(&self, g: usize, columns: &[usize], factor: &Cholesky, projected: &[f64]) -> Option<f64> {
         let group = &self.problem.groups[g];
         let candidate: Vec<usize> = group.columns.clone().collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         let shared: Vec<Vec<f64>> = candidate
             .iter()
             .map(|&c| {
@@ -254,8 +253,7 @@ impl<'p> Selection<'p> {
         group.is_feasible(&coefficients).then(|| u.iter().map(|x| x * x).sum())
     }
 
-    /// Evaluates a set once; `None` where a column is collinear with others, or a coefficient is
-    /// infeasible.
+    /// Evaluates a set once; `None` where a column is collinear with others, or a coefficient is infeasible.
     fn evaluate(&self, groups: Vec<usize>, visited: &mut Passed) -> Option<LinearSet> {
         if let Some(evaluated) = visited.get(&groups) {
             return evaluated.clone();
