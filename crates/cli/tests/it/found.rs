@@ -171,7 +171,9 @@ fn a_time_limit_ends_the_search_with_the_best_so_far_and_says_so() {
     let sentence = cut["sentence"].as_str().expect("a sentence");
     assert!(sentence.starts_with("The search was stopped at its time limit"), "{sentence}");
     assert!(
-        std::fs::read_to_string(d.join("cut/report.html")).expect("a page").contains("The search was stopped")
+        std::fs::read_to_string(d.join("cut/report.html"))
+            .expect("a page")
+            .contains("The search was stopped")
     );
     // A limit that is not reached changes nothing.
     let whole = succeed_json(&[&discover[..], &["--out", "whole"]].concat(), d);
