@@ -4,7 +4,7 @@ use crate::addition::Addition;
 use crate::columns::Family;
 use crate::prepare::prepare;
 use crate::random_effect_test;
-use crate::search::{InitialValues, Search, calibrated};
+use crate::search::{InitialValues, Search, calibrate_windows};
 use crate::{DiscoveryError, Options, forecast};
 use augsim_data::Dataset;
 use augsim_physics::system::{Declaration, ScatterPer, System};
@@ -41,7 +41,7 @@ pub fn assess(
     options: &Options,
 ) -> Result<Assessment, DiscoveryError> {
     let prepared = prepare(model, data, options)?;
-    let (view, base) = calibrated(&prepared, &prepared.searched);
+    let (view, base) = calibrate_windows(&prepared, &prepared.searched);
     let search = Search::new(&view, &[Family::Described], &prepared.clock);
     let system: &dyn System = &*prepared.data.system;
     let additions: Vec<Addition> = kinds
@@ -70,7 +70,7 @@ pub fn assess(
     let scatter_gain = if has_scatter { random_effect_test::gain(&search, &best) } else { 0.0 };
     let shown_records = if prepared.held_out.is_empty() { &prepared.searched } else { &prepared.held_out };
     Ok(Assessment {
-        gain: best.gain_over(&base, best.evidence.independence.independent) + scatter_gain,
+        gain: best.gain_over(&base, best.evidence.independence.share) + scatter_gain,
         penalty: search.penalty().of_set(&additions) + f64::from(u8::from(has_scatter)) * search.penalty().0,
         rmse: forecast::first_rmse(&prepared.sample(shown_records), &best.fit),
     })

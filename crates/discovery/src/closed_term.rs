@@ -53,7 +53,7 @@ fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {
 }
 
 /// A tabulated effect as in the result, from the values at its knots and their standard deviations.
-fn tabulated(law: &Tabulated, values: &[f64], sd: &[f64]) -> Unexplained {
+fn table_in_result(law: &Tabulated, values: &[f64], sd: &[f64]) -> Unexplained {
     let table = &law.table;
     let step = (table.last - table.first) / (table.knots - 1) as f64;
     Unexplained {
@@ -71,9 +71,9 @@ pub(crate) fn unexplained(parts: &AnswerParts<'_>) -> Option<Unexplained> {
     let (h, theta, ci95) = (&set.fit.hypothesis, &set.fit.theta, set.ci95());
     for (n, a) in h.additions.iter().enumerate() {
         if let Addition::Table(law) = a {
-            let range = h.range_of(n);
+            let range = h.entries_of_addition(n);
             let sd: Vec<f64> = range.clone().map(|i| (ci95[i][1] - ci95[i][0]) / (2.0 * NORMAL_95)).collect();
-            return Some(tabulated(law, &theta[range], &sd));
+            return Some(table_in_result(law, &theta[range], &sd));
         }
     }
     None

@@ -114,7 +114,7 @@ impl Descent {
         lanes: &[Lanes],
         mut state: State,
     ) -> State {
-        let bounds = h.bounds();
+        let bounds = h.fit_bounds();
         let (max_work, (absolute, relative)) = match sample.data.is_idealised() {
             true => (MAX_SIMULATIONS_IDEALISED, SMALL_DECREASE_IDEALISED),
             false => (MAX_SIMULATIONS, SMALL_DECREASE),

@@ -8,12 +8,12 @@ use crate::statistics::median;
 /// Standard deviation of the noise of one channel, from residuals of parabolas through neighbours, in its
 /// unit.
 pub(crate) fn rough_noise(times: &[f64], y: &[f64]) -> f64 {
-    1.4826 * median(&mut misfits(times, y))
+    1.4826 * median(&mut parabola_residuals(times, y))
 }
 
 /// Absolute residuals of parabolas through neighbouring measured samples, scaled to noise of standard
 /// deviation 1.
-fn misfits(times: &[f64], y: &[f64]) -> Vec<f64> {
+fn parabola_residuals(times: &[f64], y: &[f64]) -> Vec<f64> {
     let chosen: Vec<usize> = (0..y.len()).filter(|&k| y[k].is_finite()).collect();
     let at = |values: &[f64]| chosen.iter().map(|&k| values[k]).collect::<Vec<_>>();
     let (times, y) = (at(times), at(y));
@@ -49,7 +49,8 @@ pub(crate) fn noise_from_differences(data: &mut Measured) -> Noise {
     let channels = &system.schema().channels;
     let by_channel: Vec<Option<f64>> = (0..channels.len())
         .map(|c| {
-            let residuals = data.records.iter().flat_map(|r| misfits(&r.data.times, &r.data.values[c]));
+            let residuals =
+                data.records.iter().flat_map(|r| parabola_residuals(&r.data.times, &r.data.values[c]));
             let mut residuals: Vec<f64> = residuals.collect();
             (residuals.len() >= MIN_RESIDUALS).then(|| (1.4826 * median(&mut residuals)).max(1e-7))
         })

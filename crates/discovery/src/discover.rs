@@ -2,22 +2,22 @@
 
 use crate::DiscoveryError;
 use crate::addition::Addition;
-use crate::answer::{AnswerParts, Errors, errors, forecast_limit, starts};
+use crate::answer::{AnswerParts, Errors, errors, forecast_limit, nuisances_of_all};
 use crate::columns::Family;
 use crate::error_table::ForecastErrors;
 use crate::examples::examples;
 use crate::fit::{fit, fit_nuisance};
 use crate::formulas::search_formulas;
-use crate::judge::{self, Doubt, judged, tabulated, test_residuals};
+use crate::judge::{self, Doubt, add_tables, judge_findings, test_residuals};
 use crate::options::mark_cut_short;
 use crate::options::{Options, Progress, monotone};
-use crate::prepare::{Prepared, misfit, prepare};
+use crate::prepare::{Prepared, prepare, residual_sds};
 use crate::random_effect_test::{self, find_random_effect};
 use crate::records::View;
 use crate::report::report;
 use crate::result::{Discovery, Verdict};
 use crate::score::Scored;
-use crate::search::{Penalty, Search, SearchResult, calibrated, choose_window_length, refit_on};
+use crate::search::{Penalty, Search, SearchResult, calibrate_windows, choose_window_length, refit_on};
 use crate::stages::{Judged, Searched, search_in};
 use augsim_data::checks::{Admitted, admit};
 use augsim_data::{DataError, Dataset};
@@ -71,7 +71,7 @@ pub fn discover(
 /// Result of a run without search: the calibrated model.
 fn calibrate_only(prepared: &Prepared, progress: &mut dyn FnMut(Progress)) -> Searched {
     progress(Progress::Calibration);
-    let (view, base) = calibrated(prepared, &prepared.searched);
+    let (view, base) = calibrate_windows(prepared, &prepared.searched);
     Searched { view, families: Vec::new(), found: SearchResult::of(base, Penalty(0.0)) }
 }
 
@@ -80,12 +80,12 @@ fn calibrate_only(prepared: &Prepared, progress: &mut dyn FnMut(Progress)) -> Se
 fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(Progress)) -> Searched {
     progress(Progress::Calibration);
     let families = vec![if options.library { Family::Described } else { Family::Grammar }];
-    let (view, base) = calibrated(prepared, &prepared.searched);
+    let (view, base) = calibrate_windows(prepared, &prepared.searched);
     let mut report_share = |share: f64| progress(Progress::Searched((1000.0 * share) as u16));
     let mut searched = search_in(prepared, view, &families, base, Vec::new(), &mut report_share);
     for _ in 0..REPEATS {
         let best = searched.found.best().fit.clone();
-        let residual_sd = misfit(&searched.view.sample(), &best);
+        let residual_sd = residual_sds(&searched.view.sample(), &best);
         let is_quieter = prepared.lower_noise(residual_sd);
         let short_view = View::new(prepared, &prepared.searched, 1);
         let short_fit =
@@ -105,9 +105,9 @@ fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(P
 fn judge(prepared: &Prepared, searched: &mut Searched, doubt: Option<String>, options: &Options) -> Judged {
     let Searched { view, families, found } = searched;
     let search = Search::new(view, families, &prepared.clock);
-    let findings = judged(&search, found, options.seed, options.null_runs);
+    let findings = judge_findings(&search, found, options.seed, options.null_runs);
     let named = findings.named;
-    let table = if doubt.is_some() { None } else { tabulated(&search, found, named) };
+    let table = if doubt.is_some() { None } else { add_tables(&search, found, named) };
     let best = table.map_or(named, |(best, _)| best);
     let random_effect = find_random_effect(&search, &found.sets[named], found.penalty);
     let tests = test_residuals(&search, &found.sets[best], random_effect.as_ref(), table.map(|t| t.1));
@@ -191,8 +191,12 @@ fn answer(
             return set.clone();
         }
         let Scored { fit: on_search, .. } = set;
-        let fitted =
-            fit(&all_records.sample(), &on_search.hypothesis, &on_search.theta, &starts(prepared, on_search));
+        let fitted = fit(
+            &all_records.sample(),
+            &on_search.hypothesis,
+            &on_search.theta,
+            &nuisances_of_all(prepared, on_search),
+        );
         Scored::new(&all_records.sample(), &all_records.blocks, fitted)
     };
     let (base, best) = (searched.found.base(), &searched.found.sets[judged.best]);

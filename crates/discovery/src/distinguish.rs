@@ -1,7 +1,7 @@
 //! Experiment that best distinguishes two models: the T-criterion (Atkinson and Fedorov 1975) over the
 //! system's designs.
 
-use crate::evaluate::{Lanes, Point, normal};
+use crate::evaluate::{Lanes, Point, assemble_window};
 use crate::fit::{ChosenRecords, Fit};
 use crate::linear::Square;
 use crate::record::Record;
@@ -59,7 +59,7 @@ fn distance(
     let lanes = Lanes::new(h, planned, &[]);
     let start = lanes.initial_nuisance(h, planned);
     let point = Point::new(h, &*h.system, &lanes, &record, &truth.theta, &start);
-    let run = point.plain(&lanes, planned);
+    let run = point.simulate_plain(&lanes, planned);
     let end = run.event_times().get(design.most_events).copied().unwrap_or(f64::INFINITY);
     let n = record.data.times.iter().take_while(|t| **t < end).count();
     record.data.times.truncate(n);
@@ -68,12 +68,12 @@ fn distance(
         record.data.values.push((0..n).map(|k| run.value(k, c)).collect());
         record.weight.push(vec![1.0 / noise; n]);
     }
-    nearest(sample, &record, other)
+    least_misfit(sample, &record, other)
 }
 
 /// Least misfit of a fitted model to one more record, with the information of the data so far as prior on
 /// its parameters.
-fn nearest(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Option<f64> {
+fn least_misfit(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Option<f64> {
     let h = &fit.hypothesis;
     let planned = record.windows().next()?;
     let lanes = Lanes::new(h, planned, &[]);
@@ -82,7 +82,7 @@ fn nearest(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Option<f64
     let evaluate = |theta: &[f64], nuisance: &[f64]| {
         sample.data.tally.simulation();
         let point = Point::new(h, &*h.system, &lanes, record, theta, nuisance);
-        let normal = normal(&point, &lanes, planned, sample.correlation);
+        let normal = assemble_window(&point, &lanes, planned, sample.correlation);
         let moved: Vec<f64> = lanes.theta.iter().map(|&t| theta[t] - fit.theta[t]).collect();
         let held: Vec<f64> =
             (0..common).map(|i| (0..common).map(|k| prior.at(i, k) * moved[k]).sum()).collect();

@@ -21,7 +21,7 @@ struct Forecasts {
 impl Forecasts {
     fn extend(&mut self, other: Self) {
         self.records.extend(other.records);
-        self.models.iter_mut().zip(other.models).for_each(|(a, b)| appended(a, b));
+        self.models.iter_mut().zip(other.models).for_each(|(a, b)| append(a, b));
     }
 
     fn row(&self, model: usize, measure: usize, scale: f64, seed: u64) -> Rmse {
@@ -45,7 +45,7 @@ fn row(records: &[usize], errors: &Errors, measure: usize, scale: f64, seed: u64
 }
 
 /// Appends the predictions of `more` to `errors`, measure by measure.
-fn appended(errors: &mut Errors, more: Errors) {
+fn append(errors: &mut Errors, more: Errors) {
     errors.resize(more.len(), Vec::new());
     errors.iter_mut().zip(more).for_each(|(a, b)| a.extend(b));
 }
@@ -88,7 +88,7 @@ impl ForecastErrors {
             models: [(base, &nominal), (base, &base.theta), (best, &best.theta)]
                 .map(|(fit, theta)| forecast::errors(test, pieces, fit, theta)),
         };
-        let pieces: Vec<ForecastSpan> = forecast::whole(test).into_iter().filter(is_included).collect();
+        let pieces: Vec<ForecastSpan> = forecast::whole_spans(test).into_iter().filter(is_included).collect();
         let horizons = test.data.system.schema().horizons_s.iter();
         let ends = horizons.map(|&horizon_s| {
             let pieces: Vec<ForecastSpan> =
@@ -98,7 +98,7 @@ impl ForecastErrors {
         Self {
             heldout: test.chosen.len(),
             whole: predict(&pieces),
-            floor: forecast::floor(test, &pieces, best, held, seed),
+            floor: forecast::noise_floor(test, &pieces, best, held, seed),
             ends: ends.collect(),
             pieces,
         }
@@ -117,7 +117,7 @@ impl ForecastErrors {
     pub fn extend(&mut self, other: Self) {
         self.heldout += other.heldout;
         self.whole.extend(other.whole);
-        appended(&mut self.floor, other.floor);
+        append(&mut self.floor, other.floor);
         self.ends.resize(other.ends.len(), Forecasts::default());
         self.ends.iter_mut().zip(other.ends).for_each(|(a, b)| a.extend(b));
     }

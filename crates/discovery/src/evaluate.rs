@@ -157,7 +157,7 @@ impl<'a> Point<'a> {
     }
 
     /// Adds `offsets` to the parameters from index `first` on.
-    pub fn moved(mut self, first: usize, offsets: &[f64]) -> Self {
+    pub fn with_offsets(mut self, first: usize, offsets: &[f64]) -> Self {
         self.values[first..].iter_mut().zip(offsets).for_each(|(value, offset)| *value += offset);
         self
     }
@@ -191,7 +191,7 @@ impl<'a> Point<'a> {
     }
 
     /// Simulates the samples of a window without derivatives.
-    pub fn plain(&self, lanes: &Lanes, window: RecordWindow<'_>) -> Simulated {
+    pub fn simulate_plain(&self, lanes: &Lanes, window: RecordWindow<'_>) -> Simulated {
         let mut out = Simulated::default();
         self.simulate(lanes, window, &[], &mut out);
         out
@@ -209,19 +209,19 @@ pub(crate) fn softening(freedom: f64) -> f64 {
 /// Cost and weight of a window. Where the noise is a tolerance, residuals below it are not rewarded beyond
 /// the Gaussian cost.
 pub(crate) fn cost_and_weight(q: f64, m: f64, is_tolerance: bool) -> (f64, f64) {
-    if is_tolerance { tolerant(q, m) } else { robust(q, m) }
+    if is_tolerance { tolerance_cost(q, m) } else { student_cost(q, m) }
 }
 
 /// Cost and weight from the t density (Lange, Little and Taylor 1989). Near `q = m` it equals the Gaussian
 /// cost; a window that no hypothesis fits counts only with the logarithm of its squared residuals.
-fn robust(q: f64, m: f64) -> (f64, f64) {
+fn student_cost(q: f64, m: f64) -> (f64, f64) {
     let n = STUDENT_FREEDOM + m;
     (n * (q / STUDENT_FREEDOM).ln_1p(), n / (STUDENT_FREEDOM + q))
 }
 
-/// As [`robust`], with the Gaussian cost below `q = m`.
-fn tolerant(q: f64, m: f64) -> (f64, f64) {
-    if q < m { (q - m + robust(m, m).0, 1.0) } else { robust(q, m) }
+/// As [`student_cost`], with the Gaussian cost below `q = m`.
+fn tolerance_cost(q: f64, m: f64) -> (f64, f64) {
+    if q < m { (q - m + student_cost(m, m).0, 1.0) } else { student_cost(q, m) }
 }
 
 /// Normal equations of one window: `h = J'WJ`, `g = J'Wr`, cost `q` with the priors of the nuisances; W is
@@ -247,7 +247,7 @@ pub(crate) struct NormalEquations {
 impl NormalEquations {
     /// Cost after a change of the lane variables, in the quadratic approximation.
     pub fn predicted_cost(&self, change: &[f64]) -> f64 {
-        self.q - self.h.fall(&self.g, change)
+        self.q - self.h.cost_decrease(&self.g, change)
     }
 }
 
@@ -258,7 +258,7 @@ thread_local! {
 }
 
 /// Runs `work` with `count` simulation buffers of this thread.
-fn with_runs<T>(count: usize, work: impl FnOnce(&mut [Simulated]) -> T) -> T {
+fn with_buffers<T>(count: usize, work: impl FnOnce(&mut [Simulated]) -> T) -> T {
     let mut runs = RUNS.take();
     if runs.len() < count {
         runs.resize_with(count, Simulated::default);
@@ -269,34 +269,34 @@ fn with_runs<T>(count: usize, work: impl FnOnce(&mut [Simulated]) -> T) -> T {
 }
 
 /// Simulates a window with all derivatives and forms its normal equations.
-pub(crate) fn normal(
+pub(crate) fn assemble_window(
     point: &Point<'_>,
     lanes: &Lanes,
     window: RecordWindow<'_>,
     correlation: f64,
 ) -> NormalEquations {
-    with_runs(1, |runs| {
+    with_buffers(1, |runs| {
         point.simulate(lanes, window, &lanes.seeds, &mut runs[0]);
-        summed(point, lanes, window, correlation, &runs[0])
+        equations_of_run(point, lanes, window, correlation, &runs[0])
     })
 }
 
-/// As [`normal`] for several windows, with as many in one SIMD pass as the system supports.
-pub(crate) fn normals(
+/// As [`assemble_window`] for several windows, with as many in one SIMD pass as the system supports.
+pub(crate) fn assemble_batch(
     points: &[Point<'_>],
     lanes: &[Lanes],
     windows: &[RecordWindow<'_>],
     correlation: f64,
 ) -> Vec<NormalEquations> {
     let seeds: Vec<&[Seed]> = lanes.iter().map(|l| &l.seeds[..]).collect();
-    simulated(points, lanes, windows, &seeds, |w, run| {
-        summed(&points[w], &lanes[w], windows[w], correlation, run)
+    simulate_windows(points, lanes, windows, &seeds, |w, run| {
+        equations_of_run(&points[w], &lanes[w], windows[w], correlation, run)
     })
 }
 
 /// Simulates windows with the derivatives of `seeds`, as many in one SIMD pass as the system supports, and
 /// maps each run by `take`. Failed simulations have NaN values.
-pub(crate) fn simulated<T: Send>(
+pub(crate) fn simulate_windows<T: Send>(
     points: &[Point<'_>],
     lanes: &[Lanes],
     windows: &[RecordWindow<'_>],
@@ -307,7 +307,7 @@ pub(crate) fn simulated<T: Send>(
     let blocks: Vec<usize> = (0..points.len()).step_by(side_by_side).collect();
     let results = blocks.into_par_iter().flat_map_iter(|first| {
         let block = first..(first + side_by_side).min(points.len());
-        with_runs(block.len(), |runs| {
+        with_buffers(block.len(), |runs| {
             let task = |w: usize| points[w].task(&lanes[w], windows[w], seeds[w]);
             let tasks: Vec<Task<'_>> = block.clone().map(task).collect();
             let done = points[first].system.simulate_all(&tasks, runs);
@@ -333,8 +333,8 @@ pub(crate) fn whitened_rows(
     let (record, count) = (window.record, run.lanes());
     let (mut rows, mut places) = (Vec::new(), Vec::new());
     for c in 0..run.channels() {
-        let residual = |k: usize, d: &mut Vec<f64>| weighted(run, window, c, k, d);
-        whitened(window, c, correlation, vec![0.0; count], residual, |r, d| {
+        let residual = |k: usize, d: &mut Vec<f64>| weighted_residual(run, window, c, k, d);
+        for_each_whitened(window, c, correlation, vec![0.0; count], residual, |r, d| {
             rows.extend_from_slice(d);
             rows.push(r);
         });
@@ -344,7 +344,7 @@ pub(crate) fn whitened_rows(
 }
 
 /// Normal equations of a window from its simulation.
-fn summed(
+fn equations_of_run(
     point: &Point<'_>,
     lanes: &Lanes,
     window: RecordWindow<'_>,
@@ -366,7 +366,7 @@ fn summed(
         40 => sums::<40>(run, window, correlation),
         _ => sums_of_any_width(run, window, correlation),
     };
-    finish(point, lanes, window, sums, run.events())
+    weigh_and_add_priors(point, lanes, window, sums, run.events())
 }
 
 /// `J'J` and `J'r` of whitened residuals r and their derivatives J, squared norm and number of the
@@ -383,8 +383,8 @@ fn sums<const N: usize>(run: &Simulated, window: RecordWindow<'_>, correlation: 
     let count = run.lanes();
     let (mut h, mut g, mut squares, mut terms) = (vec![[0.0; N]; N], [0.0; N], 0.0, 0.0);
     for c in 0..run.channels() {
-        let residual = |k: usize, d: &mut [f64; N]| weighted(run, window, c, k, d);
-        whitened(window, c, correlation, [0.0; N], residual, |r, d| {
+        let residual = |k: usize, d: &mut [f64; N]| weighted_residual(run, window, c, k, d);
+        for_each_whitened(window, c, correlation, [0.0; N], residual, |r, d| {
             squares += r * r;
             terms += 1.0;
             for i in 0..count {
@@ -410,8 +410,8 @@ fn sums_of_any_width(run: &Simulated, window: RecordWindow<'_>, correlation: f64
     let count = run.lanes();
     let (mut h, mut g, mut squares, mut terms) = (Square::zero(count), vec![0.0; count], 0.0, 0.0);
     for c in 0..run.channels() {
-        let residual = |k: usize, d: &mut Vec<f64>| weighted(run, window, c, k, d);
-        whitened(window, c, correlation, vec![0.0; count], residual, |r, d| {
+        let residual = |k: usize, d: &mut Vec<f64>| weighted_residual(run, window, c, k, d);
+        for_each_whitened(window, c, correlation, vec![0.0; count], residual, |r, d| {
             squares += r * r;
             terms += 1.0;
             for (i, di) in d.iter().enumerate() {
@@ -427,7 +427,13 @@ fn sums_of_any_width(run: &Simulated, window: RecordWindow<'_>, correlation: f64
 
 /// Writes the derivatives of sample `k` of channel `c` and returns its residual, both in units of the noise.
 #[inline]
-fn weighted(run: &Simulated, window: RecordWindow<'_>, c: usize, k: usize, derivatives: &mut [f64]) -> f64 {
+fn weighted_residual(
+    run: &Simulated,
+    window: RecordWindow<'_>,
+    c: usize,
+    k: usize,
+    derivatives: &mut [f64],
+) -> f64 {
     let (w, simulated) = (window.record.weight[c][k], k - window.window.samples.start);
     derivatives.iter_mut().zip(run.slopes(simulated, c)).for_each(|(d, slope)| *d = w * slope);
     w * (window.record.data.values[c][k] - run.value(simulated, c))
@@ -437,7 +443,7 @@ fn weighted(run: &Simulated, window: RecordWindow<'_>, c: usize, k: usize, deriv
 /// Autocorrelated noise is a first-order autoregression: the part predicted from the preceding sample is
 /// subtracted and the rest scaled to variance 1. `residual` writes the derivatives of a sample and returns
 /// its residual; `blank` is a row of derivatives of the right length.
-fn whitened<D: AsMut<[f64]> + Clone>(
+fn for_each_whitened<D: AsMut<[f64]> + Clone>(
     window: RecordWindow<'_>,
     c: usize,
     correlation: f64,
@@ -469,7 +475,7 @@ fn whitened<D: AsMut<[f64]> + Clone>(
 }
 
 /// Weights the normal equations of a window by its misfit and adds the priors of its nuisances.
-fn finish(
+fn weigh_and_add_priors(
     point: &Point<'_>,
     lanes: &Lanes,
     window: RecordWindow<'_>,

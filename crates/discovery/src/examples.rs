@@ -48,8 +48,8 @@ pub(crate) fn examples(
     let one = |(place, rank): (usize, &str)| {
         let piece = &pieces[place];
         let record = &test.data.records[test.chosen[piece.chosen]];
-        let declared = forecast::path(test, piece, base, &nominal);
-        let augmented = forecast::path(test, piece, best, &best.theta);
+        let declared = forecast::predicted_channels(test, piece, base, &nominal);
+        let augmented = forecast::predicted_channels(test, piece, best, &best.theta);
         let (first, length) = (piece.samples.start, piece.samples.len());
         let step = stride(length);
         let shown = || (0..length).step_by(step);

@@ -45,7 +45,7 @@ pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unex
         (_, Some(text)) => text,
         (Verdict::NothingToAdd, _) => format!(
             "none needed for these data; a wider range of {} would narrow the limits on small effects",
-            words(&conditions(1))
+            join_words(&conditions(1))
         ),
         _ => format!(
             "repeat under other conditions ({}) to test whether the added effect still holds",
@@ -59,7 +59,7 @@ fn distinguishing_experiment(parts: &AnswerParts<'_>, other: &Scored) -> String 
     let schema = parts.prepared.data.system.schema();
     let named = &parts.found.sets[parts.judged.findings.named];
     let [ours, theirs] = [named, other].map(|s| kinds(s.additions()).join(" + "));
-    let rule = separate(schema, named.additions(), other.additions());
+    let rule = general_experiment(schema, named.additions(), other.additions());
     let scattered = [named, other].iter().any(|s| s.fit.hypothesis.scatter.is_some());
     let sample = parts.search.sample();
     match separation(&sample, &parts.prepared.noise.sd, &named.fit, &other.fit) {
@@ -83,12 +83,16 @@ pub(crate) fn confirming_experiment(parts: &AnswerParts<'_>, addition: &Addition
     let schema = parts.prepared.data.system.schema();
     let confirmed = addition.listed().and_then(|effect| effect.confirmed_by.clone());
     confirmed.unwrap_or_else(|| {
-        format!("more {} like these, over a wider range of {}", schema.record[1], words(&schema.conditions))
+        format!(
+            "more {} like these, over a wider range of {}",
+            schema.record[1],
+            join_words(&schema.conditions)
+        )
     })
 }
 
 /// Joins a list: `starts, speeds and loads`.
-fn words(list: &[String]) -> String {
+fn join_words(list: &[String]) -> String {
     match list {
         [] => "starts and inputs".into(),
         [one] => one.clone(),
@@ -97,15 +101,15 @@ fn words(list: &[String]) -> String {
 }
 
 /// The general experiment for two sets, by the kinds in which they differ.
-fn separate(schema: &Schema, ours: &[Addition], other: &[Addition]) -> String {
-    let (ours, other) = (only(ours, other), only(other, ours));
-    match known_separation(&listed(&ours), &listed(&other)) {
+fn general_experiment(schema: &Schema, ours: &[Addition], other: &[Addition]) -> String {
+    let (ours, other) = (additions_not_in(ours, other), additions_not_in(other, ours));
+    match known_separation(&descriptions(&ours), &descriptions(&other)) {
         Some(text) => text.into(),
         None => {
             let names: Vec<String> = ours.into_iter().chain(other).map(|(name, _)| name).collect();
             format!(
                 "repeat over a wider range of {}, in random order: this distinguishes {}",
-                words(&schema.conditions),
+                join_words(&schema.conditions),
                 names.join(" and ")
             )
         }
@@ -113,7 +117,7 @@ fn separate(schema: &Schema, ours: &[Addition], other: &[Addition]) -> String {
 }
 
 /// The additions of `a` whose kind is not in `b`, sorted by name.
-fn only<'a>(a: &'a [Addition], b: &[Addition]) -> Vec<(String, &'a Addition)> {
+fn additions_not_in<'a>(a: &'a [Addition], b: &[Addition]) -> Vec<(String, &'a Addition)> {
     let theirs = kinds(b);
     let named = a.iter().map(|x| (kinds(std::slice::from_ref(x)).concat(), x));
     let mut out: Vec<_> = named.filter(|(name, _)| !theirs.contains(name)).collect();
@@ -123,7 +127,7 @@ fn only<'a>(a: &'a [Addition], b: &[Addition]) -> Vec<(String, &'a Addition)> {
 
 /// Library descriptions of additions with one value for all groups; no experiment is known for groupwise
 /// values.
-fn listed<'a>(set: &[(String, &'a Addition)]) -> Vec<&'a Effect> {
+fn descriptions<'a>(set: &[(String, &'a Addition)]) -> Vec<&'a Effect> {
     let single = set.iter().filter(|(_, a)| !matches!(a, Addition::Effect(_, Per::Group)));
     single.filter_map(|(_, a)| a.listed()).collect()
 }

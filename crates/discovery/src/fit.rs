@@ -4,8 +4,8 @@ use crate::descent::Descent;
 use crate::evaluate::{Lanes, NormalEquations};
 use crate::event_offsets::{Spread, scatter_bounds, spread_of};
 use crate::fit_state::State;
-pub(crate) use crate::fit_state::assembled;
-use crate::growing_windows::grown;
+pub(crate) use crate::fit_state::assemble_all;
+use crate::growing_windows::fit_growing;
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
 use crate::nuisance_fit::{WindowState, fit_nuisances_from};
@@ -114,7 +114,7 @@ fn fit_with(
             None => l.initial_nuisance(&h, at),
         })
         .collect();
-    let mut state = State::at(sample, &h, &lanes, theta.to_vec(), nuisance);
+    let mut state = State::evaluate(sample, &h, &lanes, theta.to_vec(), nuisance);
     // Rough initial states may all be wrong. Fitted ones are compared with the usual weight instead: with
     // missing effects every window fits badly, and restarting all of them would be most of the work.
     let is_relative = !is_fresh && h.system.begins_from_first_samples();
@@ -145,7 +145,7 @@ fn fit_with(
         let sd = (scatter.sd.ln() + aitken_step(&changes)).exp().clamp(least, most);
         h.scatter = Some(Scatter { sd, ..scatter });
         let State { theta, nuisance, .. } = state;
-        state = State::at(sample, &h, &lanes, theta, nuisance);
+        state = State::evaluate(sample, &h, &lanes, theta, nuisance);
         if change.abs() < SCATTER_TOLERANCE {
             break;
         }
@@ -216,7 +216,7 @@ fn restart_lost_windows(
             windows.iter().zip(&lanes).map(|(at, l)| l.initial_nuisance(h, *at)).collect();
         let restarted = match is_growing {
             false => fit_nuisances_from(sample, h, &theta, &windows, &lanes, rough),
-            true => grown(sample, h, &theta, &windows, &lanes, rough),
+            true => fit_growing(sample, h, &theta, &windows, &lanes, rough),
         };
         for (w, fresh) in lost.into_iter().zip(restarted) {
             if fresh.0.q < best[w].0.q {

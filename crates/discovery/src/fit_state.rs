@@ -17,14 +17,14 @@ pub(crate) struct State {
 
 impl State {
     /// Evaluates the state at `theta` and the nuisances of all windows.
-    pub fn at(
+    pub fn evaluate(
         sample: &ChosenRecords<'_>,
         h: &Hypothesis,
         lanes: &[Lanes],
         theta: Vec<f64>,
         nuisance: Vec<Vec<f64>>,
     ) -> Self {
-        let normals = assembled(sample, h, lanes, &theta, &nuisance);
+        let normals = assemble_all(sample, h, lanes, &theta, &nuisance);
         let q = normals.iter().map(|n| n.q).sum();
         Self { theta, nuisance, normals, q }
     }
@@ -71,7 +71,7 @@ impl State {
 }
 
 /// Normal equations of all windows at given values.
-pub(crate) fn assembled(
+pub(crate) fn assemble_all(
     sample: &ChosenRecords<'_>,
     h: &Hypothesis,
     lanes: &[Lanes],

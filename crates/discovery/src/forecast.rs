@@ -56,7 +56,7 @@ impl ForecastSpan {
 }
 
 /// The spans of the error tables: whole records, or the parts that their system defines.
-pub(crate) fn whole(sample: &ChosenRecords<'_>) -> Vec<ForecastSpan> {
+pub(crate) fn whole_spans(sample: &ChosenRecords<'_>) -> Vec<ForecastSpan> {
     let spans = |(chosen, record): (usize, &Record)| {
         let whole = 0..record.data.times.len();
         let ranges =
@@ -267,7 +267,7 @@ fn prediction_errors(
 }
 
 /// Predictions `[channel][sample]` of a span by the hypothesis of a training fit.
-pub(crate) fn path(
+pub(crate) fn predicted_channels(
     sample: &ChosenRecords<'_>,
     piece: &ForecastSpan,
     training: &Fit,
@@ -291,7 +291,7 @@ pub(crate) fn simulate_from(
     let whole = Window { samples, start: Vec::new() };
     let lanes = Lanes::new(h, RecordWindow { record: beginning, window: &whole }, &[]);
     let point = Point::new(h, &*h.system, &lanes, record, theta, start);
-    point.plain(&lanes, RecordWindow { record, window: &whole })
+    point.simulate_plain(&lanes, RecordWindow { record, window: &whole })
 }
 
 /// Transposes the errors of each prediction to lists by measure.
@@ -317,12 +317,16 @@ pub(crate) fn errors(
 
 /// Root mean square error on whole records in the first measure, in the unit of its channels.
 pub(crate) fn first_rmse(sample: &ChosenRecords<'_>, training: &Fit) -> f64 {
-    rmse(errors(sample, &whole(sample), training, &training.theta).first().map_or(&[][..], Vec::as_slice))
+    rmse(
+        errors(sample, &whole_spans(sample), training, &training.theta)
+            .first()
+            .map_or(&[][..], Vec::as_slice),
+    )
 }
 
 /// Noise floor: errors of the same predictions on replicates simulated by the fitted model with its noise
 /// and scatter, the least that any model can reach. `fit` has the nuisances of the sample.
-pub(crate) fn floor(
+pub(crate) fn noise_floor(
     sample: &ChosenRecords<'_>,
     pieces: &[ForecastSpan],
     training: &Fit,
@@ -377,7 +381,7 @@ fn replicated(
     let h = &fit.hypothesis;
     let whole = Window { samples: piece.samples.clone(), start: Vec::new() };
     let point = Point::new(h, &*h.system, &lanes, record, &fit.theta, &nuisance);
-    let run = point.plain(&lanes, RecordWindow { record, window: &whole });
+    let run = point.simulate_plain(&lanes, RecordWindow { record, window: &whole });
     for c in 0..run.channels() {
         // The noise of the preceding measured sample, and its index.
         let (mut last, mut before) = (0.0, None);

@@ -3,7 +3,7 @@
 use crate::addition::Addition;
 use crate::columns::Family;
 use crate::options::{Options, Progress};
-use crate::prepare::{Prepared, misfit};
+use crate::prepare::{Prepared, residual_sds};
 use crate::score::Scored;
 use crate::stages::{Searched, search_in};
 
@@ -20,7 +20,7 @@ pub(crate) fn search_formulas(
     progress: &mut dyn FnMut(Progress),
 ) -> Searched {
     let exceeds_noise = || {
-        let residual_sd = misfit(&searched.view.sample(), &searched.found.best().fit);
+        let residual_sd = residual_sds(&searched.view.sample(), &searched.found.best().fit);
         residual_sd.iter().zip(&prepared.noise.sd).any(|(residual_sd, sd)| *residual_sd > BEYOND_NOISE * sd)
     };
     let system = &*prepared.data.system;
@@ -40,7 +40,7 @@ pub(crate) fn search_formulas(
     let named = {
         let Searched { view, families, found } = &mut with_grammar;
         let search = crate::search::Search::new(view, families, &prepared.clock);
-        crate::judge::named(&search, found)
+        crate::judge::named_set(&search, found)
     };
     let has_formula = with_grammar.found.sets[named].additions().iter().any(Addition::is_formula);
     if has_formula { with_grammar } else { searched }

@@ -37,7 +37,7 @@ pub(crate) fn snap_to_frames(
 ) -> Result<Option<(Dataset, FrameClock)>, DiscoveryError> {
     let count = data.trajectories().len();
     let subset: Vec<usize> = (0..count).step_by(count.div_ceil(MAX_TRAJECTORIES).max(1)).collect();
-    if is_even(data, &subset) {
+    if is_regular(data, &subset) {
         return Ok(None);
     }
     let Some(clock) = FrameClock::of(&data.select(&subset)).filter(|c| c.jitter_s > MIN_JITTER * c.period_s)
@@ -50,7 +50,7 @@ pub(crate) fn snap_to_frames(
 }
 
 /// Whether the samples already lie on a regular clock, with gaps allowed.
-fn is_even(data: &Dataset, subset: &[usize]) -> bool {
+fn is_regular(data: &Dataset, subset: &[usize]) -> bool {
     let times = || subset.iter().map(|&i| data.trajectories()[i].time_s());
     let mut steps: Vec<f64> = times().flat_map(|t| t.windows(2).map(|w| w[1] - w[0])).collect();
     let median = median(&mut steps);

@@ -6,7 +6,7 @@
 use crate::fit::{ChosenRecords, Fit, fit_nuisance};
 use crate::forecast::{beginning, predictor, simulate_from};
 use crate::record::{Measured, Record};
-use crate::records::parts::{known, whole};
+use crate::records::parts::{as_single_window, known_samples};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -39,10 +39,10 @@ impl FreeRuns {
             .enumerate()
             .filter_map(|(index, recording)| {
                 let everything = |_: usize| true;
-                let first = known(&recording.whole.data, recording.whole.data.times.len());
-                let mut start = whole(data, index, everything);
+                let first = known_samples(&recording.whole.data, recording.whole.data.times.len());
+                let mut start = as_single_window(data, index, everything);
                 start.data.known = first;
-                let mut judged = whole(data, index, |j| heldout.chosen.contains(&j));
+                let mut judged = as_single_window(data, index, |j| heldout.chosen.contains(&j));
                 judged.weight.iter_mut().for_each(|w| w[..first].fill(0.0));
                 let has_samples = judged.weight.iter().flatten().any(|w| *w > 0.0);
                 has_samples.then(|| Run { beginning: data.with_records(vec![beginning(&start)]), judged })

@@ -14,7 +14,7 @@ use augsim_physics::system::Window;
 const FIRST_SAMPLES: usize = 8;
 
 /// Fits the nuisances of windows over their first 8 samples, 16 and so on up to all, from rough values.
-pub(crate) fn grown(
+pub(crate) fn fit_growing(
     sample: &ChosenRecords<'_>,
     h: &Hypothesis,
     theta: &[f64],

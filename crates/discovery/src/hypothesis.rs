@@ -147,9 +147,9 @@ impl Hypothesis {
 
     /// Range of the entries of theta of an addition; for groupwise values, the entries of the declared
     /// parameter.
-    pub fn range_of(&self, addition: usize) -> std::ops::Range<usize> {
+    pub fn entries_of_addition(&self, addition: usize) -> std::ops::Range<usize> {
         if let Some(Addition::Split(split)) = self.additions.get(addition) {
-            return self.entries_of(split.index).unwrap_or(0..0);
+            return self.entries_of_parameter(split.index).unwrap_or(0..0);
         }
         let mut next = 0;
         let (mut first, mut last) = (usize::MAX, 0);
@@ -166,7 +166,7 @@ impl Hypothesis {
 
     /// Range of the entries of theta of the free parameter `index`; `None` if it is frozen or has one value
     /// per record.
-    pub fn entries_of(&self, index: usize) -> Option<std::ops::Range<usize>> {
+    pub fn entries_of_parameter(&self, index: usize) -> Option<std::ops::Range<usize>> {
         let mut next = 0;
         for f in &self.free {
             if f.index == index {
@@ -226,7 +226,7 @@ impl Hypothesis {
     }
 
     /// Bounds of the entries of theta in results.
-    pub fn limits(&self) -> Vec<(f64, f64)> {
+    pub fn result_bounds(&self) -> Vec<(f64, f64)> {
         self.free.iter().flat_map(|f| std::iter::repeat_n((f.min, f.max), self.width(f))).collect()
     }
 
@@ -234,7 +234,8 @@ impl Hypothesis {
     pub fn copy_additions(&self, to: &mut [f64], other: &Hypothesis, theta: &[f64]) {
         for (number, addition) in self.additions.iter().enumerate() {
             if let Some(known) = other.additions.iter().position(|a| a == addition) {
-                to[self.range_of(number)].copy_from_slice(&theta[other.range_of(known)]);
+                to[self.entries_of_addition(number)]
+                    .copy_from_slice(&theta[other.entries_of_addition(known)]);
             }
         }
     }
@@ -244,7 +245,7 @@ impl Hypothesis {
     pub fn declared_from(&self, other: &Hypothesis, theta: &[f64]) -> Vec<f64> {
         let mut out = Vec::new();
         for f in self.free.iter().filter(|f| f.addition.is_none()) {
-            let (width, known) = (self.width(f), other.entries_of(f.index));
+            let (width, known) = (self.width(f), other.entries_of_parameter(f.index));
             let known = known.map_or(&[][..], |place| &theta[place]);
             match known.len() {
                 0 => out.extend(std::iter::repeat_n(self.values[f.index].clamp(f.min, f.max), width)),
@@ -261,7 +262,7 @@ impl Hypothesis {
         let original = theta.to_vec();
         for (number, addition) in self.additions.iter().enumerate() {
             let polar = addition.listed().and_then(|effect| effect.polar);
-            if let (Some(polar), [amount, angle]) = (polar, &mut theta[self.range_of(number)]) {
+            if let (Some(polar), [amount, angle]) = (polar, &mut theta[self.entries_of_addition(number)]) {
                 polar.bring_round(amount, angle);
             }
         }
@@ -269,7 +270,7 @@ impl Hypothesis {
     }
 
     /// Bounds of the entries of theta in fits.
-    pub fn bounds(&self) -> Vec<(f64, f64)> {
+    pub fn fit_bounds(&self) -> Vec<(f64, f64)> {
         self.free.iter().flat_map(|f| std::iter::repeat_n(f.fit_range, self.width(f))).collect()
     }
 

@@ -45,7 +45,7 @@ impl Square {
     }
 
     /// Decrease of a quadratic cost with this curvature along `step`: `step' (2 gradient - self step)`.
-    pub fn fall(&self, gradient: &[f64], step: &[f64]) -> f64 {
+    pub fn cost_decrease(&self, gradient: &[f64], step: &[f64]) -> f64 {
         let curved = |i: usize| step.iter().enumerate().map(|(k, x)| self.at(i, k) * x).sum::<f64>();
         step.iter().enumerate().map(|(i, x)| x * (2.0 * gradient[i] - curved(i))).sum()
     }
@@ -81,7 +81,7 @@ impl Square {
     }
 
     /// Lower triangle `R` with `R R'` equal to the matrix; columns of directions without variance are 0.
-    pub fn root(&self) -> Square {
+    pub fn lower_factor(&self) -> Square {
         let factor = self.cholesky();
         let mut root = Square::zero(self.n);
         for i in 0..self.n {

@@ -109,7 +109,7 @@ fn golden_section(mut f: impl FnMut(f64) -> f64, mut low: f64, mut high: f64, ro
 /// Estimates the noise of segmented records, masks outliers, and sets the weights of all samples. Where the
 /// motion is not smooth between samples, the noise is assumed white: the polynomial residuals then contain
 /// motion and would look correlated.
-pub(crate) fn estimate(data: &mut Measured, smooth_motion: bool) -> Noise {
+pub(crate) fn estimate_noise(data: &mut Measured, smooth_motion: bool) -> Noise {
     let declared: Vec<Option<f64>> = data.system.schema().channels.iter().map(|c| c.sd).collect();
     let channels = declared.len();
     let mut masked: Vec<Vec<Vec<bool>>> = data

@@ -5,7 +5,7 @@
 //! left, the idle lanes evaluate the steps that would come next if the present ones fail. The result of a
 //! window does not depend on the others.
 
-use crate::evaluate::{Lanes, NormalEquations, Point, normal, normals};
+use crate::evaluate::{Lanes, NormalEquations, Point, assemble_batch, assemble_window};
 use crate::hypothesis::Hypothesis;
 use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
@@ -200,7 +200,7 @@ pub(crate) fn assemble_windows(
         .map(|((window, lanes), n)| Point::new(h, &*h.system, lanes, window.record, theta, n))
         .collect();
     points.iter().for_each(|_| sample.data.tally.simulation());
-    normals(&points, lanes, windows, sample.correlation)
+    assemble_batch(&points, lanes, windows, sample.correlation)
 }
 
 /// Fits the nuisances of windows from given initial values.
@@ -233,7 +233,7 @@ pub(crate) fn finish_nuisance_fits(
             while let Some(nuisance) = window.next() {
                 sample.data.tally.simulation();
                 let point = Point::new(h, &*h.system, window.lanes, window.window.record, theta, &nuisance);
-                let normal = normal(&point, window.lanes, window.window, sample.correlation);
+                let normal = assemble_window(&point, window.lanes, window.window, sample.correlation);
                 window.take((normal, nuisance));
             }
         });
@@ -265,7 +265,7 @@ fn step_batched(
             Point::new(h, &*h.system, lanes, window.record, theta, nuisance)
         })
         .collect();
-    let mut done = normals(&points, &lanes, &tried_windows, sample.correlation).into_iter();
+    let mut done = assemble_batch(&points, &lanes, &tried_windows, sample.correlation).into_iter();
     drop(points);
     let has_unfinished = !next.is_empty();
     for (w, ahead) in next {

@@ -32,7 +32,7 @@ pub(crate) fn p_value(sample: &ChosenRecords<'_>, fit: &Fit) -> f64 {
     let slow = 0.5 / (last - first).max(1e-9);
     let n = points.len() as f64;
     let best = |frequencies: Vec<f64>| {
-        frequencies.into_par_iter().map(|f| explained(&points, f)).reduce(|| 0.0, f64::max)
+        frequencies.into_par_iter().map(|f| explained_share(&points, f)).reduce(|| 0.0, f64::max)
     };
     // Under white noise the explained share has a beta distribution.
     let tail = |share: f64| (1.0 - share).max(0.0).powf(0.5 * (n - 3.0));
@@ -68,7 +68,7 @@ fn points(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Point> {
 }
 
 /// Largest share of the variance of either form that a sine of `frequency` Hz with a mean explains.
-fn explained(points: &[Point], frequency: f64) -> f64 {
+fn explained_share(points: &[Point], frequency: f64) -> f64 {
     let w = 2.0 * std::f64::consts::PI * frequency;
     let n = points.len() as f64;
     // Sums of cos, sin, cos², cos sin, sin²; then of y, y², y cos, y sin for each form.

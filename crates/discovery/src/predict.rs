@@ -9,7 +9,7 @@
 
 use crate::addition::Addition;
 use crate::evaluate::{Lanes, Point};
-use crate::fit::{ChosenRecords, assembled};
+use crate::fit::{ChosenRecords, assemble_all};
 use crate::forecast::{self, Error, FittedStart, ForecastSpan, fit_start, rmse};
 use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
@@ -41,7 +41,7 @@ pub fn foretell(
     let drawn = VaryingParameters::predictor(&data);
     let h = fixed_hypothesis(&data, drawn.as_ref());
     let theta = h.initial_theta(0.0);
-    let spread = spread(&h, &data);
+    let spread = standard_deviations(&h, &data);
     let asked = |j: &usize| options.asks_for(&data.records[*j].data.id);
     let chosen: Vec<usize> = (0..data.records.len()).filter(asked).collect();
     let sample = ChosenRecords { data: &data, chosen: &chosen, correlation: noise.correlation };
@@ -54,7 +54,7 @@ pub fn foretell(
         noise_sd: &noise.sd,
         options,
     };
-    let pieces = forecast::whole(&sample);
+    let pieces = forecast::whole_spans(&sample);
     let done: Vec<(Foretold, Vec<Error>)> = pieces.par_iter().map(|piece| predictor.one(piece)).collect();
     let (records, each): (Vec<Foretold>, Vec<Vec<Error>>) = done.into_iter().unzip();
     let schema = data.system.schema();
@@ -123,7 +123,7 @@ fn fixed_hypothesis(data: &Measured, drawn: Option<&VaryingParameters>) -> Hypot
 }
 
 /// Standard deviation of each entry of theta from its 95 % interval in the file; 0 without interval.
-fn spread(h: &Hypothesis, data: &Measured) -> Vec<f64> {
+fn standard_deviations(h: &Hypothesis, data: &Measured) -> Vec<f64> {
     let standard_deviations = h.free.iter().flat_map(|f| {
         let sd = data.system.parameters().get(f.index).and_then(Parameter::standard_deviation);
         std::iter::repeat_n(sd.unwrap_or(0.0), h.width(f))
@@ -158,7 +158,7 @@ impl Predictor<'_> {
         let (channels, known) = (run.channels(), start.known_end() - first);
         let law = StartLaw::predictor(&start, &h, theta, self.sample.correlation);
         let mut draws = Draws::new(channels, samples, options.draws);
-        let bounds = h.bounds();
+        let bounds = h.fit_bounds();
         let mut rng = random_stream(options.seed, "foretell", j as u64 | (first as u64) << 32);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         for _ in 0..options.draws {
@@ -177,9 +177,9 @@ impl Predictor<'_> {
             if let Some(own) = &self.drawn {
                 let sd = random_effect_sd(own.sd, own.ci95, &mut normal);
                 let offsets: Vec<f64> = own.places.clone().map(|_| sd * normal()).collect();
-                point = point.moved(own.places.start, &offsets);
+                point = point.with_offsets(own.places.start, &offsets);
             }
-            let run = point.plain(&lanes, RecordWindow { record, window: &whole });
+            let run = point.simulate_plain(&lanes, RecordWindow { record, window: &whole });
             for c in 0..channels {
                 for k in 0..samples {
                     let sd = sensor_sd(record, c, first + k, self.noise_sd);
@@ -243,12 +243,12 @@ impl<'a> StartLaw<'a> {
         let FittedStart { known, lanes, nuisance, .. } = start;
         let sample = ChosenRecords { data: known, chosen: &[0], correlation };
         let (lanes_of, starts) = (std::slice::from_ref(lanes), std::slice::from_ref(nuisance));
-        let normals = assembled(&sample, h, lanes_of, theta, starts);
+        let normals = assemble_all(&sample, h, lanes_of, theta, starts);
         let size = lanes.common() + lanes.nuisances();
         let curvature = normals.into_iter().next().map_or_else(|| Square::zero(size), |n| n.h);
         let tail: Vec<usize> = (lanes.common()..curvature.n).collect();
         let covariance = curvature.sub(&tail).cholesky().inverse();
-        StartLaw { lanes, mode: nuisance, root: covariance.root(), curvature }
+        StartLaw { lanes, mode: nuisance, root: covariance.lower_factor(), curvature }
     }
 
     /// Draws an initial state for parameters that differ from the fitted ones by `moved`.

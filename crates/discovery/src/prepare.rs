@@ -4,11 +4,11 @@ use crate::calibrate::calibrate;
 use crate::difference_noise::{noise_from_differences, rough_noise};
 use crate::fit::{ChosenRecords, Fit};
 use crate::frame_clock::snap_to_frames;
-use crate::noise::{Noise, estimate};
+use crate::noise::{Noise, estimate_noise};
 use crate::options::Clock;
 use crate::record::Measured;
 use crate::records::parts::split_into_blocks;
-use crate::residuals::left;
+use crate::residuals::record_residuals;
 use crate::segments;
 use crate::single_record;
 use crate::spikes::{mask, spikes};
@@ -81,15 +81,15 @@ impl Prepared {
     }
 }
 
-/// Smallest noise estimate, in the unit of any channel, as in [`estimate`].
+/// Smallest noise estimate, in the unit of any channel, as in [`estimate_noise`].
 const MIN_NOISE_SD: f64 = 1e-6;
 /// Ratio of the new noise estimate to the old one above which the old one is kept.
 const KEEP_NOISE_RATIO: f64 = 0.9;
 
 /// Standard deviation of the residuals of a fit in each channel; fitted parameters and initial states reduce
 /// the degrees of freedom.
-pub(crate) fn misfit(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<f64> {
-    let records = left(sample, fit);
+pub(crate) fn residual_sds(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<f64> {
+    let records = record_residuals(sample, fit);
     let channels = sample.data.system.schema().channels.len();
     let of_channel =
         |c: usize| records.iter().flat_map(move |r| r.residuals[c].iter().filter(|r| r.is_finite()));
@@ -198,7 +198,7 @@ pub(crate) fn ready(
         data.system = settled;
     }
     let system = data.system.clone();
-    let smooth = !data.is_idealised() && segments::find(&mut data);
+    let smooth = !data.is_idealised() && segments::split_smooth_segments(&mut data);
     (data.records, data.recordings) = split_into_blocks(std::mem::take(&mut data.records));
     if data.is_idealised() {
         // Free runs of an idealised system drift whatever effects were added, so they are not compared.
@@ -209,8 +209,11 @@ pub(crate) fn ready(
         let data = data.name;
         return Err(DiscoveryError::TooFew { data, found });
     }
-    let mut noise =
-        if data.is_idealised() { noise_from_differences(&mut data) } else { estimate(&mut data, smooth) };
+    let mut noise = if data.is_idealised() {
+        noise_from_differences(&mut data)
+    } else {
+        estimate_noise(&mut data, smooth)
+    };
     data.white_share = noise.white_share();
     if is_fitted && let Some(objection) = system.objection(&without_outliers(&data), &noise.sd) {
         let (data, model) = (data.name, model.file().into());

@@ -21,8 +21,8 @@
 //! not distinguishable.
 
 use crate::addition::Addition;
-use crate::evaluate::{Lanes, NormalEquations, Point, normal};
-use crate::fit::{ChosenRecords, Fit, assembled, fit, fit_nuisance};
+use crate::evaluate::{Lanes, NormalEquations, Point, assemble_window};
+use crate::fit::{ChosenRecords, Fit, assemble_all, fit, fit_nuisance};
 use crate::hypothesis::{FreeParameter, Hypothesis};
 use crate::linear::{Square, eliminate};
 use crate::nuisance_fit::nuisance_step;
@@ -117,25 +117,26 @@ impl CommonFit {
         let mut hypothesis = Hypothesis::new(sample.data, &additions);
         let frozen: Vec<usize> = drawn.places.iter().flat_map(|places| places.clone()).collect();
         for (k, index) in frozen.into_iter().enumerate() {
-            if hypothesis.entries_of(index).is_none() {
+            if hypothesis.entries_of_parameter(index).is_none() {
                 let p = &through.parameters()[k];
                 hypothesis.free.push(FreeParameter::new(index, p.min, p.max, p.typical));
             }
         }
         let varying = match &drawn.places {
             Some(declared) => {
-                let entry = |index: usize| hypothesis.entries_of(index).map(|entries| entries.start);
+                let entry =
+                    |index: usize| hypothesis.entries_of_parameter(index).map(|entries| entries.start);
                 entry(declared.start)?..entry(declared.end.checked_sub(1)?)? + 1
             }
-            None => hypothesis.range_of(additions.iter().position(|a| *a == through)?),
+            None => hypothesis.entries_of_addition(additions.iter().position(|a| *a == through)?),
         };
         let mut theta = hypothesis.initial_theta(0.0);
         let base = hypothesis.declared_from(&from.hypothesis, &from.theta);
         theta.iter_mut().zip(base).for_each(|(to, value)| *to = value);
         for (number, addition) in additions.iter().enumerate() {
             if let Some(known) = from.hypothesis.additions.iter().position(|a| a == addition) {
-                let known = from.hypothesis.range_of(known);
-                theta[hypothesis.range_of(number)].copy_from_slice(&from.theta[known]);
+                let known = from.hypothesis.entries_of_addition(known);
+                theta[hypothesis.entries_of_addition(number)].copy_from_slice(&from.theta[known]);
             }
         }
         let Fit { theta, nuisance, .. } = fit(sample, &hypothesis, &theta, &from.nuisance);
@@ -150,7 +151,7 @@ impl CommonFit {
     /// State with all records at the common values, nuisances fitted from `nuisance`.
     fn together(&self, sample: &ChosenRecords<'_>, theta: &[f64], nuisance: &[Vec<f64>]) -> State {
         let fitted = fit_nuisance(sample, &self.hypothesis, theta, nuisance);
-        let normals = assembled(sample, &self.hypothesis, &self.lanes(sample), theta, &fitted.nuisance);
+        let normals = assemble_all(sample, &self.hypothesis, &self.lanes(sample), theta, &fitted.nuisance);
         let own = vec![vec![0.0; self.places.len()]; sample.chosen.len()];
         State { theta: theta.to_vec(), own, nuisance: fitted.nuisance, normals }
     }
@@ -162,13 +163,13 @@ impl CommonFit {
         let mut state = base.clone();
         for _ in 0..MAX_STEPS {
             let records = self.quadratics(sample, &state);
-            let phi = level(&records, least);
+            let phi = dispersion(&records, least);
             let sd = most_likely_sd(&self.drawn, |sd| self.profile(&records, sd, phi).restricted)?;
             let shared = self.profile(&records, sd, phi).step;
             state = self.step(sample, &state, &records, &shared, [sd, phi]);
         }
         let records = self.quadratics(sample, &state);
-        let phi = level(&records, least);
+        let phi = dispersion(&records, least);
         let restricted = |sd: f64| self.profile(&records, sd, phi).restricted;
         let sd = most_likely_sd(&self.drawn, restricted)?;
         let none = self.profile(&self.quadratics(sample, &base), 0.0, phi).profiled;
@@ -211,7 +212,8 @@ impl CommonFit {
                 for (i, g) in vw.iter_mut().enumerate() {
                     *g += own.iter().enumerate().map(|(k, x)| sw.at(i, b[k]) * x).sum::<f64>();
                 }
-                let (square, rank) = form(&sw.sub(&b), &b.iter().map(|&i| vw[i]).collect::<Vec<_>>());
+                let (square, rank) =
+                    quadratic_form(&sw.sub(&b), &b.iter().map(|&i| vw[i]).collect::<Vec<_>>());
                 between += square;
                 freedom += rank;
                 misfit += normal.misfit;
@@ -219,7 +221,7 @@ impl CommonFit {
                 s.a.iter_mut().zip(&sw.a).for_each(|(a, x)| *a += x);
                 v.iter_mut().zip(&vw).for_each(|(a, x)| *a += x);
             }
-            let (square, rank) = form(&s.sub(&b), &b.iter().map(|&i| v[i]).collect::<Vec<_>>());
+            let (square, rank) = quadratic_form(&s.sub(&b), &b.iter().map(|&i| v[i]).collect::<Vec<_>>());
             OfRecord { c, v, s, within: [between - square, freedom - rank], left: [misfit, count - rank] }
         };
         let all: Vec<_> = sample.windows_by_record().into_iter().zip(&state.own).collect();
@@ -307,7 +309,7 @@ impl CommonFit {
         [sd, phi]: [f64; 2],
     ) -> State {
         let h = &self.hypothesis;
-        let theta: Vec<f64> = (state.theta.iter().zip(shared).zip(h.bounds()))
+        let theta: Vec<f64> = (state.theta.iter().zip(shared).zip(h.fit_bounds()))
             .map(|((t, d), (low, high))| (t + d).clamp(low, high))
             .collect();
         let shared: Vec<f64> = theta.iter().zip(&state.theta).map(|(a, b)| a - b).collect();
@@ -323,7 +325,7 @@ impl CommonFit {
                 sample.data.tally.simulation();
                 let nuisance = nuisance_step(&lanes[w], &state.normals[w], &state.nuisance[w], &step, 0.0);
                 let point = Point::new(h, &*h.system, &lanes[w], windows[w].record, &own, &nuisance);
-                let normal = normal(&point, &lanes[w], windows[w], sample.correlation);
+                let normal = assemble_window(&point, &lanes[w], windows[w], sample.correlation);
                 (nuisance, normal)
             };
             range.clone().map(one).unzip()
@@ -380,7 +382,7 @@ fn reduced(lanes: &Lanes, normal: &NormalEquations, p: usize) -> (Square, Vec<f6
 }
 
 /// `v' S^-1 v` and the rank of `S`.
-fn form(s: &Square, v: &[f64]) -> (f64, f64) {
+fn quadratic_form(s: &Square, v: &[f64]) -> (f64, f64) {
     let scale: Vec<f64> = (0..s.n).map(|i| s.at(i, i)).collect();
     let scaled = |i: usize, j: usize| s.at(i, j) / (scale[i] * scale[j]).max(1e-300).sqrt();
     let mut unit = Square::zero(s.n);
@@ -392,7 +394,7 @@ fn form(s: &Square, v: &[f64]) -> (f64, f64) {
 }
 
 /// Dispersion `phi`, at least `least`.
-fn level(records: &[OfRecord], least: f64) -> f64 {
+fn dispersion(records: &[OfRecord], least: f64) -> f64 {
     let [between, freedom] = [0, 1].map(|k| records.iter().map(|n| n.within[k]).sum::<f64>());
     let mut residual: Vec<f64> =
         records.iter().filter(|n| n.left[1] > 0.0).map(|n| n.left[0] / n.left[1]).collect();
@@ -406,13 +408,13 @@ const MIN_SD: f64 = 0.02;
 const GRID_POINTS: usize = 60;
 
 /// Minimum and maximum standard deviation.
-fn bounds(drawn: &Drawn) -> (f64, f64) {
+fn sd_bounds(drawn: &Drawn) -> (f64, f64) {
     drawn.scatter.parameters.first().map_or((1e-6, 1.0), |p| (MIN_SD * p.typical, p.max))
 }
 
 /// Minimum of a function of the standard deviation; `None` if it is at the smallest one.
 fn most_likely_sd(drawn: &Drawn, criterion: impl Fn(f64) -> f64) -> Option<f64> {
-    let (least, most) = bounds(drawn);
+    let (least, most) = sd_bounds(drawn);
     let span = (most / least).ln();
     let grid = (0..=GRID_POINTS).map(|i| least * (span * i as f64 / GRID_POINTS as f64).exp());
     let values: Vec<(f64, f64)> = grid.map(|sd| (criterion(sd), sd)).collect();
@@ -431,7 +433,7 @@ fn most_likely_sd(drawn: &Drawn, criterion: impl Fn(f64) -> f64) -> Option<f64> 
 /// 95 % interval by the profile likelihood.
 fn interval(drawn: &Drawn, criterion: impl Fn(f64) -> f64, best: f64) -> [f64; 2] {
     let edge = criterion(best) + chi2_quantile(0.05, 1.0);
-    let (least, most) = bounds(drawn);
+    let (least, most) = sd_bounds(drawn);
     [(least, 0.0), (most, most)].map(|(end, bound)| {
         if criterion(end) < edge {
             return bound;

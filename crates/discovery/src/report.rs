@@ -99,7 +99,7 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
             continue;
         }
         let chosen = key == best.key();
-        let gain = set.gain_over(parts.base, set.evidence.independence.independent);
+        let gain = set.gain_over(parts.base, set.evidence.independence.share);
         let penalty = found.penalty.of_set(set.additions());
         known_keys.push(key);
         let why = if chosen {
@@ -147,9 +147,9 @@ fn set_without(parts: &AnswerParts<'_>, set: &Scored, number: usize) -> Scored {
 fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
     let (best, findings) = (parts.best, &parts.judged.findings);
     let named = &parts.found.sets[findings.named];
-    let independent = best.evidence.independence.independent;
+    let independent = best.evidence.independence.share;
     let whole = best.gain_over(parts.base, independent);
-    let drawn = drawn(parts, whole);
+    let drawn = random_effect(parts, whole);
     let several = best.additions().len() + usize::from(drawn.is_some()) > 1;
     let rmse = |fit: &Fit| forecast::first_rmse(parts.shown_on, fit);
     let own_error = several.then(|| rmse(&best.fit));
@@ -193,7 +193,7 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
 
 /// The random effect per record, if one was found, and its share of the gain; `laws` is the gain of the
 /// other effects.
-fn drawn(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
+fn random_effect(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
     let scattered =
         parts.judged.random_effect.as_ref().filter(|s| !s.declared && parts.judged.doubt.is_none());
     let (scattered, sd) = scattered.zip(parts.random_effect_sd.clone())?;
@@ -244,7 +244,7 @@ fn axis(h: &Hypothesis, groups: &[String]) -> Vec<String> {
 impl AnswerParts<'_> {
     /// Gain of the result in the log predictive density of left-out blocks, nats.
     pub fn gain(&self) -> f64 {
-        let gain = self.best.gain_over(self.base, self.best.evidence.independence.independent);
+        let gain = self.best.gain_over(self.base, self.best.evidence.independence.share);
         if gain.is_finite() { gain } else { 0.0 }
     }
 
@@ -401,7 +401,7 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
         errors: parts.other_tables(),
         horizons: parts.errors.lists.horizons(schema, parts.seed),
         windows: parts.windows(),
-        independent: Some(full.evidence.independence.independent),
+        independent: Some(full.evidence.independence.share),
         model_toml: parts.model_toml()?,
         models: parts.models()?,
         heldout: parts.prepared.held_out.iter().map(|&j| data.records[j].data.id.clone()).collect(),

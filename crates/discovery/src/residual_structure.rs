@@ -1,7 +1,7 @@
 //! Structure of the residuals: against time and the system's features, autocorrelation and quantiles.
 
 use crate::fit::{ChosenRecords, Fit};
-use crate::residuals::left;
+use crate::residuals::record_residuals;
 use crate::result::{Anatomy, Bin};
 use crate::statistics::quantile;
 use std::collections::BTreeMap;
@@ -78,7 +78,7 @@ pub(crate) fn anatomy(sample: &ChosenRecords<'_>, before: &Fit, after: &Fit) -> 
 /// Collects the residuals of a fit.
 fn collect(sample: &ChosenRecords<'_>, fit: &Fit) -> Collector {
     let mut out = Collector::default();
-    for (record, fitted) in sample.records().zip(left(sample, fit)) {
+    for (record, fitted) in sample.records().zip(record_residuals(sample, fit)) {
         let features = sample.data.system.shown_against(&record.data, &fitted.events);
         for (c, r) in fitted.residuals.iter().enumerate() {
             for k in (0..r.len()).filter(|&k| r[k].is_finite()) {

@@ -16,14 +16,23 @@ pub(crate) struct RecordResiduals {
 }
 
 /// Residuals of a fit in each record of its sample.
-pub(crate) fn left(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<RecordResiduals> {
+pub(crate) fn record_residuals(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<RecordResiduals> {
     use rayon::prelude::*;
     let ranges = sample.windows_by_record();
-    ranges.into_par_iter().enumerate().map(|(i, windows)| one(sample, fit, i, windows)).collect()
+    ranges
+        .into_par_iter()
+        .enumerate()
+        .map(|(i, windows)| residuals_of_record(sample, fit, i, windows))
+        .collect()
 }
 
 /// Residuals in record number `i` of the sample, whose windows have the numbers `windows`.
-fn one(sample: &ChosenRecords<'_>, fit: &Fit, i: usize, windows: std::ops::Range<usize>) -> RecordResiduals {
+fn residuals_of_record(
+    sample: &ChosenRecords<'_>,
+    fit: &Fit,
+    i: usize,
+    windows: std::ops::Range<usize>,
+) -> RecordResiduals {
     let h = &fit.hypothesis;
     let record = &sample.data.records[sample.chosen[i]];
     let blank = vec![f64::NAN; record.data.times.len()];
@@ -35,7 +44,7 @@ fn one(sample: &ChosenRecords<'_>, fit: &Fit, i: usize, windows: std::ops::Range
     for (window, w) in record.windows().zip(windows) {
         let lanes = Lanes::new(h, window, &[]);
         let point = Point::new(h, &*h.system, &lanes, record, &fit.theta, &fit.nuisance[w]);
-        let run = point.plain(&lanes, window);
+        let run = point.simulate_plain(&lanes, window);
         let first = window.window.samples.start;
         for (c, residuals) in out.residuals.iter_mut().enumerate() {
             for k in window.window.samples.clone().filter(|&k| record.weight[c][k] != 0.0) {

@@ -12,7 +12,7 @@ const MAX_SMOOTH_RATIO: f64 = 1.3;
 /// Cuts records into the longest segments over which polynomials fit every channel as well as over the
 /// shortest ones. Returns whether polynomials follow the motion at all: if samples are too sparse, their
 /// residuals are not measurement noise.
-pub(crate) fn find(data: &mut Measured) -> bool {
+pub(crate) fn split_smooth_segments(data: &mut Measured) -> bool {
     if data.records.iter().any(|r| !r.data.pieces.is_empty()) {
         return true;
     }

@@ -6,7 +6,7 @@
 
 use crate::fit::{ChosenRecords, Fit};
 use crate::record::Measured;
-use crate::residuals::left;
+use crate::residuals::record_residuals;
 
 /// Difference from the mean of the two neighbours, in its standard deviations, beyond which a sample is an
 /// outlier.
@@ -16,7 +16,7 @@ const SPIKE_SD: f64 = 4.5;
 /// of the sample.
 pub(crate) fn spikes(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(usize, usize, usize)> {
     let mut out = Vec::new();
-    for (&j, fitted) in sample.chosen.iter().zip(left(sample, fit)) {
+    for (&j, fitted) in sample.chosen.iter().zip(record_residuals(sample, fit)) {
         let record = &sample.data.records[j];
         for (channel, residuals) in fitted.residuals.iter().enumerate() {
             let weight = &record.weight[channel];

@@ -122,7 +122,7 @@ pub(crate) fn theta_step(
             }
         }
     }
-    let predicted_decrease = plain.fall(&u, &step);
+    let predicted_decrease = plain.cost_decrease(&u, &step);
     let length = (0..u.len()).map(|i| plain.at(i, i) * step[i] * step[i]).sum::<f64>().sqrt();
     Step { change: step, predicted_decrease, length }
 }

@@ -61,7 +61,7 @@ pub(crate) fn errors(
         let start = Scored::new(&sample, &view.blocks, refit_on(&view, &base.fit));
         let search = Search::new(&view, families, &prepared.clock);
         let mut found = repeat_choice(&search, start, known);
-        let named = crate::judge::named(&search, &mut found);
+        let named = crate::judge::named_set(&search, &mut found);
         let (calibrated, augmented) = (&found.base().fit, &found.sets[named].fit);
         let on_fold = predicted(prepared, fold, [calibrated, augmented], seed);
         Predicted { found: kinds(&augmented.hypothesis.additions), ..on_fold }
@@ -123,7 +123,7 @@ fn means(parts: &[Option<Sums>]) -> Option<[f64; 2]> {
 }
 
 /// Nuisances of all records, from those of the searched ones.
-pub(crate) fn starts(prepared: &Prepared, set: &Fit) -> Vec<Vec<f64>> {
+pub(crate) fn nuisances_of_all(prepared: &Prepared, set: &Fit) -> Vec<Vec<f64>> {
     let held_out = prepared.sample(&prepared.held_out);
     let held = fit_nuisance(&held_out, &set.hypothesis, &set.theta, &[]);
     merge_nuisances(&[(&prepared.sample(&prepared.searched), set), (&held_out, &held)])

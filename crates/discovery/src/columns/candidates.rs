@@ -21,7 +21,7 @@ pub(crate) enum Family {
 
 /// Candidates of a family that the data can support: each effect, with several groups also with one value
 /// per group, and groupwise values of declared parameters. Random effects are added by the search itself.
-pub(crate) fn library(data: &Measured, family: Family) -> Vec<Addition> {
+pub(crate) fn library_candidates(data: &Measured, family: Family) -> Vec<Addition> {
     let (system, records) = (&*data.system, data.system_records());
     let grouped = (2..=MAX_GROUPS).contains(&data.groups.len()) && data.groups.len() < data.records.len();
     let mut out = Vec::new();
@@ -55,7 +55,7 @@ pub(crate) fn can_join(addition: &Addition, h: &Hypothesis) -> bool {
 
 /// Tabulated functions of one feature that varies in these data; `events` are the simulated events of the
 /// searched records.
-pub(crate) fn laws(data: &Measured, events: &[Vec<Event>]) -> Vec<Addition> {
+pub(crate) fn table_candidates(data: &Measured, events: &[Vec<Event>]) -> Vec<Addition> {
     let tables = data.system.tables(&data.system_records(), events);
     tables.into_iter().filter_map(|table| Addition::table(&*data.system, table)).collect()
 }

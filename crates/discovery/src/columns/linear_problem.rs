@@ -45,7 +45,7 @@ impl BlockSums {
     pub fn at_coefficients(&self, x: &[f64]) -> Self {
         let explained = |i: usize| x.iter().enumerate().map(|(j, x)| self.h.at(i, j) * x).sum::<f64>();
         let g = self.g.iter().enumerate().map(|(i, g)| g - explained(i)).collect();
-        Self { h: self.h.clone(), g, c: self.c - self.h.fall(&self.g, x) }
+        Self { h: self.h.clone(), g, c: self.c - self.h.cost_decrease(&self.g, x) }
     }
 
     /// Sums with the residuals multiplied by `sign`.
@@ -93,7 +93,7 @@ impl LinearProblem {
         builder.add_slopes(library);
         builder.add_changes(library);
         builder.add_splits(library);
-        builder.finish(blocks.count, set.evidence.independence.independent)
+        builder.finish(blocks.count, set.evidence.independence.share)
     }
 
     /// Block sums with the residuals that remain after a fit of these columns.
@@ -118,7 +118,7 @@ impl LinearProblem {
     }
 
     /// Groups that are compatible with a set and not part of the fitted set.
-    pub fn beside(&self, set: &[usize]) -> Vec<usize> {
+    pub fn compatible_groups(&self, set: &[usize]) -> Vec<usize> {
         let is_compatible = |g: &usize| {
             let new = &self.groups[*g];
             !self.fitted.contains(g) && set.iter().all(|f| self.groups[*f].is_compatible_with(new))
@@ -152,11 +152,11 @@ impl<'a> ProblemBuilder<'a> {
     fn new(places: &'a FitWindows<'a>, rows: &'a Rows, set: &'a Scored) -> Self {
         let h = &set.fit.hypothesis;
         let p = h.theta_len();
-        let held = crate::score::held(&set.fit);
+        let held = crate::score::entries_at_bounds(&set.fit);
         let declared = (0..h.declared_entries()).filter(|i| !held[*i]).collect();
         let mut groups = Vec::new();
         for (number, addition) in h.additions.iter().enumerate() {
-            let columns = h.range_of(number);
+            let columns = h.entries_of_addition(number);
             if columns.is_empty() || matches!(addition, Addition::Scatter(_) | Addition::Split(_)) {
                 continue;
             }
@@ -311,7 +311,7 @@ impl<'a> ProblemBuilder<'a> {
             .candidates(library)
             .filter_map(|a| match a {
                 Addition::Split(split) => {
-                    let entry = h.entries_of(split.index).filter(|entries| entries.len() == 1)?;
+                    let entry = h.entries_of_parameter(split.index).filter(|entries| entries.len() == 1)?;
                     Some((a.clone(), entry.start))
                 }
                 _ => None,

@@ -4,6 +4,6 @@ mod candidates;
 mod group;
 mod linear_problem;
 
-pub(crate) use candidates::{Family, can_join, laws, library};
+pub(crate) use candidates::{Family, can_join, library_candidates, table_candidates};
 pub(crate) use group::probe;
 pub(crate) use linear_problem::{BlockSums, LinearProblem, MIN_INDEPENDENT_SHARE, sum_blocks};

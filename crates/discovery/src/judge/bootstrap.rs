@@ -62,12 +62,12 @@ pub(crate) struct FalsePositives {
 /// Repeats the choice among all fitted sets under random block weights.
 pub(crate) fn resamples(found: &SearchResult, seed: u64) -> Resamples {
     let (best, base) = (found.best(), found.base());
-    let independent = best.evidence.independence.independent;
+    let independent = best.evidence.independence.share;
     let sets: Vec<(Vec<String>, Vec<f64>, f64)> = found
         .sets
         .iter()
         .map(|s| {
-            let scale = independent / s.evidence.independence.independent;
+            let scale = independent / s.evidence.independence.share;
             let gains = s.evidence.gains_over(&base.evidence).into_iter().map(|g| scale * g);
             let penalty =
                 s.additions().iter().map(|addition| resample_penalty(found.penalty.of(addition))).sum();

@@ -52,11 +52,16 @@ pub(crate) struct Findings {
 }
 
 /// Judges the findings of a search.
-pub(crate) fn judged(search: &Search<'_>, found: &mut SearchResult, seed: u64, null_runs: usize) -> Findings {
+pub(crate) fn judge_findings(
+    search: &Search<'_>,
+    found: &mut SearchResult,
+    seed: u64,
+    null_runs: usize,
+) -> Findings {
     let best = found.best().clone();
     let sample = search.sample();
     let problem = LinearProblem::new(&sample, &search.view.blocks, &best, &search.library);
-    let mut named = named(search, found);
+    let mut named = named_set(search, found);
     let resampled = resamples(found, seed);
     // A finding that is selected in too few resamples is dropped, and the remaining set is judged again.
     let (alternatives, inclusion) = loop {
@@ -86,7 +91,7 @@ pub(crate) fn judged(search: &Search<'_>, found: &mut SearchResult, seed: u64, n
 
 /// Index of the set to name before resampling: the significant part of the best set, or a simpler equivalent
 /// one.
-pub(crate) fn named(search: &Search<'_>, found: &mut SearchResult) -> usize {
+pub(crate) fn named_set(search: &Search<'_>, found: &mut SearchResult) -> usize {
     let best = found.significant(search, found.best);
     simplest(search, found, best)
 }

@@ -2,7 +2,7 @@
 //! differ, periodicity.
 
 use crate::addition::Addition;
-use crate::columns::{LinearProblem, laws};
+use crate::columns::{LinearProblem, table_candidates};
 use crate::periodicity;
 use crate::random_effect_test::RandomEffectEstimate;
 use crate::record::Record;
@@ -85,7 +85,7 @@ fn record_differences_test(
     let varied = differences(&sample, parts);
     let tested: Vec<(usize, f64, f64)> =
         varied.iter().enumerate().filter(|(_, v)| v.1 > 1.0).map(|(t, v)| (t, v.0, v.1)).collect();
-    let level = level(set);
+    let level = dispersion(set);
     let p = |&(_, q, df): &(usize, f64, f64)| chi2_tail(q / level, df) * tested.len() as f64;
     let Some(worst) = tested.iter().min_by(|a, b| p(a).total_cmp(&p(b))) else { return (1.0, None) };
     let statistic = |range: std::ops::Range<usize>| {
@@ -100,14 +100,18 @@ fn record_differences_test(
 
 /// Dispersion factor of the squared gradients of records: the typical squared residual over the noise
 /// variance (at least 1), divided by the independent share.
-fn level(set: &Scored) -> f64 {
+fn dispersion(set: &Scored) -> f64 {
     let mut ratios: Vec<f64> = set.fit.misfits.iter().map(|[misfit, freedom]| misfit / freedom).collect();
-    median(&mut ratios).max(1.0) / set.evidence.independence.min_independent_share
+    median(&mut ratios).max(1.0) / set.evidence.independence.min_share
 }
 
 /// Adds tabulated effects to the named set while their gain exceeds the penalty and is significant. Returns
 /// the index of the extended set and the p-value of the first table; `None` where no table qualifies.
-pub(crate) fn tabulated(search: &Search<'_>, found: &mut SearchResult, named: usize) -> Option<(usize, f64)> {
+pub(crate) fn add_tables(
+    search: &Search<'_>,
+    found: &mut SearchResult,
+    named: usize,
+) -> Option<(usize, f64)> {
     let mut starts = vec![named];
     let set = found.sets[named].clone();
     let is_library_effect = |a: &&Addition| !matches!(a, Addition::Scatter(_)) && !a.is_formula();
@@ -139,7 +143,7 @@ pub(crate) fn tabulated(search: &Search<'_>, found: &mut SearchResult, named: us
 fn add_table(search: &Search<'_>, found: &mut SearchResult, from: usize) -> Option<(usize, f64)> {
     let set = found.sets[from].clone();
     let sample = search.sample();
-    let tables = laws(sample.data, &set.fit.events);
+    let tables = table_candidates(sample.data, &set.fit.events);
     if tables.is_empty() {
         return None;
     }
@@ -167,7 +171,7 @@ fn add_table(search: &Search<'_>, found: &mut SearchResult, from: usize) -> Opti
         })
         .filter(Scored::is_finite)
         .collect();
-    let gain = |s: &Scored| s.gain_over(&set, s.evidence.independence.independent) - penalty.0;
+    let gain = |s: &Scored| s.gain_over(&set, s.evidence.independence.share) - penalty.0;
     let best = fitted.into_iter().max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
     let p_value = best.evidence.p_value_of_gain(&set.evidence);
     if gain(&best) <= 0.0 || p_value > ALPHA / tables.len() as f64 {

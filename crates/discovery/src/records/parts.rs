@@ -42,22 +42,22 @@ pub(crate) fn split_into_blocks(records: Vec<Record>) -> (Vec<Record>, Vec<Recor
             let parts =
                 part_blocks.clone().map(|b| (out.len() + b, sample(b) - sample(part_blocks.start))).collect();
             recordings.push(Recording {
-                whole: block(record, first(part_blocks.start)..first(part_blocks.end)),
+                whole: windows_as_record(record, first(part_blocks.start)..first(part_blocks.end)),
                 parts,
             });
         }
-        out.extend((0..blocks).map(|b| block(record, first(b)..first(b + 1))));
+        out.extend((0..blocks).map(|b| windows_as_record(record, first(b)..first(b + 1))));
     }
     (out, recordings)
 }
 
 /// Number of samples that a prediction of `samples` samples of a record starts from.
-pub(crate) fn known(data: &SystemRecord, samples: usize) -> usize {
+pub(crate) fn known_samples(data: &SystemRecord, samples: usize) -> usize {
     (samples / KNOWN_SAMPLES.0).clamp(data.known.min(KNOWN_SAMPLES.1), KNOWN_SAMPLES.1).min(samples)
 }
 
 /// Some consecutive windows of a record, as a record.
-pub(crate) fn block(record: &Record, windows: Range<usize>) -> Record {
+pub(crate) fn windows_as_record(record: &Record, windows: Range<usize>) -> Record {
     let data = &record.data;
     let chosen = &data.windows[windows.clone()];
     let first = chosen.first().map_or(0, |w| w.samples.start);
@@ -79,7 +79,7 @@ pub(crate) fn block(record: &Record, windows: Range<usize>) -> Record {
             forecasts: Vec::new(),
             pieces: pieces.collect(),
             events: data.events.iter().filter(|e| (begin..=end).contains(&e.time)).copied().collect(),
-            known: known(data, samples),
+            known: known_samples(data, samples),
             under_way: data.under_way || first > 0,
             ..data.clone()
         },
@@ -90,7 +90,7 @@ pub(crate) fn block(record: &Record, windows: Range<usize>) -> Record {
 
 /// A recording in the shortest windows, with the weights of those parts for which `wanted` is true and 0
 /// elsewhere.
-pub(crate) fn weighted(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
+pub(crate) fn with_part_weights(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
     let recording = &data.recordings[index];
     let mut record = recording.whole.clone();
     let samples = record.data.times.len();
@@ -105,8 +105,8 @@ pub(crate) fn weighted(data: &Measured, index: usize, wanted: impl Fn(usize) -> 
 
 /// A recording as a record of one window, with the weights of those parts for which `wanted` is true and 0
 /// elsewhere.
-pub(crate) fn whole(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
-    let mut record = weighted(data, index, wanted);
+pub(crate) fn as_single_window(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
+    let mut record = with_part_weights(data, index, wanted);
     let samples = 0..record.data.times.len();
     let start = record.data.windows.first().map_or_else(Vec::new, |w| w.start.clone());
     record.data.windows = vec![Window { samples, start }];

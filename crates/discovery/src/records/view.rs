@@ -3,7 +3,7 @@
 use crate::prepare::Prepared;
 use crate::record::ChosenRecords;
 use crate::record::{Measured, Record};
-use crate::records::parts::{block, weighted};
+use crate::records::parts::{windows_as_record, with_part_weights};
 use crate::score::Blocks;
 use augsim_physics::system::Window;
 
@@ -54,8 +54,9 @@ impl View {
 /// these records. Samples outside the sample get weight 0.
 fn joined_windows(sample: &ChosenRecords<'_>, joined: usize) -> (Measured, Vec<usize>) {
     let data = sample.data;
-    let rejoin =
-        |index: usize| windows_joined(&weighted(data, index, |j| sample.chosen.contains(&j)), joined);
+    let rejoin = |index: usize| {
+        windows_joined(&with_part_weights(data, index, |j| sample.chosen.contains(&j)), joined)
+    };
     let records: Vec<Record> = (0..data.recordings.len()).flat_map(rejoin).collect();
     let everything = (0..records.len()).collect();
     (data.with_records(records), everything)
@@ -67,7 +68,7 @@ fn windows_joined(whole: &Record, joined: usize) -> Vec<Record> {
     let windows = whole.data.windows.len();
     let parts = windows.div_ceil(joined.max(1));
     let part = |p: usize| {
-        let mut part = block(whole, p * windows / parts..(p + 1) * windows / parts);
+        let mut part = windows_as_record(whole, p * windows / parts..(p + 1) * windows / parts);
         let start = part.data.windows.first().map_or_else(Vec::new, |w| w.start.clone());
         part.data.windows = vec![Window { samples: 0..part.data.times.len(), start }];
         part

@@ -99,7 +99,7 @@ impl Evidence {
         let free: Vec<usize> = (0..held.len()).filter(|i| !held[*i]).collect();
         let (curvatures, gradients) = by_block(&cells, &scales, blocks, &free);
         let moves = moves(&curvatures, &gradients, &free, off);
-        let after = |cell: &Cell| cell.c - cell.h.fall(&cell.g, &moves[cell.block]);
+        let after = |cell: &Cell| cell.c - cell.h.cost_decrease(&cell.g, &moves[cell.block]);
         let predicted = cells.iter().map(after).collect();
         let mut found = Self {
             blocks,
@@ -150,13 +150,13 @@ impl Evidence {
             let mut first = vec![None; evidence.scales.len()];
             for (cell, predicted) in evidence.cells.iter().zip(&evidence.predicted) {
                 let slope = if cell.is_prior { 1.0 } else { slopes[cell.window] };
-                gains[cell.block] += sign * self.independence.independent * slope * predicted;
+                gains[cell.block] += sign * self.independence.share * slope * predicted;
                 first[cell.window].get_or_insert(cell.block);
             }
             for (scale, block) in evidence.scales.iter().zip(first) {
                 block
                     .into_iter()
-                    .for_each(|b: usize| gains[b] += sign * self.independence.independent * scale.constant);
+                    .for_each(|b: usize| gains[b] += sign * self.independence.share * scale.constant);
             }
         }
         gains
@@ -204,7 +204,7 @@ impl Evidence {
         let spans_blocks = self.scales.len() < self.blocks;
         self.are_adjacent
             && spans_blocks
-            && self.independence.independent * self.independence.samples / (self.blocks as f64)
+            && self.independence.share * self.independence.samples / (self.blocks as f64)
                 < MIN_INDEPENDENT_PER_BLOCK
     }
 
@@ -406,7 +406,7 @@ mod tests {
     fn shares(in_a_block: f64) -> bool {
         let mut found = evidence(&draw(1, 0.0));
         found.are_adjacent = true;
-        found.independence.independent = in_a_block / ROWS as f64;
+        found.independence.share = in_a_block / ROWS as f64;
         found.blocks_share_residuals()
     }
 
@@ -418,8 +418,8 @@ mod tests {
 
     #[test]
     fn autocorrelated_residuals_count_less() {
-        let white = evidence(&draw(3, 0.0)).independence.independent;
-        let lasting = evidence(&draw(3, 3.0)).independence.independent;
+        let white = evidence(&draw(3, 0.0)).independence.share;
+        let lasting = evidence(&draw(3, 3.0)).independence.share;
         assert!(white > 0.95 && lasting < 0.2, "{white} {lasting}");
     }
 

@@ -23,9 +23,9 @@ const MAX_LAGS: usize = 1000;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Independence {
     /// Share of the residuals that are independent, formula (4).
-    pub independent: f64,
+    pub share: f64,
     /// The same for the channel with the longest correlation.
-    pub min_independent_share: f64,
+    pub min_share: f64,
     /// Mean number of samples per channel.
     pub samples: f64,
 }
@@ -36,11 +36,11 @@ impl Independence {
         let by_channel = products(rows);
         let mut total = Products::default();
         by_channel.values().for_each(|products| total.join(products));
-        let independent = total.independent();
+        let share = total.independent();
         let shares = by_channel.values().map(Products::independent);
         Self {
-            independent,
-            min_independent_share: shares.fold(independent, f64::min),
+            share,
+            min_share: shares.fold(share, f64::min),
             samples: total.samples / by_channel.len().max(1) as f64,
         }
     }

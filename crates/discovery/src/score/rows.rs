@@ -7,7 +7,7 @@
 //! P)^-1 w N'J` the rows become `J - N X`, and each prior adds the row `-P^1/2 X`.
 
 use super::blocks::Blocks;
-use crate::evaluate::{Lanes, Point, cost_and_weight, nuisance_priors, simulated, whitened_rows};
+use crate::evaluate::{Lanes, Point, cost_and_weight, nuisance_priors, simulate_windows, whitened_rows};
 use crate::fit::Fit;
 use crate::linear::{Cholesky, Square};
 use crate::record::ChosenRecords;
@@ -148,7 +148,7 @@ impl<'a> FitWindows<'a> {
         let points = self.points(&*h.system, h.system.parameters().len(), &[]);
         let width = h.theta_len() + 1;
         let seeds: Vec<&[Seed]> = self.lanes.iter().map(|lanes| &lanes.seeds[..]).collect();
-        let windows = simulated(&points, &self.lanes, &self.windows, &seeds, |w, run| {
+        let windows = simulate_windows(&points, &self.lanes, &self.windows, &seeds, |w, run| {
             let (values, places) = whitened_rows(run, self.windows[w], self.sample.correlation);
             let block = |k: usize| blocks.block(self.chosen[w], k);
             let places: Vec<(u16, u16)> = places.iter().map(|&(c, k)| (block(k), c as u16)).collect();
@@ -220,7 +220,7 @@ impl<'a> FitWindows<'a> {
         let parameters: Vec<Seed> = (first..first + further.len()).map(Seed::Parameter).collect();
         let seeds: Vec<&[Seed]> = self.windows.iter().map(|_| &parameters[..]).collect();
         let count = further.len();
-        simulated(&points, &self.lanes, &self.windows, &seeds, |w, run| {
+        simulate_windows(&points, &self.lanes, &self.windows, &seeds, |w, run| {
             let (values, _) = whitened_rows(run, self.windows[w], self.sample.correlation);
             let mut columns: Vec<f64> =
                 values.chunks_exact(count + 1).flat_map(|row| &row[..count]).copied().collect();
@@ -236,7 +236,7 @@ impl<'a> FitWindows<'a> {
     pub fn change(&self, rows: &Rows, system: &dyn System, first: usize, further: &[f64]) -> Vec<Vec<f64>> {
         let points = self.points(system, first, further);
         let seeds: Vec<&[Seed]> = self.windows.iter().map(|_| &[][..]).collect();
-        simulated(&points, &self.lanes, &self.windows, &seeds, |w, run| {
+        simulate_windows(&points, &self.lanes, &self.windows, &seeds, |w, run| {
             let (values, _) = whitened_rows(run, self.windows[w], self.sample.correlation);
             let window = &rows.windows[w];
             let mut column: Vec<f64> = window.plain.iter().zip(&values).map(|(a, b)| a - b).collect();

@@ -22,7 +22,7 @@ pub(crate) struct Scored {
 impl Scored {
     pub fn new(sample: &ChosenRecords<'_>, blocks: &Blocks, fit: Fit) -> Self {
         let rows = FitWindows::new(sample, &fit).rows(blocks);
-        let held = held(&fit);
+        let held = entries_at_bounds(&fit);
         let evidence = Evidence::new(&rows, blocks, &held, &distances_from_nulls(&fit));
         Self { fit, evidence }
     }
@@ -73,7 +73,7 @@ impl Scored {
     pub fn ci95(&self) -> Vec<[f64; 2]> {
         let (fit, intervals) = (&self.fit, self.intervals());
         let is_unidentifiable = unidentifiable(&fit.information);
-        let bounds = fit.hypothesis.limits();
+        let bounds = fit.hypothesis.result_bounds();
         let one = |i: usize| {
             let (low, high) = bounds[i];
             if is_unidentifiable[i] {
@@ -116,7 +116,7 @@ impl Scored {
     /// freedom this scatter is unreliable, so the gain of all blocks but the best must be significant as
     /// well.
     fn p_value_of_coefficients(&self, entries: &[usize], off: &[f64], without: Option<&Evidence>) -> f64 {
-        let held = held(&self.fit);
+        let held = entries_at_bounds(&self.fit);
         let is_free: Vec<usize> = (0..entries.len()).filter(|k| !held[entries[*k]]).collect();
         let free: Vec<usize> = is_free.iter().map(|&i| entries[i]).collect();
         let x: Vec<f64> = is_free.iter().map(|&i| off[i]).collect();
@@ -139,11 +139,11 @@ impl Scored {
     /// is judged.
     fn amounts(&self, number: usize) -> Option<(Vec<usize>, Vec<f64>)> {
         let h = &self.fit.hypothesis;
-        let range = h.range_of(number);
+        let range = h.entries_of_addition(number);
         match &h.additions[number] {
             Addition::Scatter(_) | Addition::Table(_) | Addition::Split(_) => None,
             Addition::Effect(listed, _) => {
-                let amounts = amounts_of(&listed.effect, range.clone());
+                let amounts = coefficients_of(&listed.effect, range.clone());
                 let is_structural = range.is_empty() || !listed.effect.probe.is_empty();
                 (!is_structural && !amounts.is_empty())
                     .then(|| amounts.into_iter().map(|(i, null)| (i, self.fit.theta[i] - null)).unzip())
@@ -154,7 +154,7 @@ impl Scored {
 
 /// Entries of theta of the coefficients of an effect with entries `range`, and their nulls; shape parameters
 /// have no null.
-fn amounts_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize, f64)> {
+fn coefficients_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize, f64)> {
     let width = range.len() / effect.parameters.len().max(1);
     let amounts = effect.amounts.unwrap_or(usize::MAX).saturating_mul(width);
     let nulls = effect.parameters.iter().flat_map(|p| std::iter::repeat_n(p.null, width));
@@ -167,8 +167,8 @@ pub(crate) fn distances_from_nulls(fit: &Fit) -> Vec<f64> {
     let mut off = vec![0.0; fit.theta.len()];
     for (number, addition) in h.additions.iter().enumerate() {
         let amounts = match addition {
-            Addition::Effect(listed, _) => amounts_of(&listed.effect, h.range_of(number)),
-            Addition::Table(_) => h.range_of(number).map(|i| (i, 0.0)).collect(),
+            Addition::Effect(listed, _) => coefficients_of(&listed.effect, h.entries_of_addition(number)),
+            Addition::Table(_) => h.entries_of_addition(number).map(|i| (i, 0.0)).collect(),
             Addition::Scatter(_) | Addition::Split(_) => Vec::new(),
         };
         amounts.into_iter().for_each(|(i, null)| off[i] = fit.theta[i] - null);
@@ -177,7 +177,7 @@ pub(crate) fn distances_from_nulls(fit: &Fit) -> Vec<f64> {
 }
 
 /// Entries of theta at a bound of the fit.
-pub(crate) fn held(fit: &Fit) -> Vec<bool> {
-    let bounds = fit.hypothesis.bounds();
+pub(crate) fn entries_at_bounds(fit: &Fit) -> Vec<bool> {
+    let bounds = fit.hypothesis.fit_bounds();
     fit.theta.iter().zip(bounds).map(|(t, (low, high))| *t <= low || *t >= high).collect()
 }

@@ -2,7 +2,7 @@
 //! deficiencies).
 
 use crate::evaluate::Lanes;
-use crate::fit::{ChosenRecords, Fit, assembled};
+use crate::fit::{ChosenRecords, Fit, assemble_all};
 use crate::linear::eliminate;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -19,7 +19,7 @@ pub(crate) fn heterogeneity(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(f64, 
 pub(crate) fn parts(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Vec<(usize, f64, f64)>> {
     let h = &fit.hypothesis;
     let lanes: Vec<Lanes> = sample.windows().into_iter().map(|at| Lanes::new(h, at, &[])).collect();
-    assembled(sample, h, &lanes, &fit.theta, &fit.nuisance)
+    assemble_all(sample, h, &lanes, &fit.theta, &fit.nuisance)
         .into_par_iter()
         .zip(&lanes)
         .map(|(n, lanes)| {

@@ -8,7 +8,7 @@ use crate::calibrate::calibrate;
 use crate::fit::{Fit, fit, fit_nuisance};
 use crate::prepare::Prepared;
 use crate::records::View;
-use crate::score::{BLOCKS, Scored, held};
+use crate::score::{BLOCKS, Scored, entries_at_bounds};
 
 /// Number of successive longer lengths without improvement after which the trial ends.
 const MAX_WORSE_LENGTHS: usize = 2;
@@ -21,7 +21,7 @@ const MAX_RESIDUAL_GROWTH: f64 = 4.0;
 const BOUND_PENALTY: f64 = 1e3;
 
 /// Calibrates the declared model over windows of the best length.
-pub(crate) fn calibrated(prepared: &Prepared, chosen: &[usize]) -> (View, Scored) {
+pub(crate) fn calibrate_windows(prepared: &Prepared, chosen: &[usize]) -> (View, Scored) {
     let view = View::new(prepared, chosen, 1);
     let fitted = calibrate(&view.sample());
     choose_window_length(prepared, chosen, view, fitted)
@@ -88,7 +88,7 @@ fn mean_log_variance(scored: &Scored) -> f64 {
     if !scored.is_finite() {
         return f64::INFINITY;
     }
-    let held = held(&scored.fit);
+    let held = entries_at_bounds(&scored.fit);
     let free = (0..held.len()).filter(|i| !held[*i]);
     let logs: Vec<f64> = free.map(|i| scored.evidence.variance(i).max(f64::MIN_POSITIVE).ln()).collect();
     let at_bound = held.iter().filter(|h| **h).count() as f64;

@@ -2,7 +2,7 @@
 
 use crate::addition::Addition;
 use crate::calibrate::calibration_start;
-use crate::columns::{Family, library};
+use crate::columns::{Family, library_candidates};
 use crate::evaluate::{Lanes, rough_event_value};
 use crate::fit::{ChosenRecords, Fit, fit};
 use crate::hypothesis::Hypothesis;
@@ -52,7 +52,8 @@ pub(crate) struct Search<'a> {
 impl<'a> Search<'a> {
     pub fn new(view: &'a View, families: &[Family], clock: &Clock) -> Self {
         let data = view.sample().data;
-        let library: Vec<Addition> = families.iter().flat_map(|family| library(data, *family)).collect();
+        let library: Vec<Addition> =
+            families.iter().flat_map(|family| library_candidates(data, *family)).collect();
         let candidates = library.len() as f64 + 2.0;
         Self { view, library, candidates, clock: clock.clone() }
     }
@@ -111,9 +112,9 @@ impl<'a> Search<'a> {
         for (addition, start) in starts {
             let Addition::Effect(listed, _) = addition else { continue };
             let Some(number) = best.hypothesis.additions.iter().position(|a| a == addition) else { continue };
-            let entries = best.hypothesis.range_of(number);
+            let entries = best.hypothesis.entries_of_addition(number);
             let amplitudes = listed.effect.amounts.unwrap_or(entries.len());
-            let bounds = best.hypothesis.bounds();
+            let bounds = best.hypothesis.fit_bounds();
             let is_trapped = entries
                 .clone()
                 .skip(amplitudes)
@@ -149,9 +150,9 @@ impl<'a> Search<'a> {
             theta[..base].copy_from_slice(&calibration_start(&self.sample(), h)[..base]);
         }
         h.copy_additions(&mut theta, previous, &from.theta);
-        let bounds = h.bounds();
+        let bounds = h.fit_bounds();
         for (number, addition) in h.additions.iter().enumerate() {
-            let entries = h.range_of(number);
+            let entries = h.entries_of_addition(number);
             let start = starts.iter().find(|(a, v)| a == addition && v.len() == entries.len());
             if let Some((_, values)) = start.filter(|_| !previous.additions.contains(addition)) {
                 // Groupwise values are given as differences from the common value.
@@ -172,7 +173,7 @@ impl<'a> Search<'a> {
         let Some(event) = self.event_parameter().filter(|_| !is_same_scatter) else {
             return from.nuisance.clone();
         };
-        let entries = h.entries_of(event);
+        let entries = h.entries_of_parameter(event);
         let bound = MAX_INITIAL_OFFSET * self.max_scatter_sd();
         let sample = self.sample();
         let initial = |(window, n): (crate::record::RecordWindow<'_>, &Vec<f64>)| {
@@ -211,7 +212,7 @@ impl<'a> Search<'a> {
 
     /// Whether the events' parameter differs between records with a p-value below `p`.
     pub fn do_events_vary(&self, fit: &Fit, p: f64) -> bool {
-        let Some(range) = self.event_parameter().and_then(|i| fit.hypothesis.entries_of(i)) else {
+        let Some(range) = self.event_parameter().and_then(|i| fit.hypothesis.entries_of_parameter(i)) else {
             return false;
         };
         let entries = &heterogeneity(&self.sample(), fit)[range];

@@ -64,7 +64,7 @@ impl SearchResult {
     pub fn margin(&self, one: &Scored, other: &Scored) -> f64 {
         let [a, b] = [one, other].map(|s| s.additions());
         let larger = if a.len() >= b.len() { one } else { other };
-        one.gain_over(other, larger.evidence.independence.independent) - self.penalty.of_set(a)
+        one.gain_over(other, larger.evidence.independence.share) - self.penalty.of_set(a)
             + self.penalty.of_set(b)
     }
 }
@@ -277,7 +277,7 @@ fn shared_values(best: &Scored, number: usize, other: &Addition) -> Vec<f64> {
     let Some((from, to)) = listed.map(|(from, to)| (&from.parameters, &to.parameters)) else {
         return Vec::new();
     };
-    let values = &best.fit.theta[h.range_of(number)];
+    let values = &best.fit.theta[h.entries_of_addition(number)];
     let value = |name: &str| from.iter().position(|p| p.name == name).and_then(|i| values.get(i)).copied();
     to.iter().map(|p| value(&p.name)).collect::<Option<Vec<f64>>>().unwrap_or_default()
 }

@@ -98,7 +98,7 @@ pub(crate) fn p_values_beside(problem: &LinearProblem, set: &[usize]) -> Vec<f64
         let with = [set, &[g]].concat();
         p_values(problem, &problem.blocks, &with).pop().unwrap_or(1.0)
     };
-    problem.beside(set).into_par_iter().map(p_value).collect()
+    problem.compatible_groups(set).into_par_iter().map(p_value).collect()
 }
 
 /// The best set that a selection from the empty set finds; the empty set if none is better.
@@ -258,13 +258,13 @@ impl<'p> Selection<'p> {
         if let Some(evaluated) = visited.get(&groups) {
             return evaluated.clone();
         }
-        let chosen = self.chosen(groups.clone());
+        let chosen = self.score_set(groups.clone());
         visited.insert(groups, chosen.clone());
         chosen
     }
 
     /// Gain minus penalty of a set, with its coefficients.
-    fn chosen(&self, groups: Vec<usize>) -> Option<LinearSet> {
+    fn score_set(&self, groups: Vec<usize>) -> Option<LinearSet> {
         let columns = self.problem.columns_of(&groups);
         let (error, coefficients) = self.error(&columns);
         let mut next = self.problem.declared.len();
@@ -291,7 +291,10 @@ impl<'p> Selection<'p> {
         let distances_from_nulls = self.problem.distances_from_nulls(&x);
         let error_of = |block: &BlockSums| {
             let at_x = block.sub(columns).at_coefficients(&x);
-            at_x.c - at_x.h.fall(&at_x.g, &step_without_block(&h, &at_x.h, &at_x.g, &distances_from_nulls))
+            at_x.c
+                - at_x
+                    .h
+                    .cost_decrease(&at_x.g, &step_without_block(&h, &at_x.h, &at_x.g, &distances_from_nulls))
         };
         let sum: f64 = self.blocks.iter().map(error_of).sum();
         (sum.max(f64::MIN_POSITIVE).ln(), x)
