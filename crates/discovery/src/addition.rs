@@ -39,8 +39,6 @@ pub(crate) struct Split {
     pub index: usize,
     /// Kind in results: `NAME per group`.
     pub kind: String,
-    /// Number of groups.
-    pub groups: usize,
 }
 
 /// An effect that a hypothesis adds to the declared model.
@@ -57,10 +55,10 @@ pub(crate) enum Addition {
 }
 
 impl Addition {
-    /// The declared parameter `index` with one value for each of `groups` groups.
-    pub fn split(system: &dyn System, index: usize, groups: usize) -> Self {
+    /// The declared parameter `index` with one value per group.
+    pub fn split(system: &dyn System, index: usize) -> Self {
         let kind = format!("{} per group", system.quantity(index).name);
-        Addition::Split(Arc::new(Split { index, kind, groups }))
+        Addition::Split(Arc::new(Split { index, kind }))
     }
 
     /// The effect of index `index` in a system's library.

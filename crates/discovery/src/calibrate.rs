@@ -14,13 +14,10 @@ pub(crate) fn calibrate(train: &ChosenRecords<'_>) -> Fit {
 /// it has one value per group).
 pub(crate) fn calibration_start(train: &ChosenRecords<'_>, h: &Hypothesis) -> Vec<f64> {
     let mut theta = h.initial_theta(0.0);
-    let mut next = 0;
-    for f in &h.free {
-        let width = h.width(f);
+    for (f, range) in h.entries() {
         if let Some(value) = h.system.fit_from(f.index).filter(|_| f.addition.is_none()) {
-            theta[next..next + width].fill(value.clamp(f.min, f.max));
+            theta[range].fill(value.clamp(f.min, f.max));
         }
-        next += width;
     }
     let Some(event) = h.system.schema().event.as_ref().map(|e| e.parameter) else { return theta };
     let rough = |group: Option<usize>| {
@@ -28,16 +25,14 @@ pub(crate) fn calibration_start(train: &ChosenRecords<'_>, h: &Hypothesis) -> Ve
         median(&mut chosen.flat_map(|r| r.events.iter().map(|e| e.value)).collect::<Vec<_>>())
     };
     let overall = rough(None);
-    let mut next = 0;
-    for f in &h.free {
-        let width = h.width(f);
+    for (f, range) in h.entries() {
         if f.index == event && overall > 0.0 {
-            for (group, value) in theta[next..next + width].iter_mut().enumerate() {
-                let of_group = if width > 1 { rough(Some(group)) } else { overall };
+            let is_grouped = range.len() > 1;
+            for (group, value) in theta[range].iter_mut().enumerate() {
+                let of_group = if is_grouped { rough(Some(group)) } else { overall };
                 *value = if of_group > 0.0 { of_group } else { overall }.clamp(f.min, f.max);
             }
         }
-        next += width;
     }
     theta
 }

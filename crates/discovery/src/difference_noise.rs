@@ -84,7 +84,5 @@ pub(crate) fn noise_from_differences(data: &mut Measured) -> Noise {
         record.weight = record.data.values.iter().zip(&sd).map(weight).collect();
         record.is_tolerance = white.iter().zip(&sd).any(|(white, sd)| white < sd);
     }
-    let samples: usize = data.records.iter().map(|r| r.data.times.len()).sum();
-    let freedom = samples as f64;
-    Noise { sd, white, correlation: 0.0, jitter_s: 0.0, frame_s: None, findings, outliers: 0, freedom }
+    Noise { sd, white, correlation: 0.0, jitter_s: 0.0, frame_s: None, findings, outliers: 0 }
 }

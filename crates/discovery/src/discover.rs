@@ -2,7 +2,7 @@
 
 use crate::DiscoveryError;
 use crate::addition::Addition;
-use crate::answer::{AnswerParts, Errors, errors, forecast_limit, nuisances_of_all};
+use crate::answer::{AnswerParts, Errors, forecast_limit, measure_errors, nuisances_of_all};
 use crate::columns::Family;
 use crate::error_table::ForecastErrors;
 use crate::examples::examples;
@@ -59,7 +59,7 @@ pub fn discover(
     if withdraw_unsupported(&prepared, &mut searched, &mut judged, &measured) {
         measured = prediction_errors(&prepared, &searched, &judged, options);
     }
-    let found = answer(model, &prepared, &searched, &judged, &measured, options)?;
+    let found = write_result(model, &prepared, &searched, &judged, &measured, options)?;
     let mut notes = prepared.notes.clone();
     if !data.notes().is_empty() {
         notes.insert(0, format!("{}: read as a recording: {}", data.origin(), data.notes().join("; ")));
@@ -79,7 +79,7 @@ fn calibrate_only(prepared: &Prepared, progress: &mut dyn FnMut(Progress)) -> Se
 /// the effects found.
 fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(Progress)) -> Searched {
     progress(Progress::Calibration);
-    let families = vec![if options.library { Family::Described } else { Family::Grammar }];
+    let families = vec![if options.library { Family::Library } else { Family::Grammar }];
     let (view, base) = calibrate_windows(prepared, &prepared.searched);
     let mut report_share = |share: f64| progress(Progress::Searched((1000.0 * share) as u16));
     let mut searched = search_in(prepared, view, &families, base, Vec::new(), &mut report_share);
@@ -115,7 +115,7 @@ fn judge(prepared: &Prepared, searched: &mut Searched, doubt: Option<String>, op
     // something is named.
     let is_not_table = |a: &Addition| !matches!(a, Addition::Table(_));
     let is_named = found.sets[best].additions().iter().any(is_not_table)
-        || random_effect.as_ref().is_some_and(|s| !s.declared);
+        || random_effect.as_ref().is_some_and(|s| !s.is_declared);
     let verdict = judge::verdict(is_named, table.is_some(), &tests);
     let mut judged = Judged { findings, best, random_effect, residual_tests: tests, verdict, doubt };
     if judged.doubt.is_none()
@@ -142,7 +142,7 @@ fn withdraw_findings(judged: &mut Judged, verdict: Verdict) {
 /// Prediction errors on data that no decision used.
 fn prediction_errors(prepared: &Prepared, searched: &Searched, judged: &Judged, options: &Options) -> Errors {
     let Searched { view, families, found } = searched;
-    errors(prepared, view.joined, families, found, judged.best, options.seed)
+    measure_errors(prepared, view.joined, families, found, judged.best, options.seed)
 }
 
 /// Withdraws findings that predict no better than the calibrated model, or rejects the system if it predicts
@@ -176,7 +176,7 @@ fn withdraw_unsupported(
 }
 
 /// Refits the chosen sets to all records and writes the result.
-fn answer(
+fn write_result(
     model: &dyn Declaration,
     prepared: &Prepared,
     searched: &Searched,

@@ -80,7 +80,7 @@ fn least_misfit(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Optio
     let common = lanes.common();
     let prior = fit.information.sub(&lanes.theta);
     let evaluate = |theta: &[f64], nuisance: &[f64]| {
-        sample.data.tally.simulation();
+        sample.data.work.count_simulation();
         let point = Point::new(h, &*h.system, &lanes, record, theta, nuisance);
         let normal = assemble_window(&point, &lanes, planned, sample.correlation);
         let moved: Vec<f64> = lanes.theta.iter().map(|&t| theta[t] - fit.theta[t]).collect();

@@ -35,14 +35,12 @@ impl Lanes {
     pub fn new(h: &Hypothesis, window: RecordWindow<'_>, extras: &[usize]) -> Self {
         let record = window.record;
         let (mut theta, mut local) = (Vec::new(), Vec::new());
-        let mut next = 0;
-        for f in &h.free {
+        for (f, range) in h.entries() {
             match f.per {
                 Per::Trajectory => local.push(f.index),
-                Per::All => theta.push((f.index, next)),
-                Per::Group => theta.push((f.index, next + record.data.group)),
+                Per::All => theta.push((f.index, range.start)),
+                Per::Group => theta.push((f.index, range.start + record.data.group)),
             }
-            next += h.width(f);
         }
         let start: Vec<usize> = h.system.schema().free_states().collect();
         let offsets = match h.scatter.map(|s| s.per) {

@@ -95,7 +95,7 @@ fn fit_with(
     nuisance: &[Vec<f64>],
     move_theta: bool,
 ) -> Fit {
-    sample.data.tally.fit();
+    sample.data.work.count_fit();
     let mut h = hypothesis.clone();
     let windows = sample.windows();
     let lanes: Vec<Lanes> = windows.iter().map(|&at| Lanes::new(&h, at, &[])).collect();

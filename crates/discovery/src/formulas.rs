@@ -32,7 +32,7 @@ pub(crate) fn search_formulas(
         return searched;
     }
     progress(Progress::Formulas);
-    let families = [Family::Described, Family::Grammar];
+    let families = [Family::Library, Family::Grammar];
     let mut known_sets: Vec<Scored> = searched.found.sets.clone();
     let base = known_sets.remove(0);
     let mut with_grammar =

@@ -7,6 +7,7 @@ use augsim_physics::model::{Parameter, Per};
 use augsim_physics::system::{
     Addition as Added, Augmentation, Effect, Fitted, FittedValues, Law, Scatter, System,
 };
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A free parameter.
@@ -145,36 +146,34 @@ impl Hypothesis {
         }
     }
 
+    /// The free parameters, each with the range of its entries in theta.
+    pub fn entries(&self) -> impl Iterator<Item = (&FreeParameter, Range<usize>)> {
+        let mut end = 0;
+        self.free.iter().map(move |f| {
+            let start = end;
+            end += self.width(f);
+            (f, start..end)
+        })
+    }
+
     /// Range of the entries of theta of an addition; for groupwise values, the entries of the declared
     /// parameter.
-    pub fn entries_of_addition(&self, addition: usize) -> std::ops::Range<usize> {
+    pub fn entries_of_addition(&self, addition: usize) -> Range<usize> {
         if let Some(Addition::Split(split)) = self.additions.get(addition) {
             return self.entries_of_parameter(split.index).unwrap_or(0..0);
         }
-        let mut next = 0;
-        let (mut first, mut last) = (usize::MAX, 0);
-        for f in &self.free {
-            let width = self.width(f);
-            if f.addition == Some(addition) {
-                first = first.min(next);
-                last = next + width;
-            }
-            next += width;
+        let mut ranges = self.entries().filter(|(f, _)| f.addition == Some(addition)).map(|(_, range)| range);
+        match ranges.next() {
+            Some(first) => first.start..ranges.last().map_or(first.end, |last| last.end),
+            None => self.theta_len()..self.theta_len(),
         }
-        if first == usize::MAX { next..next } else { first..last }
     }
 
     /// Range of the entries of theta of the free parameter `index`; `None` if it is frozen or has one value
     /// per record.
-    pub fn entries_of_parameter(&self, index: usize) -> Option<std::ops::Range<usize>> {
-        let mut next = 0;
-        for f in &self.free {
-            if f.index == index {
-                return (self.width(f) > 0).then_some(next..next + self.width(f));
-            }
-            next += self.width(f);
-        }
-        None
+    pub fn entries_of_parameter(&self, index: usize) -> Option<Range<usize>> {
+        let (_, range) = self.entries().find(|(f, _)| f.index == index)?;
+        (!range.is_empty()).then_some(range)
     }
 
     /// Number of entries of theta of the declared model; they come first.
@@ -213,14 +212,12 @@ impl Hypothesis {
     /// The system's parameters for a record of `group` at `theta`.
     pub fn values_at(&self, theta: &[f64], group: usize) -> Vec<f64> {
         let mut values = self.values_of(group);
-        let mut next = 0;
-        for f in &self.free {
+        for (f, range) in self.entries() {
             match f.per {
-                Per::All => values[f.index] = theta[next],
-                Per::Group => values[f.index] = theta[next + group],
+                Per::All => values[f.index] = theta[range.start],
+                Per::Group => values[f.index] = theta[range.start + group],
                 Per::Trajectory => {}
             }
-            next += self.width(f);
         }
         values
     }
@@ -282,8 +279,7 @@ impl Hypothesis {
             ..Augmentation::default()
         };
         let mut fitted: Vec<Vec<Fitted>> = vec![Vec::new(); self.additions.len()];
-        let mut next = 0;
-        for f in &self.free {
+        for (f, Range { start: next, .. }) in self.entries() {
             let values = match f.per {
                 Per::All => Some(FittedValues::One(theta[next])),
                 Per::Group => {
@@ -299,7 +295,6 @@ impl Hypothesis {
                     Some(number) => fitted[number].push(one),
                 }
             }
-            next += self.width(f);
         }
         for (addition, values) in self.additions.iter().zip(fitted) {
             out.additions.extend(match (addition, addition.law()) {

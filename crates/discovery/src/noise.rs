@@ -47,8 +47,6 @@ pub(crate) struct Noise {
     pub findings: Vec<&'static str>,
     /// Number of masked samples.
     pub outliers: usize,
-    /// Degrees of freedom of the estimate.
-    pub freedom: f64,
 }
 
 impl Noise {
@@ -252,7 +250,7 @@ pub(crate) fn estimate_noise(data: &mut Measured, smooth_motion: bool) -> Noise 
             r.weight.iter_mut().flatten().for_each(|w| *w /= ratio);
         }
     }
-    Noise { white: sd.clone(), sd, correlation: rho, jitter_s, frame_s: None, findings, outliers, freedom }
+    Noise { white: sd.clone(), sd, correlation: rho, jitter_s, frame_s: None, findings, outliers }
 }
 
 /// Whether a further noise parameter is significant, by its reduction of -2 ln of the restricted likelihood.
@@ -268,8 +266,8 @@ fn undisturbed_arcs(arcs: &[Arc], channels: usize) -> Vec<&Arc> {
     let levels: Vec<f64> = arcs.iter().map(level).collect();
     let limits: Vec<f64> = (0..channels)
         .map(|c| {
-            let mine = arcs.iter().zip(&levels).filter(|(a, _)| a.channel == c);
-            DISTURBED_VARIANCE_RATIO * median(&mut mine.map(|(_, l)| *l).collect::<Vec<_>>())
+            let of_channel = arcs.iter().zip(&levels).filter(|(a, _)| a.channel == c);
+            DISTURBED_VARIANCE_RATIO * median(&mut of_channel.map(|(_, l)| *l).collect::<Vec<_>>())
         })
         .collect();
     arcs.iter().zip(levels).filter(|(a, l)| *l <= limits[a.channel]).map(|(a, _)| a).collect()

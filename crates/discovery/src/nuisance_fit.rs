@@ -199,7 +199,7 @@ pub(crate) fn assemble_windows(
     let points: Vec<Point<'_>> = all_windows
         .map(|((window, lanes), n)| Point::new(h, &*h.system, lanes, window.record, theta, n))
         .collect();
-    points.iter().for_each(|_| sample.data.tally.simulation());
+    points.iter().for_each(|_| sample.data.work.count_simulation());
     assemble_batch(&points, lanes, windows, sample.correlation)
 }
 
@@ -231,7 +231,7 @@ pub(crate) fn finish_nuisance_fits(
     } else {
         windows.par_iter_mut().for_each(|window| {
             while let Some(nuisance) = window.next() {
-                sample.data.tally.simulation();
+                sample.data.work.count_simulation();
                 let point = Point::new(h, &*h.system, window.lanes, window.window.record, theta, &nuisance);
                 let normal = assemble_window(&point, window.lanes, window.window, sample.correlation);
                 window.take((normal, nuisance));
@@ -261,7 +261,7 @@ fn step_batched(
     let zipped = tried_windows.iter().zip(&lanes).zip(&tried);
     let points: Vec<Point<'_>> = zipped
         .map(|((window, lanes), (_, nuisance))| {
-            sample.data.tally.simulation();
+            sample.data.work.count_simulation();
             Point::new(h, &*h.system, lanes, window.record, theta, nuisance)
         })
         .collect();

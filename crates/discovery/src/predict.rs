@@ -14,7 +14,7 @@ use crate::forecast::{self, Error, FittedStart, ForecastSpan, fit_start, rmse};
 use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
 use crate::prediction::{Draws, ForetellOptions, Foretelling, Foretold, ForetoldChannel, ForetoldError};
-use crate::prepare::{PreparedRecords, ready};
+use crate::prepare::{PreparedRecords, load_records};
 use crate::record::{Measured, Record, RecordWindow};
 use crate::{DiscoveryError, error_table};
 use augsim_data::{Dataset, random_stream};
@@ -37,7 +37,7 @@ pub fn foretell(
     data: &Dataset,
     options: &ForetellOptions,
 ) -> Result<Foretelling, DiscoveryError> {
-    let PreparedRecords { data, noise, .. } = ready(model, data, 1, false)?;
+    let PreparedRecords { data, noise, .. } = load_records(model, data, 1, false)?;
     let drawn = VaryingParameters::predictor(&data);
     let h = fixed_hypothesis(&data, drawn.as_ref());
     let theta = h.initial_theta(0.0);

@@ -24,7 +24,7 @@ pub(crate) struct Prepared {
     pub data: Measured,
     pub noise: Noise,
     /// Whether polynomials follow the motion between samples, so that their residuals are noise.
-    pub smooth: bool,
+    pub is_smooth: bool,
     /// Records used in the search.
     pub searched: Vec<usize>,
     /// Records held out from the beginning, on which errors are measured; empty where there are too few.
@@ -52,7 +52,7 @@ impl Prepared {
 
     /// Whether the noise estimate is only an upper bound, because polynomials do not follow the motion.
     pub fn is_noise_bounded(&self) -> bool {
-        !self.smooth && !self.data.is_idealised()
+        !self.is_smooth && !self.data.is_idealised()
     }
 
     /// Lowers the noise estimate to the residual standard deviations `found` of a fit, where the estimate
@@ -113,7 +113,7 @@ pub(crate) struct PreparedRecords {
     pub data: Measured,
     pub noise: Noise,
     /// Whether polynomials follow the motion between samples.
-    pub smooth: bool,
+    pub is_smooth: bool,
     /// Remarks on the records for the reader of the result, one sentence each.
     pub notes: Vec<String>,
 }
@@ -126,7 +126,7 @@ pub(crate) fn prepare(
 ) -> Result<Prepared, DiscoveryError> {
     let snap_to_frames = snap_to_frames(model, dataset)?;
     let on_frames = snap_to_frames.as_ref().map_or(dataset, |(on_frames, _)| on_frames);
-    let PreparedRecords { data, mut noise, smooth, mut notes } = ready(model, on_frames, 2, true)?;
+    let PreparedRecords { data, mut noise, is_smooth, mut notes } = load_records(model, on_frames, 2, true)?;
     if let Some((_, clock)) = snap_to_frames {
         notes.push(format!(
             "the time stamps jitter by {:.2} ms (standard deviation) about frames of period {:.3} ms; each sample was moved to the time \
@@ -137,7 +137,7 @@ pub(crate) fn prepare(
         noise.set_frame_clock(clock);
     }
     let (searched, held_out) = held_out(&data);
-    Ok(Prepared { data, noise, smooth, searched, held_out, notes, clock: Clock::new(options) })
+    Ok(Prepared { data, noise, is_smooth, searched, held_out, notes, clock: Clock::new(options) })
 }
 
 /// Splits the records into those searched and those held out: one in five of each group, if there are enough
@@ -161,7 +161,7 @@ fn held_out(data: &Measured) -> (Vec<usize>, Vec<usize>) {
 
 /// Reads records with events and noise; at least `fewest` are required. `is_fitted`: whether parameters are
 /// fitted to them, in which case the objections of the system against such fits apply.
-pub(crate) fn ready(
+pub(crate) fn load_records(
     model: &dyn Declaration,
     dataset: &Dataset,
     fewest: usize,
@@ -198,7 +198,7 @@ pub(crate) fn ready(
         data.system = settled;
     }
     let system = data.system.clone();
-    let smooth = !data.is_idealised() && segments::split_smooth_segments(&mut data);
+    let is_smooth = !data.is_idealised() && segments::split_smooth_segments(&mut data);
     (data.records, data.recordings) = split_into_blocks(std::mem::take(&mut data.records));
     if data.is_idealised() {
         // Free runs of an idealised system drift whatever effects were added, so they are not compared.
@@ -212,7 +212,7 @@ pub(crate) fn ready(
     let mut noise = if data.is_idealised() {
         noise_from_differences(&mut data)
     } else {
-        estimate_noise(&mut data, smooth)
+        estimate_noise(&mut data, is_smooth)
     };
     data.white_share = noise.white_share();
     if is_fitted && let Some(objection) = system.objection(&without_outliers(&data), &noise.sd) {
@@ -226,7 +226,7 @@ pub(crate) fn ready(
         noise.outliers += found.len();
         mask(&mut data, &found);
     }
-    Ok(PreparedRecords { data, noise, smooth, notes })
+    Ok(PreparedRecords { data, noise, is_smooth, notes })
 }
 
 /// The records as the system reads them, with masked samples marked as not measured.

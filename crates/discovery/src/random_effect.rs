@@ -149,7 +149,7 @@ impl CommonFit {
     }
 
     /// State with all records at the common values, nuisances fitted from `nuisance`.
-    fn together(&self, sample: &ChosenRecords<'_>, theta: &[f64], nuisance: &[Vec<f64>]) -> State {
+    fn common_state(&self, sample: &ChosenRecords<'_>, theta: &[f64], nuisance: &[Vec<f64>]) -> State {
         let fitted = fit_nuisance(sample, &self.hypothesis, theta, nuisance);
         let normals = assemble_all(sample, &self.hypothesis, &self.lanes(sample), theta, &fitted.nuisance);
         let own = vec![vec![0.0; self.places.len()]; sample.chosen.len()];
@@ -159,7 +159,7 @@ impl CommonFit {
     /// Estimates the random effect from the fitted records; `None` where no scatter is most likely.
     pub fn estimate(&self, sample: &ChosenRecords<'_>) -> Option<Estimated> {
         let least = sample.data.white_share;
-        let base = self.together(sample, &self.theta, &self.nuisance);
+        let base = self.common_state(sample, &self.theta, &self.nuisance);
         let mut state = base.clone();
         for _ in 0..MAX_STEPS {
             let records = self.quadratics(sample, &state);
@@ -237,7 +237,7 @@ impl CommonFit {
     }
 
     /// -2 ln likelihood of one record at fixed shared parameters.
-    fn own(&self, n: &OfRecord, sd: f64, phi: f64) -> f64 {
+    fn deviance_of_record(&self, n: &OfRecord, sd: f64, phi: f64) -> f64 {
         if sd == 0.0 {
             return n.c / phi;
         }
@@ -254,7 +254,7 @@ impl CommonFit {
         let b: Vec<usize> = self.places.clone().collect();
         let (mut t, mut v, mut sum) = (Square::zero(p), vec![0.0; p], 0.0);
         for n in records {
-            sum += self.own(n, sd, phi);
+            sum += self.deviance_of_record(n, sd, phi);
             t.a.iter_mut().zip(&n.s.a).for_each(|(a, x)| *a += x);
             v.iter_mut().zip(&n.v).for_each(|(a, x)| *a += x);
             if sd > 0.0 {
@@ -322,7 +322,7 @@ impl CommonFit {
                 own[place] += new[k];
             }
             let one = |w: usize| {
-                sample.data.tally.simulation();
+                sample.data.work.count_simulation();
                 let nuisance = nuisance_step(&lanes[w], &state.normals[w], &state.nuisance[w], &step, 0.0);
                 let point = Point::new(h, &*h.system, &lanes[w], windows[w].record, &own, &nuisance);
                 let normal = assemble_window(&point, &lanes[w], windows[w], sample.correlation);

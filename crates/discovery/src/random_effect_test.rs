@@ -13,7 +13,7 @@ pub(crate) struct RandomEffectEstimate {
     /// Gain, nats.
     pub gain: f64,
     /// Whether the model already declares it.
-    pub declared: bool,
+    pub is_declared: bool,
     /// Evidence of each window on the entries of theta that do not vary: entry, curvature, gradient.
     pub parts: Vec<Vec<(usize, f64, f64)>>,
 }
@@ -32,14 +32,14 @@ pub(crate) fn find_random_effect(
 ) -> Option<RandomEffectEstimate> {
     let sample = search.sample();
     let drawn = drawn(&sample)?;
-    let declared = drawn.declared.is_some();
+    let is_declared = drawn.declared.is_some();
     let (shared, found) = estimated(&sample, drawn, &set.fit)?;
     let gain = 0.5 * found.gain;
-    if gain <= penalty.0 && !declared {
+    if gain <= penalty.0 && !is_declared {
         return None;
     }
     let parts = shared.parts(&sample, &found.state.normals);
-    Some(RandomEffectEstimate { gain, declared, parts })
+    Some(RandomEffectEstimate { gain, is_declared, parts })
 }
 
 /// Fits and estimates the random effect beside the additions of a fit.

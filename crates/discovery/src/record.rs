@@ -1,7 +1,7 @@
 //! Measured records, ready for fits, and the records and windows that a fit uses.
 
 use crate::DiscoveryError;
-use crate::work_counter::Tally;
+use crate::work_counter::WorkCounter;
 use augsim_data::{Dataset, Trajectory};
 use augsim_physics::system::{Declaration, Record as SystemRecord, Stream, System, Window};
 use std::ops::Range;
@@ -49,7 +49,7 @@ pub(crate) struct Measured {
     /// residual variance.
     pub white_share: f64,
     /// Counts of the work done on these records and their copies.
-    pub tally: Arc<Tally>,
+    pub work: Arc<WorkCounter>,
 }
 
 impl Measured {
@@ -121,8 +121,8 @@ impl Measured {
             .into_iter()
             .map(|data| Record { data, weight: Vec::new(), is_tolerance: false })
             .collect();
-        let (recordings, tally) = (Vec::new(), Arc::default());
-        Ok(Self { name, system, records, recordings, groups, clock_reference_s, white_share: 1.0, tally })
+        let (recordings, work) = (Vec::new(), Arc::default());
+        Ok(Self { name, system, records, recordings, groups, clock_reference_s, white_share: 1.0, work })
     }
 
     /// Whether the laws of the system are idealised, so that smooth residuals always remain.
@@ -143,7 +143,7 @@ impl Measured {
             records,
             recordings: Vec::new(),
             white_share: self.white_share,
-            tally: self.tally.clone(),
+            work: self.work.clone(),
             system: self.system.clone(),
             clock_reference_s: self.clock_reference_s,
         }

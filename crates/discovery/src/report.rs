@@ -46,28 +46,27 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
     let (fit, h) = (&set.fit, &set.fit.hypothesis);
     let (ci, names_and_units, intervals) = (set.ci95(), names(h), set.intervals());
     let mut out = BTreeMap::new();
-    let mut next = 0;
     // The parameters of groupwise values are declared ones.
     let split = addition.and_then(|n| match &h.additions[n] {
         Addition::Split(split) => Some(split.index),
         _ => None,
     });
-    for (f, name_and_unit) in h.free.iter().zip(&names_and_units) {
-        let width = h.width(f);
+    for ((f, range), name_and_unit) in h.entries().zip(&names_and_units) {
+        let (next, width) = (range.start, range.len());
         let wanted = split.map_or(f.addition == addition, |index| f.index == index);
         if wanted && width > 0 {
             let (name, unit) = name_and_unit.clone();
             let mut e = Estimate { value: fit.theta[next], ci95: ci[next], unit, groups: BTreeMap::new() };
             if f.per == Per::Group {
-                let values = &fit.theta[next..next + width];
+                let values = &fit.theta[range.clone()];
                 let n = width as f64;
                 let mean = values.iter().sum::<f64>() / n;
-                let share = |i| if (next..next + width).contains(&i) { 1.0 / n } else { 0.0 };
+                let share = |i| if range.contains(&i) { 1.0 / n } else { 0.0 };
                 let half = intervals.half_width(&(0..fit.theta.len()).map(share).collect::<Vec<_>>());
                 e.value = mean;
                 e.ci95 = [mean - half, mean + half];
                 let names = parts.prepared.data.groups.iter();
-                let each = (next..next + width).map(|i| {
+                let each = range.clone().map(|i| {
                     let (unit, groups) = (e.unit.clone(), BTreeMap::new());
                     Estimate { value: fit.theta[i], ci95: ci[i], unit, groups }
                 });
@@ -75,7 +74,6 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
             }
             out.insert(name, e);
         }
-        next += width;
     }
     if let (Some(number), Some(scatter)) = (addition, h.scatter)
         && matches!(h.additions[number], Addition::Scatter(_))
@@ -195,7 +193,7 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
 /// other effects.
 fn random_effect(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
     let scattered =
-        parts.judged.random_effect.as_ref().filter(|s| !s.declared && parts.judged.doubt.is_none());
+        parts.judged.random_effect.as_ref().filter(|s| !s.is_declared && parts.judged.doubt.is_none());
     let (scattered, sd) = scattered.zip(parts.random_effect_sd.clone())?;
     let schema = parts.prepared.data.system.schema();
     let effect = &schema.drawn.as_ref()?.scatter;
@@ -342,7 +340,7 @@ impl AnswerParts<'_> {
         let mut augmentation = h.augmentation(data, &full.fit.theta, &full.ci95());
         augmentation.scatter_ci95 = full.scatter_ci95();
         if let Some(sd) = self.random_effect_sd.as_ref().filter(|_| self.judged.doubt.is_none()) {
-            let is_declared = self.judged.random_effect.as_ref().is_some_and(|s| s.declared);
+            let is_declared = self.judged.random_effect.as_ref().is_some_and(|s| s.is_declared);
             (augmentation.scatter_sd, augmentation.scatter_ci95) = (Some(sd.value), Some(sd.ci95));
             let drawn = Added::Scatter(ScatterPer::Record, sd.value);
             augmentation.additions.extend((!is_declared).then_some(drawn));
@@ -407,7 +405,7 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
         heldout: parts.prepared.held_out.iter().map(|&j| data.records[j].data.id.clone()).collect(),
         examples: Vec::new(),
         cut_after_s: None,
-        work: data.tally.work(),
+        work: data.work.totals(),
     };
     all_finite(found, &data.name)
 }

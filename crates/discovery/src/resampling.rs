@@ -8,7 +8,7 @@
 
 use crate::DiscoveryError;
 use crate::linear::Square;
-use crate::prepare::{PreparedRecords, ready};
+use crate::prepare::{PreparedRecords, load_records};
 use crate::record::Record;
 use augsim_data::Dataset;
 use augsim_physics::system::Declaration;
@@ -43,7 +43,7 @@ pub fn on_a_clock(
     data: &Dataset,
     step_s: f64,
 ) -> Result<Vec<Clocked>, DiscoveryError> {
-    let PreparedRecords { data, .. } = ready(model, data, 1, false)?;
+    let PreparedRecords { data, .. } = load_records(model, data, 1, false)?;
     let group = |r: &Record| data.groups.get(r.data.group).filter(|name| !name.is_empty()).cloned();
     Ok(data.records.iter().filter_map(|r| clocked(r, group(r), step_s)).collect())
 }

@@ -40,7 +40,7 @@ struct Predicted {
 }
 
 /// Errors of the fits (calibrated, augmented) on the held-out records, or of the procedure on folds.
-pub(crate) fn errors(
+pub(crate) fn measure_errors(
     prepared: &Prepared,
     joined: usize,
     families: &[Family],

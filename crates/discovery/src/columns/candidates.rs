@@ -14,7 +14,7 @@ const MAX_GROUPS: usize = 20;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Family {
     /// Effects of the library.
-    Described,
+    Library,
     /// Formulas of a grammar.
     Grammar,
 }
@@ -36,7 +36,7 @@ pub(crate) fn library_candidates(data: &Measured, family: Family) -> Vec<Additio
     if grouped {
         let declared = system.parameters().iter().take(system.declared()).enumerate();
         let single = declared.filter(|(_, p)| !p.frozen && p.per == Per::All);
-        out.extend(single.map(|(index, _)| Addition::split(system, index, data.groups.len())));
+        out.extend(single.map(|(index, _)| Addition::split(system, index)));
     }
     out
 }

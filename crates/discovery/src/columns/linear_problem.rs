@@ -222,7 +222,7 @@ impl<'a> ProblemBuilder<'a> {
 
     /// Derivatives of one batch of candidates at their nulls.
     fn slopes(&self, batch: &[(&Addition, Vec<f64>)]) -> Vec<(ColumnGroup, Columns)> {
-        batch.iter().for_each(|_| self.places.sample.data.tally.score());
+        batch.iter().for_each(|_| self.places.sample.data.work.count_score());
         let h = &self.at.fit.hypothesis;
         let laws: Vec<Law> = batch.iter().filter_map(|(a, _)| a.law()).collect();
         let Ok(system) = h.system.augmented(&laws) else { return Vec::new() };
@@ -284,7 +284,7 @@ impl<'a> ProblemBuilder<'a> {
             .flat_map(|a| acting_points(&*h.system, a).into_iter().map(move |point| (a, point)))
             .collect();
         let change = |(addition, point): &(&Addition, Vec<f64>)| {
-            self.places.sample.data.tally.score();
+            self.places.sample.data.work.count_score();
             let system = h.system.augmented(&[addition.law()?]).ok()?;
             let first = h.system.parameters().len();
             let total = self.places.change(self.rows, &*system, first, point);

@@ -76,8 +76,8 @@ pub(crate) fn judge_findings(
         match least.filter(|(_, share)| **share < MIN_INCLUSION) {
             Some((number, _)) => {
                 let (set, remaining) = (set.clone(), crate::search::without(set.additions(), number));
-                named = found.fitted(search, &set, &remaining);
-                named = found.significant(search, named);
+                named = found.index_or_fit(search, &set, &remaining);
+                named = found.drop_insignificant(search, named);
             }
             None => break (alternatives, inclusion),
         }
@@ -92,7 +92,7 @@ pub(crate) fn judge_findings(
 /// Index of the set to name before resampling: the significant part of the best set, or a simpler equivalent
 /// one.
 pub(crate) fn named_set(search: &Search<'_>, found: &mut SearchResult) -> usize {
-    let best = found.significant(search, found.best);
+    let best = found.drop_insignificant(search, found.best);
     simplest(search, found, best)
 }
 

@@ -119,7 +119,7 @@ pub(crate) fn add_tables(
     if library_effects.len() < set.additions().len() {
         // A random effect can absorb an unlisted effect, and several formulas can follow the curve of one
         // table, so tables are also tried without both.
-        starts.push(found.fitted(search, &set, &library_effects));
+        starts.push(found.index_or_fit(search, &set, &library_effects));
     }
     let mut best: Option<(usize, f64)> = None;
     for start in starts {

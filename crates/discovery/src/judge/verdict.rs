@@ -38,13 +38,11 @@ pub(crate) fn doubt_from_data(prepared: &Prepared) -> Option<String> {
 fn values(fit: &Fit) -> Vec<f64> {
     let h = &fit.hypothesis;
     let mut values = h.values.clone();
-    let mut next = 0;
-    for f in &h.free {
-        let width = h.width(f);
+    for (f, range) in h.entries() {
+        let width = range.len();
         if width > 0 {
-            values[f.index] = fit.theta[next..next + width].iter().sum::<f64>() / width as f64;
+            values[f.index] = fit.theta[range].iter().sum::<f64>() / width as f64;
         }
-        next += width;
     }
     values
 }
@@ -86,11 +84,8 @@ pub(crate) fn doubt_from_errors(
 
 /// Name and bound of the first declared parameter at a non-zero bound; at 0 a term is merely absent.
 fn at_bound(h: &Hypothesis, theta: &[f64]) -> Option<(String, f64)> {
-    let mut next = 0;
-    for f in &h.free {
-        let width = h.width(f);
-        let fitted = &theta[next..next + width];
-        next += width;
+    for (f, range) in h.entries() {
+        let fitted = &theta[range];
         if f.addition.is_some() || f.per == Per::Trajectory {
             continue;
         }

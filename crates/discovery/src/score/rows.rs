@@ -136,7 +136,7 @@ impl<'a> FitWindows<'a> {
         let (h, theta) = (&self.fit.hypothesis, &self.fit.theta);
         let each = self.windows.iter().zip(&self.lanes).zip(&self.fit.nuisance);
         each.map(|((at, lanes), own)| {
-            self.sample.data.tally.simulation();
+            self.sample.data.work.count_simulation();
             Point::new(h, system, lanes, at.record, theta, own).with_values(first, further)
         })
         .collect()

@@ -315,7 +315,7 @@ impl SearchResult {
 
     /// Drops the least significant addition and refits, until all are significant. Returns the index of the
     /// remaining set.
-    pub fn significant(&mut self, search: &Search<'_>, from: usize) -> usize {
+    pub fn drop_insignificant(&mut self, search: &Search<'_>, from: usize) -> usize {
         let mut current = from;
         loop {
             let set = self.sets[current].clone();
@@ -326,11 +326,11 @@ impl SearchResult {
                 return current;
             };
             let remaining = without(set.additions(), number);
-            current = self.fitted(search, &set, &remaining);
+            current = self.index_or_fit(search, &set, &remaining);
             // The p-values of the remaining set need fits of its own subsets.
             let remaining_set = self.sets[current].clone();
             for number in 0..remaining_set.additions().len() {
-                self.fitted(search, &remaining_set, &without(remaining_set.additions(), number));
+                self.index_or_fit(search, &remaining_set, &without(remaining_set.additions(), number));
             }
         }
     }
@@ -341,7 +341,7 @@ impl SearchResult {
     }
 
     /// Index of a set among the fitted ones; fits it from `from` if it is new.
-    pub fn fitted(&mut self, search: &Search<'_>, from: &Scored, additions: &[Addition]) -> usize {
+    pub fn index_or_fit(&mut self, search: &Search<'_>, from: &Scored, additions: &[Addition]) -> usize {
         let key = labels(additions);
         if let Some(known) = self.sets.iter().position(|s| s.key() == key) {
             return known;
