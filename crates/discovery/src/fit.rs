@@ -88,6 +88,25 @@ pub(crate) fn fit_nuisance(
     fit_with(sample, hypothesis, theta, nuisance, false)
 }
 
+/// Nuisances to start from: those in `known`, and the rough initial states of windows beyond it.
+fn initial_nuisances(
+    h: &Hypothesis,
+    lanes: &[Lanes],
+    windows: &[RecordWindow<'_>],
+    known: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
+    let initial = |(i, (lanes, &window)): (usize, (&Lanes, &RecordWindow<'_>))| match known.get(i) {
+        Some(known) => {
+            // Nuisances of another hypothesis may have more or fewer offsets.
+            let mut nuisance = known.clone();
+            nuisance.resize(lanes.nuisances(), 0.0);
+            nuisance
+        }
+        None => lanes.initial_nuisance(h, window),
+    };
+    lanes.iter().zip(windows).enumerate().map(initial).collect()
+}
+
 fn fit_with(
     sample: &ChosenRecords<'_>,
     hypothesis: &Hypothesis,
@@ -100,20 +119,7 @@ fn fit_with(
     let windows = sample.windows();
     let lanes: Vec<Lanes> = windows.iter().map(|&at| Lanes::new(&h, at, &[])).collect();
     let is_fresh = nuisance.is_empty();
-    let nuisance: Vec<Vec<f64>> = lanes
-        .iter()
-        .zip(&windows)
-        .enumerate()
-        .map(|(i, (l, &at))| match nuisance.get(i) {
-            Some(n) => {
-                // Nuisances of another hypothesis may have more or fewer offsets.
-                let mut n = n.clone();
-                n.resize(l.nuisances().max(l.state_nuisances()), 0.0);
-                n
-            }
-            None => l.initial_nuisance(&h, at),
-        })
-        .collect();
+    let nuisance = initial_nuisances(&h, &lanes, &windows, nuisance);
     let mut state = State::evaluate(sample, &h, &lanes, theta.to_vec(), nuisance);
     // Rough initial states may all be wrong. Fitted ones are compared with the usual weight instead: with
     // missing effects every window fits badly, and restarting all of them would be most of the work.

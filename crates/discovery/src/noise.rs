@@ -104,12 +104,18 @@ fn golden_section(mut f: impl FnMut(f64) -> f64, mut low: f64, mut high: f64, ro
     if fa < fb { (a, fa) } else { (b, fb) }
 }
 
-/// Estimates the noise of segmented records, masks outliers, and sets the weights of all samples. Where the
-/// motion is not smooth between samples, the noise is assumed white: the polynomial residuals then contain
-/// motion and would look correlated.
-pub(crate) fn estimate_noise(data: &mut Measured, smooth_motion: bool) -> Noise {
-    let declared: Vec<Option<f64>> = data.system.schema().channels.iter().map(|c| c.sd).collect();
-    let channels = declared.len();
+/// Arcs of the samples that are not outliers.
+struct MaskedArcs {
+    arcs: Vec<Arc>,
+    /// Whether each sample is masked, `[record][channel][sample]`.
+    masked: Vec<Vec<Vec<bool>>>,
+    /// Standard deviation of the residuals by channel.
+    sd: Vec<f64>,
+    outliers: usize,
+}
+
+/// Masks outliers in two rounds, and estimates the standard deviations from the other samples.
+fn mask_outliers(data: &Measured, channels: usize) -> MaskedArcs {
     let mut masked: Vec<Vec<Vec<bool>>> = data
         .records
         .iter()
@@ -152,45 +158,69 @@ pub(crate) fn estimate_noise(data: &mut Measured, smooth_motion: bool) -> Noise 
             }
         }
     }
-    let total_samples: usize = arcs.iter().map(|a| a.y.len()).sum();
-    let smooth = undisturbed_arcs(&arcs, channels);
-    let stride = total_samples.div_ceil(MAX_SAMPLES).max(1);
-    let subset: Vec<&Arc> = smooth.iter().step_by(stride).copied().collect();
-    let plain = restricted_deviance(&subset, channels, 0.0, 0.0);
-    let smallest = sd.iter().copied().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
-    let max_growth = 0.004 / smallest.max(1e-9);
+    MaskedArcs { arcs, masked, sd, outliers }
+}
+
+/// Correlation of neighbouring samples, and growth of the noise with speed (jitter/sd, up to `max_growth`);
+/// each is 0 unless its reduction of the deviance is significant.
+fn correlation_and_growth(arcs: &[&Arc], channels: usize, stride: usize, max_growth: f64) -> (f64, f64) {
+    let subset: Vec<&Arc> = arcs.iter().step_by(stride).copied().collect();
+    let deviance = |rho: f64, growth: f64| restricted_deviance(&subset, channels, rho, growth);
+    let fit_rho = |growth: f64| golden_section(|rho| deviance(rho, growth), -0.4, 0.95, 14);
+    let fit_growth = |rho: f64| golden_section(|growth| deviance(rho, growth), 0.0, max_growth, 14);
+    let (best_rho, best_growth) = (fit_rho(0.0), fit_growth(0.0));
     let (mut rho, mut growth) = (0.0, 0.0);
-    let best_rho = golden_section(|r| restricted_deviance(&subset, channels, r, 0.0), -0.4, 0.95, 14);
-    let best_growth = golden_section(|g| restricted_deviance(&subset, channels, 0.0, g), 0.0, max_growth, 14);
-    if smooth_motion && is_supported(plain - best_rho.1.min(best_growth.1)) {
-        if best_rho.1 < best_growth.1 {
-            rho = best_rho.0;
-            let second =
-                golden_section(|g| restricted_deviance(&subset, channels, rho, g), 0.0, max_growth, 14);
-            if is_supported(best_rho.1 - second.1) {
-                growth = second.0;
-                rho = golden_section(|r| restricted_deviance(&subset, channels, r, growth), -0.4, 0.95, 14).0;
-            }
-        } else {
-            growth = best_growth.0;
-            let second =
-                golden_section(|r| restricted_deviance(&subset, channels, r, growth), -0.4, 0.95, 14);
-            if is_supported(best_growth.1 - second.1) {
-                rho = second.0;
-                growth =
-                    golden_section(|g| restricted_deviance(&subset, channels, rho, g), 0.0, max_growth, 14).0;
-            }
+    if !is_supported(deviance(0.0, 0.0) - best_rho.1.min(best_growth.1)) {
+        return (rho, growth);
+    }
+    // The better single parameter enters first, the other one only if it is significant beside it.
+    if best_rho.1 < best_growth.1 {
+        rho = best_rho.0;
+        let second = fit_growth(rho);
+        if is_supported(best_rho.1 - second.1) {
+            growth = second.0;
+            rho = fit_rho(growth).0;
+        }
+    } else {
+        growth = best_growth.0;
+        let second = fit_rho(growth);
+        if is_supported(best_growth.1 - second.1) {
+            rho = second.0;
+            growth = fit_growth(rho).0;
         }
     }
     if rho != 0.0 {
         // The correlation extrapolates to low frequencies, so its final estimate uses all samples.
-        rho = golden_section(
-            |r| restricted_deviance(&smooth, channels, r, growth),
-            (rho - 0.06).max(-0.4),
-            (rho + 0.06).min(0.95),
-            10,
-        )
-        .0;
+        let (low, high) = ((rho - 0.06).max(-0.4), (rho + 0.06).min(0.95));
+        rho = golden_section(|rho| restricted_deviance(arcs, channels, rho, growth), low, high, 10).0;
+    }
+    (rho, growth)
+}
+
+/// Whether the estimate differs significantly from the declared noise, given its degrees of freedom.
+fn differs_from_declared(sd: &[f64], declared: &[f64], outliers: usize, freedom: f64) -> bool {
+    let squares = sd.iter().zip(declared).map(|(s, d)| (s / d).powi(2));
+    let ratio = (squares.sum::<f64>() / sd.len() as f64).sqrt();
+    // Outliers too small to be detected raise the estimate a little.
+    let is_raised_by_outliers = outliers > 0 && (0.9..1.3).contains(&ratio);
+    let deviation = ratio.ln().abs();
+    !is_raised_by_outliers && deviation > 0.03 && deviation * (2.0 * freedom).sqrt() > 4.0
+}
+
+/// Estimates the noise of segmented records, masks outliers, and sets the weights of all samples. Where the
+/// motion is not smooth between samples, the noise is assumed white: the polynomial residuals then contain
+/// motion and would look correlated.
+pub(crate) fn estimate_noise(data: &mut Measured, smooth_motion: bool) -> Noise {
+    let declared: Vec<Option<f64>> = data.system.schema().channels.iter().map(|c| c.sd).collect();
+    let channels = declared.len();
+    let MaskedArcs { arcs, masked, mut sd, outliers } = mask_outliers(data, channels);
+    let total_samples: usize = arcs.iter().map(|a| a.y.len()).sum();
+    let smooth = undisturbed_arcs(&arcs, channels);
+    let smallest = sd.iter().copied().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
+    let (mut rho, mut growth) = (0.0, 0.0);
+    if smooth_motion {
+        let stride = total_samples.div_ceil(MAX_SAMPLES).max(1);
+        (rho, growth) = correlation_and_growth(&smooth, channels, stride, 0.004 / smallest.max(1e-9));
     }
     let mut freedom = 0.0;
     for (channel, sd) in sd.iter_mut().enumerate() {
@@ -218,17 +248,10 @@ pub(crate) fn estimate_noise(data: &mut Measured, smooth_motion: bool) -> Noise 
         (rho, growth) = (0.0, 0.0);
     }
     let mut findings = Vec::new();
-    if let Some(declared) = declared.as_ref().filter(|_| tolerance.is_none()) {
-        let squares = sd.iter().zip(declared).map(|(s, d)| (s / d).powi(2));
-        let ratio = (squares.sum::<f64>() / channels as f64).sqrt();
-        // Outliers too small to be detected raise the estimate a little.
-        let is_raised_by_outliers = outliers > 0 && (0.9..1.3).contains(&ratio);
-        if !is_raised_by_outliers
-            && ratio.ln().abs() > 0.03
-            && ratio.ln().abs() * (2.0 * freedom).sqrt() > 4.0
-        {
-            findings.push("noise-scale");
-        }
+    if let Some(declared) = declared.as_ref().filter(|_| tolerance.is_none())
+        && differs_from_declared(&sd, declared, outliers, freedom)
+    {
+        findings.push("noise-scale");
     }
     if rho != 0.0 {
         findings.push("noise-autocorrelated");

@@ -71,6 +71,28 @@ pub(crate) fn with_three_digits(value: f64) -> String {
     }
 }
 
+/// An effect with its parameters and the error that it removes; `calibrated` is the error of the calibrated
+/// model.
+fn describe_effect(effect: &FoundEffect, calibrated: f64, error_text: &dyn Fn(f64) -> String) -> String {
+    let mut details: Vec<String> = effect.parameters.iter().map(|(name, value)| value.phrase(name)).collect();
+    details.extend(effect.removed.map(|removed| match removed {
+        r if r > DIVERGED_RATIO * calibrated => "predictions diverge without it".to_owned(),
+        r if r > 0.0 => format!("removes {} of the error", error_text(r)),
+        _ => "removes none of the error on its own".to_owned(),
+    }));
+    let details = details.join(", ");
+    let per = effect.per.as_ref().map_or_else(String::new, |per| format!(" per {per}"));
+    match &effect.formula {
+        None if details.is_empty() => format!("{}{per}", effect.kind),
+        None => format!("{}{per} ({details})", effect.kind),
+        Some(f) => {
+            let [low, high] = f.range;
+            let range = format!("observed for {} from {low:.3} to {high:.3} {}", f.of, f.unit);
+            format!("a term of the fitted form {} ({details}; {})", f.text, range.trim_end())
+        }
+    }
+}
+
 /// The sentence of a result, and a second sentence for small effects.
 pub(crate) fn sentence(
     parts: &AnswerParts<'_>,
@@ -85,35 +107,9 @@ pub(crate) fn sentence(
     // Two decimals, or three digits of the smallest error where it is below 0.1.
     let least = rows.into_iter().filter(|x| *x > 0.0).fold(1.0, f64::min);
     let decimals = if least < 0.1 { (2.0 - least.log10().floor()) as usize } else { 2 };
-    let list = |e: &[&FoundEffect]| {
-        let words: Vec<String> = e
-            .iter()
-            .map(|e| {
-                let mut p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
-                p.extend(e.removed.map(|r| match r {
-                    r if r > DIVERGED_RATIO * error.calibrated.rmse => {
-                        "predictions diverge without it".to_owned()
-                    }
-                    r if r > 0.0 => {
-                        format!("removes {} {unit} of the error", format_error(scale * r, decimals))
-                    }
-                    _ => "removes none of the error on its own".to_owned(),
-                }));
-                let values = p.join(", ");
-                let per = e.per.as_ref().map_or_else(String::new, |per| format!(" per {per}"));
-                match &e.formula {
-                    None if values.is_empty() => format!("{}{per}", e.kind),
-                    None => format!("{}{per} ({values})", e.kind),
-                    Some(f) => {
-                        let [low, high] = f.range;
-                        let range = format!("observed for {} from {low:.3} to {high:.3} {}", f.of, f.unit);
-                        format!("a term of the fitted form {} ({values}; {})", f.text, range.trim_end())
-                    }
-                }
-            })
-            .collect();
-        words.join(" and ")
-    };
+    let error_text = |error: f64| format!("{} {unit}", format_error(scale * error, decimals));
+    let describe = |effect: &&FoundEffect| describe_effect(effect, error.calibrated.rmse, &error_text);
+    let list = |effects: &[&FoundEffect]| effects.iter().map(describe).collect::<Vec<_>>().join(" and ");
     let [large, small] = by_size(effects, error.calibrated.rmse - error.augmented.rmse);
     let second = match &small[..] {
         [] => String::new(),
