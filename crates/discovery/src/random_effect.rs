@@ -26,15 +26,14 @@ use crate::fit::{ChosenRecords, Fit, assemble_all, fit, fit_nuisance};
 use crate::hypothesis::{FreeParameter, Hypothesis};
 use crate::linear::{Square, eliminate};
 use crate::nuisance_fit::nuisance_step;
-use crate::statistics::chi2_quantile;
-use crate::statistics::median;
+use crate::statistics::{chi2_quantile, median};
 use augsim_physics::model::Per;
 use augsim_physics::system::Drawn;
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Number of Gauss-Newton steps of the records' own values.
-const MAX_STEPS: usize = 4;
+const NEWTON_STEPS: usize = 4;
 /// Minimum number of records: a few disturbed records look like the spread of a few.
 const MIN_RECORDS: usize = 15;
 /// Minimum mean number of windows per record: own values fit a record of one window whatever effect is
@@ -50,7 +49,7 @@ pub(crate) struct CommonFit {
     /// Nuisances of the fitted windows.
     nuisance: Vec<Vec<f64>>,
     /// Entries of theta that vary between records.
-    places: Range<usize>,
+    varying: Range<usize>,
 }
 
 /// State of the estimation.
@@ -66,14 +65,14 @@ pub(crate) struct State {
 
 /// Quadratic approximation of one record about its own values: constant, gradient and curvature at the
 /// common values.
-struct OfRecord {
+struct RecordQuadratic {
     c: f64,
     v: Vec<f64>,
     s: Square,
     /// Squared differences between its windows, and their degrees of freedom.
-    within: [f64; 2],
+    between_windows: [f64; 2],
     /// Squared residuals at the record's own values, and their degrees of freedom.
-    left: [f64; 2],
+    own_residuals: [f64; 2],
 }
 
 /// -2 ln likelihood with the shared parameters profiled out, the restricted one, and the step to their
@@ -86,7 +85,7 @@ struct Profile {
 
 /// Estimate of a random effect.
 #[derive(Debug)]
-pub(crate) struct Estimated {
+pub(crate) struct ScatterEstimate {
     pub sd: f64,
     pub ci95: [f64; 2],
     /// Decrease of -2 ln likelihood relative to no random effect.
@@ -105,8 +104,8 @@ impl CommonFit {
         additions: &[Addition],
     ) -> Option<Self> {
         let (records, windows) = (sample.chosen.len(), sample.windows().len());
-        let enough = records >= MIN_RECORDS && windows >= MIN_WINDOWS_PER_RECORD * records;
-        if !enough && drawn.declared.is_none() {
+        let has_enough = records >= MIN_RECORDS && windows >= MIN_WINDOWS_PER_RECORD * records;
+        if !has_enough && drawn.declared.is_none() {
             return None;
         }
         let through = Addition::effect(&*sample.data.system, drawn.through, Per::All)?;
@@ -133,14 +132,9 @@ impl CommonFit {
         let mut theta = hypothesis.initial_theta(0.0);
         let base = hypothesis.declared_from(&from.hypothesis, &from.theta);
         theta.iter_mut().zip(base).for_each(|(to, value)| *to = value);
-        for (number, addition) in additions.iter().enumerate() {
-            if let Some(known) = from.hypothesis.additions.iter().position(|a| a == addition) {
-                let known = from.hypothesis.entries_of_addition(known);
-                theta[hypothesis.entries_of_addition(number)].copy_from_slice(&from.theta[known]);
-            }
-        }
+        hypothesis.copy_additions(&mut theta, &from.hypothesis, &from.theta);
         let Fit { theta, nuisance, .. } = fit(sample, &hypothesis, &theta, &from.nuisance);
-        Some(Self { drawn: drawn.clone(), hypothesis, theta, nuisance, places: varying })
+        Some(Self { drawn: drawn.clone(), hypothesis, theta, nuisance, varying })
     }
 
     /// Derivative lanes of all windows.
@@ -152,16 +146,16 @@ impl CommonFit {
     fn common_state(&self, sample: &ChosenRecords<'_>, theta: &[f64], nuisance: &[Vec<f64>]) -> State {
         let fitted = fit_nuisance(sample, &self.hypothesis, theta, nuisance);
         let normals = assemble_all(sample, &self.hypothesis, &self.lanes(sample), theta, &fitted.nuisance);
-        let own = vec![vec![0.0; self.places.len()]; sample.chosen.len()];
+        let own = vec![vec![0.0; self.varying.len()]; sample.chosen.len()];
         State { theta: theta.to_vec(), own, nuisance: fitted.nuisance, normals }
     }
 
     /// Estimates the random effect from the fitted records; `None` where no scatter is most likely.
-    pub fn estimate(&self, sample: &ChosenRecords<'_>) -> Option<Estimated> {
+    pub fn estimate(&self, sample: &ChosenRecords<'_>) -> Option<ScatterEstimate> {
         let least = sample.data.white_share;
         let base = self.common_state(sample, &self.theta, &self.nuisance);
         let mut state = base.clone();
-        for _ in 0..MAX_STEPS {
+        for _ in 0..NEWTON_STEPS {
             let records = self.quadratics(sample, &state);
             let phi = dispersion(&records, least);
             let sd = most_likely_sd(&self.drawn, |sd| self.profile(&records, sd, phi).restricted)?;
@@ -175,7 +169,7 @@ impl CommonFit {
         let none = self.profile(&self.quadratics(sample, &base), 0.0, phi).profiled;
         let value = self.profile(&records, sd, phi).profiled;
         let ci95 = interval(&self.drawn, restricted, sd);
-        Some(Estimated { sd, ci95, gain: none - value, state })
+        Some(ScatterEstimate { sd, ci95, gain: none - value, state })
     }
 
     /// Evidence of each window on the entries of theta that do not vary: entry, curvature, gradient.
@@ -187,16 +181,16 @@ impl CommonFit {
         let p = self.theta.len();
         let evidence = |(lanes, normal): (&Lanes, &NormalEquations)| {
             let (s, u) = reduced(lanes, normal, p);
-            let others = (0..p).filter(|i| !self.places.contains(i));
+            let others = (0..p).filter(|i| !self.varying.contains(i));
             others.map(|i| (i, s.at(i, i), u[i])).collect()
         };
         self.lanes(sample).iter().zip(normals).map(evidence).collect()
     }
 
     /// Quadratic approximation of each record at a state.
-    fn quadratics(&self, sample: &ChosenRecords<'_>, state: &State) -> Vec<OfRecord> {
+    fn quadratics(&self, sample: &ChosenRecords<'_>, state: &State) -> Vec<RecordQuadratic> {
         let p = self.theta.len();
-        let b: Vec<usize> = self.places.clone().collect();
+        let b: Vec<usize> = self.varying.clone().collect();
         let lanes = self.lanes(sample);
         let of_record = |range: Range<usize>, own: &[f64]| {
             let (mut s, mut v, mut c) = (Square::zero(p), vec![0.0; p], 0.0);
@@ -222,36 +216,42 @@ impl CommonFit {
                 v.iter_mut().zip(&vw).for_each(|(a, x)| *a += x);
             }
             let (square, rank) = quadratic_form(&s.sub(&b), &b.iter().map(|&i| v[i]).collect::<Vec<_>>());
-            OfRecord { c, v, s, within: [between - square, freedom - rank], left: [misfit, count - rank] }
+            RecordQuadratic {
+                c,
+                v,
+                s,
+                between_windows: [between - square, freedom - rank],
+                own_residuals: [misfit, count - rank],
+            }
         };
         let all: Vec<_> = sample.windows_by_record().into_iter().zip(&state.own).collect();
         all.into_par_iter().map(|(range, own)| of_record(range, own)).collect()
     }
 
     /// `M` of a record.
-    fn precision(&self, n: &OfRecord, sd: f64, phi: f64) -> Square {
-        let b: Vec<usize> = self.places.clone().collect();
+    fn precision(&self, n: &RecordQuadratic, sd: f64, phi: f64) -> Square {
+        let b: Vec<usize> = self.varying.clone().collect();
         let mut m = n.s.sub(&b);
         (0..b.len()).for_each(|k| *m.at_mut(k, k) += phi / (sd * sd));
         m
     }
 
     /// -2 ln likelihood of one record at fixed shared parameters.
-    fn deviance_of_record(&self, n: &OfRecord, sd: f64, phi: f64) -> f64 {
+    fn deviance_of_record(&self, n: &RecordQuadratic, sd: f64, phi: f64) -> f64 {
         if sd == 0.0 {
             return n.c / phi;
         }
         let m = self.precision(n, sd, phi).cholesky();
-        let mut x = n.v[self.places.clone()].to_vec();
+        let mut x = n.v[self.varying.clone()].to_vec();
         m.forward(&mut x);
         let fall: f64 = x.iter().map(|x| x * x).sum();
         (n.c - fall) / phi + m.log_det + x.len() as f64 * (sd * sd / phi).ln()
     }
 
     /// Profiles the shared parameters out of the likelihood.
-    fn profile(&self, records: &[OfRecord], sd: f64, phi: f64) -> Profile {
+    fn profile(&self, records: &[RecordQuadratic], sd: f64, phi: f64) -> Profile {
         let p = self.theta.len();
-        let b: Vec<usize> = self.places.clone().collect();
+        let b: Vec<usize> = self.varying.clone().collect();
         let (mut t, mut v, mut sum) = (Square::zero(p), vec![0.0; p], 0.0);
         for n in records {
             sum += self.deviance_of_record(n, sd, phi);
@@ -284,7 +284,7 @@ impl CommonFit {
         &self,
         sample: &ChosenRecords<'_>,
         state: &State,
-        records: &[OfRecord],
+        records: &[RecordQuadratic],
         shared: &[f64],
         scales: [f64; 2],
     ) -> State {
@@ -304,7 +304,7 @@ impl CommonFit {
         &self,
         sample: &ChosenRecords<'_>,
         state: &State,
-        records: &[OfRecord],
+        records: &[RecordQuadratic],
         shared: &[f64],
         [sd, phi]: [f64; 2],
     ) -> State {
@@ -317,7 +317,7 @@ impl CommonFit {
         // Evaluates the windows of a record at its own values, with their nuisances moved along.
         let evaluate = |range: &Range<usize>, old: &[f64], new: &[f64]| -> (Vec<_>, Vec<_>) {
             let (mut step, mut own) = (shared.clone(), theta.clone());
-            for (k, place) in self.places.clone().enumerate() {
+            for (k, place) in self.varying.clone().enumerate() {
                 step[place] += new[k] - old[k];
                 own[place] += new[k];
             }
@@ -336,7 +336,7 @@ impl CommonFit {
             .into_par_iter()
             .map(|((range, old), n)| {
                 let p = theta.len();
-                let mut new: Vec<f64> = (self.places.clone())
+                let mut new: Vec<f64> = (self.varying.clone())
                     .map(|row| n.v[row] - (0..p).map(|j| n.s.at(row, j) * shared[j]).sum::<f64>())
                     .collect();
                 self.precision(n, sd, phi).cholesky().solve(&mut new);
@@ -394,10 +394,13 @@ fn quadratic_form(s: &Square, v: &[f64]) -> (f64, f64) {
 }
 
 /// Dispersion `phi`, at least `least`.
-fn dispersion(records: &[OfRecord], least: f64) -> f64 {
-    let [between, freedom] = [0, 1].map(|k| records.iter().map(|n| n.within[k]).sum::<f64>());
-    let mut residual: Vec<f64> =
-        records.iter().filter(|n| n.left[1] > 0.0).map(|n| n.left[0] / n.left[1]).collect();
+fn dispersion(records: &[RecordQuadratic], least: f64) -> f64 {
+    let [between, freedom] = [0, 1].map(|k| records.iter().map(|n| n.between_windows[k]).sum::<f64>());
+    let mut residual: Vec<f64> = records
+        .iter()
+        .filter(|n| n.own_residuals[1] > 0.0)
+        .map(|n| n.own_residuals[0] / n.own_residuals[1])
+        .collect();
     let within = if freedom > 0.0 { between / freedom } else { 0.0 };
     within.max(median(&mut residual)).max(least)
 }

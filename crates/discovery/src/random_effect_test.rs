@@ -1,7 +1,7 @@
 //! Random effects per record: whether the records support one, and its size.
 
 use crate::fit::{ChosenRecords, Fit};
-use crate::random_effect::{CommonFit, Estimated};
+use crate::random_effect::{CommonFit, ScatterEstimate};
 use crate::result::Estimate;
 use crate::score::Scored;
 use crate::search::{Penalty, Search};
@@ -43,7 +43,7 @@ pub(crate) fn find_random_effect(
 }
 
 /// Fits and estimates the random effect beside the additions of a fit.
-fn estimated(sample: &ChosenRecords<'_>, drawn: &Drawn, fit: &Fit) -> Option<(CommonFit, Estimated)> {
+fn estimated(sample: &ChosenRecords<'_>, drawn: &Drawn, fit: &Fit) -> Option<(CommonFit, ScatterEstimate)> {
     let shared = CommonFit::with(drawn, sample, fit, &fit.hypothesis.additions)?;
     let found = shared.estimate(sample)?;
     Some((shared, found))
