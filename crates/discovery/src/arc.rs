@@ -83,8 +83,8 @@ impl Arc {
         self.basis.iter().zip(&self.y).map(|(row, y)| y - fit(row)).collect()
     }
 
-    /// Residual sum of squares, ln|V| + ln|X'V⁻¹X|, and degrees of freedom, for the correlation `rho` and a
-    /// noise that grows with speed by `growth` = jitter/sd.
+    /// Terms of the restricted likelihood: residual sum of squares, ln|V| + ln|X'V⁻¹X|, degrees of freedom.
+    /// The noise has the correlation `rho` and grows with speed by `growth` = jitter/sd.
     pub fn restricted(&self, rho: f64, growth: f64) -> (f64, f64, f64) {
         let p = self.basis[0].len();
         let scale: Vec<f64> = self.speed.iter().map(|v| (1.0 + (growth * v).powi(2)).sqrt()).collect();

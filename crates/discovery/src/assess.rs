@@ -28,8 +28,8 @@ impl Assessment {
     }
 }
 
-/// Fits the calibrated model with the effects `kinds`, starting from half their typical sizes, with both
-/// signs where both are allowed. Unknown kinds are ignored; a random effect varies as `per`.
+/// Fits the calibrated model with the effects `kinds`. Their parameters start from half their typical sizes,
+/// with both signs where both are allowed. Unknown kinds are ignored; a random effect varies as `per`.
 ///
 /// # Errors
 /// As [`discover`](crate::discover).

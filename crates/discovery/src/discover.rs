@@ -144,8 +144,8 @@ fn prediction_errors(prepared: &Prepared, searched: &Searched, judged: &Judged, 
     measure_errors(prepared, view.joined, families, found, judged.best, options.seed)
 }
 
-/// Withdraws findings that predict no better than the calibrated model, or rejects the system if it predicts
-/// worse than the mean of the data. Returns whether findings were withdrawn.
+/// Withdraws findings that do not improve the predictions. Rejects the system if it predicts worse than the
+/// mean of the data. Returns whether findings were withdrawn.
 fn withdraw_unsupported(
     prepared: &Prepared,
     searched: &mut Searched,

@@ -44,8 +44,8 @@ pub(crate) fn separation(sample: &ChosenRecords<'_>, noise: &[f64], a: &Fit, b: 
     best
 }
 
-/// Remaining misfit of `other` to a record simulated by `truth`, after its initial state and its parameters
-/// (with the data so far as prior) are refitted.
+/// Remaining misfit of `other` to a record simulated by `truth`. Its initial state and its parameters, with
+/// the data so far as prior, are refitted first.
 fn distance(
     sample: &ChosenRecords<'_>,
     noise: &[f64],
@@ -71,8 +71,8 @@ fn distance(
     least_misfit(sample, &record, other)
 }
 
-/// Least misfit of a fitted model to one more record, with the information of the data so far as prior on
-/// its parameters.
+/// Least misfit of a fitted model to one more record. The information of the data so far is the prior of its
+/// parameters.
 fn least_misfit(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Option<f64> {
     let h = &fit.hypothesis;
     let planned = record.windows().next()?;

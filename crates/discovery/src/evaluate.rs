@@ -292,8 +292,8 @@ pub(crate) fn assemble_batch(
     })
 }
 
-/// Simulates windows with the derivatives of `seeds`, as many in one SIMD pass as the system supports, and
-/// maps each run by `take`. Failed simulations have NaN values.
+/// Simulates windows with the derivatives of `seeds` and maps each run by `take`. A SIMD pass has as many
+/// windows as the system supports. Failed simulations have NaN values.
 pub(crate) fn simulate_windows<T: Send>(
     points: &[Point<'_>],
     lanes: &[Lanes],

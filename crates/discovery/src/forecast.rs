@@ -22,8 +22,8 @@ const RESAMPLES: usize = 400;
 /// Number of simulated replicates for the noise floor.
 const REPLICATES: u64 = 4;
 
-/// Limit of the error of a sample, in standard deviations of its channel, so that a diverging prediction
-/// keeps finite errors.
+/// Limit of the error of a sample, in standard deviations of its channel. It keeps the error of a diverging
+/// prediction finite.
 const MAX_ERROR: f64 = 1e6;
 
 /// Minimum number of records that the bootstrap resamples as wholes; with fewer it resamples their pieces.
@@ -225,8 +225,8 @@ impl FittedStart {
     }
 }
 
-/// For each measure, the sum of squared errors in the samples `counted` of a simulation that begins at
-/// sample `first`, and their number.
+/// Sum of squared errors and their number in the samples `counted`, for each measure. The simulation begins
+/// at sample `first`.
 pub(crate) fn squares(
     data: &Measured,
     record: &Record,
@@ -350,8 +350,8 @@ pub(crate) fn noise_floor(
     lists_by_measure(sample.data, pieces.par_iter().enumerate().map(one).collect())
 }
 
-/// A replicate of a record, simulated from the initial state of its first window (within a record, from the
-/// measured state) with noise and scatter.
+/// A simulated replicate of a record, with noise and scatter. It starts from the initial state of the first
+/// window, or within a record from the measured state.
 fn replicated(
     sample: &ChosenRecords<'_>,
     fit: &Fit,

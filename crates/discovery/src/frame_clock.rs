@@ -72,8 +72,8 @@ fn is_quieter(at_stamps: &Measured, on_frames: &Measured) -> bool {
     changes_by(1.0) && !changes_by(-1.0)
 }
 
-/// Mean log ratio of the noise of channel `c` with stamp times to that with frame times over all stretches,
-/// and its standard error; `None` where there are too few.
+/// Mean log ratio of the noise of channel `c` at stamp times to that at frame times, and its standard error
+/// over stretches; `None` where there are too few.
 fn log_noise_ratio(at_stamps: &Measured, on_frames: &Measured, c: usize) -> Option<[f64; 2]> {
     let mut ratios = Vec::new();
     for (stamps, frames) in at_stamps.records.iter().zip(&on_frames.records) {

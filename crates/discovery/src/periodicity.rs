@@ -15,8 +15,8 @@ const MIN_OFFSETS: usize = 16;
 /// Offset of the events' parameter at one event, with its time on the session clock.
 struct Point {
     time: f64,
-    /// The offset, and the offset times the strength of the event (which a periodic motion of the
-    /// surroundings would be proportional to).
+    /// The offset, and the offset times the strength of the event. A periodic motion of the surroundings
+    /// would act in proportion to the strength.
     y: [f64; 2],
 }
 

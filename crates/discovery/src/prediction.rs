@@ -82,8 +82,7 @@ pub struct Foretelling {
 }
 
 impl Foretelling {
-    /// Share of the measured samples after the known ones within the central band of probability 0.5 or 0.9,
-    /// and their number.
+    /// Share of the predicted samples within the central band of probability 0.5 or 0.9, and their number.
     pub fn coverage(&self, level: f64) -> (f64, usize) {
         let [low, high] = if level < 0.7 { [1, 3] } else { [0, 4] };
         let (mut inside, mut count) = (0_usize, 0_usize);
@@ -107,8 +106,8 @@ pub fn interval_of_rmse(squares: &[(f64, f64)], seed: u64) -> [f64; 2] {
     bootstrap(&records, &[squares], seed, |r| r[0])
 }
 
-/// Difference of the root mean square errors of two lists for the same records, `before` minus `after`, with
-/// its 95 % interval over records.
+/// Root mean square error of `before` minus that of `after`, with the 95 % interval over records. Both lists
+/// have the same records in the same order.
 pub fn reduction_of_rmse(before: &[(f64, f64)], after: &[(f64, f64)], seed: u64) -> (f64, [f64; 2]) {
     let records: Vec<usize> = (0..before.len()).collect();
     let ci95 = bootstrap(&records, &[before, after], seed, |r| r[0] - r[1]);
@@ -148,7 +147,7 @@ impl Draws {
     }
 }
 
-/// Quantile of the distribution behind sorted draws, with order statistics at `k / (n + 1)` (type 6 of
+/// Quantile of the distribution behind sorted draws. Order statistics are at `k / (n + 1)` (type 6 of
 /// Hyndman and Fan), so that a new draw is below it with probability `level`. The usual interpolation
 /// between smallest and largest draw would be too narrow.
 pub fn quantile_of_draws(sorted: &[f64], level: f64) -> f64 {

@@ -55,8 +55,8 @@ impl Prepared {
         !self.is_smooth && !self.data.is_idealised()
     }
 
-    /// Lowers the noise estimate to the residual standard deviations `found` of a fit, where the estimate
-    /// was only an upper bound. Returns whether it changed by more than 10 %.
+    /// Lowers the noise estimate to the residual standard deviations `found` of a fit. Applies only where
+    /// the estimate was an upper bound. Returns whether it changed by more than 10 %.
     pub fn lower_noise(&mut self, found: Vec<f64>) -> bool {
         if !self.is_noise_bounded() {
             return false;

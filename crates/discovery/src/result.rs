@@ -320,8 +320,8 @@ pub struct Tests {
 pub struct Windows {
     /// Number of fitted windows in the training and in the held-out records.
     pub fitted: [usize; 2],
-    /// Number of windows excluded from the predictions because no model follows them, in the training and in
-    /// the held-out records.
+    /// Number of windows excluded from the predictions, in the training and in the held-out records. No
+    /// model follows them.
     pub left_out: [usize; 2],
     /// The exclusion rule, in words.
     pub rule: String,

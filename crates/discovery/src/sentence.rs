@@ -6,11 +6,11 @@ use crate::judge::record_name;
 use crate::result::{ErrorTable, FoundEffect, Unexplained, Verdict};
 use crate::search::ALPHA;
 
-/// Increase of the error without an effect, relative to the error of the calibrated model, above which
-/// predictions diverge and the number has no meaning.
+/// Increase of the error without an effect, relative to the calibrated model, above which predictions
+/// diverge. The number then has no meaning.
 const DIVERGED_RATIO: f64 = 10.0;
-/// Share of the log-likelihood gain, or of the removed error, below which an effect is small and named in
-/// the second sentence.
+/// Share of the log-likelihood gain, or of the removed error, below which an effect is small. Small effects
+/// are named in the second sentence.
 const SMALL_SHARE: f64 = 0.03;
 
 /// Removed error at or below which an effect is negligible, where all effects together removed `reduction`.

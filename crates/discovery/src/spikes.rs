@@ -12,8 +12,8 @@ use crate::residuals::record_residuals;
 /// outlier.
 const SPIKE_SD: f64 = 4.5;
 
-/// Samples `(record, channel, index)` that are isolated outliers with respect to `fit`, a fit to all records
-/// of the sample.
+/// Isolated outliers with respect to `fit`, as `(record, channel, index)`. The fit is to all records of the
+/// sample.
 pub(crate) fn spikes(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(usize, usize, usize)> {
     let mut out = Vec::new();
     for (&j, fitted) in sample.chosen.iter().zip(record_residuals(sample, fit)) {

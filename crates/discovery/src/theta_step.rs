@@ -28,8 +28,8 @@ impl Step {
     }
 }
 
-/// Increases the damping until the step is clearly shorter than the rejected one, because a slightly shorter
-/// step would be rejected as well. Returns the step and its damping.
+/// Increases the damping until the step is clearly shorter than the rejected one. A slightly shorter step
+/// would be rejected as well. Returns the step and its damping.
 pub(crate) fn shorter_step(
     h: &Hypothesis,
     lanes: &[Lanes],

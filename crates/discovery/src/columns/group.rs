@@ -23,8 +23,7 @@ pub(crate) struct ColumnGroup {
 pub(crate) enum ColumnKind {
     /// Derivatives with respect to its parameters, at their nulls.
     Slopes,
-    /// The change of the predictions at a point where the effect acts, and the derivatives with respect to
-    /// its parameters there.
+    /// The change of the predictions at a point where the effect acts, and the derivatives there.
     Change,
     /// Derivatives with respect to groupwise values of a declared parameter.
     Split,

@@ -146,8 +146,8 @@ fn alternatives(search: &Search<'_>, found: &SearchResult, named: usize) -> Vec<
     out
 }
 
-/// Share of the resamples that select an addition of the named set, an addition of an alternative set, or
-/// another form of the same effect.
+/// Share of the resamples that select an addition of the named set or an equivalent one. Equivalent are
+/// additions of alternative sets, and other forms of the same effect.
 fn inclusion_share(
     resampled: &Resamples,
     addition: &Addition,

@@ -381,8 +381,8 @@ mod tests {
         assert!((0.8..1.3).contains(&ratio), "{ratio}");
     }
 
-    /// Share of draws without an effect in which the second column is significant at 1 %, where all blocks
-    /// but four have a tenth of the information on it.
+    /// Share of draws without an effect in which the second column is significant at 1 %. All blocks but
+    /// four have a tenth of its values.
     fn false_findings(freedom: impl Fn(&Evidence) -> f64) -> f64 {
         let draws = 2000;
         let found = (0..draws).filter(|seed| {

@@ -3,8 +3,8 @@
 
 use crate::linear::{Square, dot};
 
-/// Share of a parameter's information with which leave-one-out estimates are drawn to the null, so that an
-/// effect without support in the other blocks vanishes there. It is above rounding, and below the share
+/// Weight of the null in leave-one-out estimates, as a share of the parameter's information. An effect
+/// without support in the other blocks then vanishes there. It is above rounding, and below the share
 /// (1e-13) from which on a direction counts as informative, so that no informed estimate is affected.
 const NULL_WEIGHT: f64 = 1e-14;
 

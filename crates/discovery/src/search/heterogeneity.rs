@@ -29,8 +29,8 @@ pub(crate) fn parts(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Vec<(usize, f6
         .collect()
 }
 
-/// Statistic and degrees of freedom of the differences between records in each entry of theta, from the
-/// evidence of the windows.
+/// Differences between records, from the evidence of the windows: statistic and degrees of freedom for each
+/// entry of theta.
 pub(crate) fn differences(sample: &ChosenRecords<'_>, parts: &[Vec<(usize, f64, f64)>]) -> Vec<(f64, f64)> {
     let n = parts.iter().flatten().map(|(t, ..)| t + 1).max().unwrap_or(0);
     let (mut q, mut sum_u, mut sum_s, mut count) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);

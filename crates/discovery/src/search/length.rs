@@ -59,8 +59,7 @@ pub(crate) fn choose_window_length(
     (view, fitted)
 }
 
-/// Whether the residuals grow so much from one length to the next that the model does not follow the data
-/// over the longer windows.
+/// Whether the residuals grow so much from one length to the next that the fit is lost.
 fn is_fit_lost(short: &Scored, long: &Scored) -> bool {
     let [short, long] = [short, long].map(|s| {
         let sums = s.fit.misfits.iter().fold([0.0, 0.0], |sum, [q, n]| [sum[0] + q, sum[1] + n]);
