@@ -32,7 +32,7 @@ impl Assessment {
 /// with both signs where both are allowed. Unknown kinds are ignored; a random effect varies as `per`.
 ///
 /// # Errors
-/// As [`discover`](crate::discover).
+/// As [`discover`](fn@crate::discover).
 pub fn assess(
     model: &dyn Declaration,
     data: &Dataset,

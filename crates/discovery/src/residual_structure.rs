@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 /// Bins of the residuals against a feature. For display only.
 const BINS: usize = 20;
 /// Lags of the displayed autocorrelation. For display only.
-pub(crate) const LAGS: usize = 12;
+const LAGS: usize = 12;
 
 /// Collects the residuals of a fit, in units of the noise.
 #[derive(Default)]
-pub(crate) struct Collector {
+struct Collector {
     points: BTreeMap<String, Vec<(f64, f64)>>,
     values: Vec<f64>,
     products: [f64; LAGS],
@@ -21,27 +21,6 @@ pub(crate) struct Collector {
 }
 
 impl Collector {
-    /// Adds a residual `z` at the value `x` of a feature.
-    pub fn against(&mut self, feature: &str, x: f64, z: f64) {
-        match self.points.get_mut(feature) {
-            Some(points) => points.push((x, z)),
-            None => {
-                self.points.insert(feature.into(), vec![(x, z)]);
-            }
-        }
-    }
-
-    /// Adds a residual to the quantiles.
-    pub fn value(&mut self, z: f64) {
-        self.values.push(z);
-    }
-
-    /// Adds two residuals of one channel, `lag` samples apart.
-    pub fn pair(&mut self, lag: usize, z: f64, earlier: f64) {
-        self.products[lag] += z * earlier;
-        self.counts[lag] += 1.0;
-    }
-
     /// Bins, autocorrelation and quantiles.
     fn finish(mut self) -> (BTreeMap<String, Vec<Bin>>, Vec<f64>, Vec<f64>) {
         self.values.retain(|v| v.is_finite());
@@ -56,10 +35,10 @@ impl Collector {
     }
 }
 
-/// The residual structure before and after.
-pub(crate) fn compare(before: Collector, after: Collector) -> Anatomy {
-    let (before, autocorrelation_before, quantiles_before) = before.finish();
-    let (after, autocorrelation_after, quantiles_after) = after.finish();
+/// Structure of the residuals of two fits to the same sample.
+pub(crate) fn anatomy(sample: &ChosenRecords<'_>, before: &Fit, after: &Fit) -> Anatomy {
+    let (before, autocorrelation_before, quantiles_before) = collect(sample, before).finish();
+    let (after, autocorrelation_after, quantiles_after) = collect(sample, after).finish();
     Anatomy {
         before,
         after,
@@ -70,28 +49,23 @@ pub(crate) fn compare(before: Collector, after: Collector) -> Anatomy {
     }
 }
 
-/// Structure of the residuals of two fits to the same sample.
-pub(crate) fn anatomy(sample: &ChosenRecords<'_>, before: &Fit, after: &Fit) -> Anatomy {
-    compare(collect(sample, before), collect(sample, after))
-}
-
 /// Collects the residuals of a fit.
 fn collect(sample: &ChosenRecords<'_>, fit: &Fit) -> Collector {
     let mut out = Collector::default();
     for (record, fitted) in sample.records().zip(record_residuals(sample, fit)) {
         let features = sample.data.system.shown_against(&record.data, &fitted.events);
         for (c, r) in fitted.residuals.iter().enumerate() {
-            for k in (0..r.len()).filter(|&k| r[k].is_finite()) {
-                let z = r[k] * record.weight[c][k];
-                out.value(z);
-                for (name, values) in &features {
-                    out.against(name, values[k], z);
-                }
-                for lag in 0..LAGS.min(k + 1) {
-                    let earlier = r[k - lag] * record.weight[c][k - lag];
-                    if earlier.is_finite() {
-                        out.pair(lag, z, earlier);
-                    }
+            let used = || (0..r.len()).filter(|&k| r[k].is_finite());
+            let z = |k: usize| r[k] * record.weight[c][k];
+            out.values.extend(used().map(z));
+            for (name, values) in features.iter().filter(|_| used().next().is_some()) {
+                let points = out.points.entry(name.to_string()).or_default();
+                points.extend(used().map(|k| (values[k], z(k))));
+            }
+            for k in used() {
+                for lag in (0..LAGS.min(k + 1)).filter(|lag| z(k - lag).is_finite()) {
+                    out.products[lag] += z(k) * z(k - lag);
+                    out.counts[lag] += 1.0;
                 }
             }
         }

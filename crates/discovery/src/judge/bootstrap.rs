@@ -18,7 +18,7 @@ use std::collections::BTreeSet;
 /// decide findings near the limit.
 const RESAMPLES: usize = 20_000;
 
-/// Normal quantile of [`super::established::MIN_INCLUSION`].
+/// Normal quantile of `MIN_INCLUSION` (`established.rs`).
 const INCLUSION_QUANTILE: f64 = 1.281_551_565_544_6;
 
 /// Penalty of an effect in a resample: reduced so that an effect at the limit of the search penalty is
