@@ -25,7 +25,7 @@ impl Searched {
 /// Judged search result.
 pub(crate) struct Judged {
     pub findings: Findings,
-    /// Index of the final set: the named set, with tabulated laws where there are some.
+    /// Index of the final set: the named set, with tables where there are some.
     pub best: usize,
     pub random_effect: Option<RandomEffectEstimate>,
     pub residual_tests: ResidualTests,

@@ -43,7 +43,7 @@ impl ResidualTests {
 }
 
 /// Tests the residuals of a set. With a random effect per record, the records are compared at their own
-/// values `own`.
+/// values in `random_effect`.
 pub(crate) fn test_residuals(
     search: &Search<'_>,
     set: &Scored,

@@ -61,7 +61,7 @@ pub(crate) fn doubt_from_values(fit: &Fit) -> Option<Doubt> {
 }
 
 /// Rejects predictions that are worse than the mean of the data, or findings that increase the error;
-/// `spread` is the standard deviation of the deciding measure, `told` its display unit and factor.
+/// `spread` is the standard deviation of the deciding measure, `display` its display unit and factor.
 pub(crate) fn doubt_from_errors(
     error: &ErrorTable,
     spread: f64,
