@@ -12,8 +12,9 @@ use crate::variances::{Hypothesis, Noisy};
 use augsim_physics::system::{Record, System};
 use rayon::prelude::*;
 
-/// Times, in steps from sample to sample, over which a drive may wander, beside white noise.
-const MEMORIES: [f64; 6] = [2.0, 6.0, 20.0, 60.0, 200.0, 600.0];
+/// Correlation times that are tried, in sampling steps, beside white noise. The longest are far longer than most recordings: there the noise is an
+/// offset that differs from recording to recording.
+const MEMORIES: [f64; 10] = [2.0, 6.0, 20.0, 60.0, 200.0, 600.0, 2e3, 6e3, 2e4, 6e4];
 /// Factors by which the best of these is varied, one after the other.
 const FINER: [f64; 3] = [1.8, 1.35, 1.15];
 /// Samples on which causes are compared.

@@ -1,33 +1,21 @@
 #![doc = include_str!("../README.md")]
 
-mod absent;
 mod args;
-mod chain;
 mod commands;
-mod destination;
 mod examples;
 mod exit;
-mod experiment;
-mod filtered;
-mod interrupt;
-mod league;
-mod output;
-mod progress;
-mod record;
-mod reproduction;
-mod session;
-mod sweep;
-mod systems;
 
 use args::Args;
 use augsim_data::Limit;
 use augsim_tensor::simd::Level;
+use augsim_terminal::interrupt;
+use augsim_terminal::output::Output;
 use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let args = Args::parse();
-    let output = output::Output::new(args.global.json, args.global.quiet, args.global.verbose);
+    let output = Output::new(args.global.json, args.global.quiet, args.global.verbose);
     let result = interrupt::install()
         .and_then(|()| interrupt::end_with_parent())
         .and_then(|()| instruction_set())

@@ -1,10 +1,8 @@
 //! Arguments of the program: options of all commands, and the commands; one file for the options of each family of them.
 
 mod data;
-mod discover;
 mod forecast;
 mod models;
-mod reproduce;
 mod simulate;
 mod start;
 mod train;
@@ -12,15 +10,15 @@ mod train;
 use crate::commands::export::Export;
 use crate::commands::report::ReportArgs;
 use crate::examples;
-use crate::sweep::args::Sweep;
+use augsim_reproduce::args::Reproduce;
+use augsim_sweep::args::Sweep;
+use augsim_terminal::discover_args::Discover;
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use std::path::PathBuf;
 
 pub use data::{Data, DataAction, Frame};
-pub use discover::{Accept, Discover, Library};
 pub use forecast::{Evaluate, Predict, ProtocolArg, ViewArgs};
 pub use models::{Effects, Fit, ModelAction, ModelArgs};
-pub use reproduce::{LeagueScenario, NetArg, Part, Reproduce, Scenario};
 pub use simulate::{PushProtocolArg, Simulate, SimulateScenario};
 pub use start::Start;
 pub use train::Train;

@@ -1,8 +1,8 @@
 //! Options of `train`.
 
-use super::Accept;
 use augsim_session::configure::Corrected;
 use augsim_session::{DataFrom, Usage};
+use augsim_terminal::discover_args::Accept;
 use augsim_trainer::Recipe;
 use clap::Args as ClapArgs;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};

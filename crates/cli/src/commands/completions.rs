@@ -1,10 +1,10 @@
 //! `augsim completions` and `augsim man`: what a shell and `man` know of the commands, made from their definitions.
 
 use crate::args::Args;
-use crate::exit::Outcome;
-use crate::output::Output;
 use anyhow::Context;
 use augsim_session::folders;
+use augsim_terminal::Outcome;
+use augsim_terminal::output::Output;
 use clap::CommandFactory;
 use clap_complete::Shell;
 use serde::Serialize;

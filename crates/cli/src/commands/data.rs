@@ -3,14 +3,14 @@
 use super::inspect::inspect;
 use super::inspect_system;
 use crate::args::{Data, DataAction, Frame};
-use crate::destination::{Results, check_model, data_file};
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
-use crate::record::Record;
 use augsim_data::convert::{CONVERTERS, Converted, Converter};
 use augsim_data::push::{in_start_frame, resample};
 use augsim_data::{FrameClock, atomic_write, write_dataset};
 use augsim_session::usage::{Inapplicable, UnknownName};
+use augsim_terminal::destination::{Results, check_model, data_file};
+use augsim_terminal::output::Output;
+use augsim_terminal::record::Record;
+use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};

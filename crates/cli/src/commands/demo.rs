@@ -1,16 +1,17 @@
 //! `augsim demo`: the whole chain in about two minutes.
 
-use super::discover::close_loop;
-use crate::args::{Accept, Demo, Discover, Library};
-use crate::destination::{REPORT, RESULT, Results};
-use crate::exit::Outcome;
-use crate::experiment::data::Data;
-use crate::experiment::{ball, table};
-use crate::output::Output;
-use crate::record::Record;
+use crate::args::Demo;
 use augsim_data::atomic_write;
+use augsim_reproduce::experiment::data::Data;
+use augsim_reproduce::experiment::{ball, table};
 use augsim_session::folders;
 use augsim_session::run_dir::DataSource;
+use augsim_terminal::Outcome;
+use augsim_terminal::destination::{REPORT, RESULT, Results};
+use augsim_terminal::discover_args::{Accept, Discover, Library};
+use augsim_terminal::discovery::close_loop;
+use augsim_terminal::output::Output;
+use augsim_terminal::record::Record;
 use augsim_trainer::Recipe;
 use std::io::Write;
 

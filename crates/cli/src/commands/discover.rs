@@ -1,19 +1,13 @@
 //! `augsim discover`.
 
-use crate::args::{Discover, Library};
-use crate::destination::{Claim, REPORT, RESULT, Results};
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
-use crate::progress::Steps;
-use crate::record::Record;
-use augsim_discovery::{Discovery, DiscoveryError, Options, Rmse, SCHEMA, Verdict};
-use augsim_session::discovery_page::page;
-use augsim_session::usage::Takes;
-use augsim_session::written::pictures::pictures;
-use augsim_session::{Circumstances, DataFrom, Subject, Wanted, discover, sentence};
+use augsim_discovery::{Discovery, DiscoveryError, Rmse, SCHEMA, Verdict};
+use augsim_session::sentence;
+use augsim_terminal::Outcome;
+use augsim_terminal::discover_args::Discover;
+use augsim_terminal::discovery::close_loop;
+use augsim_terminal::output::Output;
 use serde::Serialize;
 use std::fmt::Write as _;
-use std::time::{Duration, Instant};
 
 /// Runs the subcommand.
 pub fn run(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
@@ -47,64 +41,6 @@ struct Refusal {
 fn is_objection(error: &anyhow::Error) -> bool {
     let objects = |cause: &DiscoveryError| matches!(cause, DiscoveryError::Objection { .. });
     error.chain().filter_map(|cause| cause.downcast_ref()).any(objects)
-}
-
-/// Name of the augmented model.
-const MODEL: &str = "model.toml";
-
-/// Makes the discovery and writes `result.json`, `model.toml` and `report.html`. With `force` it replaces what another run
-/// left in the folder.
-pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Discovery> {
-    let claim = claim(args, seed, force)?;
-    let accept = args.accept.accept.clone();
-    let accepted = accept.iter().copied().collect();
-    let library = args.library == Library::Generic;
-    let options = Options { seed, null_runs: args.null_runs, accepted, library, until: until(args)? };
-    let wanted = Wanted { groups: args.group.clone(), accept, options };
-    let steps = Steps::new(output);
-    let mut told = |p: augsim_discovery::Progress| steps.show_part(p.describe(), p.fraction());
-    let subject = Subject::read(&args.model)?;
-    let data = DataFrom::from(&args.data);
-    let found = discover(&subject, &data, &wanted, &mut told)?;
-    steps.finish();
-    output.warn(&found.warnings);
-    found.notes.iter().for_each(|note| output.note(note));
-
-    claim.begin()?;
-    claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
-    claim.write(MODEL, &found.model_toml)?;
-    let mut circumstances = Circumstances::new(Some(&args.model), &data, &wanted, &args.out);
-    circumstances.pictures = pictures(&subject, &found, &data);
-    claim.write(REPORT, &augsim_report::discovery_report(&page(&circumstances, &subject, &found)))?;
-    claim.write_timing(())?;
-    Ok(found)
-}
-
-/// The moment at which the search is to end, where a limit was set.
-fn until(args: &Discover) -> anyhow::Result<Option<Instant>> {
-    let Some(seconds) = args.time_limit else { return Ok(None) };
-    let limit = Duration::try_from_secs_f64(seconds).ok().filter(|limit| !limit.is_zero());
-    let until = limit.and_then(|limit| Instant::now().checked_add(limit));
-    let wrong = || Usage::option("--time-limit", seconds, Takes::PositiveSeconds);
-    Ok(Some(until.ok_or_else(wrong)?))
-}
-
-/// The folder of the results, for these settings and inputs.
-fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
-    let record = Record::new("discover")
-        .setting("seed", seed)
-        .setting("null-runs", args.null_runs)
-        .setting("library", args.library.word())
-        .setting("group", args.group.join(", "))
-        .setting("accept", args.accept.accept.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
-        .input("model", &args.model)
-        .input("data", &args.data);
-    let record = match args.time_limit {
-        Some(seconds) => record.setting("time-limit", seconds),
-        None => record,
-    };
-    let (files, inputs) = (&[RESULT, MODEL, REPORT], &[args.model.as_path(), &args.data]);
-    Results { folder: &args.out, files, inputs, record, force }.claim()
 }
 
 /// Decimals that show three digits of the smallest of these errors: five at least.

@@ -1,12 +1,12 @@
 //! `augsim effects`: what may be tried on a model.
 
 use crate::args::Effects;
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
 use augsim_physics::effects::EffectSpec;
 use augsim_physics::model::ModelFile;
 use augsim_session::usage::{Inapplicable, UnknownName};
 use augsim_session::written::{self, fit, records, unit_text};
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
 use augsim_written::library::{Candidate, CandidateParameter, candidates, is_a_kind, kinds_like};
 use augsim_written::{Model, WrittenSystem};
 use serde::Serialize;

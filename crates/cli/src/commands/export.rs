@@ -1,12 +1,12 @@
 //! `augsim export`.
 
-use crate::destination::check_file;
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
 use augsim_data::atomic_write;
 use augsim_session::export::{Language, export};
 use augsim_session::usage::ModelFault;
 use augsim_session::{Given, Subject, folders};
+use augsim_terminal::destination::check_file;
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;

@@ -1,13 +1,13 @@
 //! `augsim fit`: declared parameters of a system of equations.
 
 use crate::args::Fit;
-use crate::destination::{RESULT, Results};
-use crate::exit::Outcome;
-use crate::output::Output;
-use crate::record::Record;
 use augsim_session::written::fit::TELLING;
 use augsim_session::written::fitted::{Answer, calibrate};
 use augsim_session::{DataFrom, Subject};
+use augsim_terminal::Outcome;
+use augsim_terminal::destination::{RESULT, Results};
+use augsim_terminal::output::Output;
+use augsim_terminal::record::Record;
 use std::fmt::Write;
 
 /// Name of the file with the calibrated model.

@@ -1,9 +1,9 @@
 //! `augsim data inspect`: what a set contains, and the outcome of every check.
 
-use crate::output::Output;
 use augsim_data::checks::{Check, Expected, Severity, run_checks};
 use augsim_data::{MissingCells, Summary, read_dataset};
 use augsim_physics::model::ModelFile;
+use augsim_terminal::output::Output;
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;

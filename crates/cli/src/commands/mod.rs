@@ -14,15 +14,14 @@ mod model;
 mod predict;
 mod reference;
 pub mod report;
-pub mod reproduce;
 mod simulate;
 mod start;
 mod sweep;
 mod train;
 
 use crate::args::{Args, Command, Global};
-use crate::exit::Outcome;
-use crate::output::Output;
+use augsim_terminal::Outcome;
+use augsim_terminal::output::Output;
 
 /// Runs the subcommand.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Outcome> {
@@ -42,7 +41,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Outcome> {
         Command::Export(a) => export::run(a, output),
         Command::Report(a) => report::run(a, output),
         Command::Evaluate(a) => evaluate::run(a, seed, output),
-        Command::Reproduce(a) => reproduce::run(a, seed, force, output),
+        Command::Reproduce(a) => augsim_reproduce::run(a, seed, force, output),
         Command::Sweep(a) => sweep::run(a, &args.global, output),
         Command::Data(a) => data::run(a, force, output),
         Command::Reference => reference::run(output),

@@ -1,13 +1,13 @@
 //! `augsim model`: model files to start from.
 
 use crate::args::{ModelAction, ModelArgs};
-use crate::destination::{check_file, check_model};
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
 use augsim_data::atomic_write;
 use augsim_physics::model::template;
 use augsim_session::folders;
 use augsim_session::usage::UnknownName;
+use augsim_terminal::destination::{check_file, check_model};
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;

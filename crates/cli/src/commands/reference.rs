@@ -1,8 +1,8 @@
 //! `augsim reference` (hidden): every command and option as a page in Markdown, from the parser that reads them.
 
 use crate::args::Args;
-use crate::exit::Outcome;
-use crate::output::Output;
+use augsim_terminal::Outcome;
+use augsim_terminal::output::Output;
 use clap::{Arg, Command, CommandFactory};
 use std::fmt::Write;
 

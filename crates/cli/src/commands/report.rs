@@ -1,13 +1,13 @@
 //! `augsim report`: single figures of the page of a discovery.
 
-use crate::destination::check_file;
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
 use augsim_data::atomic_write;
 use augsim_report::{discovery_figures, figure_names};
 use augsim_session::discovery_page::page;
 use augsim_session::usage::{PathFault, UnknownName};
 use augsim_session::{Circumstances, Subject, discovery_in, folders};
+use augsim_terminal::destination::check_file;
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;

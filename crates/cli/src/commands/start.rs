@@ -1,10 +1,6 @@
 //! `augsim start`: from recordings as they are to a data file and a model file.
 
 use crate::args::Start;
-use crate::destination::Results;
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
-use crate::record::Record;
 use augsim_data::{
     DataError, Dataset, MissingCells, Reading, Recognised, Recording, Summary, read_dataset, recognise,
     write_dataset,
@@ -13,6 +9,10 @@ use augsim_physics::ball::seen_floor_m;
 use augsim_physics::model::template;
 use augsim_session::command_line::quoted;
 use augsim_session::usage::Takes;
+use augsim_terminal::destination::Results;
+use augsim_terminal::output::Output;
+use augsim_terminal::record::Record;
+use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

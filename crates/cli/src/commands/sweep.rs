@@ -1,32 +1,23 @@
 //! `augsim sweep`.
 
-use crate::args::Global;
-use crate::exit::Outcome;
-use crate::output::Output;
-use crate::sweep;
-use crate::sweep::args::{Sweep, SweepAction};
+use crate::args::{Args, Command, Global};
+use augsim_sweep::args::Sweep;
+use augsim_sweep::{Program, Shared};
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
+use clap::{ArgMatches, CommandFactory, FromArgMatches};
 
 /// Runs the subcommand.
 pub fn run(args: &Sweep, global: &Global, output: &Output) -> anyhow::Result<Outcome> {
-    match &args.action {
-        SweepAction::Plan { sweep, out } => sweep::write_plan(sweep, out, global.force, output),
-        SweepAction::Run { plan, all: true, .. } => sweep::run_all(plan, global.threads, output),
-        SweepAction::Run { plan, index, count, .. } => {
-            sweep::run_some(plan, *index, *count, global.threads, output)
-        }
-        SweepAction::Submit { plan, max_parallel, partition, time, tasks_per_job, dry_run } => {
-            let wishes = sweep::Wishes {
-                max_parallel: *max_parallel,
-                partition: partition.as_deref(),
-                time: time.as_deref(),
-                tasks_per_job: *tasks_per_job,
-                threads: global.threads,
-            };
-            sweep::submit(plan, &wishes, *dry_run, output)
-        }
-        SweepAction::Status { plan } => sweep::status(plan, output),
-        SweepAction::Collect { plan, out, partial } => {
-            sweep::collect(plan, out.as_deref(), *partial, global.force, output)
-        }
+    let shared = Shared { threads: global.threads, force: global.force };
+    let program = Program { parser: Args::command, check };
+    augsim_sweep::run(args, shared, program, output)
+}
+
+/// Refuses options of a task that the command itself would refuse before it reads a file.
+fn check(parsed: &ArgMatches) -> Result<(), Usage> {
+    match Args::from_arg_matches(parsed).map(|args| args.command) {
+        Ok(Command::Train(train)) => train.corrected().map(drop),
+        _ => Ok(()),
     }
 }

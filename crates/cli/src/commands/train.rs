@@ -1,17 +1,17 @@
 //! `augsim train`.
 
 use crate::args::Train;
-use crate::destination::{RESULT, check_file};
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
-use crate::record::RECORD;
-use crate::session;
 use augsim_session::RunLock;
 use augsim_session::run_data::paper_engine;
 use augsim_session::run_dir::{CHECKPOINT, Config, DataSource, FILES, RunDir};
 use augsim_session::training_run::Ended;
 use augsim_session::usage::PathFault;
 use augsim_session::{residual, run_data};
+use augsim_terminal::destination::{RESULT, check_file};
+use augsim_terminal::output::Output;
+use augsim_terminal::record::RECORD;
+use augsim_terminal::training;
+use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::{Recipe, Settings};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -81,7 +81,7 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
         run.clear()?;
     }
     run.write_config(&config)?;
-    match session::train(&run, &config, &train, args.resume, output)? {
+    match training::train(&run, &config, &train, args.resume, output)? {
         Ended::Interrupted { iteration } => {
             output.notice(format!(
                 "interrupted after iteration {iteration}; go on with: augsim train --resume --out {}",

@@ -2,12 +2,12 @@
 
 use super::system::errors_text;
 use crate::args::{Evaluate, ProtocolArg};
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
 use augsim_discovery::ForetellOptions;
 use augsim_session::DataFrom;
 use augsim_session::foretell::{ScoredRow, beside, scored};
 use augsim_session::usage::Inapplicable;
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::{Forecaster, NetModel, SAMPLES};
 use serde::Serialize;
 use std::fmt::Write;

@@ -3,13 +3,13 @@
 use super::model::held_out;
 use super::net::physics;
 use crate::args::Evaluate;
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
 use augsim_data::Column;
 use augsim_session::filtered::{OfSystem, PARTICLES, Seen, Timed, of_net, of_system};
 use augsim_session::run_dir::RunDir;
 use augsim_session::usage::Inapplicable;
 use augsim_session::{DataFrom, Given, Subject, discovery_in, written};
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::filter::{
     EngineLaw, FilterSettings, FilteredScore, PrefixForecaster, Sensor, StartLaw, evaluate_filtered,
 };

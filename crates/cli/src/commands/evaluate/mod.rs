@@ -8,10 +8,10 @@ mod net;
 mod system;
 
 use crate::args::{Evaluate, ProtocolArg};
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
 use augsim_session::usage::Inapplicable;
 use augsim_session::{Given, written};
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
 
 /// Runs the subcommand.
 pub fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {

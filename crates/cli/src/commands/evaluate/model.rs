@@ -2,13 +2,13 @@
 
 use super::compare::{Fall, verdict};
 use crate::args::Evaluate;
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
-use crate::record::Record;
 use augsim_discovery::{ForetellOptions, Foretelling, reduction_of_rmse};
 use augsim_session::provenance::fingerprint;
 use augsim_session::usage::Inapplicable;
 use augsim_session::{DataFrom, Subject, discovery_in, foretell, written};
+use augsim_terminal::output::Output;
+use augsim_terminal::record::Record;
+use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::fmt::Write;

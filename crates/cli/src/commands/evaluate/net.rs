@@ -3,16 +3,16 @@
 use super::compare::{Fall, verdict};
 use super::equations;
 use crate::args::{Evaluate, ProtocolArg};
-use crate::exit::{Outcome, Usage};
-use crate::experiment::layout::Layout;
-use crate::experiment::rows::{Row, table};
-use crate::output::Output;
 use augsim_discovery::reduction_of_rmse;
 use augsim_physics::model::ModelFile;
+use augsim_reproduce::experiment::layout::Layout;
+use augsim_reproduce::experiment::rows::{Row, table};
 use augsim_session::discovery_in;
 use augsim_session::run_data::load;
 use augsim_session::run_dir::{Config, DataSource, RunDir};
 use augsim_session::usage::Inapplicable;
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::models::Physics;
 use augsim_trainer::score::{Score, average};
 use augsim_trainer::{

@@ -1,10 +1,10 @@
 //! `augsim evaluate MODEL.toml`: the free run of a system of equations on held-out data.
 
 use crate::args::Evaluate;
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
 use augsim_session::usage::Inapplicable;
 use augsim_session::written::{self, forecast, records};
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::fmt::Write;
 

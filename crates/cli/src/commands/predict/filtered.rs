@@ -1,13 +1,13 @@
 //! `augsim predict --seen`: the beginning of each trajectory is seen, the rest is forecast.
 
 use crate::args::{Predict, ViewArgs};
-use crate::destination::data_file;
-use crate::exit::Outcome;
-use crate::output::Output;
 use augsim_data::{Dataset, write_dataset};
 use augsim_session::filtered::{PARTICLES, Seen, View, bands, of_net, of_system};
 use augsim_session::run_dir::{FILES, RunDir};
 use augsim_session::{DataFrom, Given, Subject};
+use augsim_terminal::Outcome;
+use augsim_terminal::destination::data_file;
+use augsim_terminal::output::Output;
 use augsim_trainer::filter::FilterSettings;
 use serde::Serialize;
 use std::path::{Path, PathBuf};

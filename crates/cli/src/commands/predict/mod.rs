@@ -5,9 +5,9 @@ mod model;
 mod net;
 
 use crate::args::Predict;
-use crate::exit::Outcome;
-use crate::output::Output;
 use augsim_session::Given;
+use augsim_terminal::Outcome;
+use augsim_terminal::output::Output;
 
 /// Runs the subcommand.
 pub fn run(args: &Predict, seed: u64, output: &Output) -> anyhow::Result<Outcome> {

@@ -1,13 +1,13 @@
 //! `augsim predict MODEL`: forecasts of a model as it stands.
 
 use crate::args::Predict;
-use crate::destination::data_file;
-use crate::exit::Outcome;
-use crate::output::Output;
 use augsim_data::write_dataset;
 use augsim_discovery::{ForetellOptions, Foretelling};
 use augsim_session::foretell::{self, table};
 use augsim_session::{DataFrom, Subject};
+use augsim_terminal::Outcome;
+use augsim_terminal::destination::data_file;
+use augsim_terminal::output::Output;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

@@ -2,14 +2,14 @@
 
 use super::model::write_foretelling;
 use crate::args::Predict;
-use crate::destination::data_file;
-use crate::exit::Outcome;
-use crate::output::Output;
 use augsim_data::write_dataset;
 use augsim_discovery::ForetellOptions;
 use augsim_session::foretell::foretell_net;
 use augsim_session::run_dir::{FILES, RunDir};
 use augsim_session::{DataFrom, forecast, run_data};
+use augsim_terminal::Outcome;
+use augsim_terminal::destination::data_file;
+use augsim_terminal::output::Output;
 use augsim_trainer::NetModel;
 use serde::Serialize;
 use std::path::{Path, PathBuf};

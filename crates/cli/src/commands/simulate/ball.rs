@@ -2,10 +2,10 @@
 
 use super::prepared;
 use crate::args::Simulate;
-use crate::exit::Outcome;
-use crate::output::Output;
 use augsim_data::{atomic_write, write_dataset};
 use augsim_physics::ball::paper_law::PaperLaw;
+use augsim_terminal::Outcome;
+use augsim_terminal::output::Output;
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;

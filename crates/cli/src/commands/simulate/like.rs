@@ -1,14 +1,14 @@
 //! `augsim simulate MODEL --like DATA` for balls and pushes.
 
 use crate::args::Simulate;
-use crate::destination::data_file;
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
 use augsim_data::write_dataset;
 use augsim_discovery::ForetellOptions;
 use augsim_session::foretell::{self, table};
 use augsim_session::usage::{Inapplicable, ModelFault};
 use augsim_session::{DataFrom, Subject};
+use augsim_terminal::destination::data_file;
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

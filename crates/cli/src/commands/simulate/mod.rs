@@ -6,11 +6,11 @@ mod push;
 mod system;
 
 use crate::args::{Simulate, SimulateScenario};
-use crate::destination::data_file;
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
 use augsim_session::usage::ModelFault;
 use augsim_session::{Given, written};
+use augsim_terminal::destination::data_file;
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
 use std::path::{Path, PathBuf};
 
 /// Runs the subcommand.

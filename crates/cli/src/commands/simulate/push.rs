@@ -2,12 +2,12 @@
 
 use super::prepared;
 use crate::args::{PushProtocolArg, Simulate};
-use crate::destination::check_model;
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
 use augsim_data::{atomic_write, write_dataset};
 use augsim_physics::push::laboratory::{Generated, LaboratoryError, Made, Protocol, Recipe};
 use augsim_session::run_data::object_on_surface;
+use augsim_terminal::destination::check_model;
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;

@@ -1,13 +1,13 @@
 //! `augsim simulate MODEL.toml`: a system of equations.
 
 use crate::args::Simulate;
-use crate::destination::data_file;
-use crate::exit::{Outcome, Usage};
-use crate::output::Output;
 use augsim_data::{Column, Dataset, Trajectory, Unit, write_dataset};
 use augsim_physics::system::{Offsets, Record, Simulated, Stream, System, Task};
 use augsim_session::usage::{ModelFault, Takes, UnknownName};
 use augsim_session::written::{self, fit, records, unit_text};
+use augsim_terminal::destination::data_file;
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
 use augsim_written::model::{FirstSamples, Hold};
 use augsim_written::{Model, Waveform, WrittenSystem};
 use serde::Serialize;

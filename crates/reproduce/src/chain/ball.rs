@@ -1,0 +1,67 @@
+//! The chain on the ball: from a model that is almost right to the net on the augmented one.
+
+use super::nets::{Chain, Runs};
+use crate::experiment::data::Data;
+use crate::experiment::rows::Row;
+use augsim_discovery::Discovery;
+use augsim_physics::ball::bullet::BulletBall;
+use augsim_physics::ball::paper_law;
+use augsim_physics::effects::SCATTER_KIND;
+use augsim_physics::system::ScatterPer;
+use augsim_session::run_data::paper_engine;
+use augsim_session::run_dir::DataSource;
+use augsim_terminal::output::Output;
+use augsim_trainer::Engine;
+use augsim_trainer::models::ScatteredBall;
+use std::path::Path;
+
+/// The table on `test_1000` of a folder with it and `train.csv.gz`, for what the loop found in training drops; `None` if the
+/// user stopped it.
+pub fn chain(
+    folder: &Path,
+    found: &Discovery,
+    read: usize,
+    runs: Runs<'_>,
+    output: &Output,
+) -> anyhow::Result<Option<Vec<Row>>> {
+    let [train, test] = ["train.csv.gz", "test_1000.csv.gz"].map(|name| DataSource::File(folder.join(name)));
+    let (data, _) = Data::drops(&train, &test)?;
+    let augmented = augmented(found, runs.seed);
+    let chain = Chain {
+        name: None,
+        declared: paper_engine(),
+        calibrated: Engine::PybulletBall(stepped(|name| found.calibrated.get(name).map(|e| e.value))),
+        augmented: Engine::PybulletBall(augmented.ball),
+        scattered: Some(&augmented),
+        read,
+        source: &train,
+        train: &data.train,
+        test: &data.tests[0],
+        runs,
+    };
+    chain.run(output)
+}
+
+/// The ball with the values that were found, and its scatter.
+fn augmented(found: &Discovery, seed: u64) -> ScatteredBall {
+    let ball = stepped(|name| found.parameters.get(name).map(|e| e.value));
+    let scatter = found.effects.iter().find(|e| e.kind == SCATTER_KIND);
+    let per = match scatter.and_then(|e| e.per.as_deref()) {
+        Some("impact") => ScatterPer::Event,
+        _ => ScatterPer::Record,
+    };
+    let sd = scatter.and_then(|e| e.parameters.get("sd")).map_or(0.0, |e| e.value);
+    ScatteredBall { ball, sd, per, seed }
+}
+
+/// PyBullet's engine with another restitution and damping. What else the loop adds describes how the stepping scheme differs
+/// from the exact engine: the stepping engine has it already.
+fn stepped(value: impl Fn(&str) -> Option<f64>) -> BulletBall {
+    let nominal = paper_law::paper_engine();
+    BulletBall {
+        restitution: value("restitution").unwrap_or(nominal.restitution),
+        // Bullet has one damping for both laws of drag.
+        damping: value("linear-drag.c_per_s").unwrap_or(nominal.damping),
+        ..nominal
+    }
+}

@@ -1,0 +1,115 @@
+//! `reproduce loop`: the loop on measured sets, and the chain from the declared model to the net on the augmented one.
+
+mod ball;
+mod nets;
+mod page;
+mod push;
+mod sets;
+
+use crate::args::Reproduce;
+use crate::experiment::Sizes;
+use crate::experiment::rows::{Row, table};
+use crate::reproduction::{ITERATIONS, claim, repeat};
+use augsim_session::usage::Missing;
+use augsim_terminal::destination::{REPORT, RESULT};
+use augsim_terminal::output::Output;
+use augsim_terminal::record::Record;
+use augsim_terminal::{Outcome, Usage};
+use nets::Runs;
+use push::Pushing;
+use serde::Serialize;
+pub use sets::PYBULLET;
+use sets::SetRow;
+use std::fmt::Write as _;
+use std::path::Path;
+
+#[derive(Serialize)]
+struct ResultFile {
+    schema: &'static str,
+    scenario: &'static str,
+    sets: Vec<SetRow>,
+    /// The chain on the ball, `test_1000`; empty without that set.
+    chain: Vec<Row>,
+    /// The loop and the chain on pushes of the virtual laboratory.
+    pushing: Pushing,
+    iterations: u64,
+    seed: u64,
+}
+
+/// Runs it.
+pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
+        return Err(Usage::Missing(Missing::MeasuredSets { scenario: "loop" }).into());
+    };
+    let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
+    let out_dir = args.out.clone().unwrap_or_else(|| "out/loop".into());
+    let record = Record::new("reproduce loop")
+        .setting("seed", seed)
+        .setting("quick", args.quick)
+        .setting("iterations", iterations)
+        .input("data", data);
+    let claim = claim(&out_dir, record, &[data], args.resume, force)?;
+    claim.begin()?;
+    let runs = Runs { out: &out_dir, iterations, seed, resume: args.resume };
+    let sets = sets::run(data, &out_dir, seed, output)?;
+    let chain = match sets.iter().find(|s| s.set == PYBULLET) {
+        None => Vec::new(),
+        Some(row) => {
+            let (folder, out) = (data.join(PYBULLET), out_dir.join("chain-ball"));
+            let runs = Runs { out: &out, ..runs };
+            match ball::chain(&folder, &row.found, row.trajectories, runs, output)? {
+                Some(rows) => rows,
+                None => return Ok(Outcome::Interrupted),
+            }
+        }
+    };
+    let plan = if args.quick { Sizes::quick() } else { Sizes::full() };
+    let Some(pushing) = push::chain(&plan, runs, output)? else { return Ok(Outcome::Interrupted) };
+    let result =
+        ResultFile { schema: "augsim.reproduce/1", scenario: "loop", sets, chain, pushing, iterations, seed };
+    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+    let html = page::page(&result, data, &command(args, data, seed)).render();
+    let report = claim.write(REPORT, &html)?;
+    claim.write_timing(())?;
+    output.result(&result, || format!("{}report: {}", text(&result), report.display()))?;
+    Ok(Outcome::Done)
+}
+
+/// The command that repeats it.
+fn command(args: &Reproduce, data: &Path, seed: u64) -> String {
+    let mut words = vec!["loop".to_owned(), "--data".to_owned(), data.display().to_string()];
+    if args.quick {
+        words.push("--quick".to_owned());
+    }
+    if let Some(iterations) = args.iterations {
+        words.extend(["--iterations".to_owned(), iterations.to_string()]);
+    }
+    words.extend(["--seed".to_owned(), seed.to_string()]);
+    repeat(words)
+}
+
+fn text(result: &ResultFile) -> String {
+    let mut out = String::new();
+    for s in result.sets.iter().chain([&result.pushing.set]) {
+        let e = &s.found.error;
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "{} ({} trajectories)\n  {}", s.set, s.trajectories, s.found.sentence);
+        let _ = writeln!(
+            out,
+            "  error on {} trajectories that no fit has seen: declared {:.2} mm, calibrated {:.2} mm, augmented {:.2} mm;\n  \
+             reduction {:.2} mm (95 % interval {:.2} to {:.2} mm)\n",
+            e.heldout_trajectories,
+            1e3 * e.declared.rmse,
+            1e3 * e.calibrated.rmse,
+            1e3 * e.augmented.rmse,
+            1e3 * e.reduction.rmse,
+            1e3 * e.reduction.ci95[0],
+            1e3 * e.reduction.ci95[1]
+        );
+    }
+    if !result.chain.is_empty() {
+        let _ = writeln!(out, "the chain on {PYBULLET}, test_1000\n{}", table(&result.chain));
+    }
+    let _ = writeln!(out, "the chain on pushing\n{}", table(&result.pushing.chain));
+    out
+}

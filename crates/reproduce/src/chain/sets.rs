@@ -1,0 +1,135 @@
+//! The loop on every measured set of a folder.
+
+use anyhow::Context;
+use augsim_data::convert::{CONVERTERS, is_of_pushes};
+use augsim_data::{Dataset, MissingCells, atomic_write, read_dataset, write_dataset};
+use augsim_discovery::Discovery;
+use augsim_session::folders;
+use augsim_terminal::destination::{REPORT, RESULT};
+use augsim_terminal::discover_args::{Accept, Discover, Library};
+use augsim_terminal::discovery::close_loop;
+use augsim_terminal::output::Output;
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The set that PyBullet made.
+pub const PYBULLET: &str = "pybullet-ball";
+
+/// The model that the engine of the paper's experiment has: damping that the data do not have and a restitution of 0.65. The
+/// position deviation is a tolerance: the stepping scheme differs from the exact engine by centimetres at each bounce.
+const PYBULLET_MODEL: &str = "\
+scenario = \"ball\"
+
+[parameters]
+gravity_m_s2 = { nominal = 9.8, frozen = true }
+restitution = { nominal = 0.65, min = 0.0, max = 1.0 }
+
+[sensor]
+position_sd_m = 0.03
+
+[release]
+kind = \"rest\"
+
+[[effect]]
+kind = \"linear-drag\"
+c_per_s = 0.04
+
+[[effect]]
+kind = \"quadratic-drag\"
+k_per_m = 0.04
+";
+/// Drops of it that the loop reads: more change no answer.
+const PYBULLET_DROPS: usize = 100;
+
+/// A set and what was found in it.
+#[derive(Debug, Serialize)]
+pub struct SetRow {
+    /// Name of the set.
+    pub set: String,
+    /// Trajectories in it.
+    pub trajectories: usize,
+    /// Its report, from the folder of the results.
+    pub report: PathBuf,
+    /// The discovery.
+    #[serde(flatten)]
+    pub found: Discovery,
+}
+
+/// Runs the loop on the sets under `data` that are about the ball, each in its own folder of `out`.
+pub fn run(data: &Path, out: &Path, seed: u64, output: &Output) -> anyhow::Result<Vec<SetRow>> {
+    let mut rows = Vec::new();
+    for (set, convert) in CONVERTERS.into_iter().filter(|(set, _)| !is_of_pushes(set)) {
+        let folder = data.join(set);
+        if !folder.exists() {
+            output.note(format!("{}: not there, left out", folder.display()));
+            continue;
+        }
+        let converted = convert(&folder)?;
+        if let Some(model) = converted.model_toml {
+            rows.push(one(set, &converted.data, &model, out, seed, false, output)?);
+        }
+    }
+    let drops = data.join(PYBULLET).join("train.csv.gz");
+    if drops.exists() {
+        let all = read_dataset(&drops, MissingCells::Refuse)?;
+        let some = all.trajectories().iter().take(PYBULLET_DROPS).cloned().collect();
+        let some = Dataset::new(all.columns().to_vec(), some)?;
+        rows.push(one(PYBULLET, &some, PYBULLET_MODEL, out, seed, false, output)?);
+    }
+    Ok(rows)
+}
+
+/// Runs the loop on one set, in its own folder of `out`. With `resume` an answer that is there stands, if the same model and
+/// data gave it: for data that the seed decides as well.
+pub fn one(
+    set: &str,
+    data: &Dataset,
+    model: &str,
+    out: &Path,
+    seed: u64,
+    resume: bool,
+    output: &Output,
+) -> anyhow::Result<SetRow> {
+    let out = out.join(set);
+    folders::make(&out)?;
+    let args = Discover {
+        model: out.join("declared.toml"),
+        data: out.join("data.csv.gz"),
+        out: out.clone(),
+        null_runs: 19,
+        group: Vec::new(),
+        library: Library::Generic,
+        time_limit: None,
+        accept: Accept::default(),
+    };
+    output.note(format!("{set}: {} trajectories", data.trajectories().len()));
+    let found = match resume.then(|| earlier(&args, data, model)).flatten() {
+        Some(found) => found,
+        None => {
+            // An answer to other data must not outlive them, should this be stopped.
+            let result = out.join(RESULT);
+            if result.exists() {
+                std::fs::remove_file(&result)
+                    .with_context(|| format!("{}: cannot remove it", result.display()))?;
+            }
+            atomic_write(&args.model, |w| w.write_all(model.as_bytes()))?;
+            write_dataset(data, &args.data)?;
+            // The claim on the outer folder decided what may be replaced here.
+            close_loop(&args, seed, true, output)?
+        }
+    };
+    output.note(format!("{set}: {}", found.sentence));
+    let trajectories = data.trajectories().len();
+    Ok(SetRow { set: set.to_owned(), trajectories, report: Path::new(set).join(REPORT), found })
+}
+
+/// The answer of an earlier run on the same model and data.
+fn earlier(args: &Discover, data: &Dataset, model: &str) -> Option<Discovery> {
+    let same_model = std::fs::read_to_string(&args.model).ok()? == model;
+    let before = read_dataset(&args.data, MissingCells::AsGap).ok()?;
+    let same =
+        same_model && before.columns() == data.columns() && before.trajectories() == data.trajectories();
+    let text = std::fs::read_to_string(args.out.join(RESULT)).ok()?;
+    serde_json::from_str(&text).ok().filter(|_| same)
+}

@@ -1,0 +1,278 @@
+//! Where trajectories come from: files, the paper's law, the virtual laboratory of pushing, published pushes.
+
+use super::layout::Layout;
+use super::rows::{Row, Tested};
+use super::sizes::Sizes;
+use anyhow::Context;
+use augsim_data::push::{Surface, read_push_dataset, resample};
+use augsim_data::{Dataset, Split, SplitSize};
+use augsim_physics::model::{ModelFile, PushModel};
+use augsim_physics::push::laboratory::{Generated, Protocol};
+use augsim_report::page::DataSource as Origin;
+use augsim_session::provenance::fingerprint;
+use augsim_session::run_data::{
+    PUBLISHED_RATE_HZ, load, object_on_surface, paper_engine, read, recipe, sequences,
+};
+use augsim_session::run_dir::DataSource;
+use augsim_session::usage::Takes;
+use augsim_terminal::Usage;
+use augsim_trainer::push::{Thinning, pushes};
+use augsim_trainer::score::Score;
+use augsim_trainer::{self as trainer, Engine, Sequences};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Added to the seed for each further set, so that no two share draws.
+const SEED_STEP: u64 = 1_000_000;
+/// Name of the pushes that the laboratory makes.
+pub const LABORATORY: &str = "virtual laboratory";
+/// The object and the support that nets are trained on.
+const TRAINED: (&str, &str) = ("rect1", "abs");
+/// Pairs of object and support that they have not seen.
+const UNSEEN: [(&str, &str); 4] =
+    [("rect1", "plywood"), ("rect1", "pu"), ("rect1", "delrin"), ("rect2", "abs")];
+
+/// Trajectories of one test set, with the model that is declared for them.
+#[derive(Debug, Clone)]
+pub struct Set {
+    /// Object, support, and `test`, `unseen surface` or `unseen object`; nothing where there is one test set.
+    pub on: Option<(String, String, &'static str)>,
+    /// The declared model.
+    pub engine: Engine,
+    /// The trajectories.
+    pub items: Sequences,
+}
+
+impl Set {
+    /// A model scored on it that was trained on `trained` trajectories of `data`.
+    pub fn row(
+        &self,
+        data: Option<&'static str>,
+        model: &str,
+        protocol: trainer::Protocol,
+        trained: usize,
+        score: &Score,
+    ) -> Row {
+        let tested = self.on.clone().map(|(object, surface, split)| Tested {
+            surface,
+            object,
+            split,
+            train_pushes: trained,
+            test_pushes: score.trajectories,
+        });
+        let mut row = Row::new(Layout::of(&self.engine), model, protocol, score);
+        (row.data, row.tested) = (data, tested);
+        row
+    }
+
+    /// Pushes of an object on a support.
+    pub fn of_pushes(
+        object: &str,
+        surface: &str,
+        split: &'static str,
+        items: Sequences,
+    ) -> anyhow::Result<Self> {
+        let engine = engine(object, surface)?;
+        Ok(Set { on: Some((object.to_owned(), surface.to_owned(), split)), engine, items })
+    }
+}
+
+/// Everything that the tables are made of.
+#[derive(Debug, Clone)]
+pub struct Data {
+    /// Where it comes from, where rows say so.
+    pub name: Option<&'static str>,
+    /// Source of the training set, for run directories; the k first of it make a smaller set.
+    pub source: DataSource,
+    /// The declared model of the training set.
+    pub engine: Engine,
+    /// Training set.
+    pub train: Sequences,
+    /// Test sets, the first of what is trained on.
+    pub tests: Vec<Set>,
+    /// Where it comes from, for the page.
+    pub origin: Vec<Origin>,
+    /// Sentences about trajectories that had to be left out.
+    pub notes: Vec<String>,
+}
+
+/// The laboratory's pushes of the object and on the support that nets are trained on. One layout is cut into training and
+/// test pushes: no cell of contact, angle and speed is in both unless there are more than 7,128.
+#[derive(Debug, Clone)]
+pub struct Laboratory {
+    /// The model that is declared.
+    pub declared: PushModel,
+    /// All pushes as they were measured, those for training first.
+    pub data: Dataset,
+    /// Their source.
+    pub source: DataSource,
+    /// Training pushes, thinned.
+    pub train: Sequences,
+    /// Test pushes, thinned.
+    pub test: Set,
+}
+
+impl Laboratory {
+    /// Makes the pushes of a plan.
+    pub fn new(plan: &Sizes, seed: u64) -> anyhow::Result<Self> {
+        let (object, surface) = TRAINED;
+        let count = plan.train + plan.test;
+        let Generated { data, declared, .. } =
+            recipe(Protocol::Mit, object, surface, count)?.generate(seed)?;
+        let all = pushes(&data, Thinning::default())?;
+        Ok(Laboratory {
+            declared,
+            data,
+            source: DataSource::PushLaboratory {
+                object: object.into(),
+                surface: surface.into(),
+                pushes: count,
+                seed,
+            },
+            train: part(&all, 0, plan.train),
+            test: Set::of_pushes(object, surface, "test", part(&all, plan.train, count))?,
+        })
+    }
+}
+
+/// The declared engine of an object on a support.
+pub fn engine(object: &str, surface: &str) -> anyhow::Result<Engine> {
+    let (known, sheet) = object_on_surface(object, surface)?;
+    let friction = |name: &str| (name == "support_friction").then_some(sheet.friction);
+    engine_of(PushModel::textbook(known).with_nominal(friction))
+}
+
+/// The engine of a model of pushing.
+pub fn engine_of(model: PushModel) -> anyhow::Result<Engine> {
+    Ok(Engine::of(&ModelFile::Push(model), None)?)
+}
+
+fn made(object: &str, surface: &str, count: usize, seed: u64) -> anyhow::Result<Sequences> {
+    let made = recipe(Protocol::Mit, object, surface, count)?.generate(seed)?;
+    Ok(pushes(&made.data, Thinning::default())?)
+}
+
+/// Where drops come from, in words.
+fn origin(role: &str, source: &DataSource) -> Origin {
+    let (path, hash) = match source {
+        DataSource::File(path) => (path.display().to_string(), fingerprint(path)),
+        DataSource::Table { name, content } => (name.clone(), content.clone()),
+        DataSource::PushLaboratory { object, surface, pushes, seed } => (
+            format!("{pushes} pushes of {object} on {surface}, virtual laboratory, seed {seed}"),
+            String::new(),
+        ),
+        DataSource::PaperLaw { trajectories, seed } => {
+            (format!("{trajectories} drops generated by the paper's law, seed {seed}"), String::new())
+        }
+    };
+    Origin { path: format!("{role}: {path}"), hash }
+}
+
+/// The items `[from, to)` of a set.
+pub fn part(all: &Sequences, from: usize, to: usize) -> Sequences {
+    Sequences { items: all.items[from..to].to_vec(), ..all.clone() }
+}
+
+impl Data {
+    /// Drops of a ball for training and for the test, with the engine of the paper's experiment.
+    pub fn drops(train: &DataSource, test: &DataSource) -> anyhow::Result<(Self, Dataset)> {
+        let engine = paper_engine();
+        let (train_set, truth) = (load(train, &engine)?, read(test, &engine)?);
+        let items = sequences(&truth, &engine)?;
+        let tests = vec![Set { on: None, engine: engine.clone(), items }];
+        let origin = vec![origin("training", train), origin("test", test)];
+        let notes = Vec::new();
+        let data = Data { name: None, source: train.clone(), engine, train: train_set, tests, origin, notes };
+        Ok((data, truth))
+    }
+
+    fn of_pushes(
+        name: &'static str,
+        source: DataSource,
+        engine: Engine,
+        train: Sequences,
+        tests: Vec<Set>,
+        notes: Vec<String>,
+    ) -> Self {
+        let origin = vec![Origin { path: name.to_owned(), hash: String::new() }];
+        Data { name: Some(name), source, engine, train, tests, origin, notes }
+    }
+
+    /// Pushes laid out as the MIT set, made by the virtual laboratory.
+    pub fn laboratory(plan: &Sizes, seed: u64) -> anyhow::Result<Self> {
+        let Laboratory { source, train, test, .. } = Laboratory::new(plan, seed)?;
+        let engine = test.engine.clone();
+        let mut tests = vec![test];
+        for (i, (object, surface)) in UNSEEN.into_iter().enumerate() {
+            let seed = seed.wrapping_add((i as u64 + 1) * SEED_STEP);
+            let split = if surface == TRAINED.1 { "unseen object" } else { "unseen surface" };
+            let pushes = made(object, surface, plan.transfer, seed)?;
+            tests.push(Set::of_pushes(object, surface, split, pushes)?);
+        }
+        Ok(Data::of_pushes(LABORATORY, source, engine, train, tests, Vec::new()))
+    }
+
+    /// The published files below a folder. Nets are trained on rect1 on ABS where that is there, otherwise on the
+    /// pair of object and support with most pushes; all other pairs are transfer tests.
+    pub fn published(folder: &Path, plan: &Sizes, seed: u64) -> anyhow::Result<Self> {
+        let all = resample(&read_push_dataset(folder)?, PUBLISHED_RATE_HZ)?;
+        let mut notes = Vec::new();
+        let mut pairs: BTreeMap<(String, String), Vec<usize>> = BTreeMap::new();
+        for (i, t) in all.trajectories().iter().enumerate() {
+            let (surface, object) =
+                t.group().and_then(|g| g.split_once('/')).unwrap_or(("unknown", "unknown"));
+            pairs.entry((object.to_owned(), surface.to_owned())).or_default().push(i);
+        }
+        pairs.retain(|(object, surface), items| {
+            let known = engine(object, surface).is_ok();
+            if !known {
+                notes.push(format!(
+                    "{} pushes of {object} on {surface} left out: no declared model",
+                    items.len()
+                ));
+            }
+            known
+        });
+        let trained = (TRAINED.0.to_owned(), TRAINED.1.to_owned());
+        let most = pairs.iter().max_by_key(|(_, items)| items.len()).map(|(pair, _)| pair.clone());
+        let pair = if pairs.contains_key(&trained) { Some(trained) } else { most };
+        let pair = pair.with_context(|| {
+            format!("{}: no push of a built-in object on a known support", folder.display())
+        })?;
+        let items = pairs.remove(&pair).unwrap_or_default();
+        let of = |items: &[usize]| -> anyhow::Result<Sequences> {
+            let set: Dataset = all.select(items);
+            Ok(pushes(&set, Thinning::default())?)
+        };
+        let share = plan.train as f64 / (plan.train + plan.test) as f64;
+        let split = Split::random(items.len(), SplitSize::TrainFraction(share), seed)?;
+        let chosen = |part: &[usize]| part.iter().map(|&i| items[i]).collect::<Vec<_>>();
+        let mut train = of(&chosen(&split.train))?;
+        train.items.truncate(plan.train);
+        let (object, surface) = pair;
+        let mut tests = vec![Set::of_pushes(&object, &surface, "test", of(&chosen(&split.test))?)?];
+        for ((other, support), items) in pairs {
+            let split = if other == object { "unseen surface" } else { "unseen object" };
+            let pushes = of(&items[..items.len().min(plan.transfer)])?;
+            tests.push(Set::of_pushes(&other, &support, split, pushes)?);
+        }
+        let source = DataSource::File(folder.to_owned());
+        let engine = engine(&object, &surface)?;
+        Ok(Data::of_pushes("published MIT Push files", source, engine, train, tests, notes))
+    }
+
+    /// Keeps the first `size` trajectories of the training set.
+    pub fn first(mut self, size: usize) -> anyhow::Result<Self> {
+        let there = self.train.items.len();
+        if size > there {
+            return Err(Usage::option("--train-size", size, Takes::TrainingPushes { there }).into());
+        }
+        self.train.items.truncate(size);
+        Ok(self)
+    }
+
+    /// Whether a folder holds published files: a folder of one of their supports.
+    pub fn is_published(folder: &Path) -> bool {
+        Surface::ALL.iter().any(|s| folder.join(s.name()).is_dir())
+    }
+}

@@ -1,0 +1,181 @@
+//! Which figures of a score are told, by what they are called in results, tables and pages.
+
+use augsim_report::page::{Best, Column};
+use augsim_trainer::Engine;
+use augsim_trainer::score::{PointError, Score};
+
+/// An error of a point estimate.
+#[derive(Debug, Clone, Copy)]
+pub enum Figure {
+    /// Per cent of the distance from zero, mean over trajectories.
+    Trans,
+    /// Per cent of the distance moved, over all trajectories.
+    Moved,
+    /// Error of a measure, by its place, times a factor from the unit of the data.
+    Error(usize, f64),
+    /// Error of a measure at the last sample, by its place, times a factor from the unit of the data.
+    End(usize, f64),
+}
+
+impl Figure {
+    fn of(self, e: &PointError) -> f64 {
+        match self {
+            Figure::Trans => e.trans_percent,
+            Figure::Moved => e.moved_percent,
+            Figure::Error(measure, factor) => factor * e.absolute[measure],
+            Figure::End(measure, factor) => factor * e.end[measure],
+        }
+    }
+}
+
+/// The figure of a row that a column of a table shows.
+#[derive(Debug, Clone, Copy)]
+pub enum Value {
+    /// Trajectories that the model was trained on.
+    Trained,
+    /// The number of that name.
+    Key(&'static str),
+    /// Share of true values in the 50 % band, per cent.
+    Inside50,
+    /// Share in the 90 % band, per cent.
+    Inside90,
+}
+
+/// A column of numbers: in text (head, width, decimals) and on a page (title, unit, decimals).
+#[derive(Debug)]
+pub struct Shown {
+    /// The number in it.
+    pub value: Value,
+    /// Heading, width and decimals of the column in text.
+    pub text: (&'static str, usize, usize),
+    /// Title, unit and decimals of the column on a page.
+    pub page: (&'static str, &'static str, usize),
+}
+
+impl Shown {
+    /// The column of a page.
+    pub fn column(&self) -> Column {
+        let (title, unit, decimals) = self.page;
+        let column = Column::number(title, unit).decimals(decimals);
+        match self.value {
+            Value::Trained => column,
+            Value::Key(_) => column.best(Best::Lowest),
+            Value::Inside50 => column.best(Best::Nearest(50.0)),
+            Value::Inside90 => column.best(Best::Nearest(90.0)),
+        }
+    }
+}
+
+/// How the scores of one kind of system are told.
+#[derive(Debug)]
+pub struct Layout {
+    /// Samples that a forecasting model sees, in words.
+    pub sees: &'static str,
+    /// One trajectory, and many.
+    pub words: [&'static str; 2],
+    /// Name and estimate of the numbers that come first, where a model samples.
+    pub estimate: (&'static str, fn(&Score) -> &PointError),
+    /// Name in results, name in tables (empty: it is in none) and estimate of the numbers that come second.
+    pub second: (&'static str, &'static str, fn(&Score) -> &PointError),
+    /// Names in results and errors that come next to the estimates.
+    pub errors: &'static [(&'static str, Figure)],
+    /// Continuous ranked probability scores: name, measure, factor.
+    pub crps: &'static [(&'static str, usize, f64)],
+    /// Least width of the names of models.
+    pub width: usize,
+    /// Columns of tables.
+    pub shown: &'static [Shown],
+    /// Notes below the tables of a page.
+    pub footnotes: &'static [&'static str],
+    /// Channels of a forecast that a page draws: name, unit, factor from the unit of the data.
+    pub channels: &'static [(&'static str, &'static str, f64)],
+}
+
+const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+
+const fn shown(
+    value: Value,
+    text: (&'static str, usize, usize),
+    page: (&'static str, &'static str, usize),
+) -> Shown {
+    Shown { value, text, page }
+}
+
+/// Systems that nobody acts on: the paper's ball.
+static FREE: Layout = Layout {
+    sees: "the model sees the first state only",
+    words: ["trajectory", "trajectories"],
+    estimate: ("mean of 10", |s| &s.mean_of_10),
+    second: ("median_of_100", "median of 100", |s| &s.median),
+    errors: &[
+        ("trans_percent", Figure::Trans),
+        ("pos_m", Figure::Error(0, 1.0)),
+        ("vel_m_s", Figure::Error(1, 1.0)),
+    ],
+    crps: &[("crps_pos_m", 0, 1.0), ("crps_vel_m_s", 1, 1.0)],
+    width: 10,
+    shown: &[
+        shown(Value::Key("trans_percent"), ("trans %", 8, 2), ("translation", "%", 2)),
+        shown(Value::Key("pos_m"), ("pos m", 8, 4), ("position", "m", 3)),
+        shown(Value::Key("vel_m_s"), ("vel m/s", 8, 4), ("velocity", "m/s", 3)),
+        shown(Value::Key("crps_pos_m"), ("CRPS m", 8, 4), ("CRPS position", "m", 3)),
+        shown(Value::Key("crps_vel_m_s"), ("CRPS m/s", 9, 4), ("CRPS velocity", "m/s", 3)),
+        shown(Value::Inside50, ("in 50%", 6, 1), ("50 % band holds", "%", 1)),
+        shown(Value::Inside90, ("in 90%", 6, 1), ("90 % band holds", "%", 1)),
+    ],
+    footnotes: &[
+        "Mean absolute error over all steps and trajectories; translation is the mean over trajectories of the summed absolute error over the summed true height. CRPS: continuous ranked probability score; for a deterministic model it is the absolute error.",
+        "Bold and underlined: best of its protocol (for bands: nearest to the stated share). Protocols are not compared with each other.",
+    ],
+    channels: &[("height", "m", 1.0), ("velocity", "m/s", 1.0)],
+};
+
+/// Systems whose actions are known beforehand: pushes.
+static ACTED: Layout = Layout {
+    sees: "the model sees the first pose and the rod's path",
+    words: ["push", "pushes"],
+    estimate: ("mean of 100", |s| &s.mean),
+    second: ("mean_of_10", "", |s| &s.mean_of_10),
+    errors: &[
+        ("trans_percent", Figure::Trans),
+        ("moved_percent", Figure::Moved),
+        ("pos_mm", Figure::Error(0, 1e3)),
+        ("rot_deg", Figure::Error(1, DEGREES)),
+        ("end_pos_mm", Figure::End(0, 1e3)),
+        ("end_rot_deg", Figure::End(1, DEGREES)),
+    ],
+    crps: &[("crps_mm", 0, 1e3), ("crps_deg", 1, DEGREES)],
+    width: 16,
+    shown: &[
+        shown(Value::Trained, ("train", 6, 0), ("trained on", "pushes", 0)),
+        shown(Value::Key("trans_percent"), ("trans %", 8, 3), ("translation", "%", 2)),
+        shown(Value::Key("moved_percent"), ("moved %", 8, 2), ("of the way moved", "%", 1)),
+        shown(Value::Key("pos_mm"), ("pos mm", 8, 3), ("position", "mm", 2)),
+        shown(Value::Key("rot_deg"), ("rot deg", 8, 3), ("rotation", "°", 2)),
+        shown(Value::Key("crps_mm"), ("CRPS mm", 9, 3), ("CRPS position", "mm", 2)),
+        shown(Value::Key("crps_deg"), ("CRPS deg", 9, 3), ("CRPS rotation", "°", 2)),
+        shown(Value::Inside50, ("in 50%", 7, 1), ("50 % band holds", "%", 1)),
+        shown(Value::Inside90, ("in 90%", 6, 1), ("90 % band holds", "%", 1)),
+    ],
+    footnotes: &[
+        "The model sees the first pose and the rod's path. Errors of the mean of 100 samples, averaged over the samples of a push and then over pushes. Translation divides by the distance from the robot's base, as the published tables do; the next column by the distance from the first position.",
+    ],
+    channels: &[("displacement x", "mm", 1e3), ("displacement y", "mm", 1e3), ("rotation", "°", DEGREES)],
+};
+
+impl Layout {
+    /// Gives the layout of an engine's trajectories.
+    pub fn of(engine: &Engine) -> &'static Self {
+        if engine.action_columns().is_empty() { &FREE } else { &ACTED }
+    }
+
+    /// Whether tables name the estimate of each row: there is more than one.
+    pub fn names_estimates(&self) -> bool {
+        !self.second.1.is_empty()
+    }
+
+    /// The numbers of an estimate, by name.
+    pub fn numbers(&self, e: &PointError) -> Vec<(&'static str, f64)> {
+        self.errors.iter().map(|(name, figure)| (*name, figure.of(e))).collect()
+    }
+}

@@ -1,0 +1,277 @@
+//! An experiment: nets are trained on one set, every model is scored on every test set, and `result.json` and `report.html`
+//! are written.
+
+pub mod ball;
+pub mod data;
+pub mod layout;
+mod page;
+pub mod plan;
+pub mod push;
+mod repeat;
+pub mod result;
+pub mod rows;
+mod runs;
+mod sizes;
+
+pub use plan::Experiment;
+pub use result::table;
+pub use runs::folder as runs_folder;
+pub use sizes::Sizes;
+
+use augsim_data::Dataset;
+use augsim_physics::ball::floor::{FloorOptions, paper_floor};
+use augsim_physics::ball::paper_law::PaperLaw;
+use augsim_session::run_dir::{Config, RunDir};
+use augsim_session::training_run::Trained;
+use augsim_terminal::destination::{Claim, REPORT, RESULT};
+use augsim_terminal::output::Output;
+use augsim_terminal::training::{self, Times};
+use augsim_trainer::models::{Law, Physics, Still, Zero};
+use augsim_trainer::push::{GpOptions, GpPush, Thinning};
+use augsim_trainer::{
+    Correction, Forecaster, Losses, Protocol, Recipe, Settings, evaluate_forecast, evaluate_reconstruction,
+};
+use data::{Data, part};
+use layout::Layout;
+use page::{Drawn, Scored};
+use plan::NetPlan;
+use repeat::{Clouds, compare};
+use result::{CurvePoint, ResultFile};
+use rows::Row;
+use std::path::PathBuf;
+
+/// A finished experiment.
+#[derive(Debug)]
+pub struct Finished {
+    /// Content of the result file that was written.
+    pub result: ResultFile,
+    /// The report's path.
+    pub report: PathBuf,
+}
+
+impl Finished {
+    /// Prints the result, or its tables and where the page is.
+    pub fn tell(&self, output: &Output) -> anyhow::Result<()> {
+        output.result(&self.result, || format!("{}\nreport: {}", table(&self.result), self.report.display()))
+    }
+}
+
+impl Experiment {
+    /// Runs it into the claimed folder; `None` if the user stopped it (run again with `--resume`). `truth` is the test set
+    /// whose floor is asked for.
+    pub fn run(
+        &self,
+        data: &Data,
+        truth: Option<&Dataset>,
+        claim: &Claim,
+        output: &Output,
+    ) -> anyhow::Result<Option<Finished>> {
+        data.notes.iter().for_each(|note| output.note(note));
+        claim.begin()?;
+        let whole = data.train.items.len();
+        let Some((nets, mut curve)) = self.train(data, claim, output)? else { return Ok(None) };
+        let fit = |steps| {
+            output.note("fitting the Gaussian processes");
+            GpPush::fit(&data.engine, &data.train, GpOptions { steps, seed: self.seed })
+        };
+        let gp = self.gp_steps.map(fit).transpose()?;
+        output.note("scoring");
+        let (mut rows, scored) = self.score(data, truth, &nets, gp.as_ref())?;
+        if !self.sizes.is_empty() {
+            let last = |plan: &&NetPlan| rows.iter().find(|r| r.model == plan.recipe.label());
+            let with_curve = self.nets.iter().filter(|p| in_curve(p.recipe));
+            curve.extend(with_curve.filter_map(|p| last(&p)).map(|row| point(row, whole)));
+            curve.sort_by(|a, b| (&a.model, a.train_pushes).cmp(&(&b.model, b.train_pushes)));
+        }
+        let clouds = self.clouds(gp.as_ref(), &nets, output)?;
+        let (mut calibration, mut test_runs, mut notes) = (None, Vec::new(), data.notes.clone());
+        if let Some(folder) = &self.runs {
+            output.note(format!("measured runs: {}", folder.display()));
+            let measured = runs::measured(folder, self.seed, self.quick)?;
+            rows.extend(measured.rows);
+            (calibration, test_runs) = (Some(measured.calibration.estimates), measured.test_runs);
+            notes.push("mit-pusher-slider-runs: windows of 1 s from the measured pose, 25 Hz".to_owned());
+        }
+        let thinning = Thinning::default();
+        let result = ResultFile {
+            schema: "augsim.reproduce/1",
+            scenario: self.words.scenario,
+            test_set: self.floor.clone(),
+            test_trajectories: self.floor.as_ref().map(|_| data.tests[0].items.items.len()),
+            data: data.name,
+            rows,
+            curve,
+            repeated: clouds.as_ref().map(|c| c.result.clone()),
+            calibration,
+            test_runs,
+            thinning: data.engine.step_s().is_none().then_some([thinning.samples as f64, thinning.rate_hz]),
+            iterations: self.nets.iter().map(|p| (p.recipe.label().to_owned(), p.iterations)).collect(),
+            notes,
+            seed: self.seed,
+        };
+        claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+        let drawn = Drawn {
+            losses: self.losses(claim, whole)?,
+            gp: gp.as_ref(),
+            scored,
+            data,
+            clouds: clouds.as_ref(),
+            nets: &nets,
+        };
+        let html = augsim_report::benchmark_report(&page::report(self, &result, &drawn)?);
+        let path = claim.write(REPORT, &html)?;
+        claim.write_timing(Times::of(&nets))?;
+        Ok(Some(Finished { result, report: path }))
+    }
+
+    /// The nets trained on everything, and the errors of those trained on less; `None` if the user stopped it.
+    fn train(
+        &self,
+        data: &Data,
+        claim: &Claim,
+        output: &Output,
+    ) -> anyhow::Result<Option<(Vec<Trained>, Vec<CurvePoint>)>> {
+        let whole = data.train.items.len();
+        let mut nets = Vec::new();
+        for plan in &self.nets {
+            let Some(net) = self.net(plan, whole, data, claim, output)? else { return Ok(None) };
+            nets.push(net);
+        }
+        let mut curve = Vec::new();
+        for plan in self.nets.iter().filter(|p| in_curve(p.recipe)) {
+            for &size in self.sizes.iter().filter(|&&size| size < whole) {
+                let Some(t) = self.net(plan, size, data, claim, output)? else { return Ok(None) };
+                let (set, name) = (&data.tests[0], t.model.name());
+                let score = evaluate_forecast(&t.model, &set.items)?;
+                curve.push(point(&set.row(data.name, name, Protocol::Forecast, size, &score), size));
+            }
+        }
+        Ok(Some((nets, curve)))
+    }
+
+    /// The rows of all models on all test sets, and the scores on the first.
+    fn score(
+        &self,
+        data: &Data,
+        truth: Option<&Dataset>,
+        nets: &[Trained],
+        gp: Option<&GpPush>,
+    ) -> anyhow::Result<(Vec<Row>, Vec<Scored>)> {
+        let whole = data.train.items.len();
+        let (mut rows, mut scored) = (Vec::new(), Vec::new());
+        for (k, set) in data.tests.iter().enumerate() {
+            let physics = Physics(set.engine.clone());
+            let gp = gp.map(|gp| gp.with_engine(&set.engine)).transpose()?;
+            let nets = nets.iter().map(|t| t.model.with_engine(set.engine.clone()));
+            let nets = nets.collect::<Result<Vec<_>, _>>()?;
+            let mut models: Vec<(&dyn Forecaster, usize)> = Vec::new();
+            if self.baselines {
+                models.push((&Zero, 0));
+                // That nothing moves is a forecast of an object which a rod may or may not reach.
+                models.extend(gp.iter().map(|_| (&Still as &dyn Forecaster, 0)));
+                models.push((&physics, 0));
+            }
+            models.extend(gp.iter().map(|gp| (gp as &dyn Forecaster, whole)));
+            models.extend(nets.iter().map(|net| (net as &dyn Forecaster, whole)));
+            for (model, trained) in models {
+                let score = evaluate_forecast(model, &set.items)?;
+                let row = set.row(data.name, model.name(), Protocol::Forecast, trained, &score);
+                if k == 0 {
+                    scored.push(Scored { name: row.model.clone(), protocol: row.protocol, score });
+                }
+                rows.push(row);
+            }
+            for net in nets.iter().filter(|net| net.state().settings.correction == Correction::Step) {
+                let score = evaluate_reconstruction(net, &set.items)?;
+                rows.push(set.row(data.name, net.name(), Protocol::Reconstruction, whole, &score));
+            }
+        }
+        if let Some(truth) = truth {
+            let set = &data.tests[0];
+            rows.push(self.floor(Layout::of(&set.engine), truth)?);
+            let law = Law { law: PaperLaw::default(), seed: self.seed };
+            let score = evaluate_forecast(&law, &set.items)?;
+            rows.push(set.row(data.name, law.name(), Protocol::Floor, 0, &score));
+            scored.push(Scored { name: law.name().to_owned(), protocol: Protocol::Floor, score });
+        }
+        Ok((rows, scored))
+    }
+
+    /// Trains a net on the first `size` trajectories; `None` if the user stopped it.
+    fn net(
+        &self,
+        plan: &NetPlan,
+        size: usize,
+        data: &Data,
+        claim: &Claim,
+        output: &Output,
+    ) -> anyhow::Result<Option<Trained>> {
+        let NetPlan { recipe, iterations } = *plan;
+        let many = Layout::of(&data.engine).words[1];
+        output.note(format!("training {} on {size} {many} ({iterations} iterations)", recipe.label()));
+        let train = part(&data.train, 0, size);
+        let settings = Settings::new(recipe, iterations, self.seed, data.engine.clone());
+        let config = Config {
+            checkpoint_every: 500,
+            data: data.source.clone(),
+            accept: Vec::new(),
+            residual_of: None,
+            settings,
+        };
+        training::train_again(&self.run_dir(claim, recipe, size), &config, &train, self.resume, output)
+    }
+
+    /// Where a net is trained on the first `size` trajectories.
+    fn run_dir(&self, claim: &Claim, recipe: Recipe, size: usize) -> PathBuf {
+        let name = recipe.label().to_lowercase().replace('+', "-plus");
+        claim.folder().join(if self.sizes.is_empty() { name } else { format!("{name}-{size}") })
+    }
+
+    /// Losses of the nets that were trained on everything.
+    fn losses(&self, claim: &Claim, whole: usize) -> anyhow::Result<Vec<(Recipe, Vec<Losses>)>> {
+        let read =
+            |p: &NetPlan| Ok((p.recipe, RunDir::open(&self.run_dir(claim, p.recipe, whole)).read_metrics()?));
+        self.nets.iter().map(read).collect()
+    }
+
+    /// The best that any predictor can do from the first state.
+    fn floor(&self, layout: &'static Layout, truth: &Dataset) -> anyhow::Result<Row> {
+        let options = FloorOptions { seed: self.seed, ..Default::default() };
+        let floor = paper_floor(&PaperLaw::default(), truth, options)?;
+        let errors = [
+            floor.weighted_median.trans_percent.mean,
+            floor.median.position_m.mean,
+            floor.median.velocity_m_s.mean,
+        ];
+        Ok(Row::floor(layout, errors, [floor.crps_height_m.mean, floor.crps_velocity_m_s.mean]))
+    }
+
+    /// The repeated push.
+    fn clouds(
+        &self,
+        gp: Option<&GpPush>,
+        nets: &[Trained],
+        output: &Output,
+    ) -> anyhow::Result<Option<Clouds>> {
+        let Some(repeats) = self.repeats else { return Ok(None) };
+        output.note(format!("one push {repeats} times"));
+        let gp = gp.iter().map(|gp| ("GP-SUM".to_owned(), *gp as &dyn Forecaster));
+        let nets = nets.iter().map(|t| (t.model.name().to_owned(), &t.model as &dyn Forecaster));
+        compare(repeats, self.seed, &gp.chain(nets).collect::<Vec<_>>()).map(Some)
+    }
+}
+
+/// Nets of the training-set-size curve: the published ones forecast that nothing moves, whatever they were trained on.
+fn in_curve(recipe: Recipe) -> bool {
+    matches!(recipe, Recipe::NeuralPlus | Recipe::HybridPlus)
+}
+
+fn point(row: &Row, train_pushes: usize) -> CurvePoint {
+    CurvePoint {
+        model: row.model.clone(),
+        train_pushes,
+        pos_mm: row.number("pos_mm"),
+        rot_deg: row.number("rot_deg"),
+        crps_mm: row.number("crps_mm"),
+    }
+}

@@ -1,0 +1,312 @@
+//! The beginning of a drop is seen, the rest is forecast, by every model behind the same prefixes.
+
+use super::Plan;
+use super::page;
+use crate::experiment::data::Data;
+use crate::reproduction::{ITERATIONS, claim, repeat};
+use anyhow::Context;
+use augsim_physics::ball::bullet::BulletBall;
+use augsim_physics::ball::paper_law::{self, PaperLaw};
+use augsim_report::page::Block;
+use augsim_session::run_data::paper_engine;
+use augsim_session::run_dir::{Config, DataSource};
+use augsim_terminal::Outcome;
+use augsim_terminal::destination::{REPORT, RESULT};
+use augsim_terminal::output::Output;
+use augsim_terminal::record::Record;
+use augsim_terminal::training::{self, Times};
+use augsim_trainer::filter::{
+    FilterSettings, FilteredScore, FittedDrop, Freedom, Prefix, PrefixForecaster, RestitutionLaw, Sensor,
+    StartLaw, behind_rows, evaluate_filtered, seen_rows,
+};
+use augsim_trainer::{NetModel, Recipe, Sequences, Settings};
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Rows seen.
+const LENGTHS: [usize; 9] = [1, 30, 55, 60, 65, 70, 90, 120, 200];
+/// Particles of each filter.
+const PARTICLES: usize = 256;
+/// Training drops where they are generated.
+const TRAIN: usize = 800;
+/// Added to the seed of generated training data, so that test data are other draws.
+const TEST_SEED_OFFSET: u64 = 1_000_000;
+/// Test drops of `--quick`.
+const QUICK_DROPS: usize = 100;
+
+/// Sensors: name, and the standard deviation of height (m) and velocity (m/s); none where it is not seen.
+const SENSORS: [(&str, [Option<f64>; 2]); 3] =
+    [("exact", [Some(0.0), Some(0.0)]), ("2 mm", [Some(0.002), None]), ("10 mm", [Some(0.010), None])];
+
+#[derive(Debug, Serialize)]
+struct ResultFile {
+    schema: &'static str,
+    scenario: &'static str,
+    /// Test drops.
+    trajectories: usize,
+    /// Particles of each filter.
+    particles: usize,
+    rows: Vec<Row>,
+    iterations: u64,
+    seed: u64,
+    command: String,
+}
+
+/// A model behind a prefix.
+#[derive(Debug, Serialize)]
+struct Row {
+    /// Always `filtered`.
+    protocol: &'static str,
+    /// Model.
+    model: &'static str,
+    /// The sensor through which the beginning is seen.
+    sensor: &'static str,
+    /// Rows seen.
+    seen: usize,
+    /// Seen rows counted as no error: per cent of the height, m, m/s.
+    whole: Errors,
+    /// Standard errors over the drops of the whole's m and m/s.
+    whole_se: [f64; 2],
+    /// The rows that are forecast: per cent (ratio of sums), m, m/s.
+    rest: Errors,
+    /// Errors in the last seven tenths of the rows, whatever the prefix: m, m/s.
+    common: [f64; 2],
+    /// Continuous ranked probability score over the rest: m, m/s.
+    crps: [f64; 2],
+    /// Share of true values in the 50 % band, where the 90 % band is wider than 1 mm.
+    coverage50: Option<f64>,
+    /// Share in the 90 % band.
+    coverage90: Option<f64>,
+}
+
+/// Errors of the median of the samples.
+#[derive(Debug, Serialize)]
+struct Errors {
+    trans_percent: f64,
+    pos_m: f64,
+    vel_m_s: f64,
+}
+
+/// Runs it.
+pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
+    let Plan { args, seed, .. } = plan;
+    let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
+    let mut record = Record::new("reproduce filtered ball")
+        .setting("seed", seed)
+        .setting("quick", args.quick)
+        .setting("iterations", iterations);
+    let mut words = vec![
+        "filtered".to_owned(),
+        "--scenario".to_owned(),
+        "ball".to_owned(),
+        "--seed".to_owned(),
+        seed.to_string(),
+    ];
+    words.extend(["--iterations".to_owned(), iterations.to_string()]);
+    let (train, test) = match plan.data {
+        Some(folder) => {
+            words.extend(["--data".to_owned(), folder.display().to_string()]);
+            let file = |name: &str| DataSource::File(folder.join(name));
+            (file("train.csv.gz"), file("test_1000.csv.gz"))
+        }
+        None => (
+            DataSource::PaperLaw { trajectories: TRAIN, seed },
+            DataSource::PaperLaw {
+                trajectories: args.test_drops as usize,
+                seed: seed.wrapping_add(TEST_SEED_OFFSET),
+            },
+        ),
+    };
+    for (name, source) in [("train", &train), ("test", &test)] {
+        if let DataSource::File(path) = source {
+            record = record.input(name, path);
+        }
+    }
+    let inputs: Vec<&Path> = plan.data.into_iter().collect();
+    let claim = claim(plan.out, record, &inputs, args.resume, plan.force)?;
+    claim.begin()?;
+    let (data, _) = Data::drops(&train, &test)?;
+    output.note(format!("training Hybrid+ ({iterations} iterations)"));
+    let settings = Settings::new(Recipe::HybridPlus, iterations, seed, paper_engine());
+    let config =
+        Config { checkpoint_every: 500, data: train, accept: Vec::new(), residual_of: None, settings };
+    let folder = claim.folder().join("hybrid-plus");
+    let Some(net) = training::train_again(&folder, &config, &data.train, args.resume, output)? else {
+        return Ok(Outcome::Interrupted);
+    };
+    let mut items = data.tests[0].items.clone();
+    if args.quick {
+        items.items.truncate(QUICK_DROPS);
+    }
+    let law = PaperLaw::default();
+    let floor = RestitutionLaw { ball: law.ball, mean: law.restitution_mean, sd: law.restitution_sd };
+    let fitted = |freedom| FittedDrop { ball: paper_law::paper_engine(), freedom };
+    let (declared, calibrated) = (fitted(Freedom::Height), fitted(Freedom::Calibrated));
+    output.note("fitting restitution and damping to every training drop");
+    let augmented = RestitutionLaw::fitted(paper_law::paper_engine(), &data.train);
+    let models: [(&'static str, &dyn PrefixForecaster); 5] = [
+        ("Floor", &floor),
+        ("Least squares, declared", &declared),
+        ("Least squares, calibrated", &calibrated),
+        ("Physics augmented", &augmented),
+        ("Hybrid+", &net.model),
+    ];
+    let start = StartLaw::of(&data.train);
+    let mut rows = Vec::new();
+    for (sensor, sd) in SENSORS {
+        for (name, model) in models {
+            output.note(format!("{name}, {sensor}"));
+            rows.extend(scored(name, model, (sensor, Sensor::new(sd.to_vec())?), &start, &items, seed)?);
+        }
+    }
+    let result = ResultFile {
+        schema: "augsim.filtered/1",
+        scenario: "ball",
+        trajectories: items.items.len(),
+        particles: PARTICLES,
+        rows,
+        iterations,
+        seed,
+        command: repeat(words),
+    };
+    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+    let fan = narrowing(&net.model, &start, &items, seed)?;
+    let path = claim.write(REPORT, &page_of(&result, fan).render())?;
+    claim.write_timing(Times::of([&net]))?;
+    output.result(&result, || format!("{}report: {}", table(&result), path.display()))?;
+    Ok(Outcome::Done)
+}
+
+/// The rows of a model behind all prefixes through one sensor.
+fn scored(
+    name: &'static str,
+    model: &dyn PrefixForecaster,
+    (sensor_name, sensor): (&'static str, Sensor),
+    start: &StartLaw,
+    test: &Sequences,
+    seed: u64,
+) -> anyhow::Result<Vec<Row>> {
+    let settings = FilterSettings::new(PARTICLES, seed);
+    let lengths = behind_rows(&LENGTHS, test.items.len());
+    let scores = evaluate_filtered(model, test, (&sensor, start), &lengths, settings)?;
+    let row = |(seen, s): (usize, FilteredScore)| {
+        let errors = |percent, e: &[f64]| Errors { trans_percent: percent, pos_m: e[0], vel_m_s: e[1] };
+        Row {
+            protocol: "filtered",
+            model: name,
+            sensor: sensor_name,
+            seen,
+            whole: errors(s.whole_percent, &s.whole),
+            whole_se: [s.whole_se[0], s.whole_se[1]],
+            rest: errors(s.rest_percent, &s.rest),
+            common: [s.common[0], s.common[1]],
+            crps: [s.crps[0], s.crps[1]],
+            coverage50: s.coverage50,
+            coverage90: s.coverage90,
+        }
+    };
+    Ok(LENGTHS.into_iter().zip(scores).map(row).collect())
+}
+
+/// The drop that the page shows, behind these many heights of 2 mm.
+const SHOWN: [usize; 4] = [30, 60, 65, 90];
+
+/// Forecasts of the first test drop behind more and more rows.
+fn narrowing(model: &NetModel, start: &StartLaw, test: &Sequences, seed: u64) -> anyhow::Result<Block> {
+    let (name, sd) = SENSORS[1];
+    let sensor = Sensor::new(sd.to_vec())?;
+    let q = test.items.first().context("a test drop")?;
+    let rows = seen_rows(q, &sensor, Some(seed), 0);
+    let (id, columns) = (&q.id, sd.len());
+    let last = SHOWN[SHOWN.len() - 1];
+    let prefix = Prefix {
+        id,
+        rows: &rows[..last * columns],
+        sensor: &sensor,
+        start,
+        actions: &q.actions,
+        time: q.time,
+        index: 0,
+    };
+    let samples = model.forecasts(prefix, &SHOWN, FilterSettings::new(PARTICLES, seed))?;
+    let step_s = BulletBall::default().step_s;
+    let times: Vec<f64> = (0..q.time).map(|k| step_s * k as f64).collect();
+    let heights: Vec<f64> = q.states.iter().step_by(columns).copied().collect();
+    let caption = format!(
+        "Hybrid+ forecasts drop `{id}` of the test set behind its first heights, seen with {name}. Before the rebound the restitution \
+         is that of any drop; a few samples behind it the drop is known."
+    );
+    let forecasts: Vec<_> = SHOWN.into_iter().zip(samples).collect();
+    Ok(page::fans(("height", "m"), (&times, &heights), &forecasts, (0, columns), caption))
+}
+
+fn page_of(result: &ResultFile, fan: Block) -> augsim_report::page::Page {
+    let numbers = [
+        ("n", "", 0),
+        ("trans", "%", 3),
+        ("position", "m", 4),
+        ("velocity", "m/s", 3),
+        ("CRPS", "m", 4),
+        ("CRPS", "m/s", 3),
+        ("in 50 %", "%", 1),
+        ("in 90 %", "%", 1),
+    ];
+    let row = |r: &Row| {
+        let e = &r.whole;
+        let numbers = [r.seen as f64, e.trans_percent, e.pos_m, e.vel_m_s, r.crps[0], r.crps[1]].map(Some);
+        (
+            r.model.to_owned(),
+            numbers.into_iter().chain([r.coverage50, r.coverage90].map(page::percent)).collect(),
+        )
+    };
+    let table = |(sensor, _): (&str, _)| {
+        let rows = result.rows.iter().filter(|r| r.sensor == sensor).map(row);
+        page::table(format!("Sensor: {sensor}. Seen rows count as no error."), &numbers, rows)
+    };
+    let summary = format!(
+        "{} drops: n rows of 400 are seen, the rest is forecast; errors of the median of 100 samples.",
+        result.trajectories
+    );
+    let tables = SENSORS.map(|(name, sd)| table((name, sd))).into_iter().collect();
+    page::page(
+        ("Drops of which the beginning is seen", summary),
+        vec![fan],
+        tables,
+        (&result.command, result.seed),
+    )
+}
+
+/// The table of the whole definition, sensor by sensor.
+fn table(result: &ResultFile) -> String {
+    let mut out = format!(
+        "filtered forecasts of {} drops: n rows are seen, the rest is forecast; median of 100 samples, seen rows count as no \
+         error\n",
+        result.trajectories
+    );
+    for (sensor, _) in SENSORS {
+        let what = if sensor == "exact" { "every column" } else { "heights only" };
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            out,
+            "\nsensor: {sensor}, {what}\n  {:<27}{:>4}{:>9}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}",
+            "model", "n", "trans %", "pos m", "vel m/s", "CRPS m", "CRPS m/s", "in 50%", "in 90%"
+        );
+        for r in result.rows.iter().filter(|r| r.sensor == sensor) {
+            let _ = writeln!(
+                out,
+                "  {:<27}{:>4}{:>9.3}{:>9.4}{:>9.3}{:>9.4}{:>9.3}{:>8}{:>8}",
+                r.model,
+                r.seen,
+                r.whole.trans_percent,
+                r.whole.pos_m,
+                r.whole.vel_m_s,
+                r.crps[0],
+                r.crps[1],
+                page::percent_text(r.coverage50),
+                page::percent_text(r.coverage90)
+            );
+        }
+    }
+    out
+}

@@ -1,0 +1,364 @@
+//! Measured flights of table-tennis balls: physics as declared, as the loop augments it, with what differs from flight to flight
+//! learned from other flights, and with a net on what that leaves.
+
+use super::Plan;
+use super::believed::{self, scored};
+use super::page;
+use crate::reproduction::{claim, repeat};
+use anyhow::Context;
+use augsim_data::convert::CONVERTERS;
+use augsim_data::{Dataset, FrameClock, Trajectory, atomic_write, write_dataset};
+use augsim_discovery::Options;
+use augsim_physics::ball::{Axes, FLOOR};
+use augsim_physics::model::{Model, ModelFile};
+use augsim_physics::system::{Seed, System};
+use augsim_session::filtered::{OfSystem, Seen, View, of_built_in};
+use augsim_terminal::Outcome;
+use augsim_terminal::destination::{REPORT, RESULT};
+use augsim_terminal::output::Output;
+use augsim_terminal::record::Record;
+use augsim_trainer::SAMPLES;
+use augsim_trainer::filter::{Corrected, OwnLaws, Widened};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+/// Seconds seen.
+const SECONDS: [f64; 3] = [0.05, 0.1, 0.2];
+/// Seconds seen of the training flights that the net learns from.
+const LEARNED: [f64; 8] = [0.03, 0.05, 0.075, 0.1, 0.125, 0.15, 0.2, 0.25];
+/// Seconds ahead of the prefix that are also scored by themselves: as far as published errors of such flights go.
+const AHEAD_S: f64 = 0.42;
+/// One file number in so many is held out.
+const HELD_OUT: u32 = 3;
+/// The effect that is a spin of each flight's own.
+const SPIN: &str = "\n[[effect]]\nkind = \"spin-offset\"\n";
+/// Standard deviation that the laws of a spin begin with, rad/s, and its range (1,040 rad/s to each side): recorded spins are at
+/// times wrong by the whole of a spin, and a bound that such a flight meets costs its forecast.
+const SPIN_SD: f64 = 600.0;
+/// The height of the table is known to so much, m: the set says where a centre reads when the ball touches it.
+const FLOOR_SD: f64 = 0.004;
+/// Height of the ball below which it may touch the table, m.
+const NEAR_TABLE_M: f64 = 0.08;
+/// Steps over which a direction of flight is judged.
+const STEPS: usize = 3;
+
+#[derive(Debug, Serialize)]
+struct ResultFile {
+    schema: &'static str,
+    scenario: &'static str,
+    /// Flights learned from and held out.
+    train: usize,
+    held_out: usize,
+    /// Frames of the camera, s, and the jitter of the stamps about them, s.
+    frame_s: f64,
+    jitter_s: f64,
+    /// Noise of the positions, m, and the factor of it at which training flights are forecast best.
+    noise_m: Vec<f64>,
+    noise_factor: f64,
+    /// Factor of the spread behind each prefix at which the bands of training flights hold.
+    spread_factors: Vec<f64>,
+    /// Share of the net's correction that is applied, as it serves training flights that the net has not seen, and the factors of the
+    /// spread that it gives.
+    net_trust: f64,
+    net_spread_factors: Vec<f64>,
+    /// Mean and standard deviation from flight to flight of each number that is a flight's own.
+    own: BTreeMap<String, [f64; 2]>,
+    rows: Vec<Row>,
+    seed: u64,
+    command: String,
+}
+
+/// A model behind a prefix.
+#[derive(Debug, Serialize)]
+struct Row {
+    /// Always `filtered`.
+    protocol: &'static str,
+    model: &'static str,
+    /// Seconds seen.
+    seen_s: f64,
+    /// Flights scored.
+    flights: usize,
+    /// Median over flights of the mean error of the median over the rest.
+    rest_mm: f64,
+    /// The same over the rest within [`AHEAD_S`] of the prefix.
+    near_mm: f64,
+    /// The same over the rest before the first rebound.
+    in_flight_mm: f64,
+    /// Share in the 90 % band before the first rebound.
+    in_flight_coverage90: Option<f64>,
+    /// Mean over all rows of the rest: a few flights that end otherwise decide it.
+    rest_mean_mm: f64,
+    /// Median over flights of the mean continuous ranked probability score over the rest.
+    crps_mm: f64,
+    coverage50: Option<f64>,
+    coverage90: Option<f64>,
+}
+
+/// How a row of the table forecasts.
+#[derive(Clone, Copy)]
+enum Kind {
+    /// The model file as it stands.
+    AsItStands,
+    /// With the laws of what is a flight's own, and bands as wide as training flights ask for.
+    OwnLaws,
+    /// That, and a net on what it leaves.
+    Net,
+}
+
+/// Runs it.
+pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outcome> {
+    let seed = plan.seed;
+    let record = Record::new("reproduce filtered flights").setting("seed", seed).input("data", data);
+    let claim = claim(plan.out, record, &[data], plan.args.resume, plan.force)?;
+    claim.begin()?;
+    let (_, convert) = CONVERTERS.iter().find(|(name, _)| *name == super::FLIGHTS).context("a converter")?;
+    let converted = convert(data)?;
+    let declared = converted.model_toml.context("flights come with a model")?;
+    let clock = FrameClock::of(&converted.data).context("the stamps of the flights tell no frames")?;
+    let steady = until_they_turn(&clock.steady(&converted.data)?)?;
+    let held_out = |t: &Trajectory| t.id().parse::<u32>().is_ok_and(|n| n % HELD_OUT == 0);
+    let places = |held: bool| -> Vec<usize> {
+        (0..steady.trajectories().len()).filter(|&i| held_out(&steady.trajectories()[i]) == held).collect()
+    };
+    let (train, test) = (steady.select(&places(false)), steady.select(&places(true)));
+    for (name, set) in [("train.csv", &train), ("held-out.csv", &test)] {
+        write_dataset(set, &claim.folder().join(name))?;
+    }
+    output.note("finding what the declared model lacks");
+    let model = Model::parse(&declared, "model.toml")?;
+    let options = Options { seed, ..Options::default() };
+    let found = augsim_discovery::discover(&model, &train, &options, &mut |_| {})?;
+    atomic_write(&claim.folder().join("model.toml"), |w| w.write_all(found.model_toml.as_bytes()))?;
+    output.note("learning what differs from flight to flight");
+    let own = with_spin(&found.model_toml);
+    let opened = |text: &str, data: &Dataset| -> anyhow::Result<OfSystem> {
+        of_built_in(&ModelFile::parse(text, "model.toml")?, data, &View::default(), None)
+    };
+    let mut of_train = opened(&own, &train)?;
+    of_train.filter = of_train.filter.with_own(FLOOR, FLOOR_SD);
+    let laws = OwnLaws::learn(&of_train.filter, &of_train.data.set)?;
+    of_train.filter = of_train.filter.with_laws(laws.laws(), laws.noise());
+    let seen = seen_of(&train, &SECONDS);
+    let (noise_factor, sensor) = believed::noise(&of_train, &laws, (&seen, seed), output)?;
+    let spread = believed::spread(&of_train.filter, &of_train, &sensor, (&seen, seed))?;
+    output.note("learning what that leaves");
+    let learned = seen_of(&train, &LEARNED);
+    let (correction, net_spread) = believed::correction(&of_train, &sensor, &learned, (&seen, seed))?;
+    let in_flight = before_the_rebound(&test)?;
+    let near = SECONDS.iter().map(|seen_s| near(&test, *seen_s)).collect::<anyhow::Result<Vec<_>>>()?;
+    // Rows seen of each flight, those of the parts before the rebound included.
+    let lengths = seen_of(&test, &SECONDS);
+    let mut rows = Vec::new();
+    for (name, text, kind) in [
+        ("Physics", &declared, Kind::AsItStands),
+        ("Physics augmented", &found.model_toml, Kind::AsItStands),
+        ("Physics augmented, own spin", &own, Kind::OwnLaws),
+        ("Hybrid", &own, Kind::Net),
+    ] {
+        output.note(name);
+        let score = |data: &Dataset| -> anyhow::Result<_> {
+            let OfSystem { mut filter, data, sensor: stated, start } = opened(text, data)?;
+            let prefixes = (&lengths[..], seed);
+            if let Kind::AsItStands = kind {
+                return scored(&filter, &data, (&stated, &start), prefixes);
+            }
+            filter = filter.with_own(FLOOR, FLOOR_SD).with_laws(laws.laws(), laws.noise());
+            let known = (&sensor, &start);
+            if let Kind::OwnLaws = kind {
+                return scored(&Widened::new(&filter, &spread), &data, known, prefixes);
+            }
+            let corrected = Corrected::new(&filter, &correction);
+            scored(&Widened::new(&corrected, &net_spread), &data, known, prefixes)
+        };
+        let (rest, flight) = (score(&test)?, score(&in_flight)?);
+        for (k, seen_s) in SECONDS.into_iter().enumerate() {
+            let (rest, flight) = (&rest[k], &flight[k]);
+            let near = score(&near[k])?.swap_remove(k);
+            rows.push(Row {
+                protocol: "filtered",
+                model: name,
+                seen_s,
+                flights: rest.trajectories,
+                rest_mm: 1e3 * rest.rest_of_most[0],
+                near_mm: 1e3 * near.rest_of_most[0],
+                in_flight_mm: 1e3 * flight.rest_of_most[0],
+                in_flight_coverage90: flight.coverage90,
+                rest_mean_mm: 1e3 * rest.rest[0],
+                crps_mm: 1e3 * rest.crps_of_most[0],
+                coverage50: rest.coverage50,
+                coverage90: rest.coverage90,
+            });
+        }
+    }
+    let words =
+        ["filtered", "--scenario", "flights", "--seed", &seed.to_string(), "--data"].map(str::to_owned);
+    let result = ResultFile {
+        schema: "augsim.filtered-flights/1",
+        scenario: "flights",
+        train: train.trajectories().len(),
+        held_out: test.trajectories().len(),
+        frame_s: clock.period_s,
+        jitter_s: clock.jitter_s,
+        noise_m: laws.noise().to_vec(),
+        noise_factor,
+        spread_factors: spread,
+        net_trust: correction.trust(),
+        net_spread_factors: net_spread,
+        own: named(&laws, &own)?,
+        rows,
+        seed,
+        command: repeat(words.into_iter().chain([data.display().to_string()]).collect()),
+    };
+    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+    let path = claim.write(REPORT, &page_of(&result).render())?;
+    output.result(&result, || format!("{}report: {}", table(&result), path.display()))?;
+    Ok(Outcome::Done)
+}
+
+/// The laws by the names of their parameters.
+fn named(laws: &OwnLaws, model: &str) -> anyhow::Result<BTreeMap<String, [f64; 2]>> {
+    let system = Model::parse(model, "model.toml")?.open(Axes::Space);
+    let name = |seed: &Seed| match seed {
+        Seed::Parameter(i) => system.quantity(*i).name,
+        Seed::Start(i) => format!("start {i}"),
+        Seed::Offset(i) => format!("offset {i}"),
+    };
+    Ok(laws.laws().iter().map(|(seed, mean, sd)| (name(seed), [*mean, *sd])).collect())
+}
+
+/// Rows seen of each flight behind so many seconds.
+fn seen_of(data: &Dataset, seconds: &[f64]) -> Vec<Vec<usize>> {
+    let of = |t: &Trajectory| seconds.iter().map(|s| Seen::Seconds(*s).rows(t.time_s())).collect();
+    data.trajectories().iter().map(of).collect()
+}
+
+/// The model with a spin of each flight's own.
+fn with_spin(model: &str) -> String {
+    let range = SPIN_SD * 12_f64.sqrt() / 2.0;
+    let axis = |axis: &str| {
+        format!(
+            "{axis}_rad_s = {{ nominal = 0.0, min = {:.1}, max = {range:.1}, per = \"trajectory\" }}\n",
+            -range
+        )
+    };
+    format!("{model}{SPIN}{}{}{}", axis("x"), axis("y"), axis("z"))
+}
+
+/// The flights up to where the ball turns back along the table: a player hit it.
+fn until_they_turn(data: &Dataset) -> anyhow::Result<Dataset> {
+    let y = data.column_index("y_m")?;
+    cut(data, |t| {
+        let y = t.column(y);
+        let way = |k: usize| y[k + STEPS] - y[k];
+        let last = t.len().saturating_sub(STEPS);
+        (1..last).find(|&k| way(k) * way(0) < 0.0).unwrap_or(t.len())
+    })
+}
+
+/// The flights up to [`AHEAD_S`] behind a prefix of so many seconds.
+fn near(data: &Dataset, seen_s: f64) -> anyhow::Result<Dataset> {
+    cut(data, |t| {
+        let times = t.time_s();
+        let last = times[Seen::Seconds(seen_s).rows(times) - 1];
+        times.partition_point(|time| *time <= last + AHEAD_S)
+    })
+}
+
+/// The flights up to the first rebound.
+fn before_the_rebound(data: &Dataset) -> anyhow::Result<Dataset> {
+    let z = data.column_index("z_m")?;
+    cut(data, |t| {
+        let z = t.column(z);
+        let turns = |k: usize| {
+            z[k] < NEAR_TABLE_M
+                && z[k] < z[k - STEPS]
+                && z[k] < z[k + STEPS]
+                && z[k] <= z[k - 1]
+                && z[k] <= z[k + 1]
+        };
+        (STEPS..t.len().saturating_sub(STEPS)).find(|&k| turns(k)).unwrap_or(t.len())
+    })
+}
+
+/// The samples of each trajectory up to an index, at least one.
+fn cut(data: &Dataset, end: impl Fn(&Trajectory) -> usize) -> anyhow::Result<Dataset> {
+    let shorter = |t: &Trajectory| {
+        let end = end(t).max(1);
+        t.with_samples(t.time_s()[..end].to_vec(), t.values().iter().map(|v| v[..end].to_vec()).collect())
+    };
+    let all = data.trajectories().iter().map(shorter).collect::<Result<_, _>>()?;
+    Ok(Dataset::new(data.columns().to_vec(), all)?)
+}
+
+fn page_of(result: &ResultFile) -> augsim_report::page::Page {
+    let ahead = format!("{AHEAD_S} s ahead");
+    let numbers = [
+        ("seen", "s", 2),
+        ("rest", "mm", 1),
+        (&ahead[..], "mm", 1),
+        ("in flight", "mm", 1),
+        ("mean", "mm", 1),
+        ("CRPS", "mm", 1),
+        ("in 50 %", "%", 1),
+        ("in 90 %", "%", 1),
+    ];
+    let row = |r: &Row| {
+        let errors = [r.seen_s, r.rest_mm, r.near_mm, r.in_flight_mm, r.rest_mean_mm, r.crps_mm].map(Some);
+        let bands = [r.coverage50, r.coverage90].map(page::percent);
+        (r.model.to_owned(), errors.into_iter().chain(bands).collect())
+    };
+    let caption = format!(
+        "Median over {} held-out flights of the mean error of the median of {SAMPLES} samples, and of the mean CRPS; {ahead}: \
+         of the rest that far behind the prefix; in flight: before the first rebound; mean: over all rows.",
+        result.held_out
+    );
+    let summary = format!(
+        "{} flights of table-tennis balls, {} others to learn from; the first part of a second is seen, the rest is forecast.",
+        result.held_out, result.train
+    );
+    let tables = vec![page::table(caption, &numbers, result.rows.iter().map(row))];
+    page::page(("Measured flights", summary), Vec::new(), tables, (&result.command, result.seed))
+}
+
+fn table(result: &ResultFile) -> String {
+    let mut out = format!(
+        "filtered forecasts of {} measured flights, {} others to learn from: the beginning is seen, the rest is forecast; median \
+         over flights of the mean error of the median of {SAMPLES} samples; stamps on frames of {:.3} ms (jitter {:.2} ms)\n  \
+         {:<30}{:>7}{:>9}{:>10}{:>14}{:>14}{:>10}{:>9}{:>8}{:>8}\n",
+        result.held_out,
+        result.train,
+        1e3 * result.frame_s,
+        1e3 * result.jitter_s,
+        "model",
+        "seen s",
+        "flights",
+        "rest mm",
+        format!("to {AHEAD_S} s mm"),
+        "in flight mm",
+        "mean mm",
+        "CRPS mm",
+        "in 50%",
+        "in 90%"
+    );
+    for r in &result.rows {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            out,
+            "  {:<30}{:>7}{:>9}{:>10.1}{:>14.1}{:>14.1}{:>10.1}{:>9.1}{:>8}{:>8}",
+            r.model,
+            r.seen_s,
+            r.flights,
+            r.rest_mm,
+            r.near_mm,
+            r.in_flight_mm,
+            r.rest_mean_mm,
+            r.crps_mm,
+            page::percent_text(r.coverage50),
+            page::percent_text(r.coverage90)
+        );
+    }
+    out
+}

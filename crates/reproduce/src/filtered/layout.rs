@@ -1,0 +1,85 @@
+//! Pushes laid out as the MIT set, each at another place, angle and speed: the beginning is seen, the rest is forecast.
+
+use super::Plan;
+use super::push_physics::{fitted, way};
+use super::push_row::Row;
+use crate::experiment::Sizes;
+use crate::experiment::data::Laboratory;
+use augsim_session::run_dir::Config;
+use augsim_terminal::destination::Claim;
+use augsim_terminal::output::Output;
+use augsim_terminal::training;
+use augsim_trainer::filter::{
+    Conditioned, FilterSettings, PrefixForecaster, Sensor, StartLaw, evaluate_filtered,
+};
+use augsim_trainer::{Recipe, Sequence, Sequences, Settings};
+
+/// Shares of a push's samples that are seen.
+const SHARES: [f64; 4] = [0.1, 0.25, 0.5, 0.75];
+/// Pushes to train on and to score, and the same with `--quick`.
+const PUSHES: [[usize; 2]; 2] = [[2500, 200], [400, 20]];
+/// Particles of models that simulate every draw.
+pub const PARTICLES: usize = 64;
+/// Iterations of Hybrid+, and with `--quick`.
+const ITERATIONS: [u64; 2] = [3000, 500];
+
+/// Scores every model behind readings of `sensor`, that of the laboratory; `None` if the user stopped it.
+pub fn rows(
+    plan: Plan<'_>,
+    sensor: &Sensor,
+    claim: &Claim,
+    output: &Output,
+) -> anyhow::Result<Option<Vec<Row>>> {
+    let quick = usize::from(plan.args.quick);
+    let [train, test] = PUSHES[quick];
+    output.note(format!("making {train} pushes of the MIT layout to learn from and {test} others"));
+    let laboratory = Laboratory::new(&Sizes { train, test, ..Sizes::quick() }, plan.seed)?;
+    let Laboratory { declared, source, train, test, .. } = laboratory;
+    let config = Config {
+        checkpoint_every: 500,
+        data: source,
+        accept: Vec::new(),
+        residual_of: None,
+        settings: Settings::new(Recipe::HybridPlus, ITERATIONS[quick], plan.seed, test.engine.clone()),
+    };
+    let folder = claim.folder().join("hybrid-plus");
+    let Some(net) = training::train_again(&folder, &config, &train, plan.args.resume, output)? else {
+        return Ok(None);
+    };
+    let items = &test.items;
+    let way_of = |q: &Sequence| {
+        let [x, y, t] = [0, 1, 2].map(|j| q.actions.iter().skip(j).step_by(3).copied().collect());
+        way(&q.id, t, [x, y])
+    };
+    let ways: Vec<_> = items.items.iter().map(way_of).collect();
+    let [pose, own] = &fitted(&declared, &ways);
+    let (conditioned, plain) = (Conditioned::new(&net.model), Conditioned::not_at_all(&net.model));
+    let models: [(&'static str, &dyn PrefixForecaster); 4] = [
+        (pose.0, &pose.1),
+        (own.0, &own.1),
+        ("Hybrid+, from the first pose", &plain),
+        ("Hybrid+, conditioned on what is seen", &conditioned),
+    ];
+    let mut out = Vec::new();
+    for (name, model) in models {
+        output.note(name);
+        out.extend(scored((name, model), (sensor, &StartLaw::of(&train)), items, plan.seed)?);
+    }
+    Ok(Some(out))
+}
+
+/// The rows of a model, one a share seen.
+fn scored(
+    (name, model): (&'static str, &dyn PrefixForecaster),
+    known: (&Sensor, &StartLaw),
+    test: &Sequences,
+    seed: u64,
+) -> anyhow::Result<Vec<Row>> {
+    // Poses are measured: nothing is added to what is seen, and the sensor's noise is in what is scored.
+    let settings = FilterSettings { is_measured: true, ..FilterSettings::new(PARTICLES, seed) };
+    let behind = |time: usize| SHARES.iter().map(|share| ((share * time as f64) as usize).max(1)).collect();
+    let lengths: Vec<Vec<usize>> = test.items.iter().map(|q| behind(q.time)).collect();
+    let scores = evaluate_filtered(model, test, known, &lengths, settings)?;
+    let each = scores.into_iter().zip(SHARES);
+    Ok(each.map(|(score, share)| Row::new("mit", name, &score).behind_share(share)).collect())
+}

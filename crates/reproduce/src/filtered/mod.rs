@@ -1,0 +1,84 @@
+//! `reproduce filtered`: the beginning is seen, the rest is forecast, by every model behind the same prefixes; drops, a push that
+//! is repeated, and measured flights in turn, each in a folder of its own.
+
+mod ball;
+mod believed;
+mod flights;
+mod layout;
+mod page;
+mod push;
+mod push_physics;
+mod push_row;
+
+use crate::args::{Part, Reproduce};
+use augsim_session::usage::Inapplicable;
+use augsim_terminal::output::Output;
+use augsim_terminal::{Outcome, Usage};
+use std::path::{Path, PathBuf};
+
+/// Folder of the measured flights in the folder of all sets.
+const FLIGHTS: &str = "spindoe-table-tennis";
+
+/// How and where a part is run.
+#[derive(Debug, Clone, Copy)]
+struct Plan<'a> {
+    /// Its folder.
+    out: &'a Path,
+    /// Its data; made where there are none.
+    data: Option<&'a Path>,
+    /// The command line.
+    args: &'a Reproduce,
+    seed: u64,
+    force: bool,
+}
+
+/// Runs it.
+pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    let out = args.out.clone().unwrap_or_else(|| "out/filtered".into());
+    let parts = match args.part {
+        Some(one) => vec![one],
+        None => vec![Part::Ball, Part::Push, Part::Flights],
+    };
+    for part in parts {
+        let data = data_of(part, args.data.as_deref());
+        let folder = out.join(part.name());
+        let plan = Plan { out: &folder, data: data.as_deref(), args, seed, force };
+        let outcome = match part {
+            Part::Ball => ball::run(plan, output)?,
+            Part::Push => push::run(plan, output)?,
+            Part::Flights => match plan.data {
+                Some(data) => flights::run(plan, data, output)?,
+                None if args.part.is_some() => {
+                    let folder = FLIGHTS;
+                    return Err(Usage::Inapplicable(Inapplicable::FlightsUnmeasured { folder }).into());
+                }
+                None => {
+                    output.note(format!("no measured flights: --data names no folder of `{FLIGHTS}`"));
+                    Outcome::Done
+                }
+            },
+        };
+        if outcome != Outcome::Done {
+            return Ok(outcome);
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+/// The folder of a part: that of its own set, or in the folder of all sets; none where its data are made.
+fn data_of(part: Part, data: Option<&Path>) -> Option<PathBuf> {
+    let data = data?;
+    let (name, file) = match part {
+        Part::Ball => (crate::chain::PYBULLET, "test_1000.csv.gz"),
+        Part::Flights => (FLIGHTS, "index.csv"),
+        Part::Push => return None,
+    };
+    let inside = data.join(name);
+    if inside.is_dir() {
+        return Some(inside);
+    }
+    // Any folder is asked for drops, so that one without them is named.
+    (part == Part::Ball && !data.join(FLIGHTS).is_dir() && !data.join("index.csv").is_file()
+        || data.join(file).is_file())
+    .then(|| data.to_owned())
+}

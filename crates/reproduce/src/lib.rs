@@ -1,0 +1,13 @@
+#![doc = include_str!("../README.md")]
+
+mod absent;
+pub mod args;
+mod chain;
+pub mod experiment;
+mod filtered;
+mod league;
+mod reproduction;
+mod systems;
+mod tables;
+
+pub use tables::run;

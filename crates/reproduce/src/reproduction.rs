@@ -1,0 +1,48 @@
+//! The frame of all reproductions: their size, the folder of their results, the command that repeats them.
+
+use augsim_session::command_line::quoted;
+use augsim_session::run_dir::CHECKPOINT;
+use augsim_session::usage::PathFault;
+use augsim_terminal::Usage;
+use augsim_terminal::destination::{Claim, REPORT, RESULT, Results};
+use augsim_terminal::record::Record;
+use std::path::{Path, PathBuf};
+
+/// The paper's number of iterations.
+pub const ITERATIONS: u64 = 10_000;
+
+/// The command that repeats a reproduction, as a shell reads it; the folder of the results does not decide them.
+pub fn repeat(words: Vec<String>) -> String {
+    let head = ["augsim", "reproduce"].map(str::to_owned);
+    let all: Vec<String> = head.into_iter().chain(words).chain(["--out", "DIR"].map(str::to_owned)).collect();
+    quoted(&all)
+}
+
+/// Claims the folder of a reproduction. Nets that are there are gone on with or, with `force`, thrown away.
+pub fn claim(
+    folder: &Path,
+    record: Record,
+    inputs: &[&Path],
+    resume: bool,
+    force: bool,
+) -> anyhow::Result<Claim> {
+    let claim = Results { folder, files: &[RESULT, REPORT], inputs, record, force }.claim()?;
+    if let Some(net) = trained_net(folder, 2).filter(|_| !resume && !force) {
+        return Err(Usage::path(&net, PathFault::NetOfReproduction).into());
+    }
+    Ok(claim)
+}
+
+/// A run directory with a checkpoint at most `depth` folders below `folder`.
+fn trained_net(folder: &Path, depth: u32) -> Option<PathBuf> {
+    if depth == 0 {
+        return None;
+    }
+    let inner = std::fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).filter(|p| p.is_dir());
+    let mut inner: Vec<PathBuf> = inner.collect();
+    inner.sort_unstable();
+    inner.into_iter().find_map(|path| match path.join(CHECKPOINT).exists() {
+        true => Some(path),
+        false => trained_net(&path, depth - 1),
+    })
+}

@@ -1,0 +1,245 @@
+//! `reproduce systems`: benchmark sets declared as textbooks do, calibrated, augmented, and with formulas where the library is
+//! emptied and a net on what is left, in the benchmarks' own metrics.
+
+mod net;
+mod page;
+mod sets;
+
+use crate::absent::Absent;
+use crate::args::Reproduce;
+use crate::reproduction::{claim, repeat};
+use anyhow::Context;
+use augsim_data::{Dataset, atomic_write, write_dataset};
+use augsim_discovery::Discovery;
+use augsim_session::usage::Missing;
+use augsim_session::written::fit::fit;
+use augsim_session::written::forecast::{free_runs, rows};
+use augsim_session::written::records::records;
+use augsim_session::{folders, written};
+use augsim_terminal::destination::{REPORT, RESULT};
+use augsim_terminal::discover_args::{Accept, Discover, Library};
+use augsim_terminal::discovery::close_loop;
+use augsim_terminal::output::Output;
+use augsim_terminal::record::Record;
+use augsim_terminal::{Outcome, Usage};
+use augsim_written::Model;
+use net::{ITERATIONS, Net, Plan, net};
+use serde::Serialize;
+use sets::{Published, SETS, Set};
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Results of `reproduce systems`.
+#[derive(Debug, Serialize)]
+struct ResultFile {
+    schema: &'static str,
+    scenario: &'static str,
+    sets: Vec<SetRow>,
+    seed: u64,
+}
+
+/// Scores and findings on one set.
+#[derive(Debug, Serialize)]
+struct SetRow {
+    set: &'static str,
+    metric: &'static str,
+    source: &'static str,
+    unit: &'static str,
+    /// Test error as declared, after calibration, and with what was found.
+    declared: Option<f64>,
+    calibrated: Option<f64>,
+    augmented: Scored,
+    /// Test error with a formula that was found with the library emptied; absent in a quick run.
+    formula: Option<Scored>,
+    /// Test scores of Hybrid+ on what the augmented model leaves; absent in a quick run.
+    hybrid: Option<Net>,
+    published: &'static [Published],
+}
+
+/// A discovery with its error on the test record.
+#[derive(Debug, Serialize)]
+struct Scored {
+    /// Absent where the free run does not stay finite.
+    error: Option<f64>,
+    kinds: Vec<String>,
+    verdict: augsim_discovery::Verdict,
+    sentence: String,
+    /// Its report, from the folder of the results.
+    report: PathBuf,
+}
+
+/// Runs it.
+pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
+        return Err(Usage::Missing(Missing::MeasuredSets { scenario: "systems" }).into());
+    };
+    let there: Vec<&Set> = SETS.iter().filter(|set| data.join(set.name).is_dir()).collect();
+    if there.is_empty() {
+        let sets = SETS.map(|set| set.name).to_vec();
+        return Err(Absent::Systems { data: data.to_owned(), sets }.into());
+    }
+    let out = args.out.clone().unwrap_or_else(|| "out/systems".into());
+    let plan = Plan { iterations: args.iterations.unwrap_or(ITERATIONS), seed, resume: args.resume };
+    let record = Record::new("reproduce systems")
+        .setting("seed", seed)
+        .setting("quick", args.quick)
+        .setting("iterations", plan.iterations)
+        .input("data", data);
+    let claim = claim(&out, record, &[data], args.resume, force)?;
+    claim.begin()?;
+    for set in SETS.iter().filter(|set| !data.join(set.name).is_dir()) {
+        output.note(format!("{}: not there, left out", data.join(set.name).display()));
+    }
+    let mut sets = Vec::new();
+    for set in there {
+        match one(set, data, &out, (plan, args.quick), output)? {
+            Some(row) => sets.push(row),
+            None => return Ok(Outcome::Interrupted),
+        }
+    }
+    let result = ResultFile { schema: "augsim.reproduce/1", scenario: "systems", sets, seed };
+    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+    let html = page::page(&result, data, &command(args, data, seed)).render();
+    let report = claim.write(REPORT, &html)?;
+    claim.write_timing(())?;
+    output.result(&result, || format!("{}report: {}", text(&result), report.display()))?;
+    Ok(Outcome::Done)
+}
+
+/// The command that repeats it.
+fn command(args: &Reproduce, data: &Path, seed: u64) -> String {
+    let mut words = vec!["systems".to_owned(), "--data".to_owned(), data.display().to_string()];
+    if args.quick {
+        words.push("--quick".to_owned());
+    }
+    if let Some(iterations) = args.iterations {
+        words.extend(["--iterations".to_owned(), iterations.to_string()]);
+    }
+    words.extend(["--seed".to_owned(), seed.to_string()]);
+    repeat(words)
+}
+
+/// Declares, calibrates and augments the model of a set on its training record, and scores all on its test record.
+fn one(
+    set: &Set,
+    data: &Path,
+    out: &Path,
+    (plan, quick): (Plan, bool),
+    output: &Output,
+) -> anyhow::Result<Option<SetRow>> {
+    let records_of = (set.read)(&data.join(set.name))?;
+    let folder = out.join(set.name);
+    folders::make(&folder)?;
+    let (model_path, train_path) = (folder.join("declared.toml"), folder.join("train.csv.gz"));
+    atomic_write(&model_path, |w| w.write_all(set.model.as_bytes()))?;
+    write_dataset(&records_of.train, &train_path)?;
+    let test_path = folder.join("test.csv.gz");
+    write_dataset(&records_of.test, &test_path)?;
+    output.note(format!("{}: calibrating", set.name));
+    let declared = written::read(&model_path)?;
+    let fitted = fit(&declared, &records(&records_of.train, &declared, true)?)?.model;
+    // What was declared is run with the hold that was found: the file leaves it open.
+    let mut as_declared = declared.clone();
+    for (input, found) in as_declared.inputs.iter_mut().zip(&fitted.inputs) {
+        input.hold = found.hold;
+    }
+    let score = |model: &Model| error(set, model, &records_of.test);
+    let scored = |library: Library, sub: &Path, name: PathBuf| -> anyhow::Result<Scored> {
+        let args = Discover {
+            model: model_path.clone(),
+            data: train_path.clone(),
+            out: sub.to_owned(),
+            null_runs: 19,
+            group: Vec::new(),
+            time_limit: None,
+            library,
+            accept: Accept::default(),
+        };
+        // The claim on the outer folder decided what may be replaced here.
+        let found: Discovery = close_loop(&args, plan.seed, true, output)?;
+        output.note(format!("{}: {}", set.name, found.sentence));
+        let augmented = sub.join("model.toml");
+        let model = written::read(&augmented).with_context(|| augmented.display().to_string())?;
+        Ok(Scored {
+            error: score(&model),
+            kinds: found.effects.iter().map(|e| e.kind.clone()).collect(),
+            verdict: found.verdict,
+            sentence: found.sentence,
+            report: name.join(REPORT),
+        })
+    };
+    let augmented = scored(Library::Generic, &folder, PathBuf::from(set.name))?;
+    let formula = if quick {
+        None
+    } else {
+        let sub = folder.join("formula");
+        folders::make(&sub)?;
+        Some(scored(Library::None, &sub, Path::new(set.name).join("formula"))?)
+    };
+    let hybrid = if quick {
+        None
+    } else {
+        output.note(format!("{}: a net on what is left", set.name));
+        match net(set, &folder, &test_path, plan, output)? {
+            None => return Ok(None),
+            trained => trained,
+        }
+    };
+    Ok(Some(SetRow {
+        set: set.name,
+        metric: set.metric,
+        source: set.source,
+        unit: set.unit.0,
+        declared: score(&as_declared),
+        calibrated: score(&fitted),
+        augmented,
+        formula,
+        hybrid,
+        published: set.published,
+    }))
+}
+
+/// Error of a model's free run on the test record, in the unit of the set's table; nothing where the run does not stay finite.
+fn error(set: &Set, model: &Model, test: &Dataset) -> Option<f64> {
+    let list = records(test, model, false).ok()?;
+    let runs = free_runs(model, &list, set.burn_in).ok()?;
+    let row = rows(model, &runs).into_iter().next()?;
+    Some(set.unit.1 * row.rmse).filter(|e| e.is_finite())
+}
+
+fn text(result: &ResultFile) -> String {
+    let mut out = String::new();
+    for s in &result.sets {
+        let shown =
+            |error: Option<f64>| error.map_or("runs away".to_owned(), |e| format!("{e:.3} {}", s.unit));
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "{} ({})", s.set, s.metric);
+        let _ = writeln!(out, "  declared {}, calibrated {}", shown(s.declared), shown(s.calibrated));
+        let _ = writeln!(out, "  augmented {}: {}", shown(s.augmented.error), s.augmented.kinds.join(" + "));
+        if let Some(formula) = &s.formula {
+            let _ =
+                writeln!(out, "  library emptied {}: {}", shown(formula.error), formula.kinds.join(" + "));
+        }
+        if let Some(net) = &s.hybrid {
+            let _ = writeln!(
+                out,
+                "  Hybrid+ on what is left {}: CRPS {}, {:.0} % in the 50 % band, {:.0} % in the 90 % band, {:.0} % of its corrections taken",
+                shown(net.error),
+                shown(net.crps),
+                100.0 * net.coverage50,
+                100.0 * net.coverage90,
+                100.0 * net.gain
+            );
+        }
+        let published: Vec<String> = s
+            .published
+            .iter()
+            .map(|p| {
+                format!("{} {} {}{}", p.method, p.error, s.unit, if p.verified { "" } else { " (recalled)" })
+            })
+            .collect();
+        let _ = writeln!(out, "  published: {}\n", published.join(", "));
+    }
+    out
+}

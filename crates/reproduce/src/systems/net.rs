@@ -1,0 +1,73 @@
+//! Hybrid+ on what the augmented model of a set leaves: trained on the training record, scored on the test record.
+
+use super::sets::Set;
+use augsim_discovery::ForetellOptions;
+use augsim_session::DataFrom;
+use augsim_session::configure::{CHECKPOINT_EVERY, Corrected};
+use augsim_session::foretell::net_scores;
+use augsim_session::run_data;
+use augsim_session::run_dir::{Config, DataSource};
+use augsim_terminal::output::Output;
+use augsim_terminal::training::train_again;
+use augsim_trainer::{Recipe, SAMPLES, Settings};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Iterations where none are asked for: on these records the loss falls no further.
+pub const ITERATIONS: u64 = 2000;
+
+/// Scores of a net on the test record, in the unit of the set's table.
+#[derive(Debug, Serialize)]
+pub struct Net {
+    /// Root mean square error of the mean of the draws.
+    pub error: Option<f64>,
+    /// Continuous ranked probability score of the draws.
+    pub crps: Option<f64>,
+    /// Share of the record in the 50 and 90 % bands.
+    pub coverage50: f64,
+    pub coverage90: f64,
+    /// Share of the mean corrections that held-out parts of the training record allow.
+    pub gain: f64,
+    /// Its run, from the folder of the results.
+    pub run: PathBuf,
+}
+
+/// Settings of the training.
+#[derive(Debug, Clone, Copy)]
+pub struct Plan {
+    pub iterations: u64,
+    pub seed: u64,
+    pub resume: bool,
+}
+
+/// Trains and scores; `found` is the folder of the discovery. Nothing where the user stopped it.
+pub fn net(set: &Set, found: &Path, test: &Path, plan: Plan, output: &Output) -> anyhow::Result<Option<Net>> {
+    let train = found.join("train.csv.gz");
+    let corrected = Corrected::Folder(found.to_owned());
+    let recipe = Recipe::HybridPlus;
+    let (engine, _) = corrected.engine(&DataFrom::from(&train), recipe)?;
+    let config = Config {
+        checkpoint_every: CHECKPOINT_EVERY,
+        accept: Vec::new(),
+        residual_of: corrected.residual_of(),
+        data: DataSource::File(train),
+        settings: Settings::new(recipe, plan.iterations, plan.seed, engine),
+    };
+    let (records, warnings) = run_data::admitted(&config)?;
+    output.warn(&warnings);
+    let Some(trained) = train_again(&found.join("net"), &config, &records, plan.resume, output)? else {
+        return Ok(None);
+    };
+    let options = ForetellOptions { seed: plan.seed, draws: SAMPLES, only: None };
+    let scores = net_scores(&trained.model, &DataFrom::from(test), set.burn_in, &options)?;
+    let scaled = |v: f64| Some(set.unit.1 * v).filter(|v| v.is_finite());
+    let row = scores.first();
+    Ok(Some(Net {
+        error: row.and_then(|r| scaled(r.row.rmse)),
+        crps: row.and_then(|r| scaled(r.crps)),
+        coverage50: row.map_or(0.0, |r| r.coverage50),
+        coverage90: row.map_or(0.0, |r| r.coverage90),
+        gain: trained.model.trust().map_or(1.0, |trust| trust.gain),
+        run: Path::new(set.name).join("net"),
+    }))
+}

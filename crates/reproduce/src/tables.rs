@@ -1,0 +1,172 @@
+//! `augsim reproduce`.
+
+use crate::absent::Absent;
+use crate::args::{NetArg, Reproduce, Scenario};
+use crate::chain;
+use crate::experiment::data::Data;
+use crate::experiment::{Sizes, ball, push, runs_folder};
+use crate::filtered;
+use crate::league;
+use crate::reproduction::{ITERATIONS, claim, repeat};
+use crate::systems;
+use augsim_session::run_dir::DataSource;
+use augsim_session::usage::Inapplicable;
+use augsim_terminal::output::Output;
+use augsim_terminal::record::Record;
+use augsim_terminal::{Outcome, Usage};
+use augsim_trainer::Recipe;
+use std::path::{Path, PathBuf};
+
+/// The paper's number of training trajectories.
+const TRAIN: usize = 800;
+/// Added to the seed of generated training data, so that test data are other draws.
+const TEST_SEED_OFFSET: u64 = 1_000_000;
+
+/// Runs the subcommand.
+pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    if args.net.is_some() && args.scenario != Scenario::Push {
+        return Err(Usage::Inapplicable(Inapplicable::NetAlone).into());
+    }
+    if args.part.is_some() && !matches!(args.scenario, Scenario::League | Scenario::Filtered) {
+        return Err(Usage::Inapplicable(Inapplicable::OneScenario).into());
+    }
+    match args.scenario {
+        Scenario::Ball => drops(args, seed, force, output),
+        Scenario::Push => pushing(args, seed, force, output),
+        Scenario::Loop => chain::run(args, seed, force, output),
+        Scenario::Systems => systems::run(args, seed, force, output),
+        Scenario::Filtered => filtered::run(args, seed, force, output),
+        Scenario::League => league::run(args, seed, force, output),
+    }
+}
+
+fn drops(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    let out = args.out.clone().unwrap_or_else(|| "out/ball".into());
+    let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
+    if let Some(dir) = args.data.as_ref().filter(|dir| !dir.is_dir()) {
+        return Err(Absent::Drops { folder: dir.clone() }.into());
+    }
+    let mut record = Record::new("reproduce ball").setting("seed", seed).setting("iterations", iterations);
+    let mut words = words(&["ball", "--iterations", &iterations.to_string(), "--seed", &seed.to_string()]);
+    let (train, test, test_name) = match &args.data {
+        Some(dir) => (
+            DataSource::File(dir.join("train.csv.gz")),
+            DataSource::File(dir.join("test_1000.csv.gz")),
+            "test_1000".to_owned(),
+        ),
+        None => (
+            DataSource::PaperLaw { trajectories: TRAIN, seed },
+            DataSource::PaperLaw {
+                trajectories: args.test_drops as usize,
+                seed: seed.wrapping_add(TEST_SEED_OFFSET),
+            },
+            "generated".to_owned(),
+        ),
+    };
+    let mut inputs = Vec::new();
+    for (name, source) in [("train", &train), ("test", &test)] {
+        if let DataSource::File(path) = source {
+            record = record.input(name, path);
+            inputs.push(path.as_path());
+        }
+    }
+    match &args.data {
+        Some(folder) => words.extend(["--data".to_owned(), folder.display().to_string()]),
+        None => {
+            record = record.setting("test-drops", args.test_drops);
+            words.extend(["--test-drops".to_owned(), args.test_drops.to_string()]);
+        }
+    }
+    let claim = claim(&out, record, &inputs, args.resume, force)?;
+    let nets = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus];
+    let experiment = ball::experiment(
+        "Bouncing ball: forecasts from the first state",
+        &test_name,
+        &nets.map(|recipe| (recipe, iterations)),
+        (repeat(words), seed, args.resume),
+    );
+    let (data, truth) = Data::drops(&train, &test)?;
+    let Some(finished) = experiment.run(&data, Some(&truth), &claim, output)? else {
+        return Ok(Outcome::Interrupted);
+    };
+    finished.tell(output)?;
+    Ok(Outcome::Done)
+}
+
+fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
+    let (mut published, mut runs) = (None, None);
+    if let Some(folder) = &args.data {
+        published = Data::is_published(folder).then(|| folder.clone());
+        runs = runs_folder(folder);
+        if published.is_none() && runs.is_none() {
+            return Err(Absent::Pushes { folder: folder.clone() }.into());
+        }
+    }
+    let plan = if args.quick { Sizes::quick() } else { Sizes::full() };
+    let plan = match args.iterations {
+        Some(iterations) => plan.with_iterations(iterations),
+        None => plan,
+    };
+    let out = args.out.clone().unwrap_or_else(|| "out/push".into());
+    let mut record = Record::new("reproduce push")
+        .setting("seed", seed)
+        .setting("quick", args.quick)
+        .setting("iterations", format!("{} and {}", plan.paper_iterations, plan.plus_iterations));
+    let mut words = words(&["push", "--seed", &seed.to_string()]);
+    if args.quick {
+        words.push("--quick".to_owned());
+    }
+    if let Some(iterations) = args.iterations {
+        words.extend(["--iterations".to_owned(), iterations.to_string()]);
+    }
+    let one = args
+        .net
+        .map(|net| push::OneNet { recipe: recipe(net), train_size: args.train_size.map(|n| n as usize) });
+    if let Some(push::OneNet { recipe, train_size }) = one {
+        let name = recipe.label().to_lowercase().replace('+', "-plus");
+        record = record.setting("net", &name);
+        words.extend(["--net".to_owned(), name]);
+        if let Some(size) = train_size {
+            record = record.setting("train-size", size);
+            words.extend(["--train-size".to_owned(), size.to_string()]);
+        }
+    }
+    if let Some(folder) = &args.data {
+        words.extend(["--data".to_owned(), folder.display().to_string()]);
+        record = record.input("data", folder);
+    }
+    let inputs: Vec<&Path> = args.data.iter().map(PathBuf::as_path).collect();
+    let claim = claim(&out, record, &inputs, args.resume, force)?;
+    let data = match &published {
+        Some(folder) => Data::published(folder, &plan, seed)?,
+        None => {
+            output.note("no published files: making pushes in the virtual laboratory");
+            Data::laboratory(&plan, seed)?
+        }
+    };
+    let data = match one.and_then(|one| one.train_size) {
+        None => data,
+        Some(size) => data.first(size)?,
+    };
+    let experiment =
+        push::experiment(&plan, &data, one, runs, args.quick, (repeat(words), seed, args.resume));
+    let Some(finished) = experiment.run(&data, None, &claim, output)? else {
+        return Ok(Outcome::Interrupted);
+    };
+    finished.tell(output)?;
+    Ok(Outcome::Done)
+}
+
+/// The net that a word on the command line means.
+fn recipe(net: NetArg) -> Recipe {
+    match net {
+        NetArg::Neural => Recipe::Neural,
+        NetArg::NeuralPlus => Recipe::NeuralPlus,
+        NetArg::Hybrid => Recipe::Hybrid,
+        NetArg::HybridPlus => Recipe::HybridPlus,
+    }
+}
+
+fn words(words: &[&str]) -> Vec<String> {
+    words.iter().map(|&word| word.to_owned()).collect()
+}

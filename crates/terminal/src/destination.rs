@@ -1,0 +1,220 @@
+//! The one rule for everything that a command writes, checked before any work.
+//!
+//! An output never replaces an input. A folder that holds the results of another run is refused without `--force`. Only
+//! regular files and folders are written to.
+
+use crate::Usage;
+use crate::record::{RECORD, Record};
+use augsim_data::{atomic_write, check_writable, remove_stale};
+use augsim_session::RunLock;
+use augsim_session::folders;
+use augsim_session::run_dir;
+use augsim_session::usage::PathFault;
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Endings of data files.
+const DATA_ENDINGS: [&str; 3] = [".csv", ".csv.gz", ".npz"];
+
+/// Checks that data can be written to `file` and the files that go `beside` it, and makes their folder.
+///
+/// # Errors
+/// The ending is none of a data file, an output is an input or no regular file, or the folder cannot be written to.
+pub fn data_file(file: &Path, beside: &[PathBuf], inputs: &[&Path]) -> anyhow::Result<()> {
+    for output in [file].into_iter().chain(beside.iter().map(PathBuf::as_path)) {
+        check_file(output, inputs)?;
+    }
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    if !DATA_ENDINGS.iter().any(|ending| name.len() > ending.len() && name.ends_with(ending)) {
+        return Err(Usage::path(file, PathFault::NoDataEnding).into());
+    }
+    let folder = folders::around(file);
+    folders::make(folder)?;
+    check_writable(file)?;
+    // Others may write to other files of the folder, so only temporary files of these are looked at.
+    let names: Vec<_> =
+        beside.iter().map(PathBuf::as_path).chain([file]).filter_map(Path::file_name).collect();
+    remove_stale(folder, |target| names.iter().any(|name| *name == target));
+    Ok(())
+}
+
+/// Checks one file that will be written.
+///
+/// # Errors
+/// It is an input or lies in a folder that is one, or is no regular file.
+pub fn check_file(output: &Path, inputs: &[&Path]) -> anyhow::Result<()> {
+    let refused = |fault: PathFault| Err(Usage::path(output, fault).into());
+    let found = match std::fs::metadata(output) {
+        Ok(found) => found,
+        Err(_) if output.is_symlink() => return refused(PathFault::DanglingLink),
+        // Nothing is there, or the folder will say what is wrong.
+        Err(_) => return Ok(()),
+    };
+    if found.is_dir() {
+        return refused(PathFault::Folder);
+    }
+    if !found.is_file() {
+        return refused(PathFault::Special);
+    }
+    for input in inputs {
+        if is_same(output, input) {
+            return refused(PathFault::Input { input: input.to_path_buf() });
+        }
+        if input.is_dir() && is_inside(output, input) {
+            return refused(PathFault::FileInInput { input: input.to_path_buf() });
+        }
+    }
+    Ok(())
+}
+
+/// Checks that a model file of the user's own is not replaced: one that says something else stays without `--force`.
+///
+/// # Errors
+/// Another model is there.
+pub fn check_model(path: &Path, text: &str, force: bool) -> anyhow::Result<()> {
+    match std::fs::read_to_string(path) {
+        Ok(there) if there != text && !force => Err(Usage::path(path, PathFault::OtherModel).into()),
+        _ => Ok(()),
+    }
+}
+
+/// Whether two paths lead to the same file, by whatever links.
+fn is_same(a: &Path, b: &Path) -> bool {
+    let canonical = |path: &Path| std::fs::canonicalize(path).ok();
+    canonical(a).is_some_and(|a| Some(a) == canonical(b))
+        || identity(a).is_some_and(|a| Some(a) == identity(b))
+}
+
+#[cfg(unix)]
+fn identity(path: &Path) -> Option<(u64, u64)> {
+    use std::os::unix::fs::MetadataExt;
+    std::fs::metadata(path).ok().map(|m| (m.dev(), m.ino()))
+}
+
+#[cfg(not(unix))]
+fn identity(_path: &Path) -> Option<(u64, u64)> {
+    None
+}
+
+/// Whether `path`, or what will be made there, lies in a folder or is it.
+fn is_inside(path: &Path, folder: &Path) -> bool {
+    let Ok(folder) = std::fs::canonicalize(folder) else { return false };
+    path.ancestors()
+        .map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p })
+        .find_map(|p| std::fs::canonicalize(p).ok())
+        .is_some_and(|existing| existing.starts_with(folder))
+}
+
+/// Results that a command is about to write into a folder.
+#[derive(Debug)]
+pub struct Results<'a> {
+    /// The folder.
+    pub folder: &'a Path,
+    /// Names of the files in it, besides `run.toml` and `timing.json`.
+    pub files: &'a [&'a str],
+    /// Files that the command reads.
+    pub inputs: &'a [&'a Path],
+    /// Settings that decide the results.
+    pub record: Record,
+    /// Whether the results of another run may be replaced.
+    pub force: bool,
+}
+
+/// A folder that this process alone writes its results to.
+#[derive(Debug)]
+pub struct Claim {
+    folder: PathBuf,
+    record: Record,
+    begun: Instant,
+    _lock: RunLock,
+}
+
+impl Results<'_> {
+    /// Claims the folder, which is made if it is absent.
+    ///
+    /// # Errors
+    /// The rule of this module forbids it, another process writes there, or the folder cannot be written to.
+    pub fn claim(self) -> anyhow::Result<Claim> {
+        let Results { folder, files, inputs, record, force } = self;
+        for name in files.iter().chain(&[RECORD, TIMING]) {
+            check_file(&folder.join(name), inputs)?;
+        }
+        for input in inputs.iter().filter(|input| input.is_dir()) {
+            if is_inside(folder, input) {
+                let input = input.to_path_buf();
+                return Err(Usage::path(folder, PathFault::FolderInInput { input }).into());
+            }
+        }
+        let lock = RunLock::take(folder)?;
+        if !force {
+            check_results(folder, files, &record)?;
+        }
+        Ok(Claim { folder: folder.to_owned(), record, begun: Instant::now(), _lock: lock })
+    }
+}
+
+/// The folder holds nothing, or what the same command made of the same inputs.
+fn check_results(folder: &Path, files: &[&str], record: &Record) -> anyhow::Result<()> {
+    let refused = |fault: PathFault| Err(Usage::path(folder, fault).into());
+    if let Some(there) = Record::read(folder)? {
+        return match record.difference(&there) {
+            None => Ok(()),
+            Some(difference) => refused(PathFault::OtherRun { difference }),
+        };
+    }
+    let known = [run_dir::CONFIG, run_dir::CHECKPOINT, RESULT];
+    match files.iter().chain(&known).find(|name| folder.join(name).exists()) {
+        None => Ok(()),
+        Some(name) => refused(PathFault::UnknownRun { file: (*name).to_owned() }),
+    }
+}
+
+/// Name of the file with the numbers.
+pub const RESULT: &str = "result.json";
+/// Name of the page.
+pub const REPORT: &str = "report.html";
+/// Name of the file with the times: all that differs from run to run.
+const TIMING: &str = "timing.json";
+
+impl Claim {
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Writes `run.toml`: to be called before the first result, and after everything that can be wrong with the input.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn begin(&self) -> anyhow::Result<()> {
+        self.record.write(&self.folder)
+    }
+
+    /// Writes a file, all or nothing, and gives its path.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&self, name: &str, text: &str) -> anyhow::Result<PathBuf> {
+        let path = self.folder.join(name);
+        atomic_write(&path, |w| w.write_all(text.as_bytes()))?;
+        Ok(path)
+    }
+
+    /// Writes `timing.json`: seconds since the folder was claimed, and whatever else a clock gave.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_timing(&self, more: impl Serialize) -> anyhow::Result<()> {
+        #[derive(Serialize)]
+        struct Timing<T: Serialize> {
+            seconds: f64,
+            #[serde(flatten)]
+            more: T,
+        }
+        let timing = Timing { seconds: self.begun.elapsed().as_secs_f64(), more };
+        self.write(TIMING, &serde_json::to_string_pretty(&timing)?)?;
+        Ok(())
+    }
+}
