@@ -113,5 +113,5 @@ pub(crate) fn false_positive_rate(
         !best.chosen.groups.is_empty() && is_significant(problem, &best, search)
     };
     let named = (0..runs).into_par_iter().filter(|run| has_false_finding(*run)).count();
-    FalsePositives { named, runs: runs }
+    FalsePositives { named, runs }
 }

@@ -208,7 +208,7 @@ impl<'a> FitWindows<'a> {
             places,
             priors: count,
             constant,
-            projection: projection,
+            projection,
             plain,
         }
     }
