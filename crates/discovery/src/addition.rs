@@ -1,30 +1,30 @@
-//! Additions to a declared model, and names of sets of them.
+//! Effects added to a declared model, and names of sets of them.
 
 use augsim_physics::model::Per;
 use augsim_physics::system::{Effect, EffectParameter, Law, Quantity, ScatterPer, System, Table, Target};
 use std::sync::Arc;
 
-/// Kind of a law that is not in the library.
+/// Kind of a tabulated effect, which is not in the library.
 const TABLE_KIND: &str = "table";
 
-/// An effect with its place in the library.
+/// An effect of the library with its index.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Listed {
     pub index: usize,
     pub effect: Effect,
-    /// Points that it is tried at: its shape parameters on their grids.
+    /// Number of grid points of its shape parameters at which it is tried.
     pub points: usize,
 }
 
-/// A scatter with the word for what one draw of it belongs to.
+/// A random effect of the events' parameter, with the word for the unit of each draw.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Scattered {
+pub(crate) struct RandomEffect {
     pub per: ScatterPer,
     pub word: String,
     pub effect: Effect,
 }
 
-/// A law of one feature with the words for both.
+/// A tabulated function of one feature, with the descriptions of both quantities.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tabulated {
     pub table: Table,
@@ -32,35 +32,33 @@ pub(crate) struct Tabulated {
     pub against: Quantity,
 }
 
-/// A declared parameter that may have a value of its own in each group.
+/// A declared parameter that may have one value per group.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Split {
-    /// Place in the declared vector.
+    /// Index in the declared parameter vector.
     pub index: usize,
-    /// Kind as results name it: `NAME per group`.
+    /// Kind in results: `NAME per group`.
     pub kind: String,
-    /// Number of groups.
-    pub groups: usize,
 }
 
-/// Something that a hypothesis adds to the declared model.
+/// An effect that a hypothesis adds to the declared model.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Addition {
-    /// An effect of the library, with one value for all or one for each group.
+    /// An effect of the library, with one value for all records or one per group.
     Effect(Arc<Listed>, Per),
-    /// Scatter of the parameter of the schema's events.
-    Scatter(Arc<Scattered>),
-    /// A law of one feature that is not in the library.
+    /// A random effect of the parameter of the schema's events.
+    Scatter(Arc<RandomEffect>),
+    /// A tabulated function of one feature.
     Table(Arc<Tabulated>),
-    /// A value for each group of a declared parameter.
+    /// A declared parameter with one value per group.
     Split(Arc<Split>),
 }
 
 impl Addition {
-    /// A value for each of `groups` groups of the declared parameter at place `index`.
-    pub fn split(system: &dyn System, index: usize, groups: usize) -> Self {
+    /// The declared parameter `index` with one value per group.
+    pub fn split(system: &dyn System, index: usize) -> Self {
         let kind = format!("{} per group", system.quantity(index).name);
-        Addition::Split(Arc::new(Split { index, kind, groups }))
+        Addition::Split(Arc::new(Split { index, kind }))
     }
 
     /// The effect of index `index` in a system's library.
@@ -70,20 +68,20 @@ impl Addition {
         Some(Addition::Effect(Arc::new(Listed { index, effect, points }), per))
     }
 
-    /// The effect of a kind, one value for all.
-    pub fn of_kind(system: &dyn System, kind: &str) -> Option<Self> {
+    /// The library effect of a kind, with one value for all records.
+    pub fn with_kind(system: &dyn System, kind: &str) -> Option<Self> {
         let index = system.library().iter().position(|e| e.kind == kind)?;
         Self::effect(system, index, Per::All)
     }
 
-    /// The scatter of a system's events; `None` for a system without events.
+    /// The random effect of a system's events; `None` for a system without events.
     pub fn scatter(system: &dyn System, per: ScatterPer) -> Option<Self> {
         let schema = system.schema();
         let effect = schema.event.as_ref()?.scatter.clone();
-        Some(Addition::Scatter(Arc::new(Scattered { per, word: per.word(schema).to_string(), effect })))
+        Some(Addition::Scatter(Arc::new(RandomEffect { per, word: per.word(schema).to_string(), effect })))
     }
 
-    /// A law of one feature.
+    /// A tabulated function of one feature.
     pub fn table(system: &dyn System, table: Table) -> Option<Self> {
         let schema = system.schema();
         let (target, against) =
@@ -91,7 +89,7 @@ impl Addition {
         Some(Addition::Table(Arc::new(Tabulated { table, target, against })))
     }
 
-    /// Kind as results name it.
+    /// Kind in results.
     pub fn kind(&self) -> &str {
         match (self, self.listed()) {
             (_, Some(effect)) => &effect.kind,
@@ -100,7 +98,7 @@ impl Addition {
         }
     }
 
-    /// Kind with what distinguishes its variants.
+    /// Kind with the variant (per group, per record, target and feature).
     pub fn label(&self) -> String {
         match self {
             Addition::Effect(listed, Per::Group) => format!("{} per group", listed.effect.kind),
@@ -111,7 +109,7 @@ impl Addition {
         }
     }
 
-    /// Its description; none for a law that is not in the library.
+    /// Description of the effect; `None` for tables and groupwise values.
     pub fn listed(&self) -> Option<&Effect> {
         match self {
             Addition::Effect(listed, _) => Some(&listed.effect),
@@ -120,12 +118,12 @@ impl Addition {
         }
     }
 
-    /// Its parameters, as the library describes them; none for a law that is not in it.
+    /// Parameters as the library describes them; empty for tables and groupwise values.
     pub fn parameters(&self) -> &[EffectParameter] {
         self.listed().map_or(&[], |effect| &effect.parameters)
     }
 
-    /// Number of parameters that it adds to a system.
+    /// Number of parameters that it adds to the system's vector.
     pub fn size(&self) -> usize {
         match self {
             Addition::Table(t) => t.table.knots,
@@ -134,15 +132,16 @@ impl Addition {
         }
     }
 
-    /// At how many points it is tried: with the best of so many shapes chance has as many tries.
-    pub fn tries(&self) -> f64 {
+    /// Number of grid points at which it is tried; the penalty grows with it because the best of them is
+    /// taken.
+    pub fn grid_points(&self) -> f64 {
         match self {
             Addition::Effect(listed, _) if !self.is_structural() => listed.points.max(1) as f64,
             _ => 1.0,
         }
     }
 
-    /// Whether it makes every simulation dearer.
+    /// Whether it increases the cost of every simulation.
     pub fn is_costly(&self) -> bool {
         match self {
             Addition::Table(t) => t.target.costly,
@@ -150,14 +149,19 @@ impl Addition {
         }
     }
 
-    /// Whether it changes the simulation even where its parameters have their nulls, so that its test needs a simulation of its
-    /// own: a switch without parameters, or a law that is singular at its null.
+    /// Whether it changes the simulation even at the null values of its parameters, so that it needs a
+    /// simulation of its own: a switch without parameters, or an effect that is singular at its null.
     pub fn is_structural(&self) -> bool {
-        let of = |effect: &Effect| effect.parameters.is_empty() || !effect.probe.is_empty();
-        matches!(self, Addition::Effect(listed, _) if of(&listed.effect))
+        let is_structural = |effect: &Effect| effect.parameters.is_empty() || !effect.probe.is_empty();
+        matches!(self, Addition::Effect(listed, _) if is_structural(&listed.effect))
     }
 
-    /// The law that it adds to a system; none for scatter and for values by group.
+    /// Whether it is a formula of a grammar.
+    pub fn is_formula(&self) -> bool {
+        self.listed().is_some_and(|effect| effect.grammar.is_some())
+    }
+
+    /// The equation that it adds to the system; `None` for random effects and groupwise values.
     pub fn law(&self) -> Option<Law> {
         match self {
             Addition::Effect(listed, _) => Some(Law::Effect(listed.index)),
@@ -166,13 +170,13 @@ impl Addition {
         }
     }
 
-    /// Whether this addition acts through the other and means nothing without it.
+    /// Whether this effect acts only through the other.
     pub fn acts_through(&self, other: &Addition) -> bool {
         let join = self.listed().and_then(|effect| effect.joins.as_ref());
         join.is_some_and(|join| join.kind == other.kind())
     }
 
-    /// Whether the two cannot stand in one model.
+    /// Whether the two cannot be in one model.
     pub fn excludes(&self, other: &Addition) -> bool {
         match (self.listed(), other.listed()) {
             (Some(one), Some(another)) => one.kind == another.kind || one.excludes.contains(&another.kind),
@@ -181,9 +185,9 @@ impl Addition {
         }
     }
 
-    /// Whether the two are forms of one law: each describes the same thing, or one turns into the other where some of its parameters have
-    /// their nulls.
-    pub fn is_form_of(&self, other: &Addition) -> bool {
+    /// Whether the two are forms of the same effect: they exclude each other, or one becomes the other at
+    /// null values of some parameters.
+    pub fn is_variant_of(&self, other: &Addition) -> bool {
         let contains = |one: &Addition, another: &Addition| match (one.listed(), another.listed()) {
             (Some(one), Some(another)) => one.contains.as_ref() == Some(&another.kind),
             _ => false,
@@ -192,14 +196,14 @@ impl Addition {
     }
 }
 
-/// A set of additions as a key.
+/// Sorted labels of a set: its key.
 pub(crate) fn labels(additions: &[Addition]) -> Vec<String> {
     let mut l: Vec<String> = additions.iter().map(Addition::label).collect();
     l.sort();
     l
 }
 
-/// Kinds of a set, sorted.
+/// Sorted kinds of a set, as in results.
 pub(crate) fn kinds(additions: &[Addition]) -> Vec<String> {
     let mut k: Vec<String> = additions
         .iter()

@@ -1,24 +1,25 @@
-//! One channel between two events: smooth motion lies in the space of polynomials of low degree, what is left is noise.
+//! Polynomial fit to one channel between two events: smooth motion lies in the span of low-degree
+//! polynomials, and the residuals are noise.
 
 use crate::linear::Square;
 use crate::record::Record;
 
-/// One arc of one channel.
+/// One channel of one record between two events.
 pub(crate) struct Arc {
     pub channel: usize,
     /// Measured values.
     pub y: Vec<f64>,
-    /// Polynomials of the samples, a row each.
+    /// Legendre polynomials at the samples, one row per sample.
     pub basis: Vec<Vec<f64>>,
-    /// Speed of the channel, in its unit per second.
+    /// Absolute rate of change of the channel, in its unit per second.
     pub speed: Vec<f64>,
-    /// Whether a sample follows the one before it without a gap.
+    /// Whether each sample follows the one before it without a gap.
     pub linked: Vec<bool>,
-    /// Record and samples.
+    /// Record, and sample indices.
     pub place: (usize, Vec<usize>),
 }
 
-/// Legendre polynomials of degrees 0 to `p - 1`.
+/// Values of the Legendre polynomials of degrees 0 to `p - 1` at `u`.
 fn legendre(u: f64, p: usize) -> Vec<f64> {
     let mut l = vec![1.0, u];
     for i in 2..p {
@@ -30,9 +31,9 @@ fn legendre(u: f64, p: usize) -> Vec<f64> {
 }
 
 impl Arc {
-    /// The arc of `samples` of a channel; none where they are too few for its polynomial.
+    /// The arc of `samples` of a channel; `None` where they are too few for its polynomial.
     pub fn new(data: &Record, samples: Vec<usize>, channel: usize, record: usize) -> Option<Self> {
-        let (times, y) = (&data.seen.times, &data.seen.values[channel]);
+        let (times, y) = (&data.data.times, &data.data.values[channel]);
         let p = (samples.len() / 5).clamp(4, 6);
         if samples.len() < p + 3 {
             return None;
@@ -48,7 +49,7 @@ impl Arc {
             linked: samples
                 .iter()
                 .enumerate()
-                .map(|(i, &k)| i > 0 && data.seen.follows(samples[i - 1], k))
+                .map(|(i, &k)| i > 0 && data.data.follows(samples[i - 1], k))
                 .collect(),
             place: (record, samples),
         };
@@ -82,8 +83,8 @@ impl Arc {
         self.basis.iter().zip(&self.y).map(|(row, y)| y - fit(row)).collect()
     }
 
-    /// Residual sum of squares, ln|V| + ln|X'V⁻¹X|, and degrees of freedom for correlation `rho` and relative growth
-    /// `jitter/sd` of the noise with speed.
+    /// Terms of the restricted likelihood: residual sum of squares, ln|V| + ln|X'V⁻¹X|, degrees of freedom.
+    /// The noise has the correlation `rho` and grows with speed by `growth` = jitter/sd.
     pub fn restricted(&self, rho: f64, growth: f64) -> (f64, f64, f64) {
         let p = self.basis[0].len();
         let scale: Vec<f64> = self.speed.iter().map(|v| (1.0 + (growth * v).powi(2)).sqrt()).collect();

@@ -1,37 +1,38 @@
-//! The gain of a named set of effects: the answer of someone who is told what to look for.
+//! Assessment of a given set of effects: the attainable result if the effects are known beforehand.
 
 use crate::addition::Addition;
 use crate::columns::Family;
 use crate::prepare::prepare;
-use crate::scattered;
-use crate::search::{Search, Starts, calibrated};
+use crate::random_effect_test;
+use crate::search::{InitialValues, Search, calibrate_windows};
 use crate::{DiscoveryError, Options, forecast};
 use augsim_data::Dataset;
 use augsim_physics::system::{Declaration, ScatterPer, System};
 
-/// A set of effects compared with the calibrated model.
+/// A given set of effects compared with the calibrated model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Assessment {
-    /// Gain of predictions of left-out blocks, in nats.
+    /// Gain in the log predictive density of left-out blocks, nats.
     pub gain: f64,
-    /// The price of the set, in nats.
+    /// Penalty of the set, nats.
     pub penalty: f64,
-    /// Forecast error on the records that are kept out, on all where none are, in the unit of their channels.
+    /// Prediction error on the held-out records (on all records if none are held out), in the unit of the
+    /// channels.
     pub rmse: f64,
 }
 
 impl Assessment {
-    /// Whether the data show the set at all.
+    /// Whether the gain exceeds the penalty.
     pub fn visible(&self) -> bool {
         self.gain > self.penalty
     }
 }
 
-/// Fits the calibrated model with the effects `kinds` (unknown kinds are left out; scatter as `per`) from their typical sizes, with both
-/// signs for those that have one.
+/// Fits the calibrated model with the effects `kinds`. Their parameters start from half their typical sizes,
+/// with both signs where both are allowed. Unknown kinds are ignored; a random effect varies as `per`.
 ///
 /// # Errors
-/// The errors of [`discover`](crate::discover).
+/// As [`discover`](fn@crate::discover).
 pub fn assess(
     model: &dyn Declaration,
     data: &Dataset,
@@ -40,36 +41,37 @@ pub fn assess(
     options: &Options,
 ) -> Result<Assessment, DiscoveryError> {
     let prepared = prepare(model, data, options)?;
-    let (view, base) = calibrated(&prepared, &prepared.searched);
-    let search = Search::new(&view, &[Family::Described], &prepared.clock);
+    let (view, base) = calibrate_windows(&prepared, &prepared.searched);
+    let search = Search::new(&view, &[Family::Library], &prepared.clock);
     let system: &dyn System = &*prepared.data.system;
     let additions: Vec<Addition> = kinds
         .iter()
         .filter_map(|kind| {
             let scatter = Addition::scatter(system, per).filter(|scatter| scatter.kind() == *kind);
-            scatter.or_else(|| Addition::of_kind(system, kind))
+            scatter.or_else(|| Addition::with_kind(system, kind))
         })
         .collect();
     let fits = (0..1usize << additions.len()).map(|bits| {
-        let start = |(i, a): (usize, &Addition)| {
+        let initial = |(i, a): (usize, &Addition)| {
             let p = a.parameters().first()?;
             let sign = if bits >> i & 1 == 1 && p.min < 0.0 { -1.0 } else { 1.0 };
-            let rest = a.parameters().iter().skip(1).map(|p| p.typical);
-            Some((a.clone(), std::iter::once(0.5 * sign * p.typical).chain(rest).collect()))
+            let further = a.parameters().iter().skip(1).map(|p| p.typical);
+            Some((a.clone(), std::iter::once(0.5 * sign * p.typical).chain(further).collect()))
         };
-        let starts: Starts = additions.iter().enumerate().filter_map(start).collect();
+        let starts: InitialValues = additions.iter().enumerate().filter_map(initial).collect();
         search.refit(&base.fit, &additions, &starts)
     });
     let best = fits
         .filter(|s| s.is_finite())
-        .min_by(|a, b| a.evidence.cost().total_cmp(&b.evidence.cost()))
+        .min_by(|a, b| a.evidence.cost.total_cmp(&b.evidence.cost))
         .unwrap_or_else(|| base.clone());
-    let drawn = system.schema().drawn.as_ref().is_some_and(|d| kinds.contains(&d.scatter.kind.as_str()));
-    let own = if drawn { scattered::gain(&search, &best) } else { 0.0 };
-    let kept = if prepared.kept_out.is_empty() { &prepared.searched } else { &prepared.kept_out };
+    let has_scatter =
+        system.schema().drawn.as_ref().is_some_and(|d| kinds.contains(&d.scatter.kind.as_str()));
+    let scatter_gain = if has_scatter { random_effect_test::gain(&search, &best) } else { 0.0 };
+    let shown_records = if prepared.held_out.is_empty() { &prepared.searched } else { &prepared.held_out };
     Ok(Assessment {
-        gain: best.gain_over(&base, best.evidence.memory.independent) + own,
-        penalty: search.price().of_set(&additions) + f64::from(u8::from(drawn)) * search.price().0,
-        rmse: forecast::first_rmse(&prepared.sample(kept), &best.fit),
+        gain: best.gain_over(&base, best.evidence.independence.share) + scatter_gain,
+        penalty: search.penalty().of_set(&additions) + f64::from(u8::from(has_scatter)) * search.penalty().0,
+        rmse: forecast::first_rmse(&prepared.sample(shown_records), &best.fit),
     })
 }

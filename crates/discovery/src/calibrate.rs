@@ -1,42 +1,38 @@
-//! The declared model, fitted: where every search begins.
+//! Calibration: the fit of the declared model, from which every search starts.
 
 use crate::fit::{ChosenRecords, Fit, fit};
 use crate::hypothesis::Hypothesis;
 use crate::statistics::median;
 
-/// The declared model fitted.
+/// Fits the declared model.
 pub(crate) fn calibrate(train: &ChosenRecords<'_>) -> Fit {
     let h = Hypothesis::new(train.data, &[]);
     fit(train, &h, &calibration_start(train, &h), &[])
 }
 
-/// Nominal values, with the parameter of the events (of each group, where it has its own) at the median of its rough values.
+/// Nominal values; the parameter of the events starts at the median of its rough values (of each group, if
+/// it has one value per group).
 pub(crate) fn calibration_start(train: &ChosenRecords<'_>, h: &Hypothesis) -> Vec<f64> {
-    let mut theta = h.theta_start(0.0);
-    let mut at = 0;
-    for f in &h.free {
-        let width = h.width(f);
+    let mut theta = h.initial_theta(0.0);
+    for (f, range) in h.entries() {
         if let Some(value) = h.system.fit_from(f.index).filter(|_| f.addition.is_none()) {
-            theta[at..at + width].fill(value.clamp(f.min, f.max));
+            theta[range].fill(value.clamp(f.min, f.max));
         }
-        at += width;
     }
     let Some(event) = h.system.schema().event.as_ref().map(|e| e.parameter) else { return theta };
     let rough = |group: Option<usize>| {
-        let chosen = train.records().map(|r| &r.seen).filter(|r| group.is_none_or(|g| r.group == g));
+        let chosen = train.records().map(|r| &r.data).filter(|r| group.is_none_or(|g| r.group == g));
         median(&mut chosen.flat_map(|r| r.events.iter().map(|e| e.value)).collect::<Vec<_>>())
     };
-    let all = rough(None);
-    let mut at = 0;
-    for f in &h.free {
-        let width = h.width(f);
-        if f.index == event && all > 0.0 {
-            for (group, value) in theta[at..at + width].iter_mut().enumerate() {
-                let own = if width > 1 { rough(Some(group)) } else { all };
-                *value = if own > 0.0 { own } else { all }.clamp(f.min, f.max);
+    let overall = rough(None);
+    for (f, range) in h.entries() {
+        if f.index == event && overall > 0.0 {
+            let is_grouped = range.len() > 1;
+            for (group, value) in theta[range].iter_mut().enumerate() {
+                let of_group = if is_grouped { rough(Some(group)) } else { overall };
+                *value = if of_group > 0.0 { of_group } else { overall }.clamp(f.min, f.max);
             }
         }
-        at += width;
     }
     theta
 }

@@ -1,12 +1,12 @@
-//! Structure that the library does not know: where it lives, against which quantity, and the closed term that is nearest.
+//! The tabulated effect of a result, and the closed-form term nearest to it.
 
 use crate::addition::{Addition, Tabulated};
 use crate::answer::AnswerParts;
 use crate::result::Unexplained;
-use crate::sentence::three_digits;
+use crate::sentence::with_three_digits;
 use augsim_physics::model::NORMAL_95;
 
-/// The closed term that is nearest to a table: least squares of the knots, weighted by their precision.
+/// Closed-form term nearest to a table, by least squares over the knots with their precisions.
 fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {
     let (n, table) = (values.len(), &law.table);
     let x: Vec<f64> =
@@ -20,7 +20,7 @@ fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {
         (format!("sqrt|{name}|"), Box::new(|v: f64| v.abs().sqrt())),
         (format!("|{name}|"), Box::new(|v: f64| v.abs())),
     ];
-    // A pole among the values is no law.
+    // A pole between the knots is not a plausible effect.
     if table.first * table.last > 0.0 {
         shapes.push((format!("1/{name}"), Box::new(|v| 1.0 / v)));
     }
@@ -45,15 +45,15 @@ fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {
         let misfit = sum(&|i| (values[i] - offset - slope * basis[i]).powi(2));
         if best.as_ref().is_none_or(|(m, _)| misfit < *m) {
             let (target, sign) = (&law.target.quantity.name, if slope < 0.0 { '-' } else { '+' });
-            let [offset, slope] = [offset, slope.abs()].map(three_digits);
+            let [offset, slope] = [offset, slope.abs()].map(with_three_digits);
             best = Some((misfit, format!("{target} += {offset} {sign} {slope} * {label}")));
         }
     }
     best.map_or_else(String::new, |b| b.1)
 }
 
-/// A law as the result has it, from the values at its knots and their standard deviations.
-fn tabulated(law: &Tabulated, values: &[f64], sd: &[f64]) -> Unexplained {
+/// A tabulated effect as in the result, from the values at its knots and their standard deviations.
+fn table_in_result(law: &Tabulated, values: &[f64], sd: &[f64]) -> Unexplained {
     let table = &law.table;
     let step = (table.last - table.first) / (table.knots - 1) as f64;
     Unexplained {
@@ -65,15 +65,15 @@ fn tabulated(law: &Tabulated, values: &[f64], sd: &[f64]) -> Unexplained {
     }
 }
 
-/// The law that the library lacks: the first table of the answer.
+/// The unlisted effect of a result: the first table of the final set.
 pub(crate) fn unexplained(parts: &AnswerParts<'_>) -> Option<Unexplained> {
     let set = parts.full;
     let (h, theta, ci95) = (&set.fit.hypothesis, &set.fit.theta, set.ci95());
     for (n, a) in h.additions.iter().enumerate() {
         if let Addition::Table(law) = a {
-            let range = h.range_of(n);
+            let range = h.entries_of_addition(n);
             let sd: Vec<f64> = range.clone().map(|i| (ci95[i][1] - ci95[i][0]) / (2.0 * NORMAL_95)).collect();
-            return Some(tabulated(law, &theta[range], &sd));
+            return Some(table_in_result(law, &theta[range], &sd));
         }
     }
     None

@@ -1,15 +1,15 @@
-//! Why a discovery cannot be made.
+//! Errors of a discovery run.
 
 use augsim_physics::model::UnknownGroup;
 use augsim_physics::system::{NotReadable, Objection};
 use std::fmt;
 use thiserror::Error;
 
-/// The groups of a data set.
+/// Names of the groups of a data set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Groups(pub Vec<String>);
 
-/// `its groups: a, b`.
+/// Displays as `groups of the data: a, b`.
 impl fmt::Display for Groups {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.0[..] {
@@ -19,22 +19,22 @@ impl fmt::Display for Groups {
     }
 }
 
-/// Data or a model with which the loop cannot be closed. Every message says what to do.
+/// Data or a model for which no result can be computed. Every message says what to do.
 #[derive(Debug, Error)]
 pub enum DiscoveryError {
-    /// Objection of the system itself to the data.
+    /// The system rejects the data.
     #[error("{data}, for {model}: {objection}")]
     Objection {
         /// The data.
         data: String,
         /// The model.
         model: String,
-        /// Why no answer can come of them.
+        /// Reason of the rejection.
         objection: Objection,
     },
     /// Too few trajectories to hold some out.
     #[error(
-        "{data}: {found} trajectory with enough samples; at least 2 are needed, because the gain is judged on trajectories that the fit has not seen"
+        "{data}: number of trajectories with enough samples: {found}; at least 2 are needed, because effects are tested on trajectories that the fit does not use"
     )]
     TooFew {
         /// The data.
@@ -42,9 +42,9 @@ pub enum DiscoveryError {
         /// How many there are.
         found: usize,
     },
-    /// A channel that never changes.
+    /// A channel with the same value in every sample.
     #[error(
-        "{data}: the column `{column}` never changes, so nothing moves in it; check the column or remove it"
+        "{data}: the column `{column}` has the same value in every sample; check the column or remove it"
     )]
     Constant {
         /// The data.
@@ -52,9 +52,9 @@ pub enum DiscoveryError {
         /// The column.
         column: String,
     },
-    /// The model has a value for a group that the data do not have.
+    /// The model declares a value for a group that the data do not have.
     #[error(
-        "{model}: `{}` has a value for the group `{}`, which is none of {data}; correct the name or take the value out ({known})",
+        "{model}: `{}` has a value for the group `{}`, which {data} does not contain; correct the name or remove the value ({known})",
         unknown.parameter,
         unknown.group
     )]
@@ -65,31 +65,31 @@ pub enum DiscoveryError {
         unknown: Box<UnknownGroup>,
         /// The data.
         data: String,
-        /// The groups that there are, in words.
+        /// Groups of the data.
         known: Groups,
     },
-    /// Numbers overflowed.
+    /// A number of the result overflowed.
     #[error(
-        "{data}: `{place}` of the result came out as {value}; a measurement far beyond the others overflows the arithmetic: find it (`augsim data inspect` lists the ranges) and take it out"
+        "{data}: `{place}` of the result is {value}; a measurement far outside the range of the others makes the arithmetic overflow: find it (`augsim data inspect` lists the ranges) and remove it"
     )]
     NotFinite {
         /// The data.
         data: String,
         /// Entry of the result.
         place: &'static str,
-        /// The value that stands there.
+        /// The value.
         value: f64,
     },
-    /// The augmented model file does not say what was found.
+    /// The augmented model file cannot be read back.
     #[error(transparent)]
     NotReadable(#[from] NotReadable),
-    /// Velocities or positions that cannot be compared.
+    /// Columns or samples that cannot be used.
     #[error("{0}")]
     Data(#[from] augsim_data::DataError),
 }
 
 impl DiscoveryError {
-    /// Whether numbers failed, and not the data or the model.
+    /// Whether the failure is numerical, rather than a problem of the data or the model.
     pub fn is_numerical(&self) -> bool {
         matches!(self, Self::NotFinite { .. } | Self::NotReadable(_))
     }

@@ -1,4 +1,4 @@
-//! Errors before and after as tables with intervals.
+//! Tables of prediction errors with intervals.
 
 use crate::fit::{ChosenRecords, Fit};
 use crate::forecast::{self, Errors, ForecastSpan};
@@ -7,13 +7,13 @@ use crate::result::{ErrorTable, FreeRun, Horizon, HorizonErrors, Rmse};
 use augsim_physics::system::{Measure, Schema, System};
 use std::collections::BTreeMap;
 
-/// Fewest forecasts of a horizon.
-const FEWEST: usize = 3;
+/// Minimum number of predictions for a horizon.
+const MIN_PREDICTIONS: usize = 3;
 
-/// Errors of the same forecasts: as declared, calibrated, augmented.
+/// Errors of the same predictions by the declared, the calibrated and the augmented model.
 #[derive(Clone, Debug, Default)]
 struct Forecasts {
-    /// The record of each forecast, by its number in the data.
+    /// Record of each prediction, by its index in the data.
     records: Vec<usize>,
     models: [Errors; 3],
 }
@@ -21,14 +21,14 @@ struct Forecasts {
 impl Forecasts {
     fn extend(&mut self, other: Self) {
         self.records.extend(other.records);
-        self.models.iter_mut().zip(other.models).for_each(|(a, b)| appended(a, b));
+        self.models.iter_mut().zip(other.models).for_each(|(a, b)| append(a, b));
     }
 
     fn row(&self, model: usize, measure: usize, scale: f64, seed: u64) -> Rmse {
         row(&self.records, &self.models[model], measure, scale, seed)
     }
 
-    /// Calibrated minus augmented.
+    /// Calibrated minus augmented error.
     fn reduction(&self, measure: usize, scale: f64, seed: u64) -> Rmse {
         let [_, calibrated, augmented] = self.models.each_ref().map(|errors| &errors[measure][..]);
         let ci95 = forecast::bootstrap(&self.records, &[calibrated, augmented], seed, |r| r[0] - r[1]);
@@ -37,24 +37,24 @@ impl Forecasts {
     }
 }
 
-/// A root mean square with its interval.
+/// A root mean square error with its interval.
 fn row(records: &[usize], errors: &Errors, measure: usize, scale: f64, seed: u64) -> Rmse {
     let list = &errors[measure][..];
     let ci95 = forecast::bootstrap(records, &[list], seed, |r| r[0]);
     Rmse { rmse: scale * forecast::rmse(list), ci95: ci95.map(|v| scale * v) }
 }
 
-/// Adds the forecasts of `more` to `errors`, measure by measure.
-fn appended(errors: &mut Errors, more: Errors) {
+/// Appends the predictions of `more` to `errors`, measure by measure.
+fn append(errors: &mut Errors, more: Errors) {
     errors.resize(more.len(), Vec::new());
     errors.iter_mut().zip(more).for_each(|(a, b)| a.extend(b));
 }
 
-/// Errors on records that the fits have not seen.
+/// Errors on held-out records.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Lists {
+pub(crate) struct ForecastErrors {
     heldout: usize,
-    /// Spans that the forecasts of `whole` are of, on one split; folds that are added leave it.
+    /// Spans of the predictions in `whole`; those of added folds are not included.
     pieces: Vec<ForecastSpan>,
     whole: Forecasts,
     /// Errors that noise and scatter alone would leave.
@@ -63,9 +63,9 @@ pub(crate) struct Lists {
     ends: Vec<Forecasts>,
 }
 
-impl Lists {
-    /// On `test`, which the fits (calibrated, augmented) have not seen; `held` is the second at it. Windows that are `out` are
-    /// not forecast.
+impl ForecastErrors {
+    /// Predicts `test`, which the fits (calibrated, augmented) have not used; `held` has the nuisances of
+    /// the second on it. Windows marked `out` are excluded.
     pub fn of(
         test: &ChosenRecords<'_>,
         [base, best]: [&Fit; 2],
@@ -73,61 +73,61 @@ impl Lists {
         out: &[bool],
         seed: u64,
     ) -> Self {
-        let nominal = Hypothesis::new(test.data, &[]).theta_start(0.0);
-        let ranges = test.of_records();
-        let excerpts = test.excerpts();
-        let followed = |piece: &ForecastSpan| {
+        let nominal = Hypothesis::new(test.data, &[]).initial_theta(0.0);
+        let ranges = test.windows_by_record();
+        let all_windows = test.windows();
+        let is_included = |piece: &ForecastSpan| {
             let windows = ranges[piece.chosen].clone();
             !windows.filter(|&w| out.get(w) == Some(&true)).any(|w| {
-                let left = &excerpts[w].window.samples;
-                left.start < piece.samples.end && piece.samples.start < left.end
+                let excluded = &all_windows[w].window.samples;
+                excluded.start < piece.samples.end && piece.samples.start < excluded.end
             })
         };
-        let on = |pieces: &[ForecastSpan]| Forecasts {
+        let predict = |pieces: &[ForecastSpan]| Forecasts {
             records: pieces.iter().map(|piece| test.chosen[piece.chosen]).collect(),
             models: [(base, &nominal), (base, &base.theta), (best, &best.theta)]
                 .map(|(fit, theta)| forecast::errors(test, pieces, fit, theta)),
         };
-        let pieces: Vec<ForecastSpan> = forecast::whole(test).into_iter().filter(followed).collect();
+        let pieces: Vec<ForecastSpan> = forecast::whole_spans(test).into_iter().filter(is_included).collect();
         let horizons = test.data.system.schema().horizons_s.iter();
         let ends = horizons.map(|&horizon_s| {
             let pieces: Vec<ForecastSpan> =
-                forecast::horizon(test, horizon_s).into_iter().filter(followed).collect();
-            on(&pieces)
+                forecast::horizon(test, horizon_s).into_iter().filter(is_included).collect();
+            predict(&pieces)
         });
         Self {
             heldout: test.chosen.len(),
-            whole: on(&pieces),
-            floor: forecast::floor(test, &pieces, best, held, seed),
+            whole: predict(&pieces),
+            floor: forecast::noise_floor(test, &pieces, best, held, seed),
             ends: ends.collect(),
             pieces,
         }
     }
 
-    /// The pieces that were forecast on one split, with the root mean square errors of the measure that decides, in the unit of
-    /// its channels: declared, augmented.
+    /// The predicted spans of one split with their errors in the deciding measure, in the unit of its
+    /// channels: declared, augmented.
     pub fn by_piece(&self) -> (&[ForecastSpan], Vec<[f64; 2]>) {
-        let of = |errors: &Errors, i: usize| forecast::rmse(&errors[0][i..=i]);
+        let error = |errors: &Errors, i: usize| forecast::rmse(&errors[0][i..=i]);
         let [declared, _, augmented] = &self.whole.models;
-        let errors = (0..self.pieces.len()).map(|i| [of(declared, i), of(augmented, i)]);
+        let errors = (0..self.pieces.len()).map(|i| [error(declared, i), error(augmented, i)]);
         (&self.pieces, errors.collect())
     }
 
-    /// Adds the records of another fold.
+    /// Appends the records of another fold.
     pub fn extend(&mut self, other: Self) {
         self.heldout += other.heldout;
         self.whole.extend(other.whole);
-        appended(&mut self.floor, other.floor);
+        append(&mut self.floor, other.floor);
         self.ends.resize(other.ends.len(), Forecasts::default());
         self.ends.iter_mut().zip(other.ends).for_each(|(a, b)| a.extend(b));
     }
 
-    /// The table of the measure that decides, the first of the schema, in the unit of its channels.
+    /// Table of the deciding measure, the first of the schema, in the unit of its channels.
     pub fn first(&self, schema: &Schema, seed: u64, heldout_gain: f64) -> ErrorTable {
-        self.table(0, 1.0, &measured_in(schema).0, seed, heldout_gain)
+        self.table(0, 1.0, &deciding_measure(schema).0, seed, heldout_gain)
     }
 
-    /// The tables of the other measures by name, in the units that they are shown in.
+    /// Tables of the other measures by name, in their display units.
     pub fn others(&self, schema: &Schema, seed: u64, heldout_gain: f64) -> BTreeMap<String, ErrorTable> {
         let table = |(i, measure): (usize, &Measure)| {
             let (unit, scale) = &measure.unit;
@@ -156,29 +156,31 @@ impl Lists {
 
     /// Errors after each horizon that is shorter than the records.
     pub fn horizons(&self, schema: &Schema, seed: u64) -> Vec<Horizon> {
-        let all = schema.horizons_s.iter().zip(&self.ends).filter(|(_, f)| f.records.len() >= FEWEST);
+        let horizons =
+            schema.horizons_s.iter().zip(&self.ends).filter(|(_, f)| f.records.len() >= MIN_PREDICTIONS);
         let errors = |f: &Forecasts, i: usize, measure: &Measure| {
             let (unit, scale) = &measure.unit;
             let [declared, calibrated, augmented] = [0, 1, 2].map(|model| f.row(model, i, *scale, seed));
             let reduction = f.reduction(i, *scale, seed);
             HorizonErrors { unit: unit.clone(), declared, calibrated, augmented, reduction }
         };
-        all.map(|(&horizon_s, f)| Horizon {
-            horizon_s,
-            forecasts: f.records.len(),
-            errors: schema
-                .measures
-                .iter()
-                .enumerate()
-                .map(|(i, measure)| (measure.name.clone(), errors(f, i, measure)))
-                .collect(),
-        })
-        .collect()
+        horizons
+            .map(|(&horizon_s, f)| Horizon {
+                horizon_s,
+                forecasts: f.records.len(),
+                errors: schema
+                    .measures
+                    .iter()
+                    .enumerate()
+                    .map(|(i, measure)| (measure.name.clone(), errors(f, i, measure)))
+                    .collect(),
+            })
+            .collect()
     }
 }
 
 impl FreeRun {
-    /// The errors of free runs of the calibrated and of the augmented model; `None` where there are none.
+    /// Errors of free runs of the calibrated and the augmented model; `None` without free runs.
     pub(crate) fn of(system: &dyn System, calibrated: Option<f64>, augmented: Option<f64>) -> Option<Self> {
         let unit = match &system.schema().channels[..] {
             [one] => one.unit.clone(),
@@ -189,8 +191,8 @@ impl FreeRun {
     }
 }
 
-/// Unit and channels of the measure that decides: the first of the schema.
-pub(crate) fn measured_in(schema: &Schema) -> (String, Vec<usize>) {
+/// Unit and channels of the deciding measure, the first of the schema.
+pub(crate) fn deciding_measure(schema: &Schema) -> (String, Vec<usize>) {
     let channels = schema.measures.first().map_or(Vec::new(), |m| m.channels.clone());
     let first = channels.first().and_then(|&c| schema.channels.get(c));
     (first.map_or(String::new(), |c| c.unit.clone()), channels)

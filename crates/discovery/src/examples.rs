@@ -1,15 +1,16 @@
-//! Held-out records with the forecasts of the declared and of the augmented model, to be looked at.
+//! Held-out records with the predictions of the declared and the augmented model, for display.
 
-use crate::error_table::Lists;
+use crate::error_table::ForecastErrors;
 use crate::fit::{ChosenRecords, Fit};
 use crate::forecast;
 use crate::hypothesis::Hypothesis;
 use crate::result::{Example, ExampleChannel};
 
-/// Most samples of an example: a figure shows no more.
-const MOST_SAMPLES: usize = 400;
+/// Maximum number of samples of an example, as many as a figure can show.
+const MAX_SAMPLES: usize = 400;
 
-/// Places of the best, the median and the worst by the last of their errors, with their ranks; fewer where there are fewer.
+/// Indices of the best, the median and the worst prediction by the second error, with their ranks; fewer for
+/// fewer than three.
 pub(crate) fn ranked(errors: &[[f64; 2]]) -> Vec<(usize, &'static str)> {
     let mut order: Vec<usize> = (0..errors.len()).filter(|&i| errors[i][1].is_finite()).collect();
     order.sort_by(|&a, &b| errors[a][1].total_cmp(&errors[b][1]));
@@ -24,40 +25,44 @@ pub(crate) fn ranked(errors: &[[f64; 2]]) -> Vec<(usize, &'static str)> {
     chosen
 }
 
-/// Every how many samples a record of `count` is shown.
+/// Step between displayed samples of a record of `count` samples.
 pub(crate) fn stride(count: usize) -> usize {
-    count.div_ceil(MOST_SAMPLES).max(1)
+    count.div_ceil(MAX_SAMPLES).max(1)
 }
 
-/// A number, if it is one.
+/// The value, if it is finite.
 pub(crate) fn finite(value: f64) -> Option<f64> {
     Some(value).filter(|v| v.is_finite())
 }
 
-/// The best, the median and the worst forecast of a held-out sample, by the lists of errors on it; the fits are the calibrated
-/// model, whose nominal values are the declared ones, and the best.
-pub(crate) fn examples(test: &ChosenRecords<'_>, [base, best]: [&Fit; 2], lists: &Lists) -> Vec<Example> {
-    let nominal = Hypothesis::new(test.data, &[]).theta_start(0.0);
+/// The best, the median and the worst prediction of a held-out sample. The fits are the calibrated model,
+/// whose nominal values are the declared ones, and the final set.
+pub(crate) fn examples(
+    test: &ChosenRecords<'_>,
+    [base, best]: [&Fit; 2],
+    lists: &ForecastErrors,
+) -> Vec<Example> {
+    let nominal = Hypothesis::new(test.data, &[]).initial_theta(0.0);
     let schema = test.data.system.schema();
     let (pieces, errors) = lists.by_piece();
     let one = |(place, rank): (usize, &str)| {
         let piece = &pieces[place];
         let record = &test.data.records[test.chosen[piece.chosen]];
-        let declared = forecast::path(test, piece, base, &nominal);
-        let augmented = forecast::path(test, piece, best, &best.theta);
+        let declared = forecast::predicted_channels(test, piece, base, &nominal);
+        let augmented = forecast::predicted_channels(test, piece, best, &best.theta);
         let (first, length) = (piece.samples.start, piece.samples.len());
         let step = stride(length);
         let shown = || (0..length).step_by(step);
-        let known = if first == 0 { record.seen.known } else { 1 };
-        let times_s: Vec<f64> = shown().map(|k| record.seen.times[first + k]).collect();
-        let values = best.hypothesis.values_at(&best.theta, record.seen.group);
-        let scene = best.hypothesis.system.scene(&record.seen, &times_s, &values);
+        let known = if first == 0 { record.data.known } else { 1 };
+        let times_s: Vec<f64> = shown().map(|k| record.data.times[first + k]).collect();
+        let values = best.hypothesis.values_at(&best.theta, record.data.group);
+        let scene = best.hypothesis.system.scene(&record.data, &times_s, &values);
         let channels = schema.channels.iter().enumerate().map(|(c, channel)| ExampleChannel {
             column: channel.column.clone(),
             unit: channel.unit.clone(),
             measured: shown()
                 .map(|k| first + k)
-                .map(|k| finite(record.seen.values[c][k]).filter(|_| record.weight[c][k] > 0.0))
+                .map(|k| finite(record.data.values[c][k]).filter(|_| record.weight[c][k] > 0.0))
                 .collect(),
             declared: shown().map(|k| finite(declared[c][k])).collect(),
             augmented: shown().map(|k| finite(augmented[c][k])).collect(),
@@ -81,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranks_are_those_of_the_last_error() {
+    fn records_are_ranked_by_the_last_error() {
         let of = |list: &[f64]| ranked(&list.iter().map(|e| [0.0, *e]).collect::<Vec<_>>());
         assert_eq!(of(&[3.0, 1.0, 2.0, 9.0, f64::NAN]), [(1, "best"), (2, "median"), (3, "worst")]);
         assert_eq!(of(&[3.0, 1.0]), [(1, "best"), (0, "worst")]);

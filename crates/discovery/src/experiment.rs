@@ -1,22 +1,22 @@
-//! Which measurement would help most.
+//! Recommendation of the next experiment.
 
 use crate::addition::{Addition, kinds};
 use crate::answer::AnswerParts;
+use crate::distinguish::separation;
 use crate::result::{Unexplained, Verdict};
 use crate::score::Scored;
-use crate::separate::separation;
 use augsim_physics::model::Per;
 use augsim_physics::system::{Effect, Schema, known_separation};
 
-/// Records beyond which an experiment is no proposal.
-const MOST_RECORDS: f64 = 300.0;
+/// Number of records above which an experiment is not recommended.
+const MAX_RECORDS: f64 = 300.0;
 
-/// The next experiment in words, from what could not be told apart or explained.
+/// The next experiment, from what is not distinguishable or not explained.
 pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unexplained>) -> String {
     let schema = parts.prepared.data.system.schema();
-    let judgement = &parts.judged.judgement;
-    if let Some(other) = judgement.alternatives.first() {
-        return tell_apart(parts, &parts.found.tried[*other]);
+    let findings = &parts.judged.findings;
+    if let Some(other) = findings.alternatives.first() {
+        return distinguishing_experiment(parts, &parts.found.sets[*other]);
     }
     let best = parts.best.additions();
     let can_be_set =
@@ -29,11 +29,11 @@ pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unex
     }
     if let Some(Addition::Split(_)) = best.first() {
         return format!(
-            "repeat one {} of each group in the same hour, in random order: what still differs belongs to the set-up",
+            "repeat one {} of each group in the same hour, in random order: remaining differences are due to the set-up",
             schema.record[0]
         );
     }
-    let drawn = parts.judged.scattered.as_ref().filter(|s| !s.declared).and(schema.drawn.as_ref());
+    let drawn = parts.judged.random_effect.as_ref().filter(|s| !s.is_declared).and(schema.drawn.as_ref());
     if let (Some(drawn), true) = (drawn, best.is_empty())
         && let Some(text) = &drawn.scatter.confirmed_by
     {
@@ -45,50 +45,54 @@ pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unex
         (_, Some(text)) => text,
         (Verdict::NothingToAdd, _) => format!(
             "none needed for these data; a wider range of {} would narrow the limits on small effects",
-            words(&conditions(1))
+            join_words(&conditions(1))
         ),
         _ => format!(
-            "repeat under other conditions ({}) to see whether the added effect carries over",
+            "repeat under other conditions ({}) to test whether the added effect still holds",
             conditions(2).join(", ")
         ),
     }
 }
 
-/// The experiment that tells the answer from another set that is as good.
-fn tell_apart(parts: &AnswerParts<'_>, other: &Scored) -> String {
+/// The experiment that distinguishes the result from an equivalent set.
+fn distinguishing_experiment(parts: &AnswerParts<'_>, other: &Scored) -> String {
     let schema = parts.prepared.data.system.schema();
-    let named = &parts.found.tried[parts.judged.judgement.named];
-    let [mine, theirs] = [named, other].map(|s| kinds(s.additions()).join(" + "));
-    let rule = separate(schema, named.additions(), other.additions());
+    let named = &parts.found.sets[parts.judged.findings.named];
+    let [ours, theirs] = [named, other].map(|s| kinds(s.additions()).join(" + "));
+    let rule = general_experiment(schema, named.additions(), other.additions());
     let scattered = [named, other].iter().any(|s| s.fit.hypothesis.scatter.is_some());
     let sample = parts.search.sample();
     match separation(&sample, &parts.prepared.noise.sd, &named.fit, &other.fit) {
-        // A scatter is told from a law by many repeats, not by one record.
+        // A random effect and a systematic effect are distinguished by many repeats, not by one record.
         _ if scattered => rule,
-        s if s.records <= MOST_RECORDS => format!(
-            "{}; records needed with this camera to tell {mine} from {theirs} with odds of 1000 to 1: {:.0}. In general: {rule}",
+        s if s.records <= MAX_RECORDS => format!(
+            "{}; {:.0} such records distinguish {ours} from {theirs} with odds of 1000 to 1. In general: {rule}",
             s.design,
             s.records.ceil()
         ),
         s if s.among.is_empty() => rule,
         s => format!(
-            "no {} tells {mine} from {theirs} in fewer than {MOST_RECORDS:.0} records with this camera; {rule}",
+            "no {} distinguishes {ours} from {theirs} in fewer than {MAX_RECORDS:.0} records; {rule}",
             s.among
         ),
     }
 }
 
-/// Experiment that would establish a lead, or show that it is none.
-pub(crate) fn to_establish(parts: &AnswerParts<'_>, addition: &Addition) -> String {
+/// Experiment that would confirm or refute a lead.
+pub(crate) fn confirming_experiment(parts: &AnswerParts<'_>, addition: &Addition) -> String {
     let schema = parts.prepared.data.system.schema();
     let confirmed = addition.listed().and_then(|effect| effect.confirmed_by.clone());
     confirmed.unwrap_or_else(|| {
-        format!("more {} like these, over a wider range of {}", schema.record[1], words(&schema.conditions))
+        format!(
+            "more {} like these, over a wider range of {}",
+            schema.record[1],
+            join_words(&schema.conditions)
+        )
     })
 }
 
-/// A list in words: `starts, speeds and loads`.
-fn words(list: &[String]) -> String {
+/// Joins a list: `starts, speeds and loads`.
+fn join_words(list: &[String]) -> String {
     match list {
         [] => "starts and inputs".into(),
         [one] => one.clone(),
@@ -96,24 +100,24 @@ fn words(list: &[String]) -> String {
     }
 }
 
-/// The experiment for two explanations, by the kinds in which they differ.
-fn separate(schema: &Schema, mine: &[Addition], other: &[Addition]) -> String {
-    let (mine, other) = (only(mine, other), only(other, mine));
-    match known_separation(&listed(&mine), &listed(&other)) {
+/// The general experiment for two sets, by the kinds in which they differ.
+fn general_experiment(schema: &Schema, ours: &[Addition], other: &[Addition]) -> String {
+    let (ours, other) = (additions_not_in(ours, other), additions_not_in(other, ours));
+    match known_separation(&descriptions(&ours), &descriptions(&other)) {
         Some(text) => text.into(),
         None => {
-            let names: Vec<String> = mine.into_iter().chain(other).map(|(name, _)| name).collect();
+            let names: Vec<String> = ours.into_iter().chain(other).map(|(name, _)| name).collect();
             format!(
-                "repeat over a wider range of {}, in random order: {} then separate",
-                words(&schema.conditions),
+                "repeat over a wider range of {}, in random order: this distinguishes {}",
+                join_words(&schema.conditions),
                 names.join(" and ")
             )
         }
     }
 }
 
-/// The additions of `a` whose kind `b` does not have, by name.
-fn only<'a>(a: &'a [Addition], b: &[Addition]) -> Vec<(String, &'a Addition)> {
+/// The additions of `a` whose kind is not in `b`, sorted by name.
+fn additions_not_in<'a>(a: &'a [Addition], b: &[Addition]) -> Vec<(String, &'a Addition)> {
     let theirs = kinds(b);
     let named = a.iter().map(|x| (kinds(std::slice::from_ref(x)).concat(), x));
     let mut out: Vec<_> = named.filter(|(name, _)| !theirs.contains(name)).collect();
@@ -121,8 +125,9 @@ fn only<'a>(a: &'a [Addition], b: &[Addition]) -> Vec<(String, &'a Addition)> {
     out
 }
 
-/// Their descriptions. What has one value a group is another explanation than its kind, and no experiment is known for it.
-fn listed<'a>(set: &[(String, &'a Addition)]) -> Vec<&'a Effect> {
+/// Library descriptions of additions with one value for all groups; no experiment is known for groupwise
+/// values.
+fn descriptions<'a>(set: &[(String, &'a Addition)]) -> Vec<&'a Effect> {
     let single = set.iter().filter(|(_, a)| !matches!(a, Addition::Effect(_, Per::Group)));
     single.filter_map(|(_, a)| a.listed()).collect()
 }

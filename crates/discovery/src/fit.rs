@@ -1,24 +1,25 @@
-//! One estimator for everything: Levenberg-Marquardt with the trajectories' own parameters eliminated.
+//! The estimator of all fits: Levenberg-Marquardt on theta, with the nuisances of each window eliminated.
 
-pub(crate) use crate::chosen_records::ChosenRecords;
 use crate::descent::Descent;
-use crate::evaluate::{Lanes, Normal};
-use crate::follow::{Settled, settled_from};
-use crate::grown::grown;
+use crate::evaluate::{Lanes, NormalEquations};
+use crate::event_offsets::{Spread, scatter_bounds, spread_of};
+use crate::fit_state::State;
+pub(crate) use crate::fit_state::assemble_all;
+use crate::growing_windows::fit_growing;
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
-use crate::offsets::{Spread, scatter_bounds, spread_of};
-use crate::record::Excerpt;
-use crate::state::State;
-pub(crate) use crate::state::assembled;
+use crate::nuisance_fit::{WindowState, fit_nuisances_from};
+pub(crate) use crate::record::ChosenRecords;
+use crate::record::RecordWindow;
 use augsim_physics::system::{Event, Scatter};
 use std::collections::BTreeMap;
 
-/// Weight below which a record is followed so badly that its start is in doubt.
-const LOST: f64 = 0.2;
+/// Weight of a window at or below which its initial state may be wrong.
+const LOST_WEIGHT: f64 = 0.2;
 
-/// Most steps of the scatter, and the relative step below which it stands still.
-const MOST_SCATTER_STEPS: usize = 12;
+/// Maximum number of updates of the scatter's standard deviation.
+const MAX_SCATTER_STEPS: usize = 12;
+/// Change of its logarithm below which the iteration has converged.
 const SCATTER_TOLERANCE: f64 = 0.01;
 
 /// A fitted hypothesis.
@@ -28,32 +29,32 @@ pub(crate) struct Fit {
     pub theta: Vec<f64>,
     /// Nuisances of each window of the chosen records.
     pub nuisance: Vec<Vec<f64>>,
-    /// The cost that was minimised.
+    /// The minimised cost.
     pub cost: f64,
-    /// Ln likelihood, the same constant left out for all hypotheses on the same sample.
+    /// Log likelihood, up to a constant that is common to all hypotheses on the same sample.
     pub ll: f64,
     /// Information matrix of theta, nuisances eliminated.
     pub information: Square,
-    /// Sum of squared residuals of each window, in units of the noise, and its degrees of freedom.
+    /// Squared norm of the residuals of each window, in units of the noise, and its degrees of freedom.
     pub misfits: Vec<[f64; 2]>,
-    /// Spread of the offsets of the events' parameter.
+    /// Spread of the event offsets.
     pub spread: Spread,
     /// Simulated events of each window of the chosen records.
     pub events: Vec<Vec<Event>>,
 }
 
-/// Nuisances of the windows of several samples, in the order of all their records.
-pub(crate) fn merged(parts: &[(&ChosenRecords<'_>, &Fit)]) -> Vec<Vec<f64>> {
+/// Joins the nuisances of several samples in the order of their records.
+pub(crate) fn merge_nuisances(parts: &[(&ChosenRecords<'_>, &Fit)]) -> Vec<Vec<f64>> {
     let mut by_record: BTreeMap<usize, &[Vec<f64>]> = BTreeMap::new();
     for (sample, fit) in parts {
-        let windows = sample.of_records().into_iter().map(|range| &fit.nuisance[range]);
+        let windows = sample.windows_by_record().into_iter().map(|range| &fit.nuisance[range]);
         by_record.extend(sample.chosen.iter().copied().zip(windows));
     }
     by_record.into_values().flatten().cloned().collect()
 }
 
 /// Information matrix of theta, nuisances eliminated.
-fn information(h: &Hypothesis, lanes: &[Lanes], normals: &[Normal]) -> Square {
+fn information(h: &Hypothesis, lanes: &[Lanes], normals: &[NormalEquations]) -> Square {
     let mut s = Square::zero(h.theta_len());
     for (l, normal) in lanes.iter().zip(normals) {
         let (sj, _, _) = eliminate(&normal.h, &normal.g, l.common());
@@ -66,7 +67,8 @@ fn information(h: &Hypothesis, lanes: &[Lanes], normals: &[Normal]) -> Square {
     s
 }
 
-/// Fits a hypothesis from a start. `nuisance` may be empty: then it begins at the rough start of each record.
+/// Fits a hypothesis from the initial values `theta` and `nuisance`; empty nuisances start from the rough
+/// initial states.
 pub(crate) fn fit(
     sample: &ChosenRecords<'_>,
     hypothesis: &Hypothesis,
@@ -76,7 +78,7 @@ pub(crate) fn fit(
     fit_with(sample, hypothesis, theta, nuisance, true)
 }
 
-/// Fits the nuisances alone, with theta (and the scatter) fixed.
+/// Fits the nuisances alone, with theta and the scatter fixed.
 pub(crate) fn fit_nuisance(
     sample: &ChosenRecords<'_>,
     hypothesis: &Hypothesis,
@@ -86,6 +88,25 @@ pub(crate) fn fit_nuisance(
     fit_with(sample, hypothesis, theta, nuisance, false)
 }
 
+/// Nuisances to start from: those in `known`, and the rough initial states of windows beyond it.
+fn initial_nuisances(
+    h: &Hypothesis,
+    lanes: &[Lanes],
+    windows: &[RecordWindow<'_>],
+    known: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
+    let initial = |(i, (lanes, &window)): (usize, (&Lanes, &RecordWindow<'_>))| match known.get(i) {
+        Some(known) => {
+            // Nuisances of another hypothesis may have more or fewer offsets.
+            let mut nuisance = known.clone();
+            nuisance.resize(lanes.nuisances(), 0.0);
+            nuisance
+        }
+        None => lanes.initial_nuisance(h, window),
+    };
+    lanes.iter().zip(windows).enumerate().map(initial).collect()
+}
+
 fn fit_with(
     sample: &ChosenRecords<'_>,
     hypothesis: &Hypothesis,
@@ -93,42 +114,30 @@ fn fit_with(
     nuisance: &[Vec<f64>],
     move_theta: bool,
 ) -> Fit {
-    sample.data.tally.fit();
+    sample.data.work.count_fit();
     let mut h = hypothesis.clone();
-    let excerpts = sample.excerpts();
-    let lanes: Vec<Lanes> = excerpts.iter().map(|&at| Lanes::new(&h, at, &[])).collect();
+    let windows = sample.windows();
+    let lanes: Vec<Lanes> = windows.iter().map(|&at| Lanes::new(&h, at, &[])).collect();
     let is_fresh = nuisance.is_empty();
-    let nuisance: Vec<Vec<f64>> = lanes
-        .iter()
-        .zip(&excerpts)
-        .enumerate()
-        .map(|(i, (l, &at))| match nuisance.get(i) {
-            Some(n) => {
-                // A start from another hypothesis: offsets may be new or gone.
-                let mut n = n.clone();
-                n.resize(l.nuisances().max(l.fixed_nuisances()), 0.0);
-                n
-            }
-            None => l.nuisance_start(&h, at),
-        })
-        .collect();
-    let mut state = State::at(sample, &h, &lanes, theta.to_vec(), nuisance);
-    // Starts that no fit has found may be in doubt all together. Where a fit has found them, those that are wrong stand out: where a law is
-    // missing every window is followed badly, and to begin all of them anew is most of the work.
-    let stand_out = !is_fresh && h.system.begins_from_first_samples();
-    let lost = |state: &State| if stand_out { LOST * usual_weight(&state.normals) } else { LOST };
-    let least = lost(&state);
-    state = rescue(sample, &h, &lanes, state, least);
+    let nuisance = initial_nuisances(&h, &lanes, &windows, nuisance);
+    let mut state = State::evaluate(sample, &h, &lanes, theta.to_vec(), nuisance);
+    // Rough initial states may all be wrong. Fitted ones are compared with the usual weight instead: with
+    // missing effects every window fits badly, and restarting all of them would be most of the work.
+    let is_relative = !is_fresh && h.system.begins_from_first_samples();
+    let lost_weight =
+        |state: &State| if is_relative { LOST_WEIGHT * usual_weight(&state.normals) } else { LOST_WEIGHT };
+    let max_weight = lost_weight(&state);
+    state = restart_lost_windows(sample, &h, &lanes, state, max_weight);
     let mut changes: Vec<f64> = Vec::new();
-    for _ in 0..MOST_SCATTER_STEPS {
+    for _ in 0..MAX_SCATTER_STEPS {
         let mut descent = Descent::new(move_theta);
         state = descent.minimise(sample, &h, &lanes, state);
         if h.system.begins_from_first_samples() {
-            // Parameters that are right now may find windows that were lost to wrong ones.
-            let before = state.q;
-            let least = lost(&state);
-            state = rescue(sample, &h, &lanes, state, least);
-            if state.q < before {
+            // With the improved parameters a restart may recover windows that were lost before.
+            let cost_before = state.q;
+            let max_weight = lost_weight(&state);
+            state = restart_lost_windows(sample, &h, &lanes, state, max_weight);
+            if state.q < cost_before {
                 state = descent.minimise(sample, &h, &lanes, state);
             }
         }
@@ -139,10 +148,10 @@ fn fit_with(
         let change = (spread.sd / scatter.sd).ln();
         changes.push(change);
         let (least, most) = scatter_bounds(&h);
-        let sd = (scatter.sd.ln() + extrapolated(&changes)).exp().clamp(least, most);
+        let sd = (scatter.sd.ln() + aitken_step(&changes)).exp().clamp(least, most);
         h.scatter = Some(Scatter { sd, ..scatter });
         let State { theta, nuisance, .. } = state;
-        state = State::at(sample, &h, &lanes, theta, nuisance);
+        state = State::evaluate(sample, &h, &lanes, theta, nuisance);
         if change.abs() < SCATTER_TOLERANCE {
             break;
         }
@@ -169,45 +178,53 @@ fn fit_with(
     }
 }
 
-/// The step of ln sd after a history of fixed-point steps. The fixed point is linear where offsets are hardly seen (and then
-/// slow): two steps in a row tell where the sequence goes (Aitken's extrapolation).
-fn extrapolated(changes: &[f64]) -> f64 {
+/// Step of ln sd from the history of fixed-point steps. The fixed-point iteration converges linearly, and
+/// slowly where the data hardly determine the offsets: Aitken's extrapolation from the last two steps
+/// accelerates it.
+fn aitken_step(changes: &[f64]) -> f64 {
     match changes {
-        [.., before, now] => {
-            let ratio = now / before;
-            if (0.1..0.9).contains(&ratio) { now / (1.0 - ratio) } else { *now }
+        [.., previous, last] => {
+            let ratio = last / previous;
+            if (0.1..0.9).contains(&ratio) { last / (1.0 - ratio) } else { *last }
         }
         _ => changes.last().copied().unwrap_or(0.0),
     }
 }
 
-/// Weight that a quarter of the windows exceed, at most 1: where a law is missing all of them are followed badly, and no start is in
-/// doubt for that.
-fn usual_weight(normals: &[Normal]) -> f64 {
+/// Weight that a quarter of the windows exceed, at most 1: with a missing effect all windows fit badly,
+/// which does not mean that their initial states are wrong.
+fn usual_weight(normals: &[NormalEquations]) -> f64 {
     let mut weights: Vec<f64> = normals.iter().map(|n| n.weight).collect();
     weights.sort_by(f64::total_cmp);
     weights.get(weights.len() * 3 / 4).map_or(1.0, |weight| weight.min(1.0))
 }
 
-/// Windows whose weight is `least` or less, which are followed badly, begin anew from their rough start; where that comes from
-/// their first samples alone and is no better, from one that is found over ever longer beginnings. Each keeps what is best.
-fn rescue(sample: &ChosenRecords<'_>, h: &Hypothesis, lanes: &[Lanes], state: State, least: f64) -> State {
+/// Restarts windows with weight `least` or less from their rough initial states; where these come from the
+/// first samples alone and do not help, from fits over growing beginnings. Each window keeps its best
+/// result.
+fn restart_lost_windows(
+    sample: &ChosenRecords<'_>,
+    h: &Hypothesis,
+    lanes: &[Lanes],
+    state: State,
+    max_weight: f64,
+) -> State {
     let State { theta, nuisance, normals, .. } = state;
-    let all = sample.excerpts();
-    let mut best: Vec<Settled> = normals.into_iter().zip(nuisance).collect();
-    let ways: &[bool] = if h.system.begins_from_first_samples() { &[false, true] } else { &[false] };
-    for is_grown in ways {
-        let is_lost = |w: &usize| best[*w].0.weight <= least || best[*w].0.weight.is_nan();
+    let all_windows = sample.windows();
+    let mut best: Vec<WindowState> = normals.into_iter().zip(nuisance).collect();
+    let methods: &[bool] = if h.system.begins_from_first_samples() { &[false, true] } else { &[false] };
+    for is_growing in methods {
+        let is_lost = |w: &usize| best[*w].0.weight <= max_weight || best[*w].0.weight.is_nan();
         let lost: Vec<usize> = (0..best.len()).filter(is_lost).collect();
-        let windows: Vec<Excerpt<'_>> = lost.iter().map(|w| all[*w]).collect();
+        let windows: Vec<RecordWindow<'_>> = lost.iter().map(|w| all_windows[*w]).collect();
         let lanes: Vec<Lanes> = lost.iter().map(|w| lanes[*w].clone()).collect();
         let rough: Vec<Vec<f64>> =
-            windows.iter().zip(&lanes).map(|(at, l)| l.nuisance_start(h, *at)).collect();
-        let anew = match is_grown {
-            false => settled_from(sample, h, &theta, &windows, &lanes, rough),
-            true => grown(sample, h, &theta, &windows, &lanes, rough),
+            windows.iter().zip(&lanes).map(|(at, l)| l.initial_nuisance(h, *at)).collect();
+        let restarted = match is_growing {
+            false => fit_nuisances_from(sample, h, &theta, &windows, &lanes, rough),
+            true => fit_growing(sample, h, &theta, &windows, &lanes, rough),
         };
-        for (w, fresh) in lost.into_iter().zip(anew) {
+        for (w, fresh) in lost.into_iter().zip(restarted) {
             if fresh.0.q < best[w].0.q {
                 best[w] = fresh;
             }

@@ -1,41 +1,47 @@
-//! Formulas where the library ends.
+//! Search over formulas of a grammar, where the library leaves structured residuals.
 
+use crate::addition::Addition;
 use crate::columns::Family;
-use crate::grammar::{has_grammar, is_formula};
 use crate::options::{Options, Progress};
-use crate::prepare::{Prepared, misfit};
+use crate::prepare::{Prepared, residual_sds};
 use crate::score::Scored;
-use crate::stages::{Searched, searched_on};
+use crate::stages::{Searched, search_in};
 
-/// Misfit in standard deviations of the noise above which formulas are looked for: what is less improves no prediction.
+/// Residual standard deviation, in units of the noise, above which formulas are searched: below, no
+/// prediction would improve.
 const BEYOND_NOISE: f64 = 1.1;
 
-/// The search once more with formulas as further candidates, where the library leaves more than noise; what it came to stays where no
-/// formula is significant and better.
-pub(crate) fn with_formulas(
+/// Repeats the search with formulas as further candidates if the residuals exceed the noise. Keeps the first
+/// result unless the named set then has a formula.
+pub(crate) fn search_formulas(
     prepared: &Prepared,
     searched: Searched,
     options: &Options,
     progress: &mut dyn FnMut(Progress),
 ) -> Searched {
-    let leaves = || {
-        let left = misfit(&searched.view.sample(), &searched.found.best().fit);
-        left.iter().zip(&prepared.noise.sd).any(|(left, sd)| *left > BEYOND_NOISE * sd)
+    let exceeds_noise = || {
+        let residual_sd = residual_sds(&searched.view.sample(), &searched.found.best().fit);
+        residual_sd.iter().zip(&prepared.noise.sd).any(|(residual_sd, sd)| *residual_sd > BEYOND_NOISE * sd)
     };
     let system = &*prepared.data.system;
-    if !options.library || !has_grammar(system) || prepared.clock.is_over() || !leaves() {
+    if !options.library
+        || !system.library().iter().any(|effect| effect.grammar.is_some())
+        || prepared.clock.is_over()
+        || !exceeds_noise()
+    {
         return searched;
     }
     progress(Progress::Formulas);
-    let families = [Family::Described, Family::Grammar];
-    let mut known: Vec<Scored> = searched.found.tried.clone();
-    let base = known.remove(0);
-    let mut wider = searched_on(prepared, searched.view.clone(), &families, base, known, &mut |_| {});
+    let families = [Family::Library, Family::Grammar];
+    let mut known_sets: Vec<Scored> = searched.found.sets.clone();
+    let base = known_sets.remove(0);
+    let mut with_grammar =
+        search_in(prepared, searched.view.clone(), &families, base, known_sets, &mut |_| {});
     let named = {
-        let Searched { view, families, found } = &mut wider;
+        let Searched { view, families, found } = &mut with_grammar;
         let search = crate::search::Search::new(view, families, &prepared.clock);
-        crate::judge::named(&search, found)
+        crate::judge::named_set(&search, found)
     };
-    let has_formula = wider.found.tried[named].additions().iter().any(is_formula);
-    if has_formula { wider } else { searched }
+    let has_formula = with_grammar.found.sets[named].additions().iter().any(Addition::is_formula);
+    if has_formula { with_grammar } else { searched }
 }

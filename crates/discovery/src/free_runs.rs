@@ -1,17 +1,17 @@
-//! Free runs of whole recordings: what a model foretells of held-out stretches from the first samples of a recording alone.
+//! Free runs: simulations of whole recordings from their first samples.
 //!
-//! Fits see long recordings in windows, each with a start of its own. A term that helps over windows may drive a run away that is
-//! never put right by data; a forecast is such a run.
+//! Fits divide long recordings into windows with their own initial states. An effect that helps over windows
+//! may make a free run diverge, and only free runs show that.
 
 use crate::fit::{ChosenRecords, Fit, fit_nuisance};
-use crate::forecast::{beginning, foretold, predictor};
+use crate::forecast::{beginning, predictor, simulate_from};
 use crate::record::{Measured, Record};
-use crate::records::parts::{known, whole};
+use crate::records::parts::{as_single_window, known_samples};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Samples that free runs are compared on: more cost time and change little.
-const MOST_SAMPLES: usize = 30_000;
+/// Maximum number of samples of all free runs: more add cost, not information.
+const MAX_SAMPLES: usize = 30_000;
 
 /// Recordings with the samples on which free runs are compared.
 #[derive(Clone, Debug)]
@@ -22,15 +22,15 @@ pub(crate) struct FreeRuns {
 
 #[derive(Clone, Debug)]
 struct Run {
-    /// The first samples of the recording, alone.
+    /// The first samples of the recording.
     beginning: Measured,
-    /// The recording; samples that do not count have no weight.
+    /// The recording; samples that do not count have weight 0.
     judged: Record,
 }
 
 impl FreeRuns {
-    /// Free runs of the recordings that the records of `heldout` are parts of, compared on these parts; `None` where fits see no
-    /// recording in several windows.
+    /// Free runs of the recordings that contain the held-out records, compared on these records; `None`
+    /// where no fit divides a recording into windows.
     pub fn new(heldout: &ChosenRecords<'_>) -> Option<Self> {
         let data = heldout.data;
         let mut runs: Vec<Run> = data
@@ -39,47 +39,47 @@ impl FreeRuns {
             .enumerate()
             .filter_map(|(index, recording)| {
                 let everything = |_: usize| true;
-                let first = known(&recording.whole.seen, recording.whole.seen.times.len());
-                let mut start = whole(data, index, everything);
-                start.seen.known = first;
-                let mut judged = whole(data, index, |j| heldout.chosen.contains(&j));
+                let first = known_samples(&recording.whole.data, recording.whole.data.times.len());
+                let mut start = as_single_window(data, index, everything);
+                start.data.known = first;
+                let mut judged = as_single_window(data, index, |j| heldout.chosen.contains(&j));
                 judged.weight.iter_mut().for_each(|w| w[..first].fill(0.0));
-                let any = judged.weight.iter().flatten().any(|w| *w > 0.0);
-                any.then(|| Run { beginning: data.with_records(vec![beginning(&start)]), judged })
+                let has_samples = judged.weight.iter().flatten().any(|w| *w > 0.0);
+                has_samples.then(|| Run { beginning: data.with_records(vec![beginning(&start)]), judged })
             })
             .collect();
-        let samples: usize = runs.iter().map(|run| run.judged.seen.times.len()).sum();
-        let stride = samples.div_ceil(MOST_SAMPLES).max(1);
+        let samples: usize = runs.iter().map(|run| run.judged.data.times.len()).sum();
+        let stride = samples.div_ceil(MAX_SAMPLES).max(1);
         runs = runs.into_iter().step_by(stride).collect();
         (!runs.is_empty()).then_some(Self { runs, correlation: heldout.correlation })
     }
 
-    /// Sum of squared errors and number of samples, by channel, of each stretch that is held out.
+    /// Sum of squared errors and number of samples, by channel, of each held-out stretch.
     pub fn squares(&self, fit: &Fit) -> Vec<Vec<(f64, f64)>> {
         let h = predictor(fit);
-        let of = |run: &Run| {
+        let sums_of_run = |run: &Run| {
             let sample = ChosenRecords { data: &run.beginning, chosen: &[0], correlation: self.correlation };
             let start = fit_nuisance(&sample, &h, &fit.theta, &[]);
-            let (first, everything) = (&run.beginning.records[0], 0..run.judged.seen.times.len());
-            let out = foretold(first, &run.judged, everything, &h, &fit.theta, &start.nuisance[0]);
+            let (first, everything) = (&run.beginning.records[0], 0..run.judged.data.times.len());
+            let out = simulate_from(first, &run.judged, everything, &h, &fit.theta, &start.nuisance[0]);
             let in_channel = |c: usize, stretch: &Range<usize>| {
                 let counted = stretch.clone().filter(|&k| run.judged.weight[c][k] > 0.0);
                 counted.fold((0.0, 0.0), |(sum, count), k| {
-                    (sum + (run.judged.seen.values[c][k] - out.value(k, c)).powi(2), count + 1.0)
+                    (sum + (run.judged.data.values[c][k] - out.value(k, c)).powi(2), count + 1.0)
                 })
             };
             let of_stretch = |s: &Range<usize>| (0..out.channels()).map(|c| in_channel(c, s)).collect();
             stretches(&run.judged).iter().map(of_stretch).collect::<Vec<Vec<_>>>()
         };
-        self.runs.par_iter().map(of).collect::<Vec<_>>().concat()
+        self.runs.par_iter().map(sums_of_run).collect::<Vec<_>>().concat()
     }
 }
 
-/// Stretches of samples that count in any channel.
+/// Stretches of samples with weight in any channel.
 fn stretches(record: &Record) -> Vec<Range<usize>> {
-    let counts = |k: usize| record.weight.iter().any(|w| w[k] > 0.0);
+    let has_weight = |k: usize| record.weight.iter().any(|w| w[k] > 0.0);
     let mut found: Vec<Range<usize>> = Vec::new();
-    for k in (0..record.seen.times.len()).filter(|k| counts(*k)) {
+    for k in (0..record.data.times.len()).filter(|k| has_weight(*k)) {
         match found.last_mut() {
             Some(last) if last.end == k => last.end = k + 1,
             _ => found.push(k..k + 1),
@@ -88,7 +88,7 @@ fn stretches(record: &Record) -> Vec<Range<usize>> {
     found
 }
 
-/// Geometric mean over channels of root mean square errors, infinite where one is no number.
+/// Geometric mean over channels of the root mean square errors; infinite where one is not finite.
 pub(crate) fn mean_error(sums: &[(f64, f64)]) -> f64 {
     if sums.iter().any(|(sum, _)| !sum.is_finite()) {
         return f64::INFINITY;
@@ -102,7 +102,7 @@ pub(crate) fn mean_error(sums: &[(f64, f64)]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: channels count in proportion, and a run that leaves the numbers is worse than every other.
+    //! Contract: all channels count relatively, and a diverging run has an infinite error.
     use super::*;
 
     #[test]
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_is_not_finite_errs_without_bounds() {
+    fn a_diverging_run_has_an_infinite_error() {
         for wild in [f64::NAN, f64::INFINITY] {
             assert_eq!(mean_error(&[(4.0, 4.0), (wild, 4.0)]), f64::INFINITY);
         }

@@ -1,81 +1,76 @@
 #![doc = include_str!("../README.md")]
 
-mod accept;
 mod addition;
-mod anatomy;
 mod answer;
 mod arc;
 mod assess;
 mod calibrate;
-mod chosen_records;
-mod clocked;
 mod closed_term;
 mod columns;
-mod cut;
 mod descent;
+mod difference_noise;
 mod discover;
-mod drawn;
+mod distinguish;
 mod error;
 mod error_table;
 mod evaluate;
+mod event_offsets;
 mod examples;
 mod experiment;
+mod finite;
 mod fit;
-mod follow;
+mod fit_state;
 mod forecast;
-mod foretell;
-mod foretold;
 mod formulas;
-mod framed;
+mod frame_clock;
 mod free_runs;
-mod grammar;
-mod grown;
+mod growing_windows;
 mod hypothesis;
+mod identifiability;
 mod interval;
 mod judge;
 mod linear;
 #[cfg(test)]
 mod linear_toy;
-mod lone;
 mod noise;
 mod noise_cause;
-mod offsets;
+mod nuisance_fit;
 mod options;
-mod outliers;
 mod periodicity;
-mod pieces;
+mod predict;
+mod prediction;
 mod prepare;
+mod random_effect;
+mod random_effect_test;
 mod record;
 mod records;
 mod report;
+mod resampling;
+mod residual_structure;
 mod residuals;
 mod result;
-mod rough_noise;
-mod scattered;
 mod score;
 mod search;
+mod segments;
 mod sentence;
-mod separate;
+mod single_record;
 mod spikes;
-mod spread;
 mod stages;
-mod state;
 mod statistics;
-mod tally;
 mod theta_step;
-mod undetermined;
+mod work_counter;
 
 pub use assess::{Assessment, assess};
-pub use clocked::{Clocked, on_a_clock};
 pub use discover::discover;
 pub use error::{DiscoveryError, Groups};
-pub use foretell::foretell;
-pub use foretold::{
+pub use noise_cause::{NoiseCause, NoiseRow, ShakenBy};
+pub use options::{Options, Progress};
+pub use predict::foretell;
+pub use prediction::{
     FORETOLD_LEVELS, ForetellOptions, Foretelling, Foretold, ForetoldChannel, ForetoldError,
     interval_of_rmse, quantile_of_draws, reduction_of_rmse,
 };
-pub use noise_cause::{NoiseCause, NoiseRow, ShakenBy};
-pub use options::{Options, Progress};
+pub use resampling::{Clocked, on_a_clock};
 pub use result::{
     Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, Example, ExampleChannel, FoundEffect,
     FoundFormula, FreeRun, Horizon, HorizonErrors, Lead, Models, NoiseFound, NullRecords, Rmse, SCHEMA,

@@ -1,6 +1,6 @@
 //! Dense symmetric matrices of at most a few dozen rows: factorisation, solution, eigenvalues.
 //!
-//! Written out here because at this size the calls into a general library cost more than the arithmetic.
+//! Implemented here because at this size the calls into a general library cost more than the arithmetic.
 
 /// A square matrix, row-major.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,7 +24,7 @@ impl Square {
         &mut self.a[i * self.n + j]
     }
 
-    /// The rows and columns at `keep`.
+    /// The submatrix of the rows and columns `keep`.
     pub fn sub(&self, keep: &[usize]) -> Self {
         let mut s = Self::zero(keep.len());
         for (i, &r) in keep.iter().enumerate() {
@@ -35,7 +35,7 @@ impl Square {
         s
     }
 
-    /// The matrix with its diagonal raised by `1 + damping`.
+    /// The matrix with its diagonal multiplied by `1 + damping`.
     pub fn damped(&self, damping: f64) -> Self {
         let mut d = self.clone();
         if damping > 0.0 {
@@ -44,14 +44,14 @@ impl Square {
         d
     }
 
-    /// By how much a quadratic cost with this curvature falls along `step`, down the gradient: `step' (2 gradient - self step)`.
-    pub fn fall(&self, gradient: &[f64], step: &[f64]) -> f64 {
-        let bent = |i: usize| step.iter().enumerate().map(|(k, x)| self.at(i, k) * x).sum::<f64>();
-        step.iter().enumerate().map(|(i, x)| x * (2.0 * gradient[i] - bent(i))).sum()
+    /// Decrease of a quadratic cost with this curvature along `step`: `step' (2 gradient - self step)`.
+    pub fn cost_decrease(&self, gradient: &[f64], step: &[f64]) -> f64 {
+        let curved = |i: usize| step.iter().enumerate().map(|(k, x)| self.at(i, k) * x).sum::<f64>();
+        step.iter().enumerate().map(|(i, x)| x * (2.0 * gradient[i] - curved(i))).sum()
     }
 
-    /// Cholesky factor. A pivot below 1e-13 of its diagonal is a direction without information: it is given an infinite
-    /// pivot, so that solutions do not move along it.
+    /// Cholesky factor. A pivot below 1e-13 of its diagonal entry marks a direction without information: it
+    /// is set to infinity, so that solutions do not move along it.
     pub fn cholesky(&self) -> Cholesky {
         let n = self.n;
         let mut l = self.a.clone();
@@ -80,8 +80,8 @@ impl Square {
         Cholesky { n, l, log_det }
     }
 
-    /// A lower triangle `R` with `R R'` the matrix; directions without variance have none.
-    pub fn root(&self) -> Square {
+    /// Lower triangle `R` with `R R'` equal to the matrix; columns of directions without variance are 0.
+    pub fn lower_factor(&self) -> Square {
         let factor = self.cholesky();
         let mut root = Square::zero(self.n);
         for i in 0..self.n {
@@ -134,17 +134,17 @@ impl Square {
     }
 }
 
-/// A factorisation `L L'`.
+/// A Cholesky factorisation `L L'`.
 #[derive(Clone, Debug)]
 pub(crate) struct Cholesky {
     n: usize,
     l: Vec<f64>,
-    /// Logarithm of the determinant, without the directions that carry no information.
+    /// Logarithm of the determinant, without the directions that have no information.
     pub log_det: f64,
 }
 
 impl Cholesky {
-    /// Whether every pivot was positive: the matrix has information along every direction.
+    /// Whether every pivot was positive, so that the matrix has information along every direction.
     pub fn is_definite(&self) -> bool {
         (0..self.n).all(|i| self.l[i * self.n + i].is_finite())
     }
@@ -188,8 +188,8 @@ impl Cholesky {
     }
 }
 
-/// Eliminates the variables from `keep` on: the Schur complement `H_aa - H_an H_nn^-1 H_na`, the reduced right-hand side,
-/// and the factor of `H_nn`.
+/// Eliminates the variables from index `keep` on: returns the Schur complement `H_aa - H_an H_nn^-1 H_na`,
+/// the reduced right-hand side, and the factor of `H_nn`.
 pub(crate) fn eliminate(h: &Square, g: &[f64], keep: usize) -> (Square, Vec<f64>, Cholesky) {
     let n = h.n;
     let tail: Vec<usize> = (keep..n).collect();
@@ -199,7 +199,6 @@ pub(crate) fn eliminate(h: &Square, g: &[f64], keep: usize) -> (Square, Vec<f64>
     w.iter_mut().for_each(|column| factor.forward(column));
     let mut last: Vec<f64> = g[keep..].to_vec();
     factor.forward(&mut last);
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     let mut s = Square::zero(keep);
     for i in 0..keep {
         for j in 0..=i {
@@ -212,9 +211,15 @@ pub(crate) fn eliminate(h: &Square, g: &[f64], keep: usize) -> (Square, Vec<f64>
     (s, u, factor)
 }
 
+/// Scalar product.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
 #[cfg(test)]
 mod tests {
-    //! Contract: solutions satisfy their equations, eigenvectors their definition. Sizes of this crate, rounding 1e-10.
+    //! Contract: solutions satisfy their equations and eigenvectors their definition, to rounding of 1e-10
+    //! at the sizes of this crate.
     use super::*;
 
     fn sample(n: usize) -> Square {
@@ -229,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn solution_of_the_whole_equals_solution_after_elimination() {
+    fn solving_the_whole_system_equals_solving_after_elimination() {
         let (h, g) = (sample(7), [1.0, -2.0, 0.5, 3.0, 1.0, 0.1, -1.0]);
         let mut x = g;
         h.cholesky().solve(&mut x);

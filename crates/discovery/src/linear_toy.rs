@@ -1,23 +1,22 @@
-//! A linear model with a robust cost, for tests of levels and coverage: windows of 75 residuals, smooth sensitivities.
+//! A linear model with a robust cost, for tests of levels and coverage: windows of 75 residuals, smooth
+//! sensitivities.
 //!
-//! The truth of every parameter is 0. A smooth misfit is three low harmonics in every window, 2 standard deviations of the
-//! noise each: what a fit meets where something is missing that differs from window to window.
+//! All true parameters are 0. The smooth misfit is three low harmonics in every window, with amplitudes of
+//! `misfit` standard deviations of the noise: a model error that differs from window to window.
 
 use crate::interval::Quadratic;
-use crate::linear::Square;
+use crate::linear::{Square, dot};
 use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardNormal};
 
 const RESIDUALS: usize = 75;
-/// Degrees of freedom of the t density, as in the loop.
-const SCALE_FREEDOM: f64 = 8.0;
+/// Degrees of freedom of the t density, as in the fits.
+const STUDENT_FREEDOM: f64 = 8.0;
 
-/// Fit of a toy at the minimum of its cost.
+/// Fit of a toy model at the minimum of its cost.
 pub(crate) struct ToyFit {
     pub theta: Vec<f64>,
     pub information: Square,
-    /// `information` less the derivative of the weights.
-    pub bread: Square,
     pub windows: Vec<Quadratic>,
     /// The windows with the derivative of their weights in the curvature.
     pub softened: Vec<Quadratic>,
@@ -30,7 +29,7 @@ pub(crate) struct Toy {
 }
 
 impl Toy {
-    /// Draws so many windows: noise of sd 1, a smooth misfit of `misfit` sd, and the sensitivities of `parameters` parameters.
+    /// Draws windows with unit noise and a smooth misfit of `misfit` standard deviations.
     pub fn of(windows: usize, seed: u64, misfit: f64, parameters: usize) -> Self {
         let mut rng = random_stream(seed, "linear toy", 0);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -70,17 +69,15 @@ impl Toy {
 
     fn at(&self, theta: &[f64]) -> ToyFit {
         let p = theta.len();
-        let n = SCALE_FREEDOM + RESIDUALS as f64;
+        let n = STUDENT_FREEDOM + RESIDUALS as f64;
         let mut information = Square::zero(p);
-        let mut bread = Square::zero(p);
         let (mut windows, mut softened) = (Vec::new(), Vec::new());
         for (y, columns) in self.y.iter().zip(&self.columns) {
             let r: Vec<f64> = (0..RESIDUALS)
                 .map(|k| y[k] - (0..p).map(|i| columns[i][k] * theta[i]).sum::<f64>())
                 .collect();
             let q: f64 = r.iter().map(|v| v * v).sum();
-            let weight = n / (SCALE_FREEDOM + q);
-            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+            let weight = n / (STUDENT_FREEDOM + q);
             let u: Vec<f64> = (0..p).map(|i| weight * dot(&columns[i], &r)).collect();
             let (mut s, mut soft) = (Square::zero(p), Square::zero(p));
             for i in 0..p {
@@ -88,45 +85,11 @@ impl Toy {
                     *s.at_mut(i, j) = weight * dot(&columns[i], &columns[j]);
                     *information.at_mut(i, j) += s.at(i, j);
                     *soft.at_mut(i, j) = s.at(i, j) - 2.0 / n * u[i] * u[j];
-                    *bread.at_mut(i, j) += soft.at(i, j);
                 }
             }
             softened.push((soft, u.clone()));
             windows.push((s, u));
         }
-        ToyFit { theta: theta.to_vec(), information, bread, windows, softened }
+        ToyFit { theta: theta.to_vec(), information, windows, softened }
     }
-}
-
-/// Covariance of the parameters as many records give it: the larger, parameter by parameter, of the sandwich over clusters (White 1982) and of
-/// `information^-1`, with the correlations of the latter.
-///
-/// `bread` is the expected second derivative of the cost where that is not `information` itself: with a robust cost it has the
-/// derivative of the weights in it. Without it the sandwich covers 75 % under a smooth misfit of two standard deviations,
-/// with it 95 % (linear experiment of 60 windows). A bread that is not positive definite is replaced by `information`.
-pub(crate) fn sandwich(information: &Square, bread: &Square, gradients: &[Vec<f64>]) -> Square {
-    let p = information.n;
-    let mut covariance = information.cholesky().inverse();
-    let factor = bread.cholesky();
-    let inverse = if factor.is_definite() { factor.inverse() } else { covariance.clone() };
-    let n = gradients.len().max(1) as f64;
-    let mean: Vec<f64> = (0..p).map(|i| gradients.iter().map(|u| u[i]).sum::<f64>() / n).collect();
-    let mut variance = vec![0.0; p];
-    for u in gradients {
-        for (i, v) in variance.iter_mut().enumerate() {
-            *v += (0..p).map(|j| inverse.at(i, j) * (u[j] - mean[j])).sum::<f64>().powi(2);
-        }
-    }
-    let grow: Vec<f64> = (0..p)
-        .map(|i| {
-            let white = covariance.at(i, i);
-            if white > 0.0 { (variance[i] / white).sqrt().max(1.0) } else { 1.0 }
-        })
-        .collect();
-    for i in 0..p {
-        for j in 0..p {
-            *covariance.at_mut(i, j) *= grow[i] * grow[j];
-        }
-    }
-    covariance
 }

@@ -1,25 +1,30 @@
-//! Choices of a caller, and reports of progress to it.
+//! Options of a discovery run with its deadline, and progress reports to the caller.
 
+use crate::result::Discovery;
 use augsim_data::checks::Accepted;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::Instant;
 
-/// Choices of a discovery.
+/// Options of a discovery run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Seed of resamples and replicates. It decides nothing: 200 resamples make its effect small.
+    /// Seed of the resamples and noise replicates; with 20,000 resamples its influence is small.
     pub seed: u64,
-    /// Records without a missing effect that the search is tried on, to tell how often it names one.
+    /// Number of simulated records without a missing effect, on which the false-positive rate is measured.
     pub null_runs: usize,
-    /// Checks of suspicious data that are not made.
+    /// Data checks that are skipped.
     pub accepted: Accepted,
-    /// Whether effects of the library are tried. Without them formulas are looked for at once, where the system has a grammar.
+    /// Whether effects of the library are tried; without them only formulas are searched, if the system has
+    /// a grammar.
     pub library: bool,
-    /// When the search is to end with the best so far; never without it. An answer that was not cut does not depend on it.
+    /// Deadline after which the search stops with the best set so far; `None` for no deadline. Runs that end
+    /// before it do not depend on it.
     pub until: Option<Instant>,
 }
 
 impl Options {
-    /// Whether the time is over.
+    /// Whether the deadline has passed.
     pub(crate) fn is_over(&self) -> bool {
         self.until.is_some_and(|until| Instant::now() >= until)
     }
@@ -31,37 +36,38 @@ impl Default for Options {
     }
 }
 
-/// How far a discovery is.
+/// Stage that a discovery run has reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// Noise and events.
+    /// Noise estimation and event detection.
     Noise,
     /// Calibration of the declared parameters.
     Calibration,
-    /// Search over the library: so many thousandths of the largest one that there can be.
+    /// Search over the library; the number is the finished share of the largest possible search, in
+    /// thousandths.
     Searched(u16),
-    /// Tests of the best model.
+    /// Tests of the residuals of the best model.
     Adequacy,
-    /// Formulas of a grammar.
+    /// Search over formulas of a grammar.
     Formulas,
-    /// Errors before and after.
+    /// Prediction errors before and after.
     Errors,
 }
 
 impl Progress {
-    /// The step in words.
+    /// Description of the stage for a progress display.
     pub fn describe(self) -> &'static str {
         match self {
             Progress::Noise => "finding events and estimating the noise",
             Progress::Calibration => "calibrating the declared parameters",
             Progress::Searched(_) => "fitting candidate effects",
-            Progress::Adequacy => "testing what the best model leaves",
-            Progress::Formulas => "looking for a formula",
+            Progress::Adequacy => "testing the residuals of the best model",
+            Progress::Formulas => "searching for a formula",
             Progress::Errors => "measuring errors on held-out trajectories",
         }
     }
 
-    /// The share of the whole that is done, roughly: searches differ in how far they have to go.
+    /// Approximate finished share of the whole run, from 0 to 1; searches differ in length.
     pub fn fraction(self) -> f64 {
         match self {
             Progress::Noise => 0.0,
@@ -74,32 +80,71 @@ impl Progress {
     }
 }
 
-/// Tells `progress` of steps that go on; those of a search that begins anew behind another are as far as the one that led to it.
-pub(crate) fn onward(progress: &mut dyn FnMut(Progress)) -> impl FnMut(Progress) {
-    let mut furthest = 0.0;
+/// Wraps `progress` so that the reported share never decreases: repeated searches report only what lies
+/// beyond the share already reached.
+pub(crate) fn monotone(progress: &mut dyn FnMut(Progress)) -> impl FnMut(Progress) {
+    let mut largest_share = 0.0;
     move |step| {
-        if step.fraction() >= furthest {
-            furthest = step.fraction();
+        if step.fraction() >= largest_share {
+            largest_share = step.fraction();
             progress(step);
         }
     }
 }
 
+/// The deadline of a search. Clones share whether it has cut the search short.
+#[derive(Clone)]
+pub(crate) struct Clock {
+    options: Options,
+    /// Whether the deadline passed before everything was tried.
+    cut: Arc<AtomicBool>,
+}
+
+impl Clock {
+    pub fn new(options: &Options) -> Self {
+        Self { options: *options, cut: Arc::default() }
+    }
+
+    /// Whether the deadline passed before everything was tried.
+    pub fn was_cut(&self) -> bool {
+        self.cut.load(Relaxed)
+    }
+
+    /// Whether the deadline has passed; from then on nothing more is tried.
+    pub fn is_over(&self) -> bool {
+        if self.options.is_over() {
+            self.cut.store(true, Relaxed);
+        }
+        self.was_cut()
+    }
+}
+
+/// Marks a result whose search was ended by the deadline.
+pub(crate) fn mark_cut_short(mut found: Discovery, start_time: Instant) -> Discovery {
+    let seconds = start_time.elapsed().as_secs_f64();
+    found.sentence = format!(
+        "The search was stopped at its time limit; this is the best result so far. {}",
+        found.sentence
+    );
+    found.cut_after_s = Some(seconds);
+    found
+}
+
 #[cfg(test)]
 mod tests {
-    //! Contract: what is told of the progress never goes back.
+    //! Contract: the reported progress never decreases.
     use super::*;
 
     #[test]
-    fn a_second_search_does_not_begin_at_nothing() {
-        let mut told = Vec::new();
-        let mut keep = |step: Progress| told.push(step.fraction());
-        let mut step = onward(&mut keep);
+    fn a_second_search_does_not_reset_the_progress() {
+        let mut shares = Vec::new();
+        let mut record = |step: Progress| shares.push(step.fraction());
+        let mut step = monotone(&mut record);
         use Progress::*;
         let second = [Searched(0), Searched(500), Searched(1000)];
         [Noise, Calibration, Searched(700)].into_iter().chain(second).for_each(&mut step);
         [Formulas].into_iter().chain(second).chain([Adequacy, Errors]).for_each(&mut step);
         drop(step);
-        assert!(told.is_sorted() && told.len() == 6, "{told:?}");
+        assert!(shares.is_sorted() && shares.len() == 6, "{shares:?}");
     }
 }

@@ -1,62 +1,65 @@
-//! Is a scatter a rhythm? Periodograms of the offsets on the session clock.
+//! Test of the event offsets for a period on the session clock, by periodograms.
 
 use crate::evaluate::Lanes;
 use crate::fit::{ChosenRecords, Fit};
 use augsim_physics::system::ScatterPer;
 use rayon::prelude::*;
 
-/// Slow frequencies: multiples of the inverse of twice the time that the clock spans.
-const SLOW: u32 = 2_000;
-/// Fast frequencies, evenly between the first two, Hz.
-const FAST: (f64, f64, u32) = (0.05, 30.0, 20_000);
-/// Fewest offsets that a rhythm can be seen in.
-const FEWEST: usize = 16;
+/// Number of slow frequencies: multiples of 1/(2 T) for offsets over a time T.
+const SLOW_FREQUENCIES: u32 = 2_000;
+/// Fast frequencies: first, last (Hz) and number, evenly spaced.
+const FAST_FREQUENCIES: (f64, f64, u32) = (0.05, 30.0, 20_000);
+/// Minimum number of offsets for the test.
+const MIN_OFFSETS: usize = 16;
 
-/// An offset of the events' parameter at its time on the clock.
+/// Offset of the events' parameter at one event, with its time on the session clock.
 struct Point {
     time: f64,
-    /// The offset, and the offset times the strength of the event (what a rhythm of the surroundings is in proportion to).
+    /// The offset, and the offset times the strength of the event. A periodic motion of the surroundings
+    /// would act in proportion to the strength.
     y: [f64; 2],
 }
 
-/// Smallest p-value of least-squares periodograms (Lomb 1976; Zechmeister and Kürster 2009, with a mean) of the offsets, and
-/// of the offsets times the strength of their events. Slow frequencies are as many as there are offsets (Horne and Baliunas 1986), fast ones are
-/// counted one by one.
+/// Smallest p-value of least-squares periodograms (Lomb 1976; Zechmeister and Kürster 2009, with a mean) of
+/// the offsets, and of the offsets times the strength of their events. Slow frequencies count as n
+/// independent tests for n offsets (Horne and Baliunas 1986), fast ones count singly.
 pub(crate) fn p_value(sample: &ChosenRecords<'_>, fit: &Fit) -> f64 {
     let points = points(sample, fit);
-    if points.len() < FEWEST {
+    if points.len() < MIN_OFFSETS {
         return 1.0;
     }
     let (first, last) = points.iter().fold((f64::MAX, f64::MIN), |a, p| (a.0.min(p.time), a.1.max(p.time)));
     let slow = 0.5 / (last - first).max(1e-9);
     let n = points.len() as f64;
     let best = |frequencies: Vec<f64>| {
-        frequencies.into_par_iter().map(|f| explained(&points, f)).reduce(|| 0.0, f64::max)
+        frequencies.into_par_iter().map(|f| explained_share(&points, f)).reduce(|| 0.0, f64::max)
     };
-    // Under white noise the explained share follows a beta law.
+    // Under white noise the explained share has a beta distribution.
     let tail = |share: f64| (1.0 - share).max(0.0).powf(0.5 * (n - 3.0));
-    let step = (FAST.1 - FAST.0) / f64::from(FAST.2);
+    let step = (FAST_FREQUENCIES.1 - FAST_FREQUENCIES.0) / f64::from(FAST_FREQUENCIES.2);
     let p = [
-        n * tail(best((1..=SLOW).map(|k| slow * f64::from(k)).collect())),
-        f64::from(FAST.2) * tail(best((0..FAST.2).map(|k| FAST.0 + step * f64::from(k)).collect())),
+        n * tail(best((1..=SLOW_FREQUENCIES).map(|k| slow * f64::from(k)).collect())),
+        f64::from(FAST_FREQUENCIES.2)
+            * tail(best((0..FAST_FREQUENCIES.2).map(|k| FAST_FREQUENCIES.0 + step * f64::from(k)).collect())),
     ];
-    // Two ranges, two forms.
+    // Bonferroni correction for two frequency ranges and two forms.
     (4.0 * p[0].min(p[1])).min(1.0)
 }
 
+/// The event offsets of a fit with their times.
 fn points(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Point> {
     let shared = fit.hypothesis.scatter.is_some_and(|s| s.per == ScatterPer::Record);
     let schema = fit.hypothesis.system.schema();
     let strength = schema.event.as_ref().and_then(|e| e.strength);
     let mut points = Vec::new();
-    for (i, at) in sample.excerpts().into_iter().enumerate() {
-        let record = at.record;
-        let lanes = Lanes::new(&fit.hypothesis, at, &[]);
-        let xi = &fit.nuisance[i][lanes.fixed_nuisances()..];
-        // An offset that a whole trajectory shares counts once.
+    for (i, window) in sample.windows().into_iter().enumerate() {
+        let record = window.record;
+        let lanes = Lanes::new(&fit.hypothesis, window, &[]);
+        let offsets = &fit.nuisance[i][lanes.state_nuisances()..];
+        // An offset that all events of a record share counts once.
         let events = fit.events[i].iter().take(if shared { 1 } else { usize::MAX });
-        let clock_s = schema.clock.and_then(|c| record.seen.covariate(c)).unwrap_or(0.0);
-        points.extend(xi.iter().zip(events).map(|(&x, event)| Point {
+        let clock_s = schema.clock.and_then(|c| record.data.covariate(c)).unwrap_or(0.0);
+        points.extend(offsets.iter().zip(events).map(|(&x, event)| Point {
             time: event.time_s + clock_s,
             y: [x, x * strength.map_or(1.0, |s| event.feature(s))],
         }));
@@ -65,7 +68,7 @@ fn points(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Point> {
 }
 
 /// Largest share of the variance of either form that a sine of `frequency` Hz with a mean explains.
-fn explained(points: &[Point], frequency: f64) -> f64 {
+fn explained_share(points: &[Point], frequency: f64) -> f64 {
     let w = 2.0 * std::f64::consts::PI * frequency;
     let n = points.len() as f64;
     // Sums of cos, sin, cos², cos sin, sin²; then of y, y², y cos, y sin for each form.

@@ -1,18 +1,18 @@
-//! From fits to the result: estimates, candidates with reasons, alternatives, sentences.
+//! From fits to the result: estimates, candidates with reasons, alternatives, tables.
 
 use crate::DiscoveryError;
-use crate::accept::all_finite;
 use crate::addition::{Addition, kinds, labels};
-use crate::anatomy::anatomy;
 use crate::answer::AnswerParts;
 use crate::closed_term::unexplained;
-use crate::error_table::measured_in;
-use crate::experiment::{next_experiment, to_establish};
+use crate::error_table::deciding_measure;
+use crate::experiment::{confirming_experiment, next_experiment};
+use crate::finite::all_finite;
 use crate::fit::{Fit, fit_nuisance};
 use crate::forecast;
 use crate::hypothesis::Hypothesis;
-use crate::judge::{Lead as Found, Short, record_name};
-use crate::outliers::left_out;
+use crate::judge::{Lead as SearchResult, Shortcoming, record_name};
+use crate::residual_structure::anatomy;
+use crate::residuals::left_out;
 use crate::result::*;
 use crate::score::Scored;
 use crate::search::without;
@@ -21,7 +21,7 @@ use augsim_physics::model::Per;
 use augsim_physics::system::{Addition as Added, Augmentation, ScatterPer};
 use std::collections::BTreeMap;
 
-/// Name and unit of each free parameter; those of additions without their kind.
+/// Name and unit of each free parameter; parameters of additions without the kind.
 fn names(h: &Hypothesis) -> Vec<(String, String)> {
     h.free
         .iter()
@@ -44,30 +44,29 @@ fn names(h: &Hypothesis) -> Vec<(String, String)> {
 /// Estimates of the free parameters of one addition, or of the declared model.
 fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> BTreeMap<String, Estimate> {
     let (fit, h) = (&set.fit, &set.fit.hypothesis);
-    let (ci, all, intervals) = (set.ci95(), names(h), set.intervals());
+    let (ci, names_and_units, intervals) = (set.ci95(), names(h), set.intervals());
     let mut out = BTreeMap::new();
-    let mut at = 0;
-    // Values by group are those of a declared parameter.
+    // The parameters of groupwise values are declared ones.
     let split = addition.and_then(|n| match &h.additions[n] {
         Addition::Split(split) => Some(split.index),
         _ => None,
     });
-    for (f, name_and_unit) in h.free.iter().zip(&all) {
-        let width = h.width(f);
+    for ((f, range), name_and_unit) in h.entries().zip(&names_and_units) {
+        let (next, width) = (range.start, range.len());
         let wanted = split.map_or(f.addition == addition, |index| f.index == index);
         if wanted && width > 0 {
             let (name, unit) = name_and_unit.clone();
-            let mut e = Estimate { value: fit.theta[at], ci95: ci[at], unit, groups: BTreeMap::new() };
+            let mut e = Estimate { value: fit.theta[next], ci95: ci[next], unit, groups: BTreeMap::new() };
             if f.per == Per::Group {
-                let values = &fit.theta[at..at + width];
+                let values = &fit.theta[range.clone()];
                 let n = width as f64;
                 let mean = values.iter().sum::<f64>() / n;
-                let own = |i| if (at..at + width).contains(&i) { 1.0 / n } else { 0.0 };
-                let half = intervals.half_width(&(0..fit.theta.len()).map(own).collect::<Vec<_>>());
+                let share = |i| if range.contains(&i) { 1.0 / n } else { 0.0 };
+                let half = intervals.half_width(&(0..fit.theta.len()).map(share).collect::<Vec<_>>());
                 e.value = mean;
                 e.ci95 = [mean - half, mean + half];
                 let names = parts.prepared.data.groups.iter();
-                let each = (at..at + width).map(|i| {
+                let each = range.clone().map(|i| {
                     let (unit, groups) = (e.unit.clone(), BTreeMap::new());
                     Estimate { value: fit.theta[i], ci95: ci[i], unit, groups }
                 });
@@ -75,7 +74,6 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
             }
             out.insert(name, e);
         }
-        at += width;
     }
     if let (Some(number), Some(scatter)) = (addition, h.scatter)
         && matches!(h.additions[number], Addition::Scatter(_))
@@ -86,32 +84,32 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
     out
 }
 
-/// Sets that were fitted, each once, by gain less price; and why each is the answer or is not.
+/// Fitted sets, each once, by gain minus penalty, with the reason why each is chosen or not.
 fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
     let (found, best) = (parts.found, parts.best);
-    let named = &found.tried[parts.judged.judgement.named];
-    let mut seen: Vec<Vec<String>> = Vec::new();
+    let named = &found.sets[parts.judged.findings.named];
+    let mut known_keys: Vec<Vec<String>> = Vec::new();
     let mut out: Vec<Candidate> = Vec::new();
-    // A part of the best set may have no fit that is a number: it was compared with nothing.
-    for set in found.tried.iter().chain([best]).filter(|s| !s.additions().is_empty() && s.is_finite()) {
+    // A subset of the best set may have failed to fit; it was compared with nothing.
+    for set in found.sets.iter().chain([best]).filter(|s| !s.additions().is_empty() && s.is_finite()) {
         let key = set.key();
-        if seen.contains(&key) {
+        if known_keys.contains(&key) {
             continue;
         }
         let chosen = key == best.key();
-        let gain = set.gain_over(parts.base, set.evidence.memory.independent);
-        let penalty = found.price.of_set(set.additions());
-        seen.push(key);
+        let gain = set.gain_over(parts.base, set.evidence.independence.share);
+        let penalty = found.penalty.of_set(set.additions());
+        known_keys.push(key);
         let why = if chosen {
-            "chosen: every effect is significant and comes back over resamples".to_owned()
+            "chosen: every effect is significant and selected in at least 90 % of the resamples".to_owned()
         } else if gain < penalty {
-            format!("gain {gain:.1} does not pay for its price {penalty:.1}")
+            format!("its gain of {gain:.1} nats is below its penalty of {penalty:.1} nats")
         } else if !found.is_significant(parts.search, set) {
-            "holds an effect that is not significant among so many candidates".to_owned()
+            "contains an effect that is not significant among this many candidates".to_owned()
         } else if found.margin(set, named) > 0.0 {
-            "no better than the chosen set by more than blocks differ, and larger or not stable".to_owned()
+            "its advantage over the chosen set is within the scatter over blocks, and it is larger or less stable".to_owned()
         } else {
-            format!("predicts worse than the chosen set by {:.1}", -found.margin(set, named))
+            format!("predicts worse than the chosen set by {:.1} nats", -found.margin(set, named))
         };
         let mut parameters = BTreeMap::new();
         for (n, a) in set.additions().iter().enumerate() {
@@ -134,46 +132,47 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
     out
 }
 
-/// The set without one of its additions, fitted if it was not.
-fn rest_of(parts: &AnswerParts<'_>, set: &Scored, number: usize) -> Scored {
-    let rest = without(set.additions(), number);
-    match parts.found.with_key(&labels(&rest)) {
+/// The set without one of its additions; fitted now if it was not before.
+fn set_without(parts: &AnswerParts<'_>, set: &Scored, number: usize) -> Scored {
+    let remaining = without(set.additions(), number);
+    match parts.found.with_key(&labels(&remaining)) {
         Some(known) => known.clone(),
-        None => parts.search.refit(&set.fit, &rest, &Vec::new()),
+        None => parts.search.refit(&set.fit, &remaining, &Vec::new()),
     }
 }
 
+/// The effects of the result, in the order of the sentence.
 fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
-    let (best, judgement) = (parts.best, &parts.judged.judgement);
-    let named = &parts.found.tried[judgement.named];
-    let independent = best.evidence.memory.independent;
+    let (best, findings) = (parts.best, &parts.judged.findings);
+    let named = &parts.found.sets[findings.named];
+    let independent = best.evidence.independence.share;
     let whole = best.gain_over(parts.base, independent);
-    let drawn = drawn(parts, whole);
+    let drawn = random_effect(parts, whole);
     let several = best.additions().len() + usize::from(drawn.is_some()) > 1;
     let rmse = |fit: &Fit| forecast::first_rmse(parts.shown_on, fit);
     let own_error = several.then(|| rmse(&best.fit));
     let mut out: Vec<FoundEffect> = Vec::new();
     for (n, a) in best.additions().iter().enumerate() {
         let Some(place) = named.additions().iter().position(|other| other == a) else { continue };
-        let rest = rest_of(parts, best, n);
+        let remaining = set_without(parts, best, n);
         let lawful = matches!(a, Addition::Effect(..) | Addition::Split(_));
-        let removed = own_error.filter(|_| lawful).map(|own| rmse(&rest.fit) - own);
-        let share = best.gain_over(&rest, independent) / whole;
+        let removed = own_error.filter(|_| lawful).map(|own| rmse(&remaining.fit) - own);
+        let share = best.gain_over(&remaining, independent) / whole;
         let folds = &parts.errors.folds;
         let label = kinds(std::slice::from_ref(a));
         out.push(FoundEffect {
             kind: a.kind().into(),
             stands_for: a.listed().map_or(Vec::new(), |effect| effect.stands_for.clone()),
             parameters: estimates(parts, parts.full, Some(n)),
-            inclusion: judgement.inclusion.get(place).copied(),
-            q_value: judgement.q_values.get(place).copied(),
+            inclusion: findings.inclusion.get(place).copied(),
+            q_value: findings.q_values.get(place).copied(),
             folds: (!folds.is_empty())
                 .then(|| [folds.iter().filter(|f| f.contains(&label[0])).count(), folds.len()]),
             share: if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 },
             formula: a.listed().and_then(|effect| {
                 let grammar = effect.grammar.as_ref()?;
-                let (of, unit) = (grammar.of.name.clone(), grammar.of.unit.clone());
-                Some(FoundFormula { text: effect.formula.clone(), of, unit, range: grammar.range })
+                let (quantity, unit) = (grammar.of.name.clone(), grammar.of.unit.clone());
+                Some(FoundFormula { text: effect.formula.clone(), of: quantity, unit, range: grammar.range })
             }),
             removed: removed.filter(|x| x.is_finite()),
             per: match a {
@@ -190,10 +189,12 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
     out
 }
 
-/// Parameters that are drawn anew for each record, if they were found, and their share of the gain; `laws` is the gain of what was added.
-fn drawn(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
-    let scattered = parts.judged.scattered.as_ref().filter(|s| !s.declared && parts.judged.doubt.is_none());
-    let (scattered, sd) = scattered.zip(parts.drawn_sd.clone())?;
+/// The random effect per record, if one was found, and its share of the gain; `laws` is the gain of the
+/// other effects.
+fn random_effect(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
+    let scattered =
+        parts.judged.random_effect.as_ref().filter(|s| !s.is_declared && parts.judged.doubt.is_none());
+    let (scattered, sd) = scattered.zip(parts.random_effect_sd.clone())?;
     let schema = parts.prepared.data.system.schema();
     let effect = &schema.drawn.as_ref()?.scatter;
     let share = scattered.gain / (scattered.gain + laws.max(0.0));
@@ -202,53 +203,50 @@ fn drawn(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
         kind: effect.kind.clone(),
         stands_for: effect.stands_for.clone(),
         parameters: BTreeMap::from([(name.to_string(), sd)]),
-        inclusion: None,
-        q_value: None,
         share,
-        folds: None,
-        formula: None,
-        removed: None,
         per: Some(schema.record[0].clone()),
+        ..FoundEffect::default()
     };
     Some((found, share))
 }
 
+/// The leads of the result, each with its reason and the experiment that would confirm it.
 fn leads(parts: &AnswerParts<'_>) -> Vec<Lead> {
-    let lead = |lead: &Found| Lead {
+    let lead = |lead: &SearchResult| Lead {
         kind: kinds(std::slice::from_ref(&lead.addition))[0].clone(),
         inclusion: lead.inclusion,
         chance: lead.chance.filter(|p| p.is_finite()),
         why: match lead.short {
-            Short::NotSignificant => "not significant among so many candidates",
-            Short::NotStable => "comes back in too few resamples of the data",
-            Short::DoesNotPay => "does not pay its price in predictions of left-out blocks",
+            Shortcoming::NotSignificant => "not significant among this many candidates",
+            Shortcoming::NotStable => "selected in fewer than 90 % of the resamples of the data",
+            Shortcoming::DoesNotPay => "its gain in predictions of left-out blocks is below its penalty",
         }
         .into(),
-        next: to_establish(parts, &lead.addition),
+        next: confirming_experiment(parts, &lead.addition),
     };
-    parts.judged.judgement.leads.iter().map(lead).collect()
+    parts.judged.findings.leads.iter().map(lead).collect()
 }
 
-/// Names of the entries of theta, those of groups with the group.
+/// Names of the entries of theta, with the group in brackets.
 fn axis(h: &Hypothesis, groups: &[String]) -> Vec<String> {
     let mut axis: Vec<String> = Vec::new();
     for (f, (name, _)) in h.free.iter().zip(names(h)) {
-        let of = f.addition.map_or(String::new(), |n| format!("{}.", h.additions[n].kind()));
+        let prefix = f.addition.map_or(String::new(), |n| format!("{}.", h.additions[n].kind()));
         axis.extend((0..h.width(f)).map(|g| {
-            if h.width(f) > 1 { format!("{of}{name}[{}]", groups[g]) } else { format!("{of}{name}") }
+            if h.width(f) > 1 { format!("{prefix}{name}[{}]", groups[g]) } else { format!("{prefix}{name}") }
         }));
     }
     axis
 }
 
 impl AnswerParts<'_> {
-    /// Gain of the answer in predictions of left-out blocks, nats.
+    /// Gain of the result in the log predictive density of left-out blocks, nats.
     pub fn gain(&self) -> f64 {
-        let gain = self.best.gain_over(self.base, self.best.evidence.memory.independent);
+        let gain = self.best.gain_over(self.base, self.best.evidence.independence.share);
         if gain.is_finite() { gain } else { 0.0 }
     }
 
-    /// The table of errors of the measure that decides.
+    /// Error table of the deciding measure.
     pub fn table(&self) -> ErrorTable {
         let data = &self.prepared.data;
         let folds = Some(self.errors.folds.len()).filter(|n| *n > 0);
@@ -259,14 +257,15 @@ impl AnswerParts<'_> {
         self.bounded(ErrorTable { folds, free_run, ..table })
     }
 
-    /// A table whose floor is what was reached where the noise is only bounded from above.
+    /// Lowers the noise floor to the reached error where the noise is only an upper bound.
     fn bounded(&self, mut table: ErrorTable) -> ErrorTable {
-        if self.prepared.is_bounded() && table.noise_floor.rmse > table.augmented.rmse {
+        if self.prepared.is_noise_bounded() && table.noise_floor.rmse > table.augmented.rmse {
             table.noise_floor = table.augmented;
         }
         table
     }
 
+    /// Error tables of the other measures.
     fn other_tables(&self) -> BTreeMap<String, ErrorTable> {
         let schema = self.prepared.data.system.schema();
         let folds = Some(self.errors.folds.len()).filter(|n| *n > 0);
@@ -274,29 +273,31 @@ impl AnswerParts<'_> {
         all.into_iter().map(|(name, table)| (name, self.bounded(ErrorTable { folds, ..table }))).collect()
     }
 
+    /// Residual tests of the result.
     fn tests(&self) -> Tests {
-        let left = &self.judged.left;
+        let tests = &self.judged.residual_tests;
         let schema = self.prepared.data.system.schema();
-        let differs = left.records < crate::search::ALPHA;
-        let outlying = left.outlying.filter(|_| differs).and_then(|n| record_name(self.search, n));
+        let differs = tests.records < crate::search::ALPHA;
+        let outlying = tests.outlying.filter(|_| differs).and_then(|n| record_name(self.search, n));
         Tests {
-            library: left.library,
-            laws: left.has_laws.then_some(left.laws),
-            heterogeneity: left.records,
+            library: tests.library,
+            laws: tests.has_laws.then_some(tests.laws),
+            heterogeneity: tests.records,
             outlying: outlying.map(str::to_owned),
-            periodicity: schema.event.is_some().then_some(left.periodicity),
-            pass: left.is_nothing(),
+            periodicity: schema.event.is_some().then_some(tests.periodicity),
+            pass: tests.is_nothing(),
         }
     }
 
+    /// Noise estimate of the result.
     fn noise(&self) -> NoiseFound {
         let (noise, data) = (&self.prepared.noise, &self.prepared.data);
-        let (unit, decides) = measured_in(data.system.schema());
-        let decisive: Vec<f64> = decides.iter().map(|&c| noise.white[c]).collect();
-        // Noise between neighbours alone says nothing of colour and time stamps.
+        let (unit, decides) = deciding_measure(data.system.schema());
+        let deciding_sd: Vec<f64> = decides.iter().map(|&c| noise.white[c]).collect();
+        // The noise between neighbouring samples gives neither autocorrelation nor jitter.
         let estimated = |value: f64| (!data.is_idealised()).then_some(value);
         NoiseFound {
-            sd: (decisive.iter().map(|s| s * s).sum::<f64>() / decisive.len() as f64).sqrt(),
+            sd: (deciding_sd.iter().map(|s| s * s).sum::<f64>() / deciding_sd.len() as f64).sqrt(),
             unit,
             by_channel: noise.white.clone(),
             correlation: estimated(noise.correlation),
@@ -307,13 +308,17 @@ impl AnswerParts<'_> {
         }
     }
 
-    /// Windows that no model follows, where some are left out.
+    /// Numbers of windows, where some are excluded.
     fn windows(&self) -> Option<Windows> {
         if !self.limit.is_finite() {
             return None;
         }
-        let on = |set: &Scored| fit_nuisance(self.shown_on, &set.fit.hypothesis, &set.fit.theta, &[]);
-        let sides = [[self.base.fit.clone(), self.best.fit.clone()], [on(self.base), on(self.best)]];
+        let with_nuisances =
+            |set: &Scored| fit_nuisance(self.shown_on, &set.fit.hypothesis, &set.fit.theta, &[]);
+        let sides = [
+            [self.base.fit.clone(), self.best.fit.clone()],
+            [with_nuisances(self.base), with_nuisances(self.best)],
+        ];
         let count = |[base, best]: &[Fit; 2]| {
             left_out(self.limit, [base, best]).into_iter().filter(|out| *out).count()
         };
@@ -321,8 +326,8 @@ impl AnswerParts<'_> {
             fitted: sides.each_ref().map(|[base, _]| base.misfits.len()),
             left_out: sides.each_ref().map(count),
             rule: format!(
-                "left out where both the calibrated and the augmented model miss by more than {:.2} noise standard deviations (root mean \
-                 square): three times the typical misfit",
+                "a window is excluded if the residuals of both the calibrated and the augmented model exceed {:.2} noise standard \
+                 deviations (root mean square), three times the typical residual",
                 self.limit.sqrt()
             ),
         })
@@ -334,8 +339,8 @@ impl AnswerParts<'_> {
         let h = &full.fit.hypothesis;
         let mut augmentation = h.augmentation(data, &full.fit.theta, &full.ci95());
         augmentation.scatter_ci95 = full.scatter_ci95();
-        if let Some(sd) = self.drawn_sd.as_ref().filter(|_| self.judged.doubt.is_none()) {
-            let is_declared = self.judged.scattered.as_ref().is_some_and(|s| s.declared);
+        if let Some(sd) = self.random_effect_sd.as_ref().filter(|_| self.judged.doubt.is_none()) {
+            let is_declared = self.judged.random_effect.as_ref().is_some_and(|s| s.is_declared);
             (augmentation.scatter_sd, augmentation.scatter_ci95) = (Some(sd.value), Some(sd.ci95));
             let drawn = Added::Scatter(ScatterPer::Record, sd.value);
             augmentation.additions.extend((!is_declared).then_some(drawn));
@@ -343,6 +348,7 @@ impl AnswerParts<'_> {
         Ok(self.model.augmented(&augmentation)?)
     }
 
+    /// The declared and the calibrated model file.
     fn models(&self) -> Result<Models, DiscoveryError> {
         let (base, data) = (self.base, &self.prepared.data);
         let mut calibrated = base.fit.hypothesis.augmentation(data, &base.fit.theta, &base.ci95());
@@ -354,18 +360,19 @@ impl AnswerParts<'_> {
     }
 }
 
+/// Assembles the result. Fails if a number is not finite or the model file cannot be written.
 pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryError> {
-    let (data, judgement) = (&parts.prepared.data, &parts.judged.judgement);
+    let (data, findings) = (&parts.prepared.data, &parts.judged.findings);
     let error = parts.table();
     let found_effects = effects(parts, &error);
     let unexplained = unexplained(parts);
     let alternatives: Vec<Vec<String>> =
-        judgement.alternatives.iter().map(|n| kinds(parts.found.tried[*n].additions())).collect();
+        findings.alternatives.iter().map(|n| kinds(parts.found.sets[*n].additions())).collect();
     let (full, schema) = (parts.full, data.system.schema());
     let correlations = full.correlations();
     let n = correlations.n;
     let matrix = (0..n).map(|i| (0..n).map(|j| correlations.at(i, j)).collect()).collect();
-    let null = judgement.null;
+    let false_positives = findings.false_positives;
     let view = parts.all.sample();
     let found = Discovery {
         schema: SCHEMA.into(),
@@ -377,7 +384,8 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
         next_experiment: next_experiment(parts, &unexplained),
         effects: found_effects,
         leads: leads(parts),
-        null_records: (null.of > 0).then_some(NullRecords { named: null.named, of: null.of }),
+        null_records: (false_positives.runs > 0)
+            .then_some(NullRecords { named: false_positives.named, of: false_positives.runs }),
         calibrated: estimates(parts, parts.base, None),
         parameters: estimates(parts, full, None),
         noise: parts.noise(),
@@ -391,13 +399,13 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
         errors: parts.other_tables(),
         horizons: parts.errors.lists.horizons(schema, parts.seed),
         windows: parts.windows(),
-        independent: Some(full.evidence.memory.independent),
+        independent: Some(full.evidence.independence.share),
         model_toml: parts.model_toml()?,
         models: parts.models()?,
-        heldout: parts.prepared.kept_out.iter().map(|&j| data.records[j].seen.id.clone()).collect(),
+        heldout: parts.prepared.held_out.iter().map(|&j| data.records[j].data.id.clone()).collect(),
         examples: Vec::new(),
         cut_after_s: None,
-        work: data.tally.work(),
+        work: data.work.totals(),
     };
     all_finite(found, &data.name)
 }

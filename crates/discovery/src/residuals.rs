@@ -1,43 +1,76 @@
-//! Residuals of a fit, sample by sample.
+//! Residuals of a fit, sample by sample, and the windows that no model fits.
 
 use crate::evaluate::{Lanes, Point};
 use crate::fit::{ChosenRecords, Fit};
+use crate::statistics::median;
 use augsim_physics::system::Event;
 
 /// Residuals of a fit in one record.
-pub(crate) struct Left {
-    /// `[channel][sample]`, in the unit of the channel; not a number where a sample is not used or lies in no window.
+pub(crate) struct RecordResiduals {
+    /// `[channel][sample]`, in the unit of the channel; NaN where a sample is not used or in no window.
     pub residuals: Vec<Vec<f64>>,
-    /// The events that the simulated windows passed, in order.
+    /// Events in the simulated windows, in order.
     pub events: Vec<Event>,
-    /// How many nuisances were fitted to the record.
+    /// Number of nuisances fitted to the record.
     pub nuisances: usize,
 }
 
 /// Residuals of a fit in each record of its sample.
-pub(crate) fn left(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Left> {
+pub(crate) fn record_residuals(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<RecordResiduals> {
     use rayon::prelude::*;
-    let ranges = sample.of_records();
-    ranges.into_par_iter().enumerate().map(|(i, windows)| one(sample, fit, i, windows)).collect()
+    let ranges = sample.windows_by_record();
+    ranges
+        .into_par_iter()
+        .enumerate()
+        .map(|(i, windows)| residuals_of_record(sample, fit, i, windows))
+        .collect()
 }
 
-fn one(sample: &ChosenRecords<'_>, fit: &Fit, i: usize, windows: std::ops::Range<usize>) -> Left {
+/// Residuals in record number `i` of the sample, whose windows have the numbers `windows`.
+fn residuals_of_record(
+    sample: &ChosenRecords<'_>,
+    fit: &Fit,
+    i: usize,
+    windows: std::ops::Range<usize>,
+) -> RecordResiduals {
     let h = &fit.hypothesis;
     let record = &sample.data.records[sample.chosen[i]];
-    let blank = vec![f64::NAN; record.seen.times.len()];
-    let mut out = Left { residuals: vec![blank; record.seen.values.len()], events: Vec::new(), nuisances: 0 };
-    for (at, w) in record.excerpts().zip(windows) {
-        let lanes = Lanes::new(h, at, &[]);
+    let blank = vec![f64::NAN; record.data.times.len()];
+    let mut out = RecordResiduals {
+        residuals: vec![blank; record.data.values.len()],
+        events: Vec::new(),
+        nuisances: 0,
+    };
+    for (window, w) in record.windows().zip(windows) {
+        let lanes = Lanes::new(h, window, &[]);
         let point = Point::new(h, &*h.system, &lanes, record, &fit.theta, &fit.nuisance[w]);
-        let run = point.plain(&lanes, at);
-        let first = at.window.samples.start;
+        let run = point.simulate_plain(&lanes, window);
+        let first = window.window.samples.start;
         for (c, residuals) in out.residuals.iter_mut().enumerate() {
-            for k in at.window.samples.clone().filter(|&k| record.weight[c][k] != 0.0) {
-                residuals[k] = record.seen.values[c][k] - run.value(k - first, c);
+            for k in window.window.samples.clone().filter(|&k| record.weight[c][k] != 0.0) {
+                residuals[k] = record.data.values[c][k] - run.value(k - first, c);
             }
         }
         out.events.extend(fit.events[w].iter().cloned());
         out.nuisances += fit.nuisance[w].len();
     }
     out
+}
+
+/// Ratio of a window's mean squared residual to the typical one beyond which it is excluded: three standard
+/// deviations.
+const EXCLUDED_RATIO: f64 = 9.0;
+
+/// Mean squared residual, in units of the noise, beyond which a window is excluded.
+pub(crate) fn limit(best: &Fit) -> f64 {
+    let mut ratios: Vec<f64> = best.misfits.iter().map(|[misfit, freedom]| misfit / freedom).collect();
+    EXCLUDED_RATIO * median(&mut ratios).max(1.0)
+}
+
+/// Marks the windows that neither the calibrated nor the best model fits within `limit`. Fits give them
+/// little weight already; they are counted, and excluded from the predictions.
+pub(crate) fn left_out(limit: f64, fits: [&Fit; 2]) -> Vec<bool> {
+    let [base, best] = fits.map(|fit| &fit.misfits);
+    let beyond = |[misfit, freedom]: &[f64; 2]| misfit > &(limit * freedom);
+    base.iter().zip(best).map(|(a, b)| beyond(a) && beyond(b)).collect()
 }

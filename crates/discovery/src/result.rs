@@ -1,4 +1,4 @@
-//! The findings of a discovery, in the form of `result.json`.
+//! Result of a discovery run, in the format of `result.json`.
 
 use crate::noise_cause::NoiseCause;
 use augsim_data::checks::Warning;
@@ -9,23 +9,24 @@ use std::collections::BTreeMap;
 /// Version of the format.
 pub const SCHEMA: &str = "augsim.discover/2";
 
-/// The answer in one word.
+/// Verdict on the declared model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// The declared model, calibrated, leaves nothing but noise.
+    /// The calibrated model leaves only noise.
     NothingToAdd,
-    /// Effects of the library account for the data.
+    /// Library effects account for the data.
     Explained,
-    /// Effects of the library and a law that it does not have.
+    /// Library effects, beside structure that the library cannot explain.
     PartlyExplained,
-    /// Something is there that the library does not know.
+    /// There is structure that the library cannot explain.
     Unknown,
-    /// The data are not those of the declared system, or not in its units: nothing was added.
+    /// The data are not from the declared system, or not in its units; nothing was added.
     NotThisSystem,
 }
 
-/// A fitted value. For a parameter with one value per group, the mean over the groups, and `groups` has them all.
+/// A fitted value. For a parameter with one value per group, the mean over the groups; `groups` has the
+/// single values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The value.
@@ -40,7 +41,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Decimals that the interval lends meaning to: two digits of its half width; at least four, at most twelve.
+    /// Number of decimals that the interval supports: two digits of its half width, from 4 to 12.
     pub fn decimals(&self) -> usize {
         let half = 0.5 * (self.ci95[1] - self.ci95[0]);
         if !(half > 0.0 && half.is_finite()) {
@@ -49,7 +50,7 @@ impl Estimate {
         (1.0 - half.log10().floor()).clamp(4.0, 12.0) as usize
     }
 
-    /// The words of a sentence for the parameter `name`.
+    /// Text of the estimate in a sentence, for the parameter `name`.
     pub fn phrase(&self, name: &str) -> String {
         if self.groups.is_empty() {
             return format!("{name} = {self}");
@@ -58,11 +59,11 @@ impl Estimate {
             .groups
             .values()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v.value), high.max(v.value)));
-        format!("{name} from {low:.4} to {high:.4}, its own for each group")
+        format!("{name} between {low:.4} and {high:.4}, one value per group")
     }
 }
 
-/// Value and interval, `0.00040 [0.00038, 0.00042]`.
+/// Displays value and interval: `0.00040 [0.00038, 0.00042]`.
 impl std::fmt::Display for Estimate {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let d = self.decimals();
@@ -70,80 +71,81 @@ impl std::fmt::Display for Estimate {
     }
 }
 
-/// An effect that was added.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// An effect that was added to the model.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FoundEffect {
     /// Kind in the library.
     pub kind: String,
-    /// Other causes with the same term, which one apparatus cannot tell apart.
+    /// Other physical causes with the same equation, which one apparatus cannot distinguish.
     pub stands_for: Vec<String>,
     /// Parameters of the effect, by name.
     pub parameters: BTreeMap<String, Estimate>,
-    /// Share of the gain in likelihood that is lost without it.
+    /// Share of the log-likelihood gain that is lost without the effect.
     pub share: f64,
-    /// By how much the forecast error on held-out records grows without it, in the unit of the errors; absent for what changes
-    /// no forecast, such as a scatter, and for the only one.
+    /// Increase of the held-out prediction error without the effect, in the unit of the errors; absent for
+    /// what does not change predictions, such as a random effect, and where there is only one effect.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub removed: Option<f64>,
-    /// Share of the resamples of the data in which it comes back, or another reading of it.
+    /// Share of the resamples in which the effect, or an equivalent one, is selected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inclusion: Option<f64>,
-    /// Share of false findings to be expected among those that are as significant (Benjamini and Yekutieli 2001).
+    /// Expected share of false findings among those that are as significant (Benjamini and Yekutieli 2001).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub q_value: Option<f64>,
-    /// In how many folds the search found it again, of how many; absent where it was not repeated.
+    /// Number of folds in which the search found the effect again, and number of folds; absent without
+    /// folds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub folds: Option<[usize; 2]>,
-    /// For a formula that fits, and is no law that somebody described: where it was seen to.
+    /// For a formula of the grammar: its text and the range over which it was observed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub formula: Option<FoundFormula>,
-    /// For a scatter: what one draw of it belongs to, in the system's words.
+    /// For a random effect: the unit that each draw belongs to, in the system's words (a record, an event).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per: Option<String>,
 }
 
-/// A finding that is not established.
+/// A candidate effect that is not established.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lead {
     /// Kind in the library.
     pub kind: String,
-    /// Share of the resamples of the data in which it is selected.
+    /// Share of the resamples in which it is selected.
     pub inclusion: f64,
-    /// Probability that chance alone moves its amount as far from none; absent where it was in no fitted set.
+    /// p-value of its coefficients; absent where it was in no fitted set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chance: Option<f64>,
     /// Condition that it does not meet.
     pub why: String,
-    /// Experiment that would establish it, or show that it is none.
+    /// Experiment that would confirm or refute it.
     pub next: String,
 }
 
-/// Records like these, made of the answer's residuals, in which nothing is missing.
+/// Simulated records without a missing effect, made from the residuals of the best model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NullRecords {
-    /// How many of them named an effect.
+    /// Number of them in which an effect was named (false positives).
     pub named: usize,
-    /// How many there were.
+    /// Number of simulated records.
     pub of: usize,
 }
 
-/// Where a formula stands.
+/// A formula of the grammar, and the range over which it was observed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FoundFormula {
-    /// The whole term, in the names of the model.
+    /// The complete term, in the names of the model.
     pub text: String,
-    /// The quantity that it is a shape of.
+    /// Quantity that the formula depends on.
     pub of: String,
     /// Unit of that quantity; empty for a pure number.
     pub unit: String,
-    /// Smallest and largest value of the quantity in the data: outside nothing is known.
+    /// Smallest and largest value of the quantity in the data; the formula is not supported outside.
     pub range: [f64; 2],
 }
 
-/// The sensor's noise.
+/// Measurement noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NoiseFound {
-    /// Standard deviation (of all channels together).
+    /// Standard deviation over all channels of the deciding measure.
     pub sd: f64,
     /// Unit.
     pub unit: String,
@@ -155,18 +157,17 @@ pub struct NoiseFound {
     /// Standard deviation of the time stamps, s; absent where it is not estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub jitter_s: Option<f64>,
-    /// From one frame to the next, s: the samples were put on the frames that their time stamps jitter about; absent where they
-    /// stayed at the stamps.
+    /// Frame period, s, where the samples were moved to the frames about which their time stamps jitter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame_s: Option<f64>,
-    /// Samples that were masked as outliers; absent where none are sought.
+    /// Number of samples masked as outliers; absent where outliers are not searched.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outliers: Option<usize>,
-    /// Findings by kind.
+    /// Findings, by kind.
     pub findings: Vec<String>,
 }
 
-/// A law that the library does not have, as far as the data show it.
+/// An effect that the library does not have, as a tabulated function of one quantity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Unexplained {
     /// Where it acts, in the system's words.
@@ -174,30 +175,30 @@ pub struct Unexplained {
     pub place: String,
     /// The quantity that it changes.
     pub target: String,
-    /// The feature it depends on.
+    /// The quantity that it depends on.
     pub against: String,
-    /// A closed term that fits the table best among constants, powers and steps.
+    /// Closed-form term that fits the table best, among constants, powers and steps.
     pub term: String,
-    /// Knots and values of the tabulated law, with standard errors.
+    /// Knots: value of the quantity, effect, standard error.
     pub table: Vec<[f64; 3]>,
 }
 
-/// A candidate as it came out.
+/// A candidate set of effects and its scores.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
-    /// Kinds in the candidate, together.
+    /// Kinds of the effects in the set.
     pub kinds: Vec<String>,
-    /// Parameters of the candidate by `kind.name`; for one that was only tested, the one-step estimates.
+    /// Parameters by `kind.name`; for a set that was not fitted, the one-step estimates.
     pub parameters: BTreeMap<String, Estimate>,
-    /// Gain over the calibrated model in predictions of left-out blocks, nats.
+    /// Gain over the calibrated model in the log predictive density of left-out blocks, nats.
     pub gain: f64,
-    /// Price that the gain has to beat, nats.
+    /// Penalty that the gain has to exceed, nats.
     pub penalty: f64,
-    /// Whether it was fitted through the simulator, or only tested.
+    /// Whether it was fitted by simulation, or only tested in the linear problem.
     pub fitted: bool,
-    /// Whether it is the answer.
+    /// Whether it is the chosen set.
     pub chosen: bool,
-    /// Why it is the answer, or why it lost.
+    /// Why it was chosen or rejected.
     pub why: String,
 }
 
@@ -210,14 +211,15 @@ pub struct Rmse {
     pub ci95: [f64; 2],
 }
 
-/// Forecast errors on held-out trajectories.
+/// Prediction errors on held-out trajectories.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorTable {
     /// Unit.
     pub unit: String,
-    /// How many trajectories.
+    /// Number of held-out trajectories.
     pub heldout_trajectories: usize,
-    /// Folds, where the whole loop was repeated without each in turn and the errors are those on all of them.
+    /// Number of cross-validation folds where the whole search was repeated without each; absent where
+    /// records were held out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub folds: Option<usize>,
     /// Errors of the model as declared.
@@ -226,33 +228,34 @@ pub struct ErrorTable {
     pub calibrated: Rmse,
     /// Errors of the model with the added effects.
     pub augmented: Rmse,
-    /// The error that noise and scatter leave to the best model.
+    /// Error that measurement noise and random effects alone leave.
     pub noise_floor: Rmse,
-    /// Calibrated minus augmented: an interval above 0 is a gain that is no accident.
+    /// Calibrated minus augmented error; a positive interval is a significant improvement.
     pub reduction: Rmse,
-    /// Share of the removable squared error that was removed; absent where there was hardly any, at most 1 (where less noise was
-    /// in the data than the floor has).
+    /// Removed share of the removable squared error, at most 1; absent where there was hardly any. It can
+    /// reach 1 where the data have less noise than the floor assumes.
     pub explained_share: Option<f64>,
-    /// Gain in predictions of left-out blocks, nats.
+    /// Gain in the log predictive density of left-out blocks, nats.
     pub heldout_gain: f64,
-    /// Errors of free runs of whole recordings; absent where fits see recordings whole.
+    /// Errors of free runs of whole recordings; absent where a fit window is a whole recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub free_run: Option<FreeRun>,
 }
 
-/// Errors over held-out stretches of recordings that are simulated from their first samples without a break.
+/// Errors on held-out parts of recordings that are simulated from their first samples without restart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FreeRun {
-    /// Unit of the one output; empty where there are several, whose errors' geometric mean is given.
+    /// Unit of the only output; empty for several outputs, for which the geometric mean of the errors is
+    /// given.
     pub unit: String,
-    /// Error of the calibrated model; absent where a run does not stay finite.
+    /// Error of the calibrated model; absent where a run diverges.
     pub calibrated: Option<f64>,
-    /// Error of the augmented model; absent where a run does not stay finite.
+    /// Error of the augmented model; absent where a run diverges.
     pub augmented: Option<f64>,
 }
 
 impl ErrorTable {
-    /// The share that [`explained_share`](Self::explained_share) has, of root mean squares.
+    /// Computes [`explained_share`](Self::explained_share) from root mean square errors.
     pub(crate) fn explained(calibrated: f64, augmented: f64, floor: f64) -> Option<f64> {
         let [calibrated, augmented, floor] = [calibrated, augmented, floor].map(|e| e * e);
         let removable = calibrated - floor;
@@ -263,7 +266,7 @@ impl ErrorTable {
 /// One bin of the residuals against a feature.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bin {
-    /// Middle of the bin.
+    /// Centre of the bin.
     pub x: f64,
     /// Mean residual in units of the noise.
     pub mean: f64,
@@ -273,51 +276,54 @@ pub struct Bin {
     pub count: usize,
 }
 
-/// Residuals against features, before (calibrated) and after (augmented), all trajectories.
+/// Residuals of all trajectories against features, before (calibrated model) and after (augmented model).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Anatomy {
-    /// Bins of the residuals by feature (`time_s`, …) before anything was added.
+    /// Bins of the residuals by feature (`time_s`, …), calibrated model.
     pub before: BTreeMap<String, Vec<Bin>>,
-    /// Bins of the residuals by feature with what was added.
+    /// Bins of the residuals by feature, augmented model.
     pub after: BTreeMap<String, Vec<Bin>>,
-    /// Autocorrelation of the residuals at lags 0, 1, … before.
+    /// Autocorrelation of the residuals at lags 0, 1, …, calibrated model.
     pub autocorrelation_before: Vec<f64>,
-    /// Autocorrelation of the residuals at lags 0, 1, … after.
+    /// Autocorrelation of the residuals at lags 0, 1, …, augmented model.
     pub autocorrelation_after: Vec<f64>,
-    /// 1st, 5th, 25th, 50th, 75th, 95th and 99th percentile of the residuals in units of the noise, before.
+    /// 1st, 5th, 25th, 50th, 75th, 95th and 99th percentile of the residuals in units of the noise,
+    /// calibrated model.
     pub quantiles_before: Vec<f64>,
-    /// 1st, 5th, 25th, 50th, 75th, 95th and 99th percentile of the residuals in units of the noise, after.
+    /// The same percentiles, augmented model.
     pub quantiles_after: Vec<f64>,
 }
 
-/// The tests of what the augmented model leaves: p-values, each corrected for the number of tests in its family.
+/// Tests of the residuals of the augmented model: p-values, each corrected for the number of tests of its
+/// kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tests {
-    /// Library effects not in the model.
+    /// Library effects that are not in the model.
     pub library: f64,
-    /// Laws of one feature; absent where the system has no targets for them.
+    /// Tabulated functions of one quantity; absent where the system has no targets for them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub laws: Option<f64>,
     /// Parameters that differ between trajectories.
     pub heterogeneity: f64,
-    /// The trajectory that differs most, where they differ.
+    /// The trajectory that differs most, if they differ significantly.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outlying: Option<String>,
-    /// Periodicity of the scatter; absent where the system has no events.
+    /// Periodicity of the event offsets; absent where the system has no events.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub periodicity: Option<f64>,
-    /// Whether all pass.
+    /// Whether all tests pass.
     pub pass: bool,
 }
 
-/// Windows of the records: what is simulated from a start of its own.
+/// Windows: segments of a record, each simulated from its own initial state.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Windows {
-    /// Windows that the fits used, of the training part and of the held-out part.
+    /// Number of fitted windows in the training and in the held-out records.
     pub fitted: [usize; 2],
-    /// Windows that no model follows and that were not forecast, of the training part and of the held-out part.
+    /// Number of windows excluded from the predictions, in the training and in the held-out records. No
+    /// model follows them.
     pub left_out: [usize; 2],
-    /// The rule by which windows were left out, in words.
+    /// The exclusion rule, in words.
     pub rule: String,
 }
 
@@ -336,14 +342,14 @@ pub struct HorizonErrors {
     pub reduction: Rmse,
 }
 
-/// Forecasts over one time, each from a measured state.
+/// Predictions over a fixed time, each from a measured state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Horizon {
-    /// The time, s.
+    /// Prediction horizon, s.
     pub horizon_s: f64,
-    /// How many forecasts.
+    /// Number of predictions.
     pub forecasts: usize,
-    /// Errors at the end, by measure.
+    /// Errors at the end of the horizon, by measure.
     pub errors: BTreeMap<String, HorizonErrors>,
 }
 
@@ -352,131 +358,132 @@ pub struct Horizon {
 pub struct Models {
     /// The declared model.
     pub declared_toml: String,
-    /// The declared model calibrated on the training part, nothing added.
+    /// The declared model calibrated on the training records, nothing added.
     pub calibrated_toml: String,
 }
 
-/// A held-out trajectory as the models forecast it.
+/// A held-out trajectory with the predictions of the models.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Example {
     /// Name in the data.
     pub id: String,
-    /// Where it stands among the held-out trajectories: `best`, `median` or `worst`.
+    /// Rank of its error among the held-out trajectories: `best`, `median` or `worst`.
     pub rank: String,
-    /// Root mean square errors behind the known samples, in the unit of the error table: declared, augmented.
+    /// Root mean square errors after the known samples, in the unit of the error table: declared, augmented.
     pub rmse: [f64; 2],
     /// Times, s.
     pub times_s: Vec<f64>,
-    /// Samples, from the first, that the start was fitted to.
+    /// Number of first samples that the initial state was fitted to.
     pub known: usize,
     /// Channels.
     pub channels: Vec<ExampleChannel>,
-    /// For a motion in the plane: what a view from above shows beside the poses.
+    /// For planar motion: further shapes of the top view.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene: Option<TopView>,
 }
 
-/// A channel of an example, in the unit of its column; nothing where nothing was measured, or nothing could be simulated.
+/// A channel of an example, in the unit of its column; `None` where nothing was measured or simulated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExampleChannel {
     /// Column of the data.
     pub column: String,
-    /// Unit in print.
+    /// Displayed unit.
     pub unit: String,
     /// Measured values.
     pub measured: Vec<Option<f64>>,
-    /// Values that the declared model foretells.
+    /// Prediction of the declared model.
     pub declared: Vec<Option<f64>>,
-    /// Values that the augmented model foretells.
+    /// Prediction of the augmented model.
     pub augmented: Vec<Option<f64>>,
 }
 
-/// How much work an answer took. The counts are the same on every machine and for any number of threads.
+/// Work of a discovery run. The counts are the same on every machine and for any number of threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Work {
-    /// Simulations of one trajectory (or one window of it) with derivatives.
+    /// Simulations of one window with derivatives.
     pub simulations: u64,
     /// Minimisations.
     pub fits: u64,
-    /// Candidates whose gain was predicted without a fit.
+    /// Candidates whose gain was computed in the linear problem.
     pub scores: u64,
 }
 
-/// A discovery.
+/// Result of a discovery run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Discovery {
     /// [`SCHEMA`].
     pub schema: String,
-    /// The answer.
+    /// The verdict.
     pub verdict: Verdict,
-    /// The answer in one sentence.
+    /// The result as a sentence.
     pub sentence: String,
-    /// Suspicions about the data, none of which refuses them.
+    /// Warnings of the data checks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<Warning>,
-    /// Remarks for the reader of the result: how a recording was read, what one trajectory cannot show.
+    /// Remarks for the reader: how a recording was read, what one trajectory cannot show.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// Effects that were added, by the error that it removes; then what changes no forecast, by its share of the gain.
+    /// Added effects, by the prediction error that they remove; then those that do not change predictions,
+    /// by their share of the gain.
     pub effects: Vec<FoundEffect>,
-    /// Findings that are not established.
+    /// Candidate effects that are not established.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub leads: Vec<Lead>,
-    /// How often records like these name an effect where none is missing.
+    /// False-positive rate on simulated records without a missing effect.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub null_records: Option<NullRecords>,
-    /// The declared parameters calibrated, nothing added.
+    /// Declared parameters of the calibrated model.
     pub calibrated: BTreeMap<String, Estimate>,
-    /// The declared parameters after the last fit.
+    /// Declared parameters of the augmented model.
     pub parameters: BTreeMap<String, Estimate>,
-    /// The noise.
+    /// Measurement noise.
     pub noise: NoiseFound,
-    /// Noise by which records differ from runs of the augmented model, where somebody has looked.
+    /// Cause of the residuals of the augmented model (measurement or process noise), where it was estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_cause: Option<NoiseCause>,
-    /// Other sets of kinds that explain the data as well.
+    /// Other sets of effects that explain the data equally well.
     pub alternatives: Vec<Vec<String>>,
-    /// The law that the library lacks.
+    /// The effect that the library does not have.
     pub unexplained: Option<Unexplained>,
-    /// The measurement that would help most.
+    /// The most useful next experiment.
     pub next_experiment: String,
-    /// All candidates: the chosen one, those that were fitted by gain less penalty, those that were only tested.
+    /// All candidate sets: the chosen one, then the others by gain minus penalty.
     pub candidates: Vec<Candidate>,
-    /// Errors before and after.
+    /// Prediction errors before and after.
     pub error: ErrorTable,
     /// Residuals before and after.
     pub anatomy: Anatomy,
-    /// Tests of the final model.
+    /// Tests of the residuals of the augmented model.
     pub tests: Tests,
-    /// Correlations of the parameters of the final model: names, then the matrix row by row.
+    /// Correlations of the parameters of the augmented model: names, then the matrix by rows.
     pub correlations: (Vec<String>, Vec<Vec<f64>>),
-    /// Errors before and after of further measures, by name.
+    /// Errors of further measures, by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub errors: BTreeMap<String, ErrorTable>,
     /// Errors after fixed times, where every state is measured.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub horizons: Vec<Horizon>,
-    /// Windows of the records, where some may be left out.
+    /// Number of windows, where some may be excluded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub windows: Option<Windows>,
-    /// Share of the residuals of the answer that are independent of each other: gains count so many.
+    /// Independent share of the residuals; gains count this share of the samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub independent: Option<f64>,
     /// The augmented model file.
     pub model_toml: String,
-    /// The models before it.
+    /// The declared and the calibrated model file.
     #[serde(default)]
     pub models: Models,
     /// Names of the held-out trajectories, or of the parts of long ones.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub heldout: Vec<String>,
-    /// Held-out trajectories: those that the augmented model forecasts best, as most, and worst.
+    /// Held-out trajectories with the best, the median and the worst prediction of the augmented model.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub examples: Vec<Example>,
-    /// Seconds after which the search was ended before everything was tried; absent where nothing was cut.
+    /// Seconds after which the deadline ended the search; absent where it was complete.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cut_after_s: Option<f64>,
-    /// How much work the answer took.
+    /// Work of the run.
     #[serde(default)]
     pub work: Work,
 }
@@ -490,11 +497,11 @@ impl Discovery {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: an estimate is printed to the digits that its interval supports.
+    //! Contract: an estimate is displayed with the digits that its interval supports.
     use super::*;
 
     #[test]
-    fn small_values_keep_their_digits() {
+    fn small_values_are_displayed_with_all_supported_digits() {
         let e = |value: f64, half: f64| Estimate {
             value,
             ci95: [value - half, value + half],

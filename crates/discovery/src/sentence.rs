@@ -1,44 +1,47 @@
-//! The answer in words: effects in the order of the error that they remove, small ones in a second sentence.
+//! The sentence of a result: effects in the order of the prediction error that they remove, small ones in a
+//! second sentence.
 
 use crate::answer::AnswerParts;
 use crate::judge::record_name;
 use crate::result::{ErrorTable, FoundEffect, Unexplained, Verdict};
 use crate::search::ALPHA;
 
-/// Growth of the error without an effect, in the error of the calibrated model, from which on forecasts run away: the number says
-/// only where they ended.
-const AWAY: f64 = 10.0;
-/// Share of the gain in likelihood, or of the error removed, below which an effect is small: it is named in a sentence of its
-/// own.
-const SMALL: f64 = 0.03;
+/// Increase of the error without an effect, relative to the calibrated model, above which predictions
+/// diverge. The number then has no meaning.
+const DIVERGED_RATIO: f64 = 10.0;
+/// Share of the log-likelihood gain, or of the removed error, below which an effect is small. Small effects
+/// are named in the second sentence.
+const SMALL_SHARE: f64 = 0.03;
 
-/// Error below which an effect of those that together removed `reduction` of it has removed next to none.
-fn little(reduction: f64) -> f64 {
-    (SMALL * reduction).max(0.0)
+/// Removed error at or below which an effect is negligible, where all effects together removed `reduction`.
+fn negligible_error(reduction: f64) -> f64 {
+    (SMALL_SHARE * reduction).max(0.0)
 }
 
-/// Puts effects that together removed `reduction` of the error in order: by the error that each removes; then those that change no
-/// forecast (a scatter) and the only one there is; last those without which the forecast is as good, because the others make up
-/// for them or because no held-out forecast confirms them. The last two by their shares of the gain in likelihood.
+/// Sorts effects that together removed the error `reduction`: first those that remove more than a negligible
+/// error, by the error removed; then those that do not change predictions (random effects) and single
+/// effects; last those that remove no error, because the others compensate or because held-out predictions
+/// do not confirm them. The last two by their share of the log-likelihood gain.
 pub(crate) fn order(effects: &mut [FoundEffect], reduction: f64) {
-    let little = little(reduction);
-    let place = |e: &FoundEffect| match e.removed {
-        Some(removed) if removed > little => 0,
+    let negligible_error = negligible_error(reduction);
+    let rank = |e: &FoundEffect| match e.removed {
+        Some(removed) if removed > negligible_error => 0,
         None => 1,
         Some(_) => 2,
     };
-    let removed = |e: &FoundEffect| e.removed.filter(|r| *r > little).unwrap_or(0.0);
+    let removed = |e: &FoundEffect| e.removed.filter(|r| *r > negligible_error).unwrap_or(0.0);
     effects.sort_by(|a, b| {
         let by_size = removed(b).total_cmp(&removed(a)).then(b.share.total_cmp(&a.share));
-        place(a).cmp(&place(b)).then(by_size)
+        rank(a).cmp(&rank(b)).then(by_size)
     });
 }
 
-/// The effects that lead the sentence and the small ones, of those that together removed `reduction` of the error. The first is
-/// never small. What no forecast confirms is small whatever its share.
+/// Splits sorted effects into those of the first sentence and the small ones. The first effect is never
+/// small. An effect that held-out predictions do not confirm is small whatever its share.
 fn by_size(effects: &[FoundEffect], reduction: f64) -> [Vec<&FoundEffect>; 2] {
-    let little = little(reduction);
-    let is_small = |e: &FoundEffect| e.share < SMALL || e.removed.is_some_and(|r| r <= little);
+    let negligible_error = negligible_error(reduction);
+    let is_small =
+        |e: &FoundEffect| e.share < SMALL_SHARE || e.removed.is_some_and(|r| r <= negligible_error);
     let (mut large, mut small) = (Vec::new(), Vec::new());
     for (place, effect) in effects.iter().enumerate() {
         if place > 0 && is_small(effect) { small.push(effect) } else { large.push(effect) }
@@ -46,16 +49,17 @@ fn by_size(effects: &[FoundEffect], reduction: f64) -> [Vec<&FoundEffect>; 2] {
     [large, small]
 }
 
-/// Decimals up to which errors are told with the same number of them; beyond, each has three digits of its own.
-const MOST_DECIMALS: usize = 6;
+/// Maximum number of decimals with which all errors are written; with more, each is written with three
+/// digits.
+const MAX_DECIMALS: usize = 6;
 
-/// An error with so many decimals, or with three digits where these would be too many to read.
-fn told(error: f64, decimals: usize) -> String {
-    if decimals <= MOST_DECIMALS { format!("{error:.decimals$}") } else { three_digits(error) }
+/// An error with `decimals` decimals, or with three digits if that would be too many.
+fn format_error(error: f64, decimals: usize) -> String {
+    if decimals <= MAX_DECIMALS { format!("{error:.decimals$}") } else { with_three_digits(error) }
 }
 
-/// A number with three digits, with a power of ten where it is small or large.
-pub(crate) fn three_digits(value: f64) -> String {
+/// A number with three digits, in scientific notation where it is small or large.
+pub(crate) fn with_three_digits(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -67,7 +71,29 @@ pub(crate) fn three_digits(value: f64) -> String {
     }
 }
 
-/// The answer in one sentence, and a second one for what is small.
+/// An effect with its parameters and the error that it removes; `calibrated` is the error of the calibrated
+/// model.
+fn describe_effect(effect: &FoundEffect, calibrated: f64, error_text: &dyn Fn(f64) -> String) -> String {
+    let mut details: Vec<String> = effect.parameters.iter().map(|(name, value)| value.phrase(name)).collect();
+    details.extend(effect.removed.map(|removed| match removed {
+        r if r > DIVERGED_RATIO * calibrated => "predictions diverge without it".to_owned(),
+        r if r > 0.0 => format!("removes {} of the error", error_text(r)),
+        _ => "removes none of the error on its own".to_owned(),
+    }));
+    let details = details.join(", ");
+    let per = effect.per.as_ref().map_or_else(String::new, |per| format!(" per {per}"));
+    match &effect.formula {
+        None if details.is_empty() => format!("{}{per}", effect.kind),
+        None => format!("{}{per} ({details})", effect.kind),
+        Some(f) => {
+            let [low, high] = f.range;
+            let range = format!("observed for {} from {low:.3} to {high:.3} {}", f.of, f.unit);
+            format!("a term of the fitted form {} ({details}; {})", f.text, range.trim_end())
+        }
+    }
+}
+
+/// The sentence of a result, and a second sentence for small effects.
 pub(crate) fn sentence(
     parts: &AnswerParts<'_>,
     error: &ErrorTable,
@@ -78,113 +104,85 @@ pub(crate) fn sentence(
     let schema = parts.prepared.data.system.schema();
     let (unit, scale) = schema.decides();
     let rows = [error.calibrated, error.augmented, error.noise_floor].map(|row| scale * row.rmse);
-    // Two decimals, or three digits of the smallest where it is less.
+    // Two decimals, or three digits of the smallest error where it is below 0.1.
     let least = rows.into_iter().filter(|x| *x > 0.0).fold(1.0, f64::min);
-    let d = if least < 0.1 { (2.0 - least.log10().floor()) as usize } else { 2 };
-    let list = |e: &[&FoundEffect]| {
-        let words: Vec<String> = e
-            .iter()
-            .map(|e| {
-                let mut p: Vec<String> = e.parameters.iter().map(|(n, v)| v.phrase(n)).collect();
-                p.extend(e.removed.map(|r| match r {
-                    r if r > AWAY * error.calibrated.rmse => "forecasts run away without it".to_owned(),
-                    r if r > 0.0 => format!("{} {unit} of the error", told(scale * r, d)),
-                    _ => "none of the error by itself".to_owned(),
-                }));
-                let values = p.join(", ");
-                let per = e.per.as_ref().map_or_else(String::new, |per| format!(" per {per}"));
-                match &e.formula {
-                    None if values.is_empty() => format!("{}{per}", e.kind),
-                    None => format!("{}{per} ({values})", e.kind),
-                    Some(f) => {
-                        let [low, high] = f.range;
-                        let of = format!("{} from {low:.3} to {high:.3} {}", f.of, f.unit);
-                        format!("a term that fits as {} ({values}; {})", f.text, of.trim_end())
-                    }
-                }
-            })
-            .collect();
-        words.join(" and ")
-    };
+    let decimals = if least < 0.1 { (2.0 - least.log10().floor()) as usize } else { 2 };
+    let error_text = |error: f64| format!("{} {unit}", format_error(scale * error, decimals));
+    let describe = |effect: &&FoundEffect| describe_effect(effect, error.calibrated.rmse, &error_text);
+    let list = |effects: &[&FoundEffect]| effects.iter().map(describe).collect::<Vec<_>>().join(" and ");
     let [large, small] = by_size(effects, error.calibrated.rmse - error.augmented.rmse);
-    let beside = match &small[..] {
+    let second = match &small[..] {
         [] => String::new(),
-        small => format!(" Small beside that: {}.", list(small)),
+        small => format!(" Smaller effects: {}.", list(small)),
     };
-    let [before, after, floor] = rows.map(|error| told(error, d));
+    let [before, after, floor] = rows.map(|error| format_error(error, decimals));
     let gain = format!(
-        "error on held-out {} {before} {unit} after calibration, {after} {unit} with it, noise floor {floor} {unit}",
+        "error on held-out {}: {before} {unit} for the calibrated model, {after} {unit} for the augmented model, noise floor {floor} {unit}",
         schema.record[1]
     );
-    let law = what_is_left(parts, unexplained);
+    let rest = unexplained_structure(parts, unexplained);
     match parts.judged.verdict {
-        Verdict::NothingToAdd => "Nothing to add: the calibrated model leaves only noise.".into(),
-        Verdict::Explained if !alternatives.is_empty() => format!(
-            "The model lacks {}, or as well {}: these data cannot tell them apart; {gain}.{beside}",
-            list(&large),
-            alternatives.iter().map(|a| a.join(" + ")).collect::<Vec<_>>().join(", or ")
-        ),
-        Verdict::Explained => format!("The model lacks {}; {gain}.{beside}", list(&large)),
-        Verdict::PartlyExplained => {
-            format!("The model lacks {}, and something else: {law}; {gain}.{beside}", list(&large))
+        Verdict::NothingToAdd => {
+            "Nothing to add: the residuals of the calibrated model are only noise.".into()
         }
-        Verdict::Unknown => format!("Something unknown: {law}; {gain}."),
-        Verdict::NotThisSystem => {
+        Verdict::Explained if !alternatives.is_empty() => format!(
+            "The model lacks {} or, equally well supported, {}: these data do not distinguish them; {gain}.{second}",
+            list(&large),
+            alternatives.iter().map(|a| a.join(" + ")).collect::<Vec<_>>().join(" or ")
+        ),
+        Verdict::Explained => format!("The model lacks {}; {gain}.{second}", list(&large)),
+        Verdict::PartlyExplained => {
             format!(
-                "Not this system: {}.",
-                parts.judged.doubt.as_deref().unwrap_or("the data are of another one")
+                "The model lacks {}, which explains only part of the data: {rest}; {gain}.{second}",
+                list(&large)
             )
         }
+        Verdict::Unknown => format!("The library does not explain the data: {rest}; {gain}."),
+        Verdict::NotThisSystem => format!(
+            "Not this system: {}.",
+            parts.judged.doubt.as_deref().unwrap_or("the data do not fit the declared model")
+        ),
     }
 }
 
-/// Remainder that the tests show, in words: the law that was found, the records that differ, or a rhythm.
-fn what_is_left(parts: &AnswerParts<'_>, unexplained: &Option<Unexplained>) -> String {
+/// Description of the unexplained structure: the unlisted effect, the records that differ, or a period.
+fn unexplained_structure(parts: &AnswerParts<'_>, unexplained: &Option<Unexplained>) -> String {
     if let Some(u) = unexplained {
-        return format!("{} depends on {} in a way that the library does not know", u.target, u.against);
+        return format!(
+            "{} depends on {} in a way that no effect of the library describes",
+            u.target, u.against
+        );
     }
-    let left = &parts.judged.left;
+    let tests = &parts.judged.residual_tests;
     let schema = parts.prepared.data.system.schema();
     let level = ALPHA;
-    if left.records < level {
-        let name = left.outlying.and_then(|n| record_name(parts.search, n));
+    if tests.records < level {
+        let name = tests.outlying.and_then(|n| record_name(parts.search, n));
         let most = name.map_or_else(String::new, |name| format!(", `{name}` most"));
         return format!(
-            "the {} differ from each other{most}: something that the model holds constant is not",
+            "the {} differ from each other{most}: a quantity that the model treats as constant varies between them",
             schema.record[1]
         );
     }
-    if left.periodicity < level {
-        return "what differs between events has a period on the clock".into();
+    if tests.periodicity < level {
+        return "the differences between events are periodic in time".into();
     }
-    if left.library < level {
-        return "what is left follows effects of the library by more than chance, and no set of them predicts left-out blocks better \
-                by more than they differ"
+    if tests.library < level {
+        return "effects of the library are significant in the residuals, but no set of them predicts left-out blocks better by more \
+                than the scatter over blocks"
             .into();
     }
-    "what was found predicts no better than the calibrated model".into()
+    "the effects that were found predict no better than the calibrated model".into()
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: effects are named by the error that they remove; one that removes none, or next to none, never leads another and
-    //! stands in the second sentence, whatever its share of the gain in likelihood.
+    //! Contract: effects are ordered by the error that they remove; one that removes a negligible error
+    //! never precedes another and is in the second sentence, whatever its share of the log-likelihood gain.
     use super::*;
-    use std::collections::BTreeMap;
 
     fn effect(kind: &str, share: f64, removed: Option<f64>) -> FoundEffect {
-        FoundEffect {
-            kind: kind.into(),
-            stands_for: Vec::new(),
-            parameters: BTreeMap::new(),
-            share,
-            removed,
-            inclusion: None,
-            q_value: None,
-            folds: None,
-            formula: None,
-            per: None,
-        }
+        FoundEffect { kind: kind.into(), share, removed, ..FoundEffect::default() }
     }
 
     fn named(mut effects: Vec<FoundEffect>, reduction: f64) -> [Vec<String>; 2] {
@@ -193,16 +191,14 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_told_in_decimals_that_can_be_read() {
-        assert_eq!([told(0.0123, 4), told(0.5, 2)], ["0.0123", "0.50"]);
-        assert_eq!(
-            [told(8.425407e-3, 9), told(2.58e-7, 9), told(0.9996, 9), told(0.0, 9)],
-            ["0.00843", "2.58e-7", "1.000", "0"]
-        );
+    fn errors_are_written_with_readable_decimals() {
+        assert_eq!([format_error(0.0123, 4), format_error(0.5, 2)], ["0.0123", "0.50"]);
+        let many = [8.425407e-3, 2.58e-7, 0.9996, 0.0].map(|error| format_error(error, 9));
+        assert_eq!(many, ["0.00843", "2.58e-7", "1.000", "0"]);
     }
 
     #[test]
-    fn effects_are_named_by_the_error_that_they_remove() {
+    fn effects_are_ordered_by_the_error_that_they_remove() {
         let effects = vec![
             effect("none", 0.6, Some(-1e-5)),
             effect("random", 0.1, None),
@@ -215,8 +211,8 @@ mod tests {
     }
 
     #[test]
-    fn small_effects_stand_in_a_second_sentence() {
-        // A share of 0.14 % of the gain; a hundredth of the error; and nothing that could lead instead.
+    fn small_effects_are_in_the_second_sentence() {
+        // A share of 0.14 % of the gain; a hundredth of the error; and no larger effect.
         let effects = vec![
             effect("much", 0.69, Some(3e-3)),
             effect("rare", 0.0014, Some(1e-3)),
@@ -229,14 +225,14 @@ mod tests {
     }
 
     #[test]
-    fn where_each_alone_removes_next_to_nothing_the_likelihood_decides() {
-        // Marbles on paper: the others make up for each law that is left out.
+    fn without_single_improvements_the_likelihood_decides() {
+        // Marbles on paper: the other effects compensate for each one that is left out.
         let effects = vec![effect("slight", 0.03, Some(5e-5)), effect("law", 1.0, Some(-5e-4))];
         assert_eq!(named(effects, 2e-3), [vec!["law"], vec!["slight"]]);
     }
 
     #[test]
-    fn three_per_cent_of_the_gain_or_of_the_error_is_small() {
+    fn below_three_per_cent_of_the_gain_or_of_the_error_an_effect_is_small() {
         let shares =
             vec![effect("much", 0.9, None), effect("some", 0.04, None), effect("little", 0.02, None)];
         assert_eq!(named(shares, 0.0), [vec!["much", "some"], vec!["little"]]);

@@ -1,31 +1,34 @@
-//! Outliers that the arcs alone do not show.
+//! Outliers that polynomial fits miss.
 //!
-//! A short arc's polynomial bends towards an outlier, and samples near events lie in no arc. Against the calibrated model a
-//! spike stands out all the same: alone, between neighbours that agree. What a missing effect leaves is smooth there.
+//! The polynomial of a short arc bends towards an outlier, and samples near events lie in no arc. Compared
+//! with the calibrated model a spike is isolated between neighbours that agree, whereas the residuals of a
+//! missing effect are smooth.
 
 use crate::fit::{ChosenRecords, Fit};
 use crate::record::Measured;
-use crate::residuals::left;
+use crate::residuals::record_residuals;
 
-/// Distance from the mean of the neighbours, in standard deviations of that difference, beyond which a sample is an outlier.
-const SPIKE: f64 = 4.5;
+/// Difference from the mean of the two neighbours, in its standard deviations, beyond which a sample is an
+/// outlier.
+const SPIKE_SD: f64 = 4.5;
 
-/// Samples `(record, channel, index)` that stand alone against `fit`, which is on all records of the sample.
+/// Isolated outliers with respect to `fit`, as `(record, channel, index)`. The fit is to all records of the
+/// sample.
 pub(crate) fn spikes(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(usize, usize, usize)> {
     let mut out = Vec::new();
-    for (&j, left) in sample.chosen.iter().zip(left(sample, fit)) {
+    for (&j, fitted) in sample.chosen.iter().zip(record_residuals(sample, fit)) {
         let record = &sample.data.records[j];
-        for (channel, left) in left.residuals.iter().enumerate() {
+        for (channel, residuals) in fitted.residuals.iter().enumerate() {
             let weight = &record.weight[channel];
-            let used: Vec<usize> = (0..left.len()).filter(|&k| weight[k] > 0.0).collect();
+            let used: Vec<usize> = (0..residuals.len()).filter(|&k| weight[k] > 0.0).collect();
             for triple in used.windows(3) {
                 let &[before, k, after] = triple else { continue };
                 // Residuals in units of the noise.
-                let [a, x, b] = [before, k, after].map(|k| left[k] * weight[k]);
-                let linked = record.seen.follows(before, k) && record.seen.follows(k, after);
-                let alone = (x - 0.5 * (a + b)).abs() > SPIKE * 1.5f64.sqrt();
-                let agree = (a - b).abs() < SPIKE * 2f64.sqrt();
-                if linked && alone && agree {
+                let [a, x, b] = [before, k, after].map(|k| residuals[k] * weight[k]);
+                let is_consecutive = record.data.follows(before, k) && record.data.follows(k, after);
+                let is_isolated = (x - 0.5 * (a + b)).abs() > SPIKE_SD * 1.5f64.sqrt();
+                let neighbours_agree = (a - b).abs() < SPIKE_SD * 2f64.sqrt();
+                if is_consecutive && is_isolated && neighbours_agree {
                     out.push((j, channel, k));
                 }
             }
@@ -34,7 +37,7 @@ pub(crate) fn spikes(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(usize, usize
     out
 }
 
-/// Takes samples out of all fits.
+/// Masks samples: gives them weight 0.
 pub(crate) fn mask(data: &mut Measured, samples: &[(usize, usize, usize)]) {
     for &(record, channel, k) in samples {
         data.records[record].weight[channel][k] = 0.0;

@@ -1,19 +1,19 @@
-//! Results of the stages of the loop.
+//! Intermediate results of the stages.
 
 use crate::columns::Family;
-use crate::judge::{Judgement, Remainder};
+use crate::judge::{Findings, ResidualTests};
 use crate::prepare::Prepared;
+use crate::random_effect_test::RandomEffectEstimate;
 use crate::records::View;
 use crate::result::Verdict;
-use crate::scattered::Scattered;
 use crate::score::Scored;
-use crate::search::{Found, Search, run};
+use crate::search::{Search, SearchResult, run};
 
-/// Result of a search, with its data.
+/// A search result with its view of the data and its candidate families.
 pub(crate) struct Searched {
     pub view: View,
     pub families: Vec<Family>,
-    pub found: Found,
+    pub found: SearchResult,
 }
 
 impl Searched {
@@ -22,27 +22,27 @@ impl Searched {
     }
 }
 
-/// Findings of the search, and the remainder.
+/// Judged search result.
 pub(crate) struct Judged {
-    pub judgement: Judgement,
-    /// Number of the named set with laws of one quantity, where there are some.
+    pub findings: Findings,
+    /// Index of the final set: the named set, with tables where there are some.
     pub best: usize,
-    pub scattered: Option<Scattered>,
-    pub left: Remainder,
+    pub random_effect: Option<RandomEffectEstimate>,
+    pub residual_tests: ResidualTests,
     pub verdict: Verdict,
-    /// Why the data are not those of the declared system.
+    /// Reason why the data are not from the declared system.
     pub doubt: Option<String>,
 }
 
-/// A search on data in these windows, from the calibrated model and known sets.
-pub(crate) fn searched_on(
+/// Searches data in the windows of `view`, from the calibrated model and sets that are already fitted.
+pub(crate) fn search_in(
     prepared: &Prepared,
     view: View,
     families: &[Family],
     base: Scored,
-    known: Vec<Scored>,
-    told: &mut dyn FnMut(f64),
+    known_sets: Vec<Scored>,
+    report_share: &mut dyn FnMut(f64),
 ) -> Searched {
-    let found = run(&Search::new(&view, families, &prepared.clock), base, known, told);
+    let found = run(&Search::new(&view, families, &prepared.clock), base, known_sets, report_share);
     Searched { view, families: families.to_vec(), found }
 }

@@ -1,4 +1,4 @@
-//! Distribution functions that the thresholds need.
+//! Distribution functions and quantiles of the tests.
 
 use augsim_physics::model::NORMAL_95;
 pub(crate) use augsim_physics::statistics::{median, quantile};
@@ -22,7 +22,7 @@ fn ln_gamma(x: f64) -> f64 {
     0.5 * (2.0 * std::f64::consts::PI).ln() + (x + 0.5) * t.ln() - t + sum.ln()
 }
 
-/// Probability that a chi-squared variable with `df` degrees of freedom exceeds `x`.
+/// Upper tail probability of the chi-squared distribution with `df` degrees of freedom.
 ///
 /// Incomplete gamma function by series or continued fraction (Abramowitz and Stegun 6.5.29, 6.5.31).
 pub(crate) fn chi2_tail(x: f64, df: f64) -> f64 {
@@ -57,7 +57,8 @@ pub(crate) fn chi2_tail(x: f64, df: f64) -> f64 {
     }
 }
 
-/// The value that a chi-squared variable with `df` degrees of freedom exceeds with probability `tail`.
+/// Value that a chi-squared variable with `df` degrees of freedom exceeds with probability `tail`, by
+/// bisection.
 pub(crate) fn chi2_quantile(tail: f64, df: f64) -> f64 {
     let (mut low, mut high) = (0.0, 10.0 * df + 200.0);
     for _ in 0..100 {
@@ -67,7 +68,7 @@ pub(crate) fn chi2_quantile(tail: f64, df: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Probability that a variable of Fisher's law with `a` and `b` degrees of freedom exceeds `x`.
+/// Upper tail probability of Fisher's F distribution with `a` and `b` degrees of freedom.
 ///
 /// Incomplete beta function by continued fraction (Abramowitz and Stegun 26.5.8, 26.6.2).
 pub(crate) fn f_tail(x: f64, a: f64, b: f64) -> f64 {
@@ -109,15 +110,15 @@ fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
     (front.exp() * h / a).clamp(0.0, 1.0)
 }
 
-/// Probability that a squared distance `t2` of `k` means in a covariance with `freedom` degrees of freedom is as large by chance (Hotelling
-/// 1931); 1 where these are too few to tell.
+/// Upper tail probability of Hotelling's T squared: `t2` is the squared distance of `k` means in a
+/// covariance with `freedom` degrees of freedom (Hotelling 1931); 1 where these are too few.
 pub(crate) fn hotelling_tail(t2: f64, k: usize, freedom: f64) -> f64 {
     let (k, rest) = (k as f64, freedom + 1.0 - k as f64);
     if k > 0.0 && rest > 0.0 { f_tail(t2 * rest / (k * freedom), k, rest) } else { 1.0 }
 }
 
-/// The value that the size of Student's t with `df` degrees of freedom exceeds with a probability of 5 %: the expansion of third
-/// order of Abramowitz and Stegun 26.7.5, good to 0.3 % from four degrees of freedom on.
+/// Two-sided 95 % quantile of Student's t with `df` degrees of freedom: the third-order expansion of
+/// Abramowitz and Stegun 26.7.5, accurate to 0.3 % from four degrees of freedom on.
 pub(crate) fn student_quantile(df: f64) -> f64 {
     let z = NORMAL_95;
     let odd = |powers: [f64; 4]| powers.iter().rev().fold(0.0, |sum, c| sum * z * z + c) * z;
@@ -129,7 +130,7 @@ pub(crate) fn student_quantile(df: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: tails as in printed tables, three to four digits.
+    //! Contract: tails agree with printed tables to three or four digits.
     use super::*;
 
     #[test]

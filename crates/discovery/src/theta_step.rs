@@ -1,35 +1,35 @@
-//! Steps of what all windows share, each window's own values having followed.
+//! Steps of the shared parameters theta, with the nuisances of the windows eliminated.
 
-use crate::evaluate::{Lanes, Normal};
+use crate::evaluate::{Lanes, NormalEquations};
+use crate::fit_state::State;
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
-use crate::state::State;
 
-/// Length of the next step that is tried after one that failed, relative to that.
-const SHORTER: f64 = 0.4;
-/// Damping beyond which no step is looked for.
-const MOST_DAMPING: f64 = 1e9;
-/// Share of a window's curvature along its gradient that the logarithm of the misfit may take away.
-const MOST_SOFTENED: f64 = 0.5;
+/// Maximum length of the next step after a rejected one, relative to it.
+const RETRY_LENGTH: f64 = 0.4;
+/// Damping beyond which no step is tried.
+const MAX_DAMPING: f64 = 1e9;
+/// Maximum share of a window's curvature along its gradient that the robust cost may remove.
+const MAX_SOFTENED_SHARE: f64 = 0.5;
 
 /// A step of theta.
 pub(crate) struct Step {
     pub change: Vec<f64>,
-    /// By how much the cost falls along it in the quadratic approximation, the windows' nuisances following.
-    pub promise: f64,
-    /// Its length, with the curvatures along the axes as the metric.
+    /// Predicted decrease of the cost along the step, with refitted nuisances.
+    pub predicted_decrease: f64,
+    /// Length of the step in the metric of the diagonal curvature.
     pub length: f64,
 }
 
 impl Step {
-    /// No step.
+    /// The zero step.
     pub fn none(theta: &[f64]) -> Self {
-        Self { change: vec![0.0; theta.len()], promise: 0.0, length: 0.0 }
+        Self { change: vec![0.0; theta.len()], predicted_decrease: 0.0, length: 0.0 }
     }
 }
 
-/// A step that is clearly shorter than one that failed, and its damping: a little more of it, where that is far below what shortens a
-/// step, would only fail again.
+/// Increases the damping until the step is clearly shorter than the rejected one. A slightly shorter step
+/// would be rejected as well. Returns the step and its damping.
 pub(crate) fn shorter_step(
     h: &Hypothesis,
     lanes: &[Lanes],
@@ -41,21 +41,22 @@ pub(crate) fn shorter_step(
 ) -> (Step, f64) {
     loop {
         let step = theta_step(h, lanes, state, plain, lambda, bounds);
-        if step.length <= SHORTER * failed.length || lambda > MOST_DAMPING {
+        if step.length <= RETRY_LENGTH * failed.length || lambda > MAX_DAMPING {
             return (step, lambda);
         }
         lambda *= 4.0;
     }
 }
 
-/// Curvature and gradient of the cost in theta, the windows' nuisances following, with the diagonal raised by `1 + damping`.
+/// Curvature and gradient of the cost in theta, nuisances eliminated, with the diagonal multiplied by `1 +
+/// damping`.
 ///
-/// The cost of a window is a logarithm of its misfit, which bends less than the misfit: where laws are missing, and windows are at
-/// odds, steps that do not know this fall short by a factor, again and again.
+/// The robust cost has less curvature than the sum of squares. With missing effects, where residuals are
+/// large, steps that ignore this are too short by a factor.
 pub(crate) fn curvature(
     h: &Hypothesis,
     lanes: &[Lanes],
-    normals: &[Normal],
+    normals: &[NormalEquations],
     damping: f64,
 ) -> (Square, Vec<f64>) {
     let n = h.theta_len();
@@ -65,10 +66,10 @@ pub(crate) fn curvature(
         let mut reached = uj.clone();
         sj.cholesky().forward(&mut reached);
         let share = reached.iter().map(|x| x * x).sum::<f64>();
-        // Half of the curvature that is left along the gradient is never taken away. Near the noise nothing is: there the steps are
-        // those of Gauss and Newton.
-        let most = if h.system.begins_from_first_samples() { normal.softening } else { 0.0 };
-        let softening = most.min(MOST_SOFTENED / share.max(f64::MIN_POSITIVE));
+        // At most half of the curvature along the gradient is removed. For starts near the solution nothing
+        // is, which gives Gauss-Newton steps.
+        let softening = if h.system.begins_from_first_samples() { normal.softening } else { 0.0 };
+        let softening = softening.min(MAX_SOFTENED_SHARE / share.max(f64::MIN_POSITIVE));
         for (a, &ta) in l.theta.iter().enumerate() {
             u[ta] += uj[a];
             for (b, &tb) in l.theta.iter().enumerate() {
@@ -79,8 +80,8 @@ pub(crate) fn curvature(
     (s, u)
 }
 
-/// The damped step that lowers the cost most in the quadratic approximation, within `bounds`; `plain` is the curvature at `state`
-/// without damping.
+/// The damped step that minimises the quadratic approximation within `bounds`; `plain` is the undamped
+/// curvature.
 pub(crate) fn theta_step(
     h: &Hypothesis,
     lanes: &[Lanes],
@@ -90,38 +91,38 @@ pub(crate) fn theta_step(
     bounds: &[(f64, f64)],
 ) -> Step {
     let (s, u) = curvature(h, lanes, &state.normals, lambda);
-    let mut moving: Vec<usize> = (0..u.len())
+    let mut free: Vec<usize> = (0..u.len())
         .filter(|&i| {
             let (t, (low, high)) = (state.theta[i], bounds[i]);
             !(t <= low && u[i] < 0.0 || t >= high && u[i] > 0.0)
         })
         .collect();
     let mut step = vec![0.0; u.len()];
-    // A parameter that a step carries to its bound stays there, and the others are solved for again.
+    // A parameter that reaches its bound stays there, and the others are solved for again.
     for _ in 0..=u.len() {
-        let mut rhs: Vec<f64> = moving
+        let mut rhs: Vec<f64> = free
             .iter()
             .map(|&i| {
-                u[i] - (0..u.len()).filter(|k| !moving.contains(k)).map(|k| s.at(i, k) * step[k]).sum::<f64>()
+                u[i] - (0..u.len()).filter(|k| !free.contains(k)).map(|k| s.at(i, k) * step[k]).sum::<f64>()
             })
             .collect();
-        s.sub(&moving).cholesky().solve(&mut rhs);
-        let crossing = moving.iter().zip(&rhs).position(|(&i, d)| {
+        s.sub(&free).cholesky().solve(&mut rhs);
+        let crossing = free.iter().zip(&rhs).position(|(&i, d)| {
             let t = state.theta[i] + d;
             t < bounds[i].0 || t > bounds[i].1
         });
         match crossing {
             None => {
-                moving.iter().zip(&rhs).for_each(|(&i, d)| step[i] = *d);
+                free.iter().zip(&rhs).for_each(|(&i, d)| step[i] = *d);
                 break;
             }
             Some(k) => {
-                let i = moving.remove(k);
+                let i = free.remove(k);
                 step[i] = (state.theta[i] + rhs[k]).clamp(bounds[i].0, bounds[i].1) - state.theta[i];
             }
         }
     }
-    let promise = plain.fall(&u, &step);
+    let predicted_decrease = plain.cost_decrease(&u, &step);
     let length = (0..u.len()).map(|i| plain.at(i, i) * step[i] * step[i]).sum::<f64>().sqrt();
-    Step { change: step, promise, length }
+    Step { change: step, predicted_decrease, length }
 }

@@ -42,7 +42,7 @@ fn no_impacts_with_restitution_to_calibrate() {
 #[test]
 fn one_trajectory_only() {
     let text = refusal(&["height_m"], falls(1), &Model::plain(9.81, 0.7));
-    assert!(text.contains("1 trajectory with enough samples; at least 2 are needed"), "{text}");
+    assert!(text.contains("number of trajectories with enough samples: 1; at least 2 are needed"), "{text}");
 }
 
 #[test]
@@ -128,7 +128,7 @@ fn a_value_for_a_group_that_the_data_do_not_have() {
     let error = answer("restitution = { nominal = 0.63, per = \"group\", groups = { a = 0.6, c = 0.67 } }\n");
     let text = error.expect_err("refused").to_string();
     assert!(
-        text.contains("`restitution` has a value for the group `c`, which is none of drops.csv"),
+        text.contains("`restitution` has a value for the group `c`, which drops.csv does not contain"),
         "{text}"
     );
     assert!(text.contains("(groups of the data: a, b)"), "{text}");

@@ -183,7 +183,7 @@ fn a_rod_that_never_touches() {
 #[test]
 fn one_push_only() {
     let text = refusal(&NAMES, 1, 0.05);
-    assert!(text.contains("1 trajectory with enough samples; at least 2 are needed"), "{text}");
+    assert!(text.contains("number of trajectories with enough samples: 1; at least 2 are needed"), "{text}");
 }
 
 #[test]

@@ -107,7 +107,7 @@ fn the_answer_does_not_depend_on_the_height_of_the_floor() {
 #[test]
 fn one_throw_alone_is_cut_in_two_and_says_so() {
     let d = answer(&model(", frozen = true"), &throws().select(&[0])).expect("an answer");
-    assert!(d.notes.iter().any(|n| n.contains("one trajectory only")), "{:?}", d.notes);
+    assert!(d.notes.iter().any(|n| n.contains("there is only one trajectory")), "{:?}", d.notes);
 }
 
 #[test]
@@ -126,6 +126,6 @@ fn a_parameter_at_its_bound_is_named_and_no_effect_is() {
     refused(
         &Model::parse(text, "ball.toml").expect("a model"),
         &throws(),
-        "`restitution` comes out at its bound of 0.6",
+        "the fitted value of `restitution` is at its bound 0.6",
     );
 }

@@ -82,7 +82,7 @@ fn a_model_that_forecasts_most_of_the_motion_lacks_something_unknown() {
     let found = answer(Kind::Outside, 8_250_010);
     assert_eq!(found.verdict, Verdict::Unknown, "{}", found.sentence);
     assert!(
-        found.effects.is_empty() && found.sentence.starts_with("Something unknown"),
+        found.effects.is_empty() && found.sentence.starts_with("The library does not explain the data"),
         "{}",
         found.sentence
     );

@@ -179,7 +179,7 @@ fn a_wrong_prefix_is_one_sentence() {
     refused(
         &["--data", "drops.csv", "--seen", "1"],
         3,
-        &["trajectory `0`", "2 measured values", "see more rows"],
+        &["trajectory `0`", "2 measured values", "observe more rows"],
     );
     refused(&["--data", "drops.csv", "--seen", "0"], 2, &["--seen 0", "one at least"]);
     refused(&["--data", "drops.csv", "--seen", "110"], 2, &["--seen 110", "110 samples", "see fewer"]);

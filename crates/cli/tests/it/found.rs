@@ -169,9 +169,11 @@ fn a_time_limit_ends_the_search_with_the_best_so_far_and_says_so() {
     let cut = succeed_json(&[&discover[..], &["--time-limit", "0.001", "--out", "cut"]].concat(), d);
     assert!(cut["cut_after_s"].as_f64().is_some_and(|s| s > 0.0), "{cut}");
     let sentence = cut["sentence"].as_str().expect("a sentence");
-    assert!(sentence.starts_with("The time was over before the search was"), "{sentence}");
+    assert!(sentence.starts_with("The search was stopped at its time limit"), "{sentence}");
     assert!(
-        std::fs::read_to_string(d.join("cut/report.html")).expect("a page").contains("The time was over")
+        std::fs::read_to_string(d.join("cut/report.html"))
+            .expect("a page")
+            .contains("The search was stopped")
     );
     // A limit that is not reached changes nothing.
     let whole = succeed_json(&[&discover[..], &["--out", "whole"]].concat(), d);

@@ -161,7 +161,7 @@ fn what_cannot_be_used_is_refused_with_one_sentence() {
     refused("absent", "drops.csv", &[], 3, &["absent", "model.toml", "augsim discover"]);
     refused("empty", "drops.csv", &[], 3, &["empty", "model.toml", "augsim discover"]);
     refused("broken", "drops.csv", &[], 3, &["broken/model.toml:3", "did you mean `quadratic-drag`"]);
-    refused("drift", "drops.csv", &[], 3, &["drift/model.toml", "restitution-drift", "take it out"]);
+    refused("drift", "drops.csv", &[], 3, &["drift/model.toml", "restitution-drift", "remove the effect"]);
     refused("polygon", "drops.csv", &[], 3, &["drops.csv", "no column `x_m`"]);
     refused("good", "positions.csv", &[], 3, &["positions.csv", "enough samples"]);
     refused("good", "nowhere.csv", &[], 3, &["nowhere.csv"]);

@@ -1,7 +1,40 @@
-//! The answer in numbers and words.
+//! The result in numbers and words.
 
 mod errors;
-mod parts;
 
-pub(crate) use errors::{Errors, errors, forecast_limit, starts};
-pub(crate) use parts::AnswerParts;
+use crate::fit::ChosenRecords;
+use crate::prepare::Prepared;
+use crate::records::View;
+use crate::result::Estimate;
+use crate::score::Scored;
+use crate::search::{Search, SearchResult};
+use crate::stages::Judged;
+use augsim_physics::system::Declaration;
+pub(crate) use errors::{Errors, forecast_limit, measure_errors, nuisances_of_all};
+
+/// Everything that the result is computed from.
+pub(crate) struct AnswerParts<'a> {
+    pub model: &'a dyn Declaration,
+    pub prepared: &'a Prepared,
+    pub search: &'a Search<'a>,
+    pub found: &'a SearchResult,
+    pub judged: &'a Judged,
+    /// The calibrated model, on the searched records.
+    pub base: &'a Scored,
+    /// The final set, on the searched records.
+    pub best: &'a Scored,
+    /// All records.
+    pub all: &'a View,
+    /// The calibrated model, on all records.
+    pub calibrated: &'a Scored,
+    /// The final set, on all records.
+    pub full: &'a Scored,
+    pub errors: &'a Errors,
+    /// Mean squared residual of a window above which it is not predicted.
+    pub limit: f64,
+    /// Standard deviation of the random effect per record.
+    pub random_effect_sd: Option<Estimate>,
+    /// Records on which predictions are shown.
+    pub shown_on: &'a ChosenRecords<'a>,
+    pub seed: u64,
+}

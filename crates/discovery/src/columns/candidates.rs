@@ -1,4 +1,4 @@
-//! Which effects and laws the data allow to look for.
+//! Candidates that the data can support.
 
 use crate::addition::Addition;
 use crate::hypothesis::Hypothesis;
@@ -6,28 +6,28 @@ use crate::record::Measured;
 use augsim_physics::model::Per;
 use augsim_physics::system::Event;
 
-/// Most groups for which an effect is offered with one value a group: beyond, that is a description, not a law.
-const MOST_GROUPS: usize = 20;
+/// Maximum number of groups for which an effect is offered with one value per group; more would be a
+/// description, not an effect.
+const MAX_GROUPS: usize = 20;
 
-/// Source that candidates are taken from.
+/// Source of candidates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Family {
-    /// Effects that somebody described.
-    Described,
+    /// Effects of the library.
+    Library,
     /// Formulas of a grammar.
     Grammar,
 }
 
-/// Effects of a family that these data can speak about; with several groups each in two variants, and values by group of
-/// declared parameters. Scatter is tried by another
-/// rule.
-pub(crate) fn library(data: &Measured, family: Family) -> Vec<Addition> {
-    let (system, records) = (&*data.system, data.seen());
-    let grouped = (2..=MOST_GROUPS).contains(&data.groups.len()) && data.groups.len() < data.records.len();
+/// Candidates of a family that the data can support: each effect, with several groups also with one value
+/// per group, and groupwise values of declared parameters. Random effects are added by the search itself.
+pub(crate) fn library_candidates(data: &Measured, family: Family) -> Vec<Addition> {
+    let (system, records) = (&*data.system, data.system_records());
+    let grouped = (2..=MAX_GROUPS).contains(&data.groups.len()) && data.groups.len() < data.records.len();
     let mut out = Vec::new();
-    let wanted = |i: &usize| system.library()[*i].grammar.is_some() == (family == Family::Grammar);
-    let list = (0..system.library().len()).filter(wanted);
-    for index in list.filter(|&i| system.possible(i, &records)) {
+    let is_of_family = |i: &usize| system.library()[*i].grammar.is_some() == (family == Family::Grammar);
+    let indices = (0..system.library().len()).filter(is_of_family);
+    for index in indices.filter(|&i| system.possible(i, &records)) {
         out.extend(Addition::effect(system, index, Per::All));
         if grouped && system.by_group(index) {
             out.extend(Addition::effect(system, index, Per::Group));
@@ -36,13 +36,13 @@ pub(crate) fn library(data: &Measured, family: Family) -> Vec<Addition> {
     if grouped {
         let declared = system.parameters().iter().take(system.declared()).enumerate();
         let single = declared.filter(|(_, p)| !p.frozen && p.per == Per::All);
-        out.extend(single.map(|(index, _)| Addition::split(system, index, data.groups.len())));
+        out.extend(single.map(|(index, _)| Addition::split(system, index)));
     }
     out
 }
 
-/// Whether an addition may join a hypothesis.
-pub(crate) fn may_join(addition: &Addition, h: &Hypothesis) -> bool {
+/// Whether an addition can be added to a hypothesis.
+pub(crate) fn can_join(addition: &Addition, h: &Hypothesis) -> bool {
     if h.additions.iter().any(|a| a == addition || a.excludes(addition)) {
         return false;
     }
@@ -53,8 +53,9 @@ pub(crate) fn may_join(addition: &Addition, h: &Hypothesis) -> bool {
     !joins || h.additions.iter().any(|a| addition.acts_through(a))
 }
 
-/// One-feature laws over the features that vary in these data; `events` are those of the simulated training records.
-pub(crate) fn laws(data: &Measured, events: &[Vec<Event>]) -> Vec<Addition> {
-    let tables = data.system.tables(&data.seen(), events);
+/// Tabulated functions of one feature that varies in these data; `events` are the simulated events of the
+/// searched records.
+pub(crate) fn table_candidates(data: &Measured, events: &[Vec<Event>]) -> Vec<Addition> {
+    let tables = data.system.tables(&data.system_records(), events);
     tables.into_iter().filter_map(|table| Addition::table(&*data.system, table)).collect()
 }

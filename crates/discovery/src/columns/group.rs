@@ -1,4 +1,5 @@
-//! Columns of a linear problem that enter it together: an addition at one point of its shape.
+//! Groups of columns that enter the linear problem together: an addition at one grid point of its shape
+//! parameters.
 
 use crate::addition::Addition;
 use augsim_physics::effects::Polar;
@@ -6,63 +7,64 @@ use augsim_physics::model::Per;
 use augsim_physics::system::{Start, System};
 use std::ops::Range;
 
-/// An addition at one point: where its shape parameters (widths, thresholds, delays, periods) stand.
+/// An addition at one grid point of its shape parameters (widths, thresholds, delays, periods).
 #[derive(Clone, Debug)]
-pub(crate) struct Group {
+pub(crate) struct ColumnGroup {
     pub addition: Addition,
-    /// Values of its parameters that the columns are made at.
+    /// Parameter values at which the columns are computed.
     pub point: Vec<f64>,
-    /// Its columns.
+    /// Its columns in the problem.
     pub columns: Range<usize>,
-    pub effect: Effect,
+    pub kind: ColumnKind,
 }
 
 /// Kind of a group's columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Effect {
-    /// Derivatives with respect to its parameters, at a point where it changes nothing.
+pub(crate) enum ColumnKind {
+    /// Derivatives with respect to its parameters, at their nulls.
     Slopes,
-    /// The change that it makes at a point where it acts, and derivatives with respect to its parameters there.
+    /// The change of the predictions at a point where the effect acts, and the derivatives there.
     Change,
-    /// Derivatives with respect to values of a declared parameter by group.
+    /// Derivatives with respect to groupwise values of a declared parameter.
     Split,
-    /// Derivatives with respect to the parameters of an addition of the fitted set.
+    /// Derivatives with respect to the parameters of an addition in the fitted set.
     Fitted,
 }
 
-impl Group {
-    /// Whether two groups may stand in one set.
-    pub fn goes_with(&self, other: &Self) -> bool {
+impl ColumnGroup {
+    /// Whether two groups can be in one set.
+    pub fn is_compatible_with(&self, other: &Self) -> bool {
         !self.addition.excludes(&other.addition)
             && !other.addition.excludes(&self.addition)
             && self.addition != other.addition
     }
 
-    /// Whether these coefficients of its columns make values that its parameters can have.
-    pub fn allows(&self, coefficients: &[f64]) -> bool {
+    /// Whether these coefficients give parameter values within the allowed range.
+    pub fn is_feasible(&self, coefficients: &[f64]) -> bool {
         let Addition::Effect(listed, per) = &self.addition else { return true };
         let effect = &listed.effect;
-        match self.effect {
-            Effect::Change => coefficients.first().is_some_and(|c| *c > 0.0),
-            Effect::Split => true,
-            Effect::Slopes | Effect::Fitted
+        match self.kind {
+            ColumnKind::Change => coefficients.first().is_some_and(|c| *c > 0.0),
+            ColumnKind::Split => true,
+            ColumnKind::Slopes | ColumnKind::Fitted
                 if *per == Per::Group || effect.polar == Some(Polar::Direction) =>
             {
                 true
             }
-            Effect::Slopes | Effect::Fitted => {
+            ColumnKind::Slopes | ColumnKind::Fitted => {
                 let amounts = effect.amounts.unwrap_or(usize::MAX);
                 let each = effect.parameters.iter().zip(coefficients).take(amounts);
-                // One-sided where the null is the lowest value.
+                // A null at the edge of the range makes a parameter one-sided.
                 each.into_iter().all(|(p, c)| !(p.null <= p.min && *c < 0.0 || p.null >= p.max && *c > 0.0))
             }
         }
     }
 
-    /// Values from which a fit of the addition begins, by the coefficients of its columns.
+    /// Initial values of a fit of the addition, from the coefficients of its columns.
     pub fn start(&self, coefficients: &[f64]) -> Vec<f64> {
         let Addition::Effect(listed, _) = &self.addition else { return coefficients.to_vec() };
-        // Amounts move from their nulls by the coefficients, one for each group where they have values by group; shape parameters stay.
+        // Coefficients are offsets from the nulls, one for each group with groupwise values; shape
+        // parameters keep their grid values.
         let amounts = listed.effect.amounts.unwrap_or(usize::MAX).min(self.point.len()).max(1);
         let groups = coefficients.len() / amounts;
         let estimate = || -> Vec<f64> {
@@ -70,10 +72,10 @@ impl Group {
             let moved = coefficients.iter().copied().chain(std::iter::repeat(0.0));
             nulls.zip(moved).map(|(v, c)| v + c).collect()
         };
-        match (self.effect, &listed.effect.start) {
-            (Effect::Change, _) => {
+        match (self.kind, &listed.effect.start) {
+            (ColumnKind::Change, _) => {
                 let each = self.point.iter().zip(&coefficients[1..]).zip(&listed.effect.parameters);
-                each.map(|((at, step), p)| (at + step).clamp(p.min, p.max)).collect()
+                each.map(|((point, step), p)| (point + step).clamp(p.min, p.max)).collect()
             }
             (_, Start::At(values)) => values.clone(),
             (_, Start::Within(bounds)) => {
@@ -84,7 +86,7 @@ impl Group {
     }
 }
 
-/// The points at which an addition is linearised: at its nulls, its shape parameters on their grids.
+/// Points at which an addition is linearised: its nulls, with the shape parameters on their grids.
 pub(crate) fn null_points(system: &dyn System, addition: &Addition) -> Vec<Vec<f64>> {
     match addition {
         Addition::Effect(listed, _) if !addition.is_structural() => system.null_points(listed.index),
@@ -93,7 +95,8 @@ pub(crate) fn null_points(system: &dyn System, addition: &Addition) -> Vec<Vec<f
     }
 }
 
-/// The points at which an addition acts and its change is taken as a whole: thresholds, and laws that are singular at their null.
+/// Points at which an addition acts and its change is computed as a whole: thresholds, and effects that are
+/// singular at their null.
 pub(crate) fn acting_points(system: &dyn System, addition: &Addition) -> Vec<Vec<f64>> {
     let Addition::Effect(listed, Per::All) = addition else { return Vec::new() };
     let effect = &listed.effect;
@@ -103,7 +106,7 @@ pub(crate) fn acting_points(system: &dyn System, addition: &Addition) -> Vec<Vec
     system.scan_points(listed.index)
 }
 
-/// Values at which an effect is first simulated: its nulls, or near them for a law that is singular there.
+/// Values at which an effect is first simulated: its nulls, or near them where it is singular there.
 pub(crate) fn probe(effect: &augsim_physics::system::Effect) -> Vec<f64> {
     if effect.probe.is_empty() {
         effect.parameters.iter().map(|p| p.null).collect()

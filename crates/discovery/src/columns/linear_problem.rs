@@ -1,61 +1,63 @@
-//! The predictions about a fit as a linear problem: one column for each candidate, sums of products by block.
+//! The predictions near a fit as a linear problem: columns for each candidate, and sums of their products by
+//! block.
 //!
-//! One simulation of the data gives a column its values. After that a set of candidates is an index set: its gain, its coefficients and
-//! its cross-validated error follow from the sums of products in microseconds.
+//! Each column costs one simulation of the data. After that, the gain, the coefficients and the
+//! cross-validated error of any set of candidates follow from the sums of products in microseconds.
 
-use super::candidates::may_join;
-use super::group::{Effect, Group, acting_points, null_points};
+use super::candidates::can_join;
+use super::group::{ColumnGroup, ColumnKind, acting_points, null_points};
 use crate::addition::Addition;
-use crate::chosen_records::ChosenRecords;
 use crate::linear::Square;
-use crate::score::{Blocks, Places, Rows, Scored, off_nulls};
+use crate::record::ChosenRecords;
+use crate::score::{Blocks, FitWindows, Rows, Scored, distances_from_nulls};
 use augsim_linear::gram_of_rows;
 use augsim_physics::model::Per;
 use augsim_physics::system::Law;
 use rayon::prelude::*;
 
-/// Columns of one simulation. More share the cost of the motion itself; the lanes of a pass are 32.
-const BATCH: usize = 32;
-/// Most columns of a problem: the sums of products of so many take as long as their simulations.
-const MOST_COLUMNS: usize = 300;
-/// Share of a column that has to be left beside the columns of the declared parameters: less is rounding, and no data tell it.
-pub(crate) const SEEN: f64 = 1e-6;
-/// Sum of squares of a column from which on products with others overflow.
-const MOST: f64 = 1e100;
-/// Cosine from which on two columns are one law in two forms.
-const ALIAS: f64 = 1.0 - 1e-9;
+/// Columns per simulation: more share the cost of the motion, but a SIMD pass has 32 lanes.
+const BATCH_COLUMNS: usize = 32;
+/// Maximum number of columns: the sums of products of this many take as long as the simulations.
+const MAX_COLUMNS: usize = 300;
+/// Minimum share of a column that must remain after projecting out the declared columns; less is rounding
+/// error.
+pub(crate) const MIN_INDEPENDENT_SHARE: f64 = 1e-6;
+/// Sum of squares of a column beyond which its products with others overflow.
+const MAX_COLUMN_SQUARES: f64 = 1e100;
+/// Absolute cosine above which two columns are the same effect under two names.
+const ALIAS_COSINE: f64 = 1.0 - 1e-9;
 
 /// Sums of products of one block: `J'J`, `J'r` and `r'r`.
 #[derive(Clone, Debug)]
-pub(crate) struct Sums {
+pub(crate) struct BlockSums {
     pub h: Square,
     pub g: Vec<f64>,
     pub c: f64,
 }
 
-impl Sums {
-    /// Sums of some columns alone.
+impl BlockSums {
+    /// Sums of the columns `columns` alone.
     pub fn sub(&self, columns: &[usize]) -> Self {
         Self { h: self.h.sub(columns), g: columns.iter().map(|&c| self.g[c]).collect(), c: self.c }
     }
 
-    /// Sums with what is left of the residuals at these coefficients.
-    pub fn left_at(&self, x: &[f64]) -> Self {
-        let along = |i: usize| x.iter().enumerate().map(|(j, x)| self.h.at(i, j) * x).sum::<f64>();
-        let g = self.g.iter().enumerate().map(|(i, g)| g - along(i)).collect();
-        Self { h: self.h.clone(), g, c: self.c - self.h.fall(&self.g, x) }
+    /// Sums with the residuals that remain at the coefficients `x`.
+    pub fn at_coefficients(&self, x: &[f64]) -> Self {
+        let explained = |i: usize| x.iter().enumerate().map(|(j, x)| self.h.at(i, j) * x).sum::<f64>();
+        let g = self.g.iter().enumerate().map(|(i, g)| g - explained(i)).collect();
+        Self { h: self.h.clone(), g, c: self.c - self.h.cost_decrease(&self.g, x) }
     }
 
-    /// The same with residuals of this sign.
-    pub fn turned(&self, sign: f64) -> Self {
+    /// Sums with the residuals multiplied by `sign`.
+    pub fn with_sign(&self, sign: f64) -> Self {
         Self { h: self.h.clone(), g: self.g.iter().map(|g| sign * g).collect(), c: self.c }
     }
 }
 
-/// Sums of products of all blocks.
-pub(crate) fn summed(blocks: &[Sums]) -> Sums {
+/// Sum over all blocks.
+pub(crate) fn sum_blocks(blocks: &[BlockSums]) -> BlockSums {
     let n = blocks.first().map_or(0, |b| b.g.len());
-    let mut sum = Sums { h: Square::zero(n), g: vec![0.0; n], c: 0.0 };
+    let mut sum = BlockSums { h: Square::zero(n), g: vec![0.0; n], c: 0.0 };
     for block in blocks {
         sum.h.a.iter_mut().zip(&block.h.a).for_each(|(a, x)| *a += x);
         sum.g.iter_mut().zip(&block.g).for_each(|(a, x)| *a += x);
@@ -66,12 +68,12 @@ pub(crate) fn summed(blocks: &[Sums]) -> Sums {
 
 /// The linear problem at a fit.
 pub(crate) struct LinearProblem {
-    /// Columns of the declared parameters: the first ones, which every set has. Those at a bound have none.
+    /// Columns of the declared parameters that are not at a bound; every set contains them.
     pub declared: Vec<usize>,
-    pub groups: Vec<Group>,
-    /// Numbers of the groups of the fitted set.
+    pub groups: Vec<ColumnGroup>,
+    /// Numbers of the groups that represent the fitted set.
     pub fitted: Vec<usize>,
-    pub blocks: Vec<Sums>,
+    pub blocks: Vec<BlockSums>,
     /// Number of residuals.
     samples: f64,
     /// Share of them that are independent.
@@ -79,109 +81,119 @@ pub(crate) struct LinearProblem {
     width: usize,
 }
 
-/// Columns of all windows, window by window.
+/// Columns of each window, row-major.
 type Columns = Vec<Vec<f64>>;
 
 impl LinearProblem {
-    /// The problem at a fitted set with the candidates `library` beside it.
-    pub fn new(sample: &ChosenRecords<'_>, blocks: &Blocks, at: &Scored, library: &[Addition]) -> Self {
-        let places = Places::new(sample, &at.fit);
+    /// The problem at a fitted set with the candidates `library`.
+    pub fn new(sample: &ChosenRecords<'_>, blocks: &Blocks, set: &Scored, library: &[Addition]) -> Self {
+        let places = FitWindows::new(sample, &set.fit);
         let rows = places.rows(blocks);
-        let mut all = Assembled::new(&places, &rows, at);
-        all.add_slopes(library);
-        all.add_changes(library);
-        all.add_splits(library);
-        all.finish(blocks.count, at.evidence.memory.independent)
+        let mut builder = ProblemBuilder::new(&places, &rows, set);
+        builder.add_slopes(library);
+        builder.add_changes(library);
+        builder.add_splits(library);
+        builder.finish(blocks.count, set.evidence.independence.share)
     }
 
-    /// Sums of the blocks with what is left of the residuals after these columns were fitted.
-    pub fn left_by(&self, columns: &[usize]) -> Vec<Sums> {
-        let Sums { h, g: mut x, .. } = summed(&self.blocks).sub(columns);
+    /// Block sums with the residuals that remain after a fit of these columns.
+    pub fn residual_sums(&self, columns: &[usize]) -> Vec<BlockSums> {
+        let BlockSums { h, g: mut x, .. } = sum_blocks(&self.blocks).sub(columns);
         h.cholesky().solve(&mut x);
-        let mut of_all = vec![0.0; self.width];
-        columns.iter().zip(x).for_each(|(&c, x)| of_all[c] = x);
-        self.blocks.iter().map(|block| block.left_at(&of_all)).collect()
+        let mut coefficients = vec![0.0; self.width];
+        columns.iter().zip(x).for_each(|(&c, x)| coefficients[c] = x);
+        self.blocks.iter().map(|block| block.at_coefficients(&coefficients)).collect()
     }
 
-    /// By how much the coefficients of some columns are off the values where these change nothing: the declared parameters, which come first,
-    /// have none.
-    pub fn off_nulls(&self, coefficients: &[f64]) -> Vec<f64> {
+    /// Distances of coefficients from their nulls; 0 for the declared parameters, which come first and have
+    /// no null.
+    pub fn distances_from_nulls(&self, coefficients: &[f64]) -> Vec<f64> {
         let declared = self.declared.len();
         coefficients.iter().enumerate().map(|(k, x)| if k < declared { 0.0 } else { *x }).collect()
     }
 
-    /// Half the number of independent residuals: the factor that makes nats of the logarithm of squared errors.
-    pub fn half_of_samples(&self) -> f64 {
+    /// Half the number of independent residuals: converts the log of squared errors to nats.
+    pub fn half_independent_samples(&self) -> f64 {
         0.5 * self.samples * self.independent
     }
 
-    /// Groups that may stand in a set beside these, which are not of the fitted set.
-    pub fn beside(&self, set: &[usize]) -> Vec<usize> {
-        let goes = |g: &usize| {
+    /// Groups that are compatible with a set and not part of the fitted set.
+    pub fn compatible_groups(&self, set: &[usize]) -> Vec<usize> {
+        let is_compatible = |g: &usize| {
             let new = &self.groups[*g];
-            !self.fitted.contains(g) && set.iter().all(|f| self.groups[*f].goes_with(new))
+            !self.fitted.contains(g) && set.iter().all(|f| self.groups[*f].is_compatible_with(new))
         };
-        (0..self.groups.len()).filter(goes).collect()
+        (0..self.groups.len()).filter(is_compatible).collect()
     }
 
     /// Columns of the declared parameters and of some groups.
     pub fn columns_of(&self, groups: &[usize]) -> Vec<usize> {
-        let own = groups.iter().flat_map(|g| self.groups[*g].columns.clone());
-        self.declared.iter().copied().chain(own).collect()
+        let of_groups = groups.iter().flat_map(|g| self.groups[*g].columns.clone());
+        self.declared.iter().copied().chain(of_groups).collect()
     }
 }
 
-/// A problem while its columns are gathered.
-struct Assembled<'a> {
-    places: &'a Places<'a>,
+/// Builder of a linear problem.
+struct ProblemBuilder<'a> {
+    places: &'a FitWindows<'a>,
     rows: &'a Rows,
     at: &'a Scored,
     declared: Vec<usize>,
-    groups: Vec<Group>,
+    groups: Vec<ColumnGroup>,
     fitted: usize,
-    /// Columns gathered so far, for each window `[row][column]` in pieces.
+    /// Columns so far, as batches: number of columns, and their values by window.
     pieces: Vec<(usize, Columns)>,
     width: usize,
-    /// Amount taken from the residual for the fitted set to be left out, by column of theta.
+    /// Coefficient of each column of theta by which the fitted additions are removed from the residual.
     shift: Vec<f64>,
 }
 
-impl<'a> Assembled<'a> {
-    fn new(places: &'a Places<'a>, rows: &'a Rows, at: &'a Scored) -> Self {
-        let h = &at.fit.hypothesis;
+impl<'a> ProblemBuilder<'a> {
+    fn new(places: &'a FitWindows<'a>, rows: &'a Rows, set: &'a Scored) -> Self {
+        let h = &set.fit.hypothesis;
         let p = h.theta_len();
-        let held = crate::score::held(&at.fit);
-        let declared = (0..h.range_of_declared()).filter(|i| !held[*i]).collect();
+        let held = crate::score::entries_at_bounds(&set.fit);
+        let declared = (0..h.declared_entries()).filter(|i| !held[*i]).collect();
         let mut groups = Vec::new();
         for (number, addition) in h.additions.iter().enumerate() {
-            let columns = h.range_of(number);
+            let columns = h.entries_of_addition(number);
             if columns.is_empty() || matches!(addition, Addition::Scatter(_) | Addition::Split(_)) {
                 continue;
             }
-            let point = at.fit.theta[columns.clone()].to_vec();
-            groups.push(Group { addition: addition.clone(), point, columns, effect: Effect::Fitted });
+            let point = set.fit.theta[columns.clone()].to_vec();
+            groups.push(ColumnGroup { addition: addition.clone(), point, columns, kind: ColumnKind::Fitted });
         }
         let fitted = groups.len();
         let theta = rows.windows.iter().map(|w| {
-            let each = w.values.chunks_exact(rows.width);
-            each.flat_map(|row| row[..p].iter().copied()).collect()
+            let rows_of_window = w.values.chunks_exact(rows.width);
+            rows_of_window.flat_map(|row| row[..p].iter().copied()).collect()
         });
         let pieces = vec![(p, theta.collect())];
-        Self { places, rows, at, declared, groups, fitted, pieces, width: p, shift: off_nulls(&at.fit) }
+        Self {
+            places,
+            rows,
+            at: set,
+            declared,
+            groups,
+            fitted,
+            pieces,
+            width: p,
+            shift: distances_from_nulls(&set.fit),
+        }
     }
 
-    /// Candidates that may join the set, or take the place of one of its additions.
+    /// Candidates that can join the set or replace one of its additions.
     fn candidates<'l>(&self, library: &'l [Addition]) -> impl Iterator<Item = &'l Addition> {
         let h = self.at.fit.hypothesis.clone();
-        let rivals = move |a: &&Addition| {
+        let is_candidate = move |a: &&Addition| {
             let known = h.additions.contains(a);
             let joins = a.listed().is_some_and(|effect| effect.joins.is_some());
-            !known && (may_join(a, &h) || !joins && !matches!(a, Addition::Scatter(_)))
+            !known && (can_join(a, &h) || !joins && !matches!(a, Addition::Scatter(_)))
         };
-        library.iter().filter(rivals)
+        library.iter().filter(is_candidate)
     }
 
-    /// Derivatives of additions at the points where they change nothing, many in one simulation.
+    /// Adds derivatives at the nulls of candidates, many in one simulation.
     fn add_slopes(&mut self, library: &[Addition]) {
         let system = &self.at.fit.hypothesis.system;
         let list: Vec<(&Addition, Vec<f64>)> = self
@@ -193,7 +205,7 @@ impl<'a> Assembled<'a> {
             let mut batch = Vec::new();
             let mut size = 0;
             for (a, point) in list.iter().filter(|(a, _)| a.is_costly() == costly) {
-                if size + point.len() > BATCH && !batch.is_empty() {
+                if size + point.len() > BATCH_COLUMNS && !batch.is_empty() {
                     batches.push(std::mem::take(&mut batch));
                     size = 0;
                 }
@@ -203,12 +215,14 @@ impl<'a> Assembled<'a> {
             batches.push(batch);
         }
         batches.retain(|b| !b.is_empty());
-        let done: Vec<Vec<(Group, Columns)>> = batches.par_iter().map(|batch| self.slopes(batch)).collect();
+        let done: Vec<Vec<(ColumnGroup, Columns)>> =
+            batches.par_iter().map(|batch| self.slopes(batch)).collect();
         done.into_iter().flatten().for_each(|(group, columns)| self.push(group, columns));
     }
 
-    fn slopes(&self, batch: &[(&Addition, Vec<f64>)]) -> Vec<(Group, Columns)> {
-        batch.iter().for_each(|_| self.places.sample.data.tally.score());
+    /// Derivatives of one batch of candidates at their nulls.
+    fn slopes(&self, batch: &[(&Addition, Vec<f64>)]) -> Vec<(ColumnGroup, Columns)> {
+        batch.iter().for_each(|_| self.places.sample.data.work.count_score());
         let h = &self.at.fit.hypothesis;
         let laws: Vec<Law> = batch.iter().filter_map(|(a, _)| a.law()).collect();
         let Ok(system) = h.system.augmented(&laws) else { return Vec::new() };
@@ -222,47 +236,47 @@ impl<'a> Assembled<'a> {
             let range = from..from + point.len();
             from = range.end;
             let by_group = matches!(addition, Addition::Effect(_, Per::Group));
-            // Shape parameters have no slope where the amounts are at their nulls.
-            let amounts = match addition {
+            // At the nulls of the amplitudes, shape parameters have no derivative.
+            let amplitudes = match addition {
                 Addition::Effect(listed, _) => listed.effect.amounts.unwrap_or(point.len()).min(point.len()),
                 _ => point.len(),
             };
-            let own = range.start..range.start + amounts;
+            let used = range.start..range.start + amplitudes;
             let mut columns: Columns = found
                 .iter()
-                .map(|w| w.chunks_exact(total).flat_map(|row| row[own.clone()].iter().copied()).collect())
+                .map(|w| w.chunks_exact(total).flat_map(|row| row[used.clone()].iter().copied()).collect())
                 .collect();
-            let mut width = amounts;
+            let mut width = amplitudes;
             if by_group {
-                (columns, width) = self.by_group(columns, amounts);
+                (columns, width) = self.by_group(columns, amplitudes);
             }
-            let group = Group {
+            let group = ColumnGroup {
                 addition: (*addition).clone(),
                 point: point.clone(),
                 columns: 0..width,
-                effect: Effect::Slopes,
+                kind: ColumnKind::Slopes,
             };
             out.push((group, columns));
         }
         out
     }
 
-    /// Columns of each group of the data apart, parameter by parameter.
+    /// Separate columns for each group of the data, parameter by parameter.
     fn by_group(&self, columns: Columns, width: usize) -> (Columns, usize) {
         let groups = self.places.sample.data.groups.len();
-        let wide = |(w, own): (usize, Vec<f64>)| {
-            let group = self.places.windows[w].record.seen.group;
-            let spread = |row: &[f64]| {
+        let expand = |(w, values): (usize, Vec<f64>)| {
+            let group = self.places.windows[w].record.data.group;
+            let expand_row = |row: &[f64]| {
                 let mut out = vec![0.0; width * groups];
                 row.iter().enumerate().for_each(|(k, x)| out[k * groups + group] = *x);
                 out
             };
-            own.chunks_exact(width.max(1)).flat_map(spread).collect()
+            values.chunks_exact(width.max(1)).flat_map(expand_row).collect()
         };
-        (columns.into_iter().enumerate().map(wide).collect(), width * groups)
+        (columns.into_iter().enumerate().map(expand).collect(), width * groups)
     }
 
-    /// Changes by additions at points where they act, each with the derivatives with respect to its parameters there.
+    /// Adds the changes by candidates at points where they act, each with the derivatives there.
     fn add_changes(&mut self, library: &[Addition]) {
         let h = &self.at.fit.hypothesis;
         let list: Vec<(&Addition, Vec<f64>)> = self
@@ -270,25 +284,26 @@ impl<'a> Assembled<'a> {
             .flat_map(|a| acting_points(&*h.system, a).into_iter().map(move |point| (a, point)))
             .collect();
         let change = |(addition, point): &(&Addition, Vec<f64>)| {
-            self.places.sample.data.tally.score();
+            self.places.sample.data.work.count_score();
             let system = h.system.augmented(&[addition.law()?]).ok()?;
             let first = h.system.parameters().len();
-            let whole = self.places.change(self.rows, &*system, first, point);
+            let total = self.places.change(self.rows, &*system, first, point);
             let slopes = self.places.columns(self.rows, &*system, first, point);
             let count = point.len();
-            let both = whole.iter().zip(&slopes).map(|(whole, slopes)| {
+            let both = total.iter().zip(&slopes).map(|(total, slopes)| {
                 let row = |(k, x): (usize, &f64)| [&[*x], &slopes[k * count..][..count]].concat();
-                whole.iter().enumerate().flat_map(row).collect()
+                total.iter().enumerate().flat_map(row).collect()
             });
             let (addition, point) = ((*addition).clone(), point.clone());
             let columns = both.collect();
-            Some((Group { addition, point, columns: 0..1 + count, effect: Effect::Change }, columns))
+            Some((ColumnGroup { addition, point, columns: 0..1 + count, kind: ColumnKind::Change }, columns))
         };
-        let done: Vec<Option<(Group, Columns)>> = list.par_iter().map(change).collect();
+        let done: Vec<Option<(ColumnGroup, Columns)>> = list.par_iter().map(change).collect();
         done.into_iter().flatten().for_each(|(group, columns)| self.push(group, columns));
     }
 
-    /// Values of declared parameters by group: the column of the parameter in each group but the first.
+    /// Adds groupwise values of declared parameters: the column of the parameter in each group but the
+    /// first.
     fn add_splits(&mut self, library: &[Addition]) {
         let h = &self.at.fit.hypothesis;
         let groups = self.places.sample.data.groups.len();
@@ -296,7 +311,7 @@ impl<'a> Assembled<'a> {
             .candidates(library)
             .filter_map(|a| match a {
                 Addition::Split(split) => {
-                    let entry = h.entries_of(split.index).filter(|entries| entries.len() == 1)?;
+                    let entry = h.entries_of_parameter(split.index).filter(|entries| entries.len() == 1)?;
                     Some((a.clone(), entry.start))
                 }
                 _ => None,
@@ -312,43 +327,45 @@ impl<'a> Assembled<'a> {
                 .into_iter()
                 .map(|w| w.chunks_exact(groups).flat_map(|row| row[1..].iter().copied()).collect())
                 .collect();
-            let group = Group { addition, point: Vec::new(), columns: 0..groups - 1, effect: Effect::Split };
+            let group =
+                ColumnGroup { addition, point: Vec::new(), columns: 0..groups - 1, kind: ColumnKind::Split };
             self.push(group, columns);
         }
     }
 
-    /// Takes the columns of a group in, if all of their values are numbers.
-    fn push(&mut self, group: Group, columns: Columns) {
+    /// Adds the columns of a group, if their values are finite.
+    fn push(&mut self, group: ColumnGroup, columns: Columns) {
         let count = group.columns.len();
-        // Derivatives that grow without bound along a run have squares that are no numbers.
+        // Derivatives that grow without bound along a simulation have non-finite squares.
         let squares: f64 = columns.iter().flatten().map(|x| x * x).sum();
-        if count == 0 || !(squares > 0.0 && squares < MOST) {
+        if count == 0 || !(squares > 0.0 && squares < MAX_COLUMN_SQUARES) {
             return;
         }
-        self.groups.push(Group { columns: self.width..self.width + count, ..group });
+        self.groups.push(ColumnGroup { columns: self.width..self.width + count, ..group });
         self.pieces.push((count, columns));
         self.width += count;
     }
 
+    /// Forms the sums of products by block.
     fn finish(mut self, blocks: usize, independent: f64) -> LinearProblem {
-        self.keep_the_best();
+        self.keep_strongest();
         let n = self.width;
         let rows: Vec<Vec<f64>> =
             (0..self.rows.windows.len()).into_par_iter().map(|w| self.window(w)).collect();
         let places: Vec<Vec<u16>> =
             self.rows.windows.iter().map(|w| w.places.iter().map(|p| p.0).collect()).collect();
-        let of = |block: usize| {
-            let mine = rows.iter().zip(&places).flat_map(|(rows, places)| {
+        let sums_of = |block: usize| {
+            let block_rows = rows.iter().zip(&places).flat_map(|(rows, places)| {
                 rows.chunks_exact(n + 1).zip(places).filter(|(_, b)| usize::from(**b) == block)
             });
-            let all: Vec<f64> = mine.flat_map(|(row, _)| row.iter().copied()).collect();
-            let sums = gram_of_rows(&all, n + 1);
+            let values: Vec<f64> = block_rows.flat_map(|(row, _)| row.iter().copied()).collect();
+            let sums = gram_of_rows(&values, n + 1);
             let mut h = Square::zero(n);
             (0..n).for_each(|i| h.a[i * n..][..n].copy_from_slice(&sums[i * (n + 1)..][..n]));
             let g = (0..n).map(|i| sums[i * (n + 1) + n]).collect();
-            Sums { h, g, c: sums[n * (n + 1) + n] }
+            BlockSums { h, g, c: sums[n * (n + 1) + n] }
         };
-        let sums: Vec<Sums> = (0..blocks).into_par_iter().map(of).collect();
+        let sums: Vec<BlockSums> = (0..blocks).into_par_iter().map(sums_of).collect();
         let samples = self.rows.windows.iter().map(|w| w.places.len() - w.priors).sum::<usize>() as f64;
         let fitted = (0..self.fitted).collect();
         let mut problem = LinearProblem {
@@ -360,11 +377,11 @@ impl<'a> Assembled<'a> {
             independent,
             width: n,
         };
-        problem.leave_out_aliases();
+        problem.drop_aliases();
         problem
     }
 
-    /// Rows of a window, weighted: all columns and the residual of the declared model's part.
+    /// Weighted rows of a window: all columns, and the residual of the declared model.
     fn window(&self, w: usize) -> Vec<f64> {
         let window = &self.rows.windows[w];
         let count = window.places.len();
@@ -383,9 +400,9 @@ impl<'a> Assembled<'a> {
         out
     }
 
-    /// Keeps the candidates that gain most one by one, where there are too many for sums of all their products.
-    fn keep_the_best(&mut self) {
-        if self.width <= MOST_COLUMNS {
+    /// Keeps the candidates with the largest single gains, where there are too many columns.
+    fn keep_strongest(&mut self) {
+        if self.width <= MAX_COLUMNS {
             return;
         }
         let gains: Vec<f64> =
@@ -395,16 +412,16 @@ impl<'a> Assembled<'a> {
         let mut width = self.pieces[0].0;
         let mut kept: Vec<usize> = Vec::new();
         for k in order {
-            let own = self.groups[self.fitted + k].columns.len();
-            if width + own <= MOST_COLUMNS {
-                width += own;
+            let count = self.groups[self.fitted + k].columns.len();
+            if width + count <= MAX_COLUMNS {
+                width += count;
                 kept.push(self.fitted + k);
             }
         }
         kept.sort_unstable();
         let theta = self.pieces[0].0;
         let (groups, pieces) = (std::mem::take(&mut self.groups), std::mem::take(&mut self.pieces));
-        let mut at = theta;
+        let mut next = theta;
         let mut pieces = pieces.into_iter().map(Some).collect::<Vec<_>>();
         self.pieces.extend(pieces[0].take());
         for (g, group) in groups.into_iter().enumerate() {
@@ -412,15 +429,15 @@ impl<'a> Assembled<'a> {
                 self.groups.push(group);
             } else if kept.binary_search(&g).is_ok() {
                 let count = group.columns.len();
-                self.groups.push(Group { columns: at..at + count, ..group });
+                self.groups.push(ColumnGroup { columns: next..next + count, ..group });
                 self.pieces.extend(pieces[1 + g - self.fitted].take());
-                at += count;
+                next += count;
             }
         }
-        self.width = at;
+        self.width = next;
     }
 
-    /// Gain of a candidate beside the fitted set.
+    /// Gain of a single candidate beside the fitted set.
     fn gain(&self, g: usize) -> f64 {
         let (count, columns) = &self.pieces[1 + g - self.fitted];
         let p = self.pieces[0].0;
@@ -428,14 +445,14 @@ impl<'a> Assembled<'a> {
         let (mut h, mut u) = (Square::zero(n), vec![0.0; n]);
         for (w, window) in self.rows.windows.iter().enumerate() {
             let rows = window.values.chunks_exact(self.rows.width).zip(columns[w].chunks_exact(*count));
-            for (row, own) in rows {
-                let at = |i: usize| if i < p { row[i] } else { own[i - p] };
+            for (row, candidate) in rows {
+                let value = |i: usize| if i < p { row[i] } else { candidate[i - p] };
                 for (i, gradient) in u.iter_mut().enumerate().skip(p) {
-                    *gradient += window.weight * at(i) * row[p];
-                    (0..=i).for_each(|j| *h.at_mut(i, j) += window.weight * at(i) * at(j));
+                    *gradient += window.weight * value(i) * row[p];
+                    (0..=i).for_each(|j| *h.at_mut(i, j) += window.weight * value(i) * value(j));
                 }
                 for i in 0..p {
-                    (0..=i).for_each(|j| *h.at_mut(i, j) += window.weight * at(i) * at(j));
+                    (0..=i).for_each(|j| *h.at_mut(i, j) += window.weight * value(i) * value(j));
                 }
             }
         }
@@ -444,16 +461,16 @@ impl<'a> Assembled<'a> {
         let gradient: Vec<f64> = order.iter().map(|&i| u[i]).collect();
         let (s, mut v, _) = crate::linear::eliminate(&h.sub(&order), &gradient, *count);
         let raw: Vec<f64> = (p..n).map(|i| h.at(i, i)).collect();
-        let seen = (0..*count).all(|i| s.at(i, i) > SEEN * raw[i]);
+        let is_independent = (0..*count).all(|i| s.at(i, i) > MIN_INDEPENDENT_SHARE * raw[i]);
         s.cholesky().forward(&mut v);
-        if seen { v.iter().map(|x| x * x).sum() } else { 0.0 }
+        if is_independent { v.iter().map(|x| x * x).sum() } else { 0.0 }
     }
 }
 
 impl LinearProblem {
-    /// Leaves out single columns that repeat an earlier one: the same law under a name that comes later in the library.
-    fn leave_out_aliases(&mut self) {
-        let sum = summed(&self.blocks);
+    /// Drops single columns that repeat an earlier one: the same effect under another name.
+    fn drop_aliases(&mut self) {
+        let sum = sum_blocks(&self.blocks);
         let size = |c: usize| sum.h.at(c, c).sqrt();
         let single: Vec<(usize, usize)> = (0..self.groups.len())
             .filter(|g| self.groups[*g].columns.len() == 1)
@@ -464,14 +481,14 @@ impl LinearProblem {
                 && single.iter().take_while(|(other, _)| other < g).any(|(other, d)| {
                     let cosine = sum.h.at(*c, *d) / (size(*c) * size(*d));
                     let same = self.groups[*g].addition.kind() == self.groups[*other].addition.kind();
-                    !same && cosine.abs() > ALIAS
+                    !same && cosine.abs() > ALIAS_COSINE
                 })
         };
-        let gone: Vec<usize> = single.iter().filter(|s| repeats(s)).map(|(g, _)| *g).collect();
+        let aliases: Vec<usize> = single.iter().filter(|s| repeats(s)).map(|(g, _)| *g).collect();
         let mut number = 0;
         self.groups.retain(|_| {
             number += 1;
-            !gone.contains(&(number - 1))
+            !aliases.contains(&(number - 1))
         });
     }
 }

@@ -1,9 +1,9 @@
-//! Candidates, and by how much each would change the predictions.
+//! Candidate effects and the changes of the predictions that each would make.
 
 mod candidates;
 mod group;
 mod linear_problem;
 
-pub(crate) use candidates::{Family, laws, library, may_join};
+pub(crate) use candidates::{Family, can_join, library_candidates, table_candidates};
 pub(crate) use group::probe;
-pub(crate) use linear_problem::{LinearProblem, SEEN, Sums, summed};
+pub(crate) use linear_problem::{BlockSums, LinearProblem, MIN_INDEPENDENT_SHARE, sum_blocks};

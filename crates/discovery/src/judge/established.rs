@@ -1,27 +1,27 @@
-//! Which findings are established, and which are leads.
+//! Selection of the established findings, the alternatives and the leads.
 
-use super::bootstrap::{NullRate, Resamples, null_rate, resamples};
+use super::bootstrap::{FalsePositives, Resamples, false_positive_rate, resamples};
 use crate::addition::{Addition, labels};
 use crate::columns::LinearProblem;
 use crate::score::Scored;
-use crate::search::{Found, Search, chances_beside};
+use crate::search::{Search, SearchResult, p_values_beside};
 
-/// Share of resamples in which a finding, or one that takes its place, has to come back. The price of a resample is eased so that a finding
-/// at the limit of what pays in the search does as often, where nothing takes its place.
-const COMES_BACK: f64 = 0.9;
-/// Share of resamples from which on what is not established is told as a lead.
-const LEADS: f64 = 1.0 / 3.0;
-/// Standard errors (over blocks, paired) within which one set is as good as another.
-const AS_GOOD: f64 = 2.0;
+/// Minimum share of resamples in which a finding, or an equivalent one, must be selected. The penalty in
+/// resamples is reduced so that a finding at the limit of the search reaches this share.
+const MIN_INCLUSION: f64 = 0.9;
+/// Minimum share of resamples for a finding that is not established to be reported as a lead.
+const MIN_LEAD_INCLUSION: f64 = 1.0 / 3.0;
+/// Standard errors (over blocks, paired) within which two sets are equivalent.
+const EQUIVALENT_ERRORS: f64 = 2.0;
 
-/// Why a finding is a lead only.
+/// Reason why a finding is only a lead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Short {
-    /// Chance alone moves its amount as far, among so many candidates.
+pub(crate) enum Shortcoming {
+    /// Not significant among this many candidates.
     NotSignificant,
-    /// It comes back in too few resamples.
+    /// Selected in too few resamples.
     NotStable,
-    /// It does not pay its price in predictions of left-out blocks.
+    /// Its gain in predictions of left-out blocks is below its penalty.
     DoesNotPay,
 }
 
@@ -31,162 +31,180 @@ pub(crate) struct Lead {
     pub addition: Addition,
     pub inclusion: f64,
     pub chance: Option<f64>,
-    pub short: Short,
+    pub short: Shortcoming,
 }
 
-/// Findings of a search.
-pub(crate) struct Judgement {
-    /// Number of the established set among what was tried.
+/// Judged findings of a search.
+pub(crate) struct Findings {
+    /// Index of the established set among the fitted sets.
     pub named: usize,
-    /// Of each of its additions: probability that chance alone moves it as far.
-    pub chances: Vec<f64>,
-    /// The same as the share of false findings among all that are as significant (Benjamini and Yekutieli 2001).
+    /// p-value of each of its additions.
+    pub p_values: Vec<f64>,
+    /// q-value of each: expected share of false findings among those as significant (Benjamini and Yekutieli
+    /// 2001).
     pub q_values: Vec<f64>,
-    /// Share of resamples with each of its additions, or with one that takes its place.
+    /// Share of resamples that select each addition, or an equivalent one.
     pub inclusion: Vec<f64>,
-    /// Other sets that are as good.
+    /// Other equivalent sets.
     pub alternatives: Vec<usize>,
     pub leads: Vec<Lead>,
-    pub null: NullRate,
+    pub false_positives: FalsePositives,
 }
 
-/// Judges what a search found.
-pub(crate) fn judged(search: &Search<'_>, found: &mut Found, seed: u64, null_runs: usize) -> Judgement {
+/// Judges the findings of a search.
+pub(crate) fn judge_findings(
+    search: &Search<'_>,
+    found: &mut SearchResult,
+    seed: u64,
+    null_runs: usize,
+) -> Findings {
     let best = found.best().clone();
     let sample = search.sample();
     let problem = LinearProblem::new(&sample, &search.view.blocks, &best, &search.library);
-    let mut named = named(search, found);
-    let all = resamples(found, seed);
-    // A finding that does not come back over resamples leaves, and what is left is judged again.
+    let mut named = named_set(search, found);
+    let resampled = resamples(found, seed);
+    // A finding that is selected in too few resamples is dropped, and the remaining set is judged again.
     let (alternatives, inclusion) = loop {
         let alternatives = alternatives(search, found, named);
-        let set = &found.tried[named];
-        let inclusion: Vec<f64> =
-            set.additions().iter().map(|a| comes_back(&all, a, found, named, &alternatives)).collect();
+        let set = &found.sets[named];
+        let inclusion: Vec<f64> = set
+            .additions()
+            .iter()
+            .map(|a| inclusion_share(&resampled, a, found, named, &alternatives))
+            .collect();
         let least = inclusion.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
-        match least.filter(|(_, share)| **share < COMES_BACK) {
+        match least.filter(|(_, share)| **share < MIN_INCLUSION) {
             Some((number, _)) => {
-                let (set, rest) = (set.clone(), crate::search::without(set.additions(), number));
-                named = found.fitted(search, &set, &rest);
-                named = found.significant(search, named);
+                let (set, remaining) = (set.clone(), crate::search::without(set.additions(), number));
+                named = found.index_or_fit(search, &set, &remaining);
+                named = found.drop_insignificant(search, named);
             }
             None => break (alternatives, inclusion),
         }
     };
-    let chances = found.chances(&found.tried[named]);
-    let q_values = q_values(&problem, found, named, &chances, search.candidates);
-    let leads = leads(found, named, &all, &alternatives);
-    let null = null_rate(search, &problem, null_runs, seed);
-    Judgement { named, chances, q_values, inclusion, alternatives, leads, null }
+    let p_values = found.p_values(&found.sets[named]);
+    let q_values = q_values(&problem, found, named, &p_values, search.candidates);
+    let leads = leads(found, named, &resampled, &alternatives);
+    let false_positives = false_positive_rate(search, &problem, null_runs, seed);
+    Findings { named, p_values, q_values, inclusion, alternatives, leads, false_positives }
 }
 
-/// The number of the set that is named, as far as one fit of each set tells: the significant part of the best, in its simplest form.
-pub(crate) fn named(search: &Search<'_>, found: &mut Found) -> usize {
-    let best = found.significant(search, found.best);
+/// Index of the set to name before resampling: the significant part of the best set, or a simpler equivalent
+/// one.
+pub(crate) fn named_set(search: &Search<'_>, found: &mut SearchResult) -> usize {
+    let best = found.drop_insignificant(search, found.best);
     simplest(search, found, best)
 }
 
-/// The smallest significant set that is as good as `best` (the rule of one standard error: Breiman et al. 1984, with two); of equal ones
-/// the best.
-fn simplest(search: &Search<'_>, found: &Found, best: usize) -> usize {
-    let set = &found.tried[best];
-    // Parts of the set were judged by the significance of what they lack.
+/// The smallest significant set that is equivalent to `best` (the one-standard-error rule of Breiman et al.
+/// 1984, with two); among equal sizes the best.
+fn simplest(search: &Search<'_>, found: &SearchResult, best: usize) -> usize {
+    let set = &found.sets[best];
+    // Subsets were already rejected by the significance of what they lack.
     let is_part = |other: &Scored| other.additions().iter().all(|a| set.additions().contains(a));
-    let is_alive = |n: &usize| {
-        let other = &found.tried[*n];
+    let is_eligible = |n: &usize| {
+        let other = &found.sets[*n];
         other.additions().len() < set.additions().len()
             && !is_part(other)
-            && is_as_good(found, other, set)
+            && is_equivalent(found, other, set)
             && found.is_significant(search, other)
             && found.margin(other, found.base()) >= 0.0
     };
-    let alive = (0..found.tried.len()).filter(is_alive);
-    let by = |n: &usize| (found.tried[*n].additions().len(), -found.margin(&found.tried[*n], set));
-    alive.min_by(|a, b| by(a).partial_cmp(&by(b)).unwrap_or(std::cmp::Ordering::Equal)).unwrap_or(best)
+    let eligible = (0..found.sets.len()).filter(is_eligible);
+    let rank = |n: &usize| (found.sets[*n].additions().len(), -found.margin(&found.sets[*n], set));
+    eligible.min_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal)).unwrap_or(best)
 }
 
-/// Whether a set predicts left-out blocks as well as another, within what the gain of one over the other is uncertain by: by what blocks
-/// show, and at least as a logarithm of a ratio of likelihoods is, whose variance is twice its mean.
-fn is_as_good(found: &Found, other: &Scored, set: &Scored) -> bool {
+/// Whether `other` predicts left-out blocks as well as `set`, within two standard errors: that of the gain
+/// over blocks, and at least sqrt(2 G) of a log likelihood ratio G, whose variance is twice its mean.
+fn is_equivalent(found: &SearchResult, other: &Scored, set: &Scored) -> bool {
     let margin = found.margin(set, other);
-    let error = set.evidence.error_of_gain(&other.evidence).max((2.0 * margin.max(0.0)).sqrt());
-    margin < AS_GOOD * error
+    let error = set.evidence.gain_standard_error(&other.evidence).max((2.0 * margin.max(0.0)).sqrt());
+    margin < EQUIVALENT_ERRORS * error
 }
 
-/// Other significant sets of no more additions that are as good.
-fn alternatives(search: &Search<'_>, found: &Found, named: usize) -> Vec<usize> {
-    let set = &found.tried[named];
-    let mine = labels(set.additions());
-    let mut keys = vec![mine.clone()];
+/// Other equivalent significant sets with no more additions.
+fn alternatives(search: &Search<'_>, found: &SearchResult, named: usize) -> Vec<usize> {
+    let set = &found.sets[named];
+    let named_key = labels(set.additions());
+    let mut keys = vec![named_key.clone()];
     let mut out: Vec<usize> = Vec::new();
-    for (n, other) in found.tried.iter().enumerate() {
+    for (n, other) in found.sets.iter().enumerate() {
         let key = other.key();
         let is_other = !key.is_empty()
-            && key.len() <= mine.len()
+            && key.len() <= named_key.len()
             && !keys.contains(&key)
-            && !key.iter().all(|k| mine.contains(k));
-        if is_other && is_as_good(found, other, set) && found.is_significant(search, other) {
+            && !key.iter().all(|k| named_key.contains(k));
+        if is_other && is_equivalent(found, other, set) && found.is_significant(search, other) {
             keys.push(key);
             out.push(n);
         }
     }
     out.sort_by(|a, b| {
-        found.margin(&found.tried[*b], set).total_cmp(&found.margin(&found.tried[*a], set)).then(a.cmp(b))
+        found.margin(&found.sets[*b], set).total_cmp(&found.margin(&found.sets[*a], set)).then(a.cmp(b))
     });
     out
 }
 
-/// Share of the resamples in which an addition of the named set comes back, or one that takes its place: an addition of an alternative, or
-/// another form of the same law.
-fn comes_back(
-    all: &Resamples,
+/// Share of the resamples that select an addition of the named set or an equivalent one. Equivalent are
+/// additions of alternative sets, and other forms of the same effect.
+fn inclusion_share(
+    resampled: &Resamples,
     addition: &Addition,
-    found: &Found,
+    found: &SearchResult,
     named: usize,
     alternatives: &[usize],
 ) -> f64 {
-    let mine = labels(found.tried[named].additions());
-    let others = alternatives.iter().flat_map(|n| found.tried[*n].key()).filter(|k| !mine.contains(k));
-    let tried = found.tried.iter().flat_map(|set| set.additions());
-    let forms = tried.filter(|other| addition.is_form_of(other)).map(Addition::label);
-    let readings: Vec<String> = others.chain(forms).chain([addition.label()]).collect();
-    all.share(|labels| labels.iter().any(|l| readings.contains(l)))
+    let named_key = labels(found.sets[named].additions());
+    let others = alternatives.iter().flat_map(|n| found.sets[*n].key()).filter(|k| !named_key.contains(k));
+    let tried = found.sets.iter().flat_map(|set| set.additions());
+    let forms = tried.filter(|other| addition.is_variant_of(other)).map(Addition::label);
+    let equivalent: Vec<String> = others.chain(forms).chain([addition.label()]).collect();
+    resampled.share(|labels| labels.iter().any(|l| equivalent.contains(l)))
 }
 
-/// Share of false findings among those at least as significant as each addition of the named set, among all candidates.
-fn q_values(problem: &LinearProblem, found: &Found, named: usize, own: &[f64], candidates: f64) -> Vec<f64> {
-    let set = found.tried[named].additions();
+/// q-values of the additions of the named set among all candidates.
+fn q_values(
+    problem: &LinearProblem,
+    found: &SearchResult,
+    named: usize,
+    named_p: &[f64],
+    candidates: f64,
+) -> Vec<f64> {
+    let set = found.sets[named].additions();
     let fitted: Vec<usize> =
         problem.fitted.iter().copied().filter(|g| set.contains(&problem.groups[*g].addition)).collect();
-    let mut all = chances_beside(problem, &fitted);
-    all.extend(own);
-    all.sort_by(f64::total_cmp);
-    let count = candidates.max(all.len() as f64);
+    let mut p_values = p_values_beside(problem, &fitted);
+    p_values.extend(named_p);
+    p_values.sort_by(f64::total_cmp);
+    let count = candidates.max(p_values.len() as f64);
     let harmonic: f64 = (1..=count as usize).map(|i| 1.0 / i as f64).sum();
     let q = |p: f64| {
-        let from = all.partition_point(|other| *other < p);
-        let each = all.iter().enumerate().skip(from);
-        each.map(|(rank, p)| p * count * harmonic / (rank + 1) as f64).fold(1.0, f64::min)
+        let first = p_values.partition_point(|other| *other < p);
+        let from_rank = p_values.iter().enumerate().skip(first);
+        from_rank.map(|(rank, p)| p * count * harmonic / (rank + 1) as f64).fold(1.0, f64::min)
     };
-    own.iter().map(|p| q(*p)).collect()
+    named_p.iter().map(|p| q(*p)).collect()
 }
 
-/// Additions that the best set has and the named one has not, and what a third of the resamples select.
-fn leads(found: &Found, named: usize, all: &Resamples, alternatives: &[usize]) -> Vec<Lead> {
-    let (set, best) = (&found.tried[named], found.best());
-    let of_alternatives: Vec<String> = alternatives.iter().flat_map(|n| found.tried[*n].key()).collect();
+/// Leads: additions of the best set that the named set lacks, and others that a third of the resamples
+/// select.
+fn leads(found: &SearchResult, named: usize, resampled: &Resamples, alternatives: &[usize]) -> Vec<Lead> {
+    let (set, best) = (&found.sets[named], found.best());
+    let of_alternatives: Vec<String> = alternatives.iter().flat_map(|n| found.sets[*n].key()).collect();
     let mut out: Vec<Lead> = Vec::new();
-    let chances = found.chances(best);
-    for (addition, chance) in best.additions().iter().zip(chances) {
+    let p_values = found.p_values(best);
+    for (addition, chance) in best.additions().iter().zip(p_values) {
         if !set.additions().contains(addition) {
-            let inclusion = all.share_of(&addition.label());
-            let short = if inclusion < COMES_BACK { Short::NotStable } else { Short::NotSignificant };
+            let inclusion = resampled.share_of(&addition.label());
+            let short =
+                if inclusion < MIN_INCLUSION { Shortcoming::NotStable } else { Shortcoming::NotSignificant };
             out.push(Lead { addition: addition.clone(), inclusion, chance: Some(chance), short });
         }
     }
-    let listed = found.tried.iter().flat_map(|s| s.additions()).collect::<Vec<_>>();
-    let shares = all.selected().into_iter().map(|label| (label, all.share_of(label)));
-    for (label, inclusion) in shares.filter(|(_, share)| *share >= LEADS) {
+    let listed = found.sets.iter().flat_map(|s| s.additions()).collect::<Vec<_>>();
+    let shares = resampled.selected().into_iter().map(|label| (label, resampled.share_of(label)));
+    for (label, inclusion) in shares.filter(|(_, share)| *share >= MIN_LEAD_INCLUSION) {
         let is_known = set.key().contains(label)
             || of_alternatives.contains(label)
             || out.iter().any(|lead| lead.addition.label() == *label);
@@ -195,7 +213,7 @@ fn leads(found: &Found, named: usize, all: &Resamples, alternatives: &[usize]) -
                 addition: (*addition).clone(),
                 inclusion,
                 chance: None,
-                short: Short::DoesNotPay,
+                short: Shortcoming::DoesNotPay,
             });
         }
     }

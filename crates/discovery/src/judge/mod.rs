@@ -1,10 +1,11 @@
-//! Judgement of a search: which findings are established, how sure each is, and what is left.
+//! Judgement of a search result: which findings are established, how reliable each is, and what remains
+//! unexplained.
 
 mod bootstrap;
 mod established;
-mod remainder;
+mod residual_tests;
 mod verdict;
 
-pub(crate) use established::{Judgement, Lead, Short, judged, named};
-pub(crate) use remainder::{Remainder, record_name, remainder, tabulated};
-pub(crate) use verdict::{Doubt, before_search, of_errors, of_values, verdict};
+pub(crate) use established::{Findings, Lead, Shortcoming, judge_findings, named_set};
+pub(crate) use residual_tests::{ResidualTests, add_tables, record_name, test_residuals};
+pub(crate) use verdict::{Doubt, doubt_from_data, doubt_from_errors, doubt_from_values, verdict};

@@ -1,25 +1,25 @@
-//! The verdict, and when the data are not those of the declared system.
+//! The verdict, and the tests whether the data are from the declared system.
 
-use super::Remainder;
+use super::ResidualTests;
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
 use crate::prepare::Prepared;
 use crate::result::{ErrorTable, Verdict};
 use augsim_physics::model::Per;
 
-/// Share of a parameter's range within which it stands at a bound.
-const AT_BOUND: f64 = 1e-6;
+/// Share of a parameter's range within which it counts as at a bound.
+const BOUND_SHARE: f64 = 1e-6;
 
-/// Why an answer is not given as it was found.
+/// Reason for which the findings are withdrawn.
 pub(crate) enum Doubt {
-    /// The data are not of the declared system, in words.
+    /// The data are not from the declared system; with the explanation.
     NotThisSystem(String),
-    /// The set that was found predicts no better than the calibrated model.
+    /// The chosen set predicts no better than the calibrated model.
     DoesNotHelp,
 }
 
-/// The verdict on a set: whether it has effects of the library or a scatter, whether it has laws of one quantity, and what it leaves.
-pub(crate) fn verdict(is_named: bool, has_table: bool, left: &Remainder) -> Verdict {
+/// Verdict from whether effects are named, whether a tabulated effect was found, and the residual tests.
+pub(crate) fn verdict(is_named: bool, has_table: bool, left: &ResidualTests) -> Verdict {
     match (is_named, has_table || !left.is_nothing()) {
         (true, false) => Verdict::Explained,
         (true, true) => Verdict::PartlyExplained,
@@ -28,69 +28,70 @@ pub(crate) fn verdict(is_named: bool, has_table: bool, left: &Remainder) -> Verd
     }
 }
 
-/// Why the data are not of the declared system, before anything is fitted.
-pub(crate) fn before_search(prepared: &Prepared) -> Option<String> {
+/// Reason why the data are not from the declared system, checked before any fit.
+pub(crate) fn doubt_from_data(prepared: &Prepared) -> Option<String> {
     let data = &prepared.data;
-    data.system.unlike(&data.seen(), &prepared.noise.sd).map(|objection| objection.to_string())
+    data.system.unlike(&data.system_records(), &prepared.noise.sd).map(|objection| objection.to_string())
 }
 
-/// Values of all parameters of the system after a fit; of those with values by group the mean.
+/// Values of all parameters of the system after a fit; groupwise values as their mean.
 fn values(fit: &Fit) -> Vec<f64> {
     let h = &fit.hypothesis;
-    let mut all = h.values.clone();
-    let mut at = 0;
-    for f in &h.free {
-        let width = h.width(f);
+    let mut values = h.values.clone();
+    for (f, range) in h.entries() {
+        let width = range.len();
         if width > 0 {
-            all[f.index] = fit.theta[at..at + width].iter().sum::<f64>() / width as f64;
+            values[f.index] = fit.theta[range].iter().sum::<f64>() / width as f64;
         }
-        at += width;
     }
-    all
+    values
 }
 
-/// The doubt that a fitted set leaves by its values: they cannot be those of such a system, or stand at a bound.
-pub(crate) fn of_values(fit: &Fit) -> Option<Doubt> {
+/// Rejects fitted values that are implausible for the system or at a bound.
+pub(crate) fn doubt_from_values(fit: &Fit) -> Option<Doubt> {
     let h = &fit.hypothesis;
     if let Some(objection) = h.system.implausible(&values(fit)) {
         return Some(Doubt::NotThisSystem(objection.to_string()));
     }
     let (name, bound) = at_bound(h, &fit.theta)?;
     Some(Doubt::NotThisSystem(format!(
-        "`{name}` comes out at its bound of {bound}: widen the bound in the model file if such a value can be, otherwise check units, \
-         signs and what was measured"
+        "the fitted value of `{name}` is at its bound {bound}: if values beyond it are possible, widen the bound in the model file; otherwise \
+         check the units, the signs, and that the recording is of the declared system"
     )))
 }
 
-/// The doubt that predictions leave: `spread` is what the quantity that decides does about its mean, in the unit of the table.
-pub(crate) fn of_errors(error: &ErrorTable, spread: f64, adds: bool, told: (&str, f64)) -> Option<Doubt> {
-    let (unit, scale) = told;
+/// Rejects predictions that are worse than the mean of the data, or findings that increase the error;
+/// `spread` is the standard deviation of the deciding measure, `display` its display unit and factor.
+pub(crate) fn doubt_from_errors(
+    error: &ErrorTable,
+    spread: f64,
+    adds: bool,
+    display: (&str, f64),
+) -> Option<Doubt> {
+    let (unit, scale) = display;
     let best = if adds { error.augmented.rmse.min(error.calibrated.rmse) } else { error.calibrated.rmse };
     if best > spread && best > error.noise_floor.rmse {
         return Some(Doubt::NotThisSystem(format!(
-            "the calibrated model predicts the records worse than their mean: {:.3} {unit}, where they vary by {:.3} {unit}; check units, \
-             signs and whether the recording is of what the model declares",
+            "the calibrated model predicts the records worse than their mean does: its error is {:.3} {unit}, their standard deviation \
+             {:.3} {unit}; check the units, the signs, and that the recording is of the declared system",
             scale * error.calibrated.rmse,
             scale * spread
         )));
     }
-    // An interval that lies below 0 is a loss that is no accident.
+    // An interval below 0 is a significant increase of the error.
     (adds && error.reduction.ci95[1] < 0.0).then_some(Doubt::DoesNotHelp)
 }
 
-/// Name and bound of the first declared parameter that stands at one which is not 0: at 0 a term is only absent.
+/// Name and bound of the first declared parameter at a non-zero bound; at 0 a term is merely absent.
 fn at_bound(h: &Hypothesis, theta: &[f64]) -> Option<(String, f64)> {
-    let mut at = 0;
-    for f in &h.free {
-        let width = h.width(f);
-        let own = &theta[at..at + width];
-        at += width;
+    for (f, range) in h.entries() {
+        let fitted = &theta[range];
         if f.addition.is_some() || f.per == Per::Trajectory {
             continue;
         }
-        let near = AT_BOUND * (f.max - f.min);
+        let tolerance = BOUND_SHARE * (f.max - f.min);
         for bound in [f.min, f.max].into_iter().filter(|b| *b != 0.0) {
-            if own.iter().any(|v| (v - bound).abs() <= near) {
+            if fitted.iter().any(|v| (v - bound).abs() <= tolerance) {
                 return Some((h.system.quantity(f.index).name, bound));
             }
         }

@@ -1,4 +1,4 @@
-//! Measured records: read, cut into parts and windows, and as fits see them.
+//! Measured records: split into parts and windows, and as fits use them.
 
 pub(crate) mod parts;
 mod view;

@@ -1,9 +1,9 @@
-//! The data as fits see them: records in windows of one length, and the blocks that are left out in turn.
+//! The data as fits use them: records in windows of one length, and the blocks that are left out in turn.
 
-use crate::chosen_records::ChosenRecords;
 use crate::prepare::Prepared;
+use crate::record::ChosenRecords;
 use crate::record::{Measured, Record};
-use crate::records::parts::{block, weighted};
+use crate::records::parts::{windows_as_record, with_part_weights};
 use crate::score::Blocks;
 use augsim_physics::system::Window;
 
@@ -14,12 +14,12 @@ pub(crate) struct View {
     chosen: Vec<usize>,
     correlation: f64,
     pub blocks: Blocks,
-    /// How many of the prepared windows each window joins.
+    /// Number of the shortest windows that each window joins.
     pub joined: usize,
 }
 
 impl View {
-    /// The records `chosen` of prepared data, each window of which joins so many of the prepared ones.
+    /// The records `chosen`, with `joined` of the shortest windows in each window.
     pub fn new(prepared: &Prepared, chosen: &[usize], joined: usize) -> Self {
         let sample = prepared.sample(chosen);
         let correlation = sample.correlation;
@@ -39,10 +39,10 @@ impl View {
         ChosenRecords { data: &self.data, chosen: &self.chosen, correlation: self.correlation }
     }
 
-    /// How many prepared windows a window may join: 1, its doublings, and as many as the longest recording has.
+    /// Window lengths that are tried: 1, its doublings, and the number of windows of the longest recording.
     pub fn lengths(prepared: &Prepared) -> Vec<usize> {
         let recordings = prepared.data.recordings.iter();
-        let most = recordings.map(|r| r.whole.seen.windows.len()).max().unwrap_or(1).max(1);
+        let most = recordings.map(|r| r.whole.data.windows.len()).max().unwrap_or(1).max(1);
         let doublings = std::iter::successors(Some(1), |joined: &usize| joined.checked_mul(2));
         let mut lengths: Vec<usize> = doublings.take_while(|joined| *joined < most).collect();
         lengths.push(most);
@@ -50,26 +50,29 @@ impl View {
     }
 }
 
-/// The recordings of a sample in windows of which each joins so many, and the numbers of all these records: samples that are not of the
-/// sample have no weight.
+/// The recordings of a sample in windows that join `joined` of the shortest ones, and the indices of all
+/// these records. Samples outside the sample get weight 0.
 fn joined_windows(sample: &ChosenRecords<'_>, joined: usize) -> (Measured, Vec<usize>) {
     let data = sample.data;
-    let of = |index: usize| windows_joined(&weighted(data, index, |j| sample.chosen.contains(&j)), joined);
-    let records: Vec<Record> = (0..data.recordings.len()).flat_map(of).collect();
+    let rejoin = |index: usize| {
+        windows_joined(&with_part_weights(data, index, |j| sample.chosen.contains(&j)), joined)
+    };
+    let records: Vec<Record> = (0..data.recordings.len()).flat_map(rejoin).collect();
     let everything = (0..records.len()).collect();
     (data.with_records(records), everything)
 }
 
-/// The parts of a recording that join so many windows each, as records of one window; parts of which no sample counts are left out.
+/// Parts of a recording that join `joined` windows each, as records of one window; drops parts without
+/// weighted samples.
 fn windows_joined(whole: &Record, joined: usize) -> Vec<Record> {
-    let windows = whole.seen.windows.len();
+    let windows = whole.data.windows.len();
     let parts = windows.div_ceil(joined.max(1));
     let part = |p: usize| {
-        let mut part = block(whole, p * windows / parts..(p + 1) * windows / parts);
-        let start = part.seen.windows.first().map_or_else(Vec::new, |w| w.start.clone());
-        part.seen.windows = vec![Window { samples: 0..part.seen.times.len(), start }];
+        let mut part = windows_as_record(whole, p * windows / parts..(p + 1) * windows / parts);
+        let start = part.data.windows.first().map_or_else(Vec::new, |w| w.start.clone());
+        part.data.windows = vec![Window { samples: 0..part.data.times.len(), start }];
         part
     };
-    let counts = |part: &Record| part.weight.iter().flatten().any(|w| *w > 0.0);
-    (0..parts).map(part).filter(counts).collect()
+    let has_weight = |part: &Record| part.weight.iter().flatten().any(|w| *w > 0.0);
+    (0..parts).map(part).filter(has_weight).collect()
 }

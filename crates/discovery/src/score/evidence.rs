@@ -1,6 +1,7 @@
-//! Evidence of each block on a fit's parameters, and what follows from it without another fit.
+//! Evidence: the information of each block on the parameters of a fit, and what follows from it without
+//! another fit.
 //!
-//! Of block `b` with residuals `r` and sensitivities `J` (own unknowns projected out, windows weighted):
+//! For block `b` with residuals `r` and sensitivities `J` (nuisances projected out, windows weighted):
 //!
 //! ```text
 //! H_b = J'J   g_b = J'r   H = sum H_b
@@ -9,12 +10,12 @@
 //! (3) covariance of the parameters            (B - 1)/B sum (d_b - mean)(d_b - mean)'
 //! ```
 //!
-//! (1) is one step of Gauss and Newton (approximate leave-one-out: Beirami et al. 2017; Giordano et al. 2019), (3) the block jackknife
-//! (Kuensch 1989).
+//! (1) is one Gauss-Newton step (approximate leave-one-out: Beirami et al. 2017; Giordano et al. 2019), (3)
+//! the block jackknife (Kuensch 1989).
 
 use super::blocks::Blocks;
-use super::independence::Memory;
-use super::jackknife::{covariance, distance, freedom, move_without};
+use super::independence::Independence;
+use super::jackknife::{covariance, distance, freedom, step_without_block};
 use super::rows::{Rows, WindowRows};
 use crate::evaluate::{cost_and_weight, softening};
 use crate::linear::Square;
@@ -22,22 +23,23 @@ use crate::statistics::f_tail;
 use augsim_linear::gram_of_rows;
 use rayon::prelude::*;
 
-/// Neighbouring blocks whose moves are taken together, to each side.
-const LAGS: usize = 2;
+/// Neighbouring blocks to each side whose leave-one-out steps are taken as correlated.
+const NEIGHBOUR_LAGS: usize = 2;
 
-/// Independent residuals that a block must have where windows reach over blocks. Of residuals that are forgotten in T samples one in 2 T is
-/// independent, and blocks of L samples understate a variance by the share T / L for what neighbours share (Kuensch 1989), of which the
-/// covariance of neighbours with its weight of 2/3 makes up two thirds: with 7, one in 42 is missing, which raises a chance that five
-/// standard errors show by less than half.
-const APART: f64 = 7.0;
+/// Number of independent residuals that a block must have where windows extend over several blocks. With a
+/// correlation time of T samples one residual in 2 T is independent, and blocks of L samples understate a
+/// variance by the share T/L for the correlation of neighbours (Kuensch 1989), two thirds of which the
+/// weighted covariance of neighbours restores. With 7, one part in 42 is missing, which less than halves the
+/// p-value of five standard errors.
+const MIN_INDEPENDENT_PER_BLOCK: f64 = 7.0;
 
-/// One block's part of one window.
+/// The part of one window in one block.
 #[derive(Clone, Debug)]
 struct Cell {
     window: usize,
     block: usize,
     is_prior: bool,
-    /// `J'J` of the part without the window's weight.
+    /// `J'J` of the part, without the window's weight.
     h: Square,
     /// `J'r`.
     g: Vec<f64>,
@@ -45,40 +47,42 @@ struct Cell {
     c: f64,
 }
 
-/// Parts of a window's cost.
+/// Terms of the cost of a window.
 #[derive(Clone, Copy, Debug)]
 struct Scale {
     weight: f64,
     freedom: f64,
-    tolerated: bool,
+    is_tolerance: bool,
     constant: f64,
 }
 
-/// Evidence of the blocks on a fit.
+/// Evidence of the blocks at a fit.
 #[derive(Clone, Debug)]
 pub(crate) struct Evidence {
     pub blocks: usize,
-    /// Whether blocks are stretches of recordings.
-    touch: bool,
+    /// Whether blocks are adjacent segments of recordings.
+    are_adjacent: bool,
     cells: Vec<Cell>,
     scales: Vec<Scale>,
-    /// Entries of theta that are not held.
-    moving: Vec<usize>,
-    /// `H_b` of the moving entries.
+    /// Entries of theta that are not at a bound.
+    free: Vec<usize>,
+    /// `H_b` of the free entries.
     curvatures: Vec<Square>,
-    /// How the parameters move when each block is left out; entries that are held do not move.
+    /// Steps (1) of theta for each block that is left out; entries at a bound do not move.
     pub moves: Vec<Vec<f64>>,
-    /// Squared prediction error of each cell by parameters that did not see its block.
+    /// Squared prediction error of each cell by the parameters without its block.
     predicted: Vec<f64>,
-    cost: f64,
-    /// How long residuals last.
-    pub memory: Memory,
+    /// Minus twice the log predictive density of the left-out blocks.
+    pub cost: f64,
+    /// Autocorrelation of the residuals.
+    pub independence: Independence,
 }
 
 impl Evidence {
-    /// Evidence of the rows of a fit; entries of theta that are `held` (at a bound) do not move, and each is `off` its null by so much.
-    pub fn new(rows: &Rows, of: &Blocks, held: &[bool], off: &[f64]) -> Self {
-        let (blocks, touch) = (of.count, of.touch);
+    /// Evidence from the rows of a fit. Entries of theta in `held` (at a bound) do not move; `off` is the
+    /// distance of each entry from its null.
+    pub fn new(rows: &Rows, partition: &Blocks, held: &[bool], off: &[f64]) -> Self {
+        let (blocks, are_adjacent) = (partition.count, partition.are_adjacent);
         let cells: Vec<Cell> = rows
             .windows
             .par_iter()
@@ -88,37 +92,37 @@ impl Evidence {
         let scale = |w: &WindowRows| Scale {
             weight: w.weight,
             freedom: w.freedom,
-            tolerated: w.tolerated,
+            is_tolerance: w.is_tolerance,
             constant: w.constant,
         };
         let scales: Vec<Scale> = rows.windows.iter().map(scale).collect();
-        let moving: Vec<usize> = (0..held.len()).filter(|i| !held[*i]).collect();
-        let (curvatures, gradients) = by_block(&cells, &scales, blocks, &moving);
-        let moves = moves(&curvatures, &gradients, &moving, off);
-        let after = |cell: &Cell| cell.c - cell.h.fall(&cell.g, &moves[cell.block]);
+        let free: Vec<usize> = (0..held.len()).filter(|i| !held[*i]).collect();
+        let (curvatures, gradients) = by_block(&cells, &scales, blocks, &free);
+        let moves = moves(&curvatures, &gradients, &free, off);
+        let after = |cell: &Cell| cell.c - cell.h.cost_decrease(&cell.g, &moves[cell.block]);
         let predicted = cells.iter().map(after).collect();
         let mut found = Self {
             blocks,
-            touch,
+            are_adjacent,
             cells,
             scales,
-            moving,
+            free,
             curvatures,
             moves,
             predicted,
             cost: 0.0,
-            memory: Memory::of(rows),
+            independence: Independence::of(rows),
         };
         let (squares, priors) = found.squares();
         let cost = |(w, scale): (usize, &Scale)| {
-            let own = cost_and_weight(squares[w], scale.freedom, scale.tolerated).0;
-            own + priors[w] + scale.constant
+            let misfit = cost_and_weight(squares[w], scale.freedom, scale.is_tolerance).0;
+            misfit + priors[w] + scale.constant
         };
         found.cost = found.scales.iter().enumerate().map(cost).sum();
         found
     }
 
-    /// Squares of the predictions of each window, and of the priors of its own unknowns.
+    /// Squared prediction errors of each window, and those of its priors.
     fn squares(&self) -> (Vec<f64>, Vec<f64>) {
         let mut squares = vec![0.0; self.scales.len()];
         let mut priors = vec![0.0; self.scales.len()];
@@ -129,18 +133,14 @@ impl Evidence {
         (squares, priors)
     }
 
-    /// Minus twice the logarithm of the likelihood of predictions that did not see their blocks.
-    pub fn cost(&self) -> f64 {
-        self.cost
-    }
-
-    /// Gain over other evidence on the same windows in each block, in nats as of independent samples: a block has the part of the fall of
-    /// its windows' costs that its squares have in the fall of theirs.
+    /// Gain over other evidence on the same windows by block, in nats, counting independent residuals only.
+    /// The decrease of a window's cost is divided among blocks in proportion to the decrease of their
+    /// squared errors.
     pub fn gains_over(&self, other: &Self) -> Vec<f64> {
-        let (mine, theirs) = (self.squares().0, other.squares().0);
+        let (new_squares, old_squares) = (self.squares().0, other.squares().0);
         let slope = |w: usize| {
-            let (a, b, scale) = (mine[w], theirs[w], self.scales[w]);
-            let cost = |q: f64| cost_and_weight(q, scale.freedom, scale.tolerated);
+            let (a, b, scale) = (new_squares[w], old_squares[w], self.scales[w]);
+            let cost = |q: f64| cost_and_weight(q, scale.freedom, scale.is_tolerance);
             let is_near = (a - b).abs() <= 1e-9 * (a.abs() + b.abs());
             if is_near { cost(a).1 } else { (cost(a).0 - cost(b).0) / (a - b) }
         };
@@ -150,20 +150,20 @@ impl Evidence {
             let mut first = vec![None; evidence.scales.len()];
             for (cell, predicted) in evidence.cells.iter().zip(&evidence.predicted) {
                 let slope = if cell.is_prior { 1.0 } else { slopes[cell.window] };
-                gains[cell.block] += sign * self.memory.independent * slope * predicted;
+                gains[cell.block] += sign * self.independence.share * slope * predicted;
                 first[cell.window].get_or_insert(cell.block);
             }
             for (scale, block) in evidence.scales.iter().zip(first) {
                 block
                     .into_iter()
-                    .for_each(|b: usize| gains[b] += sign * self.memory.independent * scale.constant);
+                    .for_each(|b: usize| gains[b] += sign * self.independence.share * scale.constant);
             }
         }
         gains
     }
 
-    /// Probability that chance alone gains as much over other evidence, by the gains of the blocks (Student's law, one-sided).
-    pub fn chance_of_gain(&self, other: &Self) -> f64 {
+    /// One-sided p-value of the gain over other evidence, from the gains of the blocks (Student's t).
+    pub fn p_value_of_gain(&self, other: &Self) -> f64 {
         let gains = self.gains_over(other);
         let n = gains.len() as f64;
         let mean = gains.iter().sum::<f64>() / n;
@@ -172,78 +172,82 @@ impl Evidence {
         if t > 0.0 { 0.5 * f_tail(t * t, 1.0, n - 1.0) } else { 1.0 }
     }
 
-    /// Bound on the probability that chance alone gains as much over other evidence, whatever the law of the gains: a ratio of likelihoods of
-    /// predictions exceeds `x` with a probability of at most `1/x` (Markov's inequality; Vovk and Wang 2021). The block that gains most is left
-    /// out, so that one record which nothing follows makes no scatter.
-    pub fn bound_on_chance(&self, other: &Self) -> f64 {
+    /// Bound of the p-value of the gain over other evidence, for any distribution of the gains: a likelihood
+    /// ratio of predictions exceeds `x` with probability at most `1/x` (Markov's inequality; Vovk and Wang
+    /// 2021). The block with the largest gain is excluded, so that a single outlying record does not
+    /// establish a random effect.
+    pub fn p_value_bound(&self, other: &Self) -> f64 {
         let gains = self.gains_over(other);
-        let most = gains.iter().copied().fold(0.0, f64::max);
-        (most - gains.iter().sum::<f64>()).exp().min(1.0)
+        let largest = gains.iter().copied().fold(0.0, f64::max);
+        (largest - gains.iter().sum::<f64>()).exp().min(1.0)
     }
 
-    /// Standard error of the gain over other evidence, in nats, by the gains of the blocks.
-    pub fn error_of_gain(&self, other: &Self) -> f64 {
+    /// Standard error of the gain over other evidence, nats, from the gains of the blocks.
+    pub fn gain_standard_error(&self, other: &Self) -> f64 {
         let gains = self.gains_over(other);
         let n = gains.len() as f64;
         let mean = gains.iter().sum::<f64>() / n;
         (n / (n - 1.0) * gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>()).sqrt()
     }
 
-    /// Squared distance of some parameters from values that they are `off` by, in their covariance (3). Where blocks touch, their moves may
-    /// go the same way: the covariance of neighbours together is taken as well (Newey and West 1987), and the lesser distance counts.
+    /// Squared distance of the parameters `entries` from values that they are `off` by, in their covariance
+    /// (3). Where blocks are adjacent, the covariance with neighbours (Newey and West 1987) is computed as
+    /// well and the smaller distance is returned.
     pub fn distance(&self, entries: &[usize], off: &[f64]) -> f64 {
-        let of = |lags: usize| distance(&self.moves, entries, off, lags);
-        if self.touch { of(0).min(of(LAGS)) } else { of(0) }
+        let with_lags = |lags: usize| distance(&self.moves, entries, off, lags);
+        if self.are_adjacent { with_lags(0).min(with_lags(NEIGHBOUR_LAGS)) } else { with_lags(0) }
     }
 
-    /// Whether a window reaches over blocks with residuals that last so long that these blocks are not independent. Windows inside a block
-    /// have starts of their own, and share nothing with others.
+    /// Whether windows extend over several blocks with residuals so strongly correlated that the blocks are
+    /// not independent. Windows within one block have their own initial states and share nothing.
     pub fn blocks_share_residuals(&self) -> bool {
-        let reaches_over = self.scales.len() < self.blocks;
-        self.touch
-            && reaches_over
-            && self.memory.independent * self.memory.samples / (self.blocks as f64) < APART
+        let spans_blocks = self.scales.len() < self.blocks;
+        self.are_adjacent
+            && spans_blocks
+            && self.independence.share * self.independence.samples / (self.blocks as f64)
+                < MIN_INDEPENDENT_PER_BLOCK
     }
 
-    /// Degrees of freedom of the covariance (3) of some parameters that move.
+    /// Degrees of freedom of the covariance (3) of the parameters `entries`, which are free.
     pub fn freedom(&self, entries: &[usize]) -> f64 {
-        let places: Vec<usize> =
-            entries.iter().filter_map(|entry| self.moving.iter().position(|i| i == entry)).collect();
-        freedom(&sum(&self.curvatures), self.curvatures.iter(), &places)
+        let positions: Vec<usize> =
+            entries.iter().filter_map(|entry| self.free.iter().position(|i| i == entry)).collect();
+        freedom(&sum(&self.curvatures), self.curvatures.iter(), &positions)
     }
 
-    /// Variance of a parameter as in [`distance`](Self::distance): the larger of both.
+    /// Variance of a parameter; of the two covariances in [`distance`](Self::distance) the larger.
     pub fn variance(&self, entry: usize) -> f64 {
-        let of = |lags: usize| covariance(&self.moves, &[entry], lags).at(0, 0);
-        if self.touch { of(0).max(of(LAGS)) } else { of(0) }
+        let with_lags = |lags: usize| covariance(&self.moves, &[entry], lags).at(0, 0);
+        if self.are_adjacent { with_lags(0).max(with_lags(NEIGHBOUR_LAGS)) } else { with_lags(0) }
     }
 
-    /// Curvature and gradient of the cost of each block. Where a window lies in one block, the derivative of its weight is in the
-    /// curvature: without it the sandwich covers 75 % under a smooth misfit of two standard deviations, with it 95 %.
+    /// Curvature and gradient of the cost of each block. For a window in a single block the curvature
+    /// includes the derivative of its weight: without it sandwich intervals cover 75 % under a smooth misfit
+    /// of two standard deviations, with it 95 %.
     pub fn clusters(&self) -> Vec<(Square, Vec<f64>)> {
         let p = self.moves.first().map_or(0, Vec::len);
         let mut parts = vec![0; self.scales.len()];
         self.cells.iter().filter(|c| !c.is_prior).for_each(|c| parts[c.window] += 1);
-        let mut all = vec![(Square::zero(p), vec![0.0; p]); self.blocks];
+        let mut clusters = vec![(Square::zero(p), vec![0.0; p]); self.blocks];
         for cell in &self.cells {
             let scale = &self.scales[cell.window];
             let weight = if cell.is_prior { 1.0 } else { scale.weight };
             let is_whole = !cell.is_prior && parts[cell.window] == 1;
             let softening = if is_whole { softening(scale.freedom) } else { 0.0 };
-            let (h, g) = &mut all[cell.block];
-            for (i, own) in g.iter_mut().enumerate() {
-                *own += weight * cell.g[i];
+            let (h, g) = &mut clusters[cell.block];
+            for (i, gradient) in g.iter_mut().enumerate() {
+                *gradient += weight * cell.g[i];
                 for j in 0..p {
-                    let bent = softening * weight * weight * cell.g[i] * cell.g[j];
-                    *h.at_mut(i, j) += weight * cell.h.at(i, j) - bent;
+                    let curved = softening * weight * weight * cell.g[i] * cell.g[j];
+                    *h.at_mut(i, j) += weight * cell.h.at(i, j) - curved;
                 }
             }
         }
-        all
+        clusters
     }
 }
 
-/// The cells of a window: its rows by block, those of priors apart.
+/// The cells of a window: its measured rows by block, and its prior rows by block.
 fn cells(w: usize, window: &WindowRows, width: usize) -> Vec<Cell> {
     let measured = window.places.len() - window.priors;
     let mut blocks: Vec<(u16, bool)> =
@@ -251,52 +255,47 @@ fn cells(w: usize, window: &WindowRows, width: usize) -> Vec<Cell> {
     blocks.sort_unstable();
     blocks.dedup();
     let p = width - 1;
-    let of = |(block, is_prior): (u16, bool)| {
-        let mine = window.places.iter().zip(window.values.chunks_exact(width)).enumerate();
-        let rows: Vec<f64> = mine
+    let cell = |(block, is_prior): (u16, bool)| {
+        let places = window.places.iter().zip(window.values.chunks_exact(width)).enumerate();
+        let rows: Vec<f64> = places
             .filter(|(k, (place, _))| place.0 == block && (*k >= measured) == is_prior)
             .flat_map(|(_, (_, row))| row.iter().copied())
             .collect();
-        let all = gram_of_rows(&rows, width);
+        let gram = gram_of_rows(&rows, width);
         let mut h = Square::zero(p);
-        (0..p).for_each(|i| (0..p).for_each(|j| *h.at_mut(i, j) = all[i * width + j]));
-        let g = (0..p).map(|i| all[i * width + p]).collect();
-        Cell { window: w, block: usize::from(block), is_prior, h, g, c: all[p * width + p] }
+        (0..p).for_each(|i| (0..p).for_each(|j| *h.at_mut(i, j) = gram[i * width + j]));
+        let g = (0..p).map(|i| gram[i * width + p]).collect();
+        Cell { window: w, block: usize::from(block), is_prior, h, g, c: gram[p * width + p] }
     };
-    blocks.into_iter().map(of).collect()
+    blocks.into_iter().map(cell).collect()
 }
 
-/// `H_b` and `g_b` of the moving entries of every block.
-fn by_block(
-    cells: &[Cell],
-    scales: &[Scale],
-    blocks: usize,
-    moving: &[usize],
-) -> (Vec<Square>, Vec<Vec<f64>>) {
-    let n = moving.len();
+/// `H_b` and `g_b` of the free entries of every block.
+fn by_block(cells: &[Cell], scales: &[Scale], blocks: usize, free: &[usize]) -> (Vec<Square>, Vec<Vec<f64>>) {
+    let n = free.len();
     let (mut curvatures, mut gradients) = (vec![Square::zero(n); blocks], vec![vec![0.0; n]; blocks]);
     for cell in cells {
         let weight = if cell.is_prior { 1.0 } else { scales[cell.window].weight };
         let (h, g) = (&mut curvatures[cell.block], &mut gradients[cell.block]);
-        h.a.iter_mut().zip(&cell.h.sub(moving).a).for_each(|(a, x)| *a += weight * x);
-        g.iter_mut().zip(moving).for_each(|(a, &i)| *a += weight * cell.g[i]);
+        h.a.iter_mut().zip(&cell.h.sub(free).a).for_each(|(a, x)| *a += weight * x);
+        g.iter_mut().zip(free).for_each(|(a, &i)| *a += weight * cell.g[i]);
     }
     (curvatures, gradients)
 }
 
-/// (1) for every block, of all entries.
-fn moves(curvatures: &[Square], gradients: &[Vec<f64>], moving: &[usize], off: &[f64]) -> Vec<Vec<f64>> {
+/// Steps (1) of all entries for every block.
+fn moves(curvatures: &[Square], gradients: &[Vec<f64>], free: &[usize], off: &[f64]) -> Vec<Vec<f64>> {
     let sum = sum(curvatures);
-    let from_null: Vec<f64> = moving.iter().map(|&i| off[i]).collect();
+    let from_null: Vec<f64> = free.iter().map(|&i| off[i]).collect();
     let without = |(h, g): (&Square, &Vec<f64>)| {
-        let mut all = vec![0.0; off.len()];
-        moving.iter().zip(move_without(&sum, h, g, &from_null)).for_each(|(&i, d)| all[i] = d);
-        all
+        let mut step = vec![0.0; off.len()];
+        free.iter().zip(step_without_block(&sum, h, g, &from_null)).for_each(|(&i, d)| step[i] = d);
+        step
     };
     curvatures.iter().zip(gradients).map(without).collect()
 }
 
-/// Sum of matrices of one size.
+/// Sum of matrices of equal size.
 fn sum(all: &[Square]) -> Square {
     let mut sum = Square::zero(all.first().map_or(0, |h| h.n));
     all.iter().for_each(|h| sum.a.iter_mut().zip(&h.a).for_each(|(a, x)| *a += x));
@@ -305,8 +304,9 @@ fn sum(all: &[Square]) -> Square {
 
 #[cfg(test)]
 mod tests {
-    //! Contract, on a linear model, where one step of Gauss and Newton is exact: moves and predictions of left-out blocks are those of fits
-    //! without them, and the jackknife's variance is that of the estimate over repetitions.
+    //! Contract, on a linear model, where one Gauss-Newton step is exact: leave-one-out steps and
+    //! predictions equal those of fits without the block, and the jackknife variance equals that over
+    //! repetitions.
     use super::*;
     use crate::statistics::hotelling_tail;
     use augsim_data::random_stream;
@@ -317,7 +317,8 @@ mod tests {
 
     type Row = (Vec<f64>, f64, u16);
 
-    /// Rows with noise of 1 and parameters 0, in blocks that share a part of their residual of standard deviation `common`.
+    /// Rows with unit noise and zero parameters, in blocks whose residuals share a part of standard
+    /// deviation `common`.
     fn draw(seed: u64, common: f64) -> Vec<Row> {
         let mut rng = random_stream(seed, "linear model", 0);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -331,7 +332,7 @@ mod tests {
         rows
     }
 
-    /// Least squares of the rows that are `used`.
+    /// Least-squares estimate from the rows of the blocks that are `used`.
     fn fitted(rows: &[Row], used: impl Fn(u16) -> bool) -> Vec<f64> {
         let (mut h, mut g) = (Square::zero(2), vec![0.0; 2]);
         for (x, r, _) in rows.iter().filter(|row| used(row.2)) {
@@ -344,7 +345,7 @@ mod tests {
         g
     }
 
-    /// Evidence at the least squares of all rows.
+    /// Evidence at the least-squares estimate from all rows.
     fn evidence(rows: &[Row]) -> Evidence {
         let theta = fitted(rows, |_| true);
         let left = |(x, r, b): &Row| (x.clone(), r - x[0] * theta[0] - x[1] * theta[1], *b);
@@ -353,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn leaving_a_block_out_is_fitting_without_it() {
+    fn the_step_without_a_block_equals_a_fit_without_it() {
         let rows = draw(1, 0.5);
         let (found, all) = (evidence(&rows), fitted(&rows, |_| true));
         for block in 0..BLOCKS {
@@ -367,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn the_jackknife_knows_what_blocks_share() {
+    fn the_jackknife_variance_includes_correlation_within_blocks() {
         let repetitions = 300;
         let (mut squares, mut variances) = (0.0, 0.0);
         for seed in 0..repetitions {
@@ -380,8 +381,8 @@ mod tests {
         assert!((0.8..1.3).contains(&ratio), "{ratio}");
     }
 
-    /// Share of draws without an effect in which the second column is significant at a level of 1 %, where all blocks but four say a tenth as
-    /// much of it.
+    /// Share of draws without an effect in which the second column is significant at 1 %. All blocks but
+    /// four have a tenth of its values.
     fn false_findings(freedom: impl Fn(&Evidence) -> f64) -> f64 {
         let draws = 2000;
         let found = (0..draws).filter(|seed| {
@@ -394,39 +395,41 @@ mod tests {
     }
 
     #[test]
-    fn few_blocks_that_say_something_make_no_more_false_findings() {
-        let (own, all) = (false_findings(|e| e.freedom(&[1])), false_findings(|_| BLOCKS as f64 - 1.0));
-        assert!(own < 0.015 && all > 0.02, "{own} {all}");
+    fn effective_freedom_keeps_the_false_positive_rate_with_few_informative_blocks() {
+        let (effective, nominal) =
+            (false_findings(|e| e.freedom(&[1])), false_findings(|_| BLOCKS as f64 - 1.0));
+        assert!(effective < 0.015 && nominal > 0.02, "{effective} {nominal}");
     }
 
-    /// Whether residuals are shared in one window over all blocks, each of which has so many independent ones.
+    /// Whether one window over all blocks makes them dependent, with this number of independent residuals
+    /// per block.
     fn shares(in_a_block: f64) -> bool {
         let mut found = evidence(&draw(1, 0.0));
-        found.touch = true;
-        found.memory.independent = in_a_block / ROWS as f64;
+        found.are_adjacent = true;
+        found.independence.share = in_a_block / ROWS as f64;
         found.blocks_share_residuals()
     }
 
     #[test]
-    fn a_window_reaches_over_blocks_only_where_residuals_are_soon_forgotten() {
-        // A limit twice or half as large fails.
+    fn a_window_may_span_blocks_only_with_short_correlation() {
+        // A limit twice or half as large would fail.
         assert!(shares(5.0) && !shares(9.0));
     }
 
     #[test]
-    fn residuals_that_last_count_less() {
-        let white = evidence(&draw(3, 0.0)).memory.independent;
-        let lasting = evidence(&draw(3, 3.0)).memory.independent;
+    fn autocorrelated_residuals_count_less() {
+        let white = evidence(&draw(3, 0.0)).independence.share;
+        let lasting = evidence(&draw(3, 3.0)).independence.share;
         assert!(white > 0.95 && lasting < 0.2, "{white} {lasting}");
     }
 
     #[test]
-    fn a_gain_that_one_block_makes_alone_may_be_chance() {
+    fn a_gain_in_a_single_block_is_not_significant() {
         let rows = draw(5, 0.0);
         let mut odd = rows.clone();
         odd.iter_mut().filter(|r| r.2 == 3).for_each(|r| r.1 += 30.0);
         let (plain, odd) = (evidence(&rows), evidence(&odd));
         assert!(plain.gains_over(&odd).iter().sum::<f64>() > 100.0);
-        assert!(plain.chance_of_gain(&odd) > 0.05);
+        assert!(plain.p_value_of_gain(&odd) > 0.05);
     }
 }

@@ -1,50 +1,52 @@
-//! How many of the residuals are independent of each other.
+//! Effective number of independent residuals.
 //!
-//! Misfit and process noise make residuals last. A column that varies as they do collects their spectrum at its peak, and as much fewer of
-//! them count. Where the autocorrelation `rho` fades exponentially, with or without oscillation, the peak is `1 + 4 sum rho_k^2` times the
-//! spectrum's mean: for `rho_k = exp(-k/T)` both are `1 + 2 T`, for `exp(-k/T) cos(w k)` both are `1 + T`. So
+//! Model error and process noise make residuals autocorrelated. A column that varies in the same way is
+//! affected by the peak of their spectrum, so that correspondingly fewer residuals count. For an
+//! exponentially decaying autocorrelation `rho`, with or without oscillation, the peak is `1 + 4 sum
+//! rho_k^2` times the mean of the spectrum: for `rho_k = exp(-k/T)` both are `1 + 2 T`, for `exp(-k/T)
+//! cos(w k)` both are `1 + T`. So
 //!
 //! ```text
 //! (4) share of the residuals that are independent   1 / (1 + 4 sum_k (1 - k/L) rho_k^2)
 //! ```
 //!
-//! over the lags within windows of `L` samples, less what white noise shows of them. Twice the sum that Bartlett (1946) has for squares of
-//! the residuals, because a column can be the worst one.
+//! over the lags within windows of `L` samples, minus what white noise contributes. This is twice the sum
+//! of Bartlett (1946) for squares of residuals, because the worst column counts.
 
 use super::rows::Rows;
 use std::collections::BTreeMap;
 
-/// Lags up to which residuals are correlated with themselves: a residual that lasts longer than a block is told by the blocks.
-const MOST_LAGS: usize = 1000;
+/// Maximum lag of the autocorrelation; longer correlation shows in the scatter over blocks.
+const MAX_LAGS: usize = 1000;
 
-/// How long residuals last.
+/// Autocorrelation of residuals.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Memory {
-    /// Share of the residuals that are independent of each other, (4).
-    pub independent: f64,
-    /// The same of the channel whose residuals last longest.
-    pub least_independent: f64,
-    /// Samples of a channel, in the mean.
+pub(crate) struct Independence {
+    /// Share of the residuals that are independent, formula (4).
+    pub share: f64,
+    /// The same for the channel with the longest correlation.
+    pub min_share: f64,
+    /// Mean number of samples per channel.
     pub samples: f64,
 }
 
-impl Memory {
-    /// Memory of the residuals of a fit within its windows.
+impl Independence {
+    /// Autocorrelation of the residuals of a fit within its windows.
     pub fn of(rows: &Rows) -> Self {
-        let of_channels = products(rows);
-        let mut all = Products::default();
-        of_channels.values().for_each(|products| all.join(products));
-        let independent = all.independent();
-        let each = of_channels.values().map(Products::independent);
+        let by_channel = products(rows);
+        let mut total = Products::default();
+        by_channel.values().for_each(|products| total.join(products));
+        let share = total.independent();
+        let shares = by_channel.values().map(Products::independent);
         Self {
-            independent,
-            least_independent: each.fold(independent, f64::min),
-            samples: all.samples / of_channels.len().max(1) as f64,
+            share,
+            min_share: shares.fold(share, f64::min),
+            samples: total.samples / by_channel.len().max(1) as f64,
         }
     }
 }
 
-/// Products of residuals with those that come so many samples later, and how many there are of each lag.
+/// Sums and counts of products of residuals by lag.
 #[derive(Clone, Debug, Default)]
 struct Products {
     sums: Vec<f64>,
@@ -54,7 +56,7 @@ struct Products {
 
 impl Products {
     fn add(&mut self, series: &[f64]) {
-        let lags = (series.len() / 2).clamp(1, MOST_LAGS);
+        let lags = (series.len() / 2).clamp(1, MAX_LAGS);
         self.extend(lags);
         for lag in 0..lags {
             self.sums[lag] += series[lag..].iter().zip(series).map(|(a, b)| a * b).sum::<f64>();
@@ -76,7 +78,7 @@ impl Products {
         self.samples += other.samples;
     }
 
-    /// (4).
+    /// Formula (4).
     fn independent(&self) -> f64 {
         let power = self.sums.first().zip(self.counts.first()).map_or(0.0, |(s, n)| s / n);
         if !(power > 0.0 && power.is_finite()) {
@@ -93,7 +95,7 @@ impl Products {
 /// Products of the residuals of each channel, window by window.
 fn products(rows: &Rows) -> BTreeMap<u16, Products> {
     let width = rows.width;
-    let mut of: BTreeMap<u16, Products> = BTreeMap::new();
+    let mut by_channel: BTreeMap<u16, Products> = BTreeMap::new();
     for window in &rows.windows {
         let measured = window.places.len() - window.priors;
         let residual = |k: usize| window.values[k * width + width - 1] * window.weight.sqrt();
@@ -102,17 +104,17 @@ fn products(rows: &Rows) -> BTreeMap<u16, Products> {
             let channel = window.places[first].1;
             let end = (first..measured).find(|&k| window.places[k].1 != channel).unwrap_or(measured);
             let series: Vec<f64> = (first..end).map(residual).collect();
-            of.entry(channel).or_default().add(&series);
+            by_channel.entry(channel).or_default().add(&series);
             first = end;
         }
     }
-    of
+    by_channel
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the share of independent residuals is one over the peak of their spectrum: of white noise, of noise that fades, and of noise
-    //! that swings; and the channel that lasts longest is told apart from the others.
+    //! Contract: the independent share is one over the peak of the normalised spectrum for white, decaying
+    //! and oscillating noise; products of channels add up.
     use super::*;
     use augsim_data::random_stream;
     use rand_distr::{Distribution, StandardNormal};
@@ -137,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn as_many_are_independent_as_the_peak_of_the_spectrum_says() {
+    fn the_independent_share_is_one_over_the_peak_of_the_spectrum() {
         let white = share(&noise(0.0, 0.0, "white"));
         assert!(white > 0.95, "{white}");
         // (1 - a) / (1 + a).
@@ -150,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn products_of_channels_are_joined() {
+    fn products_of_channels_add_up() {
         let (mut one, mut both) = (Products::default(), Products::default());
         let (long, short) = (noise(0.5, 0.0, "long"), noise(0.5, 0.0, "short"));
         one.add(&long);

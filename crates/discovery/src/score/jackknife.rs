@@ -1,36 +1,44 @@
-//! The block jackknife: how estimates move when blocks are left out, and how far they are from a value in the scatter of these moves
+//! The block jackknife: how estimates move when blocks are left out, and the covariance from these moves
 //! (formulas (1) and (3) of [`evidence`](super::evidence)).
 
-use crate::linear::Square;
+use crate::linear::{Square, dot};
 
-/// Share of a parameter's information that a null adds, so that what the other blocks do not see is absent without a block. Above rounding,
-/// and below the share (1e-13) from which on a direction counts as seen: a fit that does not feel it must not be held by it.
-const PULL: f64 = 1e-14;
+/// Weight of the null in leave-one-out estimates, as a share of the parameter's information. An effect
+/// without support in the other blocks then vanishes there. It is above rounding, and below the share
+/// (1e-13) from which on a direction counts as informative, so that no informed estimate is affected.
+const NULL_WEIGHT: f64 = 1e-14;
 
-/// (1): how parameters move without a block of this curvature and gradient, where all blocks have the curvature `sum`. A parameter that no
-/// other block tells goes back to its null, which it is `off` by; without this an effect in one block would be judged by its own fit.
-pub(crate) fn move_without(sum: &Square, curvature: &Square, gradient: &[f64], off: &[f64]) -> Vec<f64> {
-    let mut rest = Square { n: sum.n, a: sum.a.iter().zip(&curvature.a).map(|(a, b)| a - b).collect() };
+/// Formula (1): step of the parameters when a block with this curvature and gradient is left out; `sum` is
+/// the curvature of all blocks. A parameter that no other block informs returns to its null, from which it
+/// is `off`; otherwise an effect in one block would be judged by its own fit.
+pub(crate) fn step_without_block(
+    sum: &Square,
+    curvature: &Square,
+    gradient: &[f64],
+    off: &[f64],
+) -> Vec<f64> {
+    let mut others = Square { n: sum.n, a: sum.a.iter().zip(&curvature.a).map(|(a, b)| a - b).collect() };
     let mut step: Vec<f64> = gradient.iter().map(|g| -g).collect();
     for (i, off) in off.iter().enumerate() {
-        let pull = PULL * sum.at(i, i);
-        *rest.at_mut(i, i) += pull;
+        let pull = NULL_WEIGHT * sum.at(i, i);
+        *others.at_mut(i, i) += pull;
         step[i] -= pull * off;
     }
-    rest.cholesky().solve(&mut step);
+    others.cholesky().solve(&mut step);
     step
 }
 
-/// (3): covariance of some parameters by their moves, so many neighbouring blocks to each side taken together (Newey and West 1987).
+/// Formula (3): covariance of the parameters `entries` from the leave-one-out steps, with products of up to
+/// `lags` neighbouring blocks to each side (Newey and West 1987).
 pub(crate) fn covariance(moves: &[Vec<f64>], entries: &[usize], lags: usize) -> Square {
     let n = moves.len() as f64;
     let mean: Vec<f64> = entries.iter().map(|&i| moves.iter().map(|d| d[i]).sum::<f64>() / n).collect();
     let from_mean = |d: &Vec<f64>| entries.iter().zip(&mean).map(|(&i, mean)| d[i] - mean).collect();
-    let off: Vec<Vec<f64>> = moves.iter().map(from_mean).collect();
+    let deviations: Vec<Vec<f64>> = moves.iter().map(from_mean).collect();
     let mut out = Square::zero(entries.len());
-    for lag in 0..=lags.min(off.len()) {
+    for lag in 0..=lags.min(deviations.len()) {
         let share = (n - 1.0) / n * (1.0 - lag as f64 / (lags + 1) as f64);
-        for (later, earlier) in off[lag..].iter().zip(&off) {
+        for (later, earlier) in deviations[lag..].iter().zip(&deviations) {
             for (a, x) in later.iter().enumerate() {
                 for (b, y) in earlier.iter().enumerate() {
                     *out.at_mut(a, b) += share * x * y;
@@ -44,8 +52,9 @@ pub(crate) fn covariance(moves: &[Vec<f64>], entries: &[usize], lags: usize) -> 
     out
 }
 
-/// Degrees of freedom of the covariance (3) of some parameters: as many equal blocks as say as much, less one (Satterthwaite 1946; Bell and
-/// McCaffrey 2002). A block's say is its share of the variance that independent residuals would give them.
+/// Effective degrees of freedom of the covariance (3), less one (Satterthwaite 1946; Bell and McCaffrey
+/// 2002): `(sum v)^2 / sum v^2 - 1`, with `v` the share of each block in the variance that independent
+/// residuals would give.
 pub(crate) fn freedom<'a>(
     sum: &Square,
     curvatures: impl Iterator<Item = &'a Square>,
@@ -63,22 +72,21 @@ pub(crate) fn freedom<'a>(
         entries.iter().enumerate().for_each(|(b, &entry)| *variance.at_mut(a, b) = x[entry]);
     }
     let variance = variance.cholesky();
-    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
-    // The trace of a block's part of the variance in units of the whole.
+    // Trace of a block's part of the variance in units of the whole.
     let share = |h: &Square| -> f64 {
-        let own = columns.iter().enumerate().map(|(a, x)| {
+        let parts = columns.iter().enumerate().map(|(a, x)| {
             let hx: Vec<f64> = h.a.chunks_exact(h.n).map(|row| dot(row, x)).collect();
             let mut part: Vec<f64> = columns.iter().map(|y| dot(&hx, y)).collect();
             variance.solve(&mut part);
             part[a]
         });
-        own.sum::<f64>().max(0.0)
+        parts.sum::<f64>().max(0.0)
     };
     let (sum, squares) = curvatures.map(share).fold((0.0, 0.0), |(s, q), v| (s + v, q + v * v));
     if squares > 0.0 { sum * sum / squares - 1.0 } else { 0.0 }
 }
 
-/// Squared distance of some parameters from values that they are `off` by, in their covariance.
+/// Squared distance of the parameters `entries` from values that they are `off` by, in their covariance (3).
 pub(crate) fn distance(moves: &[Vec<f64>], entries: &[usize], off: &[f64], lags: usize) -> f64 {
     let mut x = off.to_vec();
     covariance(moves, entries, lags).cholesky().forward(&mut x);

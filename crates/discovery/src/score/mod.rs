@@ -1,4 +1,4 @@
-//! How good a set of effects is: the algebra of blocks.
+//! Scores of fitted sets of effects, computed over blocks of the data.
 
 mod blocks;
 mod evidence;
@@ -9,6 +9,6 @@ mod scored;
 
 pub(crate) use blocks::{BLOCKS, Blocks};
 pub(crate) use evidence::Evidence;
-pub(crate) use jackknife::{distance, freedom, move_without};
-pub(crate) use rows::{Places, Rows, WindowRows};
-pub(crate) use scored::{Scored, held, off_nulls};
+pub(crate) use jackknife::{distance, freedom, step_without_block};
+pub(crate) use rows::{FitWindows, Rows, WindowRows};
+pub(crate) use scored::{Scored, distances_from_nulls, entries_at_bounds};

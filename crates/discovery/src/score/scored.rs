@@ -1,15 +1,15 @@
-//! A fitted set of additions with everything that it is chosen by.
+//! A fitted set of additions with its scores.
 
 use super::blocks::Blocks;
 use super::evidence::Evidence;
-use super::rows::Places;
+use super::rows::FitWindows;
 use crate::addition::{Addition, labels};
-use crate::chosen_records::ChosenRecords;
 use crate::fit::Fit;
-use crate::interval::{FEWEST_FREEDOM, Intervals};
+use crate::identifiability::unidentifiable;
+use crate::interval::{Intervals, MIN_FREEDOM};
 use crate::linear::Square;
+use crate::record::ChosenRecords;
 use crate::statistics::hotelling_tail;
-use crate::undetermined::undetermined;
 use augsim_physics::system::Effect;
 
 /// A fitted set of additions.
@@ -21,9 +21,9 @@ pub(crate) struct Scored {
 
 impl Scored {
     pub fn new(sample: &ChosenRecords<'_>, blocks: &Blocks, fit: Fit) -> Self {
-        let rows = Places::new(sample, &fit).rows(blocks);
-        let held = held(&fit);
-        let evidence = Evidence::new(&rows, blocks, &held, &off_nulls(&fit));
+        let rows = FitWindows::new(sample, &fit).rows(blocks);
+        let held = entries_at_bounds(&fit);
+        let evidence = Evidence::new(&rows, blocks, &held, &distances_from_nulls(&fit));
         Self { fit, evidence }
     }
 
@@ -31,51 +31,52 @@ impl Scored {
         &self.fit.hypothesis.additions
     }
 
-    /// Labels of the additions, sorted: the set's name.
+    /// Sorted labels of the additions: the key of the set.
     pub fn key(&self) -> Vec<String> {
         labels(self.additions())
     }
 
-    /// Whether it could be fitted: every number is a number.
+    /// Whether the fit succeeded: all numbers are finite.
     pub fn is_finite(&self) -> bool {
         self.fit.cost.is_finite()
             && self.fit.theta.iter().all(|v| v.is_finite())
-            && self.evidence.cost().is_finite()
+            && self.evidence.cost.is_finite()
     }
 
-    /// Gain over another set on the same data, in nats, where residuals are independent to the share `independent`.
+    /// Gain over another set on the same data, nats, with the share `independent` of independent residuals.
     pub fn gain_over(&self, other: &Self, independent: f64) -> f64 {
-        0.5 * independent * (other.evidence.cost() - self.evidence.cost())
+        0.5 * independent * (other.evidence.cost - self.evidence.cost)
     }
 
-    /// Probability that chance alone moves the amounts of each addition as far from their nulls as they are, by the scatter of the
-    /// parameters over blocks that are left out (Hotelling's T squared for several amounts). An addition without amounts, and a table,
-    /// which has more knots than blocks tell apart, are judged by what they gain in each block.
-    pub fn chances<'s>(&self, without: &dyn Fn(usize) -> Option<&'s Evidence>) -> Vec<f64> {
+    /// p-value of each addition: of its coefficients, by their leave-one-out scatter (Hotelling's T
+    /// squared), or of its gain over blocks for additions without coefficients and for tables, which have
+    /// more knots than blocks can resolve. `without` is the evidence of the set without an addition.
+    pub fn p_values<'s>(&self, without: &dyn Fn(usize) -> Option<&'s Evidence>) -> Vec<f64> {
         (0..self.additions().len())
             .map(|number| match self.amounts(number) {
-                Some((entries, off)) => self.chance_of_amounts(&entries, &off, without(number)),
+                Some((entries, off)) => self.p_value_of_coefficients(&entries, &off, without(number)),
                 None => without(number).map_or(1.0, |less| match &self.additions()[number] {
-                    Addition::Scatter(_) => self.evidence.bound_on_chance(less),
-                    _ => self.evidence.chance_of_gain(less),
+                    Addition::Scatter(_) => self.evidence.p_value_bound(less),
+                    _ => self.evidence.p_value_of_gain(less),
                 }),
             })
             .collect()
     }
 
-    /// Makes 95 % intervals of theta and of sums of its entries.
+    /// The 95 % intervals of theta and of linear combinations of its entries.
     pub fn intervals(&self) -> Intervals {
         Intervals::new(&self.fit.information, self.evidence.clusters())
     }
 
-    /// 95 % intervals of theta, kept inside the bounds; the bounds themselves where the data do not determine an entry.
+    /// 95 % intervals of theta, clipped to the bounds; the bounds themselves for entries that are not
+    /// identifiable.
     pub fn ci95(&self) -> Vec<[f64; 2]> {
         let (fit, intervals) = (&self.fit, self.intervals());
-        let open = undetermined(&fit.information);
-        let bounds = fit.hypothesis.limits();
+        let is_unidentifiable = unidentifiable(&fit.information);
+        let bounds = fit.hypothesis.result_bounds();
         let one = |i: usize| {
             let (low, high) = bounds[i];
-            if open[i] {
+            if is_unidentifiable[i] {
                 return [low, high];
             }
             let unit: Vec<f64> = (0..fit.theta.len()).map(|j| f64::from(u8::from(i == j))).collect();
@@ -85,15 +86,15 @@ impl Scored {
         (0..fit.theta.len()).map(one).collect()
     }
 
-    /// 95 % interval of the scatter's standard deviation: one from so many draws is log-normal to good precision; a symmetric interval
-    /// misses low ones.
+    /// 95 % interval of the scatter's standard deviation: an estimate from n draws is close to log-normal,
+    /// and a symmetric interval would cover less.
     pub fn scatter_ci95(&self) -> Option<[f64; 2]> {
         let sd = self.fit.hypothesis.scatter?.sd;
         let factor = (1.96 / (2.0 * self.fit.spread.draws.max(1.0)).sqrt()).exp();
         Some([sd / factor, sd * factor])
     }
 
-    /// Correlations of theta: those of the information, as far as it has any.
+    /// Correlation matrix of theta, from the information matrix.
     pub fn correlations(&self) -> Square {
         let mut covariance = self.fit.information.cholesky().inverse();
         let n = covariance.n;
@@ -101,67 +102,73 @@ impl Scored {
         for i in 0..n {
             for j in 0..n {
                 let size = sd[i] * sd[j];
-                let own = if size > 0.0 && size.is_finite() { covariance.at(i, j) / size } else { f64::NAN };
-                // What the data do not tell is correlated with nothing.
-                *covariance.at_mut(i, j) = if own.is_finite() { own } else { f64::from(u8::from(i == j)) };
+                let correlation =
+                    if size > 0.0 && size.is_finite() { covariance.at(i, j) / size } else { f64::NAN };
+                // Unidentifiable entries get correlation 0 with all others.
+                *covariance.at_mut(i, j) =
+                    if correlation.is_finite() { correlation } else { f64::from(u8::from(i == j)) };
             }
         }
         covariance
     }
 
-    /// Where four blocks or fewer say something of the amounts, their scatter tells no variance: then the gain of all blocks but the best
-    /// one has to speak for them as well.
-    fn chance_of_amounts(&self, entries: &[usize], off: &[f64], without: Option<&Evidence>) -> f64 {
-        let held = held(&self.fit);
-        let moving: Vec<usize> = (0..entries.len()).filter(|k| !held[entries[*k]]).collect();
-        let own: Vec<usize> = moving.iter().map(|&i| entries[i]).collect();
-        let x: Vec<f64> = moving.iter().map(|&i| off[i]).collect();
-        let freedom = self.evidence.freedom(&own);
-        let chance = hotelling_tail(self.evidence.distance(&own, &x), own.len(), freedom.max(FEWEST_FREEDOM));
-        if freedom < FEWEST_FREEDOM {
-            chance.max(without.map_or(1.0, |less| self.evidence.bound_on_chance(less)))
+    /// p-value of coefficients by their scatter over blocks. With fewer than four effective degrees of
+    /// freedom this scatter is unreliable, so the gain of all blocks but the best must be significant as
+    /// well.
+    fn p_value_of_coefficients(&self, entries: &[usize], off: &[f64], without: Option<&Evidence>) -> f64 {
+        let held = entries_at_bounds(&self.fit);
+        let is_free: Vec<usize> = (0..entries.len()).filter(|k| !held[entries[*k]]).collect();
+        let free: Vec<usize> = is_free.iter().map(|&i| entries[i]).collect();
+        let x: Vec<f64> = is_free.iter().map(|&i| off[i]).collect();
+        let freedom = self.evidence.freedom(&free);
+        let p_value = hotelling_tail(self.evidence.distance(&free, &x), free.len(), freedom.max(MIN_FREEDOM));
+        if freedom < MIN_FREEDOM {
+            p_value.max(without.map_or(1.0, |less| self.evidence.p_value_bound(less)))
         } else {
-            chance
+            p_value
         }
     }
 
-    /// Whether an addition is judged by what it gains in each block: its gain pays for the number of candidates already.
+    /// Whether an addition is judged by its gain over blocks; its penalty then already accounts for the
+    /// number of candidates.
     pub fn is_judged_by_gain(&self, number: usize) -> bool {
         self.amounts(number).is_none() && !matches!(self.additions()[number], Addition::Scatter(_))
     }
 
-    /// Entries of theta of an addition's amounts, and how far each is from its null; nothing for what is judged by its gain.
+    /// Entries of theta of an addition's coefficients, and their distances from null; `None` where the gain
+    /// is judged.
     fn amounts(&self, number: usize) -> Option<(Vec<usize>, Vec<f64>)> {
         let h = &self.fit.hypothesis;
-        let range = h.range_of(number);
+        let range = h.entries_of_addition(number);
         match &h.additions[number] {
             Addition::Scatter(_) | Addition::Table(_) | Addition::Split(_) => None,
             Addition::Effect(listed, _) => {
-                let all = amounts_of(&listed.effect, range.clone());
-                let structural = range.is_empty() || !listed.effect.probe.is_empty();
-                (!structural && !all.is_empty())
-                    .then(|| all.into_iter().map(|(i, null)| (i, self.fit.theta[i] - null)).unzip())
+                let amounts = coefficients_of(&listed.effect, range.clone());
+                let is_structural = range.is_empty() || !listed.effect.probe.is_empty();
+                (!is_structural && !amounts.is_empty())
+                    .then(|| amounts.into_iter().map(|(i, null)| (i, self.fit.theta[i] - null)).unzip())
             }
         }
     }
 }
 
-/// Places in theta of the amounts of an effect whose entries are `range`, with their nulls: a direction or a scale has no null of its own.
-fn amounts_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize, f64)> {
+/// Entries of theta of the coefficients of an effect with entries `range`, and their nulls; shape parameters
+/// have no null.
+fn coefficients_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize, f64)> {
     let width = range.len() / effect.parameters.len().max(1);
     let amounts = effect.amounts.unwrap_or(usize::MAX).saturating_mul(width);
     let nulls = effect.parameters.iter().flat_map(|p| std::iter::repeat_n(p.null, width));
     range.zip(nulls).take(amounts).collect()
 }
 
-/// By how much each entry of theta is off the value where it changes nothing; 0 for what has no such value.
-pub(crate) fn off_nulls(fit: &Fit) -> Vec<f64> {
+/// Distance of each entry of theta from its null; 0 for entries without null.
+pub(crate) fn distances_from_nulls(fit: &Fit) -> Vec<f64> {
     let h = &fit.hypothesis;
     let mut off = vec![0.0; fit.theta.len()];
     for (number, addition) in h.additions.iter().enumerate() {
         let amounts = match addition {
-            Addition::Effect(listed, _) => amounts_of(&listed.effect, h.range_of(number)),
-            Addition::Table(_) => h.range_of(number).map(|i| (i, 0.0)).collect(),
+            Addition::Effect(listed, _) => coefficients_of(&listed.effect, h.entries_of_addition(number)),
+            Addition::Table(_) => h.entries_of_addition(number).map(|i| (i, 0.0)).collect(),
             Addition::Scatter(_) | Addition::Split(_) => Vec::new(),
         };
         amounts.into_iter().for_each(|(i, null)| off[i] = fit.theta[i] - null);
@@ -169,8 +176,8 @@ pub(crate) fn off_nulls(fit: &Fit) -> Vec<f64> {
     off
 }
 
-/// Entries of theta that stand at a bound of their fit.
-pub(crate) fn held(fit: &Fit) -> Vec<bool> {
-    let bounds = fit.hypothesis.bounds();
+/// Entries of theta at a bound of the fit.
+pub(crate) fn entries_at_bounds(fit: &Fit) -> Vec<bool> {
+    let bounds = fit.hypothesis.fit_bounds();
     fit.theta.iter().zip(bounds).map(|(t, (low, high))| *t <= low || *t >= high).collect()
 }

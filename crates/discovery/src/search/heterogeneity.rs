@@ -1,15 +1,16 @@
-//! Whether parameters differ from record to record (Kristensen and Madsen 2004, pinpointing of model deficiencies).
+//! Test whether parameters differ between records (Kristensen and Madsen 2004, pinpointing of model
+//! deficiencies).
 
 use crate::evaluate::Lanes;
-use crate::fit::{ChosenRecords, Fit, assembled};
+use crate::fit::{ChosenRecords, Fit, assemble_all};
 use crate::linear::eliminate;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Information below this, in raw units of the parameter, is none.
-pub(crate) const OBSERVABLE: f64 = 1e-7;
+/// Information, in the raw unit of the parameter, at or below which a record does not inform it.
+pub(crate) const MIN_INFORMATION: f64 = 1e-7;
 
-/// Of each entry of theta how much its values differ between records: statistic and degrees of freedom.
+/// Statistic and degrees of freedom of the differences between records in each entry of theta.
 pub(crate) fn heterogeneity(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(f64, f64)> {
     differences(sample, &parts(sample, fit))
 }
@@ -17,8 +18,8 @@ pub(crate) fn heterogeneity(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(f64, 
 /// Evidence of each window on the entries of theta: entry, curvature, gradient.
 pub(crate) fn parts(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Vec<(usize, f64, f64)>> {
     let h = &fit.hypothesis;
-    let lanes: Vec<Lanes> = sample.excerpts().into_iter().map(|at| Lanes::new(h, at, &[])).collect();
-    assembled(sample, h, &lanes, &fit.theta, &fit.nuisance)
+    let lanes: Vec<Lanes> = sample.windows().into_iter().map(|at| Lanes::new(h, at, &[])).collect();
+    assemble_all(sample, h, &lanes, &fit.theta, &fit.nuisance)
         .into_par_iter()
         .zip(&lanes)
         .map(|(n, lanes)| {
@@ -28,19 +29,19 @@ pub(crate) fn parts(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Vec<(usize, f6
         .collect()
 }
 
-/// Statistic and degrees of freedom of the differences between records in each entry of theta, from what each window says of it (entry,
-/// curvature, gradient).
+/// Differences between records, from the evidence of the windows: statistic and degrees of freedom for each
+/// entry of theta.
 pub(crate) fn differences(sample: &ChosenRecords<'_>, parts: &[Vec<(usize, f64, f64)>]) -> Vec<(f64, f64)> {
     let n = parts.iter().flatten().map(|(t, ..)| t + 1).max().unwrap_or(0);
     let (mut q, mut sum_u, mut sum_s, mut count) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    for windows in sample.of_records() {
-        // What the windows of a record say of each entry, together.
+    for windows in sample.windows_by_record() {
+        // The evidence of all windows of a record together.
         let mut record: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
         for &(t, s, u) in parts[windows].iter().flatten() {
             let sums = record.entry(t).or_default();
             *sums = (sums.0 + s, sums.1 + u);
         }
-        for (t, (s, u)) in record.into_iter().filter(|(_, (s, _))| *s > OBSERVABLE) {
+        for (t, (s, u)) in record.into_iter().filter(|(_, (s, _))| *s > MIN_INFORMATION) {
             q[t] += u * u / s;
             sum_u[t] += u;
             sum_s[t] += s;

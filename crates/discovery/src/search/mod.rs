@@ -1,13 +1,13 @@
 //! The search: linearise, select, refit, repeat.
 
-mod five_steps;
 mod heterogeneity;
 mod length;
 mod refit;
+mod search_loop;
 mod select;
 
-pub(crate) use five_steps::{Found, chosen_again, run, without};
 pub(crate) use heterogeneity::{differences, parts};
-pub(crate) use length::{calibrated, lengthened, refitted};
-pub(crate) use refit::{ALPHA, Price, Search, Starts};
-pub(crate) use select::{Chosen, chances_beside, is_significant, select, select_of};
+pub(crate) use length::{calibrate_windows, choose_window_length, refit_on};
+pub(crate) use refit::{ALPHA, InitialValues, Penalty, Search};
+pub(crate) use search_loop::{SearchResult, repeat_choice, run, without};
+pub(crate) use select::{LinearSet, is_significant, p_values_beside, select, select_for};

@@ -1,64 +1,64 @@
 //! Selection of sets in the linear problem: forward, backward and by exchange.
 
-use super::refit::{Price, Search};
-use crate::columns::{LinearProblem, SEEN, Sums, summed};
-use crate::linear::{Cholesky, Square};
-use crate::score::{distance, freedom, move_without};
+use super::refit::{Penalty, Search};
+use crate::columns::{BlockSums, LinearProblem, MIN_INDEPENDENT_SHARE, sum_blocks};
+use crate::linear::{Cholesky, Square, dot};
+use crate::score::{distance, freedom, step_without_block};
 use crate::statistics::hotelling_tail;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Candidates of each step whose cross-validated error is worked out: by the gain that all data show.
-const LOOKED_AT: usize = 6;
-/// Steps forward that may bring no gain: two laws that are both needed may each be useless alone.
-const PATIENCE: usize = 2;
-/// Most effects of a set.
-pub(crate) const MOST_EFFECTS: usize = 5;
+/// Number of candidates in each step, by gain on all data, whose cross-validated error is computed.
+const MAX_EVALUATED: usize = 6;
+/// Forward steps that may bring no improvement: two effects that are both needed may each be useless alone.
+const MAX_IDLE_STEPS: usize = 2;
+/// Maximum number of effects in a set.
+pub(crate) const MAX_EFFECTS: usize = 5;
 
-/// A set in the linear problem.
+/// A set of groups in the linear problem.
 #[derive(Clone, Debug)]
-pub(crate) struct Chosen {
-    /// Groups, in rising order.
+pub(crate) struct LinearSet {
+    /// Groups, in ascending order.
     pub groups: Vec<usize>,
-    /// Gain over the declared model less the price, in nats.
+    /// Gain over the declared model minus penalty, nats.
     pub value: f64,
-    /// Coefficients of the columns of the declared parameters and of the groups in order.
+    /// Coefficients of the declared columns and of the groups, in order.
     pub coefficients: Vec<f64>,
 }
 
-/// One selection.
+/// A selection run.
 struct Selection<'p> {
     problem: &'p LinearProblem,
-    blocks: &'p [Sums],
+    blocks: &'p [BlockSums],
     h: Square,
     g: Vec<f64>,
-    price: Price,
-    /// Logarithm of the squared error of the declared model.
+    penalty: Penalty,
+    /// Log squared error of the declared model.
     base: f64,
 }
 
-/// The sets that a selection passes, by value, best first; the fitted set among them.
-pub(crate) fn select(problem: &LinearProblem, price: Price) -> Vec<Chosen> {
-    let selection = Selection::new(problem, &problem.blocks, price);
-    let mut passed = BTreeMap::new();
-    selection.walk(&problem.fitted, &mut passed);
+/// All sets that the selection evaluates, best first, including the fitted set.
+pub(crate) fn select(problem: &LinearProblem, penalty: Penalty) -> Vec<LinearSet> {
+    let selection = Selection::new(problem, &problem.blocks, penalty);
+    let mut visited = BTreeMap::new();
+    selection.walk(&problem.fitted, &mut visited);
     if !problem.fitted.is_empty() {
-        selection.walk(&[], &mut passed);
+        selection.walk(&[], &mut visited);
     }
-    let mut all: Vec<Chosen> = passed.into_values().flatten().collect();
-    all.sort_by(|a, b| b.value.total_cmp(&a.value).then(a.groups.cmp(&b.groups)));
-    all
+    let mut sets: Vec<LinearSet> = visited.into_values().flatten().collect();
+    sets.sort_by(|a, b| b.value.total_cmp(&a.value).then(a.groups.cmp(&b.groups)));
+    sets
 }
 
-/// The best set of other residuals, with their sums.
+/// The best set for other residuals, with their sums.
 pub(crate) struct Selected {
-    pub chosen: Chosen,
-    blocks: Vec<Sums>,
+    pub chosen: LinearSet,
+    blocks: Vec<BlockSums>,
 }
 
-/// The best set where the sums of the blocks are these.
-pub(crate) fn select_of(problem: &LinearProblem, blocks: Vec<Sums>, price: Price) -> Selected {
-    let chosen = best_of(&Selection::new(problem, &blocks, price));
+/// The best set for the block sums `blocks`.
+pub(crate) fn select_for(problem: &LinearProblem, blocks: Vec<BlockSums>, penalty: Penalty) -> Selected {
+    let chosen = best_of(&Selection::new(problem, &blocks, penalty));
     Selected { chosen, blocks }
 }
 
@@ -66,82 +66,84 @@ pub(crate) fn select_of(problem: &LinearProblem, blocks: Vec<Sums>, price: Price
 pub(crate) fn is_significant(problem: &LinearProblem, set: &Selected, search: &Search<'_>) -> bool {
     let groups = &set.chosen.groups;
     let level = |g: &usize| search.level(&problem.groups[*g].addition);
-    chances(problem, &set.blocks, groups).iter().zip(groups).all(|(p, g)| *p <= level(g))
+    p_values(problem, &set.blocks, groups).iter().zip(groups).all(|(p, g)| *p <= level(g))
 }
 
-/// Probability that chance alone moves the coefficients of each group of a set as far from 0, by the scatter over left-out blocks.
-pub(crate) fn chances(problem: &LinearProblem, blocks: &[Sums], groups: &[usize]) -> Vec<f64> {
+/// p-value of the coefficients of each group of a set, by their leave-one-out scatter.
+pub(crate) fn p_values(problem: &LinearProblem, blocks: &[BlockSums], groups: &[usize]) -> Vec<f64> {
     let columns = problem.columns_of(groups);
-    let own: Vec<Sums> = blocks.iter().map(|b| b.sub(&columns)).collect();
-    let Sums { h, g: mut x, .. } = summed(&own);
+    let sums: Vec<BlockSums> = blocks.iter().map(|b| b.sub(&columns)).collect();
+    let BlockSums { h, g: mut x, .. } = sum_blocks(&sums);
     h.cholesky().solve(&mut x);
-    let off_nulls = problem.off_nulls(&x);
-    let moved = |block: &Sums| {
-        let at_x = block.left_at(&x);
-        move_without(&h, &at_x.h, &at_x.g, &off_nulls)
+    let distances_from_nulls = problem.distances_from_nulls(&x);
+    let leave_out = |block: &BlockSums| {
+        let at_x = block.at_coefficients(&x);
+        step_without_block(&h, &at_x.h, &at_x.g, &distances_from_nulls)
     };
-    let moves: Vec<Vec<f64>> = own.iter().map(moved).collect();
-    let mut at = problem.declared.len();
-    let each = groups.iter().map(|group| {
-        let entries: Vec<usize> = (at..at + problem.groups[*group].columns.len()).collect();
-        at += entries.len();
+    let moves: Vec<Vec<f64>> = sums.iter().map(leave_out).collect();
+    let mut first = problem.declared.len();
+    let p_values = groups.iter().map(|group| {
+        let entries: Vec<usize> = (first..first + problem.groups[*group].columns.len()).collect();
+        first += entries.len();
         let off: Vec<f64> = entries.iter().map(|&i| x[i]).collect();
-        let freedom = freedom(&h, own.iter().map(|block| &block.h), &entries);
+        let freedom = freedom(&h, sums.iter().map(|block| &block.h), &entries);
         hotelling_tail(distance(&moves, &entries, &off, 0), entries.len(), freedom)
     });
-    each.collect()
+    p_values.collect()
 }
 
-/// The same of each group that may stand beside these, with it.
-pub(crate) fn chances_beside(problem: &LinearProblem, set: &[usize]) -> Vec<f64> {
-    let chance = |g: usize| {
+/// p-value of each group that is compatible with a set, when added to it.
+pub(crate) fn p_values_beside(problem: &LinearProblem, set: &[usize]) -> Vec<f64> {
+    let p_value = |g: usize| {
         let with = [set, &[g]].concat();
-        chances(problem, &problem.blocks, &with).pop().unwrap_or(1.0)
+        p_values(problem, &problem.blocks, &with).pop().unwrap_or(1.0)
     };
-    problem.beside(set).into_par_iter().map(chance).collect()
+    problem.compatible_groups(set).into_par_iter().map(p_value).collect()
 }
 
-fn best_of(selection: &Selection<'_>) -> Chosen {
-    let mut passed = BTreeMap::new();
-    selection.walk(&[], &mut passed);
-    let all = passed.into_values().flatten();
-    let none = Chosen { groups: Vec::new(), value: 0.0, coefficients: Vec::new() };
-    all.fold(none, |best, one| if one.value > best.value { one } else { best })
+/// The best set that a selection from the empty set finds; the empty set if none is better.
+fn best_of(selection: &Selection<'_>) -> LinearSet {
+    let mut visited = BTreeMap::new();
+    selection.walk(&[], &mut visited);
+    let sets = visited.into_values().flatten();
+    let none = LinearSet { groups: Vec::new(), value: 0.0, coefficients: Vec::new() };
+    sets.fold(none, |best, one| if one.value > best.value { one } else { best })
 }
 
-/// Sets that a selection has passed, by their groups; nothing for those that cannot stand.
-type Passed = BTreeMap<Vec<usize>, Option<Chosen>>;
+/// Evaluated sets by their groups; `None` for invalid sets.
+type Passed = BTreeMap<Vec<usize>, Option<LinearSet>>;
 
 impl<'p> Selection<'p> {
-    fn new(problem: &'p LinearProblem, blocks: &'p [Sums], price: Price) -> Self {
-        let Sums { h, g, .. } = summed(blocks);
-        let mut new = Self { problem, blocks, h, g, price, base: 0.0 };
+    fn new(problem: &'p LinearProblem, blocks: &'p [BlockSums], penalty: Penalty) -> Self {
+        let BlockSums { h, g, .. } = sum_blocks(blocks);
+        let mut new = Self { problem, blocks, h, g, penalty, base: 0.0 };
         new.base = new.error(&problem.declared).0;
         new
     }
 
-    /// From a set forward, backward and by exchange, until nothing is better.
-    fn walk(&self, from: &[usize], passed: &mut Passed) {
-        let Some(mut best) = self.look_at(from.to_vec(), passed) else { return };
+    /// Improves a set forward, backward and by exchange, until nothing is better.
+    fn walk(&self, from: &[usize], visited: &mut Passed) {
+        let Some(mut best) = self.evaluate(from.to_vec(), visited) else { return };
         loop {
             let before = best.value;
-            best = self.forward(best, passed);
-            best = self.backward(best, passed);
-            best = self.exchange(best, passed);
+            best = self.forward(best, visited);
+            best = self.backward(best, visited);
+            best = self.exchange(best, visited);
             if best.value <= before {
                 return;
             }
         }
     }
 
-    fn forward(&self, from: Chosen, passed: &mut Passed) -> Chosen {
-        let (mut best, mut front, mut idle) = (from.clone(), from, 0);
-        while idle < PATIENCE && front.groups.len() < MOST_EFFECTS {
-            let joined = self.strongest(&front.groups, LOOKED_AT, passed);
-            let Some(next) = joined.into_iter().max_by(|a, b| a.value.total_cmp(&b.value)) else { break };
-            front = next;
-            if front.value > best.value {
-                best = front.clone();
+    /// Adds groups one by one, passing over a few steps without improvement.
+    fn forward(&self, from: LinearSet, visited: &mut Passed) -> LinearSet {
+        let (mut best, mut current, mut idle) = (from.clone(), from, 0);
+        while idle < MAX_IDLE_STEPS && current.groups.len() < MAX_EFFECTS {
+            let larger = self.strongest(&current.groups, MAX_EVALUATED, visited);
+            let Some(next) = larger.into_iter().max_by(|a, b| a.value.total_cmp(&b.value)) else { break };
+            current = next;
+            if current.value > best.value {
+                best = current.clone();
                 idle = 0;
             } else {
                 idle += 1;
@@ -150,27 +152,29 @@ impl<'p> Selection<'p> {
         best
     }
 
-    fn backward(&self, from: Chosen, passed: &mut Passed) -> Chosen {
+    /// Drops groups while that improves the set.
+    fn backward(&self, from: LinearSet, visited: &mut Passed) -> LinearSet {
         let mut best = from;
         loop {
-            let less = (0..best.groups.len()).filter_map(|k| {
-                let mut rest = best.groups.clone();
-                rest.remove(k);
-                self.look_at(rest, passed)
+            let smaller = (0..best.groups.len()).filter_map(|k| {
+                let mut remaining = best.groups.clone();
+                remaining.remove(k);
+                self.evaluate(remaining, visited)
             });
-            match less.max_by(|a, b| a.value.total_cmp(&b.value)) {
-                Some(less) if less.value > best.value => best = less,
+            match smaller.max_by(|a, b| a.value.total_cmp(&b.value)) {
+                Some(smaller) if smaller.value > best.value => best = smaller,
                 _ => return best,
             }
         }
     }
 
-    fn exchange(&self, from: Chosen, passed: &mut Passed) -> Chosen {
+    /// Replaces single groups.
+    fn exchange(&self, from: LinearSet, visited: &mut Passed) -> LinearSet {
         let mut best = from.clone();
         for k in 0..from.groups.len() {
-            let mut rest = from.groups.clone();
-            rest.remove(k);
-            for other in self.strongest(&rest, LOOKED_AT, passed) {
+            let mut remaining = from.groups.clone();
+            remaining.remove(k);
+            for other in self.strongest(&remaining, MAX_EVALUATED, visited) {
                 if other.value > best.value {
                     best = other;
                 }
@@ -179,47 +183,47 @@ impl<'p> Selection<'p> {
         best
     }
 
-    /// The sets with one more group that gain most by all data.
-    fn strongest(&self, groups: &[usize], most: usize, passed: &mut Passed) -> Vec<Chosen> {
+    /// The best sets with one more group, by gain on all data.
+    fn strongest(&self, groups: &[usize], most: usize, visited: &mut Passed) -> Vec<LinearSet> {
         let mut gains = self.gains(groups);
         gains.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        // Points of one addition are one candidate: its best ones alone are looked at.
-        let mut seen: Vec<String> = Vec::new();
+        // Grid points of one addition are one candidate: only its best point is evaluated.
+        let mut labels: Vec<String> = Vec::new();
         gains.retain(|(_, g)| {
             let label = self.problem.groups[*g].addition.label();
-            let fresh = !seen.contains(&label);
-            seen.push(label);
-            fresh
+            let is_new = !labels.contains(&label);
+            labels.push(label);
+            is_new
         });
-        let with = |(_, g): &(f64, usize)| {
-            let mut all = groups.to_vec();
-            all.push(*g);
-            all.sort_unstable();
-            self.look_at(all, passed)
+        let add = |(_, g): &(f64, usize)| {
+            let mut set = groups.to_vec();
+            set.push(*g);
+            set.sort_unstable();
+            self.evaluate(set, visited)
         };
-        gains.iter().take(most).filter_map(with).collect()
+        gains.iter().take(most).filter_map(add).collect()
     }
 
-    /// Gain of each group that may join a set by all data.
+    /// Gain on all data of each group that can be added to a set.
     fn gains(&self, groups: &[usize]) -> Vec<(f64, usize)> {
         let columns = self.problem.columns_of(groups);
         let factor = self.h.sub(&columns).cholesky();
-        let own: Vec<f64> = columns.iter().map(|&c| self.g[c]).collect();
-        let mut reached = own;
-        factor.forward(&mut reached);
-        let joins = |g: &usize| {
+        let mut projected: Vec<f64> = columns.iter().map(|&c| self.g[c]).collect();
+        factor.forward(&mut projected);
+        let can_join = |g: &usize| {
             let new = &self.problem.groups[*g];
-            groups.iter().all(|other| other != g && self.problem.groups[*other].goes_with(new))
+            groups.iter().all(|other| other != g && self.problem.groups[*other].is_compatible_with(new))
         };
-        let gain = |g: usize| Some((self.gain_of(g, &columns, &factor, &reached)?, g));
-        (0..self.problem.groups.len()).filter(joins).filter_map(gain).collect()
+        let gain = |g: usize| Some((self.gain_of(g, &columns, &factor, &projected)?, g));
+        (0..self.problem.groups.len()).filter(can_join).filter_map(gain).collect()
     }
 
-    fn gain_of(&self, g: usize, columns: &[usize], factor: &Cholesky, reached: &[f64]) -> Option<f64> {
+    /// Gain of group `g` beside `columns`, whose Cholesky factor and projected gradient are given; `None`
+    /// where it is collinear or infeasible.
+    fn gain_of(&self, g: usize, columns: &[usize], factor: &Cholesky, projected: &[f64]) -> Option<f64> {
         let group = &self.problem.groups[g];
-        let own: Vec<usize> = group.columns.clone().collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let along: Vec<Vec<f64>> = own
+        let candidate: Vec<usize> = group.columns.clone().collect();
+        let shared: Vec<Vec<f64>> = candidate
             .iter()
             .map(|&c| {
                 let mut x: Vec<f64> = columns.iter().map(|&d| self.h.at(c, d)).collect();
@@ -227,64 +231,72 @@ impl<'p> Selection<'p> {
                 x
             })
             .collect();
-        let mut s = Square::zero(own.len());
-        for (i, &c) in own.iter().enumerate() {
-            (0..own.len()).for_each(|j| *s.at_mut(i, j) = self.h.at(c, own[j]) - dot(&along[i], &along[j]));
+        let mut s = Square::zero(candidate.len());
+        for (i, &c) in candidate.iter().enumerate() {
+            (0..candidate.len())
+                .for_each(|j| *s.at_mut(i, j) = self.h.at(c, candidate[j]) - dot(&shared[i], &shared[j]));
         }
-        let seen: Vec<usize> =
-            (0..own.len()).filter(|&i| s.at(i, i) > SEEN * self.h.at(own[i], own[i])).collect();
-        if seen.is_empty() {
+        let independent: Vec<usize> = (0..candidate.len())
+            .filter(|&i| s.at(i, i) > MIN_INDEPENDENT_SHARE * self.h.at(candidate[i], candidate[i]))
+            .collect();
+        if independent.is_empty() {
             return None;
         }
-        let mut u: Vec<f64> = seen.iter().map(|&i| self.g[own[i]] - dot(&along[i], reached)).collect();
-        let factor = s.sub(&seen).cholesky();
+        let mut u: Vec<f64> =
+            independent.iter().map(|&i| self.g[candidate[i]] - dot(&shared[i], projected)).collect();
+        let factor = s.sub(&independent).cholesky();
         let mut step = u.clone();
         factor.solve(&mut step);
-        let mut all = vec![0.0; own.len()];
-        seen.iter().zip(&step).for_each(|(&i, d)| all[i] = *d);
+        let mut coefficients = vec![0.0; candidate.len()];
+        independent.iter().zip(&step).for_each(|(&i, d)| coefficients[i] = *d);
         factor.forward(&mut u);
-        group.allows(&all).then(|| u.iter().map(|x| x * x).sum())
+        group.is_feasible(&coefficients).then(|| u.iter().map(|x| x * x).sum())
     }
 
-    /// A set with its value; nothing where a column is not told beside the others, or an amount has a value that it cannot have.
-    fn look_at(&self, groups: Vec<usize>, passed: &mut Passed) -> Option<Chosen> {
-        if let Some(known) = passed.get(&groups) {
-            return known.clone();
+    /// Evaluates a set once; `None` where a column is collinear with others, or a coefficient is infeasible.
+    fn evaluate(&self, groups: Vec<usize>, visited: &mut Passed) -> Option<LinearSet> {
+        if let Some(evaluated) = visited.get(&groups) {
+            return evaluated.clone();
         }
-        let chosen = self.chosen(groups.clone());
-        passed.insert(groups, chosen.clone());
+        let chosen = self.score_set(groups.clone());
+        visited.insert(groups, chosen.clone());
         chosen
     }
 
-    fn chosen(&self, groups: Vec<usize>) -> Option<Chosen> {
+    /// Gain minus penalty of a set, with its coefficients.
+    fn score_set(&self, groups: Vec<usize>) -> Option<LinearSet> {
         let columns = self.problem.columns_of(&groups);
         let (error, coefficients) = self.error(&columns);
-        let mut at = self.problem.declared.len();
+        let mut next = self.problem.declared.len();
         for g in &groups {
             let group = &self.problem.groups[*g];
-            let own = &coefficients[at..at + group.columns.len()];
-            at += own.len();
-            if !group.allows(own) {
+            let of_group = &coefficients[next..next + group.columns.len()];
+            next += of_group.len();
+            if !group.is_feasible(of_group) {
                 return None;
             }
         }
-        let gain = self.problem.half_of_samples() * (self.base - error);
-        let price = |g: &usize| self.price.of(&self.problem.groups[*g].addition);
-        let value = gain - groups.iter().map(price).sum::<f64>();
-        value.is_finite().then_some(Chosen { groups, value, coefficients })
+        let gain = self.problem.half_independent_samples() * (self.base - error);
+        let penalty = |g: &usize| self.penalty.of(&self.problem.groups[*g].addition);
+        let value = gain - groups.iter().map(penalty).sum::<f64>();
+        value.is_finite().then_some(LinearSet { groups, value, coefficients })
     }
 
-    /// Logarithm of the squared error of predictions by some columns, and their coefficients by all data.
+    /// Log squared prediction error of left-out blocks with some columns, and their coefficients on all
+    /// data.
     fn error(&self, columns: &[usize]) -> (f64, Vec<f64>) {
         let h = self.h.sub(columns);
         let mut x: Vec<f64> = columns.iter().map(|&c| self.g[c]).collect();
         h.cholesky().solve(&mut x);
-        let off_nulls = self.problem.off_nulls(&x);
-        let left_out = |block: &Sums| {
-            let at_x = block.sub(columns).left_at(&x);
-            at_x.c - at_x.h.fall(&at_x.g, &move_without(&h, &at_x.h, &at_x.g, &off_nulls))
+        let distances_from_nulls = self.problem.distances_from_nulls(&x);
+        let error_of = |block: &BlockSums| {
+            let at_x = block.sub(columns).at_coefficients(&x);
+            at_x.c
+                - at_x
+                    .h
+                    .cost_decrease(&at_x.g, &step_without_block(&h, &at_x.h, &at_x.g, &distances_from_nulls))
         };
-        let sum: f64 = self.blocks.iter().map(left_out).sum();
+        let sum: f64 = self.blocks.iter().map(error_of).sum();
         (sum.max(f64::MIN_POSITIVE).ln(), x)
     }
 }

@@ -1,4 +1,4 @@
-//! Forecasts of a model as it stands, as they are handed out: every record with the bands of its channels.
+//! Results of predictions with a fixed model: every record with the bands of its channels.
 
 use crate::forecast::{bootstrap, rmse};
 use std::collections::BTreeSet;
@@ -6,53 +6,54 @@ use std::collections::BTreeSet;
 /// Levels of the quantiles in [`ForetoldChannel::quantiles`].
 pub const FORETOLD_LEVELS: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
-/// Choices of a forecast.
+/// Options of a prediction.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ForetellOptions {
     /// Seed of the draws.
     pub seed: u64,
-    /// Draws of each record from which bands are taken.
+    /// Number of draws per record for the bands.
     pub draws: usize,
-    /// Names of the records that are foretold; all without it. The noise is that of all in either case.
+    /// Names of the records to predict; `None` for all. The noise is estimated from all records in either
+    /// case.
     pub only: Option<BTreeSet<String>>,
 }
 
 impl ForetellOptions {
-    /// Whether the record of this name is foretold.
+    /// Whether the record of this name is predicted.
     pub fn asks_for(&self, id: &str) -> bool {
         self.only.as_ref().is_none_or(|only| only.contains(id))
     }
 }
 
-/// The forecast of one channel of one record, in the unit of the column.
+/// Prediction of one channel of one record, in the unit of the column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ForetoldChannel {
     /// Column of the data.
     pub column: String,
-    /// Measured values; not a number where nothing was measured or the sample was taken for an outlier.
+    /// Measured values; NaN where nothing was measured or the sample was masked as an outlier.
     pub measured: Vec<f64>,
-    /// The forecast with every parameter at its value.
+    /// Prediction with all parameters at their values.
     pub forecast: Vec<f64>,
     /// Mean of the draws.
     pub mean: Vec<f64>,
-    /// Quantiles of the draws at [`FORETOLD_LEVELS`], each sample by sample.
+    /// Quantiles of the draws at [`FORETOLD_LEVELS`], sample by sample.
     pub quantiles: [Vec<f64>; 5],
 }
 
-/// The forecast of one record, or of a part of a long one.
+/// Prediction of one record, or of a part of a long one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Foretold {
     /// Name in the data.
     pub id: String,
     /// Times of the samples, s.
     pub times: Vec<f64>,
-    /// Samples, from the first, that the start was fitted to; the others are foretold.
+    /// Number of first samples that the initial state was estimated from; the others are predicted.
     pub known: usize,
     /// The channels, in the order of the system.
     pub channels: Vec<ForetoldChannel>,
 }
 
-/// Error of a measure over all records, root mean square, with its 95 % interval over records.
+/// Root mean square error of a measure over all records, with its 95 % interval over records.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ForetoldError {
     /// Name of the measure (`position`, `rotation`).
@@ -65,24 +66,23 @@ pub struct ForetoldError {
     pub ci95: [f64; 2],
 }
 
-/// Forecasts of all records.
+/// Predictions of all records.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Foretelling {
-    /// The records in which there is something to foretell.
+    /// Records with predicted samples.
     pub records: Vec<Foretold>,
-    /// Errors on the samples behind the known ones; the first is the one that decides.
+    /// Errors after the known samples; the first is that of the deciding measure.
     pub errors: Vec<ForetoldError>,
-    /// Sum of the squares and number of the errors of each record in the measure that decides.
+    /// Sum of squared errors and their number, for each record in the deciding measure.
     pub squares: Vec<(f64, f64)>,
-    /// Standard deviation of the sensor by channel, in the unit of each, as the data show it.
+    /// Estimated standard deviation of the measurement noise by channel, in the unit of each.
     pub noise_sd: Vec<f64>,
-    /// The samples that the start of each record was fitted to, in words.
+    /// Description of the samples from which the initial states were estimated.
     pub start: String,
 }
 
 impl Foretelling {
-    /// Share of the measured samples behind the known ones that lie within the central band of probability 0.5 or 0.9, and
-    /// how many there are.
+    /// Share of the predicted samples within the central band of probability 0.5 or 0.9, and their number.
     pub fn coverage(&self, level: f64) -> (f64, usize) {
         let [low, high] = if level < 0.7 { [1, 3] } else { [0, 4] };
         let (mut inside, mut count) = (0_usize, 0_usize);
@@ -99,21 +99,22 @@ impl Foretelling {
     }
 }
 
-/// 95 % interval of a root mean square over records, from the sum of squares and the number of errors of each.
+/// 95 % interval of a root mean square error over records, from the sum of squared errors and their number
+/// of each.
 pub fn interval_of_rmse(squares: &[(f64, f64)], seed: u64) -> [f64; 2] {
     let records: Vec<usize> = (0..squares.len()).collect();
     bootstrap(&records, &[squares], seed, |r| r[0])
 }
 
-/// By how much the root mean square error of the first list is above that of the second, with its 95 % interval over records:
-/// both are of the same records in the same order.
+/// Root mean square error of `before` minus that of `after`, with the 95 % interval over records. Both lists
+/// have the same records in the same order.
 pub fn reduction_of_rmse(before: &[(f64, f64)], after: &[(f64, f64)], seed: u64) -> (f64, [f64; 2]) {
     let records: Vec<usize> = (0..before.len()).collect();
     let ci95 = bootstrap(&records, &[before, after], seed, |r| r[0] - r[1]);
     (rmse(before) - rmse(after), ci95)
 }
 
-/// Draws of one record, gathered sample by sample.
+/// Draws of one record, by channel and sample.
 pub(crate) struct Draws {
     /// `values[channel][sample]`, each a list of draws.
     values: Vec<Vec<Vec<f64>>>,
@@ -124,7 +125,7 @@ impl Draws {
         Self { values: vec![vec![Vec::with_capacity(draws); samples]; channels] }
     }
 
-    /// Adds a draw; one that is no number says nothing.
+    /// Adds a draw; ignores NaN and infinity.
     pub fn push(&mut self, channel: usize, sample: usize, value: f64) {
         if value.is_finite() {
             self.values[channel][sample].push(value);
@@ -146,22 +147,24 @@ impl Draws {
     }
 }
 
-/// The quantile of the law behind sorted draws: between order statistics `k / (n + 1)`, so that a new draw is below it with
-/// the probability `level` (Hyndman and Fan's type 6). The usual one between the least and the largest draw is too narrow.
+/// Quantile of the distribution behind sorted draws. Order statistics are at `k / (n + 1)` (type 6 of
+/// Hyndman and Fan), so that a new draw is below it with probability `level`. The usual interpolation
+/// between smallest and largest draw would be too narrow.
 pub fn quantile_of_draws(sorted: &[f64], level: f64) -> f64 {
     let n = sorted.len();
     if n == 0 {
         return f64::NAN;
     }
-    let at = (level * (n + 1) as f64 - 1.0).clamp(0.0, (n - 1) as f64);
-    let low = at.floor() as usize;
+    let position = (level * (n + 1) as f64 - 1.0).clamp(0.0, (n - 1) as f64);
+    let low = position.floor() as usize;
     let high = (low + 1).min(n - 1);
-    sorted[low] + (sorted[high] - sorted[low]) * (at - low as f64)
+    sorted[low] + (sorted[high] - sorted[low]) * (position - low as f64)
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: quantiles of draws are unbiased for a further draw, and draws that are no numbers do not count.
+    //! Contract: quantiles of draws are unbiased for a further draw, and draws that are not finite are
+    //! ignored.
     use super::*;
 
     #[test]

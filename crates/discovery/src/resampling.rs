@@ -1,29 +1,32 @@
-//! Values and rates of the channels on a regular clock, from samples that have neither rates nor such a clock.
+//! Resampling: values and rates of the channels at regular times, from samples without rates or regular
+//! times.
 //!
-//! Between events the motion is smooth: over each of the stretches that the system names, a polynomial is fitted to every
-//! channel. Its values and slopes at regular times are the states that a stepwise model learns from. The known samples of a
-//! record, from which forecasts begin, have polynomials of their own: nothing behind them reaches the first state.
+//! Between events the motion is smooth: over each segment that the system names, a polynomial is fitted to
+//! every channel. Its values and slopes at regular times are the states that a stepwise model is trained on.
+//! The known samples of a record, from which predictions start, have their own polynomials, so that no later
+//! sample influences the initial state.
 
 use crate::DiscoveryError;
 use crate::linear::Square;
-use crate::prepare::{Readied, ready};
+use crate::prepare::{PreparedRecords, load_records};
 use crate::record::Record;
 use augsim_data::Dataset;
 use augsim_physics::system::Declaration;
 use std::ops::Range;
 
-/// Samples for each coefficient of a polynomial, and the most coefficients: a cubic with the next term for long stretches.
-const SAMPLES_EACH: usize = 5;
+/// Samples per coefficient of a polynomial.
+const SAMPLES_PER_COEFFICIENT: usize = 5;
+/// Minimum and maximum number of coefficients: up to a cubic with the next term for long segments.
 const COEFFICIENTS: (usize, usize) = (3, 5);
 
-/// A record on a regular clock.
+/// A record resampled at regular times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clocked {
     /// Name in the data.
     pub id: String,
     /// Name of the group, where there is one.
     pub group: Option<String>,
-    /// Times, s: one step after the other from the first sample.
+    /// Times, s, in equal steps from the first sample.
     pub times: Vec<f64>,
     /// `values[channel][sample]`, in the unit of the channel.
     pub values: Vec<Vec<f64>>,
@@ -31,64 +34,65 @@ pub struct Clocked {
     pub rates: Vec<Vec<f64>>,
 }
 
-/// The records of `data` that the system of `model` can use, each `step_s` seconds.
+/// Resamples the records of `data` that the system of `model` can use, in steps of `step_s` seconds.
 ///
 /// # Errors
-/// [`DiscoveryError`], where model and data do not go together.
+/// [`DiscoveryError`], if the model and the data are incompatible.
 pub fn on_a_clock(
     model: &dyn Declaration,
     data: &Dataset,
     step_s: f64,
 ) -> Result<Vec<Clocked>, DiscoveryError> {
-    let Readied { data, .. } = ready(model, data, 1, false)?;
-    let group = |r: &Record| data.groups.get(r.seen.group).filter(|name| !name.is_empty()).cloned();
+    let PreparedRecords { data, .. } = load_records(model, data, 1, false)?;
+    let group = |r: &Record| data.groups.get(r.data.group).filter(|name| !name.is_empty()).cloned();
     Ok(data.records.iter().filter_map(|r| clocked(r, group(r), step_s)).collect())
 }
 
-/// A record on the clock, from its first stretch to the last before one of which too little was measured; none where there is
-/// no such stretch.
+/// A record resampled from its first segment to the last one before a segment with too few samples; `None`
+/// without such a segment.
 fn clocked(record: &Record, group: Option<String>, step_s: f64) -> Option<Clocked> {
-    let seen = &record.seen;
-    let channels = seen.values.len();
+    let data = &record.data;
+    let channels = data.values.len();
     let mut curves: Vec<(f64, Vec<Curve>)> = Vec::new();
     let mut ends: Option<[f64; 2]> = None;
     for (until, samples) in stretches(record) {
-        let each: Option<Vec<Curve>> =
+        let segment_curves: Option<Vec<Curve>> =
             (0..channels).map(|c| Curve::through(record, c, samples.clone())).collect();
-        let Some(each) = each else { break };
-        let [begin, end] = [samples.start, samples.end - 1].map(|k| seen.times[k]);
+        let Some(segment_curves) = segment_curves else { break };
+        let [begin, end] = [samples.start, samples.end - 1].map(|k| data.times[k]);
         ends = Some([ends.map_or(begin, |e| e[0]), end]);
-        curves.push((until, each));
+        curves.push((until, segment_curves));
     }
     let [first, last] = ends?;
-    // To a millionth of a step the last sample is one of the clock.
+    // The tolerance of a millionth of a step includes the last sample.
     let count = ((last - first) / step_s + 1e-6).floor() as usize + 1;
-    // A decimal step makes decimal times.
+    // Rounding to 1e-9 s gives decimal times for a decimal step.
     let times: Vec<f64> = (0..count).map(|k| ((first + k as f64 * step_s) * 1e9).round() / 1e9).collect();
-    let at = |c: usize, t: f64| {
+    let value_and_rate = |c: usize, t: f64| {
         let place = curves.iter().position(|(until, _)| t < *until).unwrap_or(curves.len() - 1);
         curves[place].1[c].at(t)
     };
     let (mut values, mut rates) = (Vec::new(), Vec::new());
     for c in 0..channels {
-        let (value, rate): (Vec<f64>, Vec<f64>) = times.iter().map(|&t| at(c, t)).unzip();
+        let (value, rate): (Vec<f64>, Vec<f64>) = times.iter().map(|&t| value_and_rate(c, t)).unzip();
         values.push(value);
         rates.push(rate);
     }
-    (count >= 2).then(|| Clocked { id: seen.id.clone(), group, times, values, rates })
+    (count >= 2).then(|| Clocked { id: data.id.clone(), group, times, values, rates })
 }
 
-/// Sample ranges of smooth motion, each with the time at which it ends: at an event, or where the known samples end.
+/// Sample ranges of smooth motion, each with the time at which it ends: at an event, or at the end of the
+/// known samples.
 fn stretches(record: &Record) -> Vec<(f64, Range<usize>)> {
-    let seen = &record.seen;
+    let data = &record.data;
     let mut out = Vec::new();
-    for (i, piece) in seen.pieces.iter().enumerate().filter(|(_, piece)| !piece.is_empty()) {
-        let ends = seen.times[piece.end - 1];
-        let until = seen.events.iter().map(|e| e.time).find(|&e| e >= ends).unwrap_or(f64::INFINITY);
-        let cut = seen.known;
+    for (i, piece) in data.pieces.iter().enumerate().filter(|(_, piece)| !piece.is_empty()) {
+        let ends = data.times[piece.end - 1];
+        let until = data.events.iter().map(|e| e.time).find(|&e| e >= ends).unwrap_or(f64::INFINITY);
+        let cut = data.known;
         let far = piece.end.saturating_sub(cut) >= COEFFICIENTS.0 + 2;
         if i == 0 && piece.start < cut && cut < piece.end && far && cut - piece.start >= COEFFICIENTS.0 + 2 {
-            out.push((seen.times[cut], piece.start..cut));
+            out.push((data.times[cut], piece.start..cut));
             out.push((until, cut..piece.end));
         } else {
             out.push((until, piece.clone()));
@@ -105,13 +109,13 @@ struct Curve {
 }
 
 impl Curve {
-    /// Through the measured samples of a channel; none where these are too few.
+    /// Least-squares polynomial through the measured samples of a channel; `None` where they are too few.
     fn through(record: &Record, channel: usize, samples: Range<usize>) -> Option<Self> {
-        let times = &record.seen.times;
+        let times = &record.data.times;
         let chosen: Vec<usize> = samples.filter(|&k| record.weight[channel][k] > 0.0).collect();
         let (&a, &b) = (chosen.first()?, chosen.last()?);
         let most = chosen.len().checked_sub(1)?.min(COEFFICIENTS.1);
-        let n = (chosen.len() / SAMPLES_EACH).clamp(COEFFICIENTS.0.min(most), most);
+        let n = (chosen.len() / SAMPLES_PER_COEFFICIENT).clamp(COEFFICIENTS.0.min(most), most);
         let (middle, half) = (0.5 * (times[a] + times[b]), (0.5 * (times[b] - times[a])).max(1e-9));
         let (mut h, mut g) = (Square::zero(n), vec![0.0; n]);
         for &k in &chosen {
@@ -119,7 +123,7 @@ impl Curve {
             let row: Vec<f64> = (0..n).map(|p| u.powi(p as i32)).collect();
             let weight = record.weight[channel][k].powi(2);
             for i in 0..n {
-                g[i] += weight * row[i] * record.seen.values[channel][k];
+                g[i] += weight * row[i] * record.data.values[channel][k];
                 (0..n).for_each(|j| *h.at_mut(i, j) += weight * row[i] * row[j]);
             }
         }
@@ -127,7 +131,7 @@ impl Curve {
         (n > 1).then_some(Curve { middle, half, coefficients: g })
     }
 
-    /// Value and slope.
+    /// Value and slope at time `t`.
     fn at(&self, t: f64) -> (f64, f64) {
         let u = (t - self.middle) / self.half;
         let rows = self.coefficients.iter().enumerate();
@@ -140,32 +144,33 @@ impl Curve {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: between events values and rates are those of the motion, and nothing is made up where nothing was measured.
+    //! Contract: between events values and rates are those of the motion; nothing is extrapolated where
+    //! nothing was measured.
     use super::*;
-    use augsim_physics::system::{Record as Seen, SeenEvent};
+    use augsim_physics::system::{Record as SystemRecord, SeenEvent};
 
-    /// Falls from 1 m, turns round at 0.4 s, and is seen every 9 to 13 ms but for what `gone` holds.
-    fn record(gone: Range<usize>) -> Record {
+    /// Falls from 1 m, turns at 0.4 s, sampled every 9 to 13 ms; the samples `missing` have no measurement.
+    fn record(missing: Range<usize>) -> Record {
         let turn = 0.4;
         let place = |t: f64| {
             if t < turn { 1.0 - 5.0 * t * t } else { 0.2 + 3.0 * (t - turn) - 5.0 * (t - turn).powi(2) }
         };
         let times: Vec<f64> = (0..70).map(|k| 0.011 * f64::from(k) + 0.002 * f64::from(k % 2)).collect();
         let split = times.iter().position(|&t| t > turn).expect("it is seen after the turn");
-        let weight = (0..70).map(|k| if gone.contains(&k) { 0.0 } else { 1e3 }).collect();
-        let seen = Seen {
+        let weight = (0..70).map(|k| if missing.contains(&k) { 0.0 } else { 1e3 }).collect();
+        let data = SystemRecord {
             values: vec![times.iter().map(|&t| place(t)).collect()],
             pieces: vec![0..split, split..70],
             events: vec![SeenEvent { time: turn, value: 1.0 }],
             known: split,
             times,
-            ..Seen::default()
+            ..SystemRecord::default()
         };
-        Record { seen, weight: vec![weight], tolerated: false }
+        Record { data, weight: vec![weight], is_tolerance: false }
     }
 
     #[test]
-    fn rates_are_those_of_the_motion_on_both_sides_of_an_event() {
+    fn rates_are_correct_on_both_sides_of_an_event() {
         let made = clocked(&record(0..0), None, 0.01).expect("states");
         for (k, t) in made.times.iter().enumerate() {
             let want = if *t < 0.4 { -10.0 * t } else { 3.0 - 10.0 * (t - 0.4) };
@@ -175,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_record_ends_before_a_stretch_that_was_not_measured() {
+    fn a_record_ends_before_a_segment_without_measurements() {
         let made = clocked(&record(38..70), None, 0.01).expect("states");
         assert!(made.times.last().is_some_and(|t| *t <= 0.4), "{:?}", made.times.last());
         assert!(clocked(&record(0..70), None, 0.01).is_none());

@@ -1,4 +1,4 @@
-//! When a result may be handed out: all of its numbers are numbers.
+//! Check that all numbers of a result are finite.
 
 use crate::DiscoveryError;
 use crate::result::{Anatomy, Discovery, ErrorTable, Estimate, Rmse};
@@ -15,10 +15,10 @@ pub(crate) fn all_finite(found: Discovery, data: &str) -> Result<Discovery, Disc
     }
 }
 
-/// Every number of a result, with the entry that it stands in.
+/// Every number of a result, with its entry.
 fn numbers(d: &Discovery) -> Vec<(&'static str, f64)> {
-    let mut all = Vec::new();
-    let mut put = |place: &'static str, values: &[f64]| all.extend(values.iter().map(|v| (place, *v)));
+    let mut numbers = Vec::new();
+    let mut put = |place: &'static str, values: &[f64]| numbers.extend(values.iter().map(|v| (place, *v)));
     put("calibrated", &estimates(&d.calibrated));
     put("parameters", &estimates(&d.parameters));
     for e in &d.effects {
@@ -50,15 +50,18 @@ fn numbers(d: &Discovery) -> Vec<(&'static str, f64)> {
         let rows = [&e.declared, &e.calibrated, &e.augmented, &e.reduction];
         put("horizons", &rows.into_iter().flat_map(rmse).collect::<Vec<_>>());
     }
-    all
+    numbers
 }
 
 fn rmse(r: &Rmse) -> [f64; 3] {
     [r.rmse, r.ci95[0], r.ci95[1]]
 }
 
-fn estimates(all: &BTreeMap<String, Estimate>) -> Vec<f64> {
-    all.values().flat_map(|e| [vec![e.value, e.ci95[0], e.ci95[1]], estimates(&e.groups)].concat()).collect()
+fn estimates(numbers: &BTreeMap<String, Estimate>) -> Vec<f64> {
+    numbers
+        .values()
+        .flat_map(|e| [vec![e.value, e.ci95[0], e.ci95[1]], estimates(&e.groups)].concat())
+        .collect()
 }
 
 fn table(t: &ErrorTable) -> Vec<f64> {

@@ -1,17 +1,19 @@
-//! Where residuals live: against time and what else the system shows them against, their autocorrelation and quantiles.
+//! Structure of the residuals: against time and the system's features, autocorrelation and quantiles.
 
 use crate::fit::{ChosenRecords, Fit};
-use crate::residuals::left;
+use crate::residuals::record_residuals;
 use crate::result::{Anatomy, Bin};
 use crate::statistics::quantile;
 use std::collections::BTreeMap;
 
+/// Bins of the residuals against a feature. For display only.
 const BINS: usize = 20;
-pub(crate) const LAGS: usize = 12;
+/// Lags of the displayed autocorrelation. For display only.
+const LAGS: usize = 12;
 
-/// Residuals of one fit in units of the noise, as they come.
+/// Collects the residuals of a fit, in units of the noise.
 #[derive(Default)]
-pub(crate) struct Collector {
+struct Collector {
     points: BTreeMap<String, Vec<(f64, f64)>>,
     values: Vec<f64>,
     products: [f64; LAGS],
@@ -19,27 +21,6 @@ pub(crate) struct Collector {
 }
 
 impl Collector {
-    /// A residual `z` at the value `x` of a feature.
-    pub fn against(&mut self, feature: &str, x: f64, z: f64) {
-        match self.points.get_mut(feature) {
-            Some(points) => points.push((x, z)),
-            None => {
-                self.points.insert(feature.into(), vec![(x, z)]);
-            }
-        }
-    }
-
-    /// A residual for the quantiles.
-    pub fn value(&mut self, z: f64) {
-        self.values.push(z);
-    }
-
-    /// Two residuals of one channel `lag` samples apart.
-    pub fn pair(&mut self, lag: usize, z: f64, earlier: f64) {
-        self.products[lag] += z * earlier;
-        self.counts[lag] += 1.0;
-    }
-
     /// Bins, autocorrelation and quantiles.
     fn finish(mut self) -> (BTreeMap<String, Vec<Bin>>, Vec<f64>, Vec<f64>) {
         self.values.retain(|v| v.is_finite());
@@ -54,10 +35,10 @@ impl Collector {
     }
 }
 
-/// The anatomy of what was collected before and after.
-pub(crate) fn compare(before: Collector, after: Collector) -> Anatomy {
-    let (before, autocorrelation_before, quantiles_before) = before.finish();
-    let (after, autocorrelation_after, quantiles_after) = after.finish();
+/// Structure of the residuals of two fits to the same sample.
+pub(crate) fn anatomy(sample: &ChosenRecords<'_>, before: &Fit, after: &Fit) -> Anatomy {
+    let (before, autocorrelation_before, quantiles_before) = collect(sample, before).finish();
+    let (after, autocorrelation_after, quantiles_after) = collect(sample, after).finish();
     Anatomy {
         before,
         after,
@@ -68,27 +49,23 @@ pub(crate) fn compare(before: Collector, after: Collector) -> Anatomy {
     }
 }
 
-/// Anatomy of the residuals of two fits of the same sample.
-pub(crate) fn anatomy(sample: &ChosenRecords<'_>, before: &Fit, after: &Fit) -> Anatomy {
-    compare(collect(sample, before), collect(sample, after))
-}
-
+/// Collects the residuals of a fit.
 fn collect(sample: &ChosenRecords<'_>, fit: &Fit) -> Collector {
     let mut out = Collector::default();
-    for (record, left) in sample.records().zip(left(sample, fit)) {
-        let features = sample.data.system.shown_against(&record.seen, &left.events);
-        for (c, r) in left.residuals.iter().enumerate() {
-            for k in (0..r.len()).filter(|&k| r[k].is_finite()) {
-                let z = r[k] * record.weight[c][k];
-                out.value(z);
-                for (name, values) in &features {
-                    out.against(name, values[k], z);
-                }
-                for lag in 0..LAGS.min(k + 1) {
-                    let other = r[k - lag] * record.weight[c][k - lag];
-                    if other.is_finite() {
-                        out.pair(lag, z, other);
-                    }
+    for (record, fitted) in sample.records().zip(record_residuals(sample, fit)) {
+        let features = sample.data.system.shown_against(&record.data, &fitted.events);
+        for (c, r) in fitted.residuals.iter().enumerate() {
+            let used = || (0..r.len()).filter(|&k| r[k].is_finite());
+            let z = |k: usize| r[k] * record.weight[c][k];
+            out.values.extend(used().map(z));
+            for (name, values) in features.iter().filter(|_| used().next().is_some()) {
+                let points = out.points.entry(name.to_string()).or_default();
+                points.extend(used().map(|k| (values[k], z(k))));
+            }
+            for k in used() {
+                for lag in (0..LAGS.min(k + 1)).filter(|lag| z(k - lag).is_finite()) {
+                    out.products[lag] += z(k) * z(k - lag);
+                    out.counts[lag] += 1.0;
                 }
             }
         }
@@ -96,6 +73,7 @@ fn collect(sample: &ChosenRecords<'_>, fit: &Fit) -> Collector {
     out
 }
 
+/// Mean and root mean square of the values in bins of equal width.
 fn binned(mut points: Vec<(f64, f64)>) -> Vec<Bin> {
     points.retain(|p| p.0.is_finite() && p.1.is_finite());
     points.sort_by(|a, b| a.0.total_cmp(&b.0));

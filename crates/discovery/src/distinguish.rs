@@ -1,6 +1,7 @@
-//! Which experiment tells two explanations apart: the T-criterion (Atkinson and Fedorov 1975) over the system's designs.
+//! Experiment that best distinguishes two models: the T-criterion (Atkinson and Fedorov 1975) over the
+//! system's designs.
 
-use crate::evaluate::{Lanes, Point, normal};
+use crate::evaluate::{Lanes, Point, assemble_window};
 use crate::fit::{ChosenRecords, Fit};
 use crate::linear::Square;
 use crate::record::Record;
@@ -8,33 +9,34 @@ use crate::statistics::median;
 use augsim_physics::system::Design;
 
 /// Twice the logarithm of odds of 1000 to 1.
-const ODDS: f64 = 13.8;
-/// Gauss-Newton steps of the other explanation towards what the first one predicts.
-const STEPS: usize = 8;
+const LOG_ODDS: f64 = 13.8;
+/// Maximum number of Gauss-Newton steps of one model towards the predictions of the other.
+const MAX_STEPS: usize = 8;
 
-/// How well an experiment separates two explanations.
+/// How well an experiment distinguishes two models.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Separation {
-    /// The best experiment in words.
+    /// Description of the best experiment.
     pub design: String,
-    /// How many of them make odds of 1000 to 1; infinite if none does.
+    /// Number of such records for odds of 1000 to 1; infinite if no design distinguishes the models.
     pub records: f64,
-    /// The designs that were compared, in words; empty if the system has none.
+    /// Description of the compared designs; empty if the system has none.
     pub among: String,
 }
 
-/// The experiment that separates two fitted explanations best, with the noise and the sampling of `sample`.
+/// The experiment that best distinguishes two fitted models, with the noise and the sampling rate of
+/// `sample`.
 pub(crate) fn separation(sample: &ChosenRecords<'_>, noise: &[f64], a: &Fit, b: &Fit) -> Separation {
-    let times = sample.records().map(|r| &r.seen.times);
+    let times = sample.records().map(|r| &r.data.times);
     let mut steps: Vec<f64> = times.flat_map(|t| t.windows(2).map(|w| w[1] - w[0])).collect();
     let step = median(&mut steps).max(1e-4);
-    let records: Vec<_> = sample.records().map(|r| &r.seen).collect();
+    let records: Vec<_> = sample.records().map(|r| &r.data).collect();
     let designs = sample.data.system.designs(&records, step);
     let mut best = Separation { design: String::new(), records: f64::INFINITY, among: designs.words };
     for design in designs.list {
         let distance = |truth, other| distance(sample, noise, &design, truth, other);
         let (Some(forth), Some(back)) = (distance(a, b), distance(b, a)) else { continue };
-        let records = ODDS / forth.min(back).max(1e-12);
+        let records = LOG_ODDS / forth.min(back).max(1e-12);
         if records < best.records {
             (best.design, best.records) = (design.text.clone(), records);
         }
@@ -42,8 +44,8 @@ pub(crate) fn separation(sample: &ChosenRecords<'_>, noise: &[f64], a: &Fit, b: 
     best
 }
 
-/// The remaining misfit of `other` to a record that `truth` predicts, once its start and its parameters (within what the
-/// data so far allow) have moved as near as they can.
+/// Remaining misfit of `other` to a record simulated by `truth`. Its initial state and its parameters, with
+/// the data so far as prior, are refitted first.
 fn distance(
     sample: &ChosenRecords<'_>,
     noise: &[f64],
@@ -51,44 +53,45 @@ fn distance(
     truth: &Fit,
     other: &Fit,
 ) -> Option<f64> {
-    let mut record = Record { seen: design.record.clone(), weight: Vec::new(), tolerated: false };
-    let planned = record.excerpts().next()?;
+    let mut record = Record { data: design.record.clone(), weight: Vec::new(), is_tolerance: false };
+    let planned = record.windows().next()?;
     let h = &truth.hypothesis;
     let lanes = Lanes::new(h, planned, &[]);
-    let start = lanes.nuisance_start(h, planned);
+    let start = lanes.initial_nuisance(h, planned);
     let point = Point::new(h, &*h.system, &lanes, &record, &truth.theta, &start);
-    let run = point.plain(&lanes, planned);
+    let run = point.simulate_plain(&lanes, planned);
     let end = run.event_times().get(design.most_events).copied().unwrap_or(f64::INFINITY);
-    let n = record.seen.times.iter().take_while(|t| **t < end).count();
-    record.seen.times.truncate(n);
-    record.seen.windows[0].samples = 0..n;
+    let n = record.data.times.iter().take_while(|t| **t < end).count();
+    record.data.times.truncate(n);
+    record.data.windows[0].samples = 0..n;
     for (c, noise) in noise.iter().enumerate().take(run.channels()) {
-        record.seen.values.push((0..n).map(|k| run.value(k, c)).collect());
+        record.data.values.push((0..n).map(|k| run.value(k, c)).collect());
         record.weight.push(vec![1.0 / noise; n]);
     }
-    nearest(sample, &record, other)
+    least_misfit(sample, &record, other)
 }
 
-/// Least misfit of a fitted explanation to one more record, its parameters held by their information so far.
-fn nearest(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Option<f64> {
+/// Least misfit of a fitted model to one more record. The information of the data so far is the prior of its
+/// parameters.
+fn least_misfit(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Option<f64> {
     let h = &fit.hypothesis;
-    let planned = record.excerpts().next()?;
+    let planned = record.windows().next()?;
     let lanes = Lanes::new(h, planned, &[]);
     let common = lanes.common();
     let prior = fit.information.sub(&lanes.theta);
-    let at = |theta: &[f64], nuisance: &[f64]| {
-        sample.data.tally.simulation();
+    let evaluate = |theta: &[f64], nuisance: &[f64]| {
+        sample.data.work.count_simulation();
         let point = Point::new(h, &*h.system, &lanes, record, theta, nuisance);
-        let normal = normal(&point, &lanes, planned, sample.correlation);
+        let normal = assemble_window(&point, &lanes, planned, sample.correlation);
         let moved: Vec<f64> = lanes.theta.iter().map(|&t| theta[t] - fit.theta[t]).collect();
         let held: Vec<f64> =
             (0..common).map(|i| (0..common).map(|k| prior.at(i, k) * moved[k]).sum()).collect();
         let cost = normal.misfit + moved.iter().zip(&held).map(|(a, b)| a * b).sum::<f64>();
         (normal, held, cost)
     };
-    let (mut theta, mut nuisance) = (fit.theta.clone(), lanes.nuisance_start(h, planned));
-    let mut now = at(&theta, &nuisance);
-    for _ in 0..STEPS {
+    let (mut theta, mut nuisance) = (fit.theta.clone(), lanes.initial_nuisance(h, planned));
+    let mut now = evaluate(&theta, &nuisance);
+    for _ in 0..MAX_STEPS {
         let (normal, held, cost) = &now;
         let n = normal.h.n;
         let mut hessian = Square::zero(n);
@@ -106,7 +109,7 @@ fn nearest(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Option<f64
             let (mut t, mut m) = (theta.clone(), nuisance.clone());
             lanes.theta.iter().zip(&step).for_each(|(&place, d)| t[place] += share * d);
             m.iter_mut().zip(&step[common..]).for_each(|(x, d)| *x += share * d);
-            let value = at(&t, &m);
+            let value = evaluate(&t, &m);
             (t, m, value)
         });
         let Some(better) = trials.into_iter().find(|(_, _, v)| v.2 < *cost) else { break };

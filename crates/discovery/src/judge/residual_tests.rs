@@ -1,0 +1,190 @@
+//! Tests of the residuals of the named set: remaining library effects, tabulated effects, records that
+//! differ, periodicity.
+
+use crate::addition::Addition;
+use crate::columns::{LinearProblem, table_candidates};
+use crate::periodicity;
+use crate::random_effect_test::RandomEffectEstimate;
+use crate::record::Record;
+use crate::score::Scored;
+use crate::search::{
+    ALPHA, InitialValues, Penalty, Search, SearchResult, differences, p_values_beside, select,
+};
+use crate::statistics::{chi2_tail, median};
+use rayon::prelude::*;
+
+/// Maximum number of tabulated effects in a result.
+const MAX_TABLES: usize = 3;
+/// Number of the best tabulated effects in the linear problem that are refitted.
+const MAX_REFITTED_TABLES: usize = 2;
+
+/// p-values of the residual tests.
+pub(crate) struct ResidualTests {
+    /// p-value of the best remaining library candidate, times the number of candidates.
+    pub library: f64,
+    /// The same for the best tabulated effect.
+    pub laws: f64,
+    /// Whether the system has tabulated effects to test.
+    pub has_laws: bool,
+    /// p-value of the differences between records in the most different parameter, times the number of
+    /// parameters.
+    pub records: f64,
+    /// Record that differs most, by its number among the searched ones.
+    pub outlying: Option<usize>,
+    /// p-value of a period in the event offsets.
+    pub periodicity: f64,
+}
+
+impl ResidualTests {
+    /// Whether no test is significant (p-value 0.001).
+    pub fn is_nothing(&self) -> bool {
+        [self.library, self.laws, self.records, self.periodicity].iter().all(|p| *p > ALPHA / 10.0)
+    }
+}
+
+/// Tests the residuals of a set. With a random effect per record, the records are compared at their own
+/// values in `random_effect`.
+pub(crate) fn test_residuals(
+    search: &Search<'_>,
+    set: &Scored,
+    random_effect: Option<&RandomEffectEstimate>,
+    with_table: Option<f64>,
+) -> ResidualTests {
+    let sample = search.sample();
+    let problem = LinearProblem::new(&sample, &search.view.blocks, set, &search.library);
+    let tested = p_values_beside(&problem, &problem.fitted);
+    let best = tested.iter().copied().fold(1.0, f64::min);
+    let parts = match random_effect {
+        Some(estimated) => estimated.parts.clone(),
+        None => crate::search::parts(&sample, &set.fit),
+    };
+    let (records, outlying) = record_differences_test(search, set, &parts);
+    let periodicity = match set.fit.hypothesis.scatter {
+        Some(_) => periodicity::p_value(&sample, &set.fit),
+        None => 1.0,
+    };
+    ResidualTests {
+        library: (best * tested.len() as f64).min(1.0),
+        laws: with_table.unwrap_or(1.0),
+        has_laws: !search.system().schema().targets.is_empty(),
+        records,
+        outlying,
+        periodicity,
+    }
+}
+
+/// p-value of the differences between records, and the record that differs most. Model error common to all
+/// records, and autocorrelated residuals, also make the estimates of single records vary and are allowed
+/// for.
+fn record_differences_test(
+    search: &Search<'_>,
+    set: &Scored,
+    parts: &[Vec<(usize, f64, f64)>],
+) -> (f64, Option<usize>) {
+    let sample = search.sample();
+    let varied = differences(&sample, parts);
+    let tested: Vec<(usize, f64, f64)> =
+        varied.iter().enumerate().filter(|(_, v)| v.1 > 1.0).map(|(t, v)| (t, v.0, v.1)).collect();
+    let level = dispersion(set);
+    let p = |&(_, q, df): &(usize, f64, f64)| chi2_tail(q / level, df) * tested.len() as f64;
+    let Some(worst) = tested.iter().min_by(|a, b| p(a).total_cmp(&p(b))) else { return (1.0, None) };
+    let statistic = |range: std::ops::Range<usize>| {
+        let of_worst = parts[range].iter().flatten().filter(|(t, ..)| *t == worst.0);
+        let (s, u) = of_worst.fold((0.0, 0.0), |a, (_, s, u)| (a.0 + s, a.1 + u));
+        if s > 0.0 { u * u / s } else { 0.0 }
+    };
+    let statistics: Vec<f64> = sample.windows_by_record().into_iter().map(statistic).collect();
+    let outlying = (0..statistics.len()).max_by(|a, b| statistics[*a].total_cmp(&statistics[*b]));
+    (p(worst).min(1.0), outlying)
+}
+
+/// Dispersion factor of the squared gradients of records: the typical squared residual over the noise
+/// variance (at least 1), divided by the independent share.
+fn dispersion(set: &Scored) -> f64 {
+    let mut ratios: Vec<f64> = set.fit.misfits.iter().map(|[misfit, freedom]| misfit / freedom).collect();
+    median(&mut ratios).max(1.0) / set.evidence.independence.min_share
+}
+
+/// Adds tabulated effects to the named set while their gain exceeds the penalty and is significant. Returns
+/// the index of the extended set and the p-value of the first table; `None` where no table qualifies.
+pub(crate) fn add_tables(
+    search: &Search<'_>,
+    found: &mut SearchResult,
+    named: usize,
+) -> Option<(usize, f64)> {
+    let mut starts = vec![named];
+    let set = found.sets[named].clone();
+    let is_library_effect = |a: &&Addition| !matches!(a, Addition::Scatter(_)) && !a.is_formula();
+    let library_effects: Vec<Addition> = set.additions().iter().filter(is_library_effect).cloned().collect();
+    if library_effects.len() < set.additions().len() {
+        // A random effect can absorb an unlisted effect, and several formulas can follow the curve of one
+        // table, so tables are also tried without both.
+        starts.push(found.index_or_fit(search, &set, &library_effects));
+    }
+    let mut best: Option<(usize, f64)> = None;
+    for start in starts {
+        let (mut current, mut first_p) = (start, None);
+        for _ in 0..MAX_TABLES {
+            let Some((next, p_value)) = add_table(search, found, current) else { break };
+            first_p.get_or_insert(p_value);
+            current = next;
+        }
+        let best_so_far = best.map_or(named, |(best, _)| best);
+        if let Some(p_value) =
+            first_p.filter(|_| found.margin(&found.sets[current], &found.sets[best_so_far]) > 0.0)
+        {
+            best = Some((current, p_value));
+        }
+    }
+    best
+}
+
+/// Adds the best tabulated effect to a set, if its gain exceeds the penalty and is significant over blocks.
+fn add_table(search: &Search<'_>, found: &mut SearchResult, from: usize) -> Option<(usize, f64)> {
+    let set = found.sets[from].clone();
+    let sample = search.sample();
+    let tables = table_candidates(sample.data, &set.fit.events);
+    if tables.is_empty() {
+        return None;
+    }
+    let problem = LinearProblem::new(&sample, &search.view.blocks, &set, &tables);
+    let penalty = Penalty(((search.candidates + tables.len() as f64) / ALPHA).ln());
+    let selected = select(&problem, penalty).into_iter();
+    let adds_one = |c: &crate::search::LinearSet| {
+        c.groups.len() == problem.fitted.len() + 1 && problem.fitted.iter().all(|g| c.groups.contains(g))
+    };
+    let trials: Vec<Addition> = selected
+        .filter(adds_one)
+        .take(MAX_REFITTED_TABLES)
+        .filter_map(|c| {
+            let new = c.groups.iter().find(|g| !problem.fitted.contains(g))?;
+            Some(problem.groups[*new].addition.clone())
+        })
+        .collect();
+    let fitted: Vec<Scored> = trials
+        .par_iter()
+        .map(|table| {
+            let additions = [set.additions(), std::slice::from_ref(table)].concat();
+            // The initial table is zero, because unidentifiable directions have no linear estimate.
+            let starts: InitialValues = vec![(table.clone(), vec![0.0; table.size()])];
+            search.refit(&set.fit, &additions, &starts)
+        })
+        .filter(Scored::is_finite)
+        .collect();
+    let gain = |s: &Scored| s.gain_over(&set, s.evidence.independence.share) - penalty.0;
+    let best = fitted.into_iter().max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
+    let p_value = best.evidence.p_value_of_gain(&set.evidence);
+    if gain(&best) <= 0.0 || p_value > ALPHA / tables.len() as f64 {
+        return None;
+    }
+    found.sets.push(best);
+    Some((found.sets.len() - 1, p_value))
+}
+
+/// Name of a searched record.
+pub(crate) fn record_name<'s>(search: &Search<'s>, number: usize) -> Option<&'s str> {
+    search.sample().chosen.get(number).map(|&j| {
+        let record: &Record = &search.sample().data.records[j];
+        record.data.id.as_str()
+    })
+}

@@ -1,0 +1,358 @@
+//! The search loop: linearise at the best set, select in the linear problem, refit new sets, repeat; finally
+//! fit the subsets of the best set.
+
+use super::refit::{ALPHA, InitialValues, Penalty, Search};
+use super::select::{LinearSet, select};
+use crate::addition::{Addition, labels};
+use crate::columns::{LinearProblem, can_join, probe};
+use crate::fit::fit_nuisance;
+use crate::score::{Evidence, Scored};
+use rayon::prelude::*;
+
+/// Maximum number of new sets that a round refits with one more effect than the best set. In the first round
+/// all effects compete, and [`MAX_EQUAL_SETS`] more are refitted.
+const MAX_LARGER_SETS: usize = 4;
+/// The same with equally many effects.
+const MAX_EQUAL_SETS: usize = 4;
+/// The same with any other number of effects.
+const MAX_OTHER_SETS: usize = 3;
+/// Maximum deficit, nats, of a set behind the present one in the linear problem for it to be refitted (odds
+/// of 100 to 1).
+const MAX_DEFICIT: f64 = 4.6;
+/// Number of sets of each kind that are refitted even beyond [`MAX_DEFICIT`], because the linear problem is
+/// approximate.
+const MIN_SETS_PER_KIND: usize = 1;
+/// Minimum share of the best set's improvement for a set to be refitted.
+const MIN_IMPROVEMENT_SHARE: f64 = 0.05;
+/// Maximum number of rounds: each adds or exchanges an effect, and a set has at most five.
+const MAX_ROUNDS: usize = 8;
+/// Number of sets among which the choice is repeated on folds; the others are far behind.
+const MAX_FOLD_SETS: usize = 8;
+/// p-value below which event offsets are fitted as a random effect; this only saves fits, as the fit itself
+/// decides.
+const MAX_P_EVENTS_VARY: f64 = 1e-3;
+
+/// Result of a search.
+pub(crate) struct SearchResult {
+    /// All fitted sets, the calibrated model first.
+    pub sets: Vec<Scored>,
+    /// Index of the best set by gain minus penalty.
+    pub best: usize,
+    pub penalty: Penalty,
+}
+
+impl SearchResult {
+    /// The calibrated model alone.
+    pub fn of(base: Scored, penalty: Penalty) -> Self {
+        Self { sets: vec![base], best: 0, penalty }
+    }
+
+    pub fn base(&self) -> &Scored {
+        &self.sets[0]
+    }
+
+    pub fn best(&self) -> &Scored {
+        &self.sets[self.best]
+    }
+
+    pub fn with_key(&self, key: &[String]) -> Option<&Scored> {
+        self.sets.iter().find(|s| s.key() == key)
+    }
+
+    /// Gain of one set over another minus the difference of their penalties, nats. The independent share of
+    /// the residuals is that of the larger set.
+    pub fn margin(&self, one: &Scored, other: &Scored) -> f64 {
+        let [a, b] = [one, other].map(|s| s.additions());
+        let larger = if a.len() >= b.len() { one } else { other };
+        one.gain_over(other, larger.evidence.independence.share) - self.penalty.of_set(a)
+            + self.penalty.of_set(b)
+    }
+}
+
+/// Searches from the calibrated model `base` and already fitted sets `known`.
+pub(crate) fn run(
+    search: &Search<'_>,
+    base: Scored,
+    known: Vec<Scored>,
+    report_share: &mut dyn FnMut(f64),
+) -> SearchResult {
+    let mut found = SearchResult::of(base, search.penalty());
+    found.sets.extend(known.into_iter().filter(Scored::is_finite));
+    update_best(&mut found);
+    for round in 0..MAX_ROUNDS {
+        report_share(round as f64 / MAX_ROUNDS as f64);
+        if search.clock.is_over() {
+            break;
+        }
+        let previous_key = found.best().key();
+        let candidates = sets_to_refit(search, &found);
+        let from = found.best().fit.clone();
+        let fitted: Vec<Scored> =
+            candidates.par_iter().map(|(additions, starts)| search.refit(&from, additions, starts)).collect();
+        let has_new = !fitted.is_empty();
+        found.sets.extend(fitted.into_iter().filter(Scored::is_finite));
+        update_best(&mut found);
+        if !has_new || found.best().key() == previous_key {
+            break;
+        }
+    }
+    fit_subsets(search, &mut found);
+    update_best(&mut found);
+    found
+}
+
+/// Repeats the choice on other data: refits the best sets of a search there, warm-started, and selects among
+/// them.
+pub(crate) fn repeat_choice(search: &Search<'_>, base: Scored, known: &SearchResult) -> SearchResult {
+    let mut order: Vec<usize> = (1..known.sets.len()).collect();
+    let margin = |n: usize| known.margin(&known.sets[n], known.base());
+    order.sort_by(|a, b| margin(*b).total_cmp(&margin(*a)).then(a.cmp(b)));
+    let mut keys: Vec<Vec<String>> = Vec::new();
+    order.retain(|n| {
+        let key = known.sets[*n].key();
+        let is_new = !key.is_empty() && !keys.contains(&key);
+        keys.push(key);
+        is_new
+    });
+    order.truncate(MAX_FOLD_SETS);
+    let refit = |n: &usize| {
+        let from = &known.sets[*n].fit;
+        let starts = fit_nuisance(&search.sample(), &from.hypothesis, &from.theta, &[]);
+        search.refit(&starts, &from.hypothesis.additions, &Vec::new())
+    };
+    let mut found = SearchResult::of(base, search.penalty());
+    let fitted: Vec<Scored> = order.par_iter().map(refit).collect();
+    found.sets.extend(fitted.into_iter().filter(Scored::is_finite));
+    update_best(&mut found);
+    fit_subsets(search, &mut found);
+    update_best(&mut found);
+    found
+}
+
+/// Finds the best of all fitted sets. Because the independent share differs between sets, three sets may
+/// each be better than the next; visited sets are not revisited.
+fn update_best(found: &mut SearchResult) {
+    let mut visited = vec![found.best];
+    loop {
+        let is_better = |n: &usize| {
+            let (one, best) = (&found.sets[*n], found.best());
+            let same = one.key() == best.key();
+            if same { one.fit.ll > best.fit.ll + 1e-6 } else { found.margin(one, best) > 0.0 }
+        };
+        let better: Vec<usize> =
+            (0..found.sets.len()).filter(|n| !visited.contains(n) && is_better(n)).collect();
+        let margin = |n: &&usize| found.margin(&found.sets[**n], found.best());
+        match better.iter().max_by(|a, b| margin(a).total_cmp(&margin(b))) {
+            Some(n) if !is_cyclic(found, *n) => found.best = *n,
+            _ => return,
+        }
+        visited.push(found.best);
+    }
+}
+
+/// Whether the present best set is at least as good as `next` if compared from there.
+fn is_cyclic(found: &SearchResult, next: usize) -> bool {
+    found.sets[next].key() != found.best().key() && found.margin(found.best(), &found.sets[next]) >= 0.0
+}
+
+/// New sets to refit in a round, each with initial values of its new additions.
+fn sets_to_refit(search: &Search<'_>, found: &SearchResult) -> Vec<(Vec<Addition>, InitialValues)> {
+    let best = found.best();
+    let sample = search.sample();
+    let problem = LinearProblem::new(&sample, &search.view.blocks, best, &search.library);
+    let chosen = select(&problem, found.penalty);
+    let mut known_keys: Vec<Vec<String>> = found.sets.iter().map(Scored::key).collect();
+    let mut out: Vec<(Vec<Addition>, InitialValues)> = Vec::new();
+    let present = chosen.iter().find(|c| c.groups == problem.fitted).map_or(0.0, |c| c.value);
+    let largest = chosen.first().map_or(0.0, |c| c.value);
+    let threshold = (present - MAX_DEFICIT).max(present + MIN_IMPROVEMENT_SHARE * (largest - present));
+    let selected = chosen.iter().map(|c| (c.value, set_of(&problem, best, c)));
+    let others = sets_without_columns(search, best, &problem, &chosen);
+    let size = best.additions().len();
+    let mut room = [
+        if size == 0 { MAX_LARGER_SETS + MAX_EQUAL_SETS } else { MAX_LARGER_SETS },
+        MAX_EQUAL_SETS,
+        MAX_OTHER_SETS,
+    ];
+    let mut tried = [0; 3];
+    let sets =
+        selected.map(|(value, set)| (Some(value), set)).chain(others.into_iter().map(|set| (None, set)));
+    for (value, (additions, starts)) in sets {
+        let key = labels(&additions);
+        let kind = match additions.len() {
+            n if n == size + 1 => 0,
+            n if n == size => 1,
+            _ => 2,
+        };
+        let is_refused =
+            value.is_some_and(|v| room[kind] == 0 || v < threshold && tried[kind] >= MIN_SETS_PER_KIND);
+        if known_keys.contains(&key) || is_refused {
+            continue;
+        }
+        if value.is_some() {
+            room[kind] -= 1;
+            tried[kind] += 1;
+        }
+        known_keys.push(key);
+        out.push((additions, starts));
+    }
+    out
+}
+
+/// The additions of a set of the linear problem with initial values of the new ones. Additions without
+/// columns (random effects, groupwise values) are kept.
+fn set_of(problem: &LinearProblem, best: &Scored, chosen: &LinearSet) -> (Vec<Addition>, InitialValues) {
+    let has_column = |a: &&Addition| problem.fitted.iter().any(|g| problem.groups[*g].addition == **a);
+    let mut additions: Vec<Addition> = best.additions().iter().filter(|a| !has_column(a)).cloned().collect();
+    let mut starts = InitialValues::new();
+    let mut next = problem.declared.len();
+    for g in &chosen.groups {
+        let group = &problem.groups[*g];
+        let coefficients = &chosen.coefficients[next..next + group.columns.len()];
+        next += coefficients.len();
+        additions.push(group.addition.clone());
+        if !problem.fitted.contains(g) {
+            starts.push((group.addition.clone(), group.start(coefficients)));
+        }
+    }
+    (additions, starts)
+}
+
+/// Sets that the linear problem cannot evaluate: random effects, effects that act through another, effects
+/// whose promise another effect indicates, and simpler forms.
+fn sets_without_columns(
+    search: &Search<'_>,
+    best: &Scored,
+    problem: &LinearProblem,
+    chosen: &[LinearSet],
+) -> Vec<(Vec<Addition>, InitialValues)> {
+    let present = best.additions().to_vec();
+    let h = &best.fit.hypothesis;
+    let extended = |new: InitialValues| {
+        let additions = present.iter().cloned().chain(new.iter().map(|(a, _)| a.clone())).collect();
+        (additions, new)
+    };
+    let mut out: Vec<(Vec<Addition>, InitialValues)> = Vec::new();
+    if h.scatter.is_none() && search.do_events_vary(&best.fit, MAX_P_EVENTS_VARY) {
+        out.extend(search.scatters().into_iter().map(|scatter| extended(vec![(scatter, Vec::new())])));
+    }
+    for (number, removed) in present.iter().enumerate() {
+        let mut remaining = present.clone();
+        remaining.remove(number);
+        if let Some(simpler) = search.simpler_form(removed).filter(|simpler| !remaining.contains(simpler)) {
+            let start = shared_values(best, number, &simpler);
+            remaining.push(simpler.clone());
+            out.push((remaining, vec![(simpler, start)]));
+        } else if matches!(removed, Addition::Scatter(_)) {
+            for other in search.scatters().into_iter().filter(|other| other != removed) {
+                out.push(([&remaining[..], std::slice::from_ref(&other)].concat(), Vec::new()));
+            }
+        }
+    }
+    let groups = chosen.iter().take(MAX_LARGER_SETS).flat_map(|c| &c.groups);
+    let promising: Vec<&str> = groups.map(|g| problem.groups[*g].addition.kind()).collect();
+    for addition in search.library.iter() {
+        let Some(effect) = addition.listed() else { continue };
+        let is_indicated = effect.foretold_by.as_ref().is_some_and(|by| promising.contains(&by.as_str()));
+        if is_indicated && !promising.contains(&addition.kind()) && can_join(addition, h) {
+            out.push(extended(vec![(addition.clone(), probe(effect))]));
+        }
+        if let Some(join) = effect.joins.as_ref().filter(|_| !promising.is_empty())
+            && let Some(first) = Addition::with_kind(search.system(), &join.kind)
+            && can_join(&first, h)
+        {
+            let both =
+                |own: &Vec<f64>| vec![(first.clone(), join.start.clone()), (addition.clone(), own.clone())];
+            out.extend(join.own.iter().map(|own| extended(both(own))));
+        }
+    }
+    out
+}
+
+/// Values of a fitted addition for another one that has a subset of its parameters, matched by name; empty
+/// where a name is missing.
+fn shared_values(best: &Scored, number: usize, other: &Addition) -> Vec<f64> {
+    let h = &best.fit.hypothesis;
+    let listed = h.additions[number].listed().zip(other.listed());
+    let Some((from, to)) = listed.map(|(from, to)| (&from.parameters, &to.parameters)) else {
+        return Vec::new();
+    };
+    let values = &best.fit.theta[h.entries_of_addition(number)];
+    let value = |name: &str| from.iter().position(|p| p.name == name).and_then(|i| values.get(i)).copied();
+    to.iter().map(|p| value(&p.name)).collect::<Option<Vec<f64>>>().unwrap_or_default()
+}
+
+/// Fits the best set without each of its additions.
+fn fit_subsets(search: &Search<'_>, found: &mut SearchResult) {
+    let best = found.best();
+    let subsets: Vec<Scored> = (0..best.additions().len())
+        .into_par_iter()
+        .map(|number| without(best.additions(), number))
+        .filter(|subset| found.with_key(&labels(subset)).is_none())
+        .map(|subset| search.refit(&best.fit, &subset, &Vec::new()))
+        .collect();
+    found.sets.extend(subsets.into_iter().filter(Scored::is_finite));
+}
+
+/// The additions without one of them, and without those that act through it.
+pub(crate) fn without(additions: &[Addition], number: usize) -> Vec<Addition> {
+    let removed = &additions[number];
+    let remains =
+        |(other, addition): &(usize, &Addition)| *other != number && !addition.acts_through(removed);
+    additions.iter().enumerate().filter(remains).map(|(_, addition)| addition.clone()).collect()
+}
+
+impl SearchResult {
+    /// Evidence of a set without one of its additions, if that was fitted.
+    pub fn evidence_without(&self, set: &Scored, number: usize) -> Option<&Evidence> {
+        self.with_key(&labels(&without(set.additions(), number))).map(|s| &s.evidence)
+    }
+
+    /// p-value of each addition of a set.
+    pub fn p_values(&self, set: &Scored) -> Vec<f64> {
+        set.p_values(&|number| self.evidence_without(set, number))
+    }
+
+    /// Drops the least significant addition and refits, until all are significant. Returns the index of the
+    /// remaining set.
+    pub fn drop_insignificant(&mut self, search: &Search<'_>, from: usize) -> usize {
+        let mut current = from;
+        loop {
+            let set = self.sets[current].clone();
+            let p_values = self.p_values(&set);
+            let excess = |n: &usize| p_values[*n] / significance_level(search, &set, *n);
+            let worst = (0..p_values.len()).max_by(|a, b| excess(a).total_cmp(&excess(b)));
+            let Some(number) = worst.filter(|n| excess(n) > 1.0 || excess(n).is_nan()) else {
+                return current;
+            };
+            let remaining = without(set.additions(), number);
+            current = self.index_or_fit(search, &set, &remaining);
+            // The p-values of the remaining set need fits of its own subsets.
+            let remaining_set = self.sets[current].clone();
+            for number in 0..remaining_set.additions().len() {
+                self.index_or_fit(search, &remaining_set, &without(remaining_set.additions(), number));
+            }
+        }
+    }
+
+    /// Whether every addition of a set is significant.
+    pub fn is_significant(&self, search: &Search<'_>, set: &Scored) -> bool {
+        self.p_values(set).iter().enumerate().all(|(n, p)| *p <= significance_level(search, set, n))
+    }
+
+    /// Index of a set among the fitted ones; fits it from `from` if it is new.
+    pub fn index_or_fit(&mut self, search: &Search<'_>, from: &Scored, additions: &[Addition]) -> usize {
+        let key = labels(additions);
+        if let Some(known) = self.sets.iter().position(|s| s.key() == key) {
+            return known;
+        }
+        self.sets.push(search.refit(&from.fit, additions, &Vec::new()));
+        self.sets.len() - 1
+    }
+}
+
+/// Level at which an addition of a set must be significant: corrected for the number of candidates, unless
+/// its gain has paid for it.
+fn significance_level(search: &Search<'_>, set: &Scored, number: usize) -> f64 {
+    if set.is_judged_by_gain(number) { ALPHA } else { search.level(&set.additions()[number]) }
+}

@@ -1,0 +1,45 @@
+//! Segments within which the motion is smooth, for systems that do not name them.
+
+use crate::noise::polynomial_variance;
+use crate::record::Measured;
+
+/// Segment lengths that are tried, samples.
+const LENGTHS: [usize; 5] = [12, 24, 48, 96, 192];
+/// Ratio of the residual of polynomials to that over the shortest segments above which the motion is not
+/// smooth.
+const MAX_SMOOTH_RATIO: f64 = 1.3;
+
+/// Cuts records into the longest segments over which polynomials fit every channel as well as over the
+/// shortest ones. Returns whether polynomials follow the motion at all: if samples are too sparse, their
+/// residuals are not measurement noise.
+pub(crate) fn split_smooth_segments(data: &mut Measured) -> bool {
+    if data.records.iter().any(|r| !r.data.pieces.is_empty()) {
+        return true;
+    }
+    let mut chosen_length = LENGTHS[0];
+    let mut shortest: Option<Vec<f64>> = None;
+    for length in LENGTHS {
+        let misfit = polynomial_variance(data, length);
+        match &shortest {
+            None => shortest = Some(misfit),
+            Some(first) => {
+                let is_rough =
+                    misfit.iter().zip(first).any(|(m, f)| *m > MAX_SMOOTH_RATIO * f || !m.is_finite());
+                if is_rough {
+                    break;
+                }
+                chosen_length = length;
+            }
+        }
+    }
+    let is_smooth = chosen_length > LENGTHS[0];
+    // Segments must not be longer than half the records, or short records would have none.
+    let longest = data.records.iter().map(|r| r.data.times.len()).max().unwrap_or(chosen_length);
+    chosen_length = chosen_length.min(longest);
+    for record in &mut data.records {
+        let samples = record.data.times.len();
+        let cuts = (0..samples).step_by(chosen_length).map(|a| a..(a + chosen_length).min(samples));
+        record.data.pieces = cuts.filter(|piece| piece.len() * 2 >= chosen_length).collect();
+    }
+    is_smooth
+}
