@@ -1,8 +1,10 @@
-//! Waiting time of a user: one training iteration of the ball configuration (batch 100, 400 samples), on
-//! one thread and on all, and the 100 sampled forecasts of one trajectory. Data by the paper's law.
+//! Time of one training iteration and of one forecast for the ball.
 //!
-//! Throughput of an iteration of the paper's nets is in floating-point operations (products only), so that
-//! criterion's `Gelem/s` are GFLOP/s; elsewhere it is in trajectory samples.
+//! The iteration has a batch of 100 and 400 samples, on one thread and on all; the forecast draws 100 samples
+//! for one trajectory. The data follow the paper's law.
+//!
+//! The throughput of an iteration of the paper's nets is in floating-point operations (products only), so
+//! criterion's `Gelem/s` are GFLOP/s. Elsewhere it is in trajectory samples.
 
 use augsim_benches::flops::{BALL, Extents};
 use augsim_benches::ok;
@@ -23,11 +25,11 @@ fn training(recipe: Recipe, data: &Sequences) -> Training {
 
 fn iteration(c: &mut Criterion) {
     let data = data();
-    let all = std::thread::available_parallelism().map_or(1, usize::from);
+    let all_threads = std::thread::available_parallelism().map_or(1, usize::from);
     let mut group = c.benchmark_group("iteration");
     group.sample_size(20);
     for recipe in [Recipe::Neural, Recipe::Hybrid, Recipe::HybridPlus] {
-        let mut threads = vec![1, all];
+        let mut threads = vec![1, all_threads];
         threads.dedup();
         for threads in threads {
             let mut training = training(recipe, &data);

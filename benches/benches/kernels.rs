@@ -1,16 +1,15 @@
-//! The GRU and linear kernels at the extents of the nets, on one thread: one tile of 16 trajectories, 400
-//! steps.
+//! GRU and linear kernels at the sizes of the nets: one tile of 16 trajectories, 400 steps, one thread.
 //!
-//! Throughput is in floating-point operations: criterion's `Gelem/s` are GFLOP/s. A multiply-add counts as
-//! two; activations are not counted (they take time, so these are lower bounds). Shares of the machine's
-//! peak: `cargo run --release -p augsim-benches --bin roofline`.
+//! The throughput is in floating-point operations, so criterion's `Gelem/s` are GFLOP/s. A multiply-add
+//! counts as two. Activations take time but are not counted, so these are lower bounds. For shares of the
+//! machine's peak run `cargo run --release -p augsim-benches --bin roofline`.
 
 use augsim_benches::kernels::{Gru, Linear, Product};
 use augsim_tensor::kernels::{GruDims, LinearDims};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 fn gru(c: &mut Criterion) {
-    // Inputs of the hybrid encoder (x, u, eps), of a second layer, and wider layers.
+    // Input sizes of the hybrid encoder (x, u, eps), of a second layer, and of wider layers.
     for (input, hidden) in [(10, 16), (16, 16), (32, 32), (64, 64)] {
         let mut gru = Gru::new(GruDims { time: 400, input, hidden, batch: 16 }, input == hidden);
         let mut group = c.benchmark_group(format!("gru/400x{input}x16, hidden {hidden}"));

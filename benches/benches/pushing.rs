@@ -1,20 +1,21 @@
-//! Cost of a training set: pushes of 150 samples over 15 cm, in batch over all threads.
+//! Cost of simulating a training set of pushes: 150 samples over 15 cm, in parallel over all threads.
 //!
-//! Throughput is in pushes: criterion's `elem/s` are pushes per second. The target is 10,000 pushes through the ellipsoid in
-//! 10 s on two cores.
+//! The throughput is in pushes, so criterion's `elem/s` are pushes per second. The target is 10,000 pushes
+//! with the ellipsoidal surface in 10 s on two cores.
 
 use augsim_physics::push::{Object, Pose, Push, Steps, StraightPush, World, simulate_batch};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 
+/// Unwraps a result, or stops the bench with the error.
 fn ok<R, E: std::fmt::Debug>(result: Result<R, E>) -> R {
     result.unwrap_or_else(|e| panic!("{e:?}"))
 }
 
-/// `count` pushes of the MIT layout: contact along a side, angle of -60 to 60 degrees.
+/// `count` pushes similar to the MIT design: contact along a side, angle of -60 to 60 degrees.
 fn paths(count: usize) -> Vec<StraightPush> {
-    let one = |i: usize| {
-        let (place, angle) = (i % 11, (i / 11) % 7);
-        let x = 0.045 - 0.09 * (0.05 + 0.09 * place as f64);
+    let path = |i: usize| {
+        let (position, angle) = (i % 11, (i / 11) % 7);
+        let x = 0.045 - 0.09 * (0.05 + 0.09 * position as f64);
         let angle = (-60.0 + 20.0 * angle as f64).to_radians();
         StraightPush {
             start_m: [x, 0.04975],
@@ -24,7 +25,7 @@ fn paths(count: usize) -> Vec<StraightPush> {
             travel_m: 0.15,
         }
     };
-    (0..count).map(one).collect()
+    (0..count).map(path).collect()
 }
 
 fn pushing(c: &mut Criterion) {

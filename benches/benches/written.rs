@@ -1,5 +1,7 @@
-//! Right-hand sides of a written system in lanes: an oscillator with five effects (ten operations and a tanh, or without the tanh),
-//! without sensitivities and with nine, on one thread. The throughput is right-hand sides, four to a step.
+//! Cost of right-hand sides of a written system, batched in SIMD lanes on one thread.
+//!
+//! The system is an oscillator with five effects: ten operations and a tanh, or without the tanh; without
+//! sensitivities and with nine. The throughput is in right-hand sides, four per Runge-Kutta step.
 
 use augsim_written::System;
 use augsim_written::engine::{Method, Options, Record, Seed, Signal, Window};
@@ -30,7 +32,9 @@ v = "gain * drive - stiffness * x - cubic * x^3 - damping * v - offset - frictio
 y = { value = "x", sd = 0.001 }
 "#;
 
+/// Samples per window.
 const SAMPLES: usize = 1000;
+/// Windows that are simulated together.
 const WINDOWS: usize = 64;
 
 fn right_hand_sides(criterion: &mut Criterion) {
@@ -51,7 +55,7 @@ fn right_hand_sides(criterion: &mut Criterion) {
         Window { record: &record, first: 0, last: SAMPLES - 1, start: &[0.0, 0.0], parameters: &parameters };
     let windows = vec![window; WINDOWS];
     let nine: Vec<Seed> = (0..7).map(Seed::Parameter).chain([Seed::Start(0), Seed::Start(1)]).collect();
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     let mut group = criterion.benchmark_group("written");
     let substeps = 4;
     group.throughput(Throughput::Elements((WINDOWS * (SAMPLES - 1) * 4 * substeps) as u64));
@@ -63,7 +67,7 @@ fn right_hand_sides(criterion: &mut Criterion) {
         ("nine-sensitivities-without-tanh", &without_tanh, &nine[..]),
     ] {
         group.bench_function(name, |b| {
-            b.iter(|| one.install(|| black_box(system.simulate(&windows, seeds, &options))));
+            b.iter(|| pool.install(|| black_box(system.simulate(&windows, seeds, &options))));
         });
     }
     group.finish();

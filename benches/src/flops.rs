@@ -1,50 +1,53 @@
-//! Floating-point operations of the nets: products only, a multiply-add counts as two, transcendental
-//! functions not counted; for training, forward plus both gradients of every product, without the input
-//! gradients that nobody asks for (those of data and noise).
+//! Counts of floating-point operations of the nets.
+//!
+//! Only products are counted, a multiply-add as two operations; transcendental functions are not. Training
+//! counts the forward pass and both gradients of every product, except gradients with respect to data and
+//! noise, which are not computed.
 
-/// Extents of a DCVRNN without feature nets.
+/// Sizes of a DCVRNN without feature nets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extents {
-    /// State columns.
+    /// Number of state columns.
     pub state: usize,
-    /// Condition columns.
+    /// Number of condition columns.
     pub condition: usize,
-    /// Latent per step.
+    /// Number of latent variables per step.
     pub latent: usize,
-    /// Units.
+    /// Number of hidden units per layer.
     pub hidden: usize,
 }
 
-/// The ball of the paper, Hybrid.
+/// Sizes of the Hybrid net for the ball data of the paper.
 pub const BALL: Extents = Extents { state: 2, condition: 4, latent: 4, hidden: 16 };
 
-/// Two GRU layers, one step of one sequence.
-fn grus(input: usize, hidden: usize) -> usize {
+/// Operations of two GRU layers for one step of one sequence.
+fn two_gru_layers(input: usize, hidden: usize) -> usize {
     2 * 3 * hidden * (input + hidden) + 2 * 3 * hidden * (2 * hidden)
 }
 
 impl Extents {
-    /// Forward, one step of one sequence.
+    /// Operations of the forward pass for one step of one sequence.
     fn forward(self) -> usize {
         let Extents { state, condition, latent, hidden } = self;
         let heads = 2 * hidden * (2 * latent + 2 * latent + state);
-        let encoder = grus(state + condition + latent, hidden);
-        encoder + grus(condition + latent, hidden) + grus(latent, hidden) + heads
+        let encoder = two_gru_layers(state + condition + latent, hidden);
+        encoder + two_gru_layers(condition + latent, hidden) + two_gru_layers(latent, hidden) + heads
     }
 
-    /// One training iteration.
+    /// Operations of one training iteration.
     pub fn training(self, batch: usize, time: usize) -> f64 {
-        let unasked = 2 * 3 * self.hidden * (self.state + 2 * self.condition + 2 * self.latent);
-        ((3 * self.forward() - unasked) * batch * time) as f64
+        let skipped_gradients = 2 * 3 * self.hidden * (self.state + 2 * self.condition + 2 * self.latent);
+        ((3 * self.forward() - skipped_gradients) * batch * time) as f64
     }
 
-    /// Sampling with prior and decoder.
+    /// Operations of sampling with prior and decoder.
     pub fn sampling(self, batch: usize, time: usize) -> f64 {
         let Extents { state, condition, latent, hidden } = self;
         let heads = 2 * hidden * (2 * latent + state);
-        ((grus(condition + latent, hidden) + grus(latent, hidden) + heads) * batch * time) as f64
+        ((two_gru_layers(condition + latent, hidden) + two_gru_layers(latent, hidden) + heads) * batch * time)
+            as f64
     }
 }
 
-/// One training iteration of [`crate::push::push_net`] with 100 sequences of 300 steps.
+/// Operations of one training iteration of [`crate::push::push_net`] with 100 sequences of 300 steps.
 pub const PUSH_TRAINING: f64 = 2.47e9;

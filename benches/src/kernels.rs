@@ -1,35 +1,39 @@
-//! Kernels on operands of given extents, as the roofline table and the criterion benches run them.
+//! Kernels with operands of given sizes, for the roofline table and the criterion benches.
 
 use augsim_tensor::kernels::{
     GruBackward, GruDims, GruForward, GruWeights, LinearBackward, LinearDims, LinearForward, MatmulDims,
     gru_simd, linear_simd, matmul,
 };
 
-/// Values between -0.5 and 0.5 without a generator: a low-discrepancy sequence.
+/// Deterministic values between -0.5 and 0.5, from a low-discrepancy sequence.
 pub fn values(n: usize) -> Vec<f32> {
     (0..n).map(|i| (i as f32 * 0.618_034).fract() - 0.5).collect()
 }
 
-/// Values that start on a cache line, as the tape's do.
+/// A buffer that starts on a cache line, like those of the tape.
 #[derive(Debug)]
-struct Aligned(Vec<f32>, usize);
+struct Aligned {
+    memory: Vec<f32>,
+    /// Index of the first aligned element.
+    start: usize,
+}
 
 impl Aligned {
     fn new(n: usize) -> Self {
         let memory = values(n + 16);
         let start = memory.as_ptr().align_offset(64).min(16);
-        Aligned(memory, start)
+        Aligned { memory, start }
     }
     fn get(&self) -> &[f32] {
-        &self.0[self.1..self.0.len() - 16 + self.1]
+        &self.memory[self.start..self.memory.len() - 16 + self.start]
     }
     fn get_mut(&mut self) -> &mut [f32] {
-        let end = self.0.len() - 16 + self.1;
-        &mut self.0[self.1..end]
+        let end = self.memory.len() - 16 + self.start;
+        &mut self.memory[self.start..end]
     }
 }
 
-/// A large square matrix product: the rate that a core can reach.
+/// A large square matrix product, whose rate stands for the peak of a core.
 #[derive(Debug)]
 pub struct Product {
     n: usize,
@@ -39,17 +43,17 @@ pub struct Product {
 }
 
 impl Product {
-    /// Of `n x n` matrices.
+    /// A product of two `n x n` matrices.
     pub fn new(n: usize) -> Self {
         Product { n, a: values(n * n), b: values(n * n), out: vec![0.0; n * n] }
     }
 
-    /// Operations of a product.
+    /// Floating-point operations of one product.
     pub fn flops(&self) -> f64 {
         2.0 * (self.n as f64).powi(3)
     }
 
-    /// One product, on this thread.
+    /// Computes the product on this thread.
     pub fn run(&mut self) {
         let n = self.n;
         let dims = MatmulDims { m: n, k: n, n, a_transposed: false, b_transposed: false };
@@ -57,7 +61,7 @@ impl Product {
     }
 }
 
-/// A GRU layer with everything that its passes need.
+/// A GRU layer with the buffers of its forward and backward pass.
 #[derive(Debug)]
 pub struct Gru {
     dims: GruDims,
@@ -69,12 +73,14 @@ pub struct Gru {
     dy: Aligned,
     dx: Aligned,
     scratch: Aligned,
-    wants_dx: bool,
+    needs_input_gradient: bool,
 }
 
 impl Gru {
-    /// A layer of the given extents; `wants_dx`: its input is no data but another layer's output.
-    pub fn new(dims: GruDims, wants_dx: bool) -> Self {
+    /// A layer with these sizes.
+    ///
+    /// `needs_input_gradient` is true for a layer whose input is the output of another layer instead of data.
+    pub fn new(dims: GruDims, needs_input_gradient: bool) -> Self {
         let GruDims { time, input, hidden, batch } = dims;
         let sizes = [3 * hidden * input, 3 * hidden * hidden, 3 * hidden, 3 * hidden];
         Gru {
@@ -84,26 +90,27 @@ impl Gru {
             y: Aligned::new(time * hidden * batch),
             saved: Aligned::new(4 * time * hidden * batch),
             dy: Aligned::new(time * hidden * batch),
-            dx: Aligned::new(if wants_dx { time * input * batch } else { 0 }),
+            dx: Aligned::new(if needs_input_gradient { time * input * batch } else { 0 }),
             scratch: Aligned::new(gru_simd::scratch(input, hidden)),
-            wants_dx,
+            needs_input_gradient,
             dims,
         }
     }
 
-    /// Operations of the forward pass.
+    /// Floating-point operations of the forward pass.
     pub fn forward_flops(&self) -> f64 {
         let GruDims { time, input, hidden, batch } = self.dims;
         (2 * time * batch * 3 * hidden * (input + hidden)) as f64
     }
 
-    /// Operations of the backward pass.
+    /// Floating-point operations of the backward pass.
     pub fn backward_flops(&self) -> f64 {
         let GruDims { time, input, hidden, batch } = self.dims;
-        (2 * time * batch * 3 * hidden * (input * (1 + usize::from(self.wants_dx)) + 2 * hidden)) as f64
+        (2 * time * batch * 3 * hidden * (input * (1 + usize::from(self.needs_input_gradient)) + 2 * hidden))
+            as f64
     }
 
-    /// Forward pass; `save`: keeps what the backward pass needs.
+    /// Runs the forward pass; `save` keeps what the backward pass needs.
     pub fn forward(&mut self, save: bool) {
         let [w_ih, w_hh, b_ih, b_hh] = &self.weights;
         let weights = GruWeights { w_ih, w_hh, b_ih, b_hh };
@@ -115,7 +122,7 @@ impl Gru {
         );
     }
 
-    /// Backward pass.
+    /// Runs the backward pass.
     pub fn backward(&mut self) {
         let [w_ih, w_hh, b_ih, b_hh] = &self.weights;
         let [dw_ih, dw_hh, db_ih, db_hh] = &mut self.grads;
@@ -140,7 +147,7 @@ impl Gru {
     }
 }
 
-/// A linear layer over a sequence.
+/// A linear layer over a sequence, with its buffers.
 #[derive(Debug)]
 pub struct Linear {
     dims: LinearDims,
@@ -155,7 +162,7 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// A layer of the given extents.
+    /// A layer with these sizes.
     pub fn new(dims: LinearDims) -> Self {
         let LinearDims { time, input, output, batch } = dims;
         Linear {
@@ -171,19 +178,19 @@ impl Linear {
         }
     }
 
-    /// Operations of the forward pass; the backward pass has twice as many.
+    /// Floating-point operations of the forward pass; the backward pass has twice as many.
     pub fn forward_flops(&self) -> f64 {
         (2 * self.dims.time * self.dims.batch * self.dims.input * self.dims.output) as f64
     }
 
-    /// Forward pass.
+    /// Runs the forward pass.
     pub fn forward(&mut self) {
         let (x, y) = (self.x.get(), self.y.get_mut());
         let args = LinearForward { dims: self.dims, w: &self.w, b: &self.b, x, y, tanh: false };
         linear_simd::forward(args, self.scratch.get_mut());
     }
 
-    /// Backward pass.
+    /// Runs the backward pass.
     pub fn backward(&mut self) {
         let [dw, db] = &mut self.grads;
         let (x, dy, dx) = (self.x.get(), self.dy.get(), self.dx.get_mut());

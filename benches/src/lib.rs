@@ -6,10 +6,10 @@ pub mod kernels;
 pub mod push;
 pub mod synthetic;
 
-/// The value, or the end of the bench with its error.
+/// Unwraps a result, or stops the bench with the error message.
 ///
 /// # Panics
-/// On an error.
+/// If the result is an error.
 pub fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
     result.unwrap_or_else(|e| panic!("{e}"))
 }

@@ -1,10 +1,12 @@
-//! The paper's net for pushing, as far as its extents go: 4 states, 4 actions, the first state and the
-//! physics roll-out as condition, latent of 16, feature nets before each GRU, 300 steps.
+//! A net with the sizes of the paper's net for pushing.
+//!
+//! 4 states, 4 actions, the first state and the physics simulation as condition, 16 latent variables, feature
+//! nets before each GRU, 300 steps.
 
 use augsim_nn::Params;
 use augsim_trainer::nets::{Dcvrnn, DcvrnnSizes, Decoder, Extractors};
 
-/// Registers the parameters; the decoder's deviation is 1, as in the peers.
+/// Creates the net and registers its parameters; the decoder's standard deviation is 1, as in the peers.
 pub fn push_net(params: &mut Params<f32>) -> Dcvrnn {
     let decoder = Decoder::Fixed;
     let sizes =

@@ -1,4 +1,4 @@
-//! Training iterations of any net and extents on made-up inputs, tile by tile as the trainer does it.
+//! Training iterations of any net on synthetic inputs, tile by tile as in the trainer.
 
 use crate::ok;
 use augsim_nn::{Adam, AdamState, Bound, Params};
@@ -8,12 +8,13 @@ use augsim_trainer::TILE;
 use augsim_trainer::nets::{Dcvrnn, Tile};
 use rayon::prelude::*;
 
-/// Widths of targets, conditions and noise.
+/// Numbers of state, condition and latent columns.
 fn widths(net: &Dcvrnn) -> [usize; 3] {
     let s = net.sizes();
     [s.state, s.condition, s.latent]
 }
 
+/// Buffers of one thread.
 #[derive(Debug, Default)]
 struct Workspace {
     tape: Tape<f32>,
@@ -22,7 +23,7 @@ struct Workspace {
     grads: Vec<Vec<f32>>,
 }
 
-/// A training run on inputs that are the same in every tile.
+/// A training run on inputs that are equal in every tile.
 #[derive(Debug)]
 pub struct Synthetic {
     net: Dcvrnn,
@@ -59,20 +60,20 @@ impl Synthetic {
         }
     }
 
-    /// One iteration.
+    /// Runs one training iteration.
     ///
     /// # Panics
-    /// If the tape refuses.
+    /// If net and inputs do not fit together.
     pub fn step(&mut self) {
         let tiles = self.batch.div_ceil(TILE);
-        let shares = tiles.min(rayon::current_num_threads());
-        self.workspaces.resize_with(shares, Workspace::default);
+        let chunks = tiles.min(rayon::current_num_threads());
+        self.workspaces.resize_with(chunks, Workspace::default);
         let (net, params, inputs) = (&self.net, &self.params, &self.inputs);
         let (batch, time, iteration) = (self.batch, self.time, self.iteration);
-        self.workspaces.par_iter_mut().enumerate().for_each(|(share, work)| {
-            let [first, end] = [share, share + 1].map(|i| i * tiles / shares);
+        self.workspaces.par_iter_mut().enumerate().for_each(|(chunk, work)| {
+            let [first, end] = [chunk, chunk + 1].map(|i| i * tiles / chunks);
             work.grads.resize_with(end - first, || vec![0.0; params.values().len()]);
-            for (at, tile) in (first..end).enumerate() {
+            for (index, tile) in (first..end).enumerate() {
                 let lanes = TILE.min(batch - tile * TILE);
                 let [x, u, latent] = widths(net);
                 work.eps.resize(time * latent * lanes, 0.0);
@@ -84,7 +85,7 @@ impl Synthetic {
                 let [xs, us] = [(0, x), (1, u)].map(|(i, width)| &inputs[i][..time * width * lanes]);
                 let tile = Tile { time, lanes, x: xs, u: us, eps: &work.eps, mask: &[] };
                 ok(net.differentiate(tape, &work.bound, tile, 1.0 / batch as f64));
-                params.gather_grads(tape, &work.bound, &mut work.grads[at]);
+                params.gather_grads(tape, &work.bound, &mut work.grads[index]);
             }
         });
         self.grads.fill(0.0);

@@ -1,4 +1,4 @@
-//! Scoring of discoveries on sealed sets: the truth is opened after the verdict.
+//! Scoring of discoveries on sealed ball data: the truth is read only after the verdict.
 
 use crate::gaps::Gaps;
 use crate::sealed::{Kind, Truth, draw, seal};
@@ -9,59 +9,63 @@ use augsim_physics::system::ScatterPer;
 use std::fmt;
 use std::time::Instant;
 
-/// A family of sealed sets.
+/// A family of sealed data sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Battery {
-    /// Nothing to find.
+    /// No effect.
     Null,
     /// One effect of the library.
     Single,
     /// Two effects of the library.
     Pair,
-    /// A law that the library does not have.
+    /// An effect that the library does not have.
     Unlisted,
-    /// Unusual noise and nothing else.
+    /// Unusual noise and no effect.
     Noise,
-    /// One effect of the library beside smooth misfit that each record has of its own.
+    /// One effect of the library, and a smooth residual that differs in each record.
     Misfit,
-    /// Such misfit and nothing else.
+    /// Such a smooth residual and no effect.
     MisfitNull,
 }
 
-/// Amplitude of the smooth misfit, in standard deviations of the noise.
-const WOBBLE: f64 = 2.0;
+/// Amplitude of the smooth residual, in standard deviations of the noise.
+const SMOOTH_RESIDUAL_SD: f64 = 2.0;
 
-/// One set's outcome.
+/// Outcome of one set.
 pub struct Row {
-    /// Printable.
+    /// Text for the terminal.
     pub line: String,
-    /// The answer is right (or the effect cannot be seen and nothing was claimed).
+    /// Whether the answer is right, or the effect is not visible and nothing was claimed.
     pub right: bool,
 }
 
-/// Counts over a battery.
+/// Counts over all sets of a battery.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
-    /// Sets that were run.
+    /// Number of sets.
     pub sets: usize,
-    /// Sets whose truth can be seen.
+    /// Number of sets in which the effect is visible, by the penalised likelihood of a fit with the true
+    /// effect.
     pub visible: usize,
-    /// Right among the visible.
+    /// Number of visible sets with the exact answer.
     pub exact: usize,
-    /// The truth is among the alternatives, or was named with others.
+    /// Number of sets in which the truth is one of the alternatives, or named together with other effects.
     pub ambiguous: usize,
-    /// Claims of an effect where there is none to see.
+    /// Number of sets in which an effect is claimed but none is visible.
     pub false_alarms: usize,
-    /// Unlisted laws passed off as explained.
+    /// Number of sets in which an unlisted effect is reported as explained.
     pub wrongly_explained: usize,
-    /// Parameters whose 95 % interval holds the truth, and how many there were; standard deviations of a scatter not among them.
+    /// Number of parameters whose 95 % interval contains the truth, and number of all; without random
+    /// effects.
     pub covered: (usize, usize),
-    /// The same for standard deviations of a scatter: smooth misfit that each record has of its own is scatter as well, to any likelihood
-    /// that does not know its form.
+    /// The same for standard deviations of random effects.
+    ///
+    /// They are counted apart because a smooth residual that differs between records looks like a random
+    /// effect to any likelihood that does not model its form.
     pub scatter_covered: (usize, usize),
-    /// Error after, relative to the oracle's.
+    /// RMSE of the augmented model relative to that of a fit with the true effects.
     pub ratios: Vec<f64>,
-    /// Seconds of each discovery.
+    /// Duration of each discovery, s.
     pub seconds: Vec<f64>,
 }
 
@@ -71,7 +75,7 @@ impl fmt::Display for Summary {
         s.sort_by(f64::total_cmp);
         let mut r = self.ratios.clone();
         r.sort_by(f64::total_cmp);
-        let mid = |v: &[f64]| v.get(v.len() / 2).copied().unwrap_or(f64::NAN);
+        let median = |v: &[f64]| v.get(v.len() / 2).copied().unwrap_or(f64::NAN);
         let within = r.iter().filter(|r| **r <= 1.02).count();
         write!(
             f,
@@ -89,31 +93,33 @@ impl fmt::Display for Summary {
             within,
             r.len(),
             r.last().copied().unwrap_or(f64::NAN),
-            mid(&s),
+            median(&s),
             s.last().copied().unwrap_or(f64::NAN)
         )
     }
 }
 
+/// Sorted kinds of the true effects.
 fn truth_kinds(truth: &Truth) -> Vec<String> {
     let mut k: Vec<String> = truth.effects.iter().map(|e| e.name().to_string()).collect();
     k.sort();
     k
 }
 
+/// Sorted kinds of the effects found.
 fn found_kinds(d: &Discovery) -> Vec<String> {
     let mut k: Vec<String> = d.effects.iter().map(|e| e.kind.clone()).collect();
     k.sort();
     k
 }
 
-/// The interval of an effect's first parameter, where it was named.
+/// The 95 % interval of the first parameter of an effect, if the effect was found.
 fn interval(d: &Discovery, effect: &Kind) -> Option<[f64; 2]> {
     let found = d.effects.iter().find(|f| f.kind == effect.name())?;
     Some(found.parameters.values().next()?.ci95)
 }
 
-/// Counts the intervals of effects that are there and were named, and those that hold the truth.
+/// Counts the intervals of true effects that were found, and those that contain the true value.
 fn count_covered(d: &Discovery, truth: &Truth, summary: &mut Summary) {
     for e in &truth.effects {
         if let Some([low, high]) = interval(d, e) {
@@ -126,40 +132,42 @@ fn count_covered(d: &Discovery, truth: &Truth, summary: &mut Summary) {
     }
 }
 
-/// The intervals of the effects that are there and were named.
+/// Text of the intervals of true effects that were found, with the true values.
 fn intervals(d: &Discovery, truth: &Truth) -> String {
-    let of = |e: &Kind| {
+    let text = |e: &Kind| {
         let [low, high] = interval(d, e)?;
         Some(format!("{} {:.4e} in [{low:.4e}, {high:.4e}]", e.name(), e.value()))
     };
-    truth.effects.iter().filter_map(of).collect::<Vec<_>>().join(", ")
+    truth.effects.iter().filter_map(text).collect::<Vec<_>>().join(", ")
 }
 
-/// Runs sets `first .. first + count` of a battery.
-pub fn run(battery: Battery, first: u64, count: u64, each: &mut dyn FnMut(&Row)) -> Summary {
-    run_each(first, count, each, |seed, summary| one(battery, None, seed, summary))
+/// Runs the sets with seeds `first .. first + count` and passes each outcome to `on_row`.
+pub fn run(battery: Battery, first: u64, count: u64, on_row: &mut dyn FnMut(&Row)) -> Summary {
+    run_each(first, count, on_row, |seed, summary| run_set(battery, None, seed, summary))
 }
 
-/// Runs the same sets with empty cells: share and pattern change from seed to seed ([`Gaps::of_seed`]).
-pub fn run_with_gaps(battery: Battery, first: u64, count: u64, each: &mut dyn FnMut(&Row)) -> Summary {
-    run_each(first, count, each, |seed, summary| one(battery, Some(Gaps::of_seed(seed)), seed, summary))
+/// Runs the same sets with empty cells, whose share and pattern depend on the seed ([`Gaps::of_seed`]).
+pub fn run_with_gaps(battery: Battery, first: u64, count: u64, on_row: &mut dyn FnMut(&Row)) -> Summary {
+    run_each(first, count, on_row, |seed, summary| run_set(battery, Some(Gaps::of_seed(seed)), seed, summary))
 }
 
+/// Runs `run_set` for each seed and collects the counts.
 fn run_each(
     first: u64,
     count: u64,
-    each: &mut dyn FnMut(&Row),
-    one: impl Fn(u64, &mut Summary) -> Row,
+    on_row: &mut dyn FnMut(&Row),
+    run_set: impl Fn(u64, &mut Summary) -> Row,
 ) -> Summary {
     let mut summary = Summary::default();
     for seed in first..first + count {
-        let row = one(seed, &mut summary);
-        each(&row);
+        let row = run_set(seed, &mut summary);
+        on_row(&row);
     }
     summary
 }
 
-fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -> Row {
+/// Generates, discovers and scores one set.
+fn run_set(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -> Row {
     let purpose = format!("sealed {battery:?}");
     let mut rng = random_stream(seed, &purpose, 0);
     let effects = match battery {
@@ -170,7 +178,7 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
     };
     let (scene, mut truth) = draw(&mut rng, effects, battery == Battery::Noise);
     if matches!(battery, Battery::Misfit | Battery::MisfitNull) {
-        truth.wobble = WOBBLE;
+        truth.wobble = SMOOTH_RESIDUAL_SD;
     }
     let fail = |text: String| Row { line: format!("seed {seed}: {text}"), right: false };
     let sealed = seal(&scene, truth, &mut rng).and_then(|mut sealed| {
@@ -188,17 +196,17 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
         Err(e) => return fail(e.to_string()),
     };
     let options = Options::default();
-    let begun = Instant::now();
+    let started = Instant::now();
     summary.sets += 1;
     let d = match discover(&model, &sealed.data, &options, &mut |_| {}) {
         Ok(d) => d,
         Err(e) => return fail(e.to_string()),
     };
-    let seconds = begun.elapsed().as_secs_f64();
+    let seconds = started.elapsed().as_secs_f64();
     summary.seconds.push(seconds);
-    // The verdict is in: now the truth.
+    // The truth is read only now, after the verdict.
     let truth = sealed.truth();
-    let (mine, theirs) = (found_kinds(&d), truth_kinds(truth));
+    let (found, expected) = (found_kinds(&d), truth_kinds(truth));
     let claims = d.verdict != Verdict::NothingToAdd;
     let mut right;
     let mut note = String::new();
@@ -208,7 +216,7 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
             summary.false_alarms += usize::from(claims);
         }
         Battery::Noise => {
-            let want = if truth.correlation > 0.0 {
+            let expected_finding = if truth.correlation > 0.0 {
                 "noise-autocorrelated"
             } else if truth.jitter_s > 0.0 {
                 "timing-jitter"
@@ -217,34 +225,34 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
             } else {
                 "noise-scale"
             };
-            let named = d.noise.findings.iter().any(|f| f == want);
+            let named = d.noise.findings.iter().any(|f| f == expected_finding);
             summary.visible += 1;
             summary.exact += usize::from(named);
             summary.false_alarms += usize::from(claims);
             right = named && !claims;
-            note = format!("want {want}, findings {:?}", d.noise.findings);
+            note = format!("expected {expected_finding}, findings {:?}", d.noise.findings);
         }
         Battery::Single | Battery::Pair => {
             let names: Vec<&str> = truth.effects.iter().map(|e| e.name()).collect();
             let shared = truth.effects.iter().any(|e| matches!(e, Kind::ScatterTrajectory(_)));
             let per = if shared { ScatterPer::Record } else { ScatterPer::Event };
-            let told = |names: &[&str]| assess(&model, &sealed.data, names, per, &options);
-            let oracle = match told(&names) {
+            let assess_effects = |names: &[&str]| assess(&model, &sealed.data, names, per, &options);
+            let oracle = match assess_effects(&names) {
                 Ok(o) => o,
                 Err(e) => return fail(e.to_string()),
             };
             let mut visible = oracle.visible();
-            // Of two effects each must be visible beside the other.
+            // With two effects, each must be visible in the presence of the other.
             if names.len() > 1 {
                 for n in &names {
-                    let rest: Vec<&str> = names.iter().copied().filter(|m| m != n).collect();
-                    let gain = told(&rest).map_or(0.0, |o| oracle.gain - o.gain);
+                    let others: Vec<&str> = names.iter().copied().filter(|m| m != n).collect();
+                    let gain = assess_effects(&others).map_or(0.0, |o| oracle.gain - o.gain);
                     visible &= gain > oracle.penalty / names.len() as f64;
                 }
             }
-            let exact = mine == theirs && d.verdict == Verdict::Explained;
-            let ambiguous = !exact && d.alternatives.contains(&theirs);
-            right = exact || ambiguous || !visible && (!claims || mine.iter().all(|k| theirs.contains(k)));
+            let exact = found == expected && d.verdict == Verdict::Explained;
+            let ambiguous = !exact && d.alternatives.contains(&expected);
+            right = exact || ambiguous || !visible && (!claims || found.iter().all(|k| expected.contains(k)));
             if visible {
                 summary.visible += 1;
                 summary.exact += usize::from(exact);
@@ -263,10 +271,11 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
             }
         }
         Battery::Misfit => {
-            // Something is there beside the effect, so that an explanation in part is the right answer; but not another effect.
-            right = mine.iter().all(|k| theirs.contains(k));
+            // The smooth residual is real, so a partial explanation is right, but naming another effect is
+            // not.
+            right = found.iter().all(|k| expected.contains(k));
             summary.visible += 1;
-            summary.exact += usize::from(mine == theirs);
+            summary.exact += usize::from(found == expected);
             summary.false_alarms += usize::from(!right);
             count_covered(&d, truth, summary);
             note = intervals(&d, truth);
@@ -286,7 +295,7 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
         "{:?} {:?} rho {} jitter {} outliers {}",
         truth.effects, truth.unlisted, truth.correlation, truth.jitter_s, truth.outliers
     );
-    let empty = gaps.map_or(String::new(), |g| {
+    let gaps_text = gaps.map_or(String::new(), |g| {
         format!(" {} % empty {},", 100.0 * g.share, if g.runs { "in runs" } else { "at random" })
     });
     let unexplained = d
@@ -294,14 +303,14 @@ fn one(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -
         .as_ref()
         .map_or(String::new(), |u| format!(" [{} of {}: {}]", u.target, u.against, u.term));
     let line = format!(
-        "seed {seed}{empty} {} {}x{} Hz {:.1} mm {}: truth {truth_text} -> {:?} {:?} alt {:?}{unexplained} {note} tests lib {:.1e} laws {:.1e} het {:.1e} per {:.1e}; {seconds:.2} s",
+        "seed {seed}{gaps_text} {} {}x{} Hz {:.1} mm {}: truth {truth_text} -> {:?} {:?} alt {:?}{unexplained} {note} tests lib {:.1e} laws {:.1e} het {:.1e} per {:.1e}; {seconds:.2} s",
         if scene.plane { "2-D" } else { "1-D" },
         scene.trajectories,
         scene.rate_hz,
         1e3 * scene.noise_m,
         if right { "ok" } else { "WRONG" },
         d.verdict,
-        mine,
+        found,
         d.alternatives,
         d.tests.library,
         d.tests.laws.unwrap_or(1.0),

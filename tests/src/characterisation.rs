@@ -1,15 +1,19 @@
-//! Answers of the loop, short enough to keep: a hash of the numbers that matter, and the work that they took.
+//! Short form of the answers of the discovery loop, for regression tests.
+//!
+//! An answer is reduced to its verdict, its effects, a hash of its numbers, and the amount of work.
 
 use augsim_discovery::{Discovery, Verdict, Work};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
-/// Significant digits of a number in a hash. The functions of the system's library (sine, exponential) differ in the last
-/// place from processor to processor; the fits carry that to the tenth digit or so.
+/// Significant digits of the numbers in a hash.
+///
+/// Functions of the system library (sine, exponential) differ in the last place between processors; fits
+/// carry that to about the tenth digit.
 const DIGITS: usize = 7;
 
-/// One answer.
+/// Short form of one answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answer {
     /// The verdict.
@@ -18,15 +22,15 @@ pub struct Answer {
     pub effects: Vec<String>,
     /// 64-bit FNV-1a hash of [`canonical`] in hexadecimal digits.
     pub hash: String,
-    /// The work that it took.
+    /// Amount of work of the discovery.
     pub work: Work,
 }
 
 impl Answer {
-    /// The short form of a discovery.
+    /// Makes the short form of a discovery.
     ///
     /// # Panics
-    /// If the discovery is no JSON, which no discovery is.
+    /// If the discovery cannot be written as JSON, which does not happen.
     pub fn of(d: &Discovery) -> Self {
         let text = canonical(d).to_string();
         let fnv = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
@@ -40,26 +44,26 @@ impl Answer {
     }
 }
 
-/// Answers by the name of their set, and why they last changed.
+/// Kept answers by name of the data set, and the reason for their last change.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answers {
-    /// Why the answers are these and no longer those before.
+    /// Reason why the kept answers were changed.
     pub reason: String,
-    /// Answers by set.
+    /// Answers by name of the set.
     pub sets: BTreeMap<String, Answer>,
 }
 
 impl Answers {
-    /// Answers to keep, with the reason why they are these.
+    /// Makes answers to keep, with the reason of the change.
     ///
     /// # Panics
-    /// If the reason is too short to be one.
+    /// If the reason has ten characters or fewer.
     pub fn minted(reason: String, sets: BTreeMap<String, Answer>) -> Self {
         assert!(reason.len() > 10, "AUGSIM_MINT says why the answers change");
         Self { reason, sets }
     }
 
-    /// One line for each answer that is not the one kept, for each that is missing, and for each that is new.
+    /// One line per answer that differs from the kept one, is missing, or is new.
     pub fn differences(&self, found: &BTreeMap<String, Answer>) -> Vec<String> {
         let missing = self.sets.keys().filter(|name| !found.contains_key(*name));
         let missing = missing.map(|name| format!("{name}: kept, and not found"));
@@ -72,11 +76,12 @@ impl Answers {
     }
 }
 
-/// The numbers of a discovery that a change of structure must not change, rounded to seven digits: words, times and the
-/// model file's text are left out.
+/// The numbers of a discovery that a refactoring must not change, rounded to seven digits.
+///
+/// Texts, times and the text of the model file are left out.
 ///
 /// # Panics
-/// If the discovery is no JSON, which no discovery is.
+/// If the discovery cannot be written as JSON, which does not happen.
 pub fn canonical(d: &Discovery) -> Value {
     let candidates: Vec<Value> = d
         .candidates
@@ -100,19 +105,19 @@ pub fn canonical(d: &Discovery) -> Value {
     }))
 }
 
-/// Every number as text of [`DIGITS`] digits; entries that are absent or null are dropped.
+/// Replaces every number by text with [`DIGITS`] digits, and drops null entries.
 fn rounded(value: Value) -> Value {
     match value {
         Value::Number(n) => {
             let x = n.as_f64().unwrap_or(f64::NAN);
-            // Rounding noise about zero has no digits to keep.
+            // Rounding errors around zero have no digits that could be compared.
             let x = if x.abs() < 1e-12 { 0.0 } else { x };
             Value::String(format!("{x:.0$e}", DIGITS - 1))
         }
         Value::Array(list) => list.into_iter().map(rounded).collect(),
         Value::Object(map) => {
-            let kept = map.into_iter().filter(|(_, v)| !v.is_null());
-            Value::Object(kept.map(|(k, v)| (k, rounded(v))).collect::<Map<_, _>>())
+            let non_null = map.into_iter().filter(|(_, v)| !v.is_null());
+            Value::Object(non_null.map(|(k, v)| (k, rounded(v))).collect::<Map<_, _>>())
         }
         other => other,
     }

@@ -1,24 +1,24 @@
-//! Golden values from independent implementations, and where measured data lies.
+//! Access to golden values of independent implementations.
 
 use serde_json::Value;
 use std::path::PathBuf;
 
-/// A file under `fixtures/`.
+/// Path of a file under `fixtures/`.
 pub fn fixture(path: &str) -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures")).join(path)
 }
 
-/// A golden JSON file under `fixtures/golden`.
+/// Reads a golden JSON file under `fixtures/golden`.
 ///
 /// # Panics
-/// If it is missing or malformed: it is part of the repository.
+/// If the file, which is part of the repository, is missing or malformed.
 pub fn golden(name: &str) -> Value {
     let path = fixture("golden").join(name);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// Numbers of a nested array, row-major.
+/// The numbers of a nested array, row-major.
 pub fn flat(v: &Value) -> Vec<f64> {
     match v {
         Value::Array(items) => items.iter().flat_map(flat).collect(),
@@ -26,21 +26,21 @@ pub fn flat(v: &Value) -> Vec<f64> {
     }
 }
 
-/// Extents of a nested array.
+/// The dimensions of a nested array.
 pub fn dims(v: &Value) -> Vec<usize> {
     let mut out = Vec::new();
-    let mut at = v;
-    while let Value::Array(items) = at {
+    let mut level = v;
+    while let Value::Array(items) = level {
         out.push(items.len());
         match items.first() {
-            Some(first) => at = first,
+            Some(first) => level = first,
             None => break,
         }
     }
     out
 }
 
-/// A `[batch, time, feature]` array as `[time, feature, batch]`.
+/// The numbers of a `[batch, time, feature]` array in the order `[time, feature, batch]`.
 pub fn batch_last(v: &Value) -> Vec<f64> {
     let (d, x) = (dims(v), flat(v));
     let (b, t, f) = (d[0], d[1], d[2]);

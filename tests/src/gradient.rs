@@ -1,31 +1,36 @@
-//! Gradient checks in f64 (after JAX's `check_grads`): along a random direction v, the central
-//! difference of f(x + h v) must equal the inner product of the gradient with v; and for a vector output,
-//! the inner products <J v, w> and <v, J^T w> must agree.
+//! Gradient checks in f64, after JAX's `check_grads`.
+//!
+//! Along a random direction v, the central difference of f(x + h v) must equal the inner product of the
+//! gradient with v. For a vector output, the inner products <J v, w> and <v, J^T w> must agree.
 
 use crate::random::normals;
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// Central differences with step h = 1e-6 on values of order 1 have a truncation error of about h^2
-/// and a rounding error of about eps / h = 2e-10, times the size of f; 1e-7 leaves two decades.
+/// Step h of central differences.
 const STEP: f64 = 1e-6;
+/// Relative tolerance of the checks.
+///
+/// For values of order 1, central differences with h = 1e-6 have a truncation error of about h^2 and a
+/// rounding error of about eps / h = 2e-10, times the size of f. The tolerance leaves a margin of two
+/// decades.
 const TOLERANCE: f64 = 1e-7;
 
-/// One input of the function under test: extents and values.
+/// One input of the function under test.
 #[derive(Debug, Clone)]
 pub struct Input {
-    /// Extents.
+    /// Dimensions.
     pub dims: Vec<usize>,
     /// Values, row-major.
     pub values: Vec<f64>,
 }
 
 impl Input {
-    /// Standard normal values.
+    /// An input with standard normal values.
     pub fn normal(seed: u64, dims: &[usize]) -> Self {
         Input { dims: dims.to_vec(), values: normals(seed, dims.iter().product()) }
     }
 
-    /// Values in about 0.5 to 3, for operations that need positive operands.
+    /// An input with values of about 0.5 to 3, for operations that need positive operands.
     pub fn positive(seed: u64, dims: &[usize]) -> Self {
         let mut input = Self::normal(seed, dims);
         input.values.iter_mut().for_each(|v| *v = 0.5 + v.abs());
@@ -41,17 +46,18 @@ pub type Function<'a, T = f64> = dyn Fn(&mut Tape<T>, &[Var]) -> Result<Var, Ten
 pub struct Outcome<T> {
     /// The output, row-major.
     pub output: Vec<T>,
-    /// Operation that made the output.
+    /// Operation that produced the output.
     pub operation: &'static str,
-    /// J^T w for the cotangent w, one for each input; empty for inputs that are constants.
+    /// J^T w for the cotangent w, one per input; empty for constant inputs.
     pub gradients: Vec<Vec<T>>,
 }
 
-/// Records `f` on `tape`, with inputs that are `variable` or constant, and pulls the cotangent that
-/// `seed` draws back through it.
+/// Records `f` on `tape` and pulls back a random cotangent.
+///
+/// `variable` says which inputs are variables; the others are constants. `seed` selects the cotangent.
 ///
 /// # Panics
-/// If the tape refuses.
+/// If the tape returns an error.
 pub fn pull_back<T: Scalar>(
     tape: &mut Tape<T>,
     f: &Function<'_, T>,
@@ -83,25 +89,27 @@ pub fn pull_back<T: Scalar>(
     }
 }
 
-/// A random weighted sum of the output, its value and the gradients of the inputs.
+/// The value of a random weighted sum of the output, and its gradients with respect to the inputs.
 fn evaluate(f: &Function<'_>, inputs: &[Input]) -> (f64, Vec<Vec<f64>>) {
-    let got = pull_back(&mut Tape::new(), f, inputs, |_| true, 99);
-    (dot(&got.output, &normals(99, got.output.len())), got.gradients)
+    let outcome = pull_back(&mut Tape::new(), f, inputs, |_| true, 99);
+    (dot(&outcome.output, &normals(99, outcome.output.len())), outcome.gradients)
 }
 
+/// Inner product.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The inputs moved by `h` along random `steps`.
-fn moved(inputs: &[Input], steps: &[Vec<f64>], h: f64) -> Vec<Input> {
-    let mut at = inputs.to_vec();
-    for (input, step) in at.iter_mut().zip(steps) {
+/// The inputs shifted by `h` along `steps`.
+fn shifted(inputs: &[Input], steps: &[Vec<f64>], h: f64) -> Vec<Input> {
+    let mut shifted_inputs = inputs.to_vec();
+    for (input, step) in shifted_inputs.iter_mut().zip(steps) {
         input.values.iter_mut().zip(step).for_each(|(v, s)| *v += h * s);
     }
-    at
+    shifted_inputs
 }
 
+/// Random direction number `k` in the space of all inputs.
 fn directions(inputs: &[Input], k: u64) -> Vec<Vec<f64>> {
     inputs
         .iter()
@@ -110,6 +118,7 @@ fn directions(inputs: &[Input], k: u64) -> Vec<Vec<f64>> {
         .collect()
 }
 
+/// Stops the test with the error.
 fn fail<R>(e: TensorError) -> R {
     panic!("{e}")
 }
@@ -117,13 +126,13 @@ fn fail<R>(e: TensorError) -> R {
 /// Asserts that the tape's gradient of `f` agrees with central differences in three random directions.
 ///
 /// # Panics
-/// If it does not, naming both numbers.
+/// If it does not; the message has both numbers.
 pub fn check(name: &str, inputs: &[Input], f: &Function<'_>) {
     let (_, grads) = evaluate(f, inputs);
     for direction in 0..3_u64 {
         let steps = directions(inputs, direction);
-        let at = |h: f64| evaluate(f, &moved(inputs, &steps, h)).0;
-        let numeric = (at(STEP) - at(-STEP)) / (2.0 * STEP);
+        let value_at = |h: f64| evaluate(f, &shifted(inputs, &steps, h)).0;
+        let numeric = (value_at(STEP) - value_at(-STEP)) / (2.0 * STEP);
         let analytic: f64 = grads.iter().zip(&steps).map(|(g, s)| dot(g, s)).sum();
         let scale = 1.0_f64.max(numeric.abs()).max(analytic.abs());
         assert!(
@@ -133,21 +142,23 @@ pub fn check(name: &str, inputs: &[Input], f: &Function<'_>) {
     }
 }
 
-/// Asserts <J v, w> = <v, J^T w> for three random directions v and three random cotangents w, where J v is
-/// the central difference of the whole output and J^T w comes from the tape.
+/// Asserts <J v, w> = <v, J^T w> for three random directions v and three random cotangents w.
 ///
-/// The difference is off by rounding, eps |f| / h, and by truncation, h^2 times the third derivative; w multiplies both. So
-/// the tolerance is `TOLERANCE` times |w| (1 + |J v| + |f|), the 1 for what cancels inside f, which an error in one element of a small output
-/// exceeds by far.
+/// J v is the central difference of the whole output, and J^T w comes from the tape.
+///
+/// The difference has a rounding error of eps |f| / h and a truncation error of h^2 times the third
+/// derivative, both multiplied by w. The tolerance is therefore `TOLERANCE` times |w| (1 + |J v| + |f|),
+/// where the 1 covers terms that cancel inside f. An error in one element of a small output exceeds it by
+/// far.
 ///
 /// # Panics
-/// If they differ, naming both numbers.
+/// If they differ; the message has both numbers.
 pub fn check_inner_product(name: &str, inputs: &[Input], f: &Function<'_>) {
     let output = |at: &[Input], w: u64| pull_back(&mut Tape::new(), f, at, |_| true, w);
     let norm = |a: &[f64]| dot(a, a).sqrt();
     for v in 0..3_u64 {
         let steps = directions(inputs, v + 10);
-        let [up, down] = [STEP, -STEP].map(|h| output(&moved(inputs, &steps, h), 0).output);
+        let [up, down] = [STEP, -STEP].map(|h| output(&shifted(inputs, &steps, h), 0).output);
         let jv: Vec<f64> = up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * STEP)).collect();
         for seed in 50..53_u64 {
             let w = normals(seed, jv.len());

@@ -1,5 +1,6 @@
-//! Shared by the integration tests: where data lies, random inputs, gradient checks, sealed and trap
-//! sets and their scoring.
+//! Code shared by the integration tests.
+//!
+//! Fixtures, random inputs, gradient checks, and generators of data with known truth with their scoring.
 
 pub mod answers;
 pub mod battery;

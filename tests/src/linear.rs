@@ -1,8 +1,12 @@
-//! A system that is linear in everything, so that every statistic of the loop has a closed form on it.
+//! A test system that is linear in everything, so that every statistic of the loop has a closed form.
 //!
-//! `y(t) = θ0 t + θ1 x sin 3t + Σ κi (1 + x/2) sin (4+i)t + s + Σ ξm max(t - τm, 0)`: two declared parameters, a covariate `x`
-//! of the record, as many effects κ as wanted, a level `s` that each record begins with, and slopes ξ that change at fixed
-//! times. Its derivatives are the design matrix.
+//! ```text
+//! y(t) = θ0 t + θ1 x sin 3t + Σ κi (1 + x/2) sin (4+i)t + s + Σ ξm max(t - τm, 0)
+//! ```
+//!
+//! θ0 and θ1 are declared parameters, `x` is a covariate of the record, κ are any number of effects, `s` is
+//! the initial level of each record, and ξ are changes of slope at fixed times τ. The derivatives of y form
+//! the design matrix.
 
 use augsim_physics::model::Parameter;
 use augsim_physics::system::{
@@ -11,10 +15,10 @@ use augsim_physics::system::{
 };
 use std::sync::Arc;
 
-/// When the slope changes, s.
+/// Times τ at which the slope changes, s.
 pub const EVENTS_S: [f64; 3] = [0.5, 1.0, 1.5];
 
-/// The linear system.
+/// The linear test system.
 #[derive(Clone, Debug)]
 pub struct Linear {
     schema: Schema,
@@ -24,7 +28,7 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// The system with so many effects in its library.
+    /// The system with `effects` effects in its library.
     pub fn new(effects: usize) -> Self {
         let bounds = |name: &str| Parameter::free(name.into(), 0.0, -1e3, 1e3);
         let schema = Schema {
@@ -53,7 +57,7 @@ impl Linear {
         Self { schema, parameters, library: (0..effects).map(effect).collect(), laws: vec![] }
     }
 
-    /// The column of the design matrix that goes with a parameter, at time `t` in a record with covariate `x`.
+    /// Entry of the design matrix for a parameter, at time `t` in a record with covariate `x`.
     pub fn column(&self, parameter: usize, t: f64, x: f64) -> f64 {
         match parameter {
             0 => t,
@@ -65,11 +69,13 @@ impl Linear {
         }
     }
 
+    /// Effect of a unit change of slope at an event.
     fn offset(event: usize, t: f64) -> f64 {
         EVENTS_S.get(event).map_or(0.0, |tau| (t - tau).max(0.0))
     }
 }
 
+/// Effect number `i` of the library.
 fn effect(i: usize) -> Effect {
     let amount = EffectParameter {
         name: "k_m".into(),
@@ -89,7 +95,7 @@ fn effect(i: usize) -> Effect {
     }
 }
 
-/// Scatter of the slope at its steps.
+/// The random effect on the slope at each event.
 fn scatter() -> Effect {
     let (name, unit) = ("sd".into(), "m/s".into());
     let sd = EffectParameter { name, unit, min: 0.0, max: 10.0, typical: 0.1, null: 0.0 };
@@ -143,7 +149,7 @@ impl System for Linear {
                     list.iter().enumerate().map(|(m, xi)| xi * Self::offset(m, t)).sum::<f64>()
                 }
             };
-            let slope = |seed: &Seed| match (*seed, task.offsets) {
+            let derivative = |seed: &Seed| match (*seed, task.offsets) {
                 (Seed::Parameter(i), _) => self.column(i, t, x),
                 (Seed::Start(_), _) => 1.0,
                 (Seed::Offset(_), Offsets::Shared(_)) => {
@@ -151,7 +157,7 @@ impl System for Linear {
                 }
                 (Seed::Offset(m), _) => Self::offset(m, t),
             };
-            out.set_row(k, 0, y, task.seeds.iter().map(slope));
+            out.set_row(k, 0, y, task.seeds.iter().map(derivative));
         }
         let first = times.first().copied().unwrap_or(f64::INFINITY);
         let last = times.last().copied().unwrap_or(f64::NEG_INFINITY);

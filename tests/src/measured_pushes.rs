@@ -1,4 +1,5 @@
-//! Findings that the loop owes in the measured runs of two days: some five minutes of a processor, `discover_battery push-measured`.
+//! Expected findings in the measured pushes of two days: `discover_battery push-measured`, about five
+//! minutes.
 
 use augsim_data::Dataset;
 use augsim_data::convert::CONVERTERS;
@@ -6,7 +7,7 @@ use augsim_discovery::{Options, discover};
 use augsim_physics::model::{ModelFile, PushModel};
 use std::path::Path;
 
-/// The set, converted, and the model that it begins with.
+/// The converted data set and its model.
 fn converted(folder: &Path) -> (Dataset, PushModel) {
     let (_, convert) = CONVERTERS.iter().find(|(name, _)| *name == "mit-pusher-slider").expect("a converter");
     let converted = convert(folder).expect("convertible");
@@ -17,39 +18,44 @@ fn converted(folder: &Path) -> (Dataset, PushModel) {
     (converted.data, model)
 }
 
-/// Runs of two days in two frames, with knocks by hand, from `mit-pusher-slider-runs`: the sentence of the answer.
+/// Checks the answer on `mit-pusher-slider-runs` and returns its summary sentence.
+///
+/// The runs are of two days in two coordinate frames, with disturbances by hand.
 ///
 /// # Panics
-/// The answer is not what is known of these runs.
+/// If the answer contradicts what is known of these runs.
 pub fn runs_of_two_days(folder: &Path) -> String {
     let (data, model) = converted(folder);
     let d = discover(&model, &data, &Options::default(), &mut |_| {}).expect("an answer");
-    // Calibration is what these runs carry beyond doubt: c and friction away from the textbook, and a third of the error.
+    // Calibration is certain in these runs: c and friction differ from the textbook values, and the error
+    // drops by a third.
     assert!(d.error.calibrated.rmse < 0.7 * d.error.declared.rmse, "{}\n{:?}", d.sentence, d.error);
     assert!(d.parameters["contact_friction"].ci95[1] < 0.25, "{:?}", d.parameters);
-    // What was found lowers the error on runs that no fit has seen, beyond chance.
+    // The effects found reduce the error on runs that were not fitted, beyond chance.
     assert_eq!(d.error.folds, Some(5));
     assert!(d.error.reduction.ci95[0] > 0.0, "{}\n{:?}", d.sentence, d.error);
     assert!(d.error.augmented.rmse < 0.85 * d.error.calibrated.rmse, "{}\n{:?}", d.sentence, d.error);
-    let of = |kind: &str| {
+    let effect = |kind: &str| {
         let found = d.effects.iter().find(|e| e.kind == kind);
         found.unwrap_or_else(|| panic!("{kind}: {}", d.sentence))
     };
-    // The notes on the set say that the runs of the first day fit a smaller c (32 mm) than those of the second (43 mm).
-    let per_day = of("c_m per group");
+    // According to the notes on the data, runs of the first day have a smaller c (32 mm) than those of the
+    // second (43 mm).
+    let per_day = effect("c_m per group");
     let c = &per_day.parameters["c_m"].groups;
     assert!(
         (0.028..0.035).contains(&c["10-21"].value) && (0.038..0.046).contains(&c["10-23"].value),
         "{c:?}"
     );
-    // While the rod presses, its distance from the object grows by 5 to 6 mm per metre of travel on the second day.
-    let frames = of("frame-registration");
+    // On the second day the distance between rod and object grows by 5 to 6 mm per metre of travel during
+    // contact.
+    let frames = effect("frame-registration");
     let scale = &frames.parameters["scale"];
     assert!((-0.007..-0.003).contains(&scale.value) && scale.ci95[1] < 0.0, "{}", d.sentence);
     for found in [per_day, frames] {
-        assert!(found.folds.is_some_and(|[again, folds]| 2 * again > folds), "{}", d.sentence);
+        assert!(found.folds.is_some_and(|[refound, folds]| 2 * refound > folds), "{}", d.sentence);
     }
-    // Knocks by hand are in ten of the runs: their windows are found.
+    // Ten of the runs have disturbances by hand; the windows with them must be left out.
     assert!(d.windows.as_ref().is_some_and(|w| w.left_out[0] > 5));
     d.sentence
 }

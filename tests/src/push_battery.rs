@@ -1,4 +1,4 @@
-//! Scoring of discoveries on sealed pushes: the truth is opened after the verdict.
+//! Scoring of discoveries on sealed pushes: the truth is read only after the verdict.
 
 use crate::battery::{Row, Summary};
 use crate::sealed_push::{PushKind, draw_push, seal_pushes};
@@ -8,18 +8,18 @@ use augsim_physics::model::PushModel;
 use augsim_physics::system::ScatterPer;
 use std::time::Instant;
 
-/// Runs sets `first .. first + count`, with one effect or none, of `pushes` each.
-pub fn run(single: bool, first: u64, count: u64, pushes: usize, each: &mut dyn FnMut(&Row)) -> Summary {
+/// Runs the sets with seeds `first .. first + count`, of `pushes` each, with one effect or none.
+pub fn run(has_effect: bool, first: u64, count: u64, pushes: usize, on_row: &mut dyn FnMut(&Row)) -> Summary {
     let mut summary = Summary::default();
     for seed in first..first + count {
-        let row = one(single, seed, pushes, &mut summary);
-        each(&row);
+        let row = run_set(has_effect, seed, pushes, &mut summary);
+        on_row(&row);
     }
     summary
 }
 
-/// Kinds that poses cannot tell from a kind.
-fn class(kind: PushKind) -> &'static [&'static str] {
+/// Kinds that poses cannot distinguish from `kind`.
+fn equivalent_kinds(kind: PushKind) -> &'static [&'static str] {
     match kind {
         PushKind::ExactSurface => &["exact-surface", "superelliptic-surface"],
         PushKind::Superellipsoid(_) => &["superelliptic-surface", "exact-surface"],
@@ -27,9 +27,10 @@ fn class(kind: PushKind) -> &'static [&'static str] {
     }
 }
 
-fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
+/// Generates, discovers and scores one set.
+fn run_set(has_effect: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
     let mut rng = random_stream(seed, "sealed truth", 0);
-    let truth = draw_push(&mut rng, single.then_some(seed as usize), pushes);
+    let truth = draw_push(&mut rng, has_effect.then_some(seed as usize), pushes);
     let options = Options { seed, ..Options::default() };
     let failed = |text: String| Row { line: format!("{seed}: {text}"), right: false };
     let sealed = match seal_pushes(truth, seed) {
@@ -40,12 +41,12 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
         Ok(m) => m,
         Err(e) => return failed(e.to_string()),
     };
-    let begun = Instant::now();
+    let started = Instant::now();
     let d = match discover(&model, &sealed.data, &options, &mut |_| {}) {
         Ok(d) => d,
         Err(e) => return failed(e.to_string()),
     };
-    let seconds = begun.elapsed().as_secs_f64();
+    let seconds = started.elapsed().as_secs_f64();
     summary.seconds.push(seconds);
     summary.sets += 1;
     let found: Vec<&str> = d.effects.iter().map(|e| e.kind.as_str()).collect();
@@ -60,20 +61,25 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
             }
         }
         Some(kind) => {
-            let told = match assess(&model, &sealed.data, &[kind.name()], ScatterPer::Record, &options) {
+            let assessed = match assess(&model, &sealed.data, &[kind.name()], ScatterPer::Record, &options) {
                 Ok(a) => a,
                 Err(e) => return failed(e.to_string()),
             };
-            oracle =
-                format!("oracle gain {:.1} ({:.1}) rmse {:.3} mm", told.gain, told.penalty, 1e3 * told.rmse);
-            if told.visible() {
+            oracle = format!(
+                "oracle gain {:.1} ({:.1}) rmse {:.3} mm",
+                assessed.gain,
+                assessed.penalty,
+                1e3 * assessed.rmse
+            );
+            if assessed.visible() {
                 summary.visible += 1;
                 let exact = found == [kind.name()];
-                let told_apart = found.iter().all(|f| *f == kind.name() || class(kind).contains(f));
-                let listed = d.alternatives.iter().any(|a| a.len() == 1 && a[0] == kind.name());
+                let is_equivalent =
+                    found.iter().all(|f| *f == kind.name() || equivalent_kinds(kind).contains(f));
+                let is_alternative = d.alternatives.iter().any(|a| a.len() == 1 && a[0] == kind.name());
                 if exact {
                     summary.exact += 1;
-                } else if !found.is_empty() && (told_apart || listed) {
+                } else if !found.is_empty() && (is_equivalent || is_alternative) {
                     summary.ambiguous += 1;
                 } else {
                     right = false;
@@ -82,7 +88,7 @@ fn one(single: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
                     let [low, high] = d.effects[0].parameters["sd_m"].ci95;
                     right &= low < sd && sd < high;
                 }
-                summary.ratios.push(d.error.augmented.rmse / told.rmse);
+                summary.ratios.push(d.error.augmented.rmse / assessed.rmse);
             } else if !found.is_empty() {
                 summary.false_alarms += 1;
                 right = false;

@@ -1,17 +1,21 @@
-//! Recordings of things that are no bouncing ball: bodies that tumble, a pendulum, a spring, a ball in other units.
+//! Recordings of systems that are not a bouncing ball: tumbling bodies, a pendulum, a spring, changed units.
 
 use augsim_data::{DataError, Dataset, Trajectory, random_stream};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
+/// Gravitational acceleration, m/s².
 const G: f64 = 9.81;
-/// Noise of every coordinate, m.
+/// Standard deviation of the measurement noise of every coordinate, m.
 const NOISE_M: f64 = 0.001;
+/// Sampling rate, Hz.
 const RATE_HZ: f64 = 100.0;
 
+/// A vector in space.
 type V = [f64; 3];
 
+/// `a + s b`.
 fn add(a: V, b: V, s: f64) -> V {
     [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
 }
@@ -24,29 +28,29 @@ fn cross(a: V, b: V) -> V {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// A square (its corners in the plane y = 0) or a cube that falls on a floor and hits it with its corners.
+/// A rigid square (corners in the plane y = 0) or cube that falls and hits the floor with its corners.
 struct Body {
     position: V,
     velocity: V,
-    /// Turning, rad/s.
-    turning: V,
+    /// Angular velocity, rad/s.
+    angular_velocity: V,
     corners: Vec<V>,
-    /// Inertia over mass, m²: the same about every axis that it turns about.
+    /// Moment of inertia per mass, m²: equal about all axes of rotation.
     inertia: f64,
     restitution: f64,
     friction: f64,
 }
 
 impl Body {
-    /// Moves it by a short time, with an impulse at the lowest corner where that goes into the floor.
+    /// Advances the body by a short time, with an impulse at the lowest corner if that moves into the floor.
     fn step(&mut self, dt: f64) {
         self.velocity[2] -= G * dt;
         self.position = add(self.position, self.velocity, dt);
-        let angle = dot(self.turning, self.turning).sqrt() * dt;
+        let angle = dot(self.angular_velocity, self.angular_velocity).sqrt() * dt;
         if angle > 0.0 {
-            let axis = self.turning.map(|w| w * dt / angle);
+            let axis = self.angular_velocity.map(|w| w * dt / angle);
             for r in &mut self.corners {
-                // Rodrigues' rotation.
+                // Rodrigues' rotation formula.
                 let along = dot(axis, *r) * (1.0 - angle.cos());
                 *r = add(add(r.map(|x| x * angle.cos()), cross(axis, *r), angle.sin()), axis, along);
             }
@@ -58,40 +62,41 @@ impl Body {
                 return;
             }
             self.position[2] -= 0.5 * (self.position[2] + lowest[2]);
-            let at = add(self.velocity, cross(self.turning, lowest), 1.0);
-            if at[2] >= 0.0 {
+            let corner_velocity = add(self.velocity, cross(self.angular_velocity, lowest), 1.0);
+            if corner_velocity[2] >= 0.0 {
                 return;
             }
-            let mass = |n: V| {
+            let effective_mass = |n: V| {
                 let arm = cross(lowest, n);
                 1.0 / (1.0 + dot(arm, arm) / self.inertia)
             };
-            let bounce = if at[2] < -0.05 { 1.0 + self.restitution } else { 1.0 };
-            let normal = -bounce * at[2] * mass([0.0, 0.0, 1.0]);
-            let slip = [at[0], at[1], 0.0];
+            let bounce = if corner_velocity[2] < -0.05 { 1.0 + self.restitution } else { 1.0 };
+            let normal = -bounce * corner_velocity[2] * effective_mass([0.0, 0.0, 1.0]);
+            let slip = [corner_velocity[0], corner_velocity[1], 0.0];
             let speed = dot(slip, slip).sqrt();
             let mut impulse = [0.0, 0.0, normal];
             if speed > 0.0 {
-                let way = slip.map(|x| x / speed);
-                let stop = (speed * mass(way)).min(self.friction * normal);
-                impulse = add(impulse, way, -stop);
+                let direction = slip.map(|x| x / speed);
+                let stop = (speed * effective_mass(direction)).min(self.friction * normal);
+                impulse = add(impulse, direction, -stop);
             }
             self.velocity = add(self.velocity, impulse, 1.0);
-            self.turning = add(self.turning, cross(lowest, impulse), 1.0 / self.inertia);
+            self.angular_velocity = add(self.angular_velocity, cross(lowest, impulse), 1.0 / self.inertia);
         }
     }
 }
 
+/// A value with measurement noise.
 fn noisy(rng: &mut Xoshiro256PlusPlus, value: f64) -> f64 {
     let error: f64 = StandardNormal.sample(rng);
     value + NOISE_M * error
 }
 
-/// Positions of `count` bodies, sampled for `length_s`.
+/// Positions of the centres of `count` bodies, sampled for `length_s`, s.
 fn tumbling(seed: u64, cube: bool, count: usize, length_s: f64) -> Result<Dataset, DataError> {
     let mut rng = random_stream(seed, "tumbling", u64::from(cube));
     let half = if cube { 0.05 } else { 0.04 };
-    let mut all = Vec::new();
+    let mut trajectories = Vec::new();
     for j in 0..count {
         let mut corners = Vec::new();
         for x in [-half, half] {
@@ -107,7 +112,7 @@ fn tumbling(seed: u64, cube: bool, count: usize, length_s: f64) -> Result<Datase
         let mut body = Body {
             position: [0.0, 0.0, height],
             velocity: [rng.random_range(0.2..1.2), if cube { rng.random_range(-0.5..0.5) } else { 0.0 }, 0.0],
-            turning: if cube {
+            angular_velocity: if cube {
                 [spin(&mut rng), spin(&mut rng), spin(&mut rng)]
             } else {
                 [0.0, spin(&mut rng), 0.0]
@@ -117,16 +122,16 @@ fn tumbling(seed: u64, cube: bool, count: usize, length_s: f64) -> Result<Datase
             restitution: 0.6,
             friction: 0.3,
         };
-        // Any attitude at the release.
-        let (turning, at) = (body.turning, body.position);
+        // Turn the body to a random orientation before the release.
+        let (angular_velocity, position) = (body.angular_velocity, body.position);
         (body.velocity[2], body.position[2]) = (0.0, 10.0);
-        body.turning = if cube { [0.7, 0.4, 0.9] } else { [0.0, 1.0, 0.0] };
+        body.angular_velocity = if cube { [0.7, 0.4, 0.9] } else { [0.0, 1.0, 0.0] };
         for _ in 0..rng.random_range(0..6000) {
             body.velocity[2] = 0.0;
             body.position[2] = 10.0;
             body.step(5e-4);
         }
-        (body.turning, body.position, body.velocity[2]) = (turning, at, 0.0);
+        (body.angular_velocity, body.position, body.velocity[2]) = (angular_velocity, position, 0.0);
         let samples = (length_s * RATE_HZ) as usize;
         let mut columns = vec![Vec::new(), Vec::new(), Vec::new()];
         for _ in 0..samples {
@@ -137,31 +142,31 @@ fn tumbling(seed: u64, cube: bool, count: usize, length_s: f64) -> Result<Datase
             columns.remove(1);
         }
         let times = (0..samples).map(|k| k as f64 / RATE_HZ).collect();
-        all.push(Trajectory::new(format!("{j}"), times, columns)?);
+        trajectories.push(Trajectory::new(format!("{j}"), times, columns)?);
     }
-    Dataset::from_names(if cube { &["x_m", "y_m", "z_m"] } else { &["x_m", "z_m"] }, all)
+    Dataset::from_names(if cube { &["x_m", "y_m", "z_m"] } else { &["x_m", "z_m"] }, trajectories)
 }
 
-/// Squares that tumble in a plane, seen by their centres.
+/// Positions of the centres of squares that tumble in a plane.
 ///
 /// # Errors
-/// None that this module can cause.
+/// None in practice: the data are valid.
 pub fn tumbling_squares(seed: u64) -> Result<Dataset, DataError> {
     tumbling(seed, false, 20, 1.5)
 }
 
-/// Tossed cubes, seen by their centres.
+/// Positions of the centres of tossed cubes.
 ///
 /// # Errors
-/// None that this module can cause.
+/// None in practice: the data are valid.
 pub fn tossed_cubes(seed: u64) -> Result<Dataset, DataError> {
     tumbling(seed, true, 30, 0.9)
 }
 
-/// Swings of a pendulum's bob, or of a mass on a spring as heights.
+/// Positions of a pendulum's bob, or heights of a mass on a spring.
 fn swinging(seed: u64, spring: bool) -> Result<Dataset, DataError> {
     let mut rng = random_stream(seed, "swinging", u64::from(spring));
-    let mut all = Vec::new();
+    let mut trajectories = Vec::new();
     for j in 0..16 {
         let (mut angle, mut rate): (f64, f64) = (rng.random_range(0.3..1.2), rng.random_range(-1.0..1.0));
         let mut columns = if spring { vec![Vec::new()] } else { vec![Vec::new(), Vec::new()] };
@@ -179,40 +184,40 @@ fn swinging(seed: u64, spring: bool) -> Result<Dataset, DataError> {
                 angle += rate * dt;
             }
         }
-        all.push(Trajectory::new(
+        trajectories.push(Trajectory::new(
             format!("{j}"),
             (0..200).map(|k| f64::from(k) / RATE_HZ).collect(),
             columns,
         )?);
     }
-    Dataset::from_names(if spring { &["height_m"] } else { &["x_m", "z_m"] }, all)
+    Dataset::from_names(if spring { &["height_m"] } else { &["x_m", "z_m"] }, trajectories)
 }
 
-/// Swings of a pendulum's bob.
+/// Positions of a pendulum's bob.
 ///
 /// # Errors
-/// None that this module can cause.
+/// None in practice: the data are valid.
 pub fn pendulum(seed: u64) -> Result<Dataset, DataError> {
     swinging(seed, false)
 }
 
-/// A mass on a spring, its place called a height.
+/// Positions of a mass on a spring, in a column named as a height.
 ///
 /// # Errors
-/// None that this module can cause.
+/// None in practice: the data are valid.
 pub fn spring(seed: u64) -> Result<Dataset, DataError> {
     swinging(seed, true)
 }
 
-/// The same trajectories with every value of the position columns changed.
+/// The same trajectories with `change` applied to every value, by column name.
 ///
 /// # Errors
-/// None that finite changes can cause.
+/// None if the changed values are finite.
 pub fn changed(data: &Dataset, change: impl Fn(&str, f64) -> f64) -> Result<Dataset, DataError> {
-    let all = data.trajectories().iter().map(|t| {
+    let trajectories = data.trajectories().iter().map(|t| {
         let columns = data.columns().iter().zip(t.values());
         let values = columns.map(|(c, v)| v.iter().map(|x| change(c.name(), *x)).collect()).collect();
         t.with_samples(t.time_s().to_vec(), values)
     });
-    Dataset::new(data.columns().to_vec(), all.collect::<Result<_, _>>()?)
+    Dataset::new(data.columns().to_vec(), trajectories.collect::<Result<_, _>>()?)
 }

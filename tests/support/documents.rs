@@ -1,14 +1,14 @@
-//! The documents of the repository, for the tests that read them. Included by path into their files.
+//! The Markdown documents of the repository, for the tests that read them; included by path.
 
 use std::path::{Path, PathBuf};
 
-/// Root of the workspace.
+/// Root folder of the workspace.
 pub fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.ancestors().nth(2).expect("a crate two folders below the root").to_owned()
 }
 
-/// Path and text of every Markdown file for readers: those of the root, of `docs`, and the README of each crate.
+/// Path and text of every Markdown file for readers: in the root, `docs`, `benches`, and each crate.
 #[allow(dead_code, reason = "not every test file that includes this reads all documents")]
 pub fn every_document() -> Vec<(PathBuf, String)> {
     let root = root();
@@ -29,7 +29,7 @@ pub fn every_document() -> Vec<(PathBuf, String)> {
     paths.into_iter().map(read).collect()
 }
 
-/// A text with every run of white space as one space.
+/// The text with each run of white space replaced by one space.
 pub fn words(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

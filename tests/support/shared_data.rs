@@ -1,17 +1,18 @@
-//! Where tests find data that is not committed. Included by path into the test files of every crate.
+//! Location of test data that is not committed; included by path into the tests of every crate.
 
 use std::path::{Path, PathBuf};
 
-/// Root of the workspace.
+/// Root folder of the workspace.
 pub fn workspace() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let root = here.ancestors().find(|folder| folder.join("Cargo.lock").exists());
     root.expect("a crate inside the workspace").to_owned()
 }
 
-/// `relative` below `AUGSIM_DATA` or, without it, `../shared/data` seen from the workspace.
+/// The path `relative` below `AUGSIM_DATA`, or below `../shared/data` next to the workspace.
 ///
-/// Where it is missing the test is skipped, loudly; with `AUGSIM_REQUIRE_DATA=1` it fails.
+/// If it is missing, returns `None` and prints that the test is skipped; with `AUGSIM_REQUIRE_DATA=1` the
+/// test fails.
 #[allow(dead_code, reason = "not every test file that includes this needs shared data")]
 #[expect(clippy::print_stderr, reason = "a skipped test must be seen")]
 pub fn shared_data(relative: &str) -> Option<PathBuf> {

@@ -1,21 +1,24 @@
-//! One set of throws in a plane, written as people write recordings. Included by path into the tests that read them back.
+//! One set of planar throws written in many file layouts; included by path into the tests that read them.
 
 use augsim_data::Dataset;
 use std::path::{Path, PathBuf};
 
-/// How a file is written.
+/// Layout of a file.
 pub struct Style {
     pub header: &'static str,
     pub separator: &'static str,
-    /// Metres in a unit of the file, for x and for the height, which may count downwards.
+    /// Metres per unit of the file, for x and for the height; negative for a height that counts downwards.
     pub metres: [f64; 2],
+    /// Offset added to the height, m.
     pub raised_m: f64,
+    /// Seconds per time unit of the file.
     pub seconds: f64,
     pub decimal_comma: bool,
-    /// Cells after the fourth.
+    /// Text of the cells after the fourth.
     pub extra: &'static str,
 }
 
+/// Commas, metres and seconds.
 pub const PLAIN: Style = Style {
     header: "run,t,x,y",
     separator: ",",
@@ -27,6 +30,7 @@ pub const PLAIN: Style = Style {
 };
 
 impl Style {
+    /// The rows of the file, without the header.
     pub fn rows(&self, data: &Dataset) -> Vec<String> {
         let mut rows = Vec::new();
         for t in data.trajectories() {
@@ -42,12 +46,15 @@ impl Style {
         rows
     }
 
+    /// The whole file.
     pub fn text(&self, data: &Dataset) -> String {
         self.rows(data).into_iter().fold(format!("{}\n", self.header), |text, row| text + &row + "\n")
     }
 }
 
-/// Writes the throws in twelve ways and as one file each, the last; name and path of each. Columns of `data` are x_m and z_m.
+/// Writes the throws in twelve layouts, the last with one file per throw; returns name and path of each.
+///
+/// The columns of `data` are x_m and z_m.
 pub fn write_in_twelve_ways(data: &Dataset, folder: &Path) -> Vec<(&'static str, PathBuf)> {
     let write = |name: &'static str, text: String| {
         let path = folder.join(name);
@@ -58,7 +65,7 @@ pub fn write_in_twelve_ways(data: &Dataset, folder: &Path) -> Vec<(&'static str,
     let shuffled = {
         let mut rows = PLAIN.rows(data);
         let n = rows.len();
-        // A stride that shares no factor with the number of rows visits each once.
+        // A stride without a common factor with the number of rows visits each row once.
         let stride = (n / 3..n)
             .find(|s| (1..=*s).filter(|k| s.is_multiple_of(*k) && n.is_multiple_of(*k)).count() == 1)
             .expect("a stride");
@@ -66,11 +73,11 @@ pub fn write_in_twelve_ways(data: &Dataset, folder: &Path) -> Vec<(&'static str,
         rows.into_iter().fold("run,t,x,y\n".to_owned(), |text, row| text + &row + "\n")
     };
     let blank = {
-        let cut = |(i, row): (usize, String)| match i % 23 {
+        let drop_cell = |(i, row): (usize, String)| match i % 23 {
             7 => row.rsplit_once(',').expect("cells").0.to_owned() + ",",
             _ => row,
         };
-        let rows = PLAIN.rows(data).into_iter().enumerate().map(cut);
+        let rows = PLAIN.rows(data).into_iter().enumerate().map(drop_cell);
         rows.fold("run,t,x,y\n".to_owned(), |text, row| text + &row + "\n")
     };
     let styles = [
@@ -100,14 +107,14 @@ pub fn write_in_twelve_ways(data: &Dataset, folder: &Path) -> Vec<(&'static str,
         ("shuffled.csv", shuffled),
     ];
     let mut written: Vec<_> = styles.into_iter().map(|(name, text)| write(name, text)).collect();
-    let each = folder.join("each");
-    std::fs::create_dir(&each).expect("a folder");
+    let files_folder = folder.join("each");
+    std::fs::create_dir(&files_folder).expect("a folder");
     for (k, t) in data.trajectories().iter().enumerate() {
         let rows = PLAIN.rows(&Dataset::new(data.columns().to_vec(), vec![t.clone()]).expect("well formed"));
         let rows = rows.iter().map(|r| r.split_once(',').expect("cells").1);
         let text = rows.fold("t,x,y\n".to_owned(), |text, row| text + row + "\n");
-        std::fs::write(each.join(format!("throw_{k:02}.csv")), text).expect("a writable folder");
+        std::fs::write(files_folder.join(format!("throw_{k:02}.csv")), text).expect("a writable folder");
     }
-    written.push(("one file each", each));
+    written.push(("one file each", files_folder));
     written
 }

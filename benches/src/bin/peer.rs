@@ -1,5 +1,7 @@
-//! Our side of the comparison with PyTorch and JAX: does the work that `benches/peers/compare.py` asks for,
-//! one line a request (`CASE COUNT`), and answers wall and CPU seconds a call and the peak resident memory.
+//! The augsim side of the comparison with PyTorch and JAX, driven by `benches/peers/compare.py`.
+//!
+//! Arguments are the case and the number of threads. Each line on standard input is a number of calls; the
+//! answer is a JSON line with wall and CPU time per call and the peak resident memory.
 #![expect(clippy::print_stdout, reason = "it answers on standard output")]
 
 use augsim_benches::{clock, ok, push::push_net, synthetic::Synthetic};
@@ -13,7 +15,7 @@ use rayon::prelude::*;
 use std::hint::black_box;
 use std::io::BufRead;
 
-/// Time steps a sampler takes at once.
+/// Time steps that a sampler takes per call.
 const BLOCK: usize = 32;
 
 fn main() {
@@ -37,7 +39,7 @@ fn main() {
             serve(|| push.step());
         }
         "sample" => {
-            let (net, params) = ball();
+            let (net, params) = ball_net();
             let (count, time) = (2000, 400);
             let u = augsim_benches::kernels::values(BLOCK * net.sizes().condition * TILE);
             let mut samplers: Vec<_> = (0..count / TILE)
@@ -62,7 +64,7 @@ fn main() {
             });
         }
         "step" => {
-            let (net, params) = ball();
+            let (net, params) = ball_net();
             let mut sampler = DcvrnnSampler::new(&net, &params, 1, 1);
             let mut noise = NormalLanes::new([[1, 2]]);
             let (u, mut eps) = ([0.1; 4], [0.0; 4]);
@@ -71,12 +73,12 @@ fn main() {
                 black_box(sampler.advance(&u, &eps));
             });
         }
-        other => panic!("no case `{other}`: train_ball, train_push, sample or step"),
+        other => panic!("there is no case `{other}`; choose train_ball, train_push, sample or step"),
     });
 }
 
-/// The ball's Hybrid net with its initial weights.
-fn ball() -> (Dcvrnn, Params<f32>) {
+/// The Hybrid net for the ball with its initial weights.
+fn ball_net() -> (Dcvrnn, Params<f32>) {
     let mut params = Params::new(random_stream(1, "init", 0));
     let decoder = Decoder::Fixed;
     let sizes =
@@ -84,15 +86,15 @@ fn ball() -> (Dcvrnn, Params<f32>) {
     (Dcvrnn::new(&mut params, sizes), params)
 }
 
-/// Answers every line, a number of calls, with the seconds of one of them.
+/// Answers each line on standard input, a number of calls of `f`, with the time per call.
 fn serve(mut f: impl FnMut()) {
     (0..3).for_each(|_| f());
     println!("ready");
     for line in std::io::stdin().lock().lines() {
         let calls: u32 = ok(ok(line).trim().parse());
         let (wall, cpu) = clock::time(|| (0..calls).for_each(|_| f()));
-        let each = |seconds: f64| seconds / f64::from(calls);
-        let (cpu, memory) = (cpu.map_or(-1.0, each), clock::peak_resident_mb().unwrap_or(-1.0));
-        println!("{{\"wall_s\": {}, \"cpu_s\": {cpu}, \"rss_mb\": {memory}}}", each(wall));
+        let per_call = |seconds: f64| seconds / f64::from(calls);
+        let (cpu, memory) = (cpu.map_or(-1.0, per_call), clock::peak_resident_mb().unwrap_or(-1.0));
+        println!("{{\"wall_s\": {}, \"cpu_s\": {cpu}, \"rss_mb\": {memory}}}", per_call(wall));
     }
 }

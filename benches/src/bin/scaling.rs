@@ -1,6 +1,9 @@
-//! How a training iteration scales: batch 10 to 10,000, hidden 8 to 128, steps 50 to 5,000, one and two
-//! threads, each around the ball's configuration. Writes `scaling.csv` and one SVG a variable, in which a dashed line
-//! shows a cost in proportion to the operations. Wall times are of an idle machine or of none.
+//! Measures how the time of a training iteration scales.
+//!
+//! Varies the batch from 10 to 10,000, hidden units from 8 to 128 and steps from 50 to 5,000, each around the
+//! ball's configuration, with one and two threads. Writes `scaling.csv` and one SVG per variable, in which a
+//! dashed line shows a cost proportional to the number of operations. Wall times are meaningful only on an
+//! idle machine.
 //!
 //! `cargo run --release -p augsim-benches --bin scaling -- out/scaling`
 #![expect(clippy::print_stdout, reason = "it prints what it measures")]
@@ -14,22 +17,25 @@ use augsim_trainer::nets::{Dcvrnn, DcvrnnSizes, Decoder};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Extents that are varied: name, the rest of the configuration, and the values.
+/// Variables: name, the fixed part of the configuration, and the values.
 const VARIED: [(&str, &str, &[usize]); 3] = [
     ("batch", "16 units, 400 steps", &[10, 30, 100, 300, 1000, 3000, 10_000]),
     ("hidden", "batch 100, 400 steps", &[8, 16, 32, 64, 128]),
     ("steps", "batch 100, 16 units", &[50, 100, 200, 400, 1000, 2000, 5000]),
 ];
+/// Numbers of threads.
 const THREADS: [usize; 2] = [1, 2];
-/// Batch, units and steps where they are not varied: the ball's.
+/// Batch, hidden units and steps of the ball's configuration.
 const CENTRE: [usize; 3] = [100, 16, 400];
 
-/// Floating-point operations of an iteration.
+/// Floating-point operations of one training iteration.
 fn operations([batch, hidden, steps]: [usize; 3]) -> f64 {
     augsim_benches::flops::Extents { hidden, ..BALL }.training(batch, steps)
 }
 
-/// Least CPU seconds of an iteration (wall where the system does not tell) and its rate in GFLOP/s a core.
+/// Shortest wall and CPU time of an iteration, s, and its rate per core, GFLOP/s.
+///
+/// The CPU time is the wall time if the system does not report it.
 fn measure([batch, hidden, steps]: [usize; 3], threads: usize) -> (f64, f64, f64) {
     let (extents, decoder) = (augsim_benches::flops::Extents { hidden, ..BALL }, Decoder::Fixed);
     let (state, condition, latent) = (extents.state, extents.condition, extents.latent);
@@ -40,7 +46,7 @@ fn measure([batch, hidden, steps]: [usize; 3], threads: usize) -> (f64, f64, f64
     let pool = ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build());
     pool.install(|| {
         training.step();
-        // The system's CPU clock ticks every few milliseconds: a window is at least a fifth of a second.
+        // The CPU clock of the system advances every few milliseconds, so a measurement takes at least 0.2 s.
         let calls = (0.2 / clock::time(|| training.step()).0).ceil().max(1.0);
         let (mut wall, mut cpu) = (f64::MAX, f64::MAX);
         for _ in 0..3 {
@@ -55,7 +61,7 @@ fn main() {
     let out = std::env::args().nth(1).unwrap_or_else(|| "out/scaling".to_owned());
     ok(std::fs::create_dir_all(&out));
     let mut csv = String::from("varied,batch,hidden,steps,threads,wall_s,cpu_s,gflop_s_per_core\n");
-    for (at, (varied, fixed, values)) in VARIED.into_iter().enumerate() {
+    for (axis, (varied, fixed, values)) in VARIED.into_iter().enumerate() {
         let title = format!("Training iteration, ball's net, {fixed}");
         let x: Vec<f64> = values.iter().map(|v| *v as f64).collect();
         let mut figure = Line::new(&title, Axis::log(varied, ""), Axis::log("wall time", "s"));
@@ -63,7 +69,7 @@ fn main() {
             let mut seconds = Vec::new();
             for &value in values {
                 let mut extents = CENTRE;
-                extents[at] = value;
+                extents[axis] = value;
                 let (wall, cpu, rate) = measure(extents, threads);
                 let [batch, hidden, steps] = extents;
                 ok(writeln!(csv, "{varied},{batch},{hidden},{steps},{threads},{wall},{cpu},{rate}"));
@@ -74,16 +80,17 @@ fn main() {
             }
             let name = if threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") };
             if threads == 1 {
-                // Through the time of the ball's configuration.
-                let at_centre = values.iter().zip(&seconds).find(|(v, _)| **v == CENTRE[at]);
+                // The dashed line passes through the time of the ball's configuration.
+                let at_centre = values.iter().zip(&seconds).find(|(v, _)| **v == CENTRE[axis]);
                 let rate = at_centre.map_or(f64::NAN, |(_, s)| s / operations(CENTRE));
                 let times = values.iter().map(|&value| {
                     let mut extents = CENTRE;
-                    extents[at] = value;
+                    extents[axis] = value;
                     rate * operations(extents)
                 });
                 let times = times.collect();
-                figure = figure.with(Series::line("as the operations", Tone::Muted, x.clone(), times));
+                figure =
+                    figure.with(Series::line("proportional to operations", Tone::Muted, x.clone(), times));
             }
             let series = Series::line(&name, Tone::Series(threads as u8 - 1), x.clone(), seconds);
             figure = figure.with(series.with_mark(Mark::LinePoints));

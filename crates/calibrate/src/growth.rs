@@ -1,167 +1,190 @@
-//! Windows that grow: short ones forgive a wrong parameter, long ones tell small ones.
+//! Calibration by multiple shooting over growing windows.
+//!
+//! Over short windows the cost has few local minima, because every window starts close to the data; long
+//! windows determine small parameters more precisely. The fit therefore begins with short windows and doubles
+//! them for as long as the model follows the data.
 
-use crate::lengths::longest_that_forecasts_all;
-use crate::minima::deepest;
+use crate::lengths::select_window_length;
+use crate::minima::best_of_multistart;
 use crate::outcome::{Calibration, CalibrationError, Gauge, Stage};
-use crate::steps::{Begin, Fit, ROUGHLY_SETTLED, Reduced, SETTLED};
-use crate::windows::{NEGLIGIBLE, Problem, Shot, doubled};
-use augsim_linear::{Mat, SymmetricEigen, symmetric_eigen};
+use crate::steps::{COARSE_TOLERANCE, FINAL_TOLERANCE, Fit, ReducedEquations, StartingPoint};
+use crate::windows::{NEGLIGIBLE_RMSE, Problem, ShootingWindow, merge_pairs};
+use augsim_linear::{SymmetricEigen, symmetric_eigen};
 use augsim_physics::system::{Record, System};
 
-/// Growth of the misfit from one length to its double beyond which the model no longer follows: sensor noise does not grow,
-/// white noise of a force grows by 2.8 in a position, a lost fit by much more.
-const LOST: f64 = 4.0;
-/// Windows below which growing on is dear: a pass over few long ones keeps few lanes busy. Whether it is of any use is asked once
-/// before.
-const DEAR: usize = 64;
-/// Lengths in a row that lose against a shorter one before no longer one is tried.
-const LOSING: usize = 3;
-/// Eigenvalues below this share of the largest, after scaling, are those of combinations that data do not tell.
-const UNTOLD: f64 = 1e-9;
+/// Growth of the RMSE, when windows double in length, above which the model does not follow the data.
+///
+/// White measurement noise does not grow; the effect of white process noise in a force on a position grows by
+/// 2.8.
+const MAX_RMSE_GROWTH: f64 = 4.0;
+/// Number of windows below which simulations are inefficient, because few SIMD lanes are in use.
+///
+/// Before the number falls below it, the lengths so far are compared, to see if longer windows can be of use.
+const MIN_EFFICIENT_WINDOWS: usize = 64;
+/// Number of successive lengths worse than a shorter one after which no longer one is tried.
+const MAX_WORSE_LENGTHS: usize = 3;
+/// Share of the largest eigenvalue of the scaled normal equations below which others count as 0.
+///
+/// Their eigenvectors are combinations of parameters that are not identifiable from the data.
+const IDENTIFIABILITY_CUTOFF: f64 = 1e-9;
+/// Weight in the unidentifiable combinations above which a parameter counts as part of them.
+const MIN_GAUGE_WEIGHT: f64 = 0.01;
 
-/// Calibrates the free parameters of a system on prepared records, whose windows are the shortest that are fitted.
-/// `longest_s` bounds the length that they grow to.
+/// Calibrates the free parameters of a system on prepared records.
+///
+/// The windows of the records are the shortest that are fitted. `longest_s` is the longest duration to which
+/// they may grow; without it the length is chosen by comparison.
 ///
 /// # Errors
-/// [`CalibrationError`]: nothing was measured, or the declared model cannot be simulated over its shortest windows.
+/// [`CalibrationError`]: nothing was measured, or the declared model cannot be simulated over its shortest
+/// windows.
 pub fn calibrate(
     system: &dyn System,
     records: &[Record],
     longest_s: Option<f64>,
 ) -> Result<Calibration, CalibrationError> {
-    let measured = |r: &Record| r.values.iter().flatten().any(|v| v.is_finite());
-    if !records.iter().any(measured) {
+    let is_measured = |r: &Record| r.values.iter().flatten().any(|v| v.is_finite());
+    if !records.iter().any(is_measured) {
         return Err(CalibrationError::NothingMeasured);
     }
     let problem = Problem::new(system, records, true);
-    let spread = problem.spread();
+    let channel_sd = problem.channel_sd();
     let nominal: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
-    let mut shots = problem.shots();
-    let begin = Begin { values: &nominal, shots: &shots, sd: &spread };
-    let mut best = problem.fit(&begin, ROUGHLY_SETTLED).map_err(CalibrationError::Simulation)?;
-    best = deepest(&problem, &shots, best);
-    let mut stages = vec![stage(&problem, &best)];
-    let mut fits = vec![best];
+    let mut windows = problem.prepared_windows();
+    let start = StartingPoint { values: &nominal, windows: &windows, scales: &channel_sd };
+    let declared_fit = problem.fit(&start, COARSE_TOLERANCE).map_err(CalibrationError::Simulation)?;
+    let first = best_of_multistart(&problem, &windows, declared_fit);
+    let mut stages = vec![stage(&problem, &first)];
+    let mut fits = vec![first];
     let mut stopped = None;
-    // Holds are compared over windows of a length that is given.
-    let is_compared = longest_s.is_none() && !problem.free.is_empty();
-    let mut asked = None;
+    // With a given longest duration the caller has chosen the length.
+    let compares_lengths = longest_s.is_none() && !problem.free_parameters.is_empty();
+    let mut early_choice = None;
     loop {
-        let best = &fits[fits.len() - 1];
-        shots = doubled(&best.shots);
-        let last = stages.last().map_or(0.0, |stage| stage.window_s);
-        if shots.len() == best.shots.len() || longest_s.is_some_and(|longest| 2.0 * last > longest) {
+        let current = &fits[fits.len() - 1];
+        windows = merge_pairs(&current.windows);
+        let duration_s = stages.last().map_or(0.0, |stage| stage.window_s);
+        let is_too_long = longest_s.is_some_and(|longest| 2.0 * duration_s > longest);
+        if windows.len() == current.windows.len() || is_too_long {
             break;
         }
-        if is_compared && asked.is_none() && fits.len() > LOSING && shots.len() < DEAR {
-            let kept = longest_that_forecasts_all(&problem, &fits, &spread);
-            asked = Some(kept);
-            if kept + LOSING < fits.len() {
+        let is_due = fits.len() > MAX_WORSE_LENGTHS && windows.len() < MIN_EFFICIENT_WINDOWS;
+        if compares_lengths && early_choice.is_none() && is_due {
+            let choice = select_window_length(&problem, &fits, &channel_sd);
+            early_choice = Some(choice);
+            if choice + MAX_WORSE_LENGTHS < fits.len() {
                 break;
             }
         }
-        let begin = Begin { values: &best.values, shots: &shots, sd: &spread };
-        let Ok(grown) = problem.fit(&begin, ROUGHLY_SETTLED) else {
+        let start = StartingPoint { values: &current.values, windows: &windows, scales: &channel_sd };
+        let Ok(longer) = problem.fit(&start, COARSE_TOLERANCE) else {
             stopped = Some("longer windows cannot be simulated");
             break;
         };
-        let next = stage(&problem, &grown);
-        let last = &stages[stages.len() - 1].rms;
-        let growth = next
-            .rms
-            .iter()
-            .zip(last)
-            .zip(&spread)
-            .map(|((now, then), spread)| now / then.max(NEGLIGIBLE * spread));
-        if growth.fold(0.0, f64::max) > LOST {
-            stopped = Some("over longer windows the model does not follow the data");
+        let longer_stage = stage(&problem, &longer);
+        if rmse_growth(&longer_stage, &stages[stages.len() - 1], &channel_sd) > MAX_RMSE_GROWTH {
+            stopped = Some("over longer windows the model no longer follows the data");
             break;
         }
-        stages.push(next);
-        fits.push(grown);
+        stages.push(longer_stage);
+        fits.push(longer);
     }
     let last = fits.len() - 1;
-    let kept = match asked.filter(|kept| kept + LOSING < fits.len()) {
-        Some(kept) => kept,
-        None if is_compared => longest_that_forecasts_all(&problem, &fits, &spread),
+    let chosen = match early_choice.filter(|choice| choice + MAX_WORSE_LENGTHS < fits.len()) {
+        Some(choice) => choice,
+        None if compares_lengths => select_window_length(&problem, &fits, &channel_sd),
         None => last,
     };
-    if kept < last {
-        stopped = Some("over longer windows the parameters make up for what the model lacks");
+    if chosen < last {
+        stopped = Some("over longer windows the parameters compensate for what the model lacks");
     }
-    stages.truncate(kept + 1);
-    let mut best = fits.swap_remove(kept);
-    // The lengths on the way were fitted roughly; the one that counts is fitted to its end.
-    let begin = Begin { values: &best.values, shots: &best.shots, sd: &best.sd };
-    if let Ok(fit) = problem.fit(&begin, SETTLED) {
+    stages.truncate(chosen + 1);
+    let mut best = fits.swap_remove(chosen);
+    // All lengths were fitted to the coarse tolerance; the chosen one is fitted to the final one.
+    let start = StartingPoint { values: &best.values, windows: &best.windows, scales: &best.scales };
+    if let Ok(fit) = problem.fit(&start, FINAL_TOLERANCE) {
         best = fit;
-        stages[kept] = stage(&problem, &best);
+        stages[chosen] = stage(&problem, &best);
     }
-    Ok(outcome(&problem, best, stages, stopped))
+    Ok(calibration(&problem, best, stages, stopped))
 }
 
+/// Largest factor, over the channels, by which the RMSE has grown from one stage to the next.
+fn rmse_growth(longer: &Stage, shorter: &Stage, channel_sd: &[f64]) -> f64 {
+    let channels = longer.rms.iter().zip(&shorter.rms).zip(channel_sd);
+    channels.map(|((longer, shorter), sd)| longer / shorter.max(NEGLIGIBLE_RMSE * sd)).fold(0.0, f64::max)
+}
+
+/// Summary of a fit over windows of one length.
 fn stage(problem: &Problem<'_>, fit: &Fit) -> Stage {
-    let duration = |s: &Shot| {
-        let times = &problem.records[s.record].times;
-        times[s.samples.end - 1] - times[s.samples.start]
+    let duration = |w: &ShootingWindow| {
+        let times = &problem.records[w.record].times;
+        times[w.samples.end - 1] - times[w.samples.start]
     };
-    let mut durations: Vec<f64> = fit.shots.iter().map(duration).collect();
+    let mut durations: Vec<f64> = fit.windows.iter().map(duration).collect();
     durations.sort_by(f64::total_cmp);
     let rms = fit.normal.rms(problem.schema().channels.len());
     let count = fit.normal.count() as f64;
-    let unknowns = problem.free.len() + problem.states.len() * fit.shots.len();
-    let freedom = (count - unknowns as f64).max(1.0);
+    let unknowns = problem.free_parameters.len() + problem.free_states.len() * fit.windows.len();
+    let degrees_of_freedom = (count - unknowns as f64).max(1.0);
     Stage {
         window_s: durations.get(durations.len() / 2).copied().unwrap_or(0.0),
-        windows: fit.shots.len(),
-        noise: rms.iter().map(|rms| rms * (count / freedom).sqrt()).collect(),
+        windows: fit.windows.len(),
+        noise: rms.iter().map(|rms| rms * (count / degrees_of_freedom).sqrt()).collect(),
         rms,
         steps: fit.steps,
         converged: fit.converged,
     }
 }
 
-/// Parameters that data alone do not tell one by one: what is known of starts beforehand would hide that a scale is free.
+/// Structural non-identifiability of the free parameters; `None` where the data determine each of them.
+///
+/// The priors of initial states are taken out of the equations: they would hide that a scale is free.
 fn gauge(problem: &Problem<'_>, fit: &Fit) -> Option<Gauge> {
-    let (p, n) = (problem.free.len(), problem.states.len());
+    let (p, n) = (problem.free_parameters.len(), problem.free_states.len());
     let mut normal = fit.normal.clone();
-    for (part, shot) in normal.parts.iter_mut().zip(&fit.shots) {
-        for (index, state) in problem.states.iter().enumerate() {
-            if let Some((_, sd)) = problem.prior(shot, *state) {
-                part.c[index * n + index] -= 1.0 / (sd * sd);
+    for (equations, window) in normal.windows.iter_mut().zip(&fit.windows) {
+        for (index, state) in problem.free_states.iter().enumerate() {
+            if let Some((_, sd)) = problem.prior(window, *state) {
+                equations.c[index * n + index] -= 1.0 / (sd * sd);
             }
         }
     }
     if p == 0 {
         return None;
     }
-    let reduced = Reduced::of(problem, &normal, 0.0)?;
-    let size = |i: usize| reduced.s[(i, i)].max(f64::MIN_POSITIVE).sqrt();
-    let scaled = Mat::from_fn(p, p, |i, j| reduced.s[(i, j)] / (size(i) * size(j)));
-    let SymmetricEigen { values, vectors } = symmetric_eigen(&scaled)?;
+    let reduced = ReducedEquations::eliminate_states(problem, &normal, 0.0)?;
+    let SymmetricEigen { values, vectors } = symmetric_eigen(&reduced.scaled_matrix().0)?;
     let largest = (0..p).map(|k| values[k]).fold(0.0, f64::max);
-    let untold: Vec<usize> = (0..p).filter(|k| values[*k] <= UNTOLD * largest).collect();
-    if untold.is_empty() {
+    let unidentifiable: Vec<usize> =
+        (0..p).filter(|k| values[*k] <= IDENTIFIABILITY_CUTOFF * largest).collect();
+    if unidentifiable.is_empty() {
         return None;
     }
-    let weight = |i: usize| untold.iter().map(|k| vectors[(i, *k)].powi(2)).sum::<f64>();
-    let parameters: Vec<usize> = (0..p).filter(|i| weight(*i) > 0.01).collect();
-    let combinations = parameters.len().saturating_sub(untold.len());
-    Some(Gauge { parameters: parameters.into_iter().map(|i| problem.free[i]).collect(), combinations })
+    let weight = |i: usize| unidentifiable.iter().map(|k| vectors[(i, *k)].powi(2)).sum::<f64>();
+    let parameters: Vec<usize> = (0..p).filter(|i| weight(*i) > MIN_GAUGE_WEIGHT).collect();
+    let combinations = parameters.len().saturating_sub(unidentifiable.len());
+    let parameters = parameters.into_iter().map(|i| problem.free_parameters[i]).collect();
+    Some(Gauge { parameters, combinations })
 }
 
-fn outcome(
+/// Parameter values with their standard errors, initial states, and gauges of the final fit.
+///
+/// The covariance of the parameters is σ² S⁻¹ with S of `steps.rs`, restricted to the identifiable
+/// combinations. The initial states have the covariance σ² C_i⁻¹, at fixed parameters.
+fn calibration(
     problem: &Problem<'_>,
     fit: Fit,
     stages: Vec<Stage>,
     stopped: Option<&'static str>,
 ) -> Calibration {
-    let (p, n) = (problem.free.len(), problem.states.len());
+    let (p, n) = (problem.free_parameters.len(), problem.free_states.len());
     let declared = problem.system.parameters();
     let count = fit.normal.count() as f64;
-    let unknowns = (p + n * fit.shots.len()) as f64;
-    // Neighbours that miss alike are not so many witnesses.
-    let rho = fit.normal.correlation();
+    let unknowns = (p + n * fit.windows.len()) as f64;
+    // Correlated residuals carry less information: with a lag-one autocorrelation ρ the variance of a mean
+    // grows by (1 + ρ) / (1 - ρ).
+    let rho = fit.normal.autocorrelation();
     let variance = fit.normal.cost / (count - unknowns).max(1.0) * (1.0 + rho) / (1.0 - rho);
     let mut standard_errors = vec![None; declared.len()];
     let mut starts: Vec<(Vec<f64>, Vec<f64>)> = problem
@@ -170,24 +193,24 @@ fn outcome(
         .map(|r| r.windows.first().map(|w| w.start.clone()).unwrap_or_default())
         .map(|start| (start.clone(), vec![0.0; start.len()]))
         .collect();
-    if let Some(reduced) = Reduced::of(problem, &fit.normal, 0.0) {
-        let size = |i: usize| reduced.s[(i, i)].max(f64::MIN_POSITIVE).sqrt();
-        let scaled = Mat::from_fn(p, p, |i, j| reduced.s[(i, j)] / (size(i) * size(j)));
+    if let Some(reduced) = ReducedEquations::eliminate_states(problem, &fit.normal, 0.0) {
+        let (scaled, sizes) = reduced.scaled_matrix();
         if p > 0
             && let Some(SymmetricEigen { values, vectors }) = symmetric_eigen(&scaled)
         {
             let largest = (0..p).map(|k| values[k]).fold(0.0, f64::max);
-            let told: Vec<usize> = (0..p).filter(|k| values[*k] > UNTOLD * largest).collect();
+            let identifiable: Vec<usize> =
+                (0..p).filter(|k| values[*k] > IDENTIFIABILITY_CUTOFF * largest).collect();
             for i in 0..p {
-                let sum: f64 = told.iter().map(|k| vectors[(i, *k)].powi(2) / values[*k]).sum();
-                standard_errors[problem.free[i]] = Some((variance * sum).sqrt() / size(i));
+                let sum: f64 = identifiable.iter().map(|k| vectors[(i, *k)].powi(2) / values[*k]).sum();
+                standard_errors[problem.free_parameters[i]] = Some((variance * sum).sqrt() / sizes[i]);
             }
         }
-        for (shot, inverse) in fit.shots.iter().zip(&reduced.windows) {
-            if shot.samples.start == 0 {
-                let (start, errors) = &mut starts[shot.record];
-                start.clone_from(&shot.start);
-                for (k, state) in problem.states.iter().enumerate() {
+        for (window, inverse) in fit.windows.iter().zip(&reduced.state_inverses) {
+            if window.samples.start == 0 {
+                let (start, errors) = &mut starts[window.record];
+                start.clone_from(&window.initial_state);
+                for (k, state) in problem.free_states.iter().enumerate() {
                     errors[*state] = (variance * inverse[(k, k)]).sqrt();
                 }
             }

@@ -1,17 +1,38 @@
-//! The Kalman filter and the disturbance smoother of one record whose motion is linear about a path.
+//! Kalman filter and disturbance smoother of one record, for a motion that is linearised about a path.
 //!
-//! Deviations from the path move, and so do numbers that wander about 0 and push a rate or shift a reading. Readings are taken one by one (univariate treatment: Koopman and Durbin, Journal of Time Series Analysis 21, 2000),
-//! so that a missing one is left out; the smoother runs back over sums of what was not foretold (de Jong, Journal of the American
-//! Statistical Association 84, 1989) and inverts no covariance.
+//! The state d is the deviation from the path, extended by disturbances. Between samples and at each reading
+//!
+//! ```text
+//! (1)  d_{k+1} = T_k d_k + c_k + w_k,   w_k ~ N(0, diag q)
+//! (2)  y = h d + e,                     e ~ N(0, r)
+//! ```
+//!
+//! with y the reading less the output on the path. Readings are processed one by one (univariate treatment:
+//! Koopman and Durbin, Journal of Time Series Analysis 21, 2000), so that a missing one is skipped:
+//!
+//! ```text
+//! (3)  v = y - h m,   F = h P hᵀ + r,   K = P hᵀ / F
+//! (4)  m <- m + K v,   P <- (I - K h) P (I - K h)ᵀ + K r Kᵀ
+//! (5)  ln L = -1/2 Σ (ln F + v² / F)
+//! ```
+//!
+//! The smoother runs backwards over the weighted sum s of later innovations and its variance N (de Jong,
+//! Journal of the American Statistical Association 84, 1989); it inverts no covariance:
+//!
+//! ```text
+//! (6)  reading:     s <- s + hᵀ u,  u = v / F - Kᵀ s;   N <- (I - K h)ᵀ N (I - K h) + hᵀ h / F
+//! (7)  transition:  s <- Tᵀ s,  N <- Tᵀ N T
+//! (8)  smoothed deviation:  m + P s, with m and P before the readings of the sample
+//! (9)  d ln L / d q_i = 1/2 Σ (s_i² - N_ii),   d ln L / d r = 1/2 Σ (u² - 1/F - Kᵀ N K)
+//! ```
 
-/// One sample: how it leads to the next, and how it is read. Matrices are in rows.
+/// One sample: its transition to the next sample, and its readings. Matrices are stored by rows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sample {
-    /// Offset of the next deviation, `[D]`: where the motion from the path at this sample misses the path at the next.
+    /// c of (1), `[D]`: the state simulated from this sample less the path at the next sample.
     pub offset: Vec<f64>,
-    /// Derivatives of the next deviation by this one, `[D][D]`; empty at the last sample.
-    pub next: Vec<f64>,
-    /// Readings.
+    /// T of (1), `[D][D]`; empty at the last sample.
+    pub transition: Vec<f64>,
     pub readings: Vec<Reading>,
 }
 
@@ -19,229 +40,272 @@ pub(crate) struct Sample {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reading {
     pub channel: usize,
-    /// The reading less that of the path, in the unit of the channel.
-    pub missed: f64,
-    /// Derivatives by the deviation, `[D]`.
-    pub by: Vec<f64>,
+    /// y of (2): the reading less the output on the path, in the unit of the channel.
+    pub residual: f64,
+    /// h of (2), `[D]`: derivatives of the output with respect to the state.
+    pub jacobian: Vec<f64>,
 }
 
-/// Variances of everything that is random.
+/// Variances of the initial state, the process noise and the measurement noise.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Noise {
-    /// Of the deviation at the first sample, `[D]`.
-    pub first: Vec<f64>,
-    /// Added to the deviation from sample to sample, `[D]`; 0 where nothing is random.
-    pub added: Vec<f64>,
-    /// Of the readings of each channel.
-    pub read: Vec<f64>,
+    /// Variances of the state at the first sample, `[D]`.
+    pub initial: Vec<f64>,
+    /// q of (1), `[D]`; 0 where there is no process noise.
+    pub process: Vec<f64>,
+    /// r of (2), by channel.
+    pub sensor: Vec<f64>,
 }
 
-/// Sums by which a variance is estimated: its likelihood is highest where they are equal.
+/// The two sums of (9) for one variance; the likelihood has its maximum where they are equal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Balance {
-    /// Sum of squares of what the smoother found.
-    pub found: f64,
-    /// Mean of that sum under the present variances.
+pub(crate) struct VarianceBalance {
+    /// Σ s² or Σ u².
+    pub observed: f64,
+    /// Expected value of that sum under the present variances.
     pub expected: f64,
 }
 
-/// The smoother's numbers of a record.
+/// Results of the smoother for one record.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Smoothing {
-    /// Ln likelihood of the readings.
-    pub ll: f64,
-    /// Deviation at every sample given all readings, `[sample][D]`.
+    /// Ln likelihood (5) of the readings, without its constant.
+    pub ln_likelihood: f64,
+    /// Smoothed deviations (8), `[sample][D]`.
     pub deviations: Vec<f64>,
-    /// Balance of the first variance of each component, of what is added to it, and of each channel's readings.
-    pub first: Vec<Balance>,
-    pub added: Vec<Balance>,
-    pub read: Vec<Balance>,
+    /// Balances of the initial variances, `[D]`.
+    pub initial: Vec<VarianceBalance>,
+    /// Balances of the process noise, `[D]`.
+    pub process: Vec<VarianceBalance>,
+    /// Balances of the measurement noise, by channel.
+    pub sensor: Vec<VarianceBalance>,
 }
 
-/// A reading as the filter took it.
-struct Taken<'s> {
+/// A reading with its innovation v and the innovation's variance F.
+struct FilteredReading<'s> {
     reading: &'s Reading,
-    unforeseen: f64,
+    innovation: f64,
     variance: f64,
 }
 
-/// The state of a filter.
+/// Mean and covariance of the state, with the work space of a step.
 pub(crate) struct Filter {
     pub mean: Vec<f64>,
     pub covariance: Vec<f64>,
-    /// Gain of the reading that was taken last, `[D]`.
+    /// Gain K of the last reading, `[D]`.
     pub gain: Vec<f64>,
-    pub ll: f64,
-    /// Room for a step: two vectors and a matrix.
-    spread: Vec<f64>,
-    moved: Vec<f64>,
-    half: Vec<f64>,
+    pub ln_likelihood: f64,
+    /// P hᵀ, `[D]`.
+    covariance_jacobian: Vec<f64>,
+    predicted_mean: Vec<f64>,
+    product: Vec<f64>,
 }
 
 impl Filter {
-    /// Before the first sample, with a covariance `[D][D]`.
+    /// A filter before the first sample, with a covariance `[D][D]`.
     pub fn new(covariance: Vec<f64>, mean: Vec<f64>) -> Self {
         let d = mean.len();
-        let [gain, spread, moved] = [(); 3].map(|()| vec![0.0; d]);
-        Self { mean, covariance, gain, ll: 0.0, spread, moved, half: vec![0.0; d * d] }
+        let [gain, covariance_jacobian, predicted_mean] = [(); 3].map(|()| vec![0.0; d]);
+        let product = vec![0.0; d * d];
+        Self { mean, covariance, gain, ln_likelihood: 0.0, covariance_jacobian, predicted_mean, product }
     }
 
-    /// Takes a reading; what was unforeseen of it, and the variance of that.
-    pub fn take(&mut self, reading: &Reading, noise: f64) -> (f64, f64) {
-        self.take_in(self.mean.len(), reading, noise)
+    /// Updates the state with a reading of variance r; returns the innovation and its variance.
+    pub fn update(&mut self, reading: &Reading, r: f64) -> (f64, f64) {
+        self.update_sized(self.mean.len(), reading, r)
     }
 
-    /// Moves on to the next sample.
-    pub fn advance(&mut self, sample: &Sample, added: &[f64]) {
-        self.advance_in(self.mean.len(), sample, added);
+    /// Predicts the state at the next sample; `process` are the variances q.
+    pub fn predict(&mut self, sample: &Sample, process: &[f64]) {
+        self.predict_sized(self.mean.len(), sample, process);
     }
 
-    /// Takes a reading where deviations have `d` components.
+    /// [`update`](Self::update) for `d` components.
     #[inline(always)]
-    fn take_in(&mut self, d: usize, reading: &Reading, noise: f64) -> (f64, f64) {
+    fn update_sized(&mut self, d: usize, reading: &Reading, r: f64) -> (f64, f64) {
         let (mean, covariance) = (&mut self.mean[..d], &mut self.covariance[..d * d]);
-        let (by, gain, spread) = (&reading.by[..d], &mut self.gain[..d], &mut self.spread[..d]);
-        times(covariance, by, spread);
-        let variance = dot(by, spread) + noise;
-        let unforeseen = reading.missed - dot(by, mean);
-        for ((gain, mean), spread) in gain.iter_mut().zip(mean).zip(&*spread) {
-            *gain = spread / variance;
-            *mean += *gain * unforeseen;
+        let (jacobian, gain) = (&reading.jacobian[..d], &mut self.gain[..d]);
+        let ph = &mut self.covariance_jacobian[..d];
+        times(covariance, jacobian, ph);
+        let variance = dot(jacobian, ph) + r;
+        let innovation = reading.residual - dot(jacobian, mean);
+        for ((gain, mean), ph) in gain.iter_mut().zip(mean).zip(&*ph) {
+            *gain = ph / variance;
+            *mean += *gain * innovation;
         }
-        // Joseph's form, which rounding cannot make negative: (I - K H) P (I - K H)' + K r K'.
+        // Joseph's form (4) keeps the covariance positive under rounding: first (I - K h) P, then the rest.
         for (row, gain) in covariance.chunks_exact_mut(d.max(1)).zip(&*gain) {
-            row.iter_mut().zip(&*spread).for_each(|(p, spread)| *p -= gain * spread);
+            row.iter_mut().zip(&*ph).for_each(|(p, ph)| *p -= gain * ph);
         }
-        times(covariance, by, spread);
-        for ((row, read), own) in covariance.chunks_exact_mut(d.max(1)).zip(&*spread).zip(&*gain) {
-            for (p, other) in row.iter_mut().zip(&*gain) {
-                *p = *p - read * other + noise * own * other;
+        times(covariance, jacobian, ph);
+        for ((row, ph), row_gain) in covariance.chunks_exact_mut(d.max(1)).zip(&*ph).zip(&*gain) {
+            for (p, column_gain) in row.iter_mut().zip(&*gain) {
+                *p = *p - ph * column_gain + r * row_gain * column_gain;
             }
         }
-        self.ll -= 0.5 * (variance.ln() + unforeseen * unforeseen / variance);
-        (unforeseen, variance)
+        self.ln_likelihood -= 0.5 * (variance.ln() + innovation * innovation / variance);
+        (innovation, variance)
     }
 
-    /// Moves on to the next sample where deviations have `d` components.
+    /// [`predict`](Self::predict) for `d` components.
     #[inline(always)]
-    fn advance_in(&mut self, d: usize, sample: &Sample, added: &[f64]) {
-        let (next, mean, moved) = (&sample.next[..d * d], &mut self.mean[..d], &mut self.moved[..d]);
-        times(next, mean, moved);
-        let each = mean.iter_mut().zip(moved).zip(&sample.offset);
-        each.for_each(|((to, moved), offset)| *to = *moved + offset);
-        conjugate(next, &mut self.covariance[..d * d], &mut self.half[..d * d], d);
-        added.iter().enumerate().for_each(|(i, a)| self.covariance[i * d + i] += a);
+    fn predict_sized(&mut self, d: usize, sample: &Sample, process: &[f64]) {
+        let transition = &sample.transition[..d * d];
+        let (mean, predicted) = (&mut self.mean[..d], &mut self.predicted_mean[..d]);
+        times(transition, mean, predicted);
+        let components = mean.iter_mut().zip(predicted).zip(&sample.offset);
+        components.for_each(|((mean, predicted), offset)| *mean = *predicted + offset);
+        conjugate(transition, &mut self.covariance[..d * d], &mut self.product[..d * d], d);
+        process.iter().enumerate().for_each(|(i, q)| self.covariance[i * d + i] += q);
     }
 }
 
-/// Filters and smooths a record.
-pub(crate) fn smoothed(samples: &[Sample], noise: &Noise) -> Smoothing {
-    // Loops whose length is known when they are compiled are unrolled.
-    match noise.first.len() {
-        1 => smoothed_in(1, samples, noise),
-        2 => smoothed_in(2, samples, noise),
-        3 => smoothed_in(3, samples, noise),
-        4 => smoothed_in(4, samples, noise),
-        5 => smoothed_in(5, samples, noise),
-        6 => smoothed_in(6, samples, noise),
-        d => smoothed_in(d, samples, noise),
+/// Filters and smooths one record.
+pub(crate) fn smooth_record(samples: &[Sample], noise: &Noise) -> Smoothing {
+    // With a constant number of components the compiler unrolls the loops over matrices.
+    match noise.initial.len() {
+        1 => smooth_sized(1, samples, noise),
+        2 => smooth_sized(2, samples, noise),
+        3 => smooth_sized(3, samples, noise),
+        4 => smooth_sized(4, samples, noise),
+        5 => smooth_sized(5, samples, noise),
+        6 => smooth_sized(6, samples, noise),
+        d => smooth_sized(d, samples, noise),
     }
 }
 
-/// Filters and smooths a record whose deviations have `d` components.
+/// [`smooth_record`] for states of `d` components.
 #[inline(always)]
-fn smoothed_in(d: usize, samples: &[Sample], noise: &Noise) -> Smoothing {
-    let channels = noise.read.len();
-    let mut filter = Filter::new(diagonal(&noise.first), vec![0.0; d]);
-    // Of each sample: what was foretold, and the readings with their gains.
+fn smooth_sized(d: usize, samples: &[Sample], noise: &Noise) -> Smoothing {
+    let channels = noise.sensor.len();
+    let mut filter = Filter::new(diagonal(&noise.initial), vec![0.0; d]);
+    // Predicted state of each sample, and each reading with its gain: the backward pass needs them.
     let mut means: Vec<f64> = Vec::with_capacity(samples.len() * d);
     let mut covariances: Vec<f64> = Vec::with_capacity(samples.len() * d * d);
-    let mut taken: Vec<Taken<'_>> = Vec::with_capacity(samples.len() * channels);
+    let mut filtered: Vec<FilteredReading<'_>> = Vec::with_capacity(samples.len() * channels);
     let mut gains: Vec<f64> = Vec::with_capacity(samples.len() * channels * d);
     for (k, sample) in samples.iter().enumerate() {
         means.extend_from_slice(&filter.mean);
         covariances.extend_from_slice(&filter.covariance);
         for reading in &sample.readings {
-            let (unforeseen, variance) = filter.take_in(d, reading, noise.read[reading.channel]);
-            taken.push(Taken { reading, unforeseen, variance });
+            let (innovation, variance) = filter.update_sized(d, reading, noise.sensor[reading.channel]);
+            filtered.push(FilteredReading { reading, innovation, variance });
             gains.extend_from_slice(&filter.gain);
         }
         if k + 1 < samples.len() {
-            filter.advance_in(d, sample, &noise.added);
+            filter.predict_sized(d, sample, &noise.process);
         }
     }
     let mut out = Smoothing {
-        ll: filter.ll,
+        ln_likelihood: filter.ln_likelihood,
         deviations: vec![0.0; samples.len() * d],
-        first: vec![Balance::default(); d],
-        added: vec![Balance::default(); d],
-        read: vec![Balance::default(); channels],
+        initial: vec![VarianceBalance::default(); d],
+        process: vec![VarianceBalance::default(); d],
+        sensor: vec![VarianceBalance::default(); channels],
     };
-    // Sums over everything behind the present sample: of what was unforeseen, and of how much that varies.
-    let (mut pull, mut curve) = (vec![0.0; d], vec![0.0; d * d]);
-    let (mut moved, mut half, mut back) = (vec![0.0; d], vec![0.0; d * d], vec![0.0; d * d]);
-    let mut last = taken.len();
+    let mut backward = BackwardSums::new(d);
+    let mut last = filtered.len();
     for (k, sample) in samples.iter().enumerate().rev() {
         if k + 1 < samples.len() {
-            for (i, added) in out.added.iter_mut().enumerate() {
-                added.found += pull[i] * pull[i];
-                added.expected += curve[i * d + i];
+            for (i, balance) in out.process.iter_mut().enumerate() {
+                balance.observed += backward.sum[i] * backward.sum[i];
+                balance.expected += backward.variance[i * d + i];
             }
-            transpose(&sample.next[..d * d], &mut back, d);
-            times(&back, &pull, &mut moved);
-            std::mem::swap(&mut pull, &mut moved);
-            conjugate(&back, &mut curve, &mut half, d);
+            backward.pass_transition(d, &sample.transition);
         }
         for _ in &sample.readings {
             last -= 1;
-            let (t, gain) = (&taken[last], &gains[last * d..(last + 1) * d]);
-            let by = &t.reading.by[..d];
-            let along = dot(gain, &pull);
-            let bent = &mut moved[..];
-            times(&curve, gain, bent);
-            let balance = &mut out.read[t.reading.channel];
-            balance.found += (t.unforeseen / t.variance - along).powi(2);
-            let curved = dot(gain, bent);
-            balance.expected += 1.0 / t.variance + curved;
-            // Through I - K H, transposed.
-            let through = t.unforeseen / t.variance - along;
-            pull.iter_mut().zip(by).for_each(|(p, h)| *p += h * through);
-            for (i, row) in curve.chunks_exact_mut(d.max(1)).enumerate() {
-                for (j, to) in row.iter_mut().enumerate() {
-                    let change =
-                        by[i] * by[j] * (1.0 / t.variance + curved) - by[i] * bent[j] - bent[i] * by[j];
-                    *to += change;
-                }
-            }
+            let reading = &filtered[last];
+            let balance = &mut out.sensor[reading.reading.channel];
+            backward.pass_reading(d, reading, &gains[last * d..(last + 1) * d], balance);
         }
-        times(&covariances[k * d * d..(k + 1) * d * d], &pull, &mut moved);
-        let at = out.deviations[k * d..(k + 1) * d].iter_mut().zip(&means[k * d..(k + 1) * d]);
-        at.zip(&moved).for_each(|((to, mean), by)| *to = mean + by);
+        let correction = &mut backward.vector;
+        times(&covariances[k * d * d..(k + 1) * d * d], &backward.sum, correction);
+        let smoothed = out.deviations[k * d..(k + 1) * d].iter_mut().zip(&means[k * d..(k + 1) * d]);
+        smoothed.zip(&*correction).for_each(|((to, mean), by)| *to = mean + by);
     }
-    for i in 0..d {
-        out.first[i] = Balance { found: pull[i] * pull[i], expected: curve[i * d + i] };
+    for (i, balance) in out.initial.iter_mut().enumerate() {
+        let (sum, variance) = (backward.sum[i], backward.variance[i * d + i]);
+        *balance = VarianceBalance { observed: sum * sum, expected: variance };
     }
     out
 }
 
-/// A diagonal matrix.
+/// The sums of the backward pass over everything after the present sample.
+struct BackwardSums {
+    /// s of (6), `[D]`.
+    sum: Vec<f64>,
+    /// N of (6), `[D][D]`.
+    variance: Vec<f64>,
+    /// Work space: a vector and two matrices.
+    vector: Vec<f64>,
+    product: Vec<f64>,
+    transposed: Vec<f64>,
+}
+
+impl BackwardSums {
+    fn new(d: usize) -> Self {
+        let [sum, vector] = [(); 2].map(|()| vec![0.0; d]);
+        let [variance, product, transposed] = [(); 3].map(|()| vec![0.0; d * d]);
+        Self { sum, variance, vector, product, transposed }
+    }
+
+    /// Equation (7).
+    #[inline(always)]
+    fn pass_transition(&mut self, d: usize, transition: &[f64]) {
+        transpose(&transition[..d * d], &mut self.transposed, d);
+        times(&self.transposed, &self.sum, &mut self.vector);
+        std::mem::swap(&mut self.sum, &mut self.vector);
+        conjugate(&self.transposed, &mut self.variance, &mut self.product, d);
+    }
+
+    /// Equation (6); adds the terms of the reading to the balance (9) of its variance.
+    #[inline(always)]
+    fn pass_reading(
+        &mut self,
+        d: usize,
+        filtered: &FilteredReading<'_>,
+        gain: &[f64],
+        balance: &mut VarianceBalance,
+    ) {
+        let jacobian = &filtered.reading.jacobian[..d];
+        let error = filtered.innovation / filtered.variance - dot(gain, &self.sum);
+        let variance_gain = &mut self.vector[..];
+        times(&self.variance, gain, variance_gain);
+        let error_variance = 1.0 / filtered.variance + dot(gain, variance_gain);
+        balance.observed += error.powi(2);
+        balance.expected += error_variance;
+        self.sum.iter_mut().zip(jacobian).for_each(|(sum, h)| *sum += h * error);
+        for (i, row) in self.variance.chunks_exact_mut(d.max(1)).enumerate() {
+            for (j, to) in row.iter_mut().enumerate() {
+                let change = jacobian[i] * jacobian[j] * error_variance
+                    - jacobian[i] * variance_gain[j]
+                    - variance_gain[i] * jacobian[j];
+                *to += change;
+            }
+        }
+    }
+}
+
+/// Diagonal matrix with these values, by rows.
 pub(crate) fn diagonal(values: &[f64]) -> Vec<f64> {
     let d = values.len();
     (0..d * d).map(|i| if i / d == i % d { values[i % d] } else { 0.0 }).collect()
 }
 
+/// Inner product.
 #[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// `M v`.
+/// Sets `out` to M v.
 #[inline(always)]
 fn times(m: &[f64], v: &[f64], out: &mut [f64]) {
     m.chunks_exact(v.len().max(1)).zip(out).for_each(|(row, to)| *to = dot(row, v));
 }
 
-/// `M'`.
+/// Sets `out` to Mᵀ.
 #[inline(always)]
 fn transpose(m: &[f64], out: &mut [f64], d: usize) {
     for (i, row) in out.chunks_exact_mut(d.max(1)).enumerate() {
@@ -249,18 +313,18 @@ fn transpose(m: &[f64], out: &mut [f64], d: usize) {
     }
 }
 
-/// `M P M'` in the place of `P`; `half` has room for a matrix.
+/// Replaces P by M P Mᵀ; `product` is work space for M P.
 #[inline(always)]
-fn conjugate(m: &[f64], p: &mut [f64], half: &mut [f64], d: usize) {
-    half.fill(0.0);
-    for (to, row) in half.chunks_exact_mut(d.max(1)).zip(m.chunks_exact(d.max(1))) {
+fn conjugate(m: &[f64], p: &mut [f64], product: &mut [f64], d: usize) {
+    product.fill(0.0);
+    for (to, row) in product.chunks_exact_mut(d.max(1)).zip(m.chunks_exact(d.max(1))) {
         for (factor, p) in row.iter().zip(p.chunks_exact(d.max(1))).filter(|(factor, _)| **factor != 0.0) {
             to.iter_mut().zip(p).for_each(|(to, p)| *to += factor * p);
         }
     }
     for i in 0..d {
         for j in 0..=i {
-            let value = dot(&half[i * d..(i + 1) * d], &m[j * d..(j + 1) * d]);
+            let value = dot(&product[i * d..(i + 1) * d], &m[j * d..(j + 1) * d]);
             (p[i * d + j], p[j * d + i]) = (value, value);
         }
     }
@@ -268,113 +332,119 @@ fn conjugate(m: &[f64], p: &mut [f64], half: &mut [f64], d: usize) {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: smoothed deviations and the likelihood are those of the joint Gaussian of all numbers, conditioned at once; the
-    //! balance of a variance is the slope of the likelihood by it.
+    //! Contract: smoothed deviations and likelihood equal those of the joint Gaussian distribution,
+    //! conditioned on all readings at once; a balance gives the derivative of the likelihood with respect to
+    //! its variance.
     use super::*;
     use augsim_linear::{Mat, invert_positive_definite, solve_positive_definite};
 
     const D: usize = 3;
 
-    /// A small number without a pattern.
-    fn drawn(k: usize) -> f64 {
+    /// A pseudo-random number in [-0.5, 0.5).
+    fn pseudo_random(k: usize) -> f64 {
         let x = (k as f64 * 12.9898 + 4.1).sin() * 43758.5453;
         x - x.floor() - 0.5
     }
 
-    fn scene() -> (Vec<Sample>, Noise) {
+    fn example() -> (Vec<Sample>, Noise) {
         let reading = |channel: usize, seed: usize| Reading {
             channel,
-            missed: drawn(seed),
-            by: (0..D).map(|i| drawn(seed + 100 + i)).collect(),
+            residual: pseudo_random(seed),
+            jacobian: (0..D).map(|i| pseudo_random(seed + 100 + i)).collect(),
         };
         let samples = (0..6).map(|k| Sample {
-            offset: (0..D).map(|i| 0.3 * drawn(1000 + 10 * k + i)).collect(),
-            next: (0..D * D).map(|i| drawn(2000 + 10 * k + i)).collect(),
+            offset: (0..D).map(|i| 0.3 * pseudo_random(1000 + 10 * k + i)).collect(),
+            transition: (0..D * D).map(|i| pseudo_random(2000 + 10 * k + i)).collect(),
             // The second channel is not measured at the third sample.
             readings: (0..2).filter(|c| k != 2 || *c == 0).map(|c| reading(c, 3000 + 7 * k + c)).collect(),
         });
-        let noise = Noise { first: vec![0.5, 0.8, 0.3], added: vec![0.2, 0.0, 0.4], read: vec![0.05, 0.1] };
+        let noise =
+            Noise { initial: vec![0.5, 0.8, 0.3], process: vec![0.2, 0.0, 0.4], sensor: vec![0.05, 0.1] };
         (samples.collect(), noise)
     }
 
-    /// Mean and covariance of all deviations before any reading.
+    /// Prior mean and covariance of the deviations of all samples.
     fn joint(samples: &[Sample], noise: &Noise) -> (Vec<f64>, Mat<f64>) {
         let n = samples.len();
         let mut mean = vec![0.0; n * D];
-        // Deviations as sums of what is random: the first sample, and what each step adds.
-        let mut by = Mat::<f64>::zeros(n * D, n * D);
-        (0..D).for_each(|i| by[(i, i)] = noise.first[i].sqrt());
+        // Deviations as linear combinations of independent noises: the initial state and the process noise.
+        let mut loadings = Mat::<f64>::zeros(n * D, n * D);
+        (0..D).for_each(|i| loadings[(i, i)] = noise.initial[i].sqrt());
         for k in 0..n - 1 {
             for i in 0..D {
                 let to = (k + 1) * D + i;
                 mean[to] = samples[k].offset[i];
                 for j in 0..D {
-                    mean[to] += samples[k].next[i * D + j] * mean[k * D + j];
+                    mean[to] += samples[k].transition[i * D + j] * mean[k * D + j];
                     for s in 0..n * D {
-                        by[(to, s)] += samples[k].next[i * D + j] * by[(k * D + j, s)];
+                        loadings[(to, s)] += samples[k].transition[i * D + j] * loadings[(k * D + j, s)];
                     }
                 }
-                by[(to, to)] += noise.added[i].sqrt();
+                loadings[(to, to)] += noise.process[i].sqrt();
             }
         }
-        let covariance = &by * by.transpose();
+        let covariance = &loadings * loadings.transpose();
         (mean, covariance)
     }
 
-    /// Deviations given all readings, and the ln likelihood of these, both at once.
+    /// Posterior mean of all deviations, and ln likelihood of the readings, from the joint distribution.
     fn conditioned(samples: &[Sample], noise: &Noise) -> (Vec<f64>, f64) {
         let (mean, covariance) = joint(samples, noise);
-        let all: Vec<(usize, &Reading)> =
+        let readings: Vec<(usize, &Reading)> =
             samples.iter().enumerate().flat_map(|(k, s)| s.readings.iter().map(move |r| (k, r))).collect();
-        let rows = Mat::from_fn(all.len(), mean.len(), |r, i| {
-            let (k, reading) = all[r];
-            if i / D == k { reading.by[i % D] } else { 0.0 }
+        let rows = Mat::from_fn(readings.len(), mean.len(), |r, i| {
+            let (k, reading) = readings[r];
+            if i / D == k { reading.jacobian[i % D] } else { 0.0 }
         });
         let mut read = &rows * &covariance * rows.transpose();
-        all.iter().enumerate().for_each(|(r, (_, reading))| read[(r, r)] += noise.read[reading.channel]);
-        let off = Mat::from_fn(all.len(), 1, |r, _| {
-            let foretold: f64 = (0..mean.len()).map(|i| rows[(r, i)] * mean[i]).sum();
-            all[r].1.missed - foretold
+        readings
+            .iter()
+            .enumerate()
+            .for_each(|(r, (_, reading))| read[(r, r)] += noise.sensor[reading.channel]);
+        let innovations = Mat::from_fn(readings.len(), 1, |r, _| {
+            let predicted: f64 = (0..mean.len()).map(|i| rows[(r, i)] * mean[i]).sum();
+            readings[r].1.residual - predicted
         });
-        let solved = solve_positive_definite(&read, &off).expect("positive definite");
+        let solved = solve_positive_definite(&read, &innovations).expect("positive definite");
         let moved = &covariance * rows.transpose() * &solved;
-        let lower = Mat::from_fn(all.len(), all.len(), |r, c| if r >= c { read[(r, c)] } else { 0.0 });
+        let lower =
+            Mat::from_fn(readings.len(), readings.len(), |r, c| if r >= c { read[(r, c)] } else { 0.0 });
         let half = invert_positive_definite(lower).expect("positive definite").half_log_determinant;
-        let square: f64 = (0..all.len()).map(|r| off[(r, 0)] * solved[(r, 0)]).sum();
+        let square: f64 = (0..readings.len()).map(|r| innovations[(r, 0)] * solved[(r, 0)]).sum();
         let deviations = (0..mean.len()).map(|i| mean[i] + moved[(i, 0)]).collect();
         (deviations, -half - 0.5 * square)
     }
 
     #[test]
-    fn deviations_and_likelihood_are_those_of_the_joint_gaussian() {
-        let (samples, noise) = scene();
-        let found = smoothed(&samples, &noise);
+    fn smoother_equals_the_conditioned_joint_gaussian() {
+        let (samples, noise) = example();
+        let found = smooth_record(&samples, &noise);
         let (deviations, ll) = conditioned(&samples, &noise);
         for (a, b) in found.deviations.iter().zip(&deviations) {
             assert!((a - b).abs() < 1e-12, "{a} {b}");
         }
-        assert!((found.ll - ll).abs() < 1e-12, "{} {ll}", found.ll);
+        assert!((found.ln_likelihood - ll).abs() < 1e-12, "{} {ll}", found.ln_likelihood);
     }
 
     #[test]
-    fn the_balance_of_a_variance_is_the_slope_of_the_likelihood() {
-        let (samples, noise) = scene();
-        let found = smoothed(&samples, &noise);
+    fn balance_is_the_derivative_of_the_likelihood() {
+        let (samples, noise) = example();
+        let found = smooth_record(&samples, &noise);
         let slope = |change: &dyn Fn(&mut Noise, f64)| {
-            let at = |by: f64| {
+            let ln_likelihood_at = |by: f64| {
                 let mut noise = noise.clone();
                 change(&mut noise, by);
                 conditioned(&samples, &noise).1
             };
-            (at(1e-5) - at(-1e-5)) / 2e-5
+            (ln_likelihood_at(1e-5) - ln_likelihood_at(-1e-5)) / 2e-5
         };
-        let half = |b: Balance| 0.5 * (b.found - b.expected);
+        let half = |b: VarianceBalance| 0.5 * (b.observed - b.expected);
         let pairs = [
-            (slope(&|n, by| n.first[1] += by), half(found.first[1])),
-            (slope(&|n, by| n.added[0] += by), half(found.added[0])),
-            (slope(&|n, by| n.added[2] += by), half(found.added[2])),
-            (slope(&|n, by| n.read[0] += by), half(found.read[0])),
-            (slope(&|n, by| n.read[1] += by), half(found.read[1])),
+            (slope(&|n, by| n.initial[1] += by), half(found.initial[1])),
+            (slope(&|n, by| n.process[0] += by), half(found.process[0])),
+            (slope(&|n, by| n.process[2] += by), half(found.process[2])),
+            (slope(&|n, by| n.sensor[0] += by), half(found.sensor[0])),
+            (slope(&|n, by| n.sensor[1] += by), half(found.sensor[1])),
         ];
         for (expected, found) in pairs {
             assert!((expected - found).abs() < 1e-6 * expected.abs().max(1.0), "{expected} {found}");

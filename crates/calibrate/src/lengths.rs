@@ -1,108 +1,123 @@
-//! Which length of windows parameters are taken from.
+//! Selection of the window length from which the parameters are taken.
 //!
-//! Laws that a model lacks, and noise of its motion, add up along a window. Parameters of long windows make up for them and miss short
-//! stretches; those of short windows are put off by noise of the sensor and drift from long ones. Every length is a forecast that
-//! somebody may ask for: parameters are taken from the windows whose parameters forecast all of them best.
+//! Missing effects and process noise accumulate along a window. Parameters from long windows compensate for
+//! them and then have large residuals over short windows; parameters from short windows are disturbed by
+//! measurement noise, and their predictions drift over long windows. A forecast may have any of these
+//! lengths, so the parameters are chosen that predict windows of all lengths best.
 
-use crate::steps::{Begin, Fit, ROUGHLY_SETTLED};
-use crate::windows::{NEGLIGIBLE, Problem};
+use crate::steps::{COARSE_TOLERANCE, Fit, StartingPoint};
+use crate::windows::{NEGLIGIBLE_RMSE, Problem};
 
-/// By how much (in ln likelihood) shorter windows have to be better before longer ones are given up.
-const CLEARLY: f64 = 2.0;
-/// Most that the logarithms of two misfits over one window differ by: between a run as good as no measurement could tell and one that
-/// misses a thousand times what there is to follow.
-const FARTHEST: f64 = 20.0;
+/// Advantage in ln likelihood for which the parameters of shorter windows replace those of longer ones.
+const MIN_LN_LIKELIHOOD_GAIN: f64 = 2.0;
+/// Upper bound of the difference between the ln RMSE of two fits over one window.
+///
+/// It is that between the negligible RMSE, 10^-6 of the spread of a channel, and 1000 times that spread.
+const MAX_LN_RMSE_DIFFERENCE: f64 = 20.0;
 
-/// The place in `fits`, over ever longer windows, of the longest whose parameters forecast windows of all these lengths about as
-/// well as the best do. The start of each window is fitted; `spread` are the scales of the channels that fits begin with.
-pub(crate) fn longest_that_forecasts_all(problem: &Problem<'_>, fits: &[Fit], spread: &[f64]) -> usize {
-    let starts_only = Problem { free: Vec::new(), states: problem.states.clone(), ..*problem };
-    let floors: Vec<f64> = spread.iter().map(|spread| (NEGLIGIBLE * spread).max(f64::MIN_POSITIVE)).collect();
-    let misfit = |fit: &Fit| {
-        let rms = fit.normal.rms(spread.len());
+/// Index of the longest-window fit whose predictions over all lengths are close to the best.
+///
+/// `fits` is ordered by increasing window length. The initial state of each predicted window is estimated;
+/// `channel_sd` are the residual scales that these estimates begin with.
+pub(crate) fn select_window_length(problem: &Problem<'_>, fits: &[Fit], channel_sd: &[f64]) -> usize {
+    let states_only =
+        Problem { free_parameters: Vec::new(), free_states: problem.free_states.clone(), ..*problem };
+    let floors: Vec<f64> =
+        channel_sd.iter().map(|sd| (NEGLIGIBLE_RMSE * sd).max(f64::MIN_POSITIVE)).collect();
+    let ln_rmse = |fit: &Fit| {
+        let rms = fit.normal.rms(channel_sd.len());
         rms.iter().zip(&floors).map(|(rms, floor)| rms.max(*floor).ln()).sum::<f64>()
     };
-    let windows: Vec<usize> = fits.iter().map(|fit| fit.shots.len()).collect();
-    longest_of_the_best(&windows, |length, rivals| {
-        let shots = &fits[length].shots;
-        let begins = rivals.iter().map(|&from| Begin { values: &fits[from].values, shots, sd: spread });
-        let forecasts = starts_only.fit_each(&begins.collect::<Vec<_>>(), ROUGHLY_SETTLED).into_iter();
-        // Lengths over which only some can be run tell nothing of the others.
-        forecasts.map(|fit| Some(misfit(&fit.ok()?))).collect()
+    let counts: Vec<usize> = fits.iter().map(|fit| fit.windows.len()).collect();
+    longest_near_best(&counts, |length, candidates| {
+        let windows = &fits[length].windows;
+        let starts = candidates.iter().map(|&candidate| StartingPoint {
+            values: &fits[candidate].values,
+            windows,
+            scales: channel_sd,
+        });
+        let predictions = states_only.fit_each(&starts.collect::<Vec<_>>(), COARSE_TOLERANCE).into_iter();
+        // Where one of the candidates cannot be simulated, this length does not count for any of them.
+        predictions.map(|fit| Some(ln_rmse(&fit.ok()?))).collect()
     })
 }
 
-/// The longest of the fits that are about the best by the sum, over lengths of windows, of the logarithms of their misfits, each
-/// window a witness. `windows` has the number of windows of each length, which are ever fewer; `misfits` gives the logarithms
-/// over a length of the fits that may still be the best, or nothing where one of them cannot be run. Few long windows change
-/// nothing between fits that many short ones have told apart: they are not run for those.
-fn longest_of_the_best(
-    windows: &[usize],
-    mut misfits: impl FnMut(usize, &[usize]) -> Option<Vec<f64>>,
+/// Index of the last fit whose score is close to the best.
+///
+/// The score of a fit is the sum over all windows of all lengths of the ln RMSE of its parameters. `counts`
+/// holds the number of windows of each length, in decreasing order; `ln_rmse` returns the values of the given
+/// fits over one length, or `None` where one of them cannot be simulated. Fits that the remaining windows
+/// cannot make the best any more are dropped early: the few long windows are not simulated where the many
+/// short ones have decided.
+fn longest_near_best(
+    counts: &[usize],
+    mut ln_rmse: impl FnMut(usize, &[usize]) -> Option<Vec<f64>>,
 ) -> usize {
-    let mut rivals: Vec<(usize, f64)> = (0..windows.len()).map(|fit| (fit, 0.0)).collect();
-    for (length, count) in windows.iter().enumerate() {
-        let places: Vec<usize> = rivals.iter().map(|(fit, _)| *fit).collect();
-        if places.len() > 1
-            && let Some(found) = misfits(length, &places)
+    let mut candidates: Vec<(usize, f64)> = (0..counts.len()).map(|fit| (fit, 0.0)).collect();
+    for (length, count) in counts.iter().enumerate() {
+        let indices: Vec<usize> = candidates.iter().map(|(fit, _)| *fit).collect();
+        if indices.len() > 1
+            && let Some(values) = ln_rmse(length, &indices)
         {
-            rivals.iter_mut().zip(found).for_each(|((_, sum), misfit)| *sum += *count as f64 * misfit);
+            candidates.iter_mut().zip(values).for_each(|((_, sum), value)| *sum += *count as f64 * value);
         }
-        let least = rivals.iter().map(|(_, sum)| *sum).fold(f64::INFINITY, f64::min);
-        let left = windows[length + 1..].iter().sum::<usize>() as f64;
-        rivals.retain(|(_, sum)| *sum <= least + CLEARLY + FARTHEST * left);
+        let least = candidates.iter().map(|(_, sum)| *sum).fold(f64::INFINITY, f64::min);
+        let remaining = counts[length + 1..].iter().sum::<usize>() as f64;
+        candidates
+            .retain(|(_, sum)| *sum <= least + MIN_LN_LIKELIHOOD_GAIN + MAX_LN_RMSE_DIFFERENCE * remaining);
     }
-    rivals.last().map_or(windows.len().saturating_sub(1), |(fit, _)| *fit)
+    candidates.last().map_or(counts.len().saturating_sub(1), |(fit, _)| *fit)
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: parameters of long windows are preferred, unless they miss the many short ones by more than they gain.
+    //! Contract: parameters of long windows are preferred unless they lose more over the short windows than
+    //! they gain.
     use super::*;
 
-    /// Misfits of the parameters from windows of three lengths over 40, 20 and 10 windows.
-    fn chosen(misfits: [[f64; 3]; 3]) -> usize {
-        longest_of_the_best(&[40, 20, 10], |length, rivals| {
-            Some(rivals.iter().map(|fit| misfits[length][*fit].ln()).collect())
+    /// Selected fit of three; `rmse[length][fit]` is over 40, 20 and 10 windows.
+    fn selected(rmse: [[f64; 3]; 3]) -> usize {
+        longest_near_best(&[40, 20, 10], |length, candidates| {
+            Some(candidates.iter().map(|fit| rmse[length][*fit].ln()).collect())
         })
     }
 
     #[test]
-    fn noise_of_the_sensor_alone_leaves_the_longest() {
-        assert_eq!(chosen([[1.00, 1.01, 1.01], [1.3, 1.02, 1.02], [2.0, 1.2, 1.03]]), 2);
-        assert_eq!(chosen([[1.0; 3], [1.0; 3], [1.0; 3]]), 2);
+    fn measurement_noise_alone_selects_the_longest_windows() {
+        assert_eq!(selected([[1.00, 1.01, 1.01], [1.3, 1.02, 1.02], [2.0, 1.2, 1.03]]), 2);
+        assert_eq!(selected([[1.0; 3], [1.0; 3], [1.0; 3]]), 2);
     }
 
     #[test]
-    fn parameters_that_make_up_for_something_over_long_windows_are_left() {
-        assert_eq!(chosen([[1.0, 1.0, 1.5], [2.0, 2.0, 2.6], [5.0, 4.9, 4.0]]), 1);
-        assert_eq!(chosen([[1.0, 1.3, 2.0], [2.0, 2.0, 3.0], [5.0, 4.9, 4.0]]), 0);
+    fn parameters_that_compensate_for_a_missing_effect_are_not_selected() {
+        assert_eq!(selected([[1.0, 1.0, 1.5], [2.0, 2.0, 2.6], [5.0, 4.9, 4.0]]), 1);
+        assert_eq!(selected([[1.0, 1.3, 2.0], [2.0, 2.0, 3.0], [5.0, 4.9, 4.0]]), 0);
     }
 
     #[test]
-    fn odds_of_seven_to_one_are_needed_to_give_up_long_windows() {
-        assert_eq!(chosen([[1.0, 1.0, 1.04], [1.0; 3], [1.0; 3]]), 2);
-        assert_eq!(chosen([[1.0, 1.0, 1.08], [1.0; 3], [1.0; 3]]), 1);
+    fn long_windows_are_given_up_for_a_gain_of_two_in_ln_likelihood() {
+        assert_eq!(selected([[1.0, 1.0, 1.04], [1.0; 3], [1.0; 3]]), 2);
+        assert_eq!(selected([[1.0, 1.0, 1.08], [1.0; 3], [1.0; 3]]), 1);
     }
 
     #[test]
-    fn long_windows_are_not_run_for_what_short_ones_decide() {
-        let mut run = Vec::new();
-        let best = longest_of_the_best(&[4000, 20, 1], |length, rivals| {
-            run.push((length, rivals.to_vec()));
-            Some(rivals.iter().map(|fit| if *fit == 1 { 1.0 } else { 2.0 }).collect())
+    fn long_windows_are_not_simulated_once_short_ones_have_decided() {
+        let mut simulated = Vec::new();
+        let best = longest_near_best(&[4000, 20, 1], |length, candidates| {
+            simulated.push((length, candidates.to_vec()));
+            Some(candidates.iter().map(|fit| if *fit == 1 { 1.0 } else { 2.0 }).collect())
         });
-        assert_eq!((best, run), (1, vec![(0, vec![0, 1, 2])]));
-        let best = longest_of_the_best(&[40, 20, 1], |_, rivals| {
-            Some(rivals.iter().map(|fit| if *fit == 1 { 1.0 } else { 2.0 }).collect())
+        assert_eq!((best, simulated), (1, vec![(0, vec![0, 1, 2])]));
+        let best = longest_near_best(&[40, 20, 1], |_, candidates| {
+            Some(candidates.iter().map(|fit| if *fit == 1 { 1.0 } else { 2.0 }).collect())
         });
         assert_eq!(best, 1);
     }
 
     #[test]
-    fn a_length_that_cannot_be_run_tells_nothing() {
-        let best = longest_of_the_best(&[40, 20, 10], |length, rivals| {
-            (length != 1).then(|| rivals.iter().map(|fit| [0.0, 0.0, 0.01][*fit]).collect())
+    fn a_length_that_cannot_be_simulated_does_not_count() {
+        let best = longest_near_best(&[40, 20, 10], |length, candidates| {
+            (length != 1).then(|| candidates.iter().map(|fit| [0.0, 0.0, 0.01][*fit]).collect())
         });
         assert_eq!(best, 2);
     }

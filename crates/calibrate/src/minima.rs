@@ -1,79 +1,88 @@
-//! Other minima than the one that the declared values lead to.
+//! Multistart search for a better local minimum than the one that the declared values lead to.
 
-use crate::steps::{Begin, Fit, ROUGHLY_SETTLED};
-use crate::windows::{Problem, Shot};
+use crate::steps::{COARSE_TOLERANCE, Fit, StartingPoint};
+use crate::windows::{Problem, ShootingWindow};
 use augsim_physics::model::Parameter;
 
-/// Starts of the parameters beside the declared one.
-const STARTS: u32 = 6;
-/// Windows on which they are compared.
-const COMPARED: usize = 48;
-/// Factor by which a start may lie from the declared value, to each side.
-const FARTHEST: f64 = 5.0;
-/// Ratio of misfits below which another minimum is clearly the better one.
-const CLEARLY: f64 = 0.8;
-/// Bases of the sequence that starts come from, one for each parameter in turn.
-const BASES: [u32; 8] = [2, 3, 5, 7, 11, 13, 17, 19];
+/// Number of starting points beside the declared values.
+const MULTISTARTS: u32 = 6;
+/// Maximum number of windows on which the starting points are compared.
+const MAX_COMPARED_WINDOWS: usize = 48;
+/// Maximum factor between a starting value and the declared value, in both directions.
+const MAX_START_FACTOR: f64 = 5.0;
+/// Ratio of RMSEs below which another minimum replaces the one of the declared values.
+const MAX_RMSE_RATIO: f64 = 0.8;
+/// Bases of the Halton sequence, one for each parameter in turn.
+const HALTON_BASES: [u32; 8] = [2, 3, 5, 7, 11, 13, 17, 19];
 
-/// The fit to `shots` that is given, or one from another start where that misses some of the windows clearly less. Starts are
-/// those of Halton's sequence (Numerische Mathematik 2, 1960).
-pub(crate) fn deepest(problem: &Problem<'_>, shots: &[Shot], declared: Fit) -> Fit {
-    if problem.free.is_empty() {
+/// The better of `declared`, a fit to `windows`, and the best fit from the points of a Halton sequence.
+///
+/// The other starting points (Halton, Numerische Mathematik 2, 1960) are compared on some of the windows; the
+/// best is then fitted to all of them, and returned if its RMSE is clearly smaller.
+pub(crate) fn best_of_multistart(problem: &Problem<'_>, windows: &[ShootingWindow], declared: Fit) -> Fit {
+    if problem.free_parameters.is_empty() {
         return declared;
     }
-    let stride = shots.len().div_ceil(COMPARED).max(1);
-    let some: Vec<Shot> = shots.iter().step_by(stride).cloned().collect();
+    let stride = windows.len().div_ceil(MAX_COMPARED_WINDOWS).max(1);
+    let compared: Vec<ShootingWindow> = windows.iter().step_by(stride).cloned().collect();
     let nominal: Vec<f64> = problem.system.parameters().iter().map(|p| p.nominal).collect();
-    let spread = problem.spread();
-    // That of the declared values first.
-    let mut starts = vec![declared.values.clone()];
-    for number in 1..=STARTS {
+    let channel_sd = problem.channel_sd();
+    // The first is the minimum of the declared values, on the same windows: the reference for the others.
+    let mut start_values = vec![declared.values.clone()];
+    for number in 1..=MULTISTARTS {
         let mut values = nominal.clone();
-        for (k, place) in problem.free.iter().enumerate() {
-            let share = halton(number, BASES[k % BASES.len()]);
-            values[*place] = start(&problem.system.parameters()[*place], share);
+        for (k, parameter) in problem.free_parameters.iter().enumerate() {
+            let share = van_der_corput(number, HALTON_BASES[k % HALTON_BASES.len()]);
+            values[*parameter] = start_value(&problem.system.parameters()[*parameter], share);
         }
-        starts.push(values);
+        start_values.push(values);
     }
-    let begins: Vec<Begin<'_>> =
-        starts.iter().map(|values| Begin { values, shots: &some, sd: &spread }).collect();
-    let fits = problem.fit_each(&begins, ROUGHLY_SETTLED).into_iter();
-    let mut levels = fits.map(|fit| {
+    let starts: Vec<StartingPoint<'_>> = start_values
+        .iter()
+        .map(|values| StartingPoint { values, windows: &compared, scales: &channel_sd })
+        .collect();
+    let mut results = problem.fit_each(&starts, COARSE_TOLERANCE).into_iter().map(|fit| {
         let fit = fit.ok()?;
-        Some((level(problem, &fit), fit.values)).filter(|(level, _)| level.is_finite())
+        Some((mean_rmse(problem, &fit), fit.values)).filter(|(rmse, _)| rmse.is_finite())
     });
-    let Some(Some(reference)) = levels.next() else { return declared };
+    let Some(Some(reference)) = results.next() else { return declared };
     let mut best: Option<(f64, Vec<f64>)> = None;
-    for found in levels.flatten() {
-        if found.0 < best.as_ref().map_or(CLEARLY * reference.0, |b| b.0) {
-            best = Some(found);
+    for result in results.flatten() {
+        if result.0 < best.as_ref().map_or(MAX_RMSE_RATIO * reference.0, |b| b.0) {
+            best = Some(result);
         }
     }
     if let Some((_, values)) = best
-        && let Ok(other) = problem.fit(&Begin { values: &values, shots, sd: &spread }, ROUGHLY_SETTLED)
-        && level(problem, &other) < CLEARLY * level(problem, &declared)
+        && let Ok(other) =
+            problem.fit(&StartingPoint { values: &values, windows, scales: &channel_sd }, COARSE_TOLERANCE)
+        && mean_rmse(problem, &other) < MAX_RMSE_RATIO * mean_rmse(problem, &declared)
     {
         return other;
     }
     declared
 }
 
-/// Geometric mean over channels of the root mean square misfits.
-fn level(problem: &Problem<'_>, fit: &Fit) -> f64 {
+/// Geometric mean over channels of the RMSE, so that the units of the channels do not matter.
+fn mean_rmse(problem: &Problem<'_>, fit: &Fit) -> f64 {
     let rms = fit.normal.rms(problem.schema().channels.len());
     (rms.iter().map(|r| r.max(f64::MIN_POSITIVE).ln()).sum::<f64>() / rms.len().max(1) as f64).exp()
 }
 
-/// A start at a share of the way from the smallest to the largest: in proportion to the declared value where it has a sign.
-fn start(p: &Parameter, share: f64) -> f64 {
-    let turn = 2.0 * share - 1.0;
-    let value =
-        if p.nominal == 0.0 { turn * p.max.min(-p.min).min(1.0) } else { p.nominal * FARTHEST.powf(turn) };
+/// Starting value of a parameter at a share, in [0, 1], of the range of starting values.
+///
+/// The range is logarithmic around a declared value, linear and symmetric around a declared 0.
+fn start_value(p: &Parameter, share: f64) -> f64 {
+    let position = 2.0 * share - 1.0;
+    let value = if p.nominal == 0.0 {
+        position * p.max.min(-p.min).min(1.0)
+    } else {
+        p.nominal * MAX_START_FACTOR.powf(position)
+    };
     value.clamp(p.min, p.max)
 }
 
-/// Number `index` of the sequence of van der Corput in a base: the digits of the index behind the point, in reverse.
-fn halton(mut index: u32, base: u32) -> f64 {
+/// Element `index` of the van der Corput sequence: the digits of the index mirrored at the radix point.
+fn van_der_corput(mut index: u32, base: u32) -> f64 {
     let (mut share, mut value) = (1.0, 0.0);
     while index > 0 {
         share /= f64::from(base);
@@ -85,25 +94,27 @@ fn halton(mut index: u32, base: u32) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the sequence is Halton's, and starts stay within bounds and on the side of the declared value.
+    //! Contract: the sequence is van der Corput's; starting values stay within bounds and keep the declared
+    //! sign.
     use super::*;
 
     #[test]
-    fn digits_are_reversed() {
-        let found: Vec<f64> = (1..=4).map(|k| halton(k, 2)).collect();
+    fn sequence_reverses_the_digits_of_the_index() {
+        let found: Vec<f64> = (1..=4).map(|k| van_der_corput(k, 2)).collect();
         assert_eq!(found, [0.5, 0.25, 0.75, 0.125]);
-        assert!((halton(5, 3) - 7.0 / 9.0).abs() < 1e-15);
+        assert!((van_der_corput(5, 3) - 7.0 / 9.0).abs() < 1e-15);
     }
 
     #[test]
-    fn starts_stay_within_bounds() {
+    fn starting_values_stay_within_bounds() {
         let p = Parameter::free("k".into(), 2.0, 1.0, 4.0);
-        assert_eq!([0.0, 0.5, 1.0].map(|share| start(&p, share)), [1.0, 2.0, 4.0]);
+        assert_eq!([0.0, 0.5, 1.0].map(|share| start_value(&p, share)), [1.0, 2.0, 4.0]);
     }
+
     #[test]
-    fn starts_reach_five_times_the_declared_value_to_each_side() {
+    fn starting_values_reach_five_times_the_declared_value_in_both_directions() {
         let p = Parameter::free("k".into(), 2.0, 1e-3, 1e3);
-        let [least, largest] = [0.0, 1.0].map(|share| start(&p, share));
+        let [least, largest] = [0.0, 1.0].map(|share| start_value(&p, share));
         assert!((least - 0.4).abs() < 1e-12 && (largest - 10.0).abs() < 1e-12, "{least} to {largest}");
     }
 }

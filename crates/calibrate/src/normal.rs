@@ -1,212 +1,268 @@
-//! Cost and normal equations of all windows.
+//! Robust cost and normal equations of all multiple-shooting windows.
+//!
+//! With residuals r = measured - predicted, a scale s for each channel and u = r / s, the cost is Huber's
+//! (Annals of Mathematical Statistics 35, 1964), without his factor 1/2:
+//!
+//! ```text
+//! (1)  C = Σ ρ(u),    ρ(u) = u²            for |u| <= k
+//!                            k (2 |u| - k)  for |u| > k
+//! ```
+//!
+//! A Gauss-Newton step is a weighted least-squares problem with w = min(1, k / |u|). Window i with its
+//! initial state x_i, the parameters p, and the derivatives J_p and J_x of the outputs contributes
+//!
+//! ```text
+//! (2)  | A_i   B_i |  | δp   |   | g_i |
+//!      | B_iᵀ  C_i |  | δx_i | = | h_i |
+//!
+//! (3)  A_i = Σ w/s² J_pᵀ J_p,   B_i = Σ w/s² J_pᵀ J_x,   C_i = Σ w/s² J_xᵀ J_x
+//!      g_i = Σ w/s² J_pᵀ r,     h_i = Σ w/s² J_xᵀ r
+//! ```
+//!
+//! A normal prior of an initial state adds one more squared residual, ((mean - x) / sd)², to the first
+//! window.
 
-use crate::windows::{Problem, Shot};
+use crate::windows::{Problem, ShootingWindow};
 use augsim_physics::system::{Offsets, Seed, Simulated, SimulationError, Task};
 use rayon::prelude::*;
 
-/// Misfits beyond this many of their scale count in proportion and not by their square.
-const KNEE: f64 = 4.0;
+/// Scaled residual k beyond which Huber's cost grows linearly instead of quadratically.
+const HUBER_THRESHOLD: f64 = 4.0;
 
-/// Standard deviation of normal numbers in the median of their sizes.
-const OF_MEDIAN: f64 = 1.482_602_218_505_602;
+/// Standard deviation of a normal distribution divided by the median of its absolute values.
+const SD_PER_MEDIAN: f64 = 1.482_602_218_505_602;
 
-/// One window's part: square matrices in rows.
+/// Contribution of one window to the cost and to the normal equations (2); matrices are stored by rows.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Part {
-    /// `[parameter][parameter]`
+pub(crate) struct WindowEquations {
+    /// A_i, `[parameter][parameter]`; only the lower triangle is filled.
     pub a: Vec<f64>,
-    /// `[parameter][state]`
+    /// B_i, `[parameter][state]`.
     pub b: Vec<f64>,
-    /// `[state][state]`
+    /// C_i, `[state][state]`; only the lower triangle is filled.
     pub c: Vec<f64>,
-    /// Gradient by parameters, downhill.
+    /// g_i, the right-hand side of the parameters.
     pub g: Vec<f64>,
-    /// Gradient by the start, downhill.
+    /// h_i, the right-hand side of the initial state.
     pub h: Vec<f64>,
     pub cost: f64,
-    /// Sums of squared misfits and counts, by channel.
-    pub squares: Vec<(f64, usize)>,
-    /// Sizes of the misfits of each channel.
-    pub sizes: Vec<Vec<f64>>,
-    /// Sums of products of neighbouring misfits over their scale, and of their squares.
-    pub neighbours: (f64, f64),
+    /// Sum of squared residuals and number of residuals, by channel.
+    pub squared_residuals: Vec<(f64, usize)>,
+    /// Absolute residuals of each channel.
+    pub absolute_residuals: Vec<Vec<f64>>,
+    /// Sums over pairs of successive scaled residuals: of products, and of squares of the later ones.
+    pub lag_one_sums: (f64, f64),
 }
 
-/// Parts of all windows, in their order.
+/// Normal equations of all windows, in the order of the windows.
 #[derive(Clone, Debug)]
-pub(crate) struct Normal {
-    pub parts: Vec<Part>,
+pub(crate) struct NormalEquations {
+    pub windows: Vec<WindowEquations>,
     pub cost: f64,
 }
 
-impl Normal {
-    /// Root mean square misfit of each channel, in its unit.
+impl NormalEquations {
+    /// RMSE of each channel, in its unit.
     pub fn rms(&self, channels: usize) -> Vec<f64> {
-        let of = |channel: usize| {
-            let all = self.parts.iter().filter_map(|p| p.squares.get(channel));
-            let (sum, count) = all.fold((0.0, 0), |(s, n), (square, k)| (s + square, n + k));
+        let channel_rms = |channel: usize| {
+            let sums = self.windows.iter().filter_map(|w| w.squared_residuals.get(channel));
+            let (sum, count) = sums.fold((0.0, 0), |(s, n), (square, k)| (s + square, n + k));
             (sum / f64::from(u32::try_from(count).unwrap_or(u32::MAX)).max(1.0)).sqrt()
         };
-        (0..channels).map(of).collect()
+        (0..channels).map(channel_rms).collect()
     }
 
-    /// Scale of the misfits of each channel, in its unit: by their median, so that a few wild samples do not stretch it, but
-    /// at least a quarter of their root mean square, because where a system rests most misfits are next to nothing.
+    /// Robust scale of the residuals of each channel, in its unit: 1.48 times the median absolute residual.
+    ///
+    /// Outliers do not affect a median. It is bounded below by a quarter of the RMSE, because the median is
+    /// almost zero where a system is at rest most of the time.
     pub fn scales(&self, channels: usize) -> Vec<f64> {
         let rms = self.rms(channels);
         let scale = |(channel, rms): (usize, f64)| {
-            let mut sizes: Vec<f64> =
-                self.parts.iter().filter_map(|p| p.sizes.get(channel)).flatten().copied().collect();
-            let middle = sizes.len() / 2;
-            if sizes.is_empty() {
+            let mut residuals: Vec<f64> = self
+                .windows
+                .iter()
+                .filter_map(|w| w.absolute_residuals.get(channel))
+                .flatten()
+                .copied()
+                .collect();
+            let middle = residuals.len() / 2;
+            if residuals.is_empty() {
                 return rms;
             }
-            let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-            (OF_MEDIAN * *median).max(0.25 * rms)
+            let (_, median, _) = residuals.select_nth_unstable_by(middle, f64::total_cmp);
+            (SD_PER_MEDIAN * *median).max(0.25 * rms)
         };
         rms.into_iter().enumerate().map(scale).collect()
     }
 
     /// Number of measured values.
     pub fn count(&self) -> usize {
-        self.parts.iter().flat_map(|p| &p.squares).map(|(_, count)| count).sum()
+        self.windows.iter().flat_map(|w| &w.squared_residuals).map(|(_, count)| count).sum()
     }
 
-    /// Correlation of neighbouring misfits.
-    pub fn correlation(&self) -> f64 {
-        let sums = self.parts.iter().fold((0.0, 0.0), |(a, b), p| (a + p.neighbours.0, b + p.neighbours.1));
+    /// Lag-one autocorrelation of the scaled residuals, at least 0.
+    pub fn autocorrelation(&self) -> f64 {
+        let sums =
+            self.windows.iter().fold((0.0, 0.0), |(a, b), w| (a + w.lag_one_sums.0, b + w.lag_one_sums.1));
         if sums.1 > 0.0 { (sums.0 / sums.1).clamp(0.0, 0.9999) } else { 0.0 }
     }
 }
 
-/// Where normal equations are wanted: values of all parameters, windows with their starts, and the scale of the misfit of each
-/// channel, in its unit.
+/// A point at which the cost and its normal equations are evaluated.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place<'a> {
+pub(crate) struct EvaluationPoint<'a> {
+    /// Values of all parameters.
     pub values: &'a [f64],
-    pub shots: &'a [Shot],
-    pub sd: &'a [f64],
+    pub windows: &'a [ShootingWindow],
+    /// Scale of the residuals of each channel, in its unit.
+    pub scales: &'a [f64],
 }
 
 impl Problem<'_> {
-    /// Costs at several places with their normal equations. Windows of all of them share the passes of the system: those of one
-    /// place alone may be too few to fill one.
+    /// Evaluates cost and normal equations at several points.
+    ///
+    /// The windows of all points are simulated in common batches, because those of one point may be too few
+    /// to fill the SIMD lanes.
     ///
     /// # Errors
-    /// Of each place its own: the first window that cannot be simulated.
-    pub fn normals(&self, places: &[Place<'_>]) -> Vec<Result<Normal, SimulationError>> {
-        let parameters = self.free.iter().map(|p| Seed::Parameter(*p));
-        let seeds: Vec<Seed> = parameters.chain(self.states.iter().map(|s| Seed::Start(*s))).collect();
-        let all: Vec<(&Place<'_>, &Shot)> =
-            places.iter().flat_map(|place| place.shots.iter().map(move |shot| (place, shot))).collect();
-        let run = |windows: &[(&Place<'_>, &Shot)]| -> Vec<Result<Part, SimulationError>> {
-            let tasks: Vec<Task<'_>> = windows
+    /// For each point, the first of its windows that cannot be simulated.
+    pub fn normal_equations(
+        &self,
+        points: &[EvaluationPoint<'_>],
+    ) -> Vec<Result<NormalEquations, SimulationError>> {
+        let parameters = self.free_parameters.iter().map(|p| Seed::Parameter(*p));
+        let seeds: Vec<Seed> = parameters.chain(self.free_states.iter().map(|s| Seed::Start(*s))).collect();
+        let all_windows: Vec<(&EvaluationPoint<'_>, &ShootingWindow)> =
+            points.iter().flat_map(|point| point.windows.iter().map(move |window| (point, window))).collect();
+        let run = |batch: &[(&EvaluationPoint<'_>, &ShootingWindow)]| -> Vec<Result<WindowEquations, SimulationError>> {
+            let tasks: Vec<Task<'_>> = batch
                 .iter()
-                .map(|(place, shot)| Task {
-                    parameters: place.values,
-                    record: &self.records[shot.record],
-                    window: shot.samples.clone(),
-                    start: &shot.start,
+                .map(|(point, window)| Task {
+                    parameters: point.values,
+                    record: &self.records[window.record],
+                    window: window.samples.clone(),
+                    start: &window.initial_state,
                     offsets: Offsets::None,
                     seeds: &seeds,
                 })
                 .collect();
-            let mut out = vec![Simulated::default(); tasks.len()];
-            let done = self.system.simulate_all(&tasks, &mut out);
-            let parts = done.into_iter().zip(windows).zip(&out);
-            parts.map(|((done, (place, shot)), out)| done.map(|()| self.part(shot, out, place.sd))).collect()
+            let mut simulated = vec![Simulated::default(); tasks.len()];
+            let results = self.system.simulate_all(&tasks, &mut simulated).into_iter();
+            results
+                .zip(batch)
+                .zip(&simulated)
+                .map(|((result, (point, window)), simulated)| {
+                    result.map(|()| self.window_equations(window, simulated, point.scales))
+                })
+                .collect()
         };
-        // Few long windows keep every thread busy, too.
-        let shared = all.len().div_ceil(rayon::current_num_threads());
-        let each = self.system.side_by_side().min(shared).max(1);
-        let parts: Vec<Result<Part, SimulationError>> = all.par_chunks(each).flat_map_iter(run).collect();
-        let mut parts = parts.into_iter();
-        let of_place = |place: &Place<'_>| {
-            let own: Vec<_> = parts.by_ref().take(place.shots.len()).collect();
-            let parts: Vec<Part> = own.into_iter().collect::<Result<_, _>>()?;
-            // In the order of the windows, so that threads change no bit.
-            let cost = parts.iter().map(|p| p.cost).sum();
-            Ok(Normal { parts, cost })
+        // A few long windows are spread over the threads even where they would fit into one batch.
+        let per_thread = all_windows.len().div_ceil(rayon::current_num_threads());
+        let batch_size = self.system.side_by_side().min(per_thread).max(1);
+        let results: Vec<Result<WindowEquations, SimulationError>> =
+            all_windows.par_chunks(batch_size).flat_map_iter(run).collect();
+        let mut results = results.into_iter();
+        let collect_point = |point: &EvaluationPoint<'_>| {
+            // All results of the point are taken before the first error is returned, so that those of the
+            // next point follow.
+            let of_point: Vec<_> = results.by_ref().take(point.windows.len()).collect();
+            let windows: Vec<WindowEquations> = of_point.into_iter().collect::<Result<_, _>>()?;
+            // The sum is in the order of the windows, so that the result does not depend on the threads.
+            let cost = windows.iter().map(|w| w.cost).sum();
+            Ok(NormalEquations { windows, cost })
         };
-        places.iter().map(of_place).collect()
+        points.iter().map(collect_point).collect()
     }
 
-    fn part(&self, shot: &Shot, out: &Simulated, sd: &[f64]) -> Part {
-        let (p, n) = (self.free.len(), self.states.len());
+    /// Contribution of one simulated window to the cost (1) and the normal equations (2).
+    fn window_equations(
+        &self,
+        window: &ShootingWindow,
+        simulated: &Simulated,
+        scales: &[f64],
+    ) -> WindowEquations {
+        let (p, n) = (self.free_parameters.len(), self.free_states.len());
         let channels = self.schema().channels.len();
-        let mut part = Part {
+        let mut equations = WindowEquations {
             a: vec![0.0; p * p],
             b: vec![0.0; p * n],
             c: vec![0.0; n * n],
             g: vec![0.0; p],
             h: vec![0.0; n],
-            squares: vec![(0.0, 0); channels],
-            sizes: vec![Vec::new(); channels],
-            ..Part::default()
+            squared_residuals: vec![(0.0, 0); channels],
+            absolute_residuals: vec![Vec::new(); channels],
+            ..WindowEquations::default()
         };
-        let record = &self.records[shot.record];
+        let record = &self.records[window.record];
         for (channel, declared) in self.schema().channels.iter().enumerate() {
-            let sd = sd[channel];
-            let mut before = None;
-            for k in 0..out.samples() {
-                let measured = record.values[channel][shot.samples.start + k];
+            let scale = scales[channel];
+            let mut previous = None;
+            for k in 0..simulated.samples() {
+                let measured = record.values[channel][window.samples.start + k];
                 if !measured.is_finite() {
-                    before = None;
+                    previous = None;
                     continue;
                 }
-                let mut misfit = measured - out.value(k, channel);
+                let mut residual = measured - simulated.value(k, channel);
                 if let Some(period) = declared.period {
-                    misfit -= period * (misfit / period).round();
+                    // A periodic channel, such as an angle: the residual is the shortest way around.
+                    residual -= period * (residual / period).round();
                 }
-                let scaled = misfit / sd;
-                let weight = if scaled.abs() > KNEE { KNEE / scaled.abs() } else { 1.0 };
-                part.cost +=
-                    if scaled.abs() > KNEE { KNEE * (2.0 * scaled.abs() - KNEE) } else { scaled * scaled };
-                part.squares[channel].0 += misfit * misfit;
-                part.squares[channel].1 += 1;
-                part.sizes[channel].push(misfit.abs());
-                if let Some(before) = before {
-                    part.neighbours.0 += scaled * before;
-                    part.neighbours.1 += scaled * scaled;
+                let scaled = residual / scale;
+                let is_outlier = scaled.abs() > HUBER_THRESHOLD;
+                let weight = if is_outlier { HUBER_THRESHOLD / scaled.abs() } else { 1.0 };
+                equations.cost += if is_outlier {
+                    HUBER_THRESHOLD * (2.0 * scaled.abs() - HUBER_THRESHOLD)
+                } else {
+                    scaled * scaled
+                };
+                equations.squared_residuals[channel].0 += residual * residual;
+                equations.squared_residuals[channel].1 += 1;
+                equations.absolute_residuals[channel].push(residual.abs());
+                if let Some(previous) = previous {
+                    equations.lag_one_sums.0 += scaled * previous;
+                    equations.lag_one_sums.1 += scaled * scaled;
                 }
-                before = Some(scaled);
+                previous = Some(scaled);
                 if p + n > 0 {
-                    part.add(&out.slopes(k, channel)[..p + n], (p, n), weight / sd, scaled / sd * weight, sd);
+                    let row = &simulated.slopes(k, channel)[..p + n];
+                    equations.add_row(row, (p, n), weight / scale, scaled / scale * weight, scale);
                 }
             }
         }
-        for (index, state) in self.states.iter().enumerate() {
-            if let Some((mean, sd)) = self.prior(shot, *state) {
-                let off = (mean - shot.start[*state]) / sd;
-                part.cost += off * off;
+        for (index, state) in self.free_states.iter().enumerate() {
+            if let Some((mean, sd)) = self.prior(window, *state) {
+                let scaled = (mean - window.initial_state[*state]) / sd;
+                equations.cost += scaled * scaled;
                 if n > 0 {
-                    part.c[index * n + index] += 1.0 / (sd * sd);
-                    part.h[index] += off / sd;
+                    equations.c[index * n + index] += 1.0 / (sd * sd);
+                    equations.h[index] += scaled / sd;
                 }
             }
         }
-        part
+        equations
     }
 }
 
-impl Part {
-    /// Adds a row of derivatives with its misfit.
-    fn add(&mut self, row: &[f64], (p, n): (usize, usize), weight: f64, pull: f64, sd: f64) {
-        let (by_parameters, by_start) = row.split_at(p);
+impl WindowEquations {
+    /// Adds one residual to the sums (3): `row` holds J_p and J_x, `weight` is w / s, `pull` is w r / s².
+    fn add_row(&mut self, row: &[f64], (p, n): (usize, usize), weight: f64, pull: f64, scale: f64) {
+        let (by_parameters, by_state) = row.split_at(p);
         for (i, x) in by_parameters.iter().enumerate() {
-            let scaled = weight / sd * x;
+            let scaled = weight / scale * x;
             self.g[i] += pull * x;
             for (to, y) in self.a[i * p..=i * p + i].iter_mut().zip(by_parameters) {
                 *to += scaled * y;
             }
-            for (to, y) in self.b[i * n..(i + 1) * n].iter_mut().zip(by_start) {
+            for (to, y) in self.b[i * n..(i + 1) * n].iter_mut().zip(by_state) {
                 *to += scaled * y;
             }
         }
-        for (i, x) in by_start.iter().enumerate() {
-            let scaled = weight / sd * x;
+        for (i, x) in by_state.iter().enumerate() {
+            let scaled = weight / scale * x;
             self.h[i] += pull * x;
-            for (to, y) in self.c[i * n..=i * n + i].iter_mut().zip(by_start) {
+            for (to, y) in self.c[i * n..=i * n + i].iter_mut().zip(by_state) {
                 *to += scaled * y;
             }
         }

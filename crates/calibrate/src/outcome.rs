@@ -1,68 +1,72 @@
-//! Results of a calibration: values, their errors, starts, and the lengths of windows on the way.
+//! Results of a calibration: parameter values, standard errors, initial states, window lengths.
 
 use augsim_physics::system::SimulationError;
 use thiserror::Error;
 
-/// One length of windows on the way.
+/// The fit over windows of one length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stage {
     /// Median duration of the windows, s.
     pub window_s: f64,
     /// Number of windows.
     pub windows: usize,
-    /// Root mean square misfit of each channel, in its unit.
+    /// RMSE of each channel, in its unit.
     pub rms: Vec<f64>,
-    /// Noise of each channel by that misfit, in its unit: each start state and each parameter has taken a degree of freedom from it.
+    /// Residual standard deviation of each channel, in its unit.
+    ///
+    /// It exceeds the RMSE, because every estimated parameter and initial state uses up one degree of
+    /// freedom.
     pub noise: Vec<f64>,
-    /// Steps that were taken.
+    /// Number of steps, accepted or rejected.
     pub steps: usize,
-    /// Whether the fit came to an end by itself.
+    /// Whether the fit converged before it ran out of steps.
     pub converged: bool,
 }
 
-/// Parameters of which fewer combinations can be found than there are parameters.
+/// A structural non-identifiability: parameters of which the data determine only some combinations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gauge {
-    /// Places of the parameters that can move together without a change of what is measured.
+    /// Indices of the parameters that can change together without a change of the outputs.
     pub parameters: Vec<usize>,
-    /// How many combinations of them can be found.
+    /// Number of their combinations that the data determine.
     pub combinations: usize,
 }
 
 /// A calibrated system.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
-    /// Values of all parameters, in the order of the system's vector.
+    /// Values of all parameters, in the order of the system's parameter vector.
     pub values: Vec<f64>,
-    /// Standard errors of those that were fitted, from the curvature of the cost, wider by the correlation of misfits from
-    /// sample to sample.
+    /// Standard errors of the estimated parameters, `None` for frozen ones.
+    ///
+    /// They come from the curvature of the cost and are widened for the correlation of successive residuals.
     pub standard_errors: Vec<Option<f64>>,
-    /// Parameters at one of their bounds.
+    /// Whether each parameter is estimated and lies at one of its bounds.
     pub at_bound: Vec<bool>,
-    /// Start state of each record and its standard errors, in the order of the schema.
+    /// Initial state of each record and its standard errors, in the order of the schema.
     pub starts: Vec<(Vec<f64>, Vec<f64>)>,
-    /// The lengths of windows that were fitted; the last is the one whose values are given.
+    /// The window lengths that were fitted, shortest first; the parameter values are those of the last.
     pub stages: Vec<Stage>,
-    /// Why longer windows were not taken, where they would have been possible.
+    /// Why longer windows were not used although the records are long enough for them.
     pub stopped: Option<&'static str>,
-    /// Groups of parameters that cannot be found one by one.
+    /// Groups of parameters that are not identifiable one by one.
     pub gauges: Vec<Gauge>,
 }
 
 impl Calibration {
-    /// Root mean square misfit of each channel over the last windows, in its unit.
+    /// RMSE of each channel over the final windows, in its unit.
     pub fn rms(&self) -> &[f64] {
         self.stages.last().map_or(&[], |stage| &stage.rms)
     }
 }
 
-/// Records to which nothing can be fitted.
+/// Reasons why records cannot be calibrated.
 #[derive(Debug, Error)]
 pub enum CalibrationError {
-    /// No window can be simulated at the declared values.
+    /// A window cannot be simulated at the declared parameter values.
     #[error("the declared model cannot be simulated: {0}")]
     Simulation(SimulationError),
-    /// Nothing was measured.
+    /// No output has a measured value.
     #[error("no output has a measured value in the records; check the columns and their ranges")]
     NothingMeasured,
 }

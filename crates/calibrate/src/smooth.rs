@@ -1,75 +1,92 @@
-//! Noise of the motion: what shakes a rate, told from what a sensor adds, and the states that remain.
+//! Process noise versus measurement noise, by an iterated extended Kalman smoother.
 //!
-//! A model that is simulated from a start says that nothing happens on the way but what its equations say. Where that is not so,
-//! misfits grow with the time since the start. Here each force and flow equation may be pushed by a number that wanders about 0
-//! (an Ornstein-Uhlenbeck process, of which white noise is the limit), or each reading be shifted by one; how much, and for how
-//! long, is what makes the readings likeliest. States come from an iterated extended Kalman smoother (Bell, SIAM Journal on
-//! Optimization 4, 1994), variances from the balance of its sums.
+//! A simulation from an initial state assumes that the equations describe the motion exactly. Where they do
+//! not, the residuals grow along the record. Three causes of the residuals are compared by their likelihood:
+//!
+//! 1. white measurement noise alone;
+//! 2. in addition, autocorrelated measurement noise;
+//! 3. in addition to white measurement noise, process noise in the rates of states.
+//!
+//! Process noise and autocorrelated measurement noise are Ornstein-Uhlenbeck processes, of which white noise
+//! is the limit. The states come from an iterated extended Kalman smoother (Bell, SIAM Journal on
+//! Optimization 4, 1994), the variances from the condition that the likelihood is at its maximum
+//! (`variances.rs`), the correlation time from a grid.
 
-use crate::along::{Drive, Interval};
+use crate::linearise::{Disturbance, LinearisedInterval};
 use crate::outcome::CalibrationError;
-use crate::variances::{Hypothesis, Noisy};
+use crate::variances::{NoiseModel, NoiseProblem};
 use augsim_physics::system::{Record, System};
 use rayon::prelude::*;
 
-/// Correlation times that are tried, in sampling steps, beside white noise. The longest are far longer than most recordings: there the noise is an
-/// offset that differs from recording to recording.
-const MEMORIES: [f64; 10] = [2.0, 6.0, 20.0, 60.0, 200.0, 600.0, 2e3, 6e3, 2e4, 6e4];
-/// Factors by which the best of these is varied, one after the other.
-const FINER: [f64; 3] = [1.8, 1.35, 1.15];
-/// Samples on which causes are compared.
-const COMPARED: usize = 6000;
-/// Smoothed paths on the way to the last.
-const PATHS: usize = 8;
-/// Gain in ln likelihood that each further number of a cause has to bring.
-const WORTH: f64 = 5.0;
+/// Grid of correlation times of a disturbance, in sample steps; white noise is tried in addition.
+///
+/// The longest are far longer than most recordings: there an autocorrelated measurement error is an offset that differs
+/// from recording to recording.
+const CORRELATION_TIMES: [f64; 10] = [2.0, 6.0, 20.0, 60.0, 200.0, 600.0, 2e3, 6e3, 2e4, 6e4];
+/// Loss in ln likelihood within which a shorter correlation time is preferred: half the 95 % quantile of chi squared with one
+/// degree of freedom.
+const MAX_LOSS_OF_SHORTER_TIME: f64 = 1.92;
+/// Factors by which the best correlation time of the grid is then varied, one after the other.
+const REFINEMENT_FACTORS: [f64; 3] = [1.8, 1.35, 1.15];
+/// Number of successive correlation times without a gain after which the grid search stops.
+const MAX_WORSE_TIMES: usize = 2;
+/// Maximum number of samples, over all records, on which correlation times are compared.
+const MAX_COMPARED_SAMPLES: usize = 6000;
+/// Smoother iterations with rough variances, which lead to the first path.
+const ROUGH_ITERATIONS: usize = 3;
+/// Maximum number of smoother iterations for a cause.
+const MAX_ITERATIONS: usize = 8;
+/// Gain in ln likelihood that each parameter of a noise model has to bring.
+const MIN_GAIN_PER_PARAMETER: f64 = 5.0;
 
-/// The cause by which readings differ from a run of the model.
+/// The cause of the residuals of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// The sensor alone, each reading for itself.
+    /// White measurement noise alone.
     Sensor,
-    /// The sensor, whose errors last from reading to reading.
+    /// White and autocorrelated measurement noise.
     LastingSensor,
-    /// The sensor, and what shakes the motion.
+    /// White measurement noise and process noise.
     Motion,
 }
 
-/// States and noise of records under a model.
+/// Smoothed states and estimated noise of records.
 #[derive(Clone, Debug)]
 pub struct Smoothed {
-    /// The likeliest cause.
+    /// The cause that the data support best.
     pub cause: Cause,
-    /// Standard deviation of what pushes the rate of each shaken state, in the unit of the rate, averaged over a step from sample
-    /// to sample; that of what shifts each channel where the cause is a lasting sensor; empty where it is the sensor alone.
+    /// Standard deviation of each disturbance of the cause; empty for [`Cause::Sensor`].
+    ///
+    /// For [`Cause::Motion`] there is one for each disturbed state, in the unit of its rate, averaged over a
+    /// sample step; for [`Cause::LastingSensor`] one for each channel, in its unit.
     pub drive_sd: Vec<f64>,
-    /// Seconds over which it wanders (its correlation falls to 1/e); 0 where it is anew with every sample.
+    /// Correlation time of the disturbances, s: their autocorrelation falls to 1/e; 0 for white noise.
     pub memory_s: f64,
-    /// Standard deviation of each reading for itself, by channel, in its unit.
+    /// Standard deviation of the white measurement noise of each channel, in its unit.
     pub sensor_sd: Vec<f64>,
-    /// Ln likelihood of the readings under each cause: the sensor alone, a lasting sensor, a shaken motion; minus infinity for one
-    /// under which no motion of the model is near them.
+    /// Ln likelihood of the readings under each cause, in the order of [`Cause`].
+    ///
+    /// It is minus infinity for a cause under which no motion of the model is near the readings.
     pub ln_likelihood: [f64; 3],
-    /// States of each record given all of its readings, `[record][sample][state]` in one row.
+    /// Smoothed states of each record, `[record][sample][state]`, flat for each record.
     pub paths: Vec<Vec<f64>>,
-    /// The cause with its variances.
-    pub(crate) hypothesis: Hypothesis,
 }
 
-/// A cause along paths of its own.
-pub(crate) struct Judged {
-    pub hypothesis: Hypothesis,
-    pub paths: Vec<Vec<f64>>,
-    /// Ln likelihood less what its numbers have to bring.
-    worth: f64,
-    /// Whether the paths stay where they are when they are smoothed once more.
-    stays: bool,
+/// A cause with its noise model and the paths of the states under it.
+struct FittedCause {
+    noise_model: NoiseModel,
+    paths: Vec<Vec<f64>>,
+    /// Ln likelihood, less the gain that the parameters of the noise model have to bring.
+    score: f64,
+    /// Whether the smoother has converged to these paths.
+    has_converged: bool,
 }
 
-/// States and noise of prepared records at these values of the parameters.
+/// Estimates states and noise of prepared records at fixed parameter values.
 ///
-/// `system` shows its states as channels behind its `outputs` outputs; the rates of the states in `pushed` may be pushed; `declared`
-/// are standard deviations of sensors that are known, by output.
+/// The channels of `system` are its `outputs` outputs followed by its states. Process noise acts on the rates
+/// of `disturbed_states`. `known_sensor_sd` holds the standard deviations of sensors that are known, by
+/// output.
 ///
 /// # Errors
 /// [`CalibrationError`]: nothing was measured, or an interval cannot be simulated.
@@ -78,109 +95,122 @@ pub fn smooth(
     outputs: usize,
     records: &[Record],
     values: &[f64],
-    pushed: &[usize],
-    declared: &[Option<f64>],
+    disturbed_states: &[usize],
+    known_sensor_sd: &[Option<f64>],
 ) -> Result<Smoothed, CalibrationError> {
-    let problem = Noisy::new(system, outputs, records, values, pushed, declared)?;
-    // A shaken motion goes along with any readings; under another cause there may be no motion near them.
-    let mut best = problem.shaken(values)?;
-    let (mut cause, mut ln_likelihood) =
-        (Cause::Motion, [f64::NEG_INFINITY, f64::NEG_INFINITY, best.hypothesis.ll]);
-    let runs = problem.runs(values).unwrap_or_default();
-    let readings: Vec<Drive> = (0..outputs).map(Drive::Reading).collect();
+    let problem = NoiseProblem::new(system, outputs, records, values, disturbed_states, known_sensor_sd)?;
+    // With process noise the motion can follow any readings, so this cause always has a path; the other
+    // causes need undisturbed motions of the model near the readings.
+    let mut best = problem.fit_process_noise(values)?;
+    let mut cause = Cause::Motion;
+    let mut ln_likelihood = [f64::NEG_INFINITY, f64::NEG_INFINITY, best.noise_model.ln_likelihood];
+    let runs = problem.simulate_records(values).unwrap_or_default();
+    let readings: Vec<Disturbance> = (0..outputs).map(Disturbance::Reading).collect();
     let others = [(Cause::LastingSensor, readings, 1), (Cause::Sensor, Vec::new(), 0)];
-    for (other, drives, place) in others.into_iter().filter(|_| !runs.is_empty()) {
-        if let Ok(found) = problem.judged(values, drives, runs.clone())
-            && found.stays
+    for (other, disturbances, index) in others.into_iter().filter(|_| !runs.is_empty()) {
+        if let Ok(fitted) = problem.fit_cause(values, disturbances, runs.clone())
+            && fitted.has_converged
         {
-            ln_likelihood[place] = found.hypothesis.ll;
-            if found.worth >= best.worth {
-                (cause, best) = (other, found);
+            ln_likelihood[index] = fitted.noise_model.ln_likelihood;
+            if fitted.score >= best.score {
+                (cause, best) = (other, fitted);
             }
         }
     }
-    let Judged { hypothesis: best, paths, .. } = best;
-    let n = problem.shown.states;
+    let FittedCause { noise_model, paths, .. } = best;
     Ok(Smoothed {
         cause,
-        drive_sd: (0..best.drives.len()).map(|j| best.noise.first[n + j].sqrt()).collect(),
-        memory_s: best.memory * problem.step_s(),
-        sensor_sd: best.noise.read.iter().map(|v| v.sqrt()).collect(),
+        drive_sd: problem.disturbance_variances(&noise_model).iter().map(|v| v.sqrt()).collect(),
+        memory_s: noise_model.correlation_steps * problem.min_step_s(),
+        sensor_sd: noise_model.noise.sensor.iter().map(|v| v.sqrt()).collect(),
         ln_likelihood,
         paths,
-        hypothesis: best,
     })
 }
 
-impl Noisy<'_> {
-    /// A shaken motion, along paths that rough variances lead to first.
-    pub(crate) fn shaken(&self, values: &[f64]) -> Result<Judged, CalibrationError> {
+impl NoiseProblem<'_> {
+    /// Fits process noise, starting from paths that are filtered and smoothed with rough variances.
+    fn fit_process_noise(&self, values: &[f64]) -> Result<FittedCause, CalibrationError> {
         let rough_path = |record| self.rough_path(record, values);
         let paths: Result<Vec<Vec<f64>>, _> = self.records.par_iter().map(rough_path).collect();
         let mut paths = paths.map_err(CalibrationError::Simulation)?;
-        let shaken = self.hypothesis(self.rates_pushed(), 0.0);
-        self.settled(shaken, values, &mut paths, 3)?;
-        self.judged(values, self.rates_pushed(), paths)
+        let rough = self.rough_noise_model(self.rate_disturbances(), 0.0);
+        self.iterate_smoother(rough, values, &mut paths, ROUGH_ITERATIONS)?;
+        self.fit_cause(values, self.rate_disturbances(), paths)
     }
 
-    /// A cause along paths of its own, which begin at these: through an event, those of another are no motions of the model.
-    pub(crate) fn judged(
+    /// Fits the noise model of a cause, starting from these paths.
+    ///
+    /// The path of one cause is no starting path for another: through an event of the model, a path with
+    /// process noise may differ from every undisturbed motion.
+    fn fit_cause(
         &self,
         values: &[f64],
-        drives: Vec<Drive>,
+        disturbances: Vec<Disturbance>,
         mut paths: Vec<Vec<f64>>,
-    ) -> Result<Judged, CalibrationError> {
-        let along = self.intervals(values, &paths, &[])?;
-        let found = with_memory(self, &drives, &paths, &along);
-        let (hypothesis, stays) = self.settled(found, values, &mut paths, PATHS)?;
-        let numbers = hypothesis.drives.len() as f64 + if hypothesis.memory > 0.0 { 1.0 } else { 0.0 };
-        let worth = hypothesis.ll - WORTH * numbers;
-        Ok(Judged { hypothesis, paths, worth, stays })
+    ) -> Result<FittedCause, CalibrationError> {
+        let intervals = self.linearise(values, &paths)?;
+        let start = select_correlation_time(self, &disturbances, &paths, &intervals);
+        let (noise_model, has_converged) =
+            self.iterate_smoother(start, values, &mut paths, MAX_ITERATIONS)?;
+        let correlation_times = if noise_model.correlation_steps > 0.0 { 1.0 } else { 0.0 };
+        let parameters = noise_model.disturbances.len() as f64 + correlation_times;
+        let score = noise_model.ln_likelihood - MIN_GAIN_PER_PARAMETER * parameters;
+        Ok(FittedCause { noise_model, paths, score, has_converged })
     }
 }
 
-/// A cause with the memory under which its readings are likeliest along these paths. Each memory begins with rough variances: one
-/// that is next to nothing under the memory before would hardly grow again.
-fn with_memory(
-    problem: &Noisy<'_>,
-    drives: &[Drive],
+/// The noise model with the shortest correlation time that the data do not reject, along fixed paths.
+///
+/// Beyond the length of a recording the likelihood hardly depends on the correlation time, and a needlessly long one would let forecasts
+/// drift further than any recording did.
+///
+/// Every correlation time starts from rough variances: a variance that is almost 0 under one correlation time
+/// would hardly grow again under the next.
+fn select_correlation_time(
+    problem: &NoiseProblem<'_>,
+    disturbances: &[Disturbance],
     paths: &[Vec<f64>],
-    along: &[Vec<Interval>],
-) -> Hypothesis {
-    let few = compared(problem.records);
-    let at =
-        |memory: f64| problem.balanced(problem.hypothesis(drives.to_vec(), memory), paths, along, &few).0;
-    let mut best = at(0.0);
+    intervals: &[Vec<LinearisedInterval>],
+) -> NoiseModel {
+    let samples = compared_samples(problem.records);
+    let fit_with = |steps: f64| {
+        let rough = problem.rough_noise_model(disturbances.to_vec(), steps);
+        problem.estimate_variances(rough, paths, intervals, &samples).0
+    };
+    let mut fitted = vec![fit_with(0.0)];
+    let mut highest = fitted[0].ln_likelihood;
     let mut worse = 0;
-    for memory in MEMORIES.iter().filter(|_| !drives.is_empty()) {
-        let found = at(*memory);
-        if found.ll > best.ll {
-            (best, worse) = (found, 0);
-        } else {
-            worse += 1;
-        }
-        if worse == 2 {
+    for steps in CORRELATION_TIMES.iter().filter(|_| !disturbances.is_empty()) {
+        let model = fit_with(*steps);
+        worse = if model.ln_likelihood > highest { 0 } else { worse + 1 };
+        highest = highest.max(model.ln_likelihood);
+        fitted.push(model);
+        if worse == MAX_WORSE_TIMES {
             break;
         }
     }
-    let wanders = best.memory > 0.0;
-    for factor in FINER.iter().filter(|_| wanders) {
-        for memory in [best.memory / factor, best.memory * factor] {
-            let found = at(memory);
-            if found.ll > best.ll {
-                best = found;
+    let is_as_good = |model: &NoiseModel| model.ln_likelihood >= highest - MAX_LOSS_OF_SHORTER_TIME;
+    let shortest = fitted.iter().position(is_as_good).unwrap_or(0);
+    let mut best = fitted.swap_remove(shortest);
+    let is_correlated = best.correlation_steps > 0.0;
+    for factor in REFINEMENT_FACTORS.iter().filter(|_| is_correlated) {
+        for steps in [best.correlation_steps / factor, best.correlation_steps * factor] {
+            let fitted = fit_with(steps);
+            if fitted.ln_likelihood > best.ln_likelihood {
+                best = fitted;
             }
         }
     }
     best
 }
 
-/// How many samples of each record causes are compared on.
-fn compared(records: &[Record]) -> Vec<usize> {
-    let mut left = COMPARED;
+/// Number of samples of each record on which correlation times are compared.
+fn compared_samples(records: &[Record]) -> Vec<usize> {
+    let mut remaining = MAX_COMPARED_SAMPLES;
     let take = |record: &Record| {
-        let samples = record.times.len().min(left);
-        left -= samples;
+        let samples = record.times.len().min(remaining);
+        remaining -= samples;
         samples
     };
     records.iter().map(take).collect()

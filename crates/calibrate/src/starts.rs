@@ -1,24 +1,29 @@
-//! The state that a record begins with, from its first samples and nothing later.
+//! Estimation of the initial state of a record from its first samples only.
 
 use crate::outcome::CalibrationError;
-use crate::steps::{Begin, SETTLED};
-use crate::windows::{Problem, Shot};
+use crate::steps::{FINAL_TOLERANCE, StartingPoint};
+use crate::windows::{Problem, ShootingWindow};
 use augsim_physics::system::{Record, System};
 
-/// A fitted start.
+/// Samples of the first of the fits over ever longer beginnings of a record.
+const FIRST_FIT_SAMPLES: usize = 8;
+
+/// An estimated initial state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Begun {
     /// State at the first sample, in the order of the schema.
     pub state: Vec<f64>,
-    /// Root mean square misfit of each channel over the samples that were used, in its unit.
+    /// RMSE of each channel over the samples that were used, in its unit.
     pub rms: Vec<f64>,
 }
 
-/// Fits the start of a record to its first `samples` at these values of the parameters. `from` is a rough state; `sd` is the
-/// noise of each channel where it is known, in its unit, against which what is known of a start beforehand is weighed.
+/// Estimates the initial state of a record from its first `samples`, at fixed parameter values.
+///
+/// `from` is a rough initial state. `sd` is the measurement noise of each channel, in its unit, where it is
+/// known; it sets the weight of the data against the priors of the initial state.
 ///
 /// # Errors
-/// [`CalibrationError`]: nothing is measured there, or it cannot be simulated.
+/// [`CalibrationError`]: no output is measured in these samples, or they cannot be simulated.
 pub fn fit_start(
     system: &dyn System,
     record: &Record,
@@ -33,19 +38,22 @@ pub fn fit_start(
     }
     let records = std::slice::from_ref(record);
     let problem = Problem::new(system, records, false);
-    let mut scales = problem.spread();
-    let mut shots = vec![Shot { record: 0, samples: 0..samples, start: from.to_vec() }];
+    let mut scales = problem.channel_sd();
+    let mut windows = vec![ShootingWindow { record: 0, samples: 0..samples, initial_state: from.to_vec() }];
     let mut values = values.to_vec();
-    // From half of the samples to all of them: a rough speed may lead far away over a long beginning.
-    let mut count = samples.min(8);
+    // The fits double in length: with a rough initial velocity a long simulation would leave the data at
+    // once, and the fit would end in a wrong minimum.
+    let mut count = samples.min(FIRST_FIT_SAMPLES);
     loop {
-        shots[0].samples.end = count;
-        let begin = Begin { values: &values, shots: &shots, sd: &scales };
-        let fit = problem.fit_with(&begin, sd, SETTLED).map_err(CalibrationError::Simulation)?;
-        (values, shots, scales) = (fit.values, fit.shots, fit.sd);
+        windows[0].samples.end = count;
+        let start = StartingPoint { values: &values, windows: &windows, scales: &scales };
+        let fit = problem
+            .fit_with_known_scales(&start, sd, FINAL_TOLERANCE)
+            .map_err(CalibrationError::Simulation)?;
+        (values, windows, scales) = (fit.values, fit.windows, fit.scales);
         if count == samples {
             let rms = fit.normal.rms(problem.schema().channels.len());
-            return Ok(Begun { state: shots.remove(0).start, rms });
+            return Ok(Begun { state: windows.remove(0).initial_state, rms });
         }
         count = (2 * count).min(samples);
     }

@@ -1,339 +1,392 @@
-//! Variances of what shakes a motion and of what a sensor adds, brought into balance along paths of the states.
+//! Maximum-likelihood variances of process and measurement noise, along paths of the states.
+//!
+//! The variance v of a noise is iterated with the sums (9) of `kalman.rs`, which are equal at the maximum of
+//! the likelihood:
+//!
+//! ```text
+//! (1)  v <- v (observed sum) / (expected sum)
+//! ```
+//!
+//! A disturbance with the correlation φ from sample to sample and the stationary variance v has v as its
+//! initial variance and q = (1 - φ²) v as its process noise, so both enter the sums of v.
 
-use crate::along::{Drive, Interval, Layout, Shown};
-use crate::kalman::{Balance, Filter, Noise, Sample, Smoothing, diagonal, smoothed};
+use crate::kalman::{Filter, Noise, Sample, Smoothing, VarianceBalance, diagonal, smooth_record};
+use crate::linearise::{Disturbance, Layout, LinearisedInterval, SystemWithStates};
 use crate::outcome::CalibrationError;
 use crate::starts::fit_start;
 use augsim_physics::system::{Begin, Offsets, Record, Simulated, SimulationError, System, Task, spread};
 use rayon::prelude::*;
 
-/// Rounds in which variances come into balance.
-const ROUNDS: usize = 30;
-/// Change of the logarithm of a variance below which it has come into balance.
-const BALANCED: f64 = 0.01;
-/// Most that a variance changes by in one round, as a factor.
-const LEAP: f64 = 30.0;
-/// Change of a path, in the size of its states, below which it is the last.
-const STILL: f64 = 1e-4;
-/// Change of a path, in the size of its states, below which the path is one under its cause.
-const STAYS: f64 = 1e-2;
-/// Share of a rate that is taken to shake it before anything is known.
-const ROUGH_SHARE: f64 = 0.1;
+/// Maximum number of iterations of the variances.
+const MAX_VARIANCE_ITERATIONS: usize = 30;
+/// Change of the logarithm of a variance below which it has converged.
+const VARIANCE_TOLERANCE: f64 = 0.01;
+/// Maximum factor by which a variance changes in one iteration.
+const MAX_VARIANCE_FACTOR: f64 = 30.0;
+/// Change of a path, relative to the magnitude of its states, below which the smoother stops.
+const PATH_TOLERANCE: f64 = 1e-4;
+/// Change of a path, relative to the magnitude of its states, below which the path is accepted.
+const MAX_ACCEPTED_PATH_CHANGE: f64 = 1e-2;
+/// Standard deviation of process noise, as a share of the rate that it acts on, before it is estimated.
+const ROUGH_PROCESS_NOISE: f64 = 0.1;
 
-/// Records of a system under noise.
-pub(crate) struct Noisy<'a> {
-    pub shown: Shown<'a>,
+/// Records of a system whose noise is estimated.
+pub(crate) struct NoiseProblem<'a> {
+    system: SystemWithStates<'a>,
     pub records: &'a [Record],
-    /// States whose rates may be pushed.
-    pushed: &'a [usize],
-    /// Standard deviation of sensors that are known, by channel.
-    declared: &'a [Option<f64>],
-    /// Size of each state, and of each state's rate.
-    sizes: Vec<f64>,
-    rates: Vec<f64>,
+    /// States whose rates have process noise, where the noise model has any.
+    disturbed_states: &'a [usize],
+    /// Standard deviations of sensors that are known, by channel.
+    known_sensor_sd: &'a [Option<f64>],
+    /// Root mean square of each state.
+    state_rms: Vec<f64>,
+    /// Root mean square of the rate of each state.
+    rate_rms: Vec<f64>,
 }
 
-/// A cause with its variances.
+/// Disturbances with their variances and correlation time, and the variances of the measurement noise.
 #[derive(Clone, Debug)]
-pub(crate) struct Hypothesis {
-    pub drives: Vec<Drive>,
-    /// Steps over which drives wander.
-    pub memory: f64,
+pub(crate) struct NoiseModel {
+    pub disturbances: Vec<Disturbance>,
+    /// Correlation time of the disturbances, in sample steps; 0 for white noise.
+    pub correlation_steps: f64,
     pub noise: Noise,
-    pub ll: f64,
+    pub ln_likelihood: f64,
 }
 
-impl Hypothesis {
-    /// Correlation of a drive from one sample to the next.
-    pub fn correlation(&self) -> f64 {
-        if self.memory > 0.0 { (-1.0 / self.memory).exp() } else { 0.0 }
+impl NoiseModel {
+    /// Correlation of a disturbance from one sample to the next.
+    fn correlation(&self) -> f64 {
+        if self.correlation_steps > 0.0 { (-1.0 / self.correlation_steps).exp() } else { 0.0 }
     }
 }
 
-impl<'a> Noisy<'a> {
+impl<'a> NoiseProblem<'a> {
+    /// Collects the records and determines the magnitudes of states and rates.
+    ///
+    /// # Errors
+    /// [`CalibrationError::NothingMeasured`].
     pub fn new(
         system: &'a dyn System,
         outputs: usize,
         records: &'a [Record],
         values: &[f64],
-        pushed: &'a [usize],
-        declared: &'a [Option<f64>],
+        disturbed_states: &'a [usize],
+        known_sensor_sd: &'a [Option<f64>],
     ) -> Result<Self, CalibrationError> {
         if !records.iter().any(|r| r.values.iter().take(outputs).flatten().any(|v| v.is_finite())) {
             return Err(CalibrationError::NothingMeasured);
         }
         let states = system.schema().states.len();
-        let shown = Shown { system, outputs, states };
-        let mut problem =
-            Self { shown, records, pushed, declared, sizes: vec![1.0; states], rates: vec![1.0; states] };
-        problem.measure(values);
+        let mut problem = Self {
+            system: SystemWithStates { system, outputs, states },
+            records,
+            disturbed_states,
+            known_sensor_sd,
+            state_rms: vec![1.0; states],
+            rate_rms: vec![1.0; states],
+        };
+        problem.set_magnitudes(values);
         Ok(problem)
     }
 
-    /// Sets the sizes of states and rates from runs of the records' windows.
-    fn measure(&mut self, values: &[f64]) {
-        let n = self.shown.states;
-        let (mut squares, mut changes, mut count) = (vec![0.0; n], vec![0.0; n], 0.0_f64);
+    /// Sets the root mean squares of states and rates from simulations of the records' windows.
+    fn set_magnitudes(&mut self, values: &[f64]) {
+        let n = self.system.states;
+        let (mut squares, mut rates, mut count) = (vec![0.0; n], vec![0.0; n], 0.0_f64);
         let windows = self.records.iter().flat_map(|r| r.windows.iter().map(move |w| (r, w)));
         for (record, window) in windows {
             let task = Task {
                 parameters: values,
                 record,
                 window: window.samples.clone(),
-                start: &self.whole_start(&window.start),
+                start: &self.complete_start(&window.start),
                 offsets: Offsets::None,
                 seeds: &[],
             };
             let mut out = Simulated::default();
-            if self.shown.system.simulate(&task, &mut out).is_err() {
+            if self.system.system.simulate(&task, &mut out).is_err() {
                 continue;
             }
             for k in 1..out.samples() {
                 let dt = record.times[window.samples.start + k] - record.times[window.samples.start + k - 1];
-                let state = |k: usize, i: usize| out.value(k, self.shown.outputs + i);
+                let state = |k: usize, i: usize| out.value(k, self.system.outputs + i);
                 if (0..n).all(|i| state(k, i).is_finite() && state(k - 1, i).is_finite()) {
                     count += 1.0;
                     for i in 0..n {
                         squares[i] += state(k, i).powi(2);
-                        changes[i] += ((state(k, i) - state(k - 1, i)) / dt).powi(2);
+                        rates[i] += ((state(k, i) - state(k - 1, i)) / dt).powi(2);
                     }
                 }
             }
         }
-        let size = |sum: f64| {
+        let rms = |sum: f64| {
             Some((sum / count.max(1.0)).sqrt()).filter(|s| s.is_finite() && *s > 0.0).unwrap_or(1.0)
         };
-        self.sizes = squares.into_iter().map(size).collect();
-        self.rates = changes.into_iter().map(size).collect();
+        self.state_rms = squares.into_iter().map(rms).collect();
+        self.rate_rms = rates.into_iter().map(rms).collect();
     }
 
-    /// A window's start with the states that effects brought along.
-    fn whole_start(&self, start: &[f64]) -> Vec<f64> {
-        let states = &self.shown.system.schema().states;
-        let rest = states.iter().skip(start.len()).map(|state| match state.begin {
+    /// The initial state of a window, completed by the states that effects have added to the model.
+    fn complete_start(&self, start: &[f64]) -> Vec<f64> {
+        let states = &self.system.system.schema().states;
+        let added = states.iter().skip(start.len()).map(|state| match state.begin {
             Begin::Fixed(value) | Begin::Prior(value, _) => value,
             Begin::Free | Begin::Measured(_) => 0.0,
         });
-        start.iter().copied().chain(rest).collect()
+        start.iter().copied().chain(added).collect()
     }
 
-    pub fn rates_pushed(&self) -> Vec<Drive> {
-        self.pushed.iter().map(|s| Drive::Rate(*s)).collect()
+    /// Process noise in the rates of the disturbed states.
+    pub fn rate_disturbances(&self) -> Vec<Disturbance> {
+        self.disturbed_states.iter().map(|s| Disturbance::Rate(*s)).collect()
     }
 
-    pub fn step_s(&self) -> f64 {
+    /// Typical sample step of the record that is sampled fastest, s.
+    pub fn min_step_s(&self) -> f64 {
         self.records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min)
     }
 
-    /// A cause with rough variances.
-    pub fn hypothesis(&self, drives: Vec<Drive>, memory: f64) -> Hypothesis {
-        let schema = self.shown.system.schema();
-        let first = schema.states.iter().zip(&self.sizes).map(|(state, size)| match state.begin {
+    /// A noise model with rough variances.
+    pub fn rough_noise_model(&self, disturbances: Vec<Disturbance>, correlation_steps: f64) -> NoiseModel {
+        let schema = self.system.system.schema();
+        let initial = schema.states.iter().zip(&self.state_rms).map(|(state, rms)| match state.begin {
             Begin::Fixed(_) => 0.0,
             Begin::Prior(_, sd) => sd * sd,
-            Begin::Free | Begin::Measured(_) => size * size,
+            Begin::Free | Begin::Measured(_) => rms * rms,
         });
-        let first: Vec<f64> = first.collect();
-        let declared = |channel: usize| self.declared.get(channel).copied().flatten();
-        let rough = |channel: usize| {
-            let sd = declared(channel).unwrap_or_else(|| rough_noise(self.records, channel));
+        let initial: Vec<f64> = initial.collect();
+        let sensor_variance = |channel: usize| {
+            let known = self.known_sensor_sd(channel);
+            let sd = known.unwrap_or_else(|| rough_sensor_sd(self.records, channel));
             (sd * sd).max(f64::MIN_POSITIVE)
         };
-        let read = (0..self.shown.outputs).map(rough).collect();
-        let variances: Vec<f64> = drives
+        let sensor = (0..self.system.outputs).map(sensor_variance).collect();
+        let variances: Vec<f64> = disturbances
             .iter()
-            .map(|drive| match drive {
-                Drive::Rate(state) => (ROUGH_SHARE * self.rates[*state]).powi(2),
-                Drive::Reading(channel) => rough(*channel),
+            .map(|disturbance| match disturbance {
+                Disturbance::Rate(state) => (ROUGH_PROCESS_NOISE * self.rate_rms[*state]).powi(2),
+                Disturbance::Reading(channel) => sensor_variance(*channel),
             })
             .collect();
-        let noise = Noise { first, added: vec![0.0; self.shown.states], read };
-        let mut hypothesis = Hypothesis { drives, memory, noise, ll: f64::NEG_INFINITY };
-        self.set_drives(&mut hypothesis, &variances);
-        hypothesis
+        let noise = Noise { initial, process: vec![0.0; self.system.states], sensor };
+        let ln_likelihood = f64::NEG_INFINITY;
+        let mut model = NoiseModel { disturbances, correlation_steps, noise, ln_likelihood };
+        self.set_disturbance_variances(&mut model, &variances);
+        model
     }
 
-    /// Sets the variances of drives.
-    pub fn set_drives(&self, hypothesis: &mut Hypothesis, variances: &[f64]) {
-        let n = self.shown.states;
-        let fresh = 1.0 - hypothesis.correlation().powi(2);
-        hypothesis.noise.first.truncate(n);
-        hypothesis.noise.first.extend(variances);
-        hypothesis.noise.added = vec![0.0; n];
-        hypothesis.noise.added.extend(variances.iter().map(|v| v * fresh));
+    /// Standard deviation of a sensor, if it is known.
+    fn known_sensor_sd(&self, channel: usize) -> Option<f64> {
+        self.known_sensor_sd.get(channel).copied().flatten()
     }
 
-    /// A path through the readings: an extended Kalman filter with rough variances, not smoothed.
+    /// Stationary variances of the disturbances of a noise model.
+    pub fn disturbance_variances<'m>(&self, model: &'m NoiseModel) -> &'m [f64] {
+        &model.noise.initial[self.system.states..]
+    }
+
+    /// Sets the stationary variances of the disturbances, and the process noise that keeps them stationary.
+    fn set_disturbance_variances(&self, model: &mut NoiseModel, variances: &[f64]) {
+        let n = self.system.states;
+        let innovation_share = 1.0 - model.correlation().powi(2);
+        model.noise.initial.truncate(n);
+        model.noise.initial.extend(variances);
+        model.noise.process = vec![0.0; n];
+        model.noise.process.extend(variances.iter().map(|v| v * innovation_share));
+    }
+
+    /// A path through the readings, `[sample][N]`, by an extended Kalman filter with rough variances.
     pub fn rough_path(&self, record: &Record, values: &[f64]) -> Result<Vec<f64>, SimulationError> {
-        let n = self.shown.states;
-        let hypothesis = self.hypothesis(self.rates_pushed(), 0.0);
-        let layout = Layout { shown: self.shown, drives: &hypothesis.drives, memory: 0.0 };
-        let begin = record.windows.first().map(|w| w.start.clone()).unwrap_or_default();
-        let mut state = self.whole_start(&begin);
+        let n = self.system.states;
+        let model = self.rough_noise_model(self.rate_disturbances(), 0.0);
+        let layout = Layout { system: self.system, disturbances: &model.disturbances, correlation: 0.0 };
+        let mut state = self.rough_start(record);
         let d = layout.size();
-        let mut covariance = diagonal(&hypothesis.noise.first);
+        let mut covariance = diagonal(&model.noise.initial);
         let mut path = Vec::with_capacity(record.times.len() * n);
         for k in 0..record.times.len() {
             let mut filter = Filter::new(covariance, vec![0.0; d]);
-            let here = self.shown.from(record, values, k, &state)?;
-            for reading in layout.readings(record, k, &here) {
-                filter.take(&reading, hypothesis.noise.read[reading.channel]);
+            let predicted = self.system.linearise_at(record, values, k, &state)?;
+            for reading in layout.readings(record, k, &predicted) {
+                filter.update(&reading, model.noise.sensor[reading.channel]);
             }
             state.iter_mut().zip(&filter.mean).for_each(|(s, m)| *s += m);
             path.extend(&state);
             if k + 1 == record.times.len() {
                 break;
             }
-            let there = self.shown.from(record, values, k, &state)?;
-            let next = layout.next(&there, record.times[k + 1] - record.times[k]);
+            let updated = self.system.linearise_at(record, values, k, &state)?;
+            let transition = layout.transition(&updated, record.times[k + 1] - record.times[k]);
             let offset = vec![0.0; d];
-            filter.advance(&Sample { offset, next, readings: Vec::new() }, &hypothesis.noise.added);
-            state = there.reached;
+            filter.predict(&Sample { offset, transition, readings: Vec::new() }, &model.noise.process);
+            state = updated.next_state;
             covariance = filter.covariance;
         }
         Ok(path)
     }
 
-    /// Runs of the model from the starts that fit whole records best.
-    pub fn runs(&self, values: &[f64]) -> Result<Vec<Vec<f64>>, CalibrationError> {
-        let run = |record: &Record| {
-            // Nobody measures the states that are shown.
+    /// Rough initial state of a record, that of its first window.
+    fn rough_start(&self, record: &Record) -> Vec<f64> {
+        self.complete_start(&record.windows.first().map(|w| w.start.clone()).unwrap_or_default())
+    }
+
+    /// Simulated states of each record, `[sample][N]`, from the initial states that fit whole records best.
+    pub fn simulate_records(&self, values: &[f64]) -> Result<Vec<Vec<f64>>, CalibrationError> {
+        let simulate = |record: &Record| {
+            let rough = self.rough_start(record);
+            // The channels of the states have no measured values.
             let mut record = record.clone();
-            record.values.truncate(self.shown.outputs);
-            record.values.extend(vec![vec![f64::NAN; record.times.len()]; self.shown.states]);
-            let rough =
-                self.whole_start(&record.windows.first().map(|w| w.start.clone()).unwrap_or_default());
+            record.values.truncate(self.system.outputs);
+            record.values.extend(vec![vec![f64::NAN; record.times.len()]; self.system.states]);
             let samples = record.times.len();
-            let begun = fit_start(self.shown.system, &record, samples, values, &rough, self.declared)?;
+            let fitted =
+                fit_start(self.system.system, &record, samples, values, &rough, self.known_sensor_sd)?;
             let task = Task {
                 parameters: values,
                 record: &record,
                 window: 0..samples,
-                start: &begun.state,
+                start: &fitted.state,
                 offsets: Offsets::None,
                 seeds: &[],
             };
             let mut out = Simulated::default();
-            self.shown.system.simulate(&task, &mut out).map_err(CalibrationError::Simulation)?;
-            let states = |k: usize| (0..self.shown.states).map(move |i| (k, self.shown.outputs + i));
+            self.system.system.simulate(&task, &mut out).map_err(CalibrationError::Simulation)?;
+            let states = |k: usize| (0..self.system.states).map(move |i| (k, self.system.outputs + i));
             Ok((0..samples).flat_map(states).map(|(k, channel)| out.value(k, channel)).collect())
         };
-        self.records.par_iter().map(run).collect()
+        self.records.par_iter().map(simulate).collect()
     }
 
-    pub fn intervals(
+    /// Linearises the sample intervals of every record along its path.
+    pub fn linearise(
         &self,
         values: &[f64],
         paths: &[Vec<f64>],
-        by: &[usize],
-    ) -> Result<Vec<Vec<Interval>>, CalibrationError> {
-        let all = self.records.iter().zip(paths);
-        let of = |(record, path): (&Record, &Vec<f64>)| self.shown.along(record, values, path, by);
-        all.map(of).collect::<Result<_, _>>().map_err(CalibrationError::Simulation)
+    ) -> Result<Vec<Vec<LinearisedInterval>>, CalibrationError> {
+        let linearise =
+            |(record, path): (&Record, &Vec<f64>)| self.system.linearise_path(record, values, path);
+        let intervals = self.records.iter().zip(paths).map(linearise).collect::<Result<_, _>>();
+        intervals.map_err(CalibrationError::Simulation)
     }
 
-    /// Brings the variances of a cause into balance along paths, over the first samples of each record.
-    pub fn balanced(
+    /// Estimates the variances of a noise model along fixed paths; also returns the smoothed records.
+    ///
+    /// `samples` is the number of first samples of each record that are used; a record with fewer than 2 is
+    /// skipped.
+    pub fn estimate_variances(
         &self,
-        from: Hypothesis,
+        mut model: NoiseModel,
         paths: &[Vec<f64>],
-        intervals: &[Vec<Interval>],
+        intervals: &[Vec<LinearisedInterval>],
         samples: &[usize],
-    ) -> (Hypothesis, Vec<Smoothing>) {
-        let mut hypothesis = from;
-        let n = self.shown.states;
-        let (drives, memory) = (hypothesis.drives.clone(), hypothesis.correlation());
-        let layout = Layout { shown: self.shown, drives: &drives, memory };
+    ) -> (NoiseModel, Vec<Smoothing>) {
+        let (disturbances, correlation) = (model.disturbances.clone(), model.correlation());
+        let layout = Layout { system: self.system, disturbances: &disturbances, correlation };
         let lists: Vec<Vec<Sample>> = (self.records.par_iter().zip(paths).zip(intervals).zip(samples))
             .filter(|(_, count)| **count > 1)
             .map(|(((record, path), intervals), count)| layout.samples(record, path, &intervals[..*count]))
             .collect();
-        let mut found: Vec<Smoothing> = Vec::new();
-        for _ in 0..ROUNDS {
-            found = lists.par_iter().map(|list| smoothed(list, &hypothesis.noise)).collect();
-            hypothesis.ll = found.iter().map(|s| s.ll).sum();
-            let mut largest = 0.0_f64;
-            let mut ratio = |balance: Balance| {
-                let ratio = (balance.found / balance.expected).clamp(1.0 / LEAP, LEAP);
-                let ratio = if ratio.is_finite() { ratio } else { 1.0 };
-                largest = largest.max(ratio.ln().abs());
-                ratio
-            };
-            let fresh = 1.0 - hypothesis.correlation().powi(2);
-            let variances: Vec<f64> = (0..drives.len())
-                .map(|j| {
-                    let sum = found.iter().fold(Balance::default(), |sum, s| Balance {
-                        found: sum.found + s.first[n + j].found + fresh * s.added[n + j].found,
-                        expected: sum.expected + s.first[n + j].expected + fresh * s.added[n + j].expected,
-                    });
-                    hypothesis.noise.first[n + j] * ratio(sum)
-                })
-                .collect();
-            for channel in 0..self.shown.outputs {
-                if self.declared.get(channel).copied().flatten().is_some() {
-                    continue;
-                }
-                let sum = found.iter().fold(Balance::default(), |sum, s| Balance {
-                    found: sum.found + s.read[channel].found,
-                    expected: sum.expected + s.read[channel].expected,
-                });
-                hypothesis.noise.read[channel] *= ratio(sum);
-            }
-            self.set_drives(&mut hypothesis, &variances);
-            if largest < BALANCED {
+        let mut smoothings: Vec<Smoothing> = Vec::new();
+        for _ in 0..MAX_VARIANCE_ITERATIONS {
+            smoothings = lists.par_iter().map(|list| smooth_record(list, &model.noise)).collect();
+            model.ln_likelihood = smoothings.iter().map(|s| s.ln_likelihood).sum();
+            if self.update_variances(&mut model, &smoothings) < VARIANCE_TOLERANCE {
                 break;
             }
         }
-        (hypothesis, found)
+        (model, smoothings)
     }
 
-    /// Smooths paths under a cause, each linearised along the one before, until they stay; and whether they stay.
-    pub fn settled(
+    /// One iteration (1) of all variances that are not known; returns the largest change of a logarithm.
+    fn update_variances(&self, model: &mut NoiseModel, smoothings: &[Smoothing]) -> f64 {
+        let n = self.system.states;
+        let mut largest = 0.0_f64;
+        let mut ratio = |balance: VarianceBalance| {
+            let ratio = balance.observed / balance.expected;
+            let ratio = ratio.clamp(1.0 / MAX_VARIANCE_FACTOR, MAX_VARIANCE_FACTOR);
+            let ratio = if ratio.is_finite() { ratio } else { 1.0 };
+            largest = largest.max(ratio.ln().abs());
+            ratio
+        };
+        let innovation_share = 1.0 - model.correlation().powi(2);
+        let variances: Vec<f64> = (n..n + model.disturbances.len())
+            .map(|i| {
+                let sum = smoothings.iter().fold(VarianceBalance::default(), |sum, s| {
+                    let (initial, process) = (s.initial[i], s.process[i]);
+                    VarianceBalance {
+                        observed: sum.observed + initial.observed + innovation_share * process.observed,
+                        expected: sum.expected + initial.expected + innovation_share * process.expected,
+                    }
+                });
+                model.noise.initial[i] * ratio(sum)
+            })
+            .collect();
+        for channel in 0..self.system.outputs {
+            if self.known_sensor_sd(channel).is_some() {
+                continue;
+            }
+            let sum = smoothings.iter().fold(VarianceBalance::default(), |sum, s| VarianceBalance {
+                observed: sum.observed + s.sensor[channel].observed,
+                expected: sum.expected + s.sensor[channel].expected,
+            });
+            model.noise.sensor[channel] *= ratio(sum);
+        }
+        self.set_disturbance_variances(model, &variances);
+        largest
+    }
+
+    /// Smooths paths, each linearised along the one before, and estimates the variances along each of them.
+    ///
+    /// Returns the noise model, and whether the last iteration hardly changed the paths.
+    pub fn iterate_smoother(
         &self,
-        from: Hypothesis,
+        mut model: NoiseModel,
         values: &[f64],
         paths: &mut [Vec<f64>],
-        most: usize,
-    ) -> Result<(Hypothesis, bool), CalibrationError> {
-        let all: Vec<usize> = self.records.iter().map(|r| r.times.len()).collect();
-        let (mut hypothesis, n) = (from, self.shown.states);
-        let d = n + hypothesis.drives.len();
-        let mut largest = f64::INFINITY;
-        for _ in 0..most {
-            let intervals = self.intervals(values, paths, &[])?;
-            let (found, smoothings) = self.balanced(hypothesis, paths, &intervals, &all);
-            hypothesis = found;
-            largest = 0.0;
+        max_iterations: usize,
+    ) -> Result<(NoiseModel, bool), CalibrationError> {
+        let samples: Vec<usize> = self.records.iter().map(|r| r.times.len()).collect();
+        let n = self.system.states;
+        let d = n + model.disturbances.len();
+        let mut largest_change = f64::INFINITY;
+        for _ in 0..max_iterations {
+            let intervals = self.linearise(values, paths)?;
+            let smoothings;
+            (model, smoothings) = self.estimate_variances(model, paths, &intervals, &samples);
+            largest_change = 0.0;
             for (path, smoothing) in paths.iter_mut().zip(&smoothings) {
                 for (point, deviation) in path.chunks_exact_mut(n).zip(smoothing.deviations.chunks_exact(d)) {
-                    for ((x, by), size) in point.iter_mut().zip(deviation).zip(&self.sizes) {
+                    for ((x, by), rms) in point.iter_mut().zip(deviation).zip(&self.state_rms) {
                         *x += by;
-                        largest = largest.max(by.abs() / size);
+                        largest_change = largest_change.max(by.abs() / rms);
                     }
                 }
             }
-            if largest < STILL {
+            if largest_change < PATH_TOLERANCE {
                 break;
             }
         }
-        Ok((hypothesis, largest < STAYS))
+        Ok((model, largest_change < MAX_ACCEPTED_PATH_CHANGE))
     }
 }
 
-/// Rough noise of a channel from its third differences, which a motion that is smooth from sample to sample hardly has.
-fn rough_noise(records: &[Record], channel: usize) -> f64 {
+/// Rough standard deviation of the measurement noise of a channel, from third differences.
+///
+/// The third differences of a smooth motion are small against those of the noise.
+fn rough_sensor_sd(records: &[Record], channel: usize) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0_f64);
     for record in records {
         let Some(values) = record.values.get(channel) else { continue };
-        for four in values.windows(4) {
-            let third = four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0];
+        for w in values.windows(4) {
+            let third = w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0];
             if third.is_finite() {
                 sum += third * third;
                 count += 1.0;
             }
         }
     }
-    // Squares of 1, 3, 3 and 1.
+    // The third difference of white noise has 1² + 3² + 3² + 1² = 20 times its variance.
     let sd = (sum / (20.0 * count.max(1.0))).sqrt();
     sd.max(1e-9 * spread(records, channel))
 }

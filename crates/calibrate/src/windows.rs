@@ -1,41 +1,43 @@
-//! Windows of records with the start states that are fitted with them.
+//! Multiple-shooting windows of records, and the estimation problem that they belong to.
 
 use augsim_physics::system::{Begin, Record, Schema, System, spread};
 use std::ops::Range;
 
-/// A misfit below this share of what a channel does is none: there is nothing to follow.
-pub(crate) const NEGLIGIBLE: f64 = 1e-6;
+/// RMSE below this share of a channel's standard deviation counts as a perfect fit.
+pub(crate) const NEGLIGIBLE_RMSE: f64 = 1e-6;
 
-/// A window and its present start.
+/// A multiple-shooting window: consecutive samples of a record with an initial state of their own.
 #[derive(Clone, Debug)]
-pub(crate) struct Shot {
+pub(crate) struct ShootingWindow {
     pub record: usize,
     pub samples: Range<usize>,
-    pub start: Vec<f64>,
+    pub initial_state: Vec<f64>,
 }
 
-/// Parameters and starts to fit, and the records that they are fitted to.
+/// The parameters and initial states to estimate, and the records that they are fitted to.
 #[derive(Debug)]
 pub(crate) struct Problem<'a> {
     pub system: &'a dyn System,
     pub records: &'a [Record],
-    /// Parameters that move, by their places.
-    pub free: Vec<usize>,
-    /// Start states that move, by their places.
-    pub states: Vec<usize>,
+    /// Indices of the estimated parameters.
+    pub free_parameters: Vec<usize>,
+    /// Indices of the states whose initial values are estimated.
+    pub free_states: Vec<usize>,
 }
 
 impl<'a> Problem<'a> {
     pub fn new(system: &'a dyn System, records: &'a [Record], fit_parameters: bool) -> Self {
-        let schema = system.schema();
         let parameters = system.parameters().iter().enumerate();
-        let free = parameters.filter(|(_, p)| fit_parameters && !p.frozen).map(|(i, _)| i).collect();
-        let states = schema.free_states().collect();
-        Self { system, records, free, states }
+        let free_parameters =
+            parameters.filter(|(_, p)| fit_parameters && !p.frozen).map(|(i, _)| i).collect();
+        let free_states = system.schema().free_states().collect();
+        Self { system, records, free_parameters, free_states }
     }
 
-    /// Standard deviation of each channel, the scale that fits begin with, in its unit.
-    pub fn spread(&self) -> Vec<f64> {
+    /// Standard deviation of the data of each channel, in its unit.
+    ///
+    /// Fits begin with it as the scale of the residuals.
+    pub fn channel_sd(&self) -> Vec<f64> {
         (0..self.schema().channels.len()).map(|channel| spread(self.records, channel)).collect()
     }
 
@@ -43,41 +45,47 @@ impl<'a> Problem<'a> {
         self.system.schema()
     }
 
-    /// Mean and standard deviation that a state is known to begin a record with.
-    pub fn prior(&self, shot: &Shot, state: usize) -> Option<(f64, f64)> {
+    /// Mean and standard deviation of the prior of an initial state; `None` if it has no prior.
+    ///
+    /// Only a window at the start of a record has priors.
+    pub fn prior(&self, window: &ShootingWindow, state: usize) -> Option<(f64, f64)> {
         match self.schema().states.get(state)?.begin {
-            Begin::Prior(mean, sd) if shot.samples.start == 0 => Some((mean, sd)),
+            Begin::Prior(mean, sd) if window.samples.start == 0 => Some((mean, sd)),
             _ => None,
         }
     }
 
-    /// The windows of the records as they were prepared.
-    pub fn shots(&self) -> Vec<Shot> {
-        let of = |(record, seen): (usize, &Record)| {
-            let windows = seen.windows.iter();
-            windows
-                .map(move |w| Shot { record, samples: w.samples.clone(), start: w.start.clone() })
-                .collect()
-        };
-        self.records.iter().enumerate().flat_map(|r| -> Vec<Shot> { of(r) }).collect()
+    /// The windows into which the records were cut when they were prepared.
+    pub fn prepared_windows(&self) -> Vec<ShootingWindow> {
+        let mut windows = Vec::new();
+        for (record, prepared) in self.records.iter().enumerate() {
+            windows.extend(prepared.windows.iter().map(|w| ShootingWindow {
+                record,
+                samples: w.samples.clone(),
+                initial_state: w.start.clone(),
+            }));
+        }
+        windows
     }
 }
 
-/// Pairs of neighbours become one window that begins as the first of them does.
-pub(crate) fn doubled(shots: &[Shot]) -> Vec<Shot> {
-    let mut out: Vec<Shot> = Vec::new();
-    let mut joined = false;
-    for shot in shots {
-        match out.last_mut() {
-            Some(last) if last.record == shot.record && !joined => {
-                last.samples.end = shot.samples.end;
-                joined = true;
+/// Merges neighbouring windows of a record in pairs.
+///
+/// A merged window starts from the initial state of the first of its two windows.
+pub(crate) fn merge_pairs(windows: &[ShootingWindow]) -> Vec<ShootingWindow> {
+    let mut merged: Vec<ShootingWindow> = Vec::new();
+    let mut last_is_pair = false;
+    for window in windows {
+        match merged.last_mut() {
+            Some(last) if last.record == window.record && !last_is_pair => {
+                last.samples.end = window.samples.end;
+                last_is_pair = true;
             }
             _ => {
-                out.push(shot.clone());
-                joined = false;
+                merged.push(window.clone());
+                last_is_pair = false;
             }
         }
     }
-    out
+    merged
 }

@@ -1,4 +1,4 @@
-//! From rows in long form to trajectories, with the checks that need more than one row.
+//! Groups rows in long form into trajectories and checks the order of rows, times and groups.
 
 use crate::column::GROUP;
 use crate::error::DataError;
@@ -8,27 +8,30 @@ use crate::trajectory::{Trajectory, is_label};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// A trajectory takes as much memory as at least this many samples, however few it has: each of its columns is a
-/// list of its own.
-const FEWEST_COUNTED: u64 = 8;
+/// Minimum number of samples that a trajectory counts as in the limit on cells.
+///
+/// A short trajectory takes as much memory as this many samples, because each of its columns is a separate
+/// vector.
+const MIN_COUNTED_SAMPLES: u64 = 8;
 
-/// Collects the rows of a long-form file, trajectory by trajectory.
+/// Collects the rows of a file in long form into trajectories.
 pub(crate) struct Assembler {
     path: PathBuf,
     id_column: &'static str,
     time_column: &'static str,
     columns: usize,
     finished: Vec<Trajectory>,
-    /// Last line of each finished trajectory.
+    /// Last line of each finished trajectory, by identifier.
     ended: BTreeMap<String, u64>,
-    open: Option<Open>,
-    /// Cells so far, with [`FEWEST_COUNTED`] samples for each trajectory, and the most that there may be.
+    open: Option<OpenTrajectory>,
+    /// Cells so far, with [`MIN_COUNTED_SAMPLES`] extra samples for each trajectory.
     cells: u64,
-    most_cells: u64,
-    most_trajectories: u64,
+    max_cells: u64,
+    max_trajectories: u64,
 }
 
-struct Open {
+/// The trajectory whose rows are being read.
+struct OpenTrajectory {
     id: String,
     group: Option<String>,
     time_s: Vec<f64>,
@@ -37,7 +40,7 @@ struct Open {
 }
 
 impl Assembler {
-    /// `id_column` and `time_column` are the header names, for messages.
+    /// Assembler for rows of `columns` values; `id_column` and `time_column` are names for messages.
     pub(crate) fn new(
         path: PathBuf,
         id_column: &'static str,
@@ -45,7 +48,7 @@ impl Assembler {
         columns: usize,
     ) -> Self {
         let (finished, ended) = (Vec::new(), BTreeMap::new());
-        let (most_cells, most_trajectories) = (Limit::Cells.value(), Limit::Trajectories.value());
+        let (max_cells, max_trajectories) = (Limit::Cells.value(), Limit::Trajectories.value());
         Assembler {
             path,
             id_column,
@@ -55,12 +58,15 @@ impl Assembler {
             ended,
             open: None,
             cells: 0,
-            most_cells,
-            most_trajectories,
+            max_cells,
+            max_trajectories,
         }
     }
 
-    /// Adds the row on `line`.
+    /// Adds the row on line `line` to its trajectory.
+    ///
+    /// # Errors
+    /// The time does not increase, the group changes, the trajectory ended before, or a limit is exceeded.
     pub(crate) fn push(
         &mut self,
         line: u64,
@@ -74,13 +80,13 @@ impl Assembler {
         }
         if self.open.is_none() {
             self.check_first_row(line, id, group)?;
-            self.cells += FEWEST_COUNTED * self.columns as u64;
+            self.cells += MIN_COUNTED_SAMPLES * self.columns as u64;
         }
         self.cells += self.columns as u64;
-        if self.cells > self.most_cells {
+        if self.cells > self.max_cells {
             return Err(self.exceeded(Limit::Cells));
         }
-        let open = self.open.get_or_insert_with(|| Open {
+        let open = self.open.get_or_insert_with(|| OpenTrajectory {
             id: id.to_owned(),
             group: group.map(str::to_owned),
             time_s: Vec::new(),
@@ -116,6 +122,7 @@ impl Assembler {
         Ok(())
     }
 
+    /// Checks the labels of a trajectory's first row, the number of trajectories, and that its name is new.
     fn check_first_row(&self, line: u64, id: &str, group: Option<&str>) -> Result<(), DataError> {
         for (column, label) in [(self.id_column, Some(id)), (GROUP, group)] {
             if let Some(label) = label.filter(|label| !is_label(label)) {
@@ -127,7 +134,7 @@ impl Assembler {
                 });
             }
         }
-        if self.finished.len() as u64 >= self.most_trajectories {
+        if self.finished.len() as u64 >= self.max_trajectories {
             return Err(self.exceeded(Limit::Trajectories));
         }
         match self.ended.get(id) {
@@ -146,6 +153,7 @@ impl Assembler {
         DataError::Limit { origin: Source::File(self.path.clone()), cause: limit.exceeded() }
     }
 
+    /// Moves the open trajectory to the finished ones.
     fn close(&mut self) -> Result<(), DataError> {
         if let Some(open) = self.open.take() {
             self.ended.insert(open.id.clone(), open.last_line);
@@ -159,6 +167,9 @@ impl Assembler {
     }
 
     /// All trajectories, in file order.
+    ///
+    /// # Errors
+    /// There were no rows.
     pub(crate) fn finish(mut self) -> Result<Vec<Trajectory>, DataError> {
         self.close()?;
         if self.finished.is_empty() {

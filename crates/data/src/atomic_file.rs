@@ -1,10 +1,11 @@
-//! Files that are there completely or not at all.
+//! Atomic writing of files: the target is either complete or unchanged.
 //!
-//! The bytes go to a temporary name in the target's folder, are flushed to the disk and then renamed:
-//! a reader, or a run that was killed, never sees half a file, and a failed write leaves the old one.
+//! The bytes are written to a temporary file in the target's folder and flushed to the disk, and the file is
+//! renamed. No reader sees half a file, even where the process was killed, and a failed write keeps the old
+//! file.
 //!
-//! A process that is told to end removes what it was about to write with [`abandon_writes`]; what a killed one left
-//! behind is removed by [`remove_stale`].
+//! A process that is asked to terminate removes its temporary files with [`abandon_writes`]; those of killed
+//! processes are removed by [`remove_stale`].
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -16,24 +17,25 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use thiserror::Error;
 
-/// Temporary files that this process is writing. Creating one and its entry here, and renaming one and taking the entry
-/// away, happen under the lock: whoever holds it knows every temporary file that there is.
+/// Temporary files that this process is writing.
+///
+/// A temporary file is created and listed here, and renamed and removed from the list, under the lock, so the
+/// list is complete whenever the lock is held.
 static IN_FLIGHT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// Age from which a temporary file belongs to nobody, even if a process has the number of the one that made it: numbers are
-/// used again.
-const STALE: Duration = Duration::from_secs(24 * 3600);
+/// Age above which a temporary file is abandoned even if its process id exists, because ids are reused.
+const MAX_TEMPORARY_AGE: Duration = Duration::from_secs(24 * 3600);
 
 /// Step of [`atomic_write`] that failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WriteStep {
-    /// Making the temporary file in the target's folder.
+    /// Creating the temporary file in the target's folder.
     Create,
     /// Producing or writing the bytes.
-    Fill,
+    Write,
     /// Flushing to the disk.
     Sync,
-    /// Renaming to the target.
+    /// Renaming the temporary file to the target.
     Rename,
 }
 
@@ -41,39 +43,44 @@ impl WriteStep {
     fn advice(self) -> &'static str {
         match self {
             WriteStep::Create => {
-                "cannot create a file in its folder; check that the folder exists and may be written"
+                "cannot create a file in its folder; check that the folder exists and is writable"
             }
-            WriteStep::Fill => "writing failed; nothing was kept, free some space and try again",
-            WriteStep::Sync => "cannot flush to the disk; nothing was kept, check the disk",
-            WriteStep::Rename => "cannot put the finished file in place; check that the target is no folder",
+            WriteStep::Write => {
+                "writing failed and the target is unchanged; check the free disk space and try again"
+            }
+            WriteStep::Sync => "cannot flush to the disk and the target is unchanged; check the disk",
+            WriteStep::Rename => {
+                "cannot rename the finished file to the target; check that the target is not a folder"
+            }
         }
     }
 }
 
-/// A file that could not be written; the target is as it was before.
+/// Error of [`atomic_write`]: the file could not be written and the target is unchanged.
 #[derive(Debug, Error)]
 #[error("{}: {} ({cause})", path.display(), step.advice())]
 pub struct AtomicWriteError {
-    /// Target.
+    /// Path of the target file.
     pub path: PathBuf,
     /// Step that failed.
     pub step: WriteStep,
-    /// Error of the system, or of the closure.
+    /// Error of the system or of the closure that writes the content.
     pub cause: io::Error,
 }
 
-/// Writes `path` through `fill`, all or nothing. Where `path` is a link, the file that it leads to is written.
+/// Writes the file `path` atomically with the content that `fill` produces.
 ///
-/// `fill` receives a buffered writer; errors of other kinds travel as `io::Error::other`.
+/// `fill` receives a buffered writer; it returns errors of other kinds as `io::Error::other`. Where `path` is
+/// a symbolic link, the file that it points to is written.
 ///
 /// # Errors
-/// [`AtomicWriteError`] naming the target and the step; the temporary file is removed.
+/// [`AtomicWriteError`] with the target and the failed step; the temporary file is removed.
 pub fn atomic_write<F>(path: &Path, fill: F) -> Result<(), AtomicWriteError>
 where
     F: FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 {
     let failed = |step| move |cause| AtomicWriteError { path: path.to_owned(), step, cause };
-    let target = followed(path);
+    let target = resolve_link(path);
     let (temporary, file) = create_temporary(&target).map_err(failed(WriteStep::Create))?;
     let outcome = fill_and_sync(file, fill).and_then(|()| {
         let mut in_flight = in_flight();
@@ -83,7 +90,7 @@ where
     });
     if let Err((step, cause)) = outcome {
         let mut in_flight = in_flight();
-        // The first error is the one to report; a temporary file that stays is harmless.
+        // The first error is reported; a temporary file that cannot be removed is harmless.
         let _ = fs::remove_file(&temporary);
         in_flight.remove(&temporary);
         return Err(failed(step)(cause));
@@ -92,52 +99,57 @@ where
     Ok(())
 }
 
-/// Checks that files can be made in the folder of `path`, by making a temporary one and removing it.
+/// Checks that files can be created in the folder of `path`, by creating and removing one.
 ///
 /// # Errors
 /// [`AtomicWriteError`] with [`WriteStep::Create`].
 pub fn check_writable(path: &Path) -> Result<(), AtomicWriteError> {
     let failed = |cause| AtomicWriteError { path: path.to_owned(), step: WriteStep::Create, cause };
-    let (temporary, _) = create_temporary(&followed(path)).map_err(failed)?;
+    let (temporary, _) = create_temporary(&resolve_link(path)).map_err(failed)?;
     let mut in_flight = in_flight();
     in_flight.remove(&temporary);
     fs::remove_file(&temporary).map_err(failed)
 }
 
-/// Removes the temporary files of all writes of this process that have not ended. None ends, fails or begins until the
-/// returned guard is dropped, so a process that keeps it until it exits leaves nothing half written.
+/// Removes the temporary files of all unfinished writes of this process and blocks further writes.
+///
+/// No write starts, finishes or fails before the returned guard is dropped. A process that keeps the guard
+/// until it exits leaves no temporary file behind.
 pub fn abandon_writes() -> impl Sized {
     let mut in_flight = in_flight();
     while let Some(temporary) = in_flight.pop_first() {
-        // The process is about to end, and the next run removes what stays.
+        // The process is about to exit, and the next run removes files that remain.
         let _ = fs::remove_file(temporary);
     }
     in_flight
 }
 
-/// Removes temporary files from `folder` that killed processes left behind: those whose target's name is `wanted` and whose
-/// process is gone, or that are older than a day. Files that cannot be removed stay.
-pub fn remove_stale(folder: &Path, wanted: impl Fn(&str) -> bool) {
+/// Removes temporary files that killed processes left in `folder`.
+///
+/// A file is removed where `is_target` accepts the name of its target and its process no longer exists or the
+/// file is older than a day. Files that cannot be removed are skipped.
+pub fn remove_stale(folder: &Path, is_target: impl Fn(&str) -> bool) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     let in_flight = in_flight();
     for entry in entries.flatten() {
         let name = entry.file_name();
-        let Some((target, process)) = name.to_str().and_then(maker) else { continue };
-        let old = || {
+        let Some((target, process)) = name.to_str().and_then(target_and_process) else { continue };
+        let is_old = || {
             let age = entry.metadata().and_then(|m| m.modified()).ok().and_then(|m| m.elapsed().ok());
-            age.is_some_and(|age| age > STALE)
+            age.is_some_and(|age| age > MAX_TEMPORARY_AGE)
         };
-        // Inside a container the next process often has the number of the one before it.
-        let ours = || !in_flight.iter().any(|path| path.file_name() == Some(&*name));
-        let abandoned = if process == std::process::id() { ours() } else { is_gone(process) || old() };
-        if abandoned && wanted(target) {
+        // Inside a container the next process often has the same id as the one before it.
+        let is_unknown = || !in_flight.iter().any(|path| path.file_name() == Some(&*name));
+        let is_abandoned =
+            if process == std::process::id() { is_unknown() } else { is_gone(process) || is_old() };
+        if is_abandoned && is_target(target) {
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-/// Target and process of a temporary file of this name; `None` for any other name.
-fn maker(name: &str) -> Option<(&str, u32)> {
+/// Target name and process id in the name of a temporary file; `None` for any other name.
+fn target_and_process(name: &str) -> Option<(&str, u32)> {
     let middle = name.strip_prefix('.')?.strip_suffix(".tmp")?;
     let (target, numbers) = middle.rsplit_once('.')?;
     let (process, count) = numbers.split_once('-')?;
@@ -145,19 +157,19 @@ fn maker(name: &str) -> Option<(&str, u32)> {
     Some((target, process.parse().ok()?))
 }
 
-/// Whether no process has this number, where the system tells.
+/// Whether no process has this id; `false` where the system does not list its processes.
 fn is_gone(process: u32) -> bool {
     let processes = Path::new("/proc");
     processes.join("self").exists() && !processes.join(process.to_string()).exists()
 }
 
 fn in_flight() -> MutexGuard<'static, BTreeSet<PathBuf>> {
-    // A panic between two file operations leaves the list as true as it was.
+    // A panic between two file operations does not make the list wrong.
     IN_FLIGHT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The file that a link leads to; a rename onto the link itself would replace the link.
-fn followed(path: &Path) -> PathBuf {
+/// The file that a symbolic link points to, because a rename onto the link would replace the link.
+fn resolve_link(path: &Path) -> PathBuf {
     match fs::symlink_metadata(path) {
         Ok(found) if found.is_symlink() => fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()),
         _ => path.to_owned(),
@@ -169,17 +181,18 @@ where
     F: FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 {
     let mut writer = BufWriter::new(file);
-    fill(&mut writer).and_then(|()| writer.flush()).map_err(|e| (WriteStep::Fill, e))?;
+    fill(&mut writer).and_then(|()| writer.flush()).map_err(|e| (WriteStep::Write, e))?;
     writer.get_ref().sync_all().map_err(|e| (WriteStep::Sync, e))
 }
 
-/// A name that no other write of this or another process uses: process id and a counter, and
-/// `create_new` settles the rest.
+/// Creates a temporary file next to `path`, named with the process id and a counter.
+///
+/// `create_new` makes sure that no other write uses the same file.
 fn create_temporary(path: &Path) -> io::Result<(PathBuf, File)> {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     let name = path
         .file_name()
-        .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"))?;
+        .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the path does not name a file"))?;
     loop {
         let mut hidden = OsString::from(".");
         hidden.push(name);
@@ -197,8 +210,9 @@ fn create_temporary(path: &Path) -> io::Result<(PathBuf, File)> {
     }
 }
 
-/// Makes the rename itself durable where the system allows opening a folder; elsewhere the data is
-/// safe already and only the new name might be lost in a power cut.
+/// Makes the rename durable where the system allows opening a folder.
+///
+/// Elsewhere the data are on the disk, and only the new name might be lost in a power failure.
 fn sync_folder(path: &Path) {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if let Ok(folder) = File::open(folder) {
@@ -208,7 +222,7 @@ fn sync_folder(path: &Path) {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: after any failure the old file is intact and no temporary one stays behind.
+    //! Contract: after any failure the old file is intact and no temporary file remains.
     use super::*;
 
     fn names(folder: &Path) -> Vec<String> {
@@ -231,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failed_write_keeps_the_old_file_and_leaves_nothing_else() {
+    fn a_failed_write_keeps_the_old_file_and_no_temporary_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("result.json");
         fs::write(&path, "old").unwrap();
@@ -240,12 +254,12 @@ mod tests {
             Err(io::Error::other("the model diverged"))
         })
         .unwrap_err();
-        assert_eq!(error.step, WriteStep::Fill);
+        assert_eq!(error.step, WriteStep::Write);
         assert_eq!(
             error.to_string(),
             format!(
-                "{}: writing failed; nothing was kept, free some space and try again (the model \
-                 diverged)",
+                "{}: writing failed and the target is unchanged; check the free disk space and try again (the \
+                 model diverged)",
                 path.display()
             )
         );
@@ -254,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_folder_and_a_folder_as_target_are_reported_as_such() {
+    fn a_missing_folder_fails_on_create_and_a_folder_as_target_on_rename() {
         let folder = tempfile::tempdir().unwrap();
         let nowhere = atomic_write(&folder.path().join("no/such"), |_| Ok(())).unwrap_err();
         assert_eq!(nowhere.step, WriteStep::Create);
@@ -271,11 +285,11 @@ mod tests {
     #[test]
     fn temporary_files_of_dead_processes_are_removed_and_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
-        let own = std::process::id();
-        // No system gives a process this number.
+        let own_id = std::process::id();
+        // No system assigns this process id.
         let dead = u32::MAX;
         let stale =
-            [format!(".result.json.{dead}-0.tmp"), format!(".a.b.csv.{own}-18446744073709551615.tmp")];
+            [format!(".result.json.{dead}-0.tmp"), format!(".a.b.csv.{own_id}-18446744073709551615.tmp")];
         let kept = [
             ".result.json.1-0.tmp".to_owned(),
             format!("result.json.{dead}-0.tmp"),
@@ -290,14 +304,14 @@ mod tests {
         assert_eq!(names(folder.path()).len(), stale.len() + kept.len());
         remove_stale(folder.path(), |_| true);
         let mut expected = kept.to_vec();
-        // Process 1 is alive wherever processes are listed; elsewhere a young file stays as well.
+        // Process 1 exists wherever processes are listed; elsewhere a recent file is kept as well.
         expected.sort();
         assert_eq!(names(folder.path()), expected);
     }
 
     #[cfg(unix)]
     #[test]
-    fn a_link_stays_a_link_and_its_file_is_written() {
+    fn writing_through_a_link_keeps_the_link_and_replaces_its_file() {
         let folder = tempfile::tempdir().unwrap();
         let (file, link) = (folder.path().join("file"), folder.path().join("link"));
         fs::write(&file, "old").unwrap();

@@ -4,15 +4,15 @@ use crate::error::ColumnError;
 use crate::unit::Unit;
 use std::fmt;
 
-/// Header name of the trajectory identifier.
+/// Header name of the column of trajectory identifiers.
 pub const TRAJECTORY: &str = "trajectory";
-/// Header name of the sample time, s.
+/// Header name of the column of sample times, s.
 pub const TIME: &str = "t_s";
-/// Header name of the text label that trajectories may carry (which ball, which surface).
+/// Header name of the column of group labels of trajectories (such as the ball or the surface).
 pub const GROUP: &str = "group";
 
-/// Most characters of a column name: names are printed in tables, pages and messages.
-const LONGEST_NAME: usize = 256;
+/// Maximum length of a column name, because names are printed in tables, pages and messages.
+const MAX_NAME_LENGTH: usize = 256;
 
 /// Name and unit of a numeric column; the name ends in the unit (`height_m`, `velocity_m_s`).
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -22,7 +22,7 @@ pub struct Column {
 }
 
 impl Column {
-    /// Column called `name`, with the unit its suffix states.
+    /// Column `name` with the unit that its suffix states.
     ///
     /// ```
     /// use augsim_data::Column;
@@ -33,8 +33,8 @@ impl Column {
     /// ```
     ///
     /// # Errors
-    /// The name is not made of at most 256 ASCII letters, digits and underscores, is one of the three names the
-    /// long form reserves, or ends in no known unit.
+    /// The name has other characters than ASCII letters, digits and underscores, more than 256 of them or no
+    /// letter at the beginning; it is one of the three reserved names; or it does not end in a known unit.
     pub fn new(name: &str) -> Result<Self, ColumnError> {
         check_name(name)?;
         let unit =
@@ -42,29 +42,29 @@ impl Column {
         Self::with_unit(name, unit)
     }
 
-    /// Column called `name`, whose unit is known from elsewhere: a model says so.
+    /// Column `name` with a given unit, such as the one that a model declares.
     ///
     /// # Errors
-    /// The errors of [`Column::new`], but for the unit.
+    /// The errors of [`Column::new`] other than an unknown unit.
     pub fn with_unit(name: &str, unit: Unit) -> Result<Self, ColumnError> {
         check_name(name)?;
         Ok(Column { name: name.to_owned(), unit })
     }
 
-    /// Name, unit suffix included.
+    /// Name, including the unit suffix.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Unit of every value in the column.
+    /// Unit of the values.
     pub fn unit(&self) -> Unit {
         self.unit
     }
 }
 
-/// Refuses names that are malformed or reserved.
+/// Checks that a name is well formed and not reserved.
 fn check_name(name: &str) -> Result<(), ColumnError> {
-    let well_formed = name.len() <= LONGEST_NAME
+    let well_formed = name.len() <= MAX_NAME_LENGTH
         && name.starts_with(|c: char| c.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     if !well_formed {

@@ -1,20 +1,21 @@
-//! CSV in long form, one row a sample: `trajectory,t_s,` then columns that carry their unit.
+//! CSV in long form: one row per sample, `trajectory,t_s,` and columns whose names end in their unit.
 //!
 //! ```csv
 //! trajectory,t_s,height_m,velocity_m_s
 //! 0,0,4.41,0
 //! 0,0.016666666666666666,4.4073,-0.16333
 //! ```
-//! The rows of a trajectory stand together, its times increase, and lengths and intervals may differ
-//! from one to the next. A column `group` holds a text label, the same in every row of a trajectory.
-//! Names may stand in any order. Plain text or gzip, told apart by content.
+//! The rows of a trajectory are contiguous and its times increase; lengths and sampling intervals may differ
+//! between trajectories. The optional column `group` holds a text label, the same in every row of a
+//! trajectory. The columns may be in any order. The file is plain text or gzip, which is recognised from its
+//! content.
 
 use crate::assemble::Assembler;
 use crate::atomic_file::atomic_write;
 use crate::column::{Column, GROUP, TIME, TRAJECTORY};
 use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
-use crate::error::DataError;
+use crate::error::{DataError, EVERY_SAMPLE_NEEDS_A_TIME, EVERY_VALUE_IS_NEEDED};
 use crate::source::Source;
 use flate2::{Compression, write::GzEncoder};
 use std::io::{self, Write};
@@ -23,16 +24,16 @@ use std::path::Path;
 const LAYOUT: &str = "the long form is comma-separated and starts with \
                       `trajectory,t_s,` followed by columns that end in their unit";
 
-/// The meaning of an empty cell in a column of measured values.
+/// How an empty cell in a column of measured values is read.
 ///
-/// Only the empty cell is a gap: the words NaN, null or NA are refused either way. Trajectory, time
-/// and group can never be missing.
+/// Only an empty cell is a gap: the words NaN, null or NA are errors in both cases. Trajectory, time and
+/// group must never be missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum MissingCells {
-    /// An error. For engines and nets, which need every value.
+    /// As an error, for simulators and nets, which need every value.
     #[default]
     Refuse,
-    /// A gap, stored as NaN and written back as an empty cell. For positions that a tracker lost.
+    /// As a gap, stored as NaN and written back as an empty cell, such as a position that a tracker lost.
     AsGap,
 }
 
@@ -44,6 +45,7 @@ pub fn read_csv(path: &Path, missing: MissingCells) -> Result<Dataset, DataError
     read_long(CsvSource::open(path)?, missing)
 }
 
+/// [`read_csv`] of a file that is open.
 pub(crate) fn read_long(mut source: CsvSource, missing: MissingCells) -> Result<Dataset, DataError> {
     let path = source.path().to_owned();
     let id_cell = source.require(TRAJECTORY, LAYOUT)?;
@@ -66,20 +68,17 @@ pub(crate) fn read_long(mut source: CsvSource, missing: MissingCells) -> Result<
     let mut rows = Assembler::new(path.clone(), TRAJECTORY, TIME, columns.len());
     let mut values = vec![0.0; columns.len()];
     while source.next_row()? {
-        let id = label(&source, id_cell)?;
-        let group = group_cell.map(|cell| label(&source, cell)).transpose()?;
+        let id = source.label(id_cell)?;
+        let group = group_cell.map(|cell| source.label(cell)).transpose()?;
         let time_s = source
             .number(time_cell)?
-            .ok_or_else(|| source.empty_cell(time_cell, "every sample needs its time"))?;
+            .ok_or_else(|| source.empty_cell(time_cell, EVERY_SAMPLE_NEEDS_A_TIME))?;
         for (value, &cell) in values.iter_mut().zip(&value_cells) {
             *value = match (source.number(cell)?, missing) {
                 (Some(number), _) => number,
                 (None, MissingCells::AsGap) => f64::NAN,
                 (None, MissingCells::Refuse) => {
-                    return Err(source.empty_cell(
-                        cell,
-                        "every value is needed here: fill it in, or remove the row or the trajectory",
-                    ));
+                    return Err(source.empty_cell(cell, EVERY_VALUE_IS_NEEDED));
                 }
             };
         }
@@ -89,18 +88,10 @@ pub(crate) fn read_long(mut source: CsvSource, missing: MissingCells) -> Result<
     Dataset::with_origin(columns, trajectories, Source::File(path))
 }
 
-fn label(source: &CsvSource, cell: usize) -> Result<&str, DataError> {
-    let text = source.text(cell)?;
-    if text.is_empty() {
-        return Err(source.empty_cell(cell, "every row needs it"));
-    }
-    Ok(text)
-}
-
-/// Writes `dataset` in long form, gzip where the name ends in `.gz`; all or nothing.
+/// Writes `dataset` atomically in long form, gzip where the name ends in `.gz`.
 ///
-/// Numbers are written with the fewest digits that read back to the same bits, so that reading
-/// returns an equal data set.
+/// Numbers are written with the fewest digits that read back to the same bits, so reading returns an equal
+/// data set.
 ///
 /// ```
 /// use augsim_data::{Dataset, MissingCells, Trajectory, read_csv, write_csv};
@@ -134,11 +125,11 @@ pub fn write_csv(dataset: &Dataset, path: &Path) -> Result<(), DataError> {
 }
 
 fn write_rows(dataset: &Dataset, out: &mut dyn Write) -> io::Result<()> {
-    let grouped = dataset.trajectories().iter().any(|t| t.group().is_some());
+    let has_groups = dataset.trajectories().iter().any(|t| t.group().is_some());
     let mut rows = csv::Writer::from_writer(out);
-    let fixed = if grouped { &[TRAJECTORY, GROUP, TIME][..] } else { &[TRAJECTORY, TIME][..] };
+    let fixed_names = if has_groups { &[TRAJECTORY, GROUP, TIME][..] } else { &[TRAJECTORY, TIME][..] };
     let names = dataset.columns().iter().map(Column::name);
-    rows.write_record(fixed.iter().copied().chain(names))?;
+    rows.write_record(fixed_names.iter().copied().chain(names))?;
     for trajectory in dataset.trajectories() {
         for (sample, time_s) in trajectory.time_s().iter().enumerate() {
             rows.write_field(trajectory.id())?;

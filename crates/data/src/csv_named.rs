@@ -1,10 +1,10 @@
-//! CSV in long form of which a model names some columns: their units are the model's, and the others are left alone.
+//! Reads the columns of CSV files that a model names, with the units of the model.
 
 use crate::assemble::Assembler;
 use crate::column::{Column, GROUP, TIME, TRAJECTORY};
 use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
-use crate::error::DataError;
+use crate::error::{DataError, EVERY_SAMPLE_NEEDS_A_TIME};
 use crate::sniff::{files_in, in_long_form, stem};
 use crate::source::Source;
 use crate::trajectory::Trajectory;
@@ -14,21 +14,21 @@ use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-const LAYOUT: &str = "the long form is comma-separated and has the times of its rows in `t_s`";
+const LAYOUT: &str = "the long form is comma-separated and has the sample times in the column `t_s`";
 
-/// Identifier of the one trajectory of a file without the column `trajectory`.
-const ONLY: &str = "1";
+/// Identifier of the only trajectory of a file without the column `trajectory`.
+const SINGLE_ID: &str = "1";
 
-/// A CSV file whose header was read, or a folder of such files, a recording each.
+/// A CSV file whose header was read, or a folder of such files with one recording each.
 pub struct NamedCsv {
     path: PathBuf,
-    /// At least one; those of a folder by name.
+    /// At least one file; those of a folder are sorted by name.
     files: Vec<NamedFile>,
 }
 
-/// One file.
+/// One CSV file.
 struct NamedFile {
-    /// Name of the recording in a folder of several.
+    /// Name of the recording, where the file is in a folder.
     recording: Option<String>,
     source: CsvSource,
 }
@@ -40,11 +40,13 @@ impl fmt::Debug for NamedCsv {
 }
 
 impl NamedCsv {
-    /// Opens a file, plain or gzip, or all recordings in a folder. A file that is not in the long form is read as a recording:
-    /// any separator and decimal mark, a clock of another name, units in SI.
+    /// Opens a file, plain or gzip, or all recordings in a folder.
+    ///
+    /// A file that is not in the long form may have any separator and decimal mark, another name of the time
+    /// column, and units in its column names, which are converted to SI.
     ///
     /// # Errors
-    /// It cannot be read, is no CSV file, or is a folder without any.
+    /// The file cannot be read or is not CSV, or the folder has no recordings.
     pub fn open(path: &Path) -> Result<Self, DataError> {
         if !path.is_dir() {
             return Ok(Self::of_file(path, open_file(path)?));
@@ -60,33 +62,35 @@ impl NamedCsv {
         Self { path: path.to_owned(), files: vec![NamedFile { recording: None, source }] }
     }
 
-    /// The file that a table in memory would be written to; `name` is for messages.
+    /// Opens a CSV text in memory; `name` stands for the file name in messages.
     ///
     /// # Errors
-    /// It is no CSV file.
+    /// The text is not CSV.
     pub fn of_table(name: &str, csv: Vec<u8>) -> Result<Self, DataError> {
         let path = Path::new(name);
         Ok(Self::of_file(path, CsvSource::of_bytes(path, csv)?))
     }
 
-    /// Names in the header, of a folder those of its first file.
+    /// Names in the header; for a folder, those of its first file.
     pub fn header(&self) -> &[String] {
         self.files.first().map_or(&[], |file| file.source.header())
     }
 
-    /// Reads the columns `wanted`, with their units; an empty cell is a gap. A file without the column `trajectory` holds one
-    /// trajectory; in a folder it is called as the file, and those of a file with several have the file's name before theirs.
+    /// Reads the columns `wanted` with their units; an empty cell is a gap.
+    ///
+    /// A file without the column `trajectory` holds one trajectory, which in a folder has the name of the
+    /// file. In a folder, the trajectories of a file with several are named `file/trajectory`.
     ///
     /// # Errors
-    /// A column is missing, or a row cannot be read: [`DataError`] with file, line, column and remedy.
+    /// A column is missing or a row cannot be read; the [`DataError`] states file, line, column and remedy.
     pub fn read(self, wanted: &[(&str, Unit)]) -> Result<Dataset, DataError> {
         self.read_by(TIME, wanted)
     }
 
-    /// Reads as [`read`](Self::read) does a file whose rows are counted by the column `clock`: times are these counts.
+    /// Like [`read`](Self::read), with the column `clock` as the time.
     ///
     /// # Errors
-    /// As [`read`](Self::read).
+    /// The errors of [`read`](Self::read).
     pub fn read_by(self, clock: &str, wanted: &[(&str, Unit)]) -> Result<Dataset, DataError> {
         let mut columns = Vec::with_capacity(wanted.len());
         for (name, unit) in wanted {
@@ -106,28 +110,25 @@ impl NamedCsv {
 }
 
 impl NamedFile {
-    /// Trajectories of the file, with the columns `wanted`.
+    /// Reads the trajectories of the file with the columns `wanted`.
     fn read(self, clock: &str, wanted: &[&str]) -> Result<Vec<Trajectory>, DataError> {
         let mut source = self.source;
-        let place = |name: &str| source.header().iter().position(|n| n == name);
-        let (id_cell, group_cell) = (place(TRAJECTORY), place(GROUP));
+        let position = |name: &str| source.header().iter().position(|n| n == name);
+        let (id_cell, group_cell) = (position(TRAJECTORY), position(GROUP));
         let time_cell = source.require(clock, LAYOUT)?;
         let cells = wanted.iter().map(|name| source.require(name, LAYOUT)).collect::<Result<Vec<_>, _>>()?;
         let mut rows = Assembler::new(source.path().to_owned(), TRAJECTORY, TIME, cells.len());
         let mut values = vec![0.0; cells.len()];
         while source.next_row()? {
-            let text = |cell: usize| -> Result<&str, DataError> {
-                let text = source.text(cell)?;
-                if text.is_empty() { Err(source.empty_cell(cell, "every row needs it")) } else { Ok(text) }
-            };
-            let own = id_cell.map(text).transpose()?;
-            let id: Cow<'_, str> = match (&self.recording, own) {
-                (Some(recording), Some(own)) => format!("{recording}/{own}").into(),
+            let label = |cell: usize| source.label(cell);
+            let id_in_file = id_cell.map(label).transpose()?;
+            let id: Cow<'_, str> = match (&self.recording, id_in_file) {
+                (Some(recording), Some(id)) => format!("{recording}/{id}").into(),
                 (Some(recording), None) => recording.as_str().into(),
-                (None, own) => own.unwrap_or(ONLY).into(),
+                (None, id) => id.unwrap_or(SINGLE_ID).into(),
             };
-            let group = group_cell.map(text).transpose()?;
-            let missing = || source.empty_cell(time_cell, "every sample needs its time");
+            let group = group_cell.map(label).transpose()?;
+            let missing = || source.empty_cell(time_cell, EVERY_SAMPLE_NEEDS_A_TIME);
             let time_s = source.number(time_cell)?.ok_or_else(missing)?;
             for (value, &cell) in values.iter_mut().zip(&cells) {
                 *value = source.number(cell)?.unwrap_or(f64::NAN);
@@ -138,6 +139,7 @@ impl NamedFile {
     }
 }
 
+/// Opens a file in the long form, or in another layout whose time column can be inferred.
 fn open_file(path: &Path) -> Result<CsvSource, DataError> {
     let bytes = read_whole(path)?;
     let strict = CsvSource::of_bytes(path, bytes.clone());

@@ -1,6 +1,6 @@
-//! Opening a CSV file, plain or gzip, and turning what the parser says into our errors.
+//! Reads the rows of a CSV file, plain or gzip, with errors that state line and column.
 
-use crate::error::{DataError, RowRemedy};
+use crate::error::{DataError, EVERY_ROW_NEEDS_A_VALUE, NO_EMPTY_CELLS, RowRemedy};
 use crate::limits::Limit;
 use crate::source::Source;
 use crate::whole_file::{gunzip, is_gzip, read_whole};
@@ -9,29 +9,30 @@ use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Rows of a CSV file with their line numbers; cells are trimmed of blanks.
+/// Rows of a CSV file with their line numbers; spaces around cells are removed.
 ///
-/// The whole content is held in memory, as the data set read from it will be. That makes line numbers
-/// exact: the parser skips blank lines without counting them in a record's position.
+/// The whole content is in memory, as the data set will be. Line numbers are counted from the content,
+/// because the parser skips blank lines without counting them in the position of a record.
 pub(crate) struct CsvSource {
     path: PathBuf,
     content: Arc<[u8]>,
     header: Vec<String>,
     reader: csv::Reader<Cursor<Arc<[u8]>>>,
     record: csv::ByteRecord,
-    /// Offset of the current record and the line it stands on.
+    /// Offset of the current record.
     start: usize,
+    /// Line of the current record, from 1.
     line: u64,
-    most_columns: u64,
+    max_columns: u64,
 }
 
 impl CsvSource {
-    /// Opens `path`; gzip is told by its magic bytes, not by the name.
+    /// Opens `path`; gzip is recognised from its magic number, not from the file name.
     pub(crate) fn open(path: &Path) -> Result<Self, DataError> {
         Self::of_bytes(path, read_whole(path)?)
     }
 
-    /// Opens a file whose bytes were read; `path` is for messages.
+    /// Opens a file whose bytes were read; `path` is its name in messages.
     pub(crate) fn of_bytes(path: &Path, mut content: Vec<u8>) -> Result<Self, DataError> {
         if is_gzip(&content) {
             content = gunzip(path, &content)?;
@@ -50,12 +51,13 @@ impl CsvSource {
             record: csv::ByteRecord::new(),
             start: 0,
             line: 1,
-            most_columns: Limit::Columns.value(),
+            max_columns: Limit::Columns.value(),
         };
         source.read_header()?;
         Ok(source)
     }
 
+    /// Reads the first row as the header and checks that no name occurs twice.
     fn read_header(&mut self) -> Result<(), DataError> {
         if !self.advance()? {
             return Err(DataError::Empty { path: self.path.clone() });
@@ -91,13 +93,13 @@ impl CsvSource {
         self.line
     }
 
-    /// Position of a header name that the layout needs.
+    /// Index of the required column `name`; `layout` describes the layout in the error message.
     pub(crate) fn require(&self, name: &str, layout: &'static str) -> Result<usize, DataError> {
         self.header.iter().position(|h| h == name).ok_or_else(|| {
             let path = self.path.clone();
-            // A header that does not fall apart at its commas, but would at these.
+            // A header that is not split by commas may have one of these separators.
             match [';', '\t'].into_iter().find(|&c| self.header.iter().any(|cell| cell.contains(c))) {
-                Some(separator) => DataError::OtherSeparator { path, separator },
+                Some(separator) => DataError::UnexpectedSeparator { path, separator },
                 None => {
                     let available = self.header.clone();
                     DataError::MissingColumn { path, column: name.to_owned(), available, layout }
@@ -124,15 +126,15 @@ impl CsvSource {
         Ok(true)
     }
 
-    /// Remedy for a row whose cells are not as many as the header's.
+    /// Remedy for a row that has fewer or more cells than the header.
     fn row_remedy(&self) -> RowRemedy {
         let surplus = self.record.len().saturating_sub(self.header.len());
-        let whole = |cell: &[u8]| !cell.is_empty() && cell.iter().all(u8::is_ascii_digit);
-        let begins = |cell: &[u8]| whole(cell.strip_prefix(b"-").unwrap_or(cell));
-        // A decimal comma leaves the digits before and after it in two cells.
+        let is_digits = |cell: &[u8]| !cell.is_empty() && cell.iter().all(u8::is_ascii_digit);
+        let is_integer = |cell: &[u8]| is_digits(cell.strip_prefix(b"-").unwrap_or(cell));
+        // A decimal comma leaves the digits before and after it in two adjacent cells.
         let (mut pairs, mut cell) = (0, 0);
         while cell + 1 < self.record.len() {
-            let is_pair = begins(&self.record[cell]) && whole(&self.record[cell + 1]);
+            let is_pair = is_integer(&self.record[cell]) && is_digits(&self.record[cell + 1]);
             pairs += usize::from(is_pair);
             cell += 1 + usize::from(is_pair);
         }
@@ -143,32 +145,44 @@ impl CsvSource {
         }
     }
 
-    /// Checks that the line at `from` has no more commas than a row may: a parsed row takes many times its bytes.
-    fn check_columns(&self, from: usize) -> Result<(), DataError> {
-        let line = self.content.iter().skip(from).take_while(|&&byte| byte != b'\n');
-        if line.filter(|&&byte| byte == b',').count() as u64 >= self.most_columns {
+    /// Checks the number of commas in the line at offset `start`, before the parser allocates its cells.
+    fn check_columns(&self, start: usize) -> Result<(), DataError> {
+        let line = self.content.iter().skip(start).take_while(|&&byte| byte != b'\n');
+        if line.filter(|&&byte| byte == b',').count() as u64 >= self.max_columns {
             let origin = Source::File(self.path.clone());
             return Err(DataError::Limit { origin, cause: Limit::Columns.exceeded() });
         }
         Ok(())
     }
 
+    /// Reads the next record and counts its line; `false` at the end of the file.
     fn advance(&mut self) -> Result<bool, DataError> {
         self.check_columns(self.reader.position().byte() as usize)?;
-        let more = self.reader.read_byte_record(&mut self.record).map_err(|error| {
+        let has_record = self.reader.read_byte_record(&mut self.record).map_err(|error| {
             // Reading from memory, with rows of any length and any bytes allowed, cannot fail.
             DataError::Unreadable { path: self.path.clone(), cause: io::Error::other(error) }
         })?;
-        let from = self.record.position().map_or(self.start, |p| p.byte() as usize);
-        let blank = |byte: &u8| matches!(byte, b'\r' | b'\n');
-        let skipped = self.content.iter().skip(from).take_while(|&byte| blank(byte)).count();
-        let start = (from + skipped).min(self.content.len()).max(self.start);
+        let offset = self.record.position().map_or(self.start, |p| p.byte() as usize);
+        let is_line_end = |byte: &u8| matches!(byte, b'\r' | b'\n');
+        let skipped = self.content.iter().skip(offset).take_while(|&byte| is_line_end(byte)).count();
+        let start = (offset + skipped).min(self.content.len()).max(self.start);
         self.line += newlines(&self.content[self.start..start]);
         self.start = start;
-        Ok(more)
+        Ok(has_record)
     }
 
-    /// Text of a cell; empty text is given as it is.
+    /// Text of an identifier or a group, which must not be empty.
+    pub(crate) fn label(&self, cell: usize) -> Result<&str, DataError> {
+        let text = self.text(cell)?;
+        if text.is_empty() { Err(self.empty_cell(cell, EVERY_ROW_NEEDS_A_VALUE)) } else { Ok(text) }
+    }
+
+    /// Number in a cell of a layout without gaps.
+    pub(crate) fn required_number(&self, cell: usize) -> Result<f64, DataError> {
+        self.number(cell)?.ok_or_else(|| self.empty_cell(cell, NO_EMPTY_CELLS))
+    }
+
+    /// Text of a cell, which may be empty.
     pub(crate) fn text(&self, cell: usize) -> Result<&str, DataError> {
         std::str::from_utf8(&self.record[cell]).map_err(|_| DataError::NotUtf8 {
             path: self.path.clone(),
@@ -183,7 +197,7 @@ impl CsvSource {
         if text.is_empty() {
             return Ok(None);
         }
-        // Rust also parses "nan" and "inf" and lets 1e999 overflow: none of them is a measurement.
+        // Rust also parses "nan", "inf" and 1e999 (as infinity), none of which is a measurement.
         match text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(Some(value)),
             _ => Err(DataError::BadNumber {
@@ -195,7 +209,7 @@ impl CsvSource {
         }
     }
 
-    /// The error for an empty cell in this row.
+    /// The error for an empty cell in the current row.
     pub(crate) fn empty_cell(&self, cell: usize, remedy: &'static str) -> DataError {
         DataError::EmptyCell {
             path: self.path.clone(),

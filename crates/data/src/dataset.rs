@@ -1,4 +1,4 @@
-//! Trajectories that share columns.
+//! A data set: trajectories that share columns.
 
 use crate::column::Column;
 use crate::error::DataError;
@@ -7,7 +7,7 @@ use crate::trajectory::Trajectory;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Trajectories with the same columns, of any lengths and sample times.
+/// Trajectories with the same columns; their lengths and sample times may differ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
     columns: Vec<Column>,
@@ -17,19 +17,19 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// Data set of `trajectories`, whose values follow the order of `columns`.
+    /// Data set of `trajectories`, whose values are in the order of `columns`.
     ///
     /// # Errors
-    /// A column or trajectory name occurs twice, a trajectory has another number of columns, or only
-    /// some trajectories have a group.
+    /// A column or trajectory name occurs twice, a trajectory has a different number of columns, or only some
+    /// trajectories have a group.
     pub fn new(columns: Vec<Column>, trajectories: Vec<Trajectory>) -> Result<Self, DataError> {
         Self::with_origin(columns, trajectories, Source::Memory)
     }
 
-    /// [`Dataset::new`] with the columns by name, such as `["height_m", "velocity_m_s"]`.
+    /// Like [`Dataset::new`], with the columns given by name, such as `["height_m", "velocity_m_s"]`.
     ///
     /// # Errors
-    /// The errors of [`Dataset::new`], and names that state no unit.
+    /// The errors of [`Dataset::new`], and names that do not state a unit.
     pub fn from_names(names: &[&str], trajectories: Vec<Trajectory>) -> Result<Self, DataError> {
         let columns = names.iter().map(|name| Column::new(name)).collect::<Result<Vec<_>, _>>()?;
         Self::new(columns, trajectories)
@@ -56,13 +56,13 @@ impl Dataset {
                 return Err(DataError::ColumnCount { origin, trajectory, found, expected });
             }
             if t.group().is_some() != has_group {
-                return Err(DataError::GroupOnSome { origin, trajectory, has_group: !has_group });
+                return Err(DataError::PartialGroups { origin, trajectory, has_group: !has_group });
             }
         }
         Ok(Dataset { columns, trajectories, origin, notes: Vec::new() })
     }
 
-    /// Columns, in file order, without trajectory, time and group.
+    /// Columns of values in file order, without trajectory, time and group.
     pub fn columns(&self) -> &[Column] {
         &self.columns
     }
@@ -72,7 +72,7 @@ impl Dataset {
         &self.trajectories
     }
 
-    /// The file it was read from; `None` for a set built by code.
+    /// The file that the data set was read from; `None` for a data set built by code.
     pub fn path(&self) -> Option<&Path> {
         match &self.origin {
             Source::File(path) => Some(path),
@@ -80,30 +80,30 @@ impl Dataset {
         }
     }
 
-    /// Where it came from, as messages show it.
+    /// Origin of the data set, as shown in messages.
     pub fn origin(&self) -> &Source {
         &self.origin
     }
 
-    /// Names `path` as the place that the set comes from.
+    /// Sets `path` as the origin of the data set.
     pub fn with_path(mut self, path: impl Into<PathBuf>) -> Self {
         self.origin = Source::File(path.into());
         self
     }
 
-    /// Assumptions of the reader where the file is not in the long form, one sentence each.
+    /// Assumptions of the reader about a file that is not in the long form, one sentence each.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// Adds the assumptions that the set was read with.
+    /// Sets the assumptions that the data set was read with.
     #[must_use]
     pub(crate) fn with_notes(mut self, notes: Vec<String>) -> Self {
         self.notes = notes;
         self
     }
 
-    /// The same columns with other trajectories, from the same place and with the same notes.
+    /// Data set with the same columns, origin and notes and with other trajectories.
     ///
     /// # Errors
     /// The errors of [`Dataset::new`].
@@ -115,7 +115,7 @@ impl Dataset {
     /// Index of the column `name` for [`Trajectory::column`].
     ///
     /// # Errors
-    /// There is none; the message names the source and lists the columns.
+    /// There is no such column; the message names the origin and lists the columns.
     pub fn column_index(&self, name: &str) -> Result<usize, DataError> {
         self.columns.iter().position(|c| c.name() == name).ok_or_else(|| DataError::NoSuchColumn {
             origin: self.origin.clone(),
@@ -124,7 +124,7 @@ impl Dataset {
         })
     }
 
-    /// Whether there is a column `name`.
+    /// Whether the data set has a column `name`.
     pub fn has_column(&self, name: &str) -> bool {
         self.columns.iter().any(|c| c.name() == name)
     }
@@ -148,8 +148,7 @@ impl Dataset {
         Ok(self.trajectories.iter().map(move |t| t.column(column)))
     }
 
-    /// Columns that never change within any trajectory (mass, drop height, speed set-point): what
-    /// describes a trajectory rather than a moment in it.
+    /// Columns that are constant within every trajectory, such as mass, drop height or speed set-point.
     ///
     /// ```
     /// use augsim_data::{Dataset, Trajectory};
@@ -161,13 +160,13 @@ impl Dataset {
     /// ```
     pub fn covariates(&self) -> impl Iterator<Item = &Column> + '_ {
         self.columns.iter().enumerate().filter_map(|(i, column)| {
-            let constant =
+            let is_constant =
                 !self.trajectories.is_empty() && self.trajectories.iter().all(|t| t.constant(i).is_some());
-            constant.then_some(column)
+            is_constant.then_some(column)
         })
     }
 
-    /// The trajectories at `indices`, in that order, with the same columns and source.
+    /// Data set of the trajectories at `indices`, in that order, with the same columns and origin.
     ///
     /// ```
     /// use augsim_data::{Dataset, Trajectory};
@@ -179,7 +178,7 @@ impl Dataset {
     /// ```
     ///
     /// # Panics
-    /// An index is out of range or occurs twice; [`Split`](crate::Split) yields neither.
+    /// An index is out of range or occurs twice, which does not happen with a [`Split`](crate::Split).
     pub fn select(&self, indices: &[usize]) -> Dataset {
         let distinct: BTreeSet<usize> = indices.iter().copied().collect();
         assert_eq!(distinct.len(), indices.len(), "a trajectory is selected twice");

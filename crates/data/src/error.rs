@@ -1,4 +1,4 @@
-//! Mistakes in data, each with its place and remedy.
+//! Errors in data files and data sets: each message says what is wrong, where, and what to do.
 
 use crate::atomic_file::AtomicWriteError;
 use crate::checks::suspicious::SuspiciousData;
@@ -13,46 +13,46 @@ use std::fmt;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Why a column name is refused.
+/// Reason why a column name is not accepted.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ColumnError {
     /// Characters outside `[A-Za-z0-9_]`, or not starting with a letter.
     #[error(
-        "column `{}`: a name is made of ASCII letters, digits and underscores, at most 256, and \
-         starts with a letter; rename it",
+        "column `{}`: a column name may hold only ASCII letters, digits and underscores, must start with a \
+         letter and be at most 256 characters long; rename it",
         shown(name)
     )]
     Malformed {
-        /// Name as found.
+        /// Name as it is in the file.
         name: String,
     },
-    /// `trajectory`, `t_s` or `group` used as a numeric column.
-    #[error("column `{name}`: `trajectory`, `t_s` and `group` have a meaning of their own; rename it")]
+    /// A reserved name (`trajectory`, `t_s` or `group`) is used for a numeric column.
+    #[error("column `{name}`: the names `trajectory`, `t_s` and `group` are reserved; rename it")]
     Reserved {
-        /// Name as found.
+        /// Name as it is in the file.
         name: String,
     },
-    /// The suffix is no known unit.
+    /// The suffix is not a known unit.
     #[error(
-        "column `{}`: its name ends in no known unit; convert to SI and end the name in one of \
-         {}; a text label goes into a column called `group`",
+        "column `{}`: the name does not end in a known unit; convert the values to SI and end the name in one \
+         of {}; put text labels into a column called `group`",
         shown(name),
         Unit::accepted_suffixes()
     )]
     UnknownUnit {
-        /// Name as found.
+        /// Name as it is in the file.
         name: String,
     },
 }
 
-/// Remedy for a row whose cells are not as many as the header's.
+/// Remedy for a row that has fewer or more cells than the header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RowRemedy {
-    /// Cells are missing.
+    /// The row has too few cells.
     Complete,
-    /// Cells are too many, and digits stand where a decimal comma would have cut a number in two.
+    /// The row has too many cells, and they look like numbers that decimal commas have cut in two.
     Points,
-    /// Cells are too many.
+    /// The row has too many cells.
     Shorten,
 }
 
@@ -61,50 +61,61 @@ impl fmt::Display for RowRemedy {
         f.write_str(match self {
             RowRemedy::Complete => "complete the row",
             RowRemedy::Points => {
-                "if decimals are written with commas, write them with points (4.5, not 4,5), otherwise remove the \
-                 surplus cells"
+                "if decimals are written with commas, write them with points (4.5, not 4,5); otherwise remove \
+                 the extra cells"
             }
-            RowRemedy::Shorten => "remove the surplus cells, or put cells that contain a comma in double quotes",
+            RowRemedy::Shorten => "remove the extra cells, or put cells that contain a comma in double quotes",
         })
     }
 }
 
-/// Remedy for a cell that is no finite number.
+/// Remedy for a cell that is not a finite number.
 fn number_remedy(cell: &str) -> String {
     let pointed = cell.replacen(',', ".", 1);
     match cell.contains(',') && pointed.parse::<f64>().is_ok_and(f64::is_finite) {
-        true => format!("decimals are written with a point: {}", shown(&pointed)),
+        true => format!("write decimals with a point: {}", shown(&pointed)),
         false => {
             "write a decimal such as 1.25 or -3e-4, and leave out samples that were not measured".to_owned()
         }
     }
 }
 
-/// A sentence on one line.
+/// Remedy of [`DataError::EmptyCell`] in a column that is not a value.
+pub(crate) const EVERY_ROW_NEEDS_A_VALUE: &str = "every row needs a value in this column";
+/// Remedy of [`DataError::EmptyCell`] in the time column.
+pub(crate) const EVERY_SAMPLE_NEEDS_A_TIME: &str = "every sample needs a time";
+/// Remedy of [`DataError::EmptyCell`] in a column of measured values that must not have gaps.
+pub(crate) const EVERY_VALUE_IS_NEEDED: &str =
+    "every value is needed here: fill it in, or remove the row or the trajectory";
+/// Remedy of [`DataError::EmptyCell`] in a file of a layout without gaps.
+pub(crate) const NO_EMPTY_CELLS: &str =
+    "this layout does not allow empty cells; fill it in, or remove the row";
+
+/// Message text on one line, with control characters escaped.
 fn shown_text(text: &str) -> String {
     printable(text).replace('\n', " ")
 }
 
-/// Everything that reading, building, splitting, scaling or writing a data set can report.
+/// Errors of reading, building, splitting, scaling and writing a data set.
 ///
-/// Lines are counted from 1 and include the header; `samples` from 0.
+/// Lines are counted from 1 and include the header; samples are counted from 0.
 #[derive(Debug, Error)]
 pub enum DataError {
     /// The file could not be opened or read.
     #[error("{}: cannot read: {cause}; check that the path exists and may be read", path.display())]
     Unreadable {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Error of the system.
         cause: std::io::Error,
     },
-    /// A folder stands where a file is to be read.
+    /// The path is a folder, but a single file is expected.
     #[error(
-        "{}: is a folder, and one file is read; put the recordings into one CSV file with a column `trajectory` that \
-         tells them apart", path.display()
+        "{}: is a folder, but a single file is expected; put the recordings into one CSV file with a column \
+         `trajectory` that identifies each of them", path.display()
     )]
     Folder {
-        /// Folder.
+        /// Path of the folder.
         path: PathBuf,
     },
     /// The gzip stream ends before its end mark.
@@ -113,7 +124,7 @@ pub enum DataError {
          writing: copy or make it again", path.display()
     )]
     TruncatedGzip {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// First line that could not be read.
         line: u64,
@@ -124,64 +135,64 @@ pub enum DataError {
         path.display()
     )]
     DamagedGzip {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// First line that could not be read.
         line: u64,
         /// Error of the decoder.
         cause: std::io::Error,
     },
-    /// Bytes that are no gzip follow the end of the stream.
+    /// Bytes of another kind follow the end of the gzip stream.
     #[error(
-        "{}: {bytes} bytes that are not gzip follow the end of the gzip stream; take them off, or pack the file \
-         again", path.display()
+        "{}: {bytes} bytes that are not gzip follow the end of the gzip stream; remove them, or compress the \
+         file again", path.display()
     )]
-    AfterGzip {
-        /// File.
+    TrailingBytes {
+        /// Path of the file.
         path: PathBuf,
         /// Number of bytes.
         bytes: usize,
     },
-    /// More than [`Limit`](crate::Limit)s allow.
+    /// The file or the data set exceeds a [`Limit`](crate::Limit).
     #[error("{origin}: {cause}")]
     Limit {
-        /// File, or a set made by code.
+        /// File, or a data set built by code.
         origin: Source,
-        /// Which limit.
+        /// Limit that was exceeded.
         cause: LimitExceeded,
     },
-    /// A header whose cells are separated otherwise.
+    /// The cells of the header are not separated by commas.
     #[error(
         "{}: line 1: cells are separated by {separator:?}; save the file with commas between cells and points in \
          decimals (4.5, not 4,5)", path.display()
     )]
-    OtherSeparator {
-        /// File.
+    UnexpectedSeparator {
+        /// Path of the file.
         path: PathBuf,
         /// Separator found.
         separator: char,
     },
-    /// A file in no known layout, of which something cannot be told.
-    #[error("{}: {}", path.display(), shown_text(&open.to_string()))]
+    /// The file has no known layout, and the reader cannot infer how to read it.
+    #[error("{}: {}", path.display(), shown_text(&reason.to_string()))]
     NotRecognised {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// The question that stays open, and the remedy.
-        open: Unrecognised,
+        /// Property that could not be inferred, with the remedy.
+        reason: Unrecognised,
     },
-    /// No bytes, or only blank lines.
+    /// The file has no bytes, or only blank lines.
     #[error(
         "{}: the file is empty; the first line must be a header such as \
          `trajectory,t_s,height_m,velocity_m_s`", path.display()
     )]
     Empty {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// A header and nothing below it.
-    #[error("{}: line 1: a header but no samples; add one row for each sample", path.display())]
+    /// The file has a header and no rows.
+    #[error("{}: line 1: the file has a header but no samples; add one row for each sample", path.display())]
     HeaderOnly {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The header lacks a column that the layout needs.
@@ -189,304 +200,306 @@ pub enum DataError {
         "{}: line 1: column `{column}` is missing; the header has: {}; {layout}",
         path.display(), shown_list(available), column = shown(column))]
     MissingColumn {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Name that is needed.
+        /// Required name.
         column: String,
-        /// Names that are there.
+        /// Names in the header.
         available: Vec<String>,
-        /// Expectation of the layout, in words.
+        /// Description of the expected layout.
         layout: &'static str,
     },
-    /// The header has nothing besides trajectory, time and group.
+    /// The header has no columns other than trajectory, time and group.
     #[error(
-        "{}: line 1: no column of measured values; add at least one whose name ends in its unit, \
+        "{}: line 1: there is no column of measured values; add at least one whose name ends in its unit, \
          such as `height_m`", path.display()
     )]
     NoValueColumns {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// A header name is refused.
+    /// A name in the header is not accepted.
     #[error("{}: line 1: {cause}", path.display())]
     BadColumn {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Which and why.
+        /// The name and the reason.
         cause: ColumnError,
     },
-    /// A name occurs twice in a header or in a list of columns.
+    /// A column name occurs twice in a header or in a list of columns.
     #[error("{origin}: column `{column}` occurs twice; rename or remove one of them", column = shown(column))]
     DuplicateColumn {
-        /// Data set.
+        /// Origin of the data set.
         origin: Source,
-        /// Name.
+        /// Name of the column.
         column: String,
     },
-    /// A row with more or fewer cells than the header.
+    /// A row has more or fewer cells than the header.
     #[error(
-        "{}: line {line}: {found} cells where the header has {expected}; {remedy} (the first column is `{}`)",
+        "{}: line {line}: the row has {found} cells but the header has {expected}; {remedy} (the first column is `{}`)",
         path.display(), shown(first_column)
     )]
     RaggedRow {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line.
+        /// Line of the file, from 1.
         line: u64,
-        /// Cells in this row.
+        /// Number of cells in the row.
         found: usize,
-        /// Cells in the header.
+        /// Number of cells in the header.
         expected: usize,
-        /// First header name, to help find the row's shift.
+        /// First header name, which helps to find the shift of the row.
         first_column: String,
-        /// Depends on the cells.
+        /// Remedy, which depends on the cells.
         remedy: RowRemedy,
     },
-    /// Bytes that are no UTF-8 text.
+    /// The bytes are not UTF-8 text.
     #[error("{}: line {line}, column `{column}`: not UTF-8 text; save the file as UTF-8", path.display(), column = shown(column))]
     NotUtf8 {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line.
+        /// Line of the file, from 1.
         line: u64,
         /// Column, by name or (in the header) by number.
         column: String,
     },
-    /// A cell that is no finite number.
+    /// A cell is not a finite number.
     #[error(
         "{}: line {line}, column `{}`: `{}` is not a finite number; {}",
         path.display(), shown(column), shown(cell), number_remedy(cell)
     )]
     BadNumber {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line.
+        /// Line of the file, from 1.
         line: u64,
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Cell as found.
+        /// Text of the cell.
         cell: String,
     },
-    /// An empty cell where gaps were not asked for, or in a column that may have none.
+    /// A cell is empty where no gaps are allowed.
     #[error("{}: line {line}, column `{column}`: empty cell; {remedy}", path.display(), column = shown(column))]
     EmptyCell {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line.
+        /// Line of the file, from 1.
         line: u64,
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Depends on the column: measured values may have gaps when asked for, others never.
+        /// Remedy, which depends on the column: only measured values may have gaps, and only on request.
         remedy: &'static str,
     },
-    /// Time stands still or runs backwards within a trajectory of a file.
+    /// The time does not increase within a trajectory of a file.
     #[error(
-        "{}: line {line}, column `{column}`: time {time_s} s after {previous_s} s in trajectory \
-         `{trajectory}`; sort its rows by time and remove repeated ones", path.display(), trajectory = shown(trajectory))]
+        "{}: line {line}, column `{column}`: the time of trajectory `{trajectory}` does not increase ({time_s} s \
+         follows {previous_s} s); sort its rows by time and remove repeated times",
+        path.display(), trajectory = shown(trajectory))]
     TimeNotIncreasing {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Line of the later row.
         line: u64,
-        /// Column of the time.
+        /// Name of the time column.
         column: &'static str,
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
         /// Time of the row before, s.
         previous_s: f64,
         /// Time of this row, s.
         time_s: f64,
     },
-    /// Rows of one trajectory are not next to each other.
+    /// The rows of a trajectory are not contiguous.
     #[error(
         "{}: line {line}, column `{column}`: trajectory `{trajectory}` appears again after it ended \
          on line {ended_line}; keep its rows together or give the second part another name",
         path.display(), trajectory = shown(trajectory))]
     TrajectoryReappears {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line of the reappearance.
+        /// Line on which the trajectory appears again.
         line: u64,
         /// Column of the identifier.
         column: &'static str,
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
         /// Last line of its first part.
         ended_line: u64,
     },
-    /// The label changes inside a trajectory.
+    /// The group changes within a trajectory.
     #[error(
-        "{}: line {line}, column `group`: `{found}` in trajectory `{trajectory}`, which began with \
-         `{expected}`; a trajectory has one group", path.display(), trajectory = shown(trajectory), found = shown(found), expected = shown(expected))]
+        "{}: line {line}, column `group`: the group of trajectory `{trajectory}` changes from `{expected}` to \
+         `{found}`; give all rows of a trajectory the same group", path.display(), trajectory = shown(trajectory),
+        found = shown(found), expected = shown(expected))]
     GroupChanges {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line.
+        /// Line of the file, from 1.
         line: u64,
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
-        /// Label of its first row.
+        /// Group of its first row.
         expected: String,
-        /// Label of this row.
+        /// Group of this row.
         found: String,
     },
-    /// Identifier or label in a file that could not be written and read back.
+    /// An identifier or a group in a file would not survive writing and reading back.
     #[error(
-        "{}: line {line}, column `{column}`: \"{label}\" begins or ends with a blank, contains a \
+        "{}: line {line}, column `{column}`: \"{label}\" begins or ends with a space, contains a \
          control character or is longer than 256 bytes; rename it", path.display(), label = shown(label))]
     BadLabelInFile {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line.
+        /// Line of the file, from 1.
         line: u64,
         /// Column of the identifier or the group.
         column: &'static str,
-        /// Label as found.
+        /// Label as it is in the file.
         label: String,
     },
-    /// Identifier or group, given by code, that could not be written and read back.
+    /// An identifier or a group given by code would not survive writing and reading back.
     #[error(
         "trajectory \"{trajectory}\": identifiers and groups must not be empty, begin or end with a \
-         blank, contain control characters or be longer than 256 bytes; rename it", trajectory = shown(trajectory))]
+         space, contain control characters or be longer than 256 bytes; rename it", trajectory = shown(trajectory))]
     BadLabel {
-        /// Trajectory, as given.
+        /// Identifier of the trajectory, as given.
         trajectory: String,
     },
-    /// Two trajectories of the same name.
-    #[error("{origin}: trajectory `{trajectory}` occurs twice; give each its own name", trajectory = shown(trajectory))]
+    /// Two trajectories have the same name.
+    #[error("{origin}: trajectory `{trajectory}` occurs twice; give each trajectory a different name", trajectory = shown(trajectory))]
     DuplicateTrajectory {
-        /// Data set.
+        /// Origin of the data set.
         origin: Source,
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
     },
-    /// Some trajectories have a group and others none.
-    #[error("{origin}: trajectory `{trajectory}`: has {} group while the first trajectory has {}; \
-             give all of them one or none",
+    /// Some trajectories have a group and others do not.
+    #[error("{origin}: trajectory `{trajectory}` has {} group but the first trajectory has {}; \
+             give a group to all trajectories or to none",
              if *has_group { "a" } else { "no" }, if *has_group { "none" } else { "one" }, trajectory = shown(trajectory))]
-    GroupOnSome {
-        /// Data set.
+    PartialGroups {
+        /// Origin of the data set.
         origin: Source,
         /// First trajectory that differs.
         trajectory: String,
         /// Whether that one has a group.
         has_group: bool,
     },
-    /// Number of value columns differs from the data set's.
+    /// A trajectory does not have one value vector per column of the data set.
     #[error(
-        "{origin}: trajectory `{trajectory}`: {found} value columns where the data set has \
+        "{origin}: trajectory `{trajectory}` has {found} value columns but the data set has \
          {expected}; pass one vector for each column", trajectory = shown(trajectory))]
     ColumnCount {
-        /// Data set.
+        /// Origin of the data set.
         origin: Source,
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
-        /// Vectors given.
+        /// Number of vectors.
         found: usize,
-        /// Columns of the data set.
+        /// Number of columns of the data set.
         expected: usize,
     },
-    /// A column's length differs from the number of times.
+    /// A column and the time have different numbers of samples.
     #[error(
-        "trajectory `{trajectory}`: value column {column} has {found} samples where the time has \
-         {expected}; pass one value for each time", trajectory = shown(trajectory))]
+        "trajectory `{trajectory}`: value column {column} has {found} samples but there are {expected} times; \
+         pass one value for each time", trajectory = shown(trajectory))]
     SampleCount {
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
         /// Index of the column.
         column: usize,
-        /// Values given.
+        /// Number of values.
         found: usize,
-        /// Times given.
+        /// Number of times.
         expected: usize,
     },
-    /// A trajectory without samples.
-    #[error("trajectory `{trajectory}`: no samples; leave it out", trajectory = shown(trajectory))]
+    /// A trajectory has no samples.
+    #[error("trajectory `{trajectory}` has no samples; leave it out", trajectory = shown(trajectory))]
     NoSamples {
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
     },
-    /// Time of a trajectory built by code is not finite or not increasing.
+    /// A time of a trajectory built by code is not finite or does not increase.
     #[error(
-        "trajectory `{trajectory}`: time at sample {sample} is not finite or not after the one \
+        "trajectory `{trajectory}`: the time of sample {sample} is not finite or not greater than the one \
          before; times must increase strictly", trajectory = shown(trajectory))]
     BadTime {
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
-        /// Sample.
+        /// Index of the sample, from 0.
         sample: usize,
     },
-    /// An infinite value in a trajectory built by code.
+    /// A value of a trajectory built by code is infinite.
     #[error(
         "trajectory `{trajectory}`: value column {column} is infinite at sample {sample}; only \
          finite values, and NaN for a gap, are allowed", trajectory = shown(trajectory))]
     Infinite {
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
         /// Index of the column.
         column: usize,
-        /// Sample.
+        /// Index of the sample, from 0.
         sample: usize,
     },
-    /// A name in code is refused.
+    /// A column name given by code is not accepted.
     #[error(transparent)]
     Column(#[from] ColumnError),
-    /// Asked for a column that is not there.
+    /// The requested column does not exist.
     #[error(
-        "{origin}: no column `{column}`; it has: {}; rename a column or ask for one of these",
+        "{origin}: there is no column `{column}`; the columns are: {}; rename a column or use one of these",
         shown_list(available), column = shown(column))]
     NoSuchColumn {
-        /// Data set.
+        /// Origin of the data set.
         origin: Source,
-        /// Name asked for.
+        /// Requested name.
         column: String,
-        /// Names that are there.
+        /// Names of the columns.
         available: Vec<String>,
     },
-    /// A column of which nothing was measured.
-    #[error("{origin}: column `{column}` has no measured value, so it has no mean; leave it out", column = shown(column))]
-    AllMissing {
-        /// Data set.
+    /// A column has no measured value.
+    #[error("{origin}: column `{column}` has no measured values, so it cannot be scaled; leave it out", column = shown(column))]
+    NoMeasuredValues {
+        /// Origin of the data set.
         origin: Source,
-        /// Column.
+        /// Name of the column.
         column: String,
     },
-    /// Split sizes that cannot be had.
+    /// The sizes of the split are zero or exceed the number of trajectories.
     #[error(
-        "cannot split {trajectories} trajectories into {train} for training and {test} for \
-             testing; both need at least one and together at most {trajectories}"
+        "cannot split {trajectories} trajectories into {train} for training and {test} for testing; \
+         use at least one for each and at most {trajectories} together"
     )]
     BadSplit {
-        /// Trajectories at hand.
+        /// Number of trajectories.
         trajectories: usize,
-        /// Asked for training.
+        /// Number requested for training.
         train: usize,
-        /// Asked for testing.
+        /// Number requested for testing.
         test: usize,
     },
-    /// A fraction outside (0, 1).
+    /// The training fraction is outside (0, 1).
     #[error("training fraction {fraction} is not between 0 and 1; use for example 0.8")]
     BadFraction {
-        /// Fraction asked for.
+        /// Requested fraction.
         fraction: f64,
     },
-    /// Nothing to write.
-    #[error("{}: refusing to write a data set without trajectories; no reader would accept it", path.display())]
+    /// The data set to write has no trajectories.
+    #[error("{}: a data set without trajectories is not written, because no reader would accept it; keep at least one", path.display())]
     NothingToWrite {
-        /// Target.
+        /// Path of the target file.
         path: PathBuf,
     },
     /// An array of an NPZ file cannot be used.
     #[error("{}: array `{array}`: {fault}", path.display(), array = shown(array))]
     Array {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Name of the array.
         array: String,
-        /// The mistake, and the remedy.
+        /// The fault and the remedy.
         fault: ArrayFault,
     },
-    /// The values cannot be what the names say.
+    /// The values contradict the names or the units of the columns.
     #[error(transparent)]
     Suspicious(#[from] SuspiciousData),
     /// A push file, or an archive, is faulty.

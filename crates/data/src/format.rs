@@ -1,4 +1,4 @@
-//! Which layout a file has, told by its content.
+//! Recognises the layout of a data file from its content, and reads and writes data sets.
 
 use crate::column::{TIME, TRAJECTORY};
 use crate::csv_long::{MissingCells, read_long, write_csv};
@@ -7,18 +7,20 @@ use crate::dataset::Dataset;
 use crate::error::DataError;
 use crate::legacy_ball::read_ball;
 use crate::npz::{is_npz, npz_of_bytes, write_npz};
-use crate::push::{PushError, holds_trial, push_dataset_of_bytes, read_push_dataset};
+use crate::push::{PushError, may_hold_trials, push_dataset_of_bytes, read_push_dataset};
 use crate::sniff::{Reading, recognise, recognise_bytes};
 use crate::whole_file::read_whole;
 use std::path::Path;
 
-/// Bytes from the beginning of a file that tell its layout.
-const TELLING: usize = 64;
+/// Number of bytes at the beginning of a file by which the published push files are recognised.
+const HEAD_BYTES: usize = 64;
 
-/// Reads a data set in any layout that this crate knows: CSV in long form or the ball layout
-/// `traj,step,t,height,velocity`, plain or gzip; NPZ; and the published push files (HDF5, JSON, a zip archive
-/// or a folder of them). A text that is in none of them is recognised where its columns can be told
-/// ([`recognise`](crate::recognise)); [`Dataset::notes`] then say what was taken for granted. `-` is standard input; a FIFO or `/dev/stdin` is read like any file.
+/// Reads a data set in any layout that this crate knows.
+///
+/// The layouts are CSV in long form or the ball layout `traj,step,t,height,velocity`, plain or gzip; NPZ; and
+/// the published push files (HDF5, JSON, a zip archive or a folder of them). Any other table of numbers is
+/// read by [`recognise`](crate::recognise), which infers the meaning of its columns; [`Dataset::notes`] then
+/// list the assumptions. `-` is standard input; a FIFO or `/dev/stdin` is read like any file.
 ///
 /// ```
 /// use augsim_data::{MissingCells, read_dataset};
@@ -32,66 +34,68 @@ const TELLING: usize = 64;
 /// ```
 ///
 /// # Errors
-/// Any of the readers' [`DataError`]s. A file of none of these layouts is reported as a faulty long form.
+/// Any [`DataError`] of the readers. A file with the header of the long form gets the errors of the long
+/// form.
 pub fn read_dataset(path: &Path, missing: MissingCells) -> Result<Dataset, DataError> {
     if path.is_dir() {
         return match read_push_dataset(path) {
-            // A folder without published pushes may hold recordings, one file a trajectory.
-            Err(nothing @ DataError::Push(PushError::Nothing { .. })) => {
+            // A folder without published pushes may hold recordings, one trajectory per file.
+            Err(no_pushes @ DataError::Push(PushError::NoPushFiles { .. })) => {
                 match recognise(&[path.to_owned()], &Reading::default(), missing) {
-                    Err(DataError::NotRecognised { path: there, .. }) if there == path => Err(nothing),
-                    read => read.map(|r| r.data),
+                    Err(DataError::NotRecognised { path: place, .. }) if place == path => Err(no_pushes),
+                    result => result.map(|r| r.data),
                 }
             }
-            read => read,
+            result => result,
         };
     }
     let bytes = read_whole(path)?;
     if bytes.starts_with(b"PK") && is_npz(path, &bytes)? {
         return npz_of_bytes(path, &bytes, missing);
     }
-    if holds_trial(&bytes[..bytes.len().min(TELLING)]) {
+    if may_hold_trials(&bytes[..bytes.len().min(HEAD_BYTES)]) {
         return push_dataset_of_bytes(path, bytes);
     }
     match read_strictly(path, bytes.clone(), missing) {
-        Err(Refused { cause, long_form }) if relents(&cause) => {
-            let read = recognise_bytes(path, bytes, missing);
-            // A file that is meant to be in the long form is told what is wrong with it there.
-            read.map(|r| r.data).map_err(|e| if long_form { cause } else { e })
+        Err(Refused { cause, is_long_form }) if may_be_other_layout(&cause) => {
+            let result = recognise_bytes(path, bytes, missing);
+            // A file with the header of the long form is reported with its error in the long form.
+            result.map(|r| r.data).map_err(|e| if is_long_form { cause } else { e })
         }
         Err(Refused { cause, .. }) => Err(cause),
         Ok(data) => Ok(data),
     }
 }
 
-/// Why a file is not in the long form.
+/// Reason why a file is not in the long form.
 struct Refused {
     cause: DataError,
-    /// Its header is that of the long form.
-    long_form: bool,
+    /// Whether its header is that of the long form (or of the ball layout).
+    is_long_form: bool,
 }
 
 impl From<DataError> for Refused {
     fn from(cause: DataError) -> Self {
-        Refused { cause, long_form: false }
+        Refused { cause, is_long_form: false }
     }
 }
 
+/// Reads a file in the ball layout or in the long form, without inferring anything.
 fn read_strictly(path: &Path, bytes: Vec<u8>, missing: MissingCells) -> Result<Dataset, Refused> {
     let source = CsvSource::of_bytes(path, bytes)?;
     if source.header() == ["traj", "step", "t", "height", "velocity"] {
-        return read_ball(source).map_err(|cause| Refused { cause, long_form: true });
+        return read_ball(source).map_err(|cause| Refused { cause, is_long_form: true });
     }
-    let long_form = [TRAJECTORY, TIME].iter().all(|name| source.header().iter().any(|h| h == name));
-    read_long(source, missing).map_err(|cause| Refused { cause, long_form })
+    let is_long_form = [TRAJECTORY, TIME].iter().all(|name| source.header().iter().any(|h| h == name));
+    read_long(source, missing).map_err(|cause| Refused { cause, is_long_form })
 }
 
-/// Whether a file that is refused for this may be understood otherwise.
-fn relents(cause: &DataError) -> bool {
+/// Whether a file with this error in the long form may be in another layout that can be inferred.
+fn may_be_other_layout(cause: &DataError) -> bool {
     matches!(
         cause,
         DataError::MissingColumn { .. }
-            | DataError::OtherSeparator { .. }
+            | DataError::UnexpectedSeparator { .. }
             | DataError::BadColumn { .. }
             | DataError::NoValueColumns { .. }
             | DataError::DuplicateColumn { .. }
@@ -103,7 +107,7 @@ fn relents(cause: &DataError) -> bool {
     )
 }
 
-/// Reads the CSV file in long form that a table in memory would be written to; `name` is for messages.
+/// Reads a CSV text in long form from memory; `name` stands for the file name in messages.
 ///
 /// # Errors
 /// The errors of [`read_csv`](crate::read_csv).
@@ -111,7 +115,7 @@ pub fn read_table(name: &str, csv: Vec<u8>, missing: MissingCells) -> Result<Dat
     read_long(CsvSource::of_bytes(Path::new(name), csv)?, missing)
 }
 
-/// Writes a data set, as NPZ where the name ends in `.npz`, otherwise as CSV in long form; all or nothing.
+/// Writes a data set atomically, as NPZ where the name ends in `.npz`, otherwise as CSV in long form.
 ///
 /// # Errors
 /// The errors of [`write_csv`] and [`write_npz`].

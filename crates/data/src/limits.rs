@@ -1,20 +1,20 @@
-//! Limits on what a file or an option may ask of the machine, all in one place.
+//! Upper limits on the memory and the time that a file or an option may request.
 //!
-//! A file of a kilobyte can unpack to gigabytes, and an option can ask for more samples than there is memory. Each
-//! [`Limit`] is far above what any measured set in use needs; who needs more sets the environment variable that the
-//! message names, such as `AUGSIM_LIMIT_CELLS=2e9`.
+//! A file of a kilobyte can unpack to gigabytes, and an option can request more samples than fit in memory.
+//! Each [`Limit`] is far above what the measured data sets in use need. To allow more, set the environment
+//! variable that the message names, such as `AUGSIM_LIMIT_CELLS=2e9`.
 
 use std::ffi::{OsStr, OsString};
 use thiserror::Error;
 
 const PREFIX: &str = "AUGSIM_LIMIT_";
 
-/// A quantity that is bounded.
+/// A quantity that has an upper limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Limit {
-    /// Bytes of one file, or of one member of an archive, once it is unpacked.
+    /// Bytes of one file, or of one member of an archive, after unpacking.
     Bytes,
-    /// Bytes of a text that is read whole: a model file, a configuration.
+    /// Bytes of a text file that is read as a whole, such as a model file or a configuration.
     TextBytes,
     /// Values of a data set: samples times columns.
     Cells,
@@ -22,44 +22,44 @@ pub enum Limit {
     Columns,
     /// Trajectories of a data set.
     Trajectories,
-    /// Samples of one trajectory that is generated or resampled, rows of one stream of a push.
+    /// Samples of one generated or resampled trajectory, or rows of one stream of a push.
     Samples,
     /// Bytes of the header of an array in an NPZ file.
     HeaderBytes,
-    /// Opening brackets in such a header.
+    /// Opening brackets in the header of an array in an NPZ file.
     Brackets,
-    /// Parameters of a net.
+    /// Parameters of a neural network.
     Parameters,
 }
 
-/// A limit that was reached: the sentence says which, and what to do.
+/// Error for a quantity above its limit; the message says which limit and what to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("{} (the limit is {allowed}; set {}{} to allow more)", limit.sentence(), PREFIX, limit.name())]
+#[error("{} (the limit is {allowed}; set {}{} to allow more)", limit.message(), PREFIX, limit.name())]
 pub struct LimitExceeded {
-    /// The limit that was reached.
+    /// The limit that was exceeded.
     pub limit: Limit,
-    /// Largest value that is allowed.
+    /// Largest allowed value.
     pub allowed: u64,
 }
 
 /// An environment variable `AUGSIM_LIMIT_…` that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum LimitSetting {
-    /// No limit has this name.
+    /// There is no limit of this name.
     #[error(
-        "{variable} names no limit; the limits are {}",
+        "{variable} is not a known limit; the limits are {}",
         Limit::ALL.map(|limit| format!("{PREFIX}{}", limit.name())).join(", ")
     )]
     Unknown {
-        /// The variable.
+        /// Environment variable.
         variable: String,
     },
-    /// Its value is no whole number of at least 1.
+    /// The value is not a whole number of at least 1.
     #[error("{variable}={value}: must be a whole number of at least 1, such as 1000000 or 1e6")]
     Value {
-        /// The variable.
+        /// Environment variable.
         variable: String,
-        /// Its value.
+        /// Value of the variable.
         value: String,
     },
 }
@@ -93,10 +93,11 @@ impl Limit {
         }
     }
 
-    /// Value without an environment variable.
+    /// Default value, used where the environment variable is not set.
     pub fn default_value(self) -> u64 {
         match self {
-            // The largest file at hand unpacks to 14 MB; a reader needs a small multiple of the file in memory.
+            // The largest measured file in use unpacks to 14 MB; a reader needs a small multiple of it in
+            // memory.
             Limit::Bytes => 1 << 30,
             // A model file has a few kilobytes.
             Limit::TextBytes => 16 << 20,
@@ -104,21 +105,21 @@ impl Limit {
             Limit::Cells => 100_000_000,
             Limit::Columns => 10_000,
             Limit::Trajectories => 1_000_000,
-            // The longest measured record at hand has 131,072 samples.
+            // The longest measured record in use has 131,072 samples.
             Limit::Samples => 1_000_000,
             // numpy writes 118 bytes for a one-dimensional array.
             Limit::HeaderBytes => 4096,
-            // numpy writes two. The parser takes a time that grows exponentially with brackets within brackets.
+            // numpy writes two. The time of the parser grows exponentially with the depth of nested brackets.
             Limit::Brackets => 6,
-            // The nets here have some thousand.
+            // The nets of this workspace have a few thousand parameters.
             Limit::Parameters => 10_000_000,
         }
     }
 
-    /// Value that counts: of the environment variable where it is set to a number, otherwise the default.
+    /// Effective value: that of the environment variable where it is valid, otherwise the default.
     pub fn value(self) -> u64 {
         let set = std::env::var_os(format!("{PREFIX}{}", self.name()));
-        set.as_deref().and_then(number).unwrap_or_else(|| self.default_value())
+        set.as_deref().and_then(parse_whole_number).unwrap_or_else(|| self.default_value())
     }
 
     /// Checks that `found` is within the limit.
@@ -130,15 +131,15 @@ impl Limit {
         if found <= allowed { Ok(()) } else { Err(self.exceeded()) }
     }
 
-    /// The error for a quantity that was cut off at the limit.
+    /// The error for a quantity that exceeds this limit.
     pub fn exceeded(self) -> LimitExceeded {
         LimitExceeded { limit: self, allowed: self.value() }
     }
 
-    /// Checks that every variable `AUGSIM_LIMIT_…` of the environment names a limit and holds a number.
+    /// Checks that every environment variable `AUGSIM_LIMIT_…` names a limit and holds a valid number.
     ///
     /// # Errors
-    /// [`LimitSetting`] for the first one that does not.
+    /// [`LimitSetting`] for the first variable, in alphabetical order, that does not.
     pub fn check_environment() -> Result<(), LimitSetting> {
         // Sorted, so that the same environment gives the same message.
         let mut variables: Vec<(OsString, OsString)> =
@@ -150,36 +151,37 @@ impl Limit {
             if !known {
                 return Err(LimitSetting::Unknown { variable });
             }
-            if number(&value).is_none() {
+            if parse_whole_number(&value).is_none() {
                 return Err(LimitSetting::Value { variable, value: value.to_string_lossy().into_owned() });
             }
         }
         Ok(())
     }
 
-    fn sentence(self) -> &'static str {
+    /// Text of the error without its subject: the excess and the remedy.
+    fn message(self) -> &'static str {
         match self {
-            Limit::Bytes => {
-                "holds too many bytes once it is unpacked; split it, or convert it to fewer columns"
-            }
-            Limit::TextBytes => "is too long for a text file of settings; check that it is the right file",
-            Limit::Cells => "has too many values (samples times columns); take fewer of either",
-            Limit::Columns => "has too many columns; leave out those that no model names",
-            Limit::Trajectories => "has too many trajectories; take fewer",
-            Limit::Samples => "has too many samples in one trajectory; take fewer, or a lower rate",
+            Limit::Bytes => "has too many bytes after unpacking; split it, or keep fewer columns",
+            Limit::TextBytes => "is too long for a text file; check that it is the right file",
+            Limit::Cells => "has too many values (samples times columns); use fewer samples or columns",
+            Limit::Columns => "has too many columns; leave out those that no model uses",
+            Limit::Trajectories => "has too many trajectories; use fewer",
+            Limit::Samples => "has too many samples in one trajectory; use fewer, or a lower rate",
             Limit::HeaderBytes => {
                 "has a header that is too long for an array of numbers; save the array again"
             }
             Limit::Brackets => {
-                "has too many brackets in its header for an array of numbers; save each column as an array of its own"
+                "has too many brackets in its header for an array of numbers; save each column as a separate array"
             }
-            Limit::Parameters => "has too many parameters for a net of this kind; lower the sizes of the net",
+            Limit::Parameters => {
+                "has too many parameters for a net of this kind; reduce the sizes of the net"
+            }
         }
     }
 }
 
-/// A whole number of at least 1, also as `1e6`.
-fn number(text: &OsStr) -> Option<u64> {
+/// Parses a whole number of at least 1; `1e6` is accepted too.
+fn parse_whole_number(text: &OsStr) -> Option<u64> {
     let text = text.to_str()?;
     let value = text.parse::<u64>().ok().or_else(|| {
         let value = text.parse::<f64>().ok()?;
@@ -190,14 +192,15 @@ fn number(text: &OsStr) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: every limit has a name, a default and a sentence of its own, and the sentence names the way out.
-    //! The environment is tested with the whole binary (`crates/cli/tests/it/limits.rs`), which can set it.
+    //! Contract: every limit has its own name, default and message, which names the environment variable.
+    //!
+    //! Environment variables are tested with the command-line program (`crates/cli/tests/it/limits.rs`).
     use super::*;
     use std::collections::BTreeSet;
 
     #[test]
-    fn every_limit_has_its_own_sentence_and_names_its_override() {
-        let mut sentences = BTreeSet::new();
+    fn every_limit_has_its_own_message_that_names_its_environment_variable() {
+        let mut messages = BTreeSet::new();
         for limit in Limit::ALL {
             let allowed = limit.default_value();
             let text = limit.check(allowed + 1).unwrap_err().to_string();
@@ -205,14 +208,14 @@ mod tests {
                 "(the limit is {allowed}; set AUGSIM_LIMIT_{} to allow more)",
                 limit.name()
             )));
-            assert!(sentences.insert(text), "{limit:?}");
+            assert!(messages.insert(text), "{limit:?}");
             assert_eq!(limit.check(allowed), Ok(()));
         }
     }
 
     #[test]
     fn a_value_is_a_whole_number_of_at_least_one() {
-        let read = |text: &str| number(OsStr::new(text));
+        let read = |text: &str| parse_whole_number(OsStr::new(text));
         assert_eq!((read("7"), read("1e6"), read("2.5e3")), (Some(7), Some(1_000_000), Some(2500)));
         for text in ["", "0", "-1", "1.5", "many", "inf", "nan", "1e300"] {
             assert_eq!(read(text), None, "{text}");

@@ -1,4 +1,4 @@
-//! Shift and scale of columns to mean 0 and standard deviation 1.
+//! Scaling of columns to mean 0 and standard deviation 1.
 
 use crate::dataset::Dataset;
 use crate::error::DataError;
@@ -17,25 +17,25 @@ pub struct ColumnScale {
 }
 
 impl ColumnScale {
-    /// (value - mean) / sd.
+    /// Scaled value: (value - mean) / sd.
     pub fn apply(&self, value: f64) -> f64 {
         (value - self.mean) / self.sd
     }
 
-    /// scaled * sd + mean.
+    /// Original value: scaled * sd + mean.
     pub fn invert(&self, scaled: f64) -> f64 {
         scaled * self.sd + self.mean
     }
 }
 
-/// Scales of a list of columns, fitted on training data only and kept with the model.
+/// Scales of a list of columns, fitted on training data only and stored with the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Normaliser {
     scales: Vec<ColumnScale>,
 }
 
 impl Normaliser {
-    /// Mean and standard deviation of each of `columns` over all samples of `train`, gaps left out.
+    /// Fits the scale of each of `columns` to all measured samples of `train`.
     ///
     /// ```
     /// use augsim_data::{Dataset, Normaliser, Trajectory};
@@ -54,17 +54,17 @@ impl Normaliser {
         Ok(Normaliser { scales })
     }
 
-    /// Scales, in the order of the fitted columns.
+    /// Scales in the order of the fitted columns.
     pub fn scales(&self) -> &[ColumnScale] {
         &self.scales
     }
 
-    /// Scale of the column `name`.
+    /// Scale of the column `name`; `None` where it was not fitted.
     pub fn scale(&self, name: &str) -> Option<&ColumnScale> {
         self.scales.iter().find(|scale| scale.column == name)
     }
 
-    /// Normalised samples of trajectory `index`: one vector for each fitted column, in fitted order.
+    /// Scaled samples of trajectory `index`: one vector for each fitted column, in fitted order.
     ///
     /// # Errors
     /// The data set lacks one of the columns.
@@ -82,7 +82,7 @@ impl Normaliser {
             .collect()
     }
 
-    /// Undoes [`apply`](Self::apply) in place; `samples[column][sample]` in fitted order.
+    /// Reverts [`apply`](Self::apply) in place; `samples[column][sample]` has the columns in fitted order.
     pub fn invert(&self, samples: &mut [Vec<f64>]) {
         for (scale, column) in self.scales.iter().zip(samples) {
             column.iter_mut().for_each(|v| *v = scale.invert(*v));
@@ -93,8 +93,10 @@ impl Normaliser {
 fn fit_column(train: &Dataset, name: &str) -> Result<ColumnScale, DataError> {
     let column = train.column_index(name)?;
     let values = train.trajectories().iter().flat_map(|t| t.column(column));
-    let statistics = Statistics::of(values.copied())
-        .ok_or_else(|| DataError::AllMissing { origin: train.origin().clone(), column: name.to_owned() })?;
+    let statistics = Statistics::of(values.copied()).ok_or_else(|| DataError::NoMeasuredValues {
+        origin: train.origin().clone(),
+        column: name.to_owned(),
+    })?;
     let sd = if statistics.sd == 0.0 { 1.0 } else { statistics.sd };
     Ok(ColumnScale { column: name.to_owned(), mean: statistics.mean, sd })
 }

@@ -1,10 +1,10 @@
-//! NPZ, numpy's archive of arrays: the columns of the long form as one-dimensional arrays of the same names.
+//! NPZ, the array archive of numpy: one-dimensional arrays named as the columns of the long form.
 //!
 //! ```python
 //! numpy.savez("drops.npz", trajectory=["a", "a", "b"], t_s=[0, 0.1, 0], height_m=[4.4, 4.3, 4.1])
 //! ```
-//! `trajectory` (and `group`, where there is one) are texts or whole numbers; all others are numbers of any
-//! type. NaN is a gap.
+//! `trajectory` and the optional `group` are arrays of text or of whole numbers; all others are arrays of
+//! numbers of any type. NaN is a gap.
 
 use crate::assemble::Assembler;
 use crate::atomic_file::atomic_write;
@@ -29,16 +29,16 @@ const EXTENSION: &str = ".npy";
 /// Reads a data set from NPZ, plain or compressed.
 ///
 /// # Errors
-/// Any of the reader's [`DataError`]s, with file, array and remedy; rows are counted from 1, as lines of a CSV
-/// file without header would be.
+/// A [`DataError`] with file, array and remedy. Messages count rows from 1, like the lines of a CSV file
+/// without a header.
 pub fn read_npz(path: &Path, missing: MissingCells) -> Result<Dataset, DataError> {
     npz_of_bytes(path, &read_whole(path)?, missing)
 }
 
-/// A text takes as much memory as this many numbers.
-const CELLS_OF_A_TEXT: u64 = 8;
+/// Number of cells that a text counts as in the limit on cells, for its use of memory.
+const CELLS_PER_TEXT: u64 = 8;
 
-/// [`read_npz`] of a file whose bytes were read; `path` is for messages.
+/// [`read_npz`] of a file whose bytes were read; `path` is its name in messages.
 pub(crate) fn npz_of_bytes(path: &Path, bytes: &[u8], missing: MissingCells) -> Result<Dataset, DataError> {
     let mut texts = BTreeMap::new();
     let mut numbers = Vec::new();
@@ -50,10 +50,10 @@ pub(crate) fn npz_of_bytes(path: &Path, bytes: &[u8], missing: MissingCells) -> 
     unpack(path, bytes, &names, |member, content| {
         let name = member.strip_suffix(EXTENSION).unwrap_or(member);
         let array = Array::parse(path, name, content)?;
-        let of_texts = [TRAJECTORY, GROUP].contains(&name);
-        cells += array.file.len() * if of_texts { CELLS_OF_A_TEXT } else { 1 };
+        let is_text = [TRAJECTORY, GROUP].contains(&name);
+        cells += array.file.len() * if is_text { CELLS_PER_TEXT } else { 1 };
         Limit::Cells.check(cells).map_err(exceeded)?;
-        if of_texts {
+        if is_text {
             texts.insert(name.to_owned(), array.texts()?);
         } else {
             numbers.push((name.to_owned(), array.numbers()?));
@@ -63,6 +63,7 @@ pub(crate) fn npz_of_bytes(path: &Path, bytes: &[u8], missing: MissingCells) -> 
     assemble(path, texts, numbers, missing)
 }
 
+/// Builds a data set from the arrays of texts and of numbers, by name.
 fn assemble(
     path: &Path,
     mut texts: BTreeMap<String, Vec<String>>,
@@ -102,8 +103,8 @@ fn assemble(
     let mut row = vec![0.0; columns.len()];
     for (k, id) in ids.iter().enumerate() {
         let line = k as u64 + 1;
-        let gap_or_finite = |name: &str, value: f64, gaps: bool| {
-            if value.is_finite() || (gaps && value.is_nan()) {
+        let check_number = |name: &str, value: f64, may_be_gap: bool| {
+            if value.is_finite() || (may_be_gap && value.is_nan()) {
                 return Ok(value);
             }
             Err(DataError::BadNumber {
@@ -113,22 +114,23 @@ fn assemble(
                 cell: value.to_string(),
             })
         };
-        let time_s = gap_or_finite(TIME, time[k], false)?;
+        let time_s = check_number(TIME, time[k], false)?;
         for (out, (name, values)) in row.iter_mut().zip(&numbers) {
-            *out = gap_or_finite(name, values[k], missing == MissingCells::AsGap)?;
+            *out = check_number(name, values[k], missing == MissingCells::AsGap)?;
         }
         rows.push(line, id, groups.as_ref().map(|g| g[k].as_str()), time_s, &row)?;
     }
     Dataset::with_origin(columns, rows.finish()?, Source::File(path.to_owned()))
 }
 
-/// Whether a zip archive holds arrays.
+/// Whether a zip archive is an NPZ file, by its extension or by the names of its members.
 pub(crate) fn is_npz(path: &Path, bytes: &[u8]) -> Result<bool, DataError> {
-    // A damaged archive is one, if its name says so: the reader then says what is wrong with it.
-    let named = path.extension().is_some_and(|extension| extension == "npz");
-    Ok(named || members(path, bytes)?.iter().any(|name| name.ends_with(EXTENSION)))
+    // A damaged archive with this extension counts as NPZ, so that the reader reports the damage.
+    let is_named_npz = path.extension().is_some_and(|extension| extension == "npz");
+    Ok(is_named_npz || members(path, bytes)?.iter().any(|name| name.ends_with(EXTENSION)))
 }
 
+/// One array of the archive, with its file and name for messages.
 struct Array<'a> {
     path: &'a Path,
     name: &'a str,
@@ -136,6 +138,7 @@ struct Array<'a> {
 }
 
 impl<'a> Array<'a> {
+    /// Reads the header of an array and checks that the array is one-dimensional and complete.
     fn parse(path: &'a Path, name: &'a str, content: Vec<u8>) -> Result<Self, DataError> {
         let size = content.len() as u64;
         check_header(&content).map_err(|cause| DataError::Array {
@@ -149,7 +152,7 @@ impl<'a> Array<'a> {
             let shape = array.file.shape().to_vec();
             return Err(array.fault(ArrayFault::Shape { shape }));
         }
-        // A damaged header must not make us ask for more memory than the file could fill.
+        // A damaged header must not make the reader allocate more memory than the file can fill.
         let width = array.file.dtype().num_bytes().map_or(u64::MAX, |width| width as u64);
         if array.file.len() > size || width > size || array.file.len().saturating_mul(width) > size {
             return Err(damaged(path, name, io::Error::from(io::ErrorKind::UnexpectedEof)));
@@ -161,22 +164,24 @@ impl<'a> Array<'a> {
         DataError::Array { path: self.path.to_owned(), array: self.name.to_owned(), fault }
     }
 
-    /// Letter and width of the elements.
-    fn element(&self) -> Option<(TypeChar, u64)> {
+    /// Type and size of the elements; `None` for structured types.
+    fn element_type(&self) -> Option<(TypeChar, u64)> {
         match self.file.dtype() {
             DType::Plain(plain) => Some((plain.type_char(), plain.size_field())),
             _ => None,
         }
     }
 
+    /// Reads the elements as `T` and converts each of them.
     fn values<T: npyz::Deserialize, U>(self, convert: impl FnMut(T) -> U) -> Result<Vec<U>, DataError> {
         let (path, name) = (self.path, self.name);
         let values = self.file.into_vec::<T>().map_err(|e| damaged(path, name, e))?;
         Ok(values.into_iter().map(convert).collect())
     }
 
+    /// Reads the elements as floating-point numbers.
     fn numbers(self) -> Result<Vec<f64>, DataError> {
-        match self.element() {
+        match self.element_type() {
             Some((TypeChar::Float, 8)) => self.values(|v: f64| v),
             Some((TypeChar::Float, 4)) => self.values(|v: f32| f64::from(v)),
             Some((TypeChar::Bool, _)) => self.values(|v: bool| if v { 1.0 } else { 0.0 }),
@@ -188,24 +193,27 @@ impl<'a> Array<'a> {
             Some((TypeChar::Uint, 4)) => self.values(|v: u32| f64::from(v)),
             Some((TypeChar::Uint, 2)) => self.values(|v: u16| f64::from(v)),
             Some((TypeChar::Uint, 1)) => self.values(|v: u8| f64::from(v)),
-            _ => Err(self.fault(ArrayFault::NoNumbers)),
+            _ => Err(self.fault(ArrayFault::NotNumbers)),
         }
     }
 
+    /// Reads the elements as texts; whole numbers are printed.
     fn texts(self) -> Result<Vec<String>, DataError> {
-        match self.element() {
+        match self.element_type() {
             Some((TypeChar::UnicodeStr | TypeChar::ByteStr, _)) => self.values(|v: String| v),
             Some((TypeChar::Int, 8)) => self.values(|v: i64| v.to_string()),
             Some((TypeChar::Int, 4)) => self.values(|v: i32| v.to_string()),
             Some((TypeChar::Uint, 8)) => self.values(|v: u64| v.to_string()),
             Some((TypeChar::Uint, 4)) => self.values(|v: u32| v.to_string()),
-            _ => Err(self.fault(ArrayFault::NoTexts)),
+            _ => Err(self.fault(ArrayFault::NotTexts)),
         }
     }
 }
 
-/// Checks that the header may be parsed: the parser's time grows exponentially with the depth of its brackets. Bytes that
-/// are no array of numpy's are left to the parser, which refuses them.
+/// Checks the length of an array's header and its number of brackets before it is parsed.
+///
+/// The time of the parser grows exponentially with the depth of nested brackets. Bytes that are not a numpy
+/// array pass this check, and the parser refuses them.
 fn check_header(content: &[u8]) -> Result<(), LimitExceeded> {
     const MAGIC_AND_VERSION: usize = 8;
     let (length, begin) = match content.get(6..12) {
@@ -214,7 +222,7 @@ fn check_header(content: &[u8]) -> Result<(), LimitExceeded> {
         _ => return Ok(()),
     };
     Limit::HeaderBytes.check(u64::from(length))?;
-    // Brackets are counted and not matched: a closing one may stand in a text and close nothing.
+    // Brackets are counted, not matched, because a closing bracket may be inside a string.
     let header = content.iter().skip(begin).take(length as usize);
     Limit::Brackets.check(header.filter(|&&byte| matches!(byte, b'(' | b'[' | b'{')).count() as u64)
 }
@@ -223,7 +231,7 @@ fn damaged(path: &Path, name: &str, cause: io::Error) -> DataError {
     DataError::Array { path: path.to_owned(), array: name.to_owned(), fault: ArrayFault::Damaged(cause) }
 }
 
-/// Writes `dataset` as compressed NPZ; all or nothing. The same data set gives the same bytes.
+/// Writes `dataset` atomically as compressed NPZ; equal data sets give equal bytes.
 ///
 /// # Errors
 /// The data set has no trajectories, or the file cannot be written.
@@ -251,7 +259,8 @@ pub fn write_npz(dataset: &Dataset, path: &Path) -> Result<(), DataError> {
     Ok(())
 }
 
-fn begin<W: Write + io::Seek>(archive: &mut ZipWriter<W>, name: &str) -> io::Result<()> {
+/// Starts the member of the array `name` in the archive.
+fn start_array<W: Write + io::Seek>(archive: &mut ZipWriter<W>, name: &str) -> io::Result<()> {
     let options = SimpleFileOptions::default().last_modified_time(DateTime::default()).large_file(true);
     archive.start_file(format!("{name}{EXTENSION}"), options).map_err(io::Error::other)
 }
@@ -261,7 +270,7 @@ fn write_numbers<'a, W: Write + io::Seek>(
     name: &str,
     values: impl Iterator<Item = &'a f64> + Clone,
 ) -> io::Result<()> {
-    begin(archive, name)?;
+    start_array(archive, name)?;
     let length = values.clone().count() as u64;
     let mut writer = npyz::WriteOptions::new().default_dtype().shape(&[length]).writer(archive).begin_nd()?;
     writer.extend(values.copied())?;
@@ -273,7 +282,7 @@ fn write_texts<'a, W: Write + io::Seek>(
     name: &str,
     texts: impl Iterator<Item = &'a str> + Clone,
 ) -> io::Result<()> {
-    begin(archive, name)?;
+    start_array(archive, name)?;
     let (length, width) =
         texts.clone().fold((0, 1), |(n, width), text| (n + 1, width.max(text.chars().count())));
     let kind = format!("<U{width}").parse().map_err(io::Error::other)?;

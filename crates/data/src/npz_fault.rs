@@ -1,27 +1,27 @@
-//! Faults of an array in an NPZ file.
+//! Faults of an array in an NPZ file, with their messages.
 
 use crate::limits::LimitExceeded;
 use crate::printable::{shown_cause, shown_list};
 use std::fmt;
 use std::io;
 
-/// Why an array of an NPZ file cannot be used.
+/// Reason why an array of an NPZ file cannot be used; `Display` gives the message with the remedy.
 #[derive(Debug)]
-#[expect(missing_docs, reason = "Display shows them")]
+#[expect(missing_docs, reason = "the message of each variant shows its fields")]
 pub enum ArrayFault {
-    /// An array that every file needs is not there.
+    /// A required array is missing.
     Missing { available: Vec<String> },
-    /// Fewer or more values than samples.
+    /// The array has fewer or more values than there are samples.
     Length { found: usize, samples: usize },
-    /// Other than one dimension.
+    /// The array does not have one dimension.
     Shape { shape: Vec<u64> },
-    /// Elements that are no numbers.
-    NoNumbers,
-    /// Elements that name nothing.
-    NoTexts,
-    /// A header that would take too long to read.
+    /// The elements are not numbers.
+    NotNumbers,
+    /// The elements are neither texts nor whole numbers.
+    NotTexts,
+    /// The header exceeds a limit.
     Limit(LimitExceeded),
-    /// Bytes that are no array.
+    /// The bytes are not a complete array.
     Damaged(io::Error),
 }
 
@@ -30,16 +30,16 @@ impl fmt::Display for ArrayFault {
         match self {
             ArrayFault::Missing { available } => write!(
                 f,
-                "is missing; the file has: {}; save one-dimensional arrays `trajectory`, `t_s` and columns that end in their \
-                 unit, one value a sample",
+                "is missing; the file has: {}; save one-dimensional arrays `trajectory`, `t_s` and one for each \
+                 column whose name ends in its unit, with one value per sample",
                 shown_list(available)
             ),
             ArrayFault::Length { found, samples } => {
-                write!(f, "{found} values where `trajectory` has {samples}; save one value for each sample")
+                write!(f, "has {found} values but `trajectory` has {samples}; save one value per sample")
             }
-            ArrayFault::Shape { shape } => write!(f, "has shape {shape:?}; save it with one dimension"),
-            ArrayFault::NoNumbers => f.write_str("is no array of numbers; save it as float64"),
-            ArrayFault::NoTexts => f.write_str("is no array of texts or whole numbers; save it as str"),
+            ArrayFault::Shape { shape } => write!(f, "has the shape {shape:?}; save it with one dimension"),
+            ArrayFault::NotNumbers => f.write_str("is not an array of numbers; save it as float64"),
+            ArrayFault::NotTexts => f.write_str("is not an array of texts or whole numbers; save it as str"),
             ArrayFault::Limit(cause) => write!(f, "{cause}"),
             ArrayFault::Damaged(cause) => {
                 write!(f, "is damaged or cut off ({}); copy or save the file again", shown_cause(cause))

@@ -1,16 +1,15 @@
-//! Independent random streams, one for each (seed, purpose, index).
+//! Independent random streams, one for each combination of seed, purpose and index.
 //!
-//! Whatever is drawn for trajectory 7 does not depend on what was drawn for trajectory 6, on the
-//! number of threads, or on another purpose with the same seed.
+//! The numbers drawn for trajectory 7 do not depend on those for trajectory 6, on the number of threads, or
+//! on another purpose with the same seed.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
-/// Generator for stream `index` of `purpose` under `seed`.
+/// Random number generator for the stream `index` of `purpose` with the seed `seed`.
 ///
-/// `purpose` is a short fixed text such as `"split"`. The three are hashed with FNV-1a (text) and
-/// the SplitMix64 finaliser into the 256-bit state; equal inputs give equal streams on every
-/// platform.
+/// `purpose` is a short fixed text such as `"split"`. FNV-1a hashes the text, and the SplitMix64 finaliser
+/// mixes the three inputs into the 256-bit state. Equal inputs give equal streams on every platform.
 ///
 /// ```
 /// use augsim_data::random_stream;
@@ -33,8 +32,9 @@ pub fn random_stream(seed: u64, purpose: &str, index: u64) -> Xoshiro256PlusPlus
     Xoshiro256PlusPlus::from_seed(bytes)
 }
 
-/// SplitMix64's finaliser (Steele, Lea and Flood 2014): a bijection in which every input bit reaches
-/// every output bit.
+/// Finaliser of SplitMix64 (Steele, Lea and Flood 2014).
+///
+/// It is a bijection in which every input bit affects every output bit.
 fn mix(mut z: u64) -> u64 {
     z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -44,13 +44,14 @@ fn mix(mut z: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: equal inputs, equal streams; any differing input, a different stream; and the
-    //! numbers themselves never change, since results in files depend on them.
+    //! Contract: equal inputs give equal streams, and any different input gives a different stream.
+    //!
+    //! The numbers never change, because stored results depend on them.
     use super::*;
     use rand::Rng;
 
     #[test]
-    fn streams_depend_on_all_three_inputs_and_on_nothing_else() {
+    fn streams_depend_on_all_three_inputs_and_nothing_else() {
         let first = |seed, purpose, index| random_stream(seed, purpose, index).next_u64();
         assert_eq!(first(1, "split", 0), first(1, "split", 0));
         let mut seen = std::collections::BTreeSet::new();
@@ -64,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn the_numbers_are_pinned() {
+    fn the_numbers_never_change() {
         let mut stream = random_stream(42, "split", 3);
         assert_eq!([stream.next_u64(), stream.next_u64()], [5971550931028398876, 11394404092927908979]);
     }

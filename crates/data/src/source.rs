@@ -1,9 +1,9 @@
-//! Where data come from.
+//! The origin of a data set.
 
 use std::fmt;
 use std::path::PathBuf;
 
-/// Where a data set came from, for messages.
+/// Origin of a data set, for messages.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Source {
     /// Built by code (a simulator, a split of another set without a file).

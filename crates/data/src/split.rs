@@ -1,7 +1,7 @@
-//! Random division into training and test trajectories.
+//! Random split of a data set into training and test trajectories.
 //!
-//! Whole trajectories are dealt out, never samples: neighbouring samples are so alike that a split
-//! among them would test on what was trained on.
+//! Whole trajectories are assigned, never samples: neighbouring samples are so similar that a split among
+//! them would leak training data into the test.
 
 use crate::dataset::Dataset;
 use crate::error::DataError;
@@ -9,23 +9,24 @@ use crate::random_stream::random_stream;
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
-/// How many trajectories go where.
+/// Sizes of the two parts of a split.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SplitSize {
-    /// This fraction for training (rounded to the nearest whole number, at least one on each side),
-    /// the rest for testing.
+    /// Fraction for training, rounded to a whole number of trajectories with at least one in each part.
+    ///
+    /// All others are for testing.
     TrainFraction(f64),
-    /// Exactly so many; what is left over is used for neither.
+    /// Numbers of trajectories; any others are not used.
     Counts {
-        /// Trajectories for training.
+        /// Number of trajectories for training.
         train: usize,
-        /// Trajectories for testing.
+        /// Number of trajectories for testing.
         test: usize,
     },
 }
 
-/// Indices of trajectories, ascending; the two never overlap.
+/// Indices of training and test trajectories, ascending and disjoint.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Split {
     /// Indices of the trajectories for training.
@@ -35,7 +36,7 @@ pub struct Split {
 }
 
 impl Split {
-    /// Deals `trajectories` trajectories out at random; the same seed gives the same split.
+    /// Splits `trajectories` trajectories at random; the same seed gives the same split.
     ///
     /// ```
     /// use augsim_data::{Split, SplitSize};
@@ -47,7 +48,7 @@ impl Split {
     /// ```
     ///
     /// # Errors
-    /// A fraction outside (0, 1), or sizes that are zero or more than there are.
+    /// The fraction is outside (0, 1), or a size is zero or their sum exceeds `trajectories`.
     pub fn random(trajectories: usize, size: SplitSize, seed: u64) -> Result<Split, DataError> {
         let (train, test) = match size {
             SplitSize::TrainFraction(fraction) => {
@@ -60,8 +61,8 @@ impl Split {
             }
             SplitSize::Counts { train, test } => (train, test),
         };
-        let enough = train.checked_add(test).is_some_and(|sum| sum <= trajectories);
-        if train == 0 || test == 0 || !enough {
+        let is_available = train.checked_add(test).is_some_and(|sum| sum <= trajectories);
+        if train == 0 || test == 0 || !is_available {
             return Err(DataError::BadSplit { trajectories, train, test });
         }
         let order = shuffled(trajectories, &mut random_stream(seed, "split", 0));
@@ -73,7 +74,7 @@ impl Split {
         Ok(Split { train: sorted(&order[..train]), test: sorted(&order[train..train + test]) })
     }
 
-    /// The training and the test set of `dataset`.
+    /// Training set and test set of `dataset`.
     ///
     /// # Panics
     /// The split was made for more trajectories than `dataset` has.
@@ -82,7 +83,7 @@ impl Split {
     }
 }
 
-/// Fisher-Yates, written out so that a split does not change with the version of a library.
+/// Fisher-Yates shuffle; it is implemented here so that library updates do not change a split.
 fn shuffled(count: usize, rng: &mut impl Rng) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
     for last in (1..count).rev() {
@@ -91,47 +92,49 @@ fn shuffled(count: usize, rng: &mut impl Rng) -> Vec<usize> {
     order
 }
 
-/// Uniform on 0..bound: the high half of a 128-bit product. Its bias is at most bound / 2^64, far
-/// below anything that could be seen.
+/// Uniform random number in `0..bound`: the high half of a 128-bit product.
+///
+/// The bias is at most bound / 2^64, which is negligible.
 fn below(bound: u64, rng: &mut impl Rng) -> u64 {
     ((u128::from(rng.next_u64()) * u128::from(bound)) >> 64) as u64
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: train and test are disjoint, of the sizes asked for, and a pure function of the
-    //! seed; what cannot be had is an error with the numbers in it.
+    //! Contract: training and test trajectories are disjoint and have the requested sizes.
+    //!
+    //! They depend only on the seed. Impossible sizes are an error that states them.
     use super::*;
     use proptest::prelude::*;
 
     proptest! {
         #[test]
-        fn parts_are_disjoint_and_of_the_sizes_asked_for(
+        fn parts_are_disjoint_and_have_the_requested_sizes(
             train in 1_usize..40, test in 1_usize..40, spare in 0_usize..20, seed: u64,
         ) {
-            let all = train + test + spare;
+            let count = train + test + spare;
             let size = SplitSize::Counts { train, test };
-            let split = Split::random(all, size, seed).unwrap();
+            let split = Split::random(count, size, seed).unwrap();
             prop_assert_eq!((split.train.len(), split.test.len()), (train, test));
             let mut both = [split.train.clone(), split.test.clone()].concat();
             both.sort_unstable();
             both.dedup();
             prop_assert_eq!(both.len(), train + test);
-            prop_assert!(both.iter().all(|&i| i < all));
-            prop_assert_eq!(Split::random(all, size, seed).unwrap(), split);
+            prop_assert!(both.iter().all(|&i| i < count));
+            prop_assert_eq!(Split::random(count, size, seed).unwrap(), split);
         }
 
         #[test]
-        fn a_fraction_uses_every_trajectory(all in 2_usize..200, fraction in 0.001_f64..0.999) {
-            let split = Split::random(all, SplitSize::TrainFraction(fraction), 1).unwrap();
-            prop_assert_eq!(split.train.len() + split.test.len(), all);
-            prop_assert!((split.train.len() as f64 - fraction * all as f64).abs() <= 1.0);
+        fn a_fraction_uses_every_trajectory(count in 2_usize..200, fraction in 0.001_f64..0.999) {
+            let split = Split::random(count, SplitSize::TrainFraction(fraction), 1).unwrap();
+            prop_assert_eq!(split.train.len() + split.test.len(), count);
+            prop_assert!((split.train.len() as f64 - fraction * count as f64).abs() <= 1.0);
         }
     }
 
     #[test]
-    fn every_trajectory_is_as_likely_to_be_tested() {
-        // 4000 seeds, 10 of 20: each count is binomial with mean 2000 and sd 31.6; six of those.
+    fn every_trajectory_is_equally_likely_to_be_tested() {
+        // 4000 seeds, 10 of 20: each count is binomial with mean 2000 and sd 31.6; the bound is six sd.
         let mut counts = [0_i32; 20];
         for seed in 0..4000 {
             let split = Split::random(20, SplitSize::TrainFraction(0.5), seed).unwrap();
@@ -141,12 +144,12 @@ mod tests {
     }
 
     #[test]
-    fn impossible_sizes_say_so() {
+    fn impossible_sizes_are_errors() {
         let error = Split::random(10, SplitSize::Counts { train: 8, test: 3 }, 0).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "cannot split 10 trajectories into 8 for training and 3 for testing; both need at \
-             least one and together at most 10"
+            "cannot split 10 trajectories into 8 for training and 3 for testing; use at least one for each and at most \
+             10 together"
         );
         let error = Split::random(10, SplitSize::TrainFraction(80.0), 0).unwrap_err();
         assert_eq!(error.to_string(), "training fraction 80 is not between 0 and 1; use for example 0.8");

@@ -1,12 +1,12 @@
-//! Middles of values, and values in print.
+//! Median of values, and numbers as text for messages.
 
-/// Sorts, and gives the middle (lower middle of an even number); `None` for no values.
+/// Median of the values (the lower one of an even number), which are sorted; `None` without values.
 pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     values.get(values.len().checked_sub(1)? / 2).copied()
 }
 
-/// Five significant digits, without an exponent where that stays short.
+/// Number with five significant digits, with an exponent only below 1e-4 and from 1e6.
 pub(crate) fn digits(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();

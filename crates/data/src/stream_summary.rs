@@ -1,4 +1,4 @@
-//! Figures of streams with clocks of their own and of pushes, for `data inspect`.
+//! Summary of streams with separate clocks and of pushes, for `data inspect`.
 
 use crate::dataset::Dataset;
 use crate::push::FRESH_SUFFIX;
@@ -7,25 +7,27 @@ use crate::trajectory::Trajectory;
 use serde::Serialize;
 use std::fmt;
 
-/// An interval of a stream longer than this many medians is a gap: clocks of robots jitter by a factor of two.
+/// Ratio to the median interval above which an interval is a gap.
+///
+/// It is large because clocks of robots jitter by a factor of two.
 const GAP_FACTOR: f64 = 5.0;
 
-/// A stream whose fresh samples a column `<name>_new` marks.
+/// Summary of a stream whose fresh samples are marked by a column `<name>_new`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StreamSummary {
-    /// Name: `pusher`, `object`, `force`.
+    /// Name of the stream, such as `pusher`, `object` or `force`.
     pub name: String,
-    /// Fresh samples in all trajectories.
+    /// Number of fresh samples in all trajectories.
     pub samples: usize,
     /// Reciprocal of the median interval between fresh samples, Hz; `None` without intervals.
     pub median_rate_hz: Option<f64>,
-    /// Intervals longer than 5 medians of all.
+    /// Number of intervals longer than 5 times the median.
     pub gaps: usize,
-    /// Longest interval, s.
+    /// Longest interval between samples, s.
     pub longest_interval_s: f64,
 }
 
-/// Ranges over the pushes of a set: `[smallest, largest]` of what each did from its first to its last sample.
+/// Ranges `[smallest, largest]` over all pushes of the changes from the first to the last sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PushSummary {
     /// Displacement of the rod, m.
@@ -36,22 +38,22 @@ pub struct PushSummary {
     pub rotation_rad: [f64; 2],
 }
 
-/// The streams of `dataset`, in column order; none where it has no flags.
+/// The streams of `dataset` in column order; empty where there are no flags.
 pub(crate) fn streams(dataset: &Dataset) -> Vec<StreamSummary> {
     let stream = |(i, column): (usize, &crate::Column)| {
         let name = column.name().strip_suffix(FRESH_SUFFIX)?.to_owned();
         let mut intervals = Vec::new();
         let mut samples = 0;
         for t in dataset.trajectories() {
-            let own: Vec<f64> = t
+            let fresh_times: Vec<f64> = t
                 .time_s()
                 .iter()
                 .zip(t.column(i))
                 .filter(|(_, flag)| **flag == 1.0)
                 .map(|(t, _)| *t)
                 .collect();
-            samples += own.len();
-            intervals.extend(own.windows(2).map(|pair| pair[1] - pair[0]));
+            samples += fresh_times.len();
+            intervals.extend(fresh_times.windows(2).map(|pair| pair[1] - pair[0]));
         }
         let typical = median(&mut intervals);
         let gaps = typical.map_or(0, |m| intervals.iter().filter(|&&dt| dt > GAP_FACTOR * m).count());
@@ -62,27 +64,27 @@ pub(crate) fn streams(dataset: &Dataset) -> Vec<StreamSummary> {
     dataset.columns().iter().enumerate().filter_map(stream).collect()
 }
 
-/// Ranges over the pushes; `None` where the columns are not those of pushes.
+/// Ranges over all pushes; `None` where the columns are not those of pushes.
 pub(crate) fn pushes(dataset: &Dataset) -> Option<PushSummary> {
     let index = |name| dataset.column_index(name).ok();
     let rod = [index("pusher_x_m")?, index("pusher_y_m")?];
     let object = [index("x_m")?, index("y_m")?];
     let theta = index("theta_rad")?;
-    let range = |of: &dyn Fn(&Trajectory) -> Option<f64>| {
-        let values = dataset.trajectories().iter().filter_map(of);
+    let range = |quantity: &dyn Fn(&Trajectory) -> Option<f64>| {
+        let values = dataset.trajectories().iter().filter_map(quantity);
         let [low, high] =
             values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [v.min(low), v.max(high)]);
         (low <= high).then_some([low, high])
     };
-    let moved = |t: &Trajectory, [x, y]: [usize; 2]| Some(change(t, x)?.hypot(change(t, y)?));
+    let displacement = |t: &Trajectory, [x, y]: [usize; 2]| Some(change(t, x)?.hypot(change(t, y)?));
     Some(PushSummary {
-        rod_m: range(&|t| moved(t, rod))?,
-        object_m: range(&|t| moved(t, object))?,
+        rod_m: range(&|t| displacement(t, rod))?,
+        object_m: range(&|t| displacement(t, object))?,
         rotation_rad: range(&|t| change(t, theta))?,
     })
 }
 
-/// Difference between the last and the first value that were measured.
+/// Difference between the last and the first measured value.
 fn change(t: &Trajectory, column: usize) -> Option<f64> {
     let mut measured = t.column(column).iter().filter(|v| v.is_finite());
     let first = *measured.next()?;
@@ -105,7 +107,7 @@ impl fmt::Display for StreamSummary {
 
 impl fmt::Display for PushSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [[rod_low, rod_high], [low, high], [back, forth]] =
+        let [[rod_low, rod_high], [low, high], [angle_low, angle_high]] =
             [self.rod_m, self.object_m, self.rotation_rad];
         write!(
             f,
@@ -114,8 +116,8 @@ impl fmt::Display for PushSummary {
             digits(rod_high),
             digits(low),
             digits(high),
-            digits(back),
-            digits(forth)
+            digits(angle_low),
+            digits(angle_high)
         )
     }
 }

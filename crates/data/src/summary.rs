@@ -1,4 +1,4 @@
-//! The content of a data set in a few figures, for `data inspect`.
+//! Summary of a data set in a few figures, for `data inspect`.
 
 use crate::dataset::Dataset;
 use crate::printable::{printable, shown};
@@ -9,36 +9,37 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-/// An interval this much off the trajectory's median makes it irregular: times rounded to six digits
-/// stay within it, a camera's jitter does not.
+/// Maximum relative deviation of an interval from the median interval of a regular trajectory.
+///
+/// Times that are rounded to six digits are within it, the jitter of a camera is not.
 const REGULAR_TOLERANCE: f64 = 0.01;
-/// An interval longer than this many medians has lost at least one sample.
+/// Ratio to the median interval above which an interval is a gap with at least one lost sample.
 const GAP_FACTOR: f64 = 1.5;
 
-/// Contents of a data set in numbers.
+/// Summary of a data set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// File or "data set in memory".
+    /// File name, or "data set in memory".
     pub source: String,
     /// Number of trajectories.
     pub trajectories: usize,
-    /// Number of samples in all.
+    /// Number of samples of all trajectories.
     pub samples: usize,
-    /// Trajectories for each group; empty without groups.
+    /// Number of trajectories of each group; empty without groups.
     pub groups: BTreeMap<String, usize>,
-    /// Samples a trajectory; `None` without trajectories.
+    /// Numbers of samples per trajectory; `None` without trajectories.
     pub length: Option<LengthSummary>,
-    /// Sample times; `None` where no trajectory has two samples.
+    /// Sampling intervals; `None` where no trajectory has two samples.
     pub sampling: Option<SamplingSummary>,
-    /// Streams with clocks of their own; empty where the set has no flags of fresh samples.
+    /// Streams with separate clocks; empty where the data set has no flags of fresh samples.
     pub streams: Vec<StreamSummary>,
-    /// Ranges over the pushes; `None` for other data.
+    /// Ranges of the pushes; `None` for other data.
     pub pushes: Option<PushSummary>,
     /// Columns, in file order.
     pub columns: Vec<ColumnSummary>,
 }
 
-/// Samples a trajectory.
+/// Numbers of samples per trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LengthSummary {
     /// Shortest.
@@ -49,39 +50,39 @@ pub struct LengthSummary {
     pub max: usize,
 }
 
-/// Sample times.
+/// Sampling intervals and durations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SamplingSummary {
     /// Median over all intervals between neighbouring samples, s.
     pub median_interval_s: f64,
     /// Its reciprocal, Hz.
     pub median_rate_hz: f64,
-    /// Every interval is within 1 % of its trajectory's median.
+    /// Whether every interval is within 1 % of the median of its trajectory.
     pub regular: bool,
-    /// Intervals longer than 1.5 medians of their trajectory.
+    /// Number of intervals longer than 1.5 times the median of their trajectory.
     pub gaps: usize,
-    /// Longest interval, s.
+    /// Longest interval between samples, s.
     pub longest_interval_s: f64,
     /// Shortest and longest duration of a trajectory, s.
     pub duration_s: [f64; 2],
 }
 
-/// One column.
+/// Summary of one column.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ColumnSummary {
     /// Name.
     pub name: String,
     /// SI symbol; empty for a pure number.
     pub unit: String,
-    /// Whether the column has one value throughout each trajectory.
+    /// Whether the column is constant in each trajectory.
     pub covariate: bool,
-    /// Cells without a value.
+    /// Number of cells without a value.
     pub missing: usize,
-    /// Smallest, mean, largest and standard deviation (divisor n); `None` where nothing was measured.
+    /// Range, mean and standard deviation; `None` where nothing was measured.
     pub statistics: Option<Statistics>,
 }
 
-/// Range and moments of a column's measured values, in its unit.
+/// Range, mean and standard deviation of the measured values of a column, in its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Statistics {
     /// Smallest.
@@ -95,7 +96,7 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// Sums up the values that are not NaN; `None` where there are none.
+    /// Statistics of the values that are not NaN; `None` where there are none.
     pub fn of(values: impl Iterator<Item = f64> + Clone) -> Option<Statistics> {
         let measured = values.filter(|v| !v.is_nan());
         let count = measured.clone().count();
@@ -103,7 +104,7 @@ impl Statistics {
             return None;
         }
         let mean = measured.clone().sum::<f64>() / count as f64;
-        // A second pass, so that a large mean costs no digits.
+        // A second pass avoids the loss of digits with a large mean.
         let variance = measured.clone().map(|v| (v - mean).powi(2)).sum::<f64>() / count as f64;
         let min = measured.clone().fold(f64::INFINITY, f64::min);
         let max = measured.fold(f64::NEG_INFINITY, f64::max);
@@ -163,7 +164,7 @@ fn columns(dataset: &Dataset) -> Vec<ColumnSummary> {
 }
 
 fn sampling(trajectories: &[Trajectory]) -> Option<SamplingSummary> {
-    let mut all = Vec::new();
+    let mut all_intervals = Vec::new();
     let (mut regular, mut gaps) = (true, 0);
     let mut duration_s = [f64::INFINITY, f64::NEG_INFINITY];
     for t in trajectories {
@@ -176,15 +177,15 @@ fn sampling(trajectories: &[Trajectory]) -> Option<SamplingSummary> {
         };
         regular &= intervals.iter().all(|dt| (dt - median).abs() <= REGULAR_TOLERANCE * median);
         gaps += intervals.iter().filter(|&&dt| dt > GAP_FACTOR * median).count();
-        all.append(&mut intervals);
+        all_intervals.append(&mut intervals);
     }
-    let median_interval_s = median(&mut all)?;
+    let median_interval_s = median(&mut all_intervals)?;
     Some(SamplingSummary {
         median_interval_s,
         median_rate_hz: 1.0 / median_interval_s,
         regular,
         gaps,
-        longest_interval_s: all.last().copied()?,
+        longest_interval_s: all_intervals.last().copied()?,
         duration_s,
     })
 }
@@ -217,7 +218,8 @@ impl fmt::Display for Summary {
                     n => write!(f, "{n} gaps up to {} s, ", digits(s.longest_interval_s))?,
                 }
             } else {
-                // Gaps belong to the streams; between the rows of a union they mean nothing.
+                // Gaps are reported per stream; intervals between rows of the union of clocks have no
+                // meaning.
                 write!(f, "rows on the union of the streams' clocks ({rate} Hz), ")?;
             }
             writeln!(f, "{} to {} s long", digits(s.duration_s[0]), digits(s.duration_s[1]))?;

@@ -1,12 +1,12 @@
-//! One recorded run: times and, column by column, the values at those times.
+//! One recorded run: sample times and, for each column, the values at these times.
 
 use crate::error::DataError;
 
 /// A run sampled at strictly increasing, possibly irregular times.
 ///
-/// Values are column-major, one vector of `len()` samples for each column of the data set. Finite
-/// numbers are measured values; NaN means "not measured here" (see
-/// [`MissingCells`](crate::MissingCells)); infinities cannot occur.
+/// Values are column-major, one vector of `len()` samples for each column of the data set. Finite numbers are
+/// measured values, NaN is a value that was not measured (see [`MissingCells`](crate::MissingCells)), and
+/// infinities cannot occur.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
     id: String,
@@ -22,13 +22,13 @@ impl Trajectory {
     /// use augsim_data::Trajectory;
     /// let drop = Trajectory::new("drop 1", vec![0.0, 0.1], vec![vec![1.0, f64::NAN]])?; // NaN is a gap
     /// assert_eq!((drop.len(), drop.column(0)[0]), (2, 1.0));
-    /// assert!(Trajectory::new("drop 2", vec![0.1, 0.1], vec![vec![1.0, 1.0]]).is_err()); // time stands still
+    /// assert!(Trajectory::new("drop 2", vec![0.1, 0.1], vec![vec![1.0, 1.0]]).is_err()); // equal times
     /// # Ok::<(), augsim_data::DataError>(())
     /// ```
     ///
     /// # Errors
-    /// No samples, unequal lengths, times that do not increase strictly, infinite values, or an
-    /// identifier that cannot be written and read back.
+    /// There are no samples, lengths differ, times do not increase strictly, values are infinite, or the
+    /// identifier would not survive writing and reading back.
     pub fn new(id: impl Into<String>, time_s: Vec<f64>, values: Vec<Vec<f64>>) -> Result<Self, DataError> {
         let id = id.into();
         check_label(&id, &id)?;
@@ -56,10 +56,10 @@ impl Trajectory {
         Ok(Trajectory { id, group: None, time_s, values })
     }
 
-    /// Sets the text label `group` (which ball, which surface).
+    /// Sets the group label (such as the ball or the surface).
     ///
     /// # Errors
-    /// A label that cannot be written and read back.
+    /// The label would not survive writing and reading back.
     pub fn with_group(mut self, group: impl Into<String>) -> Result<Self, DataError> {
         let group = group.into();
         check_label(&self.id, &group)?;
@@ -67,7 +67,7 @@ impl Trajectory {
         Ok(self)
     }
 
-    /// Makes a trajectory of the same identifier and group with other samples.
+    /// Trajectory with the same identifier and group and other samples.
     ///
     /// # Errors
     /// The errors of [`Trajectory::new`].
@@ -81,7 +81,7 @@ impl Trajectory {
         &self.id
     }
 
-    /// Text label, where the data set has one.
+    /// Group label, where the data set has groups.
     pub fn group(&self) -> Option<&str> {
         self.group.as_deref()
     }
@@ -102,8 +102,9 @@ impl Trajectory {
         &self.values
     }
 
-    /// Samples of the column with index `column` (see
-    /// [`Dataset::column_index`](crate::Dataset::column_index)).
+    /// Samples of the column with index `column`.
+    ///
+    /// [`Dataset::column_index`](crate::Dataset::column_index) gives the index.
     ///
     /// # Panics
     /// `column` is not below the number of columns.
@@ -111,8 +112,7 @@ impl Trajectory {
         &self.values[column]
     }
 
-    /// The value of a column that never changes in this trajectory; `None` where it changes or has
-    /// gaps.
+    /// The value of a column that is constant in this trajectory; `None` where it changes or has gaps.
     ///
     /// ```
     /// use augsim_data::Trajectory;
@@ -129,14 +129,15 @@ impl Trajectory {
     }
 }
 
-/// Most bytes of an identifier or a group: they are printed in tables, pages and messages.
-const LONGEST_LABEL: usize = 256;
+/// Maximum number of bytes of an identifier or a group, which are printed in tables and messages.
+const MAX_LABEL_BYTES: usize = 256;
 
-/// Whether `label` comes back from a file as it was written: blanks at the ends are trimmed when
-/// reading, and an empty cell is none. Longer ones than anybody could read are refused.
+/// Whether `label` survives writing to a file and reading back, and is not too long.
+///
+/// Spaces at the ends are trimmed when reading, and an empty cell is not a label.
 pub(crate) fn is_label(label: &str) -> bool {
     !label.is_empty()
-        && label.len() <= LONGEST_LABEL
+        && label.len() <= MAX_LABEL_BYTES
         && label.trim() == label
         && !label.chars().any(char::is_control)
 }

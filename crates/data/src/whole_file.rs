@@ -1,7 +1,7 @@
-//! Reading a file once and whole, within the limit on its size.
+//! Reads a whole file into memory once, within the limit on its size.
 //!
-//! Readers tell the layout from the bytes they hold. Nothing is opened twice: what was read of standard input, a
-//! FIFO or a process substitution cannot be read again.
+//! The readers recognise the layout from the bytes in memory. No file is opened twice, because standard
+//! input, a FIFO or a process substitution can be read only once.
 
 use crate::error::DataError;
 use crate::limits::Limit;
@@ -15,11 +15,11 @@ use std::path::Path;
 const STANDARD_INPUT: &str = "-";
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 
-/// All bytes of `path`; `-` is standard input.
+/// Reads all bytes of `path`; `-` is standard input.
 pub(crate) fn read_whole(path: &Path) -> Result<Vec<u8>, DataError> {
     let bytes = match path == Path::new(STANDARD_INPUT) {
-        true => within(io::stdin().lock(), Limit::Bytes),
-        false => File::open(path).and_then(|file| within(file, Limit::Bytes)),
+        true => read_within(io::stdin().lock(), Limit::Bytes),
+        false => File::open(path).and_then(|file| read_within(file, Limit::Bytes)),
     };
     match bytes {
         Ok(Some(bytes)) => Ok(bytes),
@@ -29,54 +29,56 @@ pub(crate) fn read_whole(path: &Path) -> Result<Vec<u8>, DataError> {
     }
 }
 
-/// Text of a model file, a configuration or a log, in UTF-8.
+/// Reads the UTF-8 text of a model file, a configuration or a log.
 ///
 /// # Errors
-/// [`io::Error`] of the system; of kind `InvalidData` where the bytes are no UTF-8 text and `FileTooLarge` beyond
-/// [`Limit::TextBytes`], with a message for people.
+/// [`io::Error`] of the system; of kind `InvalidData` where the bytes are not UTF-8 text and of kind
+/// `FileTooLarge` above [`Limit::TextBytes`], with a message for users.
 pub fn read_text(path: &Path) -> io::Result<String> {
-    let bytes = File::open(path).and_then(|file| within(file, Limit::TextBytes))?;
+    let bytes = File::open(path).and_then(|file| read_within(file, Limit::TextBytes))?;
     let bytes = bytes.ok_or_else(|| {
-        io::Error::new(io::ErrorKind::FileTooLarge, format!("it {}", Limit::TextBytes.exceeded()))
+        io::Error::new(io::ErrorKind::FileTooLarge, format!("the file {}", Limit::TextBytes.exceeded()))
     })?;
     String::from_utf8(bytes).map_err(|_| not_utf8())
 }
 
-/// Text of a data file in UTF-8.
+/// Reads the UTF-8 text of a data file.
 pub(crate) fn read_log(path: &Path) -> Result<String, DataError> {
-    let broken = |_| DataError::Unreadable { path: path.to_owned(), cause: not_utf8() };
-    String::from_utf8(read_whole(path)?).map_err(broken)
+    let error = |_| DataError::Unreadable { path: path.to_owned(), cause: not_utf8() };
+    String::from_utf8(read_whole(path)?).map_err(error)
 }
 
 fn not_utf8() -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text; save it as UTF-8")
+    io::Error::new(io::ErrorKind::InvalidData, "the file is not UTF-8 text; save it as UTF-8")
 }
 
-/// The bytes of `source`; `None` where it goes on beyond the limit.
-pub(crate) fn within(source: impl Read, limit: Limit) -> io::Result<Option<Vec<u8>>> {
-    let most = limit.value();
+/// Reads the bytes of `source`; `None` where there are more than the limit.
+pub(crate) fn read_within(source: impl Read, limit: Limit) -> io::Result<Option<Vec<u8>>> {
+    let max_bytes = limit.value();
     let mut bytes = Vec::new();
-    source.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
-    Ok((bytes.len() as u64 <= most).then_some(bytes))
+    source.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    Ok((bytes.len() as u64 <= max_bytes).then_some(bytes))
 }
 
-/// Whether the bytes begin as gzip does; told by content, not by the name.
+/// Whether the bytes begin with the magic number of gzip; the file name does not count.
 pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
     bytes.starts_with(&GZIP_MAGIC)
 }
 
-/// The content of one or several gzip members. Zeros after the last one are padding, anything else is refused: it
-/// may be data that would be lost.
+/// Decompresses one or several gzip members.
+///
+/// Zeros after the last member are padding. Other bytes are an error, because they may be data that would be
+/// lost.
 pub(crate) fn gunzip(path: &Path, packed: &[u8]) -> Result<Vec<u8>, DataError> {
-    let most = Limit::Bytes.value();
+    let max_bytes = Limit::Bytes.value();
     let mut content = Vec::new();
-    let mut rest = packed;
-    while is_gzip(rest) {
-        let mut member = GzDecoder::new(rest);
-        let room = most.saturating_add(1).saturating_sub(content.len() as u64);
+    let mut remaining = packed;
+    while is_gzip(remaining) {
+        let mut member = GzDecoder::new(remaining);
+        let room = max_bytes.saturating_add(1).saturating_sub(content.len() as u64);
         let outcome = member.by_ref().take(room).read_to_end(&mut content);
         match outcome {
-            Ok(_) if content.len() as u64 > most => return Err(too_large(path)),
+            Ok(_) if content.len() as u64 > max_bytes => return Err(too_large(path)),
             Ok(_) => {}
             Err(cause) if cause.kind() == io::ErrorKind::UnexpectedEof => {
                 return Err(DataError::TruncatedGzip { path: path.to_owned(), line: line(&content) });
@@ -86,15 +88,15 @@ pub(crate) fn gunzip(path: &Path, packed: &[u8]) -> Result<Vec<u8>, DataError> {
                 return Err(DataError::DamagedGzip { path, line, cause });
             }
         }
-        rest = member.into_inner();
+        remaining = member.into_inner();
     }
-    match rest.iter().all(|&byte| byte == 0) {
+    match remaining.iter().all(|&byte| byte == 0) {
         true => Ok(content),
-        false => Err(DataError::AfterGzip { path: path.to_owned(), bytes: rest.len() }),
+        false => Err(DataError::TrailingBytes { path: path.to_owned(), bytes: remaining.len() }),
     }
 }
 
-/// Line, from 1, on which reading `content` stopped.
+/// Line, from 1, at which reading `content` stopped.
 fn line(content: &[u8]) -> u64 {
     content.iter().filter(|&&byte| byte == b'\n').count() as u64 + 1
 }

@@ -1,4 +1,4 @@
-//! Solutions and inverses by the Cholesky factorisation A = L Lᵀ.
+//! Solutions of linear systems and inverses, by the Cholesky factorisation A = L Lᵀ.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
@@ -7,43 +7,44 @@ use faer::linalg::solvers::Solve;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, Par, Side};
 
-/// Solves `matrix` x = `right` for a positive definite `matrix`, `[n, n]`, and any number of right sides, `[n, k]`.
+/// Solves `matrix` x = `right`, `[n, k]`, for a positive definite `matrix`, `[n, n]`.
 ///
-/// Reads the lower triangle. `None` if the matrix is not positive definite in floating point.
+/// Reads the lower triangle. Returns `None` if the matrix is not positive definite in floating point.
 pub fn solve_positive_definite(matrix: &Mat<f64>, right: &Mat<f64>) -> Option<Mat<f64>> {
     Some(matrix.llt(Side::Lower).ok()?.solve(right))
 }
 
-/// Inverse of a positive definite matrix, with the logarithm of its determinant.
+/// Inverse of a positive definite matrix A, with the logarithm of the determinant of A.
 #[derive(Debug, Clone)]
 pub struct PositiveInverse {
     /// A⁻¹, `[n, n]`.
     pub inverse: Mat<f64>,
-    /// ln √det A: the sum of the logarithms of the diagonal of L.
+    /// ln √(det A), the sum of the logarithms of the diagonal of L.
     pub half_log_determinant: f64,
 }
 
 /// Inverts a positive definite matrix, `[n, n]`, as L⁻ᵀ L⁻¹, on one thread.
 ///
-/// Reads the lower triangle; the upper one must be 0. `None` if the matrix is not positive definite in floating point.
+/// Reads the lower triangle; the upper one must be 0. Returns `None` if the matrix is not positive definite
+/// in floating point.
 pub fn invert_positive_definite(mut matrix: Mat<f64>) -> Option<PositiveInverse> {
     let n = matrix.nrows();
-    // One thread: the sums must not depend on how many there are.
+    // One thread, so that the result does not depend on the number of threads.
     let params = Default::default();
     let mut memory = MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, params));
     let stack = MemStack::new(&mut memory);
     llt::factor::cholesky_in_place(matrix.as_mut(), Default::default(), Par::Seq, stack, params).ok()?;
     let lower = matrix;
-    let mut root = Mat::<f64>::identity(n, n);
-    solve_lower_triangular_in_place(lower.as_ref(), root.as_mut(), Par::Seq);
+    let mut lower_inverse = Mat::<f64>::identity(n, n);
+    solve_lower_triangular_in_place(lower.as_ref(), lower_inverse.as_mut(), Par::Seq);
     let mut inverse = Mat::<f64>::zeros(n, n);
     matmul(
         inverse.as_mut(),
         BlockStructure::Rectangular,
         Accum::Replace,
-        root.transpose(),
+        lower_inverse.transpose(),
         BlockStructure::TriangularUpper,
-        root.as_ref(),
+        lower_inverse.as_ref(),
         BlockStructure::TriangularLower,
         1.0,
         Par::Seq,
@@ -53,11 +54,12 @@ pub fn invert_positive_definite(mut matrix: Mat<f64>) -> Option<PositiveInverse>
 
 #[cfg(test)]
 mod tests {
-    //! Contract: solutions and inverses satisfy their definitions; what is not positive definite is refused.
+    //! Contract: solutions and inverses satisfy their definitions; a matrix that is not positive definite
+    //! gives `None`.
     use super::*;
     use approx::assert_relative_eq;
 
-    /// Matrix of Hilbert plus the identity: positive definite, with every entry different from 0.
+    /// Hilbert matrix plus the identity: positive definite, without entries of 0.
     fn matrix(n: usize) -> Mat<f64> {
         Mat::from_fn(n, n, |i, j| 1.0 / (i + j + 1) as f64 + if i == j { 1.0 } else { 0.0 })
     }
@@ -73,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn an_inverse_times_its_matrix_is_the_identity_and_its_determinant_is_that_of_two_by_two() {
+    fn inverse_and_determinant_satisfy_their_definitions() {
         let a = matrix(9);
         let lower = Mat::from_fn(9, 9, |i, j| if i >= j { a[(i, j)] } else { 0.0 });
         let inverse = invert_positive_definite(lower).expect("positive definite").inverse;
@@ -88,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_positive_definite_is_refused() {
+    fn a_matrix_that_is_not_positive_definite_gives_none() {
         let indefinite = Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { 2.0 });
         let nan = Mat::from_fn(2, 2, |_, _| f64::NAN);
         let right = Mat::<f64>::zeros(2, 1);

@@ -1,33 +1,33 @@
-//! Eigenvalues and eigenvectors of a symmetric matrix, A = U S Uᵀ.
+//! Eigenvalues and eigenvectors of a symmetric matrix A = U S Uᵀ, and Gram matrices.
 
 use faer::{Mat, Side};
 
-/// Eigenvalues in rising order, with eigenvectors of length 1.
+/// Eigenvalues in ascending order, with orthonormal eigenvectors.
 #[derive(Debug, Clone)]
 pub struct SymmetricEigen {
-    /// `[n]`.
+    /// Eigenvalues, `[n]`.
     pub values: Vec<f64>,
-    /// `[n, n]`: vector `k` is column `k`.
+    /// Eigenvectors, `[n, n]`; vector `k` is column `k`.
     pub vectors: Mat<f64>,
 }
 
-/// Eigenvalues and eigenvectors of a symmetric matrix, `[n, n]`, of which the lower triangle is read.
+/// Computes eigenvalues and eigenvectors of a symmetric matrix, `[n, n]`.
 ///
-/// `None` if the iteration does not converge, as with values that are not finite.
+/// Reads the lower triangle. Returns `None` if the iteration does not converge, as for non-finite values.
 pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<SymmetricEigen> {
     let eigen = matrix.self_adjoint_eigen(Side::Lower).ok()?;
     let values = (0..matrix.nrows()).map(|k| eigen.S()[k]).collect();
     Some(SymmetricEigen { values, vectors: eigen.U().to_owned() })
 }
 
-/// Inner products of the columns of `x`, `[m, n]`, times `scale`: Xᵀ X scale, `[n, n]`.
+/// Scaled Gram matrix `scale` XᵀX, `[n, n]`, of a matrix X, `[m, n]`.
 pub fn gram(x: &Mat<f64>, scale: f64) -> Mat<f64> {
     x.transpose() * x * scale
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: pairs satisfy A u = s u, vectors are orthonormal, and values come in rising order.
+    //! Contract: pairs satisfy A u = s u, vectors are orthonormal, and values are in ascending order.
     use super::*;
     use approx::assert_relative_eq;
 
@@ -48,7 +48,7 @@ mod tests {
     }
 
     #[test]
-    fn inner_products_are_those_of_the_columns() {
+    fn gram_entries_are_inner_products_of_columns() {
         let x = Mat::from_fn(3, 2, |i, j| (i + 2 * j) as f64);
         let a = gram(&x, 0.5);
         // Columns [0 1 2] and [2 3 4].

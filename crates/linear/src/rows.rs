@@ -1,13 +1,14 @@
-//! Inner products of the columns of a matrix that is stored row by row.
+//! Gram matrix of a matrix that is stored row by row.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
-/// Inner products of the columns of `rows`, `[m, width]` row by row: XᵀX, `[width, width]` row by row. One thread, so that the
-/// result does not depend on how many there are.
+/// Gram matrix XᵀX, `[width, width]`, of a matrix X, `[m, width]`; both are stored row by row.
+///
+/// It runs on one thread, so that the result does not depend on the number of threads.
 ///
 /// # Panics
-/// If the length of `rows` is no multiple of `width`.
+/// If the length of `rows` is not a multiple of `width`.
 pub fn gram_of_rows(rows: &[f64], width: usize) -> Vec<f64> {
     if width == 0 {
         return Vec::new();
@@ -20,11 +21,11 @@ pub fn gram_of_rows(rows: &[f64], width: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: entry (i, j) is the inner product of columns i and j; without rows all are 0.
+    //! Contract: entry (i, j) is the inner product of columns i and j; without rows all entries are 0.
     use super::*;
 
     #[test]
-    fn inner_products_are_those_of_the_columns() {
+    fn entries_are_inner_products_of_columns() {
         // Columns [0 2 4] and [1 3 5].
         assert_eq!(gram_of_rows(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], 2), [20.0, 26.0, 26.0, 35.0]);
         assert_eq!(gram_of_rows(&[], 2), [0.0; 4]);

@@ -1,22 +1,23 @@
-//! A net in a page: a GRU that reads a sequence, and a Gaussian head that says what comes next and how sure it is.
-//! `cargo run --release -p augsim-nn --example own_net` trains it on oscillations with noise.
+//! A small network: a GRU reads a sequence, and a Gaussian head predicts the next value.
+//!
+//! `cargo run --release -p augsim-nn --example own_net` trains it on noisy oscillations.
 
 use augsim_data::random_stream;
 use augsim_nn::{Adam, AdamState, Bound, GaussianHead, Gru, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 use rand_distr::{Distribution, StandardNormal};
 
-/// Extents: one feature in, one out.
+/// Number of hidden units.
 pub const HIDDEN: usize = 8;
 
-/// The net: layers hold the ids of their parameters and nothing else.
+/// The network; layers hold only the ids of their parameters.
 pub struct TinyNet {
     memory: Gru,
     head: GaussianHead,
 }
 
 impl TinyNet {
-    /// Registers the parameters `memory.*`, `head.*` under PyTorch's names.
+    /// Registers the parameters `memory.*` and `head.*`, with PyTorch's names.
     pub fn new<T: Scalar>(params: &mut Params<T>) -> Self {
         let memory = Gru::new(params, "memory", 1, HIDDEN, 1);
         // The floor keeps 1 / sd finite in single precision.
@@ -24,36 +25,36 @@ impl TinyNet {
         TinyNet { memory, head }
     }
 
-    /// Negative log-likelihood, less constants, of `next [time, 1, lanes]` given `seen [time, 1, lanes]`: a sum over all.
+    /// Summed negative log-likelihood of `next` given `inputs`, `[time, 1, lanes]` each, without constants.
     ///
     /// # Errors
-    /// [`TensorError`] if the extents do not fit.
+    /// [`TensorError`] if shapes are incompatible.
     pub fn loss<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
         p: &Bound,
-        seen: Var,
+        inputs: Var,
         next: Var,
     ) -> Result<Var, TensorError> {
-        let state = self.memory.forward(tape, p, seen, &[])?;
-        let law = self.head.forward(tape, p, state)?;
-        let misfit = tape.gaussian_nll(next, law.mean, law.sd)?;
-        tape.sum_all(misfit)
+        let state = self.memory.forward(tape, p, inputs, &[])?;
+        let predicted = self.head.forward(tape, p, state)?;
+        let nll = tape.gaussian_nll(next, predicted.mean, predicted.sd)?;
+        tape.sum_all(nll)
     }
 }
 
 /// Trains on sequences of equal length, `[time, lanes]` each; returns the loss before every step.
 ///
 /// # Errors
-/// [`TensorError`] if the extents do not fit.
+/// [`TensorError`] if shapes are incompatible.
 pub fn train<T: Scalar>(
     net: &TinyNet,
     params: &mut Params<T>,
     (time, lanes): (usize, usize),
-    (seen, next): (&[T], &[T]),
+    (inputs, next): (&[T], &[T]),
     steps: usize,
 ) -> Result<Vec<f64>, TensorError> {
-    // One tape for the whole run: after the first step nothing is allocated.
+    // The tape is reused for all steps: after the first step nothing is allocated.
     let (mut tape, mut bound) = (Tape::new(), Bound::default());
     let (adam, mut state) = (Adam::default(), AdamState::new(params.values().len()));
     let mut grads = vec![T::ZERO; params.values().len()];
@@ -61,7 +62,7 @@ pub fn train<T: Scalar>(
     for _ in 0..steps {
         tape.reset();
         params.bind(&mut tape, &mut bound)?;
-        let x = tape.constant(&[time, 1, lanes], seen)?;
+        let x = tape.constant(&[time, 1, lanes], inputs)?;
         let y = tape.constant(&[time, 1, lanes], next)?;
         let loss = net.loss(&mut tape, &bound, x, y)?;
         tape.backward(loss)?;
@@ -72,7 +73,7 @@ pub fn train<T: Scalar>(
     Ok(losses)
 }
 
-/// Oscillations with noise of a tenth, `[time, lanes]` flat, and what comes next.
+/// Oscillations with noise of standard deviation 0.1, `[time, lanes]`, and the values one step later.
 pub fn oscillations(seed: u64, time: usize, lanes: usize) -> (Vec<f64>, Vec<f64>) {
     let mut random = random_stream(seed, "oscillations", 0);
     let mut noise = || -> f64 { StandardNormal.sample(&mut random) };
@@ -85,14 +86,14 @@ pub fn oscillations(seed: u64, time: usize, lanes: usize) -> (Vec<f64>, Vec<f64>
     (rows[..time * lanes].to_vec(), rows[lanes..].to_vec())
 }
 
-/// Trains the net and prints the loss on the way, in nats a value without the constant of the normal law.
-#[expect(clippy::print_stdout, reason = "an example talks to who runs it")]
+/// Trains the network and prints the loss per value, in nats, without the constant ln(2 pi) / 2.
+#[expect(clippy::print_stdout, reason = "an example prints its results")]
 pub fn main() -> Result<(), TensorError> {
     let (time, lanes) = (30, 16);
     let mut params = Params::<f64>::new(random_stream(1, "init", 0));
     let net = TinyNet::new(&mut params);
-    let (seen, next) = oscillations(1, time, lanes);
-    let losses = train(&net, &mut params, (time, lanes), (&seen, &next), 300)?;
+    let (inputs, next) = oscillations(1, time, lanes);
+    let losses = train(&net, &mut params, (time, lanes), (&inputs, &next), 300)?;
     for (step, loss) in losses.iter().enumerate().step_by(60) {
         println!("step {step}: {:.3} nats", loss / (time * lanes) as f64);
     }

@@ -1,4 +1,12 @@
-//! Adam (Kingma and Ba 2015), with the weight decay of `torch.optim.Adam` (an L2 term in the gradient).
+//! The optimiser Adam (Kingma and Ba, ICLR 2015), with weight decay as an L2 term in the gradient.
+//!
+//! It is `torch.optim.Adam`. Step t with the gradient g and the parameters p is
+//!
+//! ```text
+//! (1)  g <- g + λ p
+//! (2)  m <- β1 m + (1 - β1) g,   v <- β2 v + (1 - β2) g²
+//! (3)  p <- p - lr m / (1 - β1^t) / (sqrt(v / (1 - β2^t)) + ε)
+//! ```
 
 use augsim_tensor::Scalar;
 use serde::{Deserialize, Serialize};
@@ -6,13 +14,13 @@ use serde::{Deserialize, Serialize};
 /// Settings of the optimiser.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Adam {
-    /// Decay of the first moment.
+    /// β1, the decay rate of the first moment.
     pub beta1: f64,
-    /// Decay of the second moment.
+    /// β2, the decay rate of the second moment.
     pub beta2: f64,
-    /// Added to the root of the second moment.
+    /// ε, added to the square root of the second moment.
     pub eps: f64,
-    /// Factor lambda of the L2 term.
+    /// λ, the factor of the L2 term.
     pub weight_decay: f64,
 }
 
@@ -22,7 +30,7 @@ impl Default for Adam {
     }
 }
 
-/// Moments of every parameter and the number of steps taken.
+/// Moments m and v of every parameter, and the number of steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AdamState<T> {
     steps: u64,
@@ -48,11 +56,11 @@ impl<T: Scalar> AdamState<T> {
 }
 
 impl Adam {
-    /// One step: moves `params` against `grads` at learning rate `lr`.
+    /// Takes one step with the learning rate `lr`.
     ///
     /// ```
     /// use augsim_nn::{Adam, AdamState};
-    /// // The first step has the length of the learning rate, whatever the gradient's.
+    /// // The size of the first step is the learning rate, independent of the size of the gradient.
     /// let (mut params, mut state) = ([1.0_f64, 1.0], AdamState::new(2));
     /// Adam::default().step(&mut state, &mut params, &[1e-3, -40.0], 0.1);
     /// assert!((params[0] - 0.9).abs() < 1e-5 && (params[1] - 1.1).abs() < 1e-5);
@@ -60,8 +68,8 @@ impl Adam {
     pub fn step<T: Scalar>(&self, state: &mut AdamState<T>, params: &mut [T], grads: &[T], lr: f64) {
         state.steps += 1;
         let t = i32::try_from(state.steps).unwrap_or(i32::MAX);
-        // The moments start at 0 and are too small at first, by 1 - beta^t (Kingma and Ba, section 3). Both corrections are
-        // moved into two scalars; eps is added behind that of the second moment, as torch does.
+        // The moments start at 0, so they are too small by the factor 1 - β^t at first (Kingma and Ba,
+        // section 3). Both corrections are scalars here; ε is added after the correction of v, as in PyTorch.
         let step = T::of(lr / (1.0 - self.beta1.powi(t)));
         let scale = T::of((1.0 - self.beta2.powi(t)).sqrt());
         let [b1, b2, eps, decay] = [self.beta1, self.beta2, self.eps, self.weight_decay].map(T::of);

@@ -1,23 +1,27 @@
-//! Checkpoint files, and the only place that knows bincode.
+//! Checkpoint files: a value serialised by bincode, with version, length and checksum.
 //!
-//! Layout: magic (8 bytes), format version (u32), length of the body (u64), CRC-32 of the body (u32),
-//! all little-endian, then the body: a value serialised by bincode. Who writes the bytes of [`encode`] to a file takes
-//! care that the file is whole or absent.
+//! The layout is: magic number (8 bytes), format version (u32), length of the body (u64), CRC-32 of the body
+//! (u32), all little-endian, then the body. The caller writes the bytes of [`encode`] to a file and must do
+//! so atomically.
 
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::{Path, PathBuf};
 
+/// First bytes of every checkpoint file.
 const MAGIC: [u8; 8] = *b"AUGSIMCK";
-/// Version of the layout and of what is stored; changes whenever an older file can no longer be read.
+/// Version of the layout and of the stored values; it changes whenever older files become unreadable.
 pub const VERSION: u32 = 3;
+/// Length of the header in bytes.
 const HEADER: usize = 8 + 4 + 8 + 4;
-/// Largest body that is decoded: no net of this kind comes near it, so a larger length is damage.
+/// Maximum number of bytes of a body.
+///
+/// Checkpoints are far smaller; a larger length means that the file is damaged.
 const MAX_BODY: usize = 1 << 30;
 
-/// Why a checkpoint could not be made or read.
+/// Errors of writing or reading a checkpoint.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
-    /// The file system refused.
+    /// The file cannot be read.
     #[error("{}: cannot read the checkpoint: {source}", path.display())]
     Io {
         /// The file.
@@ -25,19 +29,19 @@ pub enum CheckpointError {
         /// Error of the file system.
         source: std::io::Error,
     },
-    /// The value cannot be stored.
-    #[error("the state of training cannot be stored: {source}")]
+    /// The value cannot be serialised.
+    #[error("the training state cannot be serialised: {source}")]
     Encode {
         /// Error of the encoder.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// The file does not begin as a checkpoint does.
+    /// The file does not begin with the magic number.
     #[error("{}: not an augsim checkpoint; give the checkpoint.bin of a run directory", path.display())]
     NotACheckpoint {
         /// The file.
         path: PathBuf,
     },
-    /// The file is of another version of the format.
+    /// The file has another format version.
     #[error(
         "{}: checkpoint format version {found}, but this augsim reads version {VERSION}; train again, or use the \
          augsim that wrote it",
@@ -49,45 +53,45 @@ pub enum CheckpointError {
         /// Version in the file.
         found: u32,
     },
-    /// The file is cut short, too long or changed.
+    /// The file is truncated, too long or modified.
     #[error("{}: the checkpoint is damaged ({damage}); use an older checkpoint or train again", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// The part of the file that does not fit.
+        /// How the file is damaged.
         damage: Damage,
     },
 }
 
-/// The way in which a checkpoint file is damaged.
+/// Kinds of damage of a checkpoint file.
 #[derive(Debug, thiserror::Error)]
 pub enum Damage {
     /// The file is shorter than a header.
     #[error("the file ends within the header")]
     EndsInHeader,
-    /// The body has another length than the header says.
+    /// The length of the body differs from that in the header.
     #[error("it should hold {expected} bytes but holds {found}")]
     Length {
-        /// Bytes by the header.
+        /// Number of bytes according to the header.
         expected: u64,
-        /// Bytes in the file.
+        /// Number of bytes in the file.
         found: u64,
     },
-    /// The body has another CRC-32 than the header says.
+    /// The CRC-32 of the body differs from that in the header.
     #[error("the checksum does not match")]
     Checksum,
-    /// The body is no such value.
+    /// The body cannot be decoded as the expected value.
     #[error(transparent)]
     Body(Box<dyn std::error::Error + Send + Sync>),
-    /// The body goes on behind the value.
-    #[error("{bytes} bytes are left over")]
+    /// The body continues after the value.
+    #[error("there are {bytes} bytes after the end of the data")]
     LeftOver {
-        /// Bytes behind the value.
+        /// Number of bytes after the value.
         bytes: usize,
     },
 }
 
-/// The bytes of a checkpoint file that holds `value`.
+/// Encodes `value` as the bytes of a checkpoint file.
 ///
 /// # Errors
 /// [`CheckpointError::Encode`].
@@ -103,10 +107,10 @@ pub fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, CheckpointError> {
     Ok(file)
 }
 
-/// Reads a value back.
+/// Reads the value of a checkpoint file.
 ///
 /// # Errors
-/// [`CheckpointError`], naming the file and what is wrong with it.
+/// [`CheckpointError`] with the path and the kind of damage.
 pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T, CheckpointError> {
     let owned = || path.to_owned();
     let bytes = std::fs::read(path).map_err(|source| CheckpointError::Io { path: owned(), source })?;
@@ -117,8 +121,8 @@ pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T, CheckpointError> {
     let Some((header, body)) = bytes.split_at_checked(HEADER) else {
         return Err(damaged(Damage::EndsInHeader));
     };
-    let field = |at: usize, n: usize| -> u64 {
-        header[at..at + n].iter().rev().fold(0, |v, b| (v << 8) | u64::from(*b))
+    let field = |offset: usize, n: usize| -> u64 {
+        header[offset..offset + n].iter().rev().fold(0, |v, b| (v << 8) | u64::from(*b))
     };
     let (version, length, checksum) = (field(8, 4) as u32, field(12, 8), field(20, 4) as u32);
     if version != VERSION {
@@ -141,10 +145,10 @@ pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T, CheckpointError> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: what was saved comes back; every kind of damage gives its own error and never a value.
+    //! Contract: a saved value is restored; every kind of damage is an error and never a value.
     use super::*;
 
-    fn saved() -> (tempfile::TempDir, PathBuf) {
+    fn saved_checkpoint() -> (tempfile::TempDir, PathBuf) {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("checkpoint.bin");
         let value = (7_u64, vec![1.5_f32, -2.0], "name".to_owned());
@@ -157,14 +161,14 @@ mod tests {
     }
 
     #[test]
-    fn round_trip() {
-        let (_dir, path) = saved();
+    fn a_saved_value_is_restored() {
+        let (_dir, path) = saved_checkpoint();
         assert_eq!(reload(&path).unwrap(), (7, vec![1.5, -2.0], "name".into()));
     }
 
     #[test]
-    fn every_truncation_is_an_error() {
-        let (_dir, path) = saved();
+    fn every_truncated_file_is_an_error() {
+        let (_dir, path) = saved_checkpoint();
         let whole = std::fs::read(&path).unwrap();
         for n in 0..whole.len() {
             std::fs::write(&path, &whole[..n]).unwrap();
@@ -177,8 +181,8 @@ mod tests {
     }
 
     #[test]
-    fn a_flipped_bit_and_another_version_are_named() {
-        let (_dir, path) = saved();
+    fn errors_name_a_flipped_bit_and_another_version() {
+        let (_dir, path) = saved_checkpoint();
         let whole = std::fs::read(&path).unwrap();
         let mut flipped = whole.clone();
         flipped[HEADER + 3] ^= 1;

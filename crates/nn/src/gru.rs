@@ -3,6 +3,7 @@
 use crate::{Bound, Init, ParamId, Params};
 use augsim_tensor::{GruVars, Scalar, Tape, TensorError, Var};
 
+/// Parameters of one layer.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Layer {
     pub w_ih: ParamId,
@@ -11,15 +12,16 @@ pub(crate) struct Layer {
     pub b_hh: ParamId,
 }
 
-/// A stack of GRU layers; each reads the hidden states of the one below, step by step.
+/// A stack of GRU layers; the inputs of each are the hidden states of the layer below.
 #[derive(Debug, Clone)]
 pub struct Gru {
     pub(crate) layers: Vec<Layer>,
 }
 
 impl Gru {
-    /// Registers `{prefix}.weight_ih_l0` and so on (PyTorch's names), all uniform within
-    /// 1 / sqrt(hidden) (PyTorch's default).
+    /// Registers `{prefix}.weight_ih_l0` and so on, the names of PyTorch.
+    ///
+    /// All are initialised uniformly within 1 / sqrt(hidden), as in PyTorch.
     pub fn new<T: Scalar>(
         params: &mut Params<T>,
         prefix: &str,
@@ -43,8 +45,9 @@ impl Gru {
         Gru { layers }
     }
 
-    /// Hidden states of the last layer `[time, hidden, batch]` for `x [time, in, batch]`. `h0` holds one
-    /// initial state `[hidden, batch]` a layer, or is empty for zero.
+    /// Hidden states of the last layer `[time, hidden, batch]` for `x [time, in, batch]`.
+    ///
+    /// `h0` holds one initial state `[hidden, batch]` per layer, or is empty for states of 0.
     ///
     /// ```
     /// use augsim_data::random_stream;
@@ -62,7 +65,7 @@ impl Gru {
     /// ```
     ///
     /// # Errors
-    /// [`TensorError`] naming the shapes that do not fit.
+    /// [`TensorError`] if shapes are incompatible.
     pub fn forward<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -73,8 +76,9 @@ impl Gru {
         self.forward_layers(tape, p, x, h0, |_| ())
     }
 
-    /// [`Gru::forward`] that also hands the hidden states of each layer `[time, hidden, batch]` to
-    /// `each`, from the lowest; their last steps are PyTorch's `h_n`.
+    /// [`Gru::forward`] that also passes the hidden states of each layer, from the lowest, to `on_layer`.
+    ///
+    /// The states are `[time, hidden, batch]`; those of their last steps are `h_n` of PyTorch.
     ///
     /// # Errors
     /// The errors of [`Gru::forward`].
@@ -84,13 +88,13 @@ impl Gru {
         p: &Bound,
         x: Var,
         h0: &[Var],
-        mut each: impl FnMut(Var),
+        mut on_layer: impl FnMut(Var),
     ) -> Result<Var, TensorError> {
         let mut out = x;
         for (i, l) in self.layers.iter().enumerate() {
             let w = GruVars { w_ih: p[l.w_ih], w_hh: p[l.w_hh], b_ih: p[l.b_ih], b_hh: p[l.b_hh] };
             out = tape.gru_sequence(out, h0.get(i).copied(), w)?;
-            each(out);
+            on_layer(out);
         }
         Ok(out)
     }

@@ -1,4 +1,4 @@
-//! Head that turns features into a diagonal Gaussian.
+//! Output layers that map features to a diagonal Gaussian.
 
 use crate::{Bound, Linear, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
@@ -12,7 +12,7 @@ pub struct Gaussian {
     pub sd: Var,
 }
 
-/// Two affine layers: mean, and standard deviation through softplus.
+/// Two affine layers: one for the mean, one followed by softplus for the standard deviation.
 #[derive(Debug, Clone, Copy)]
 pub struct GaussianHead {
     pub(crate) mean: Linear,
@@ -21,8 +21,9 @@ pub struct GaussianHead {
 }
 
 impl GaussianHead {
-    /// Registers `{prefix}.mean` and `{prefix}.std`. `sd_floor` is added to the standard deviation; in
-    /// single precision it keeps 1 / sd finite.
+    /// Registers `{prefix}.mean` and `{prefix}.std`.
+    ///
+    /// `sd_floor` is added to the standard deviation; it keeps 1 / sd finite in single precision.
     pub fn new<T: Scalar>(
         params: &mut Params<T>,
         prefix: &str,
@@ -59,7 +60,7 @@ impl GaussianHead {
     pub fn forward<T: Scalar>(&self, tape: &mut Tape<T>, p: &Bound, x: Var) -> Result<Gaussian, TensorError> {
         let mean = self.mean.forward(tape, p, x)?;
         let raw = self.std.forward(tape, p, x)?;
-        // Softplus grows linearly: an exponential would overflow in single precision from 89 on.
+        // Softplus grows linearly; an exponential would overflow in single precision from 89.
         let mut sd = tape.softplus(raw)?;
         if self.sd_floor > 0.0 {
             sd = tape.shift(sd, self.sd_floor)?;

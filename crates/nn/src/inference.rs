@@ -1,15 +1,15 @@
-//! Layers without a tape: weights packed once, nothing recorded, nothing allocated after construction. For
-//! sampling and for control loops that take one step at a time.
+//! Layers without a tape, for sampling and for control loops that run one step at a time.
 //!
-//! Sequences are `[time, feature, lane]`, as on the tape; a runner is made for a number of lanes and for at
-//! most so many steps at once, and carries its states from call to call.
+//! Weights are packed once, and nothing is allocated after construction. Sequences are `[time, feature,
+//! lane]`, as on the tape. A runner is made for a number of lanes and a maximum number of steps per call, and
+//! keeps its states between calls.
 
-use crate::{GaussianHead, Gru, Linear, Mlp, Params};
+use crate::{GaussianHead, Gru, Linear, Mlp, ParamId, Params};
 use augsim_tensor::kernels::draw::{Draw, draw};
 use augsim_tensor::kernels::{GruWeights, LinearDims, LinearForward, PackedGru, linear_simd, pointwise};
 use augsim_tensor::simd::Level;
 
-/// A stack of GRU layers with its states.
+/// A stack of GRU layers with its hidden states.
 #[derive(Debug, Clone)]
 pub struct GruRunner {
     layers: Vec<PackedGru>,
@@ -20,7 +20,9 @@ pub struct GruRunner {
 }
 
 impl GruRunner {
-    /// The layers of `gru` for `lanes` sequences and at most `steps` steps at once, in state zero.
+    /// Packs the weights of `gru`, for `lanes` sequences and at most `steps` steps per call.
+    ///
+    /// The states are 0.
     pub fn new(gru: &Gru, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
         let layers: Vec<PackedGru> = gru
             .layers
@@ -42,14 +44,9 @@ impl GruRunner {
         }
     }
 
-    /// Back to state zero.
+    /// Sets all states to 0.
     pub fn reset(&mut self) {
         self.states.iter_mut().for_each(|s| s.fill(0.0));
-    }
-
-    /// States of all layers, `[hidden, lane]` each: what a control loop saves to try several continuations.
-    pub fn states_mut(&mut self) -> impl Iterator<Item = &mut [f32]> {
-        self.states.iter_mut().map(|s| &mut s[..])
     }
 
     /// Hidden states of the last layer `[steps, hidden, lane]` for `x [steps, input, lane]`.
@@ -66,7 +63,7 @@ impl GruRunner {
     }
 }
 
-/// An affine layer.
+/// An affine layer; see [`Linear`].
 #[derive(Debug, Clone)]
 pub struct LinearRunner {
     w: Vec<f32>,
@@ -77,22 +74,22 @@ pub struct LinearRunner {
 }
 
 impl LinearRunner {
-    /// `linear` for `lanes` sequences and at most `steps` steps at once.
+    /// Copies the weights of `linear`, for `lanes` sequences and at most `steps` steps per call.
     pub fn new(linear: Linear, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
-        Self::stacked(&[linear], params, lanes, steps)
+        Self::concatenated(&[linear], params, lanes, steps)
     }
 
-    /// Layers of the same inputs as one, their outputs one after another.
-    fn stacked(layers: &[Linear], params: &Params<f32>, lanes: usize, steps: usize) -> Self {
-        let [w, b] = [0, 1].map(|part| {
-            let ids = layers.iter().map(|l| if part == 0 { l.weight } else { l.bias });
-            ids.flat_map(|id| params.get(id).iter().copied()).collect::<Vec<f32>>()
-        });
+    /// Layers with the same inputs as one layer, their outputs one after the other.
+    fn concatenated(layers: &[Linear], params: &Params<f32>, lanes: usize, steps: usize) -> Self {
+        let concatenate = |id: fn(&Linear) -> ParamId| -> Vec<f32> {
+            layers.iter().flat_map(|layer| params.get(id(layer)).iter().copied()).collect()
+        };
+        let (w, b) = (concatenate(|layer| layer.weight), concatenate(|layer| layer.bias));
         let scratch = vec![0.0; linear_simd::scratch(w.len() / b.len().max(1), b.len())];
         LinearRunner { y: vec![0.0; steps * b.len() * lanes], w, b, scratch, lanes }
     }
 
-    /// `[steps, out, lane]` for `x [steps, in, lane]`.
+    /// Maps `x [steps, in, lane]` to `[steps, out, lane]`.
     pub fn run(&mut self, x: &[f32], steps: usize) -> &mut [f32] {
         self.forward(x, steps, false)
     }
@@ -108,27 +105,27 @@ impl LinearRunner {
     }
 }
 
-/// Affine layers, each followed by tanh.
+/// A multi-layer perceptron; see [`Mlp`].
 #[derive(Debug, Clone)]
 pub struct MlpRunner(Vec<LinearRunner>);
 
 impl MlpRunner {
-    /// `mlp` for `lanes` sequences and at most `steps` steps at once.
+    /// Copies the weights of `mlp`, for `lanes` sequences and at most `steps` steps per call.
     pub fn new(mlp: &Mlp, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
         MlpRunner(mlp.layers.iter().map(|layer| LinearRunner::new(*layer, params, lanes, steps)).collect())
     }
 
-    /// `[steps, out, lane]` for `x [steps, in, lane]`.
+    /// Maps `x [steps, in, lane]` to `[steps, out, lane]`.
     pub fn run<'a>(&'a mut self, x: &'a [f32], steps: usize) -> &'a [f32] {
-        let mut seen = x;
+        let mut features = x;
         for layer in &mut self.0 {
-            seen = layer.forward(seen, steps, true);
+            features = layer.forward(features, steps, true);
         }
-        seen
+        features
     }
 }
 
-/// A standard deviation: affine, softplus, floor.
+/// An affine layer followed by softplus and the addition of a floor: a standard deviation.
 #[derive(Debug, Clone)]
 pub struct SdRunner {
     raw: LinearRunner,
@@ -137,13 +134,13 @@ pub struct SdRunner {
 }
 
 impl SdRunner {
-    /// The deviation that `std` gives before softplus and a floor.
+    /// Copies the weights of `std`, for `lanes` sequences and at most `steps` steps per call.
     pub fn new(std: Linear, floor: f64, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
         let raw = LinearRunner::new(std, params, lanes, steps);
         SdRunner { sd: vec![0.0; raw.y.len()], raw, floor: floor as f32 }
     }
 
-    /// `[steps, out, lane]` for `x [steps, in, lane]`.
+    /// Maps `x [steps, in, lane]` to `[steps, out, lane]`.
     pub fn run(&mut self, x: &[f32], steps: usize) -> &[f32] {
         let raw = self.raw.run(x, steps);
         let sd = &mut self.sd[..raw.len()];
@@ -155,7 +152,7 @@ impl SdRunner {
     }
 }
 
-/// A Gaussian head: mean and standard deviation.
+/// A Gaussian head without a tape; see [`GaussianHead`].
 #[derive(Debug, Clone)]
 pub struct GaussianRunner {
     mean: LinearRunner,
@@ -163,7 +160,7 @@ pub struct GaussianRunner {
 }
 
 impl GaussianRunner {
-    /// `head` for `lanes` sequences and at most `steps` steps at once.
+    /// Copies the weights of `head`, for `lanes` sequences and at most `steps` steps per call.
     pub fn new(head: GaussianHead, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
         GaussianRunner {
             mean: LinearRunner::new(head.mean, params, lanes, steps),
@@ -177,7 +174,7 @@ impl GaussianRunner {
     }
 }
 
-/// Draws from a Gaussian head.
+/// Sampler of a Gaussian head.
 #[derive(Debug, Clone)]
 pub struct DrawRunner {
     heads: LinearRunner,
@@ -187,18 +184,20 @@ pub struct DrawRunner {
 }
 
 impl DrawRunner {
-    /// `head` for `lanes` sequences and at most `steps` steps at once.
+    /// Copies the weights of `head`, for `lanes` sequences and at most `steps` steps per call.
     pub fn new(head: GaussianHead, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
         let row = params.get(head.mean.bias).len() * lanes;
         DrawRunner {
-            heads: LinearRunner::stacked(&[head.mean, head.std], params, lanes, steps),
+            heads: LinearRunner::concatenated(&[head.mean, head.std], params, lanes, steps),
             floor: head.sd_floor as f32,
             z: vec![0.0; steps * row],
             row,
         }
     }
 
-    /// mean + eps sd, `[steps, out, lane]`, for `x [steps, in, lane]` and `eps [steps, out, lane]`.
+    /// Samples `mean + eps sd`, `[steps, out, lane]`, for features `x [steps, in, lane]`.
+    ///
+    /// `eps [steps, out, lane]` are standard normal random numbers.
     pub fn run(&mut self, x: &[f32], eps: &[f32], steps: usize) -> &[f32] {
         let z = &mut self.z[..steps * self.row];
         let heads = &*self.heads.run(x, steps);

@@ -3,7 +3,7 @@
 use crate::{Bound, Init, ParamId, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// `y = W x + b` over the feature axis, W `[out, in]`, b `[out]`.
+/// `y = W x + b` over the feature axis, with W `[out, in]` and b `[out]`.
 #[derive(Debug, Clone, Copy)]
 pub struct Linear {
     pub(crate) weight: ParamId,
@@ -11,8 +11,9 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// Registers `{prefix}.weight` and `{prefix}.bias`, both uniform within 1 / sqrt(inputs) (PyTorch's
-    /// default).
+    /// Registers `{prefix}.weight` and `{prefix}.bias`.
+    ///
+    /// Both are initialised uniformly within 1 / sqrt(inputs), as in PyTorch.
     ///
     /// ```
     /// use augsim_data::random_stream;
@@ -31,7 +32,7 @@ impl Linear {
         }
     }
 
-    /// `x [time, in, batch]` to `[time, out, batch]`.
+    /// Maps `x [time, in, batch]` to `[time, out, batch]`.
     ///
     /// # Errors
     /// [`TensorError`] if `x` does not have the layer's number of inputs.
@@ -39,7 +40,7 @@ impl Linear {
         tape.linear(x, p[self.weight], p[self.bias])
     }
 
-    /// tanh of [`Linear::forward`].
+    /// tanh of [`Linear::forward`], computed in one pass.
     ///
     /// # Errors
     /// The errors of [`Linear::forward`].

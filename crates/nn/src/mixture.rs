@@ -1,10 +1,12 @@
-//! Head that turns features into a mixture of diagonal Gaussians (Bishop, Mixture Density Networks, 1994).
+//! Output layers that map features to a mixture of diagonal Gaussians.
+//!
+//! Source: Bishop, Mixture Density Networks, technical report, Aston University, 1994.
 
 use crate::inference::{LinearRunner, SdRunner};
 use crate::{Bound, Linear, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// Three affine layers: logits of the components, their means, and their deviations through softplus.
+/// Three affine layers: logits, means, and (with softplus) standard deviations of the components.
 #[derive(Debug, Clone, Copy)]
 pub struct MixtureHead {
     logits: Linear,
@@ -16,8 +18,9 @@ pub struct MixtureHead {
 }
 
 impl MixtureHead {
-    /// Registers `{prefix}.logits`, `{prefix}.mean` and `{prefix}.std` for `[inputs, outputs, components]`; `sd_floor` is added to
-    /// every standard deviation. The k-th component's means and deviations are the rows `k * outputs` and on.
+    /// Registers `{prefix}.logits`, `{prefix}.mean` and `{prefix}.std` for `[inputs, outputs, components]`.
+    ///
+    /// `sd_floor` is added to every standard deviation. The rows of component k begin at `k * outputs`.
     pub fn new<T: Scalar>(
         params: &mut Params<T>,
         prefix: &str,
@@ -34,8 +37,9 @@ impl MixtureHead {
         }
     }
 
-    /// Negative log-likelihood `[time, 1, batch]` of targets `x [time, out, batch]` given features `h [time, in, batch]`, less the
-    /// constant `out ln(2 pi) / 2`.
+    /// Negative log-likelihood `[time, 1, batch]` of targets `x [time, out, batch]` given features `h`.
+    ///
+    /// `h` is `[time, in, batch]`. The constant `out ln(2 pi) / 2` is omitted.
     ///
     /// ```
     /// use augsim_data::random_stream;
@@ -56,14 +60,14 @@ impl MixtureHead {
     /// ```
     ///
     /// # Errors
-    /// [`TensorError`] if the extents do not fit.
+    /// [`TensorError`] if shapes are incompatible.
     pub fn nll<T: Scalar>(&self, tape: &mut Tape<T>, p: &Bound, h: Var, x: Var) -> Result<Var, TensorError> {
         let logits = self.logits.forward(tape, p, h)?;
         let means = self.mean.forward(tape, p, h)?;
         let raw = self.std.forward(tape, p, h)?;
         let sd = tape.softplus(raw)?;
         let sds = tape.shift(sd, self.sd_floor)?;
-        let mut parts = Vec::with_capacity(self.components);
+        let mut log_densities = Vec::with_capacity(self.components);
         for k in 0..self.components {
             let range = (k * self.outputs, (k + 1) * self.outputs);
             let mean = tape.slice(means, 1, range.0, range.1)?;
@@ -71,17 +75,19 @@ impl MixtureHead {
             let nll = tape.gaussian_nll(x, mean, sd)?;
             let nll = tape.sum(nll, 1)?;
             let logit = tape.slice(logits, 1, k, k + 1)?;
-            parts.push(tape.sub(logit, nll)?);
+            log_densities.push(tape.sub(logit, nll)?);
         }
-        let joint = tape.concat(&parts, 1)?;
+        let joint = tape.concat(&log_densities, 1)?;
         let joint = log_sum_exp(tape, joint)?;
         let norm = log_sum_exp(tape, logits)?;
         tape.sub(norm, joint)
     }
 }
 
-/// ln of the sum of exponentials over the feature axis: `[time, F, batch]` to `[time, 1, batch]`. The largest value is taken out
-/// first, as a constant, which changes neither the value nor the gradient, but keeps the exponentials finite.
+/// ln of the sum of exponentials over the feature axis: maps `[time, F, batch]` to `[time, 1, batch]`.
+///
+/// The largest value is subtracted first and added at the end, as a constant. This changes neither the value
+/// nor the gradient, and the exponentials stay finite.
 fn log_sum_exp<T: Scalar>(tape: &mut Tape<T>, x: Var) -> Result<Var, TensorError> {
     let dims = [tape.shape(x).dims()[0], tape.shape(x).dims()[1], tape.shape(x).dims()[2]];
     let [time, features, batch] = dims;
@@ -89,8 +95,8 @@ fn log_sum_exp<T: Scalar>(tape: &mut Tape<T>, x: Var) -> Result<Var, TensorError
     let values = tape.value(x);
     for (t, out) in largest.chunks_exact_mut(batch.max(1)).enumerate() {
         for (lane, out) in out.iter_mut().enumerate() {
-            let each = (0..features).map(|k| values[(t * features + k) * batch + lane]);
-            *out = each.fold(T::of(f64::MIN), |m, v| if v > m { v } else { m });
+            let column = (0..features).map(|k| values[(t * features + k) * batch + lane]);
+            *out = column.fold(T::of(f64::MIN), |m, v| if v > m { v } else { m });
         }
     }
     let largest = tape.constant(&[time, 1, batch], &largest)?;
@@ -101,35 +107,37 @@ fn log_sum_exp<T: Scalar>(tape: &mut Tape<T>, x: Var) -> Result<Var, TensorError
     tape.add(ln, largest)
 }
 
-/// A [`MixtureHead`] without a tape: chooses a component for each lane.
+/// A [`MixtureHead`] without a tape, which draws a component for each lane.
 #[derive(Debug, Clone)]
 pub struct MixtureRunner {
     logits: LinearRunner,
     mean: LinearRunner,
     sd: SdRunner,
-    chosen: [Vec<f32>; 2],
+    /// Means and standard deviations of the drawn components, `[out, lane]` each.
+    drawn: [Vec<f32>; 2],
     outputs: usize,
     components: usize,
     lanes: usize,
 }
 
 impl MixtureRunner {
-    /// `head` for `lanes` sequences, one step at a time.
+    /// Copies the weights of `head`, for `lanes` sequences and one step at a time.
     pub fn new(head: &MixtureHead, params: &Params<f32>, lanes: usize) -> Self {
         let MixtureHead { outputs, components, .. } = *head;
         MixtureRunner {
             logits: LinearRunner::new(head.logits, params, lanes, 1),
             mean: LinearRunner::new(head.mean, params, lanes, 1),
             sd: SdRunner::new(head.std, head.sd_floor, params, lanes, 1),
-            chosen: [0, 1].map(|_| vec![0.0; outputs * lanes]),
+            drawn: [0, 1].map(|_| vec![0.0; outputs * lanes]),
             outputs,
             components,
             lanes,
         }
     }
 
-    /// Mean and standard deviation `[out, lane]` of the component that `uniform [lane]`, numbers of `[0, 1)`, chooses for features
-    /// `h [in, lane]`.
+    /// Draws a component for each lane and returns its mean and standard deviation, `[out, lane]` each.
+    ///
+    /// `h [in, lane]` are the features, `uniform [lane]` random numbers in `[0, 1)`.
     pub fn choose(&mut self, h: &[f32], uniform: &[f32]) -> (&[f32], &[f32]) {
         let logits = &*self.logits.run(h, 1);
         let (mean, sd) = (&*self.mean.run(h, 1), self.sd.run(h, 1));
@@ -138,18 +146,19 @@ impl MixtureRunner {
             let logit = |k: usize| logits[k * lanes + lane];
             let largest = (0..self.components).map(logit).fold(f32::MIN, f32::max);
             let weight = |k: usize| (logit(k) - largest).exp();
-            let mut left = uniform * (0..self.components).map(weight).sum::<f32>();
+            // Inverse of the cumulative distribution: subtract weights until less than the next one remains.
+            let mut remaining = uniform * (0..self.components).map(weight).sum::<f32>();
             let mut k = 0;
-            while k + 1 < self.components && left >= weight(k) {
-                left -= weight(k);
+            while k + 1 < self.components && remaining >= weight(k) {
+                remaining -= weight(k);
                 k += 1;
             }
             for j in 0..self.outputs {
-                let at = (k * self.outputs + j) * lanes + lane;
-                self.chosen[0][j * lanes + lane] = mean[at];
-                self.chosen[1][j * lanes + lane] = sd[at];
+                let row = (k * self.outputs + j) * lanes + lane;
+                self.drawn[0][j * lanes + lane] = mean[row];
+                self.drawn[1][j * lanes + lane] = sd[row];
             }
         }
-        (&self.chosen[0], &self.chosen[1])
+        (&self.drawn[0], &self.drawn[1])
     }
 }

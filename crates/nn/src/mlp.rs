@@ -1,17 +1,19 @@
-//! Multi-layer perceptron with tanh after every layer: the paper's feature extractors.
+//! Multi-layer perceptron with tanh after every layer.
 
 use crate::{Bound, Linear, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// A chain of affine layers, each followed by tanh. Without layers it is the identity.
+/// A sequence of affine layers, each followed by tanh; without layers it is the identity.
 #[derive(Debug, Clone, Default)]
 pub struct Mlp {
     pub(crate) layers: Vec<Linear>,
 }
 
 impl Mlp {
-    /// Registers the layers `{prefix}.0`, `{prefix}.2`, … (the names of a `torch.nn.Sequential` in which
-    /// every other module is the tanh). `widths` lists the inputs and then the outputs of each layer.
+    /// Registers the layers `{prefix}.0`, `{prefix}.2`, …
+    ///
+    /// These are the names of a `torch.nn.Sequential` in which every other module is tanh. `widths` holds the
+    /// number of inputs, then the number of outputs of each layer.
     ///
     /// ```
     /// use augsim_data::random_stream;
@@ -31,7 +33,7 @@ impl Mlp {
         Mlp { layers }
     }
 
-    /// `x [time, in, batch]` to `[time, out, batch]`.
+    /// Maps `x [time, in, batch]` to `[time, out, batch]`.
     ///
     /// # Errors
     /// [`TensorError`] if `x` does not have the first layer's number of inputs.

@@ -1,4 +1,4 @@
-//! Named parameters in one flat store, and their seeded initialisation.
+//! Named parameters in one flat buffer, and their seeded initialisation.
 
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 use rand_distr::{Distribution, Uniform};
@@ -8,18 +8,19 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ParamId(usize);
 
-/// How a parameter starts.
+/// Initial value of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Init {
-    /// Uniform on `[-bound, bound]`.
+    /// Uniform random values on `[-bound, bound]`.
     Uniform {
         /// Half-width of the interval.
         bound: f64,
     },
-    /// One value for all parameters of the tensor.
+    /// One value for all elements.
     Constant(f64),
 }
 
+/// Name, extents and range of values of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 struct Entry {
     name: String,
@@ -28,7 +29,7 @@ struct Entry {
     end: usize,
 }
 
-/// A store of named parameters, flat in memory: gradients and optimiser moments use the same layout.
+/// Named parameters in one flat buffer; gradients and optimiser moments have the same layout.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Params<T> {
     rng: Xoshiro256PlusPlus,
@@ -37,7 +38,7 @@ pub struct Params<T> {
 }
 
 impl<T: Scalar> Params<T> {
-    /// An empty store; `rng` gives every random start, in the order of registration.
+    /// An empty store; `rng` draws the random initial values, in the order of registration.
     pub fn new(rng: Xoshiro256PlusPlus) -> Self {
         Params { rng, entries: Vec::new(), values: Vec::new() }
     }
@@ -60,7 +61,7 @@ impl<T: Scalar> Params<T> {
             Init::Uniform { bound } => {
                 match Uniform::new_inclusive(-bound, bound) {
                     Ok(u) => self.values.extend((0..n).map(|_| T::of(u.sample(&mut self.rng)))),
-                    // Only a bound that is not finite gets here; such a layer has no inputs.
+                    // The bound is infinite only for a layer without inputs, which has no weights.
                     Err(_) => self.values.extend(std::iter::repeat_n(T::ZERO, n)),
                 }
             }
@@ -74,7 +75,7 @@ impl<T: Scalar> Params<T> {
         &self.values
     }
 
-    /// All values, to be changed by an optimiser.
+    /// All values, for an optimiser to change.
     pub fn values_mut(&mut self) -> &mut [T] {
         &mut self.values
     }
@@ -95,13 +96,13 @@ impl<T: Scalar> Params<T> {
         self.entries.iter().map(|e| (e.name.as_str(), &e.dims[..], &self.values[e.start..e.end]))
     }
 
-    /// Values of the parameter of that name, to be changed, with its extents.
+    /// Extents and mutable values of the parameter `name`.
     pub fn get_mut(&mut self, name: &str) -> Option<(&[usize], &mut [T])> {
         let entry = self.entries.iter().find(|e| e.name == name)?;
         Some((&entry.dims, &mut self.values[entry.start..entry.end]))
     }
 
-    /// The part of a flat buffer (gradients, say) that belongs to the parameter of that name.
+    /// The range of a flat buffer, such as the gradients, that belongs to the parameter `name`.
     ///
     /// ```
     /// use augsim_data::random_stream;
@@ -117,10 +118,10 @@ impl<T: Scalar> Params<T> {
         flat.get(entry.start..entry.end)
     }
 
-    /// Records every parameter as a variable of `tape`; `bound` is reused.
+    /// Records every parameter as a variable of `tape`; replaces the contents of `bound`.
     ///
     /// # Errors
-    /// [`TensorError`] if a parameter does not fit a tensor.
+    /// [`TensorError`] if a parameter is not a valid tensor.
     pub fn bind(&self, tape: &mut Tape<T>, bound: &mut Bound) -> Result<(), TensorError> {
         bound.vars.clear();
         for e in &self.entries {
@@ -129,10 +130,10 @@ impl<T: Scalar> Params<T> {
         Ok(())
     }
 
-    /// Records every parameter as a constant: for prediction.
+    /// Records every parameter as a constant of `tape`, for prediction.
     ///
     /// # Errors
-    /// [`TensorError`] if a parameter does not fit a tensor.
+    /// [`TensorError`] if a parameter is not a valid tensor.
     pub fn bind_frozen(&self, tape: &mut Tape<T>, bound: &mut Bound) -> Result<(), TensorError> {
         bound.vars.clear();
         for e in &self.entries {
@@ -149,7 +150,7 @@ impl<T: Scalar> Params<T> {
     }
 }
 
-/// The parameters of a store as recorded on one tape.
+/// The parameters of a store, as recorded on a tape.
 #[derive(Debug, Clone, Default)]
 pub struct Bound {
     vars: Vec<Var>,

@@ -1,20 +1,20 @@
-//! Learning-rate schedule.
+//! Learning-rate schedules.
 
 use serde::{Deserialize, Serialize};
 
-/// Step decay: the rate is multiplied by `factor` every `every` iterations.
+/// Learning rate that is multiplied by `factor` every `every` iterations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StepDecay {
-    /// Rate of the first iteration.
+    /// Learning rate of the first iteration.
     pub initial: f64,
-    /// Factor per step.
+    /// Factor of each reduction.
     pub factor: f64,
-    /// Iterations per step; 0 means never.
+    /// Number of iterations between reductions; 0 for a constant rate.
     pub every: u64,
 }
 
 impl StepDecay {
-    /// Rate of iteration `i`, counted from 0.
+    /// Learning rate of iteration `i`, counted from 0.
     ///
     /// ```
     /// use augsim_nn::StepDecay;
@@ -32,7 +32,7 @@ mod tests {
     use super::StepDecay;
 
     #[test]
-    fn halves_exactly_at_the_step() {
+    fn rate_is_reduced_at_multiples_of_the_interval() {
         let s = StepDecay { initial: 1e-3, factor: 0.5, every: 2500 };
         assert_eq!([s.at(0), s.at(2499), s.at(2500), s.at(9999)], [1e-3, 1e-3, 5e-4, 1.25e-4]);
         assert_eq!(StepDecay { every: 0, ..s }.at(1_000_000), 1e-3);

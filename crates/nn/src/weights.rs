@@ -1,4 +1,4 @@
-//! Weights to and from safetensors files, under PyTorch's names and layouts.
+//! Import and export of weights as safetensors files, with PyTorch's names and layouts.
 
 use crate::Params;
 use augsim_tensor::Scalar;
@@ -6,10 +6,10 @@ use safetensors::SafeTensorError;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::path::{Path, PathBuf};
 
-/// Why weights could not be exchanged.
+/// Errors of importing or exporting weights.
 #[derive(Debug, thiserror::Error)]
 pub enum WeightsError {
-    /// The file system refused.
+    /// The file cannot be read.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file.
@@ -17,14 +17,14 @@ pub enum WeightsError {
         /// Error of the file system.
         source: std::io::Error,
     },
-    /// The parameters make no safetensors file.
+    /// The parameters cannot be encoded as safetensors.
     #[error("the weights cannot be written as safetensors: {source}")]
     Encode {
         /// Error of the safetensors writer.
         source: SafeTensorError,
     },
-    /// Not a safetensors file.
-    #[error("{}: not a usable safetensors file: {}", path.display(), printable(&source.to_string(), MOST_OF_A_REASON))]
+    /// The file is not a valid safetensors file.
+    #[error("{}: not a usable safetensors file: {}", path.display(), printable(&source.to_string(), MAX_REASON_CHARS))]
     Format {
         /// The file.
         path: PathBuf,
@@ -32,24 +32,24 @@ pub enum WeightsError {
         source: SafeTensorError,
     },
     /// A parameter of the net is not in the file.
-    #[error("{}: parameter `{name}` is missing; the file holds {}", path.display(), listed(available))]
+    #[error("{}: parameter `{name}` is missing; the file holds {}", path.display(), list_names(available))]
     Missing {
         /// The file.
         path: PathBuf,
         /// The parameter.
         name: String,
-        /// Names in the file, in the order of the alphabet.
+        /// Names in the file, in alphabetical order.
         available: Vec<String>,
     },
-    /// A tensor of the file does not belong to the net.
-    #[error("{}: tensor `{}` does not belong to this net", path.display(), printable(name, MOST_OF_A_NAME))]
+    /// A tensor of the file is not a parameter of the net.
+    #[error("{}: tensor `{}` does not belong to this net", path.display(), printable(name, MAX_NAME_CHARS))]
     Unknown {
         /// The file.
         path: PathBuf,
         /// The tensor.
         name: String,
     },
-    /// A tensor has other extents or another element type than the parameter.
+    /// A tensor differs from the parameter in its extents, or has an unsupported element type.
     #[error("{}: `{name}` is {found:?} of {dtype:?}, but the net needs {expected:?} of F32 or F64", path.display())]
     Mismatch {
         /// The file.
@@ -65,28 +65,30 @@ pub enum WeightsError {
     },
 }
 
-/// Characters of a name, and of a sentence of the reader's, that a message has room for.
-const MOST_OF_A_NAME: usize = 60;
-const MOST_OF_A_REASON: usize = 300;
-/// Names of a list that a message has room for.
-const MOST_NAMES: usize = 20;
+/// Maximum number of characters of a name in a message.
+const MAX_NAME_CHARS: usize = 60;
+/// Maximum number of characters of an error of the safetensors reader in a message.
+const MAX_REASON_CHARS: usize = 300;
+/// Maximum number of names in a message.
+const MAX_LISTED_NAMES: usize = 20;
 
-/// The first `most` characters of a text from a file, those that a terminal would obey written out.
-fn printable(text: &str, most: usize) -> String {
+/// The first `max_chars` characters of a text from a file, with control characters escaped.
+fn printable(text: &str, max_chars: usize) -> String {
     let mut out = String::new();
-    for c in text.chars().take(most) {
+    for c in text.chars().take(max_chars) {
         if c.is_control() { out.extend(c.escape_unicode()) } else { out.push(c) }
     }
     out
 }
 
-/// The first names of a list, as a message has room for them.
-fn listed(names: &[String]) -> String {
-    let first: Vec<String> = names.iter().take(MOST_NAMES).map(|n| printable(n, MOST_OF_A_NAME)).collect();
+/// The first names of a list, for a message.
+fn list_names(names: &[String]) -> String {
+    let first: Vec<String> =
+        names.iter().take(MAX_LISTED_NAMES).map(|n| printable(n, MAX_NAME_CHARS)).collect();
     first.join(", ")
 }
 
-/// The bytes of a safetensors file of all parameters, as 32-bit floats.
+/// Encodes all parameters as the bytes of a safetensors file of 32-bit floats.
 ///
 /// # Errors
 /// [`WeightsError::Encode`].
@@ -107,30 +109,32 @@ pub fn encode<T: Scalar>(params: &Params<T>) -> Result<Vec<u8>, WeightsError> {
     safetensors::serialize(views, None).map_err(failed)
 }
 
-/// Reads all parameters from 32- or 64-bit floats. Names and extents must match exactly.
+/// Reads all parameters from a safetensors file of 32- or 64-bit floats.
+///
+/// Names and extents must match exactly.
 ///
 /// # Errors
-/// [`WeightsError`] naming the tensor; the parameters are unchanged then.
+/// [`WeightsError`] with the name of the tensor; the parameters are then unchanged.
 pub fn import<T: Scalar>(path: &Path, params: &mut Params<T>) -> Result<(), WeightsError> {
     let bytes = std::fs::read(path).map_err(|source| WeightsError::Io { path: path.to_owned(), source })?;
     let file = SafeTensors::deserialize(&bytes)
         .map_err(|source| WeightsError::Format { path: path.to_owned(), source })?;
-    let mut fresh = params.clone();
-    // The reader keeps names in a hash map; messages must not depend on its order.
-    let mut found = file.names();
-    found.sort_unstable();
-    for &name in &found {
-        if fresh.get_mut(name).is_none() {
+    let mut imported = params.clone();
+    // The reader keeps names in a hash map, on whose order messages must not depend.
+    let mut names_in_file = file.names();
+    names_in_file.sort_unstable();
+    for &name in &names_in_file {
+        if imported.get_mut(name).is_none() {
             return Err(WeightsError::Unknown { path: path.to_owned(), name: name.to_owned() });
         }
     }
     let names: Vec<String> = params.iter().map(|(name, ..)| name.to_owned()).collect();
     for name in names {
         let Ok(view) = file.tensor(&name) else {
-            let available = found.iter().map(|name| (*name).to_owned()).collect();
+            let available = names_in_file.iter().map(|name| (*name).to_owned()).collect();
             return Err(WeightsError::Missing { path: path.to_owned(), name, available });
         };
-        let Some((dims, values)) = fresh.get_mut(&name) else { continue };
+        let Some((dims, values)) = imported.get_mut(&name) else { continue };
         let decoded: Option<Vec<f64>> = match view.dtype() {
             Dtype::F32 => {
                 let (chunks, _) = view.data().as_chunks::<4>();
@@ -157,6 +161,6 @@ pub fn import<T: Scalar>(path: &Path, params: &mut Params<T>) -> Result<(), Weig
             }
         }
     }
-    *params = fresh;
+    *params = imported;
     Ok(())
 }

@@ -2,10 +2,10 @@
 
 use crate::Shape;
 
-/// Refusals of an operation that is recorded or differentiated.
+/// Errors of recording or differentiating an operation.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum TensorError {
-    /// Two shapes do not fit together for this operation.
+    /// Two operands have incompatible shapes.
     #[error("{op}: shapes {left} and {right} do not fit: {rule}")]
     ShapeMismatch {
         /// Name of the operation.
@@ -17,14 +17,14 @@ pub enum TensorError {
         /// Rule of the operation that the shapes break.
         rule: &'static str,
     },
-    /// One shape is not what the operation asks for.
+    /// An operand has a shape that the operation does not accept.
     #[error("{op}: shape {shape} is not usable: {rule}")]
     BadShape {
         /// Name of the operation.
         op: &'static str,
-        /// The offending shape.
+        /// Shape of the operand.
         shape: Shape,
-        /// Rule of the operation that the shapes break.
+        /// Rule of the operation that the shape breaks.
         rule: &'static str,
     },
     /// The number of values given does not match the shape.
@@ -59,10 +59,10 @@ pub enum TensorError {
         /// End of the range, exclusive.
         end: usize,
     },
-    /// An operation made a value that is not finite (checked in debug builds, or on request).
-    #[error("{op} made {value} at flat index {index} of its output of shape {shape}")]
+    /// An operation produced a non-finite value (checked in debug builds, or on request).
+    #[error("{op} produced {value} at flat index {index} of its output of shape {shape}")]
     NotFinite {
-        /// Name of the operation that made the value.
+        /// Name of the operation.
         op: &'static str,
         /// `NaN`, `inf` or `-inf`.
         value: &'static str,
@@ -71,12 +71,12 @@ pub enum TensorError {
         /// Shape of the output.
         shape: Shape,
     },
-    /// The environment asks for an instruction set that this machine does not have.
-    #[error("AUGSIM_SIMD={found} names no instruction set of this machine; it has {}", available.join(", "))]
+    /// The environment variable `AUGSIM_SIMD` requests an instruction set that this machine does not have.
+    #[error("AUGSIM_SIMD={found} is not an instruction set of this machine; set it to one of: {}", available.join(", "))]
     Simd {
-        /// Name in the environment variable.
+        /// Value of the environment variable.
         found: String,
-        /// Levels of this machine.
+        /// Names of the levels of this machine.
         available: Vec<&'static str>,
     },
 }

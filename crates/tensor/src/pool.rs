@@ -1,12 +1,13 @@
-//! Recycled buffers: a tape that records the same shapes again allocates nothing.
+//! A pool of recycled buffers: recording the same shapes again allocates nothing.
 
 use std::ops::{Deref, DerefMut};
 
-/// Bytes that a buffer starts on: a cache line, and the widest vector. A vector that crosses a line costs
-/// two accesses.
+/// Alignment of a buffer in bytes: a cache line, which is also the widest vector.
+///
+/// A vector that crosses a cache line costs two memory accesses.
 const ALIGNMENT: usize = 64;
 
-/// Values on a cache line boundary.
+/// A buffer that starts at a cache line.
 #[derive(Debug)]
 pub(crate) struct Buffer<T> {
     memory: Vec<T>,
@@ -24,7 +25,7 @@ impl<T: Copy + Default> Buffer<T> {
     fn new(len: usize) -> Self {
         let spare = ALIGNMENT / size_of::<T>();
         let memory = vec![T::default(); len + spare];
-        // An offset that cannot be had costs speed and nothing else.
+        // If no aligned offset is found the buffer is correct all the same, only slower.
         let start = memory.as_ptr().align_offset(ALIGNMENT).min(spare);
         Buffer { memory, start, len }
     }
@@ -43,7 +44,7 @@ impl<T> DerefMut for Buffer<T> {
     }
 }
 
-/// Free buffers, kept by their exact length.
+/// Free buffers, by exact length.
 #[derive(Debug, Default)]
 pub(crate) struct Pool<T> {
     /// `(length, buffers of that length)`, sorted by length.
@@ -51,7 +52,7 @@ pub(crate) struct Pool<T> {
 }
 
 impl<T: Copy + Default> Pool<T> {
-    /// A buffer of `len` elements whose contents are arbitrary (left by an earlier use).
+    /// A buffer of `len` elements with undefined contents.
     pub(crate) fn take(&mut self, len: usize) -> Buffer<T> {
         if len == 0 {
             return Buffer::default();
@@ -71,7 +72,7 @@ impl<T: Copy + Default> Pool<T> {
         buffer
     }
 
-    /// Hands a buffer back.
+    /// Returns a buffer to the pool.
     pub(crate) fn give(&mut self, buffer: Buffer<T>) {
         if buffer.is_empty() {
             return;

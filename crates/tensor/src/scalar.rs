@@ -1,4 +1,4 @@
-//! The two element types, and what differs between them.
+//! The element types `f32` and `f64`, and the functions and kernels that each of them uses.
 
 use crate::kernels::{self, GruBackward, GruForward, LinearBackward, LinearForward};
 use std::fmt::{Debug, Display};
@@ -7,8 +7,8 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// Element type of a tensor: `f32` for training, `f64` for gradient checks.
 ///
-/// `f64` runs the plain reference kernels and the standard library's functions; `f32` runs the SIMD
-/// kernels and the branch-free approximations of [`crate::kernels::activation`].
+/// `f64` uses the reference kernels and the functions of the standard library; `f32` uses the SIMD kernels
+/// and the branch-free approximations of [`crate::kernels::activation`].
 pub trait Scalar:
     Copy
     + Default
@@ -36,9 +36,9 @@ pub trait Scalar:
     fn of(x: f64) -> Self;
     /// The value in double precision.
     fn to_f64(self) -> f64;
-    /// Neither NaN nor infinite.
+    /// Whether the value is neither NaN nor infinite.
     fn is_finite(self) -> bool;
-    /// e to the power of the value.
+    /// Exponential function.
     fn exp(self) -> Self;
     /// Natural logarithm.
     fn ln(self) -> Self;
@@ -50,39 +50,38 @@ pub trait Scalar:
     fn sigmoid(self) -> Self;
     /// ln(1 + exp(x)), without overflow.
     fn softplus(self) -> Self;
-    /// `out (m x n) = a (m x k) b (k x n)`, plus `out` itself if `accumulate`; strides in elements
-    /// `(row, column)` for each operand.
+    /// `out (m x n) = a (m x k) b (k x n)`, or `out += a b` if `accumulate`.
     fn matmul(dims: kernels::MatmulDims, a: &[Self], b: &[Self], out: &mut [Self], accumulate: bool);
-    /// One GRU layer over a sequence: [`crate::kernels::gru_reference::forward`] or its SIMD twin.
+    /// One GRU layer over a sequence: [`crate::kernels::gru_reference::forward`] or the SIMD kernel.
     fn gru_forward(args: GruForward<'_, Self>, scratch: &mut [Self]);
-    /// VJP of [`Scalar::gru_forward`].
+    /// Vector-Jacobian product of [`Scalar::gru_forward`].
     fn gru_backward(args: GruBackward<'_, Self>, scratch: &mut [Self]);
-    /// Scratch elements that the two GRU kernels need for layer extents `(input, hidden)`.
+    /// Number of scratch elements that the two GRU kernels need for a layer.
     fn gru_scratch(input: usize, hidden: usize) -> usize;
     /// `y = ln(1 + exp(x))`, element by element.
     fn softplus_forward(x: &[Self], y: &mut [Self]);
     /// `y = tanh x`, element by element.
     fn tanh_forward(x: &[Self], y: &mut [Self]);
-    /// `dx += g sigmoid(x)`; a `dx` that is `fresh` holds nothing and is written.
+    /// `dx += g sigmoid(x)`, or `dx = g sigmoid(x)` if `fresh`.
     fn softplus_backward(x: &[Self], g: &[Self], dx: &mut [Self], fresh: bool);
-    /// Divergence of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
+    /// Kullback-Leibler divergence KL(q || p) of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
     fn kl_forward(operands: [&[Self]; 4], y: &mut [Self]);
-    /// Adds the gradients of the four operands of [`Scalar::kl_forward`], or writes those that are `fresh`.
+    /// Adds the gradients of the operands of [`Scalar::kl_forward`]; overwrites those that are `fresh`.
     fn kl_backward(operands: [&[Self]; 4], g: &[Self], grads: [&mut [Self]; 4], fresh: [bool; 4]);
-    /// Negative log-likelihood of a Gaussian, from `[x, mean, sd]`.
+    /// Negative log-likelihood of a Gaussian, element by element, from `[x, mean, sd]`.
     fn nll_forward(operands: [&[Self]; 3], y: &mut [Self]);
-    /// Adds the gradients of the three operands of [`Scalar::nll_forward`], or writes those that are `fresh`.
+    /// Adds the gradients of the operands of [`Scalar::nll_forward`]; overwrites those that are `fresh`.
     fn nll_backward(operands: [&[Self]; 3], g: &[Self], grads: [&mut [Self]; 3], fresh: [bool; 3]);
-    /// Linear map over the feature axis of a sequence.
+    /// Affine map over the feature axis of a sequence.
     fn linear_forward(args: LinearForward<'_, Self>, scratch: &mut [Self]);
-    /// VJP of [`Scalar::linear_forward`].
+    /// Vector-Jacobian product of [`Scalar::linear_forward`].
     fn linear_backward(args: LinearBackward<'_, Self>, scratch: &mut [Self]);
-    /// Scratch elements that the two linear kernels need for extents `(input, output)`.
+    /// Number of scratch elements that the two linear kernels need for a layer.
     fn linear_scratch(input: usize, output: usize) -> usize;
 }
 
-/// Zeros in those that are `fresh`.
-fn clear<const N: usize>(mut grads: [&mut [f64]; N], fresh: [bool; N]) -> [&mut [f64]; N] {
+/// Fills the `fresh` gradients with zeros: the reference kernels only add.
+fn zero_fresh<const N: usize>(mut grads: [&mut [f64]; N], fresh: [bool; N]) -> [&mut [f64]; N] {
     for (grad, fresh) in grads.iter_mut().zip(fresh) {
         if fresh {
             grad.fill(0.0);
@@ -140,19 +139,21 @@ impl Scalar for f64 {
         kernels::pointwise_reference::tanh(x, y);
     }
     fn softplus_backward(x: &[f64], g: &[f64], dx: &mut [f64], fresh: bool) {
-        clear([dx], [fresh]).into_iter().for_each(|dx| kernels::pointwise_reference::softplus_vjp(x, g, dx));
+        zero_fresh([dx], [fresh])
+            .into_iter()
+            .for_each(|dx| kernels::pointwise_reference::softplus_vjp(x, g, dx));
     }
     fn kl_forward(operands: [&[f64]; 4], y: &mut [f64]) {
         kernels::pointwise_reference::gaussian_kl(operands, y);
     }
     fn kl_backward(operands: [&[f64]; 4], g: &[f64], grads: [&mut [f64]; 4], fresh: [bool; 4]) {
-        kernels::pointwise_reference::gaussian_kl_vjp(operands, g, clear(grads, fresh));
+        kernels::pointwise_reference::gaussian_kl_vjp(operands, g, zero_fresh(grads, fresh));
     }
     fn nll_forward(operands: [&[f64]; 3], y: &mut [f64]) {
         kernels::pointwise_reference::gaussian_nll(operands, y);
     }
     fn nll_backward(operands: [&[f64]; 3], g: &[f64], grads: [&mut [f64]; 3], fresh: [bool; 3]) {
-        kernels::pointwise_reference::gaussian_nll_vjp(operands, g, clear(grads, fresh));
+        kernels::pointwise_reference::gaussian_nll_vjp(operands, g, zero_fresh(grads, fresh));
     }
     fn linear_forward(args: LinearForward<'_, f64>, _: &mut [f64]) {
         kernels::linear_reference::forward(args);

@@ -1,4 +1,4 @@
-//! Shapes of at most four axes, stored inline.
+//! Shapes of tensors with at most four axes, stored inline.
 
 use crate::TensorError;
 
@@ -49,19 +49,24 @@ impl Shape {
         self.len() == 0
     }
 
-    /// Extents before, at and after `axis`, multiplied up: the three loops of any operation along it.
-    pub(crate) fn around(&self, axis: usize) -> (usize, usize, usize) {
+    /// Number of elements before `axis`, extent of `axis`, and number of elements after it.
+    ///
+    /// These are the bounds of the three nested loops of an operation along one axis.
+    pub(crate) fn split_at_axis(&self, axis: usize) -> (usize, usize, usize) {
         let d = self.dims();
         (d[..axis].iter().product(), d[axis], d[axis + 1..].iter().product())
     }
 
-    /// Replaces the extent on `axis`.
+    /// The same shape with another extent on `axis`.
     pub(crate) fn with(mut self, axis: usize, extent: usize) -> Self {
         self.dims[axis] = extent;
         self
     }
 
-    /// `[time, feature, batch]` extents.
+    /// The extents `(time, feature, batch)` of a sequence.
+    ///
+    /// # Errors
+    /// [`TensorError::BadShape`] unless there are three axes.
     pub(crate) fn sequence(&self, op: &'static str) -> Result<(usize, usize, usize), TensorError> {
         match *self.dims() {
             [t, f, b] => Ok((t, f, b)),
@@ -71,13 +76,16 @@ impl Shape {
         }
     }
 
-    /// Shape that two operands broadcast to (NumPy's rule: align at the last axis, 1 stretches).
+    /// Shape to which two operands broadcast, by NumPy's rule: axes are aligned at the last one.
+    ///
+    /// # Errors
+    /// [`TensorError::ShapeMismatch`] if two aligned extents differ and neither is 1.
     pub(crate) fn broadcast(op: &'static str, a: Shape, b: Shape) -> Result<Shape, TensorError> {
         let rank = a.rank.max(b.rank);
         let mut out = Shape { dims: [1; MAX_RANK], rank };
-        let at = |s: &Shape, i: usize| if i + s.rank >= rank { s.dims[i + s.rank - rank] } else { 1 };
+        let extent = |s: &Shape, i: usize| if i + s.rank >= rank { s.dims[i + s.rank - rank] } else { 1 };
         for i in 0..rank {
-            let (x, y) = (at(&a, i), at(&b, i));
+            let (x, y) = (extent(&a, i), extent(&b, i));
             out.dims[i] = match (x, y) {
                 _ if x == y => x,
                 (1, _) => y,

@@ -1,5 +1,4 @@
-//! The instruction set that the kernels run on: the best of this machine, or the one that
-//! `AUGSIM_SIMD` asks for.
+//! Choice of the instruction set: the best of this machine, or the one that `AUGSIM_SIMD` requests.
 
 use crate::TensorError;
 use crate::kernels::vector::Vector;
@@ -9,10 +8,10 @@ use std::sync::OnceLock;
 /// Environment variable that forces a level: `scalar`, `v3` (AVX2 and FMA), `v4` (AVX-512) or `neon`.
 pub const VARIABLE: &str = "AUGSIM_SIMD";
 
-/// Instruction sets with kernels of their own, from the slowest.
+/// Supported instruction sets, from the slowest to the fastest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// One value at a time, whatever the machine.
+    /// No SIMD; runs on every machine.
     Scalar,
     /// 4 lanes (AArch64).
     Neon,
@@ -23,12 +22,12 @@ pub enum Level {
 }
 
 impl Level {
-    /// All levels that this machine can run, from the slowest; the last is the default.
+    /// The levels of this machine, from the slowest to the fastest; the last is the default.
     pub fn available() -> impl Iterator<Item = Level> {
-        [Level::Scalar, Level::Neon, Level::V3, Level::V4].into_iter().filter(|l| l.runs_here())
+        [Level::Scalar, Level::Neon, Level::V3, Level::V4].into_iter().filter(|l| l.is_supported())
     }
 
-    /// Name, as [`VARIABLE`] takes it.
+    /// Name of the level, as a value of [`VARIABLE`].
     pub fn name(self) -> &'static str {
         match self {
             Level::Scalar => "scalar",
@@ -38,10 +37,10 @@ impl Level {
         }
     }
 
-    /// The level that [`VARIABLE`] asks for, or the machine's best where it is not set.
+    /// The level that [`VARIABLE`] requests, or the fastest of this machine if it is not set.
     ///
     /// # Errors
-    /// [`TensorError::Simd`] if it names no level that this machine can run.
+    /// [`TensorError::Simd`] if the variable is not the name of a level of this machine.
     pub fn requested() -> Result<Level, TensorError> {
         let best = Level::available().last().unwrap_or(Level::Scalar);
         let Some(text) = std::env::var_os(VARIABLE) else { return Ok(best) };
@@ -52,8 +51,10 @@ impl Level {
         })
     }
 
-    /// The level of this process: [`Level::requested`] when first asked, the best level where that is an
-    /// error (the program reports it at its start).
+    /// The level of this process, which is determined at the first call.
+    ///
+    /// If [`Level::requested`] is an error this is the fastest level; programs report that error when they
+    /// start.
     pub fn current() -> Level {
         static CURRENT: OnceLock<Level> = OnceLock::new();
         *CURRENT.get_or_init(|| {
@@ -61,7 +62,7 @@ impl Level {
         })
     }
 
-    fn runs_here(self) -> bool {
+    fn is_supported(self) -> bool {
         match self {
             Level::Scalar => true,
             #[cfg(target_arch = "x86_64")]
@@ -74,47 +75,49 @@ impl Level {
         }
     }
 
-    /// Runs a loop compiled for this level.
+    /// Runs a plain loop, which the compiler vectorises for this level.
     #[inline]
     pub(crate) fn vectorised<R>(self, f: impl FnOnce() -> R) -> R {
         self.dispatch(f)
     }
 
-    /// Runs a kernel at this level for that many sequences: where they fill at most half of a wide vector,
-    /// narrow vectors cost less (with the wide level's registers).
+    /// Runs a kernel at this level for `lanes` sequences.
+    ///
+    /// Up to 8 sequences fill at most half of an AVX-512 vector. They run faster on AVX2 vectors, compiled
+    /// for AVX-512 to have its 32 registers.
     #[inline]
     pub(crate) fn run<K: Kernel>(self, lanes: usize, kernel: K) {
         match (self, lanes) {
             #[cfg(target_arch = "x86_64")]
             (Level::V3, _) => {
                 if let Some(simd) = pulp::x86::V3::try_new() {
-                    return Simd::vectorize(simd, On::<_, _, false>(kernel, simd));
+                    return Simd::vectorize(simd, KernelOn::<_, _, false>(kernel, simd));
                 }
             }
             #[cfg(target_arch = "x86_64")]
             (Level::V4, 0..=8) => {
                 if let (Some(wide), Some(narrow)) = (pulp::x86::V4::try_new(), pulp::x86::V3::try_new()) {
-                    return Simd::vectorize(wide, On::<_, _, true>(kernel, narrow));
+                    return Simd::vectorize(wide, KernelOn::<_, _, true>(kernel, narrow));
                 }
             }
             #[cfg(target_arch = "x86_64")]
             (Level::V4, _) => {
                 if let Some(simd) = pulp::x86::V4::try_new() {
-                    return Simd::vectorize(simd, On::<_, _, true>(kernel, simd));
+                    return Simd::vectorize(simd, KernelOn::<_, _, true>(kernel, simd));
                 }
             }
             #[cfg(target_arch = "aarch64")]
             (Level::Neon, _) => {
                 if let Some(simd) = pulp::aarch64::Neon::try_new() {
-                    return Simd::vectorize(simd, On::<_, _, true>(kernel, simd));
+                    return Simd::vectorize(simd, KernelOn::<_, _, true>(kernel, simd));
                 }
             }
             _ => {}
         }
-        Simd::vectorize(Scalar, On::<_, _, false>(kernel, Scalar));
+        Simd::vectorize(Scalar, KernelOn::<_, _, false>(kernel, Scalar));
     }
 
-    /// Runs `op` at this level, or the scalar one where the machine has no such level.
+    /// Runs `op` at this level, or at the scalar level if the machine does not have it.
     #[inline]
     fn dispatch<Op: WithSimd>(self, op: Op) -> Op::Output {
         match self {
@@ -142,19 +145,23 @@ impl Level {
     }
 }
 
-/// A kernel, generic over the vector. `ROOMY`: there are 32 vector registers, not 16.
+/// A kernel, generic over the vector type.
+///
+/// `MANY_REGISTERS` is true if there are 32 vector registers, false if there are 16.
 pub(crate) trait Kernel {
-    /// Does the work. To be inlined into the function that is compiled for the instruction set.
-    fn run<S: Vector, const ROOMY: bool>(self, simd: S);
+    /// Runs the kernel.
+    ///
+    /// Implementations must be inlined into the function that is compiled for the instruction set.
+    fn run<S: Vector, const MANY_REGISTERS: bool>(self, simd: S);
 }
 
-/// A kernel on vectors that the dispatched level has; they may be narrower than its own.
-struct On<K, N, const ROOMY: bool>(K, N);
+/// A kernel with its vector type, which may be narrower than the widest of the dispatched level.
+struct KernelOn<K, N, const MANY_REGISTERS: bool>(K, N);
 
-impl<K: Kernel, N: Vector, const ROOMY: bool> WithSimd for On<K, N, ROOMY> {
+impl<K: Kernel, N: Vector, const MANY_REGISTERS: bool> WithSimd for KernelOn<K, N, MANY_REGISTERS> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.0.run::<N, ROOMY>(self.1);
+        self.0.run::<N, MANY_REGISTERS>(self.1);
     }
 }

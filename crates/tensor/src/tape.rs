@@ -1,10 +1,10 @@
-//! The reverse-mode tape.
+//! The tape: records operations on tensors and differentiates a scalar in reverse mode.
 
 use crate::ops::{self, Op};
 use crate::pool::{Buffer, Pool};
 use crate::{Scalar, Shape, TensorError};
 
-/// A tensor recorded on a [`Tape`]; only meaningful for the tape that made it.
+/// Index of a tensor on a [`Tape`]; valid only for the tape that recorded it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Var(u32);
 
@@ -14,13 +14,14 @@ impl Var {
     }
 }
 
-/// A place on a [`Tape`], between two records.
+/// A position between two recorded tensors of a [`Tape`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mark {
     nodes: usize,
     args: usize,
 }
 
+/// A recorded tensor without its values.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     shape: Shape,
@@ -36,8 +37,9 @@ pub struct Tape<T> {
     nodes: Vec<Node>,
     values: Vec<Buffer<T>>,
     grads: Vec<Buffer<T>>,
+    /// Intermediate results that the forward pass of an operation keeps for its vector-Jacobian product.
     saved: Vec<Buffer<T>>,
-    /// Operands of the operations that take any number of them.
+    /// Operands of the operations with a variable number of operands.
     pub(crate) args: Vec<Var>,
     pub(crate) pool: Pool<T>,
     check_finite: bool,
@@ -58,7 +60,9 @@ impl<T: Scalar> Default for Tape<T> {
 }
 
 impl<T: Scalar> Tape<T> {
-    /// An empty tape. In debug builds every operation checks that its output is finite.
+    /// An empty tape.
+    ///
+    /// In debug builds every operation checks that its output is finite.
     pub fn new() -> Self {
         Self::default()
     }
@@ -68,7 +72,7 @@ impl<T: Scalar> Tape<T> {
         self.check_finite = on;
     }
 
-    /// Forgets everything recorded and keeps the memory.
+    /// Removes all records; the buffers go back to the pool.
     pub fn reset(&mut self) {
         self.nodes.clear();
         self.args.clear();
@@ -111,12 +115,12 @@ impl<T: Scalar> Tape<T> {
         self.nodes[v.index()].shape
     }
 
-    /// The operation that made a tensor, with its operands.
+    /// The operation that produced a tensor, with its operands.
     pub(crate) fn op(&self, v: Var) -> Op {
         self.nodes[v.index()].op
     }
 
-    /// Name of the operation that made a tensor: one of [`crate::OPERATIONS`].
+    /// Name of the operation that produced a tensor: one of [`crate::OPERATIONS`].
     pub fn operation(&self, v: Var) -> &'static str {
         self.nodes[v.index()].op.name()
     }
@@ -126,13 +130,14 @@ impl<T: Scalar> Tape<T> {
         &self.values[v.index()]
     }
 
-    /// Gradient of a variable after [`Tape::backward`], row-major; empty for constants and before it.
+    /// Gradient of a variable, row-major; empty for constants, and before [`Tape::backward`].
     pub fn grad(&self, v: Var) -> &[T] {
         &self.grads[v.index()]
     }
 
-    /// Differentiates `loss`, which must have one element, with respect to every variable. Gradients of
-    /// intermediate results are recycled; those of variables stay until [`Tape::reset`].
+    /// Differentiates `loss`, which must have one element, with respect to every variable.
+    ///
+    /// Gradients of variables stay until [`Tape::reset`]; those of intermediate results are recycled.
     ///
     /// # Errors
     /// [`TensorError::BadShape`] if `loss` has more or fewer than one element.
@@ -140,25 +145,27 @@ impl<T: Scalar> Tape<T> {
         for grad in &mut self.grads {
             grad.fill(T::ZERO);
         }
-        self.start_from(loss)?;
+        self.seed_gradient(loss)?;
         self.sweep(0, loss.index() + 1);
         self.fill_missing_grads();
         Ok(())
     }
 
-    /// The place after everything recorded so far.
+    /// The position after the last record.
     pub fn mark(&self) -> Mark {
         Mark { nodes: self.nodes.len(), args: self.args.len() }
     }
 
-    /// Differentiates one of several terms of a loss and forgets what was recorded since `mark`, so that the next
-    /// term finds its memory in cache: the gradient of `loss` is propagated to everything recorded before, where
-    /// it is added to what other terms gave. [`Tape::finish_backward`] takes it on from there.
+    /// Differentiates one term of a loss and removes the records after `mark`.
+    ///
+    /// The gradient of `loss` is propagated to the tensors recorded before `mark`, where the gradients of
+    /// several terms add up; [`Tape::finish_backward`] then propagates them to the variables. The memory of a
+    /// term is reused by the next one, so it stays in cache.
     ///
     /// # Errors
     /// [`TensorError::BadShape`] if `loss` has more or fewer than one element.
     pub fn backward_to(&mut self, mark: Mark, loss: Var) -> Result<(), TensorError> {
-        self.start_from(loss)?;
+        self.seed_gradient(loss)?;
         self.sweep(mark.nodes, self.nodes.len());
         self.nodes.truncate(mark.nodes);
         self.args.truncate(mark.args);
@@ -170,13 +177,14 @@ impl<T: Scalar> Tape<T> {
         Ok(())
     }
 
-    /// Propagates what [`Tape::backward_to`] left at the tensors that are still recorded to every variable.
+    /// Propagates the gradients that [`Tape::backward_to`] has accumulated to every variable.
     pub fn finish_backward(&mut self) {
         self.sweep(0, self.nodes.len());
         self.fill_missing_grads();
     }
 
-    fn start_from(&mut self, loss: Var) -> Result<(), TensorError> {
+    /// Sets the gradient of `loss` with respect to itself, 1.
+    fn seed_gradient(&mut self, loss: Var) -> Result<(), TensorError> {
         let shape = self.shape(loss);
         if shape.len() != 1 {
             let rule = "only a tensor of one element can be differentiated";
@@ -186,21 +194,21 @@ impl<T: Scalar> Tape<T> {
         Ok(())
     }
 
-    /// Takes gradients from the nodes `first..end` to their operands, from the last.
+    /// Propagates the gradients of the nodes `first..end` to their operands, last node first.
     fn sweep(&mut self, first: usize, end: usize) {
         for i in (first..end).rev() {
             if matches!(self.nodes[i].op, Op::Leaf) || self.grads[i].is_empty() {
                 continue;
             }
-            // The gradient of an intermediate result is complete here: every node that uses it comes later on the tape and
-            // has been swept. So its buffer can go back to the pool at once.
+            // The gradient of this node is complete: all nodes that use it come later on the tape and have
+            // been processed. Its buffer can be recycled after this step.
             let grad = std::mem::take(&mut self.grads[i]);
             ops::vjp(self, self.nodes[i].op, Var(i as u32), &grad);
             self.pool.give(grad);
         }
     }
 
-    /// Variables that the loss does not depend on have a gradient of zero.
+    /// Sets the gradient of variables on which the loss does not depend to zero.
     fn fill_missing_grads(&mut self) {
         for (node, grad) in self.nodes.iter().zip(&mut self.grads) {
             if node.needs_grad && matches!(node.op, Op::Leaf) && grad.is_empty() {
@@ -209,7 +217,10 @@ impl<T: Scalar> Tape<T> {
         }
     }
 
-    /// Appends a node. The buffer becomes its value.
+    /// Appends a node with its values.
+    ///
+    /// # Errors
+    /// [`TensorError::NotFinite`] when the check is on.
     pub(crate) fn push(
         &mut self,
         op: Op,
@@ -235,22 +246,22 @@ impl<T: Scalar> Tape<T> {
         Ok(Var((self.nodes.len() - 1) as u32))
     }
 
-    /// Keeps a buffer beside a node for its VJP.
+    /// Stores an intermediate result of a node for its vector-Jacobian product.
     pub(crate) fn save(&mut self, v: Var, buffer: Buffer<T>) {
         self.saved[v.index()] = buffer;
     }
 
-    /// The buffer kept by [`Tape::save`].
+    /// The intermediate result stored by [`Tape::save`].
     pub(crate) fn saved(&self, v: Var) -> &[T] {
         &self.saved[v.index()]
     }
 
-    /// Whether any of the operands leads to a variable.
+    /// Whether any of the operands depends on a variable.
     pub(crate) fn needs_grad(&self, vars: &[Var]) -> bool {
         vars.iter().any(|v| self.nodes[v.index()].needs_grad)
     }
 
-    /// Takes the gradient buffer of `v` out for accumulation: zeros at first, empty if the gradient is not wanted.
+    /// Takes the gradient buffer of `v` off the tape, to add to it; empty if `v` needs no gradient.
     pub(crate) fn take_grad(&mut self, v: Var) -> Buffer<T> {
         let i = v.index();
         if !self.nodes[i].needs_grad {
@@ -260,8 +271,10 @@ impl<T: Scalar> Tape<T> {
         if grad.is_empty() { self.pool.take_zeroed(self.nodes[i].shape.len()) } else { grad }
     }
 
-    /// Takes the gradient buffer of `v` for a kernel that writes every element. Returns `(buffer, fresh)`: the contents of a
-    /// `fresh` buffer are undefined and must be overwritten; those of another must be added to.
+    /// Takes the gradient buffer of `v` off the tape, for a kernel that writes every element.
+    ///
+    /// Returns `(buffer, fresh)`: a `fresh` buffer is undefined and must be overwritten, another must be
+    /// added to. The buffer is empty if `v` needs no gradient.
     pub(crate) fn take_grad_to_write(&mut self, v: Var) -> (Buffer<T>, bool) {
         let i = v.index();
         if !self.nodes[i].needs_grad {
@@ -271,8 +284,10 @@ impl<T: Scalar> Tape<T> {
         if grad.is_empty() { (self.pool.take(self.nodes[i].shape.len()), true) } else { (grad, false) }
     }
 
-    /// Puts a gradient buffer back. An operand that occurs twice in one operation (tied weights) has two
-    /// buffers out at once; they are added.
+    /// Puts a gradient buffer back on the tape.
+    ///
+    /// If an operand occurs twice in one operation (tied weights), two buffers have been taken; they are
+    /// added.
     pub(crate) fn put_grad(&mut self, v: Var, grad: Buffer<T>) {
         let slot = &mut self.grads[v.index()];
         if slot.is_empty() {
@@ -283,8 +298,9 @@ impl<T: Scalar> Tape<T> {
         self.pool.give(grad);
     }
 
-    /// Hands the gradient of `v`, if it is wanted, to `f(gradient, fresh, tape)`: `f` overwrites every element of a `fresh`
-    /// gradient and adds to any other.
+    /// Calls `f(gradient, fresh, tape)` with the gradient of `v`, if `v` needs one.
+    ///
+    /// `f` overwrites every element of a `fresh` gradient, and adds to another.
     pub(crate) fn contribute(&mut self, v: Var, f: impl FnOnce(&mut [T], bool, &Tape<T>)) {
         if self.nodes[v.index()].needs_grad {
             let (mut grad, fresh) = self.take_grad_to_write(v);
@@ -293,7 +309,7 @@ impl<T: Scalar> Tape<T> {
         }
     }
 
-    /// Adds to the gradient of `v`, if it is wanted: `f(gradient of v, tape)`.
+    /// Calls `f(gradient, tape)`, which adds to the gradient of `v`, if `v` needs one.
     pub(crate) fn accumulate(&mut self, v: Var, f: impl FnOnce(&mut [T], &Tape<T>)) {
         if self.nodes[v.index()].needs_grad {
             let mut grad = self.take_grad(v);
@@ -301,19 +317,19 @@ impl<T: Scalar> Tape<T> {
             self.put_grad(v, grad);
         }
     }
-}
 
-impl<T: Scalar> Tape<T> {
-    /// Takes the gradient buffer of `v` and says whether the gradient is wanted; where it is not, the buffer is scratch and
-    /// holds zeros. For kernels that write the gradients of all operands in one pass.
+    /// As [`Tape::take_grad`], for kernels that need a buffer for every operand.
+    ///
+    /// Returns `(buffer, wanted)`. If `v` needs no gradient the buffer is scratch memory filled with zeros.
     pub(crate) fn take_grad_or_scratch(&mut self, v: Var) -> (Buffer<T>, bool) {
         let wanted = self.nodes[v.index()].needs_grad;
         let grad = if wanted { self.take_grad(v) } else { self.pool.take_zeroed(self.shape(v).len()) };
         (grad, wanted)
     }
 
-    /// Takes the gradient buffer of `v` for a kernel that writes every element. Returns `(buffer, fresh, wanted)`: `fresh` as
-    /// in [`Tape::take_grad_to_write`]; a buffer that is not `wanted` is scratch.
+    /// As [`Tape::take_grad_to_write`], for kernels that need a buffer for every operand.
+    ///
+    /// Returns `(buffer, fresh, wanted)`. If `v` needs no gradient the buffer is `fresh` scratch memory.
     pub(crate) fn take_grad_or_scratch_to_write(&mut self, v: Var) -> (Buffer<T>, bool, bool) {
         if self.nodes[v.index()].needs_grad {
             let (grad, fresh) = self.take_grad_to_write(v);
@@ -322,7 +338,7 @@ impl<T: Scalar> Tape<T> {
         (self.pool.take(self.shape(v).len()), true, false)
     }
 
-    /// Puts a buffer of [`Tape::take_grad_or_scratch`] back.
+    /// Puts back a buffer of [`Tape::take_grad_or_scratch`], or recycles it if it was scratch memory.
     pub(crate) fn put_grad_or_scratch(&mut self, v: Var, grad: Buffer<T>, wanted: bool) {
         if wanted {
             self.put_grad(v, grad);

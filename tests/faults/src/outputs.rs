@@ -1,4 +1,4 @@
-//! The files of a command: whole or absent, and the same as those of an undisturbed run.
+//! Output files of a command: checks for damage and for differences from an undisturbed run.
 
 use anyhow::Context;
 use augsim_data::{MissingCells, read_dataset};
@@ -9,29 +9,30 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Run times differ from run to run; every other file depends on the seed and on the inputs alone.
-const TIMES: &str = "timing.json";
+/// File of run times, which differ between runs; all other files depend only on seed and inputs.
+const TIMING_FILE: &str = "timing.json";
 
-/// The files below a folder, by their paths in it.
+/// Contents of the files below a folder, by relative path.
 pub type Files = BTreeMap<PathBuf, Vec<u8>>;
 
-/// Everything below `folder`, which may be absent.
+/// Reads all files below `folder`, which may be absent.
 ///
 /// # Errors
-/// Something cannot be read.
+/// A file cannot be read.
 pub fn files(folder: &Path) -> anyhow::Result<Files> {
     let mut files = Files::new();
     if folder.is_dir() {
-        gather(folder, folder, &mut files)?;
+        collect_files(folder, folder, &mut files)?;
     }
     Ok(files)
 }
 
-fn gather(root: &Path, folder: &Path, files: &mut Files) -> anyhow::Result<()> {
+/// Adds the files below `folder` to `files`.
+fn collect_files(root: &Path, folder: &Path, files: &mut Files) -> anyhow::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         if path.is_dir() {
-            gather(root, &path, files)?;
+            collect_files(root, &path, files)?;
         } else {
             let content = fs::read(&path).with_context(|| path.display().to_string())?;
             files.insert(path.strip_prefix(root)?.to_owned(), content);
@@ -40,30 +41,32 @@ fn gather(root: &Path, folder: &Path, files: &mut Files) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Whether a file is a temporary one, which a killed process may leave: hidden, and ending in `.tmp`.
+/// Whether a file is temporary (hidden and ending in `.tmp`), as a killed process may leave.
 pub fn is_temporary(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     name.starts_with('.') && name.ends_with(".tmp")
 }
 
-/// The first file below `folder` that is neither whole nor temporary: a file is whole if it equals that of an
-/// undisturbed run, or if its format can be read to the end.
+/// Describes the first file below `folder` that is neither complete nor temporary.
+///
+/// A file is complete if it equals that of an undisturbed run, or if its format can be read to the end.
 ///
 /// # Errors
-/// Something cannot be read at all.
+/// A file cannot be opened.
 pub fn damage(folder: &Path, undisturbed: &Files) -> anyhow::Result<Option<String>> {
     for (path, content) in files(folder)? {
         if is_temporary(&path) || undisturbed.get(&path) == Some(&content) {
             continue;
         }
-        if let Err(fault) = readable(&folder.join(&path), &content) {
-            return Ok(Some(format!("{} is no whole file: {fault:#}", path.display())));
+        if let Err(fault) = check_readable(&folder.join(&path), &content) {
+            return Ok(Some(format!("{} is not a complete file: {fault:#}", path.display())));
         }
     }
     Ok(None)
 }
 
-fn readable(path: &Path, content: &[u8]) -> anyhow::Result<()> {
+/// Returns an error if a file of a known format cannot be read to the end.
+fn check_readable(path: &Path, content: &[u8]) -> anyhow::Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
     match extension.as_str() {
@@ -72,33 +75,35 @@ fn readable(path: &Path, content: &[u8]) -> anyhow::Result<()> {
         "toml" => drop(toml::from_str::<toml::Table>(std::str::from_utf8(content)?)?),
         "json" => drop(serde_json::from_slice::<serde_json::Value>(content)?),
         "jsonl" => {
-            anyhow::ensure!(content.is_empty() || content.ends_with(b"\n"), "its last line is cut");
+            anyhow::ensure!(content.is_empty() || content.ends_with(b"\n"), "its last line is incomplete");
             for line in std::str::from_utf8(content)?.lines() {
                 drop(serde_json::from_str::<serde_json::Value>(line)?);
             }
         }
-        "html" => anyhow::ensure!(content.trim_ascii_end().ends_with(b"</html>"), "it has no end"),
+        "html" => anyhow::ensure!(content.trim_ascii_end().ends_with(b"</html>"), "its end is missing"),
         "csv" => {
-            anyhow::ensure!(content.ends_with(b"\n"), "its last line is cut");
+            anyhow::ensure!(content.ends_with(b"\n"), "its last line is incomplete");
             drop(read_dataset(path, MissingCells::AsGap)?);
         }
-        _ => anyhow::bail!("{name} is of no kind that augsim writes"),
+        _ => anyhow::bail!("{name} is not a kind of file that augsim writes"),
     }
     Ok(())
 }
 
-/// The first difference between the files below `folder` and those of an undisturbed run; what is temporary must be gone.
+/// Describes the first difference between the files below `folder` and those of an undisturbed run.
+///
+/// Temporary files count as differences.
 ///
 /// # Errors
-/// Something cannot be read.
+/// A file cannot be read.
 pub fn difference(folder: &Path, undisturbed: &Files) -> anyhow::Result<Option<String>> {
     let found = files(folder)?;
-    let timed = |path: &Path| path.file_name().is_some_and(|name| name == TIMES);
+    let is_timing = |path: &Path| path.file_name().is_some_and(|name| name == TIMING_FILE);
     for (path, content) in &found {
         match undisturbed.get(path) {
-            None => return Ok(Some(format!("{} is left over", path.display()))),
-            Some(expected) if expected != content && !timed(path) => {
-                return Ok(Some(format!("{} has other bytes", path.display())));
+            None => return Ok(Some(format!("{} is unexpected", path.display()))),
+            Some(expected) if expected != content && !is_timing(path) => {
+                return Ok(Some(format!("{} has different bytes", path.display())));
             }
             Some(_) => {}
         }
@@ -109,8 +114,9 @@ pub fn difference(folder: &Path, undisturbed: &Files) -> anyhow::Result<Option<S
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a file that was cut, a left-over and other bytes are noticed; a file of another moment that is whole,
-    //! and the temporary file of a killed process, are none. A harness that accepts everything would pass for ever.
+    //! Contract: a truncated file, an unexpected file and different bytes are noticed; a complete file of
+    //! another moment and the temporary file of a killed process are accepted. A harness that accepts
+    //! everything would always pass.
     use super::*;
 
     fn folder(files: &[(&str, &[u8])]) -> tempfile::TempDir {
@@ -122,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_file_is_noticed_in_every_format() {
+    fn a_truncated_file_is_noticed_in_every_format() {
         for (name, content) in [
             ("result.json", b"{\"schema\": ".as_slice()),
             ("model.toml", b"scenario = \"ba"),
@@ -140,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_files_and_temporary_ones_are_no_damage() {
+    fn complete_and_temporary_files_are_not_damage() {
         let folder =
             folder(&[("result.json", b"{}"), (".result.json.17-0.tmp", b"{\"half"), ("strange", b"same")]);
         let undisturbed = Files::from([("strange".into(), b"same".to_vec())]);
@@ -148,17 +154,17 @@ mod tests {
     }
 
     #[test]
-    fn other_bytes_a_left_over_and_a_missing_file_are_differences_and_times_are_none() {
+    fn changed_unexpected_and_missing_files_are_differences_but_run_times_are_not() {
         let undisturbed =
-            Files::from([("result.json".into(), b"{}".to_vec()), (TIMES.into(), b"1".to_vec())]);
+            Files::from([("result.json".into(), b"{}".to_vec()), (TIMING_FILE.into(), b"1".to_vec())]);
         let difference = |files: &[(&str, &[u8])]| difference(folder(files).path(), &undisturbed).unwrap();
-        assert_eq!(difference(&[("result.json", b"{}"), (TIMES, b"2")]), None);
+        assert_eq!(difference(&[("result.json", b"{}"), (TIMING_FILE, b"2")]), None);
         for (files, text) in [
-            ([("result.json", b"[]".as_slice()), (TIMES, b"1")], "other bytes"),
-            ([("result.json", b"{}"), (".x.tmp", b"")], "left over"),
+            ([("result.json", b"[]".as_slice()), (TIMING_FILE, b"1")], "different bytes"),
+            ([("result.json", b"{}"), (".x.tmp", b"")], "unexpected"),
         ] {
             assert!(difference(&files).is_some_and(|found| found.contains(text)), "{text}");
         }
-        assert!(difference(&[(TIMES, b"1")]).is_some_and(|found| found.contains("missing")));
+        assert!(difference(&[(TIMING_FILE, b"1")]).is_some_and(|found| found.contains("missing")));
     }
 }

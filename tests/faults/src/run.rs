@@ -1,15 +1,17 @@
-//! Runs a command, plainly or under strace, which counts its system calls or meddles with one of them.
+//! Runs a command, plainly or under strace, which counts its system calls or injects a fault into one of
+//! them.
 
 use anyhow::Context;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// System calls that change files or tell the user something: half of the kills happen at these, because among all
-/// calls of a command that computes they are rare.
+/// System calls that change files or print output.
+///
+/// Half of the kills happen at these, because they are rare among all calls of a command that computes.
 pub const CHANGING: &str = "write,writev,pwrite64,openat,rename,renameat,renameat2,unlink,unlinkat,mkdir,fsync,fdatasync,ftruncate,flock,fchmod";
 
-/// How a command ended.
+/// Result of a command.
 #[derive(Debug)]
 pub struct Ended {
     /// Exit code; `None` if a signal ended it.
@@ -21,7 +23,7 @@ pub struct Ended {
 /// Runs `program` in `folder`.
 ///
 /// # Errors
-/// It cannot be started.
+/// The program cannot be started.
 pub fn run(program: &Path, arguments: &[String], folder: &Path) -> anyhow::Result<Ended> {
     let mut command = Command::new(program);
     command.args(arguments).current_dir(folder).stdin(Stdio::null()).stdout(Stdio::null());
@@ -29,8 +31,9 @@ pub fn run(program: &Path, arguments: &[String], folder: &Path) -> anyhow::Resul
     Ok(Ended { code: output.status.code(), stderr: String::from_utf8_lossy(&output.stderr).into_owned() })
 }
 
-/// The system calls of `set` that `program` makes, as places: a call's place is its number among those of its thread,
-/// because strace counts so where it injects.
+/// The numbers of all system calls of `set` that `program` makes.
+///
+/// A call is numbered among those of its thread, because strace counts in this way when it injects.
 ///
 /// # Errors
 /// strace cannot be started, or the command fails under it.
@@ -44,21 +47,21 @@ pub fn places(program: &Path, arguments: &[String], folder: &Path, set: &str) ->
     let mut places = Vec::new();
     for line in text.lines().filter(|line| !line.contains(" resumed>") && line.contains('(')) {
         let thread = line.split_whitespace().next().unwrap_or_default();
-        let at = match threads.iter().position(|(name, _)| *name == thread) {
-            Some(at) => at,
+        let index = match threads.iter().position(|(name, _)| *name == thread) {
+            Some(index) => index,
             None => {
                 threads.push((thread, 0));
                 threads.len() - 1
             }
         };
-        threads[at].1 += 1;
-        places.push(threads[at].1);
+        threads[index].1 += 1;
+        places.push(threads[index].1);
     }
     anyhow::ensure!(!places.is_empty(), "strace saw no system call");
     Ok(places)
 }
 
-/// Runs `program` with `injection` at the call of `set` at `place`.
+/// Runs `program` under strace with the fault `injection` at a call of `set`.
 ///
 /// # Errors
 /// strace cannot be started.
@@ -73,11 +76,11 @@ pub fn injected(
     strace(program, arguments, folder, &["-o", "/dev/null", "-e", &trace, "-e", &inject])
 }
 
+/// Runs `program` under strace with these options.
 fn strace(program: &Path, arguments: &[String], folder: &Path, options: &[&str]) -> anyhow::Result<Ended> {
     let mut command = Command::new("strace");
     command.args(["-f", "--seccomp-bpf", "-qqq"]).args(options).arg(program).args(arguments);
     command.current_dir(folder).stdin(Stdio::null()).stdout(Stdio::null());
-    let output =
-        command.output().context("strace: cannot be started; install it (apt-get install strace)")?;
+    let output = command.output().context("strace cannot be started; install it (apt-get install strace)")?;
     Ok(Ended { code: output.status.code(), stderr: String::from_utf8_lossy(&output.stderr).into_owned() })
 }

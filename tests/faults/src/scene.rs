@@ -1,12 +1,14 @@
-//! The commands under attack. Each runs in a folder of its own, in which it writes to `out` and to nothing else, and is
-//! repeated by the same words, with `--resume` where the command has it.
+//! The commands under test.
+//!
+//! Each runs in its own folder, writes only to `out`, and is repeated with the same arguments, with
+//! `--resume` if the command has it.
 
 use crate::run::run;
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-/// A command, and how it goes on after it was killed.
+/// A command, and how it is resumed after it was killed.
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// Name in reports.
@@ -17,10 +19,10 @@ pub struct Scene {
     pub again: Vec<String>,
 }
 
-/// Where what all scenes read lies, seen from the folder of a case.
+/// Folder of the common inputs, seen from the folder of a case.
 const INPUTS: &str = "../inputs";
 
-/// Makes the inputs below `root` and gives the scenes that use them.
+/// Makes the inputs below `root` and returns the commands that use them.
 ///
 /// # Errors
 /// The inputs cannot be made.
@@ -33,7 +35,7 @@ pub fn prepare(augsim: &Path, root: &Path) -> anyhow::Result<Vec<Scene>> {
         fs::copy(&from, inputs.join(to)).with_context(|| from.display().to_string())
     };
     copy("sealed/model.toml", "model.toml")?;
-    // Both trials of the fixture, as the published sets have them.
+    // Both trials of the fixture, in the layout of the published data.
     fs::create_dir_all(inputs.join("pushes"))?;
     for entry in fs::read_dir(fixtures.join("mit-push"))? {
         let path = entry?.path();
@@ -43,16 +45,16 @@ pub fn prepare(augsim: &Path, root: &Path) -> anyhow::Result<Vec<Scene>> {
     }
     let bounces = fs::read_to_string(fixtures.join("sealed/bounces.csv"))?;
     fs::write(inputs.join("bounces.csv"), trajectories(&bounces, 12))?;
-    let made = words("simulate --trajectories 40 --samples 80 --out ball.csv --seed 5");
-    anyhow::ensure!(run(augsim, &made, &inputs)?.code == Some(0), "augsim simulate failed");
+    let simulate = arguments_of("simulate --trajectories 40 --samples 80 --out ball.csv --seed 5");
+    anyhow::ensure!(run(augsim, &simulate, &inputs)?.code == Some(0), "augsim simulate failed");
     let train = "train --pybullet-ball --data ../inputs/ball.csv --recipe hybrid --iterations 6 --checkpoint-every 2 --threads 2";
-    let net = words(&format!("{train} --out net").replace("../inputs/", ""));
+    let net = arguments_of(&format!("{train} --out net").replace("../inputs/", ""));
     anyhow::ensure!(run(augsim, &net, &inputs)?.code == Some(0), "augsim train failed");
 
     let scene = |name, arguments: &str, again: &str| Scene {
         name,
-        arguments: words(&arguments.replace("../inputs", INPUTS)),
-        again: words(&format!("{arguments} {again}").replace("../inputs", INPUTS)),
+        arguments: arguments_of(&arguments.replace("../inputs", INPUTS)),
+        again: arguments_of(&format!("{arguments} {again}").replace("../inputs", INPUTS)),
     };
     Ok(vec![
         scene("train", &format!("{train} --out out"), "--resume"),
@@ -67,35 +69,37 @@ pub fn prepare(augsim: &Path, root: &Path) -> anyhow::Result<Vec<Scene>> {
     ])
 }
 
-/// The program beside this one: cargo puts both in one folder.
+/// Path of the program `augsim`, which cargo puts into the same folder as this one.
 ///
 /// # Errors
-/// It is not there.
+/// The program does not exist.
 pub fn augsim() -> anyhow::Result<PathBuf> {
     let path = env::current_exe()?.with_file_name("augsim");
-    anyhow::ensure!(path.is_file(), "{}: is missing; run `cargo build --release` first", path.display());
+    anyhow::ensure!(path.is_file(), "{} is missing; run `cargo build --release` first", path.display());
     Ok(path)
 }
 
+/// Root folder of the workspace.
 fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-fn words(line: &str) -> Vec<String> {
+/// Splits a line at white space into arguments.
+fn arguments_of(line: &str) -> Vec<String> {
     line.split_whitespace().map(str::to_owned).collect()
 }
 
-/// The header and the first `count` trajectories of a file in long form.
+/// The header and the first `count` trajectories of a CSV file in long form.
 fn trajectories(text: &str, count: usize) -> String {
-    let mut seen: Vec<&str> = Vec::new();
+    let mut ids: Vec<&str> = Vec::new();
     let mut out = String::new();
     for line in text.lines() {
         let id = line.split(',').next().unwrap_or_default();
-        if !seen.contains(&id) {
-            seen.push(id);
+        if !ids.contains(&id) {
+            ids.push(id);
         }
-        // The header's first cell counts as one.
-        if seen.len() > count + 1 {
+        // The first cell of the header counts as one.
+        if ids.len() > count + 1 {
             break;
         }
         out.push_str(line);

@@ -1,10 +1,10 @@
-//! A file system of a few KiB in memory, which root may mount: a full disk and a read-only one that are real.
+//! A small file system in memory, mounted as root, as a real full or read-only disk.
 
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Unmounted when dropped.
+/// A mounted file system, which is unmounted when dropped.
 #[derive(Debug)]
 pub struct TinyDisk(PathBuf);
 
@@ -12,7 +12,7 @@ impl TinyDisk {
     /// Mounts a file system of `room` KiB on `folder`.
     ///
     /// # Errors
-    /// This user, or this container, may not mount.
+    /// This user or this container may not mount file systems.
     pub fn mount(folder: &Path, room: u64) -> anyhow::Result<Self> {
         let size = format!("size={room}k");
         let disk = TinyDisk(folder.to_owned());
@@ -20,23 +20,23 @@ impl TinyDisk {
         Ok(disk)
     }
 
-    /// Whether this process may mount, tried on `folder`.
-    pub fn is_possible(folder: &Path) -> bool {
+    /// Whether this process may mount file systems, tested on `folder`.
+    pub fn can_mount(folder: &Path) -> bool {
         TinyDisk::mount(folder, 64).is_ok()
     }
 
-    /// Gives it plenty of room.
+    /// Enlarges the file system to 256 MiB.
     ///
     /// # Errors
-    /// As [`TinyDisk::mount`].
+    /// The file system cannot be remounted.
     pub fn grow(&self) -> anyhow::Result<()> {
         call(Command::new("mount").args(["-o", "remount,size=256m"]).arg(&self.0))
     }
 
-    /// Makes it read-only.
+    /// Makes the file system read-only.
     ///
     /// # Errors
-    /// As [`TinyDisk::mount`].
+    /// The file system cannot be remounted.
     pub fn forbid_writing(&self) -> anyhow::Result<()> {
         call(Command::new("mount").args(["-o", "remount,ro"]).arg(&self.0))
     }
@@ -44,13 +44,15 @@ impl TinyDisk {
 
 impl Drop for TinyDisk {
     fn drop(&mut self) {
-        // Lazily, so that a process that has just been killed does not keep it; a mount that failed is no mount.
+        // A lazy unmount works although a killed process may still use the disk. It may fail if the mount
+        // failed.
         let _ = Command::new("umount").arg("--lazy").arg(&self.0).output();
     }
 }
 
+/// Runs a command, and returns its standard error if it fails.
 fn call(command: &mut Command) -> anyhow::Result<()> {
-    let output = command.output().context("mount: cannot be started")?;
+    let output = command.output().context("mount cannot be started")?;
     anyhow::ensure!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr).trim());
     Ok(())
 }

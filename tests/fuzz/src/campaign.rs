@@ -1,4 +1,4 @@
-//! Inputs by number.
+//! Campaigns: series of mutated inputs, each determined by seed and number.
 
 use crate::reader::{Files, Reader};
 use crate::readers::READERS;
@@ -6,7 +6,7 @@ use crate::seeds;
 use augsim_data::random_stream;
 use rand::RngExt;
 
-/// A series of inputs.
+/// A series of inputs for some readers.
 #[derive(Debug)]
 pub struct Campaign {
     seed: u64,
@@ -17,32 +17,32 @@ impl Campaign {
     /// The campaign of `seed` on all readers, or on the one called `only`.
     ///
     /// # Errors
-    /// No such reader, or seeds that cannot be made.
+    /// There is no such reader, or its seed files cannot be made.
     pub fn new(seed: u64, only: Option<&str>) -> anyhow::Result<Self> {
         let mut readers = Vec::new();
         for reader in READERS.into_iter().filter(|r| only.is_none_or(|name| name == r.name)) {
             let files = seeds::of(reader.name)?;
-            anyhow::ensure!(!files.is_empty(), "the reader {} has no seeds", reader.name);
+            anyhow::ensure!(!files.is_empty(), "the reader {} has no seed files", reader.name);
             readers.push((reader, files));
         }
         let names = READERS.map(|r| r.name).join(", ");
         anyhow::ensure!(
             !readers.is_empty(),
-            "{}: no such reader; there are {names}",
+            "there is no reader `{}`; choose one of {names}",
             only.unwrap_or_default()
         );
         Ok(Campaign { seed, readers })
     }
 
-    /// Input `index`: its reader, and its files with one of them mutated.
+    /// Input number `index`: its reader, and its files with one of them mutated.
     pub fn input(&self, index: u64) -> (Reader, Files) {
         let (reader, seeds) = &self.readers[(index % self.readers.len() as u64) as usize];
         let mut rng = random_stream(self.seed, "fuzz", index);
         let mut files = seeds[rng.random_range(0..seeds.len())].clone();
         let donor = &seeds[rng.random_range(0..seeds.len())].0;
-        let at = rng.random_range(0..files.0.len());
-        let donor = &donor[at.min(donor.len() - 1)].1;
-        files.0[at].1 = reader.envelope.mutate(&mut rng, &files.0[at].1, donor);
+        let file_index = rng.random_range(0..files.0.len());
+        let donor = &donor[file_index.min(donor.len() - 1)].1;
+        files.0[file_index].1 = reader.envelope.mutate(&mut rng, &files.0[file_index].1, donor);
         (*reader, files)
     }
 }

@@ -1,9 +1,9 @@
-//! The process that reads: one thread, a limit on memory, a watch on time. Lines on standard output tell the parent.
+//! Child process: reads inputs with a memory limit and a time limit, and reports on standard output.
 
 use crate::campaign::Campaign;
-use crate::limits::MEMORY;
+use crate::limits::MAX_MEMORY_BYTES;
 use crate::reader::{Files, Reader};
-use crate::verdict::{Class, Verdict, kind, shortened};
+use crate::verdict::{Class, Verdict, finding_key, shortened};
 use cap::Cap;
 use std::alloc::System;
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,20 +13,20 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Counts every byte of this process and refuses beyond a limit, which aborts it.
+/// Counts the memory of this process and refuses to exceed a limit, which aborts the process.
 #[global_allocator]
 static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 
-/// Exit code of a child that ended itself because an input took too long.
-pub const HANG: i32 = 86;
+/// Exit code of a child that ended itself because an input exceeded the time limit.
+pub const HANG_EXIT_CODE: i32 = 86;
 
-/// Inputs between reports of the counts, so that a child that dies has told nearly all.
+/// Number of inputs between reports, so that little is lost if the child dies.
 const REPORT_EVERY: u64 = 512;
 
-/// When the input that is being read was begun.
-static BEGUN: Mutex<Option<Instant>> = Mutex::new(None);
+/// Time at which reading of the current input started.
+static INPUT_STARTED: Mutex<Option<Instant>> = Mutex::new(None);
 
-/// Place and message of the last panic.
+/// Location and message of the last panic.
 static PANIC: Mutex<String> = Mutex::new(String::new());
 
 /// Inputs of one child: `first`, `first + step`, … below `end`.
@@ -34,24 +34,25 @@ static PANIC: Mutex<String> = Mutex::new(String::new());
 pub struct Share {
     /// First input.
     pub first: u64,
-    /// Distance of two.
+    /// Step between two inputs.
     pub step: u64,
-    /// End of the campaign.
+    /// End of the campaign, exclusive.
     pub end: u64,
 }
 
-/// Counts of one reader.
+/// Counts for one reader.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Inputs that were accepted.
+    /// Number of accepted inputs.
     pub accepted: u64,
-    /// Inputs that were refused.
+    /// Number of rejected inputs.
     pub refused: u64,
     /// Longest time for one input, ms.
     pub slowest_ms: u64,
 }
 
-/// Reads the inputs of `share` in the folder `scratch`; the first input of each kind of finding is copied below `keep`.
+/// Reads the inputs of `share` in the folder `scratch`, and copies the first input of each kind of finding
+/// below `keep`.
 ///
 /// # Errors
 /// The folders cannot be written.
@@ -62,25 +63,25 @@ pub fn campaign(
     keep: &Path,
     limit: Duration,
 ) -> io::Result<()> {
-    guard(limit);
+    install_guards(limit);
     let folder = scratch.join("input");
     let mut out = io::stdout().lock();
     let mut counts: BTreeMap<&str, Counts> = BTreeMap::new();
-    let mut known = BTreeSet::new();
+    let mut reported = BTreeSet::new();
     let mut done = 0;
     let mut index = share.first;
     while index < share.end {
         let (reader, files) = campaign.input(index);
         std::fs::write(scratch.join("index"), format!("{index}\t{}", reader.name))?;
         files.write(&folder)?;
-        let (outcome, took) = read(&reader, &reader.path(&folder, &files));
+        let (outcome, took) = read_guarded(&reader, &reader.path(&folder, &files));
         let count = counts.entry(reader.name).or_default();
         count.slowest_ms = count.slowest_ms.max(took.as_millis() as u64);
         match outcome {
             Ok(true) => count.accepted += 1,
             Ok(false) => count.refused += 1,
             Err((class, detail)) => {
-                if known.insert((class, reader.name, kind(class, &detail))) {
+                if reported.insert((class, reader.name, finding_key(class, &detail))) {
                     files.write(&finding_folder(keep, class, reader.name, index))?;
                     writeln!(out, "finding\t{}\t{}\t{index}\t{detail}", class.name(), reader.name)?;
                 }
@@ -98,28 +99,28 @@ pub fn campaign(
     Ok(())
 }
 
-/// Reads one case of the corpus, which lies in `folder`.
+/// Reads one case of the corpus, whose files are in `folder`.
 ///
 /// # Errors
 /// The folder cannot be read.
 pub fn case(reader: &Reader, folder: &Path, limit: Duration) -> io::Result<()> {
     let files = Files::read(folder)?;
-    guard(limit);
+    install_guards(limit);
     let mut out = io::stdout().lock();
-    match read(reader, &reader.path(folder, &files)).0 {
+    match read_guarded(reader, &reader.path(folder, &files)).0 {
         Ok(accepted) => writeln!(out, "{}", if accepted { "accepted" } else { "refused" })?,
         Err((class, detail)) => writeln!(out, "finding\t{}\t{}\t0\t{detail}", class.name(), reader.name)?,
     }
     out.flush()
 }
 
-/// Folder of a finding's input below `keep`.
+/// Folder for the input of a finding, below `keep`.
 pub fn finding_folder(keep: &Path, class: Class, reader: &str, index: u64) -> PathBuf {
     keep.join(reader).join(format!("{}-{index}", class.name()))
 }
 
-/// Panics are noted instead of printed; a thread ends the process when an input takes longer than `limit`.
-fn guard(limit: Duration) {
+/// Records panics instead of printing them, and ends the process if an input takes longer than `limit`.
+fn install_guards(limit: Duration) {
     std::panic::set_hook(Box::new(|info| {
         if let Ok(mut text) = PANIC.lock() {
             *text = shortened(&info.to_string());
@@ -128,35 +129,36 @@ fn guard(limit: Duration) {
     std::thread::spawn(move || {
         loop {
             std::thread::sleep(Duration::from_millis(50));
-            let begun = BEGUN.lock().ok().and_then(|begun| *begun);
-            if begun.is_some_and(|begun| begun.elapsed() > limit) {
-                std::process::exit(HANG);
+            let started = INPUT_STARTED.lock().ok().and_then(|started| *started);
+            if started.is_some_and(|started| started.elapsed() > limit) {
+                std::process::exit(HANG_EXIT_CODE);
             }
         }
     });
 }
 
-/// Whether the input was accepted, or what is wrong; and how long it took.
-fn read(reader: &Reader, path: &Path) -> (Result<bool, (Class, String)>, Duration) {
-    let begun = Instant::now();
-    watch(Some(begun));
-    // Saturates where a test of the harness has taken nearly everything.
-    let limit = ALLOCATOR.allocated().saturating_add(MEMORY);
-    let limited = ALLOCATOR.set_limit(limit).is_ok();
+/// Whether the input was accepted, or the defect; and the time that it took.
+fn read_guarded(reader: &Reader, path: &Path) -> (Result<bool, (Class, String)>, Duration) {
+    let started = Instant::now();
+    set_input_start(Some(started));
+    // The sum saturates in tests of the harness itself that use up nearly all memory.
+    let limit = ALLOCATOR.allocated().saturating_add(MAX_MEMORY_BYTES);
+    let is_limited = ALLOCATOR.set_limit(limit).is_ok();
     let answer = catch_unwind(AssertUnwindSafe(|| (reader.read)(path)));
-    watch(None);
+    set_input_start(None);
     let outcome = match answer {
-        Ok(_) if !limited => Err((Class::Abort, "memory of earlier inputs was not given back".to_owned())),
+        Ok(_) if !is_limited => Err((Class::Abort, "memory of earlier inputs was not freed".to_owned())),
         Ok(Verdict::Accepted) => Ok(true),
         Ok(Verdict::Refused) => Ok(false),
         Ok(Verdict::Broken(what)) => Err((Class::Broken, what)),
         Err(_) => Err((Class::Panic, PANIC.lock().map(|text| text.clone()).unwrap_or_default())),
     };
-    (outcome, begun.elapsed())
+    (outcome, started.elapsed())
 }
 
-fn watch(begun: Option<Instant>) {
-    if let Ok(mut slot) = BEGUN.lock() {
-        *slot = begun;
+/// Sets the time at which reading of the current input started.
+fn set_input_start(started: Option<Instant>) {
+    if let Ok(mut slot) = INPUT_STARTED.lock() {
+        *slot = started;
     }
 }

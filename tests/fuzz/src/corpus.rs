@@ -1,4 +1,5 @@
-//! Inputs that broke something once: small ones are committed under `corpus/READER/CASE/`, bombs are made here.
+//! Inputs that once broke a reader: small ones are committed as `corpus/READER/CASE/`, large ones are
+//! generated here.
 
 use crate::envelope::{Envelope, gzipped, zipped};
 use crate::reader::{Files, Reader};
@@ -7,35 +8,36 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-/// A file that was made to break a reader.
+/// A case of the corpus.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// The reader.
+    /// Name of the reader.
     pub reader: String,
-    /// Its name says what it is.
+    /// Descriptive name of the case.
     pub name: String,
-    /// The files.
+    /// The input files.
     pub files: Files,
 }
 
-/// All cases: those committed, and those made.
+/// All cases: the committed and the generated ones.
 ///
 /// # Errors
 /// The corpus cannot be read.
 pub fn cases() -> io::Result<Vec<Case>> {
     let mut cases = Vec::new();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
-    for reader in folders(&root)? {
-        for name in folders(&root.join(&reader))? {
+    for reader in subfolders(&root)? {
+        for name in subfolders(&root.join(&reader))? {
             let files = Files::read(&root.join(&reader).join(&name))?;
             cases.push(Case { reader: reader.clone(), name, files });
         }
     }
-    cases.extend(made()?);
+    cases.extend(generated()?);
     Ok(cases)
 }
 
-fn folders(path: &Path) -> io::Result<Vec<String>> {
+/// Names of the folders in a folder, sorted.
+fn subfolders(path: &Path) -> io::Result<Vec<String>> {
     let mut names = Vec::new();
     for entry in fs::read_dir(path)? {
         let entry = entry?;
@@ -47,11 +49,11 @@ fn folders(path: &Path) -> io::Result<Vec<String>> {
     Ok(names)
 }
 
-/// Cases that are long and simple.
-fn made() -> io::Result<Vec<Case>> {
+/// Generates the cases that are large and simple.
+fn generated() -> io::Result<Vec<Case>> {
     let case =
         |reader: &str, name: &str, files: Files| Case { reader: reader.into(), name: name.into(), files };
-    // Lines compress a hundredfold: the bomb holds more than may be unpacked, and more than there is memory for.
+    // Repeated lines compress a hundredfold: unpacked, this file exceeds both the limit and the memory.
     let row = b"a,0,1\n".repeat(1 << 20);
     let bomb = [gzipped(b"trajectory,t_s,height_m\n")?, gzipped(&row)?.repeat(128)].concat();
     let header = |descr: &str, shape: &str| {
@@ -72,7 +74,8 @@ fn made() -> io::Result<Vec<Case>> {
     ])
 }
 
-/// Readers that misbehave, each in one way: the harness must notice (see `tests/corpus.rs`).
+/// Readers that misbehave on purpose, each in one way, to test that the harness notices (see
+/// `tests/corpus.rs`).
 pub fn deliberate() -> [Reader; 5] {
     let reader = |name, read| Reader { name, envelope: Envelope::Plain, takes_folder: true, read };
     [

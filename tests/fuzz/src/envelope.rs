@@ -1,5 +1,7 @@
-//! Wrappers around what is worth mutating: a checksum or a compressed stream would otherwise refuse nearly every
-//! mutated file before its content is looked at.
+//! Container formats through which mutations reach the content.
+//!
+//! Without them a checksum or a compressed stream would reject nearly every mutated file before its content
+//! is read.
 
 use crate::mutation::mutate;
 use flate2::Compression;
@@ -14,32 +16,33 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 /// Bytes of a checkpoint's header: magic (8), version (4), length of the body (8), CRC-32 of the body (4).
 const CHECKPOINT_HEADER: usize = 24;
 
-/// Bytes of an array file before the length of its header (version 1.0), and with it.
-const ARRAY_BEGIN: (usize, usize) = (8, 10);
+/// Offsets of the header length and of the header in an array file (version 1.0), bytes.
+const ARRAY_HEADER_OFFSETS: (usize, usize) = (8, 10);
 
-/// Layers of a format that a mutation may pass through.
+/// Container format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Envelope {
-    /// None.
+    /// No container.
     Plain,
     /// One gzip member.
     Gzip,
     /// A zip archive; one of its members is mutated.
     Zip,
-    /// A zip archive of arrays; the header of one of them is mutated and its length mended, or its data.
+    /// A zip archive of arrays; the header of one of them is mutated and its length corrected, or its data.
     Arrays,
-    /// A checkpoint, whose length and checksum are mended.
+    /// A checkpoint, whose length and checksum are corrected.
     Checkpoint,
 }
 
 impl Envelope {
-    /// `file` mutated, half of the time inside the envelope.
+    /// Mutates `file`, with probability 0.5 inside the container.
     pub fn mutate(self, rng: &mut Xoshiro256PlusPlus, file: &[u8], donor: &[u8]) -> Vec<u8> {
-        let inside = if rng.random() { self.inside(rng, file, donor) } else { None };
-        inside.unwrap_or_else(|| mutate(rng, file, donor))
+        let mutated = if rng.random() { self.mutate_content(rng, file, donor) } else { None };
+        mutated.unwrap_or_else(|| mutate(rng, file, donor))
     }
 
-    fn inside(self, rng: &mut Xoshiro256PlusPlus, file: &[u8], donor: &[u8]) -> Option<Vec<u8>> {
+    /// Mutates the content; `None` if the file cannot be unpacked.
+    fn mutate_content(self, rng: &mut Xoshiro256PlusPlus, file: &[u8], donor: &[u8]) -> Option<Vec<u8>> {
         match self {
             Envelope::Plain => None,
             Envelope::Gzip => {
@@ -52,16 +55,18 @@ impl Envelope {
                 if members.is_empty() || donors.is_empty() {
                     return None;
                 }
-                let at = rng.random_range(0..members.len());
+                let index = rng.random_range(0..members.len());
                 let other = &donors[rng.random_range(0..donors.len())].1;
                 match rng.random_range(0..8u32) {
                     0 => {
-                        let name = mutate(rng, members[at].0.as_bytes(), b"t_s.npy");
-                        members[at].0 = String::from_utf8_lossy(&name).into_owned();
+                        let name = mutate(rng, members[index].0.as_bytes(), b"t_s.npy");
+                        members[index].0 = String::from_utf8_lossy(&name).into_owned();
                     }
-                    1 => members[at].1 = other.clone(),
-                    _ if self == Envelope::Arrays => members[at].1 = array(rng, &members[at].1, other),
-                    _ => members[at].1 = mutate(rng, &members[at].1, other),
+                    1 => members[index].1 = other.clone(),
+                    _ if self == Envelope::Arrays => {
+                        members[index].1 = mutate_array(rng, &members[index].1, other)
+                    }
+                    _ => members[index].1 = mutate(rng, &members[index].1, other),
                 }
                 zipped(&members).ok()
             }
@@ -77,9 +82,9 @@ impl Envelope {
     }
 }
 
-/// An array file with a mutated header whose length is right, or with mutated data.
-fn array(rng: &mut Xoshiro256PlusPlus, file: &[u8], donor: &[u8]) -> Vec<u8> {
-    let (length_at, header_at) = ARRAY_BEGIN;
+/// Mutates the header of an array file and corrects its length, or mutates its data.
+fn mutate_array(rng: &mut Xoshiro256PlusPlus, file: &[u8], donor: &[u8]) -> Vec<u8> {
+    let (length_at, header_at) = ARRAY_HEADER_OFFSETS;
     let Some([low, high]) = file.get(length_at..header_at) else { return mutate(rng, file, donor) };
     let header_end = (header_at + usize::from(u16::from_le_bytes([*low, *high]))).min(file.len());
     let (mut header, mut data) = (file[header_at..header_end].to_vec(), file[header_end..].to_vec());
@@ -92,24 +97,24 @@ fn array(rng: &mut Xoshiro256PlusPlus, file: &[u8], donor: &[u8]) -> Vec<u8> {
     [&file[..length_at], &length.to_le_bytes(), &header, &data].concat()
 }
 
-/// The content of a gzip stream.
+/// Unpacks a gzip stream; `None` if it is invalid.
 pub fn inflated(file: &[u8]) -> Option<Vec<u8>> {
     let mut content = Vec::new();
     GzDecoder::new(file).read_to_end(&mut content).ok()?;
     Some(content)
 }
 
-/// Content as a gzip stream.
+/// Packs content as a gzip stream.
 ///
 /// # Errors
-/// None in practice: the bytes go to memory.
+/// None in practice: the bytes are written to memory.
 pub fn gzipped(content: &[u8]) -> io::Result<Vec<u8>> {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
     encoder.write_all(content)?;
     encoder.finish()
 }
 
-/// Names and contents of a zip archive's members.
+/// Names and contents of the members of a zip archive; `None` if it is invalid.
 pub fn unzipped(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
     let mut archive = ZipArchive::new(Cursor::new(file)).ok()?;
     let mut members = Vec::new();
@@ -122,10 +127,10 @@ pub fn unzipped(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
     Some(members)
 }
 
-/// A zip archive of these members, which are not compressed.
+/// Packs members into a zip archive without compression.
 ///
 /// # Errors
-/// Two members of one name.
+/// Two members have the same name.
 pub fn zipped(members: &[(String, Vec<u8>)]) -> io::Result<Vec<u8>> {
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);

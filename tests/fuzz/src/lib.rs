@@ -1,15 +1,16 @@
-//! Mutation fuzzing of everything that augsim reads, on stable Rust and in one process for each core.
+//! Mutation fuzzing of all file readers of augsim, on stable Rust with one process per core.
 //!
 //! ```sh
 //! cargo run --release -p augsim-fuzz -- run                        # 200,000 inputs, as in .ci/run
 //! cargo run --release -p augsim-fuzz -- run --inputs 10000000 --seed 7
-//! cargo run --release -p augsim-fuzz -- corpus                     # everything that ever broke
+//! cargo run --release -p augsim-fuzz -- corpus                     # all inputs that once broke a reader
 //! ```
 //!
-//! Input `k` of a campaign depends on the campaign's seed, on `k` and on the [`seeds`] alone, so a finding is repeated
-//! by its number. A [`reader`] takes the mutated file from the disk, as the command line would, and says whether it
-//! was accepted or refused; a panic, an abort, more than [`limits`] allow, or a broken promise about what was read or
-//! said is a [`Finding`](verdict::Finding). Readers run in child processes, because an abort cannot be caught.
+//! Input `k` of a campaign depends only on the seed of the campaign, on `k` and on the [`seeds`], so a
+//! finding can be reproduced by its number. A [`reader`] reads the mutated file from disk, as the command
+//! line does, and returns whether it was accepted or rejected. A panic, an abort, more time or memory than
+//! the [`limits`], or a violated guarantee about the data or the message is a [`Finding`](verdict::Finding).
+//! Readers run in child processes, because an abort cannot be caught.
 
 pub mod campaign;
 pub mod child;

@@ -1,9 +1,9 @@
-//! `fuzz run`, `fuzz corpus`, and the children of both.
+//! Command line of the fuzzer: `fuzz run`, `fuzz corpus`, and the child processes of both.
 
 use anyhow::Context;
 use augsim_fuzz::campaign::Campaign;
 use augsim_fuzz::child::{self, Share};
-use augsim_fuzz::limits::TIME;
+use augsim_fuzz::limits::MAX_TIME;
 use augsim_fuzz::parent::{self, Plan};
 use augsim_fuzz::verdict::Finding;
 use augsim_fuzz::{corpus, readers};
@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-/// Looks for files that make augsim panic, hang or flood the memory.
+/// Searches for files that make augsim panic, hang or exhaust the memory.
 #[derive(Parser)]
 struct Args {
     #[command(subcommand)]
@@ -30,17 +30,17 @@ enum Command {
         /// Seed of the mutations.
         #[arg(long, default_value_t = 1)]
         seed: u64,
-        /// Processes at a time; default: one for each core.
+        /// Processes at a time; default: one per core.
         #[arg(long)]
         jobs: Option<u64>,
-        /// One reader only.
+        /// Test this reader only.
         #[arg(long)]
         reader: Option<String>,
         /// Folder for inputs that break something.
         #[arg(long, default_value = "target/fuzz")]
         keep: PathBuf,
     },
-    /// Reads everything that ever broke.
+    /// Reads all inputs that once broke a reader.
     Corpus,
     /// Reads the inputs of one process.
     #[command(hide = true)]
@@ -87,7 +87,8 @@ fn main() -> anyhow::Result<ExitCode> {
             Vec::new()
         }
         Command::ChildCase { reader, folder, limit_s } => {
-            let reader = readers::by_name(&reader).with_context(|| format!("{reader}: no such reader"))?;
+            let reader =
+                readers::by_name(&reader).with_context(|| format!("there is no reader `{reader}`"))?;
             child::case(&reader, &folder, Duration::from_secs_f64(limit_s))?;
             Vec::new()
         }
@@ -97,7 +98,7 @@ fn main() -> anyhow::Result<ExitCode> {
             let mut findings = Vec::new();
             for case in &cases {
                 case.files.write(scratch.path())?;
-                if let Some(mut finding) = parent::case(&program, &case.reader, scratch.path(), TIME)? {
+                if let Some(mut finding) = parent::case(&program, &case.reader, scratch.path(), MAX_TIME)? {
                     finding.detail = format!("{}: {}", case.name, finding.detail);
                     findings.push(finding);
                 }
@@ -106,7 +107,7 @@ fn main() -> anyhow::Result<ExitCode> {
             findings
         }
         Command::Run { inputs, seed, jobs, reader, keep } => {
-            let begun = Instant::now();
+            let started = Instant::now();
             let cores = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
             let program = std::env::current_exe()?;
             let plan = Plan { program, inputs, seed, jobs: jobs.unwrap_or(cores).max(1), reader, keep };
@@ -115,7 +116,7 @@ fn main() -> anyhow::Result<ExitCode> {
             for (name, c) in &report.counts {
                 writeln!(out, "{name:22} {:>9} {:>9} {:>12}", c.accepted, c.refused, c.slowest_ms)?;
             }
-            let (seconds, keep) = (begun.elapsed().as_secs_f64(), plan.keep.display());
+            let (seconds, keep) = (started.elapsed().as_secs_f64(), plan.keep.display());
             writeln!(
                 out,
                 "{inputs} inputs, seed {seed}, {seconds:.0} s, {} kinds of findings",

@@ -1,11 +1,11 @@
-//! Random changes to bytes, some blind, some aware that numbers, words and lines are what text files consist of.
+//! Random mutations of bytes; some use that text files consist of numbers, words and lines.
 
-use crate::limits::LARGEST_INPUT;
+use crate::limits::MAX_INPUT_BYTES;
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::ops::Range;
 
-/// Numbers at which parsers and arithmetic break.
+/// Numbers that often break parsers or arithmetic.
 const NUMBERS: [&str; 22] = [
     "0",
     "-0",
@@ -31,7 +31,7 @@ const NUMBERS: [&str; 22] = [
     "0x10",
 ];
 
-/// Words with a meaning in some of the formats, and characters with one for terminals and text tools.
+/// Words with a meaning in some of the formats, and characters with a meaning for terminals and text tools.
 const WORDS: [&str; 30] = [
     "trajectory",
     "t_s",
@@ -65,30 +65,33 @@ const WORDS: [&str; 30] = [
     "<f8",
 ];
 
-const WIDE: [u64; 12] =
+/// Integers at the limits of their widths.
+const BOUNDARY_INTEGERS: [u64; 12] =
     [0, 1, 0x7f, 0x80, 0xff, 0x7fff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 1 << 40, i64::MAX as u64, u64::MAX];
 
-/// `bytes` after one to six changes; `donor` is a file of the same format, parts of which may be put in.
+/// Returns `bytes` after one to six changes; `donor` is a file of the same format, parts of which may be
+/// inserted.
 pub fn mutate(rng: &mut Xoshiro256PlusPlus, bytes: &[u8], donor: &[u8]) -> Vec<u8> {
     let mut out = bytes.to_vec();
     let changes = 1 + (rng.random_range(0..4u32) * rng.random_range(0..3u32)).min(5);
     for _ in 0..changes {
         change(rng, &mut out, donor);
-        out.truncate(LARGEST_INPUT);
+        out.truncate(MAX_INPUT_BYTES);
     }
     out
 }
 
+/// Makes one random change.
 fn change(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, donor: &[u8]) {
     match rng.random_range(0..15u32) {
         0 => {
-            if let Some(at) = place(rng, out) {
-                out[at] ^= 1 << rng.random_range(0..8u32);
+            if let Some(position) = random_position(rng, out) {
+                out[position] ^= 1 << rng.random_range(0..8u32);
             }
         }
         1 => {
-            if let Some(at) = place(rng, out) {
-                out[at] = rng.random();
+            if let Some(position) = random_position(rng, out) {
+                out[position] = rng.random();
             }
         }
         2 => overwrite_number(rng, out),
@@ -98,10 +101,10 @@ fn change(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, donor: &[u8]) {
             insert(rng, out, &piece);
         }
         5 => {
-            // Repeats make deep nests and long rows.
+            // Repetition makes deep nesting and long rows.
             let piece = out[range(rng, out.len().min(64))].to_vec();
             let times = 1 << rng.random_range(0..12u32);
-            insert(rng, out, &piece.repeat(times.min(LARGEST_INPUT / piece.len().max(1))));
+            insert(rng, out, &piece.repeat(times.min(MAX_INPUT_BYTES / piece.len().max(1))));
         }
         6 => {
             let piece = donor[range(rng, donor.len())].to_vec();
@@ -133,34 +136,38 @@ fn change(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, donor: &[u8]) {
     }
 }
 
-fn place(rng: &mut Xoshiro256PlusPlus, bytes: &[u8]) -> Option<usize> {
+/// A random position; `None` if there are no bytes.
+fn random_position(rng: &mut Xoshiro256PlusPlus, bytes: &[u8]) -> Option<usize> {
     (!bytes.is_empty()).then(|| rng.random_range(0..bytes.len()))
 }
 
+/// A random range within `len`; short ranges are more frequent.
 fn range(rng: &mut Xoshiro256PlusPlus, len: usize) -> Range<usize> {
     let start = rng.random_range(0..=len);
     let longest = (len - start).min(1 << rng.random_range(0..14u32));
     start..start + rng.random_range(0..=longest)
 }
 
+/// Inserts a piece at a random position.
 fn insert(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, piece: &[u8]) {
-    let at = rng.random_range(0..=out.len());
-    out.splice(at..at, piece.iter().copied());
+    let position = rng.random_range(0..=out.len());
+    out.splice(position..position, piece.iter().copied());
 }
 
+/// Overwrites 1, 2, 4 or 8 bytes with a boundary integer.
 fn overwrite_number(rng: &mut Xoshiro256PlusPlus, out: &mut [u8]) {
     let width = 1 << rng.random_range(0..4u32);
     if out.len() < width {
         return;
     }
-    let at = rng.random_range(0..=out.len() - width);
-    let value = WIDE[rng.random_range(0..WIDE.len())];
+    let position = rng.random_range(0..=out.len() - width);
+    let value = BOUNDARY_INTEGERS[rng.random_range(0..BOUNDARY_INTEGERS.len())];
     let bytes =
         if rng.random() { value.to_le_bytes() } else { value.rotate_right(8 * width as u32).to_be_bytes() };
-    out[at..at + width].copy_from_slice(&bytes[..width]);
+    out[position..position + width].copy_from_slice(&bytes[..width]);
 }
 
-/// Replaces the run of bytes of one kind that follows a random place.
+/// Replaces the first token of one kind after a random position.
 fn replace_token(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, kind: impl Fn(u8) -> bool, by: &[&str]) {
     let from = rng.random_range(0..=out.len());
     let Some(start) = out[from..].iter().position(|b| kind(*b)).map(|k| from + k) else { return };
@@ -169,10 +176,10 @@ fn replace_token(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, kind: impl Fn(
     out.splice(start..end, token.bytes());
 }
 
-/// The line around a random place, with its end.
+/// The line around a random position, with its line end.
 fn line(rng: &mut Xoshiro256PlusPlus, bytes: &[u8]) -> Range<usize> {
-    let at = rng.random_range(0..=bytes.len());
-    let start = bytes[..at].iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
-    let end = bytes[at..].iter().position(|b| *b == b'\n').map_or(bytes.len(), |k| at + k + 1);
+    let position = rng.random_range(0..=bytes.len());
+    let start = bytes[..position].iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
+    let end = bytes[position..].iter().position(|b| *b == b'\n').map_or(bytes.len(), |k| position + k + 1);
     start..end
 }

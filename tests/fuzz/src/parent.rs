@@ -1,9 +1,9 @@
-//! Starts the children, survives their deaths, and gathers what they say.
+//! Parent process: starts child processes, restarts them after crashes, and collects their reports.
 
-use crate::child::{self, Counts, HANG};
-use crate::limits::{TIME, UNPACKED};
+use crate::child::{self, Counts, HANG_EXIT_CODE};
+use crate::limits::{MAX_TIME, UNPACKED_LIMIT};
 use crate::reader::Files;
-use crate::verdict::{Class, Finding, kind, shortened};
+use crate::verdict::{Class, Finding, finding_key, shortened};
 use anyhow::Context;
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,21 +14,21 @@ use std::time::Duration;
 /// A campaign to run.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// The `fuzz` program, which is its own child.
+    /// The `fuzz` program, which is also the child.
     pub program: PathBuf,
     /// Number of inputs.
     pub inputs: u64,
     /// Seed of the mutations.
     pub seed: u64,
-    /// Processes at a time.
+    /// Number of processes at a time.
     pub jobs: u64,
-    /// One reader only.
+    /// The only reader to test; `None` for all.
     pub reader: Option<String>,
-    /// Where the inputs of findings go.
+    /// Folder for inputs of findings.
     pub keep: PathBuf,
 }
 
-/// The result of a campaign.
+/// Findings and counts of a campaign.
 #[derive(Debug, Default)]
 pub struct Report {
     /// One finding of each kind.
@@ -37,13 +37,13 @@ pub struct Report {
     pub counts: BTreeMap<String, Counts>,
 }
 
-/// Runs the campaign.
+/// Runs a campaign.
 ///
 /// # Errors
-/// Children cannot be started, or they end in a way that is none of theirs.
+/// A child cannot be started, or ends in an unexpected way.
 pub fn run(plan: &Plan) -> anyhow::Result<Report> {
     let scratch = scratch()?;
-    let work = |job: u64| one_job(plan, job, &scratch.path().join(job.to_string()));
+    let work = |job: u64| run_job(plan, job, &scratch.path().join(job.to_string()));
     let reports = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..plan.jobs).map(|job| scope.spawn(move || work(job))).collect();
         threads
@@ -51,26 +51,26 @@ pub fn run(plan: &Plan) -> anyhow::Result<Report> {
             .map(|t| t.join().unwrap_or_else(|_| anyhow::bail!("a thread of the parent panicked")))
             .collect::<anyhow::Result<Vec<_>>>()
     })?;
-    let mut all = Report::default();
+    let mut merged = Report::default();
     for report in reports {
         for finding in report.findings {
-            let kind = |f: &Finding| (f.class, f.reader.clone(), kind(f.class, &f.detail));
-            if all.findings.iter().all(|known| kind(known) != kind(&finding)) {
-                all.findings.push(finding);
+            let key = |f: &Finding| (f.class, f.reader.clone(), finding_key(f.class, &f.detail));
+            if merged.findings.iter().all(|known| key(known) != key(&finding)) {
+                merged.findings.push(finding);
             }
         }
         for (name, c) in report.counts {
-            let sum = all.counts.entry(name).or_default();
+            let sum = merged.counts.entry(name).or_default();
             sum.accepted += c.accepted;
             sum.refused += c.refused;
             sum.slowest_ms = sum.slowest_ms.max(c.slowest_ms);
         }
     }
-    all.findings.sort_by_key(|f| (f.class, f.index));
-    Ok(all)
+    merged.findings.sort_by_key(|f| (f.class, f.index));
+    Ok(merged)
 }
 
-/// Reads one case, whose files lie in `folder`, in a process of its own: `None` if nothing is wrong.
+/// Reads one case, whose files are in `folder`, in its own process; `None` if there is no defect.
 ///
 /// # Errors
 /// The child cannot be started.
@@ -79,7 +79,7 @@ pub fn case(program: &Path, reader: &str, folder: &Path, limit: Duration) -> any
         .args(["child-case", reader])
         .arg(folder)
         .args(["--limit-s", &limit.as_secs_f64().to_string()])
-        .env(UNPACKED.0, UNPACKED.1)
+        .env(UNPACKED_LIMIT.0, UNPACKED_LIMIT.1)
         .output()
         .with_context(|| program.display().to_string())?;
     let mut report = Report::default();
@@ -87,10 +87,11 @@ pub fn case(program: &Path, reader: &str, folder: &Path, limit: Duration) -> any
     Ok(report.findings.pop().or_else(|| death(&output, reader, 0)))
 }
 
-/// A folder in memory where the system has one: inputs are written a thousand times a second.
+/// A temporary folder, in memory if the system allows it, because inputs are written a thousand times per
+/// second.
 ///
 /// # Errors
-/// The system's.
+/// The folder cannot be created.
 pub fn scratch() -> anyhow::Result<tempfile::TempDir> {
     let shared_memory = Path::new("/dev/shm");
     Ok(match shared_memory.is_dir() {
@@ -99,7 +100,8 @@ pub fn scratch() -> anyhow::Result<tempfile::TempDir> {
     })
 }
 
-fn one_job(plan: &Plan, job: u64, scratch: &Path) -> anyhow::Result<Report> {
+/// Runs one of the parallel series of inputs, and restarts the child after each crash.
+fn run_job(plan: &Plan, job: u64, scratch: &Path) -> anyhow::Result<Report> {
     fs::create_dir_all(scratch)?;
     let mut report = Report::default();
     let mut first = job;
@@ -108,12 +110,12 @@ fn one_job(plan: &Plan, job: u64, scratch: &Path) -> anyhow::Result<Report> {
         command.arg("child").args(["--seed", &plan.seed.to_string(), "--first", &first.to_string()]);
         command.args(["--step", &plan.jobs.to_string(), "--end", &plan.inputs.to_string()]);
         command.arg("--scratch").arg(scratch).arg("--keep").arg(&plan.keep);
-        command.args(["--limit-s", &TIME.as_secs_f64().to_string()]);
+        command.args(["--limit-s", &MAX_TIME.as_secs_f64().to_string()]);
         if let Some(reader) = &plan.reader {
             command.args(["--reader", reader]);
         }
         let output = command
-            .env(UNPACKED.0, UNPACKED.1)
+            .env(UNPACKED_LIMIT.0, UNPACKED_LIMIT.1)
             .output()
             .with_context(|| plan.program.display().to_string())?;
         parse(&output, &mut report);
@@ -122,9 +124,9 @@ fn one_job(plan: &Plan, job: u64, scratch: &Path) -> anyhow::Result<Report> {
         }
         let state = fs::read_to_string(scratch.join("index")).unwrap_or_default();
         let (index, reader) = state.split_once('\t').unwrap_or_default();
-        let complaint = || String::from_utf8_lossy(&output.stderr).into_owned();
-        let index: u64 = index.parse().with_context(complaint)?;
-        anyhow::ensure!(index >= first, "a child ended before its first input: {}", complaint());
+        let stderr_text = || String::from_utf8_lossy(&output.stderr).into_owned();
+        let index: u64 = index.parse().with_context(stderr_text)?;
+        anyhow::ensure!(index >= first, "a child ended before its first input: {}", stderr_text());
         if let Some(finding) = death(&output, reader, index) {
             Files::read(&scratch.join("input"))?.write(&child::finding_folder(
                 &plan.keep,
@@ -139,21 +141,22 @@ fn one_job(plan: &Plan, job: u64, scratch: &Path) -> anyhow::Result<Report> {
     Ok(report)
 }
 
-/// The finding that a child's way to end is.
+/// The finding for a child that did not end successfully.
 fn death(output: &Output, reader: &str, index: u64) -> Option<Finding> {
     if output.status.success() {
         return None;
     }
-    let hang = output.status.code() == Some(HANG);
+    let is_hang = output.status.code() == Some(HANG_EXIT_CODE);
     let last = String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or_default().to_owned();
-    let detail = match hang {
-        true => "no answer within the time".to_owned(),
+    let detail = match is_hang {
+        true => "no answer within the time limit".to_owned(),
         false => shortened(&format!("{}: {last}", output.status)),
     };
-    let class = if hang { Class::Hang } else { Class::Abort };
+    let class = if is_hang { Class::Hang } else { Class::Abort };
     Some(Finding { class, reader: reader.to_owned(), index, detail })
 }
 
+/// Reads the report lines of a child.
 fn parse(output: &Output, report: &mut Report) {
     for line in String::from_utf8_lossy(&output.stdout).lines() {
         let cells: Vec<&str> = line.split('\t').collect();

@@ -1,4 +1,4 @@
-//! A reader under test, and the files that its inputs are mutated from.
+//! Readers under test and their input files.
 
 use crate::envelope::Envelope;
 use crate::verdict::Verdict;
@@ -6,7 +6,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Files that a reader accepts together: one, or a folder of them.
+/// Files that a reader reads together: one, or a folder of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Files(pub Vec<(String, Vec<u8>)>);
 
@@ -16,10 +16,10 @@ impl Files {
         Files(vec![(name.to_owned(), content.into())])
     }
 
-    /// Empties `folder` and writes the files into it.
+    /// Empties `folder` and writes the files to it.
     ///
     /// # Errors
-    /// The system's.
+    /// The folder cannot be written.
     pub fn write(&self, folder: &Path) -> io::Result<()> {
         match fs::remove_dir_all(folder) {
             Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
@@ -34,13 +34,15 @@ impl Files {
     /// The files in `folder`, by name.
     ///
     /// # Errors
-    /// The system's, and a name that is no Unicode.
+    /// The folder cannot be read, or a file name is not Unicode.
     pub fn read(folder: &Path) -> io::Result<Self> {
         let mut files = Vec::new();
         for entry in fs::read_dir(folder)? {
             let entry = entry?;
             let name = entry.file_name().into_string();
-            let name = name.map_err(|name| io::Error::other(format!("{} is no Unicode", name.display())))?;
+            let name = name.map_err(|name| {
+                io::Error::other(format!("the file name {} is not valid Unicode", name.display()))
+            })?;
             files.push((name, fs::read(entry.path())?));
         }
         files.sort_unstable();
@@ -48,21 +50,21 @@ impl Files {
     }
 }
 
-/// One way into augsim.
+/// A function of augsim that reads files.
 #[derive(Debug, Clone, Copy)]
 pub struct Reader {
-    /// Name in reports and of its folder in the corpus.
+    /// Name in reports and in the corpus.
     pub name: &'static str,
-    /// Envelope that its files are wrapped in.
+    /// Container format of its files.
     pub envelope: Envelope,
-    /// Whether it takes the folder of the files instead of the first one.
+    /// Whether it takes the folder of the files instead of the first file.
     pub takes_folder: bool,
-    /// Reads.
+    /// Reads the path and checks the result.
     pub read: fn(&Path) -> Verdict,
 }
 
 impl Reader {
-    /// Path to hand to the reader for `files` that lie in `folder`.
+    /// Path to pass to the reader for `files` in `folder`.
     pub fn path(&self, folder: &Path, files: &Files) -> PathBuf {
         match files.0.first() {
             Some((name, _)) if !self.takes_folder => folder.join(name),

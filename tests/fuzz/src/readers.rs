@@ -1,5 +1,7 @@
-//! Everything in augsim that reads a file, with the promises that hold for what it accepts: a data set is written and
-//! read back the same, a model file too, a checkpoint makes a net.
+//! All file readers of augsim, with the guarantees for accepted files.
+//!
+//! A data set or model file that was accepted can be written and is then read back unchanged; a checkpoint
+//! makes a net.
 
 use crate::envelope::Envelope;
 use crate::reader::Reader;
@@ -17,7 +19,7 @@ use augsim_trainer::{NetModel, Settings, Training, TrainingState};
 use serde::Deserialize;
 use std::path::Path;
 
-/// All readers, in the order in which inputs go round.
+/// All readers, in the order in which inputs take turns.
 pub const READERS: [Reader; 20] = [
     reader("csv", Envelope::Plain, data),
     reader("csv-gzip", Envelope::Gzip, data),
@@ -41,23 +43,27 @@ pub const READERS: [Reader; 20] = [
     folder("spindoe-table-tennis", |path| converted(path, "spindoe-table-tennis")),
 ];
 
+/// A reader of one file.
 const fn reader(name: &'static str, envelope: Envelope, read: fn(&Path) -> Verdict) -> Reader {
     Reader { name, envelope, takes_folder: false, read }
 }
 
+/// A reader of a folder of files.
 const fn folder(name: &'static str, read: fn(&Path) -> Verdict) -> Reader {
     Reader { name, envelope: Envelope::Plain, takes_folder: true, read }
 }
 
-/// The reader of that name, also one of [`deliberate`](crate::corpus::deliberate).
+/// The reader of this name, including those of [`deliberate`](crate::corpus::deliberate).
 pub fn by_name(name: &str) -> Option<Reader> {
     READERS.into_iter().chain(crate::corpus::deliberate()).find(|r| r.name == name)
 }
 
+/// Reads a data set in any layout.
 fn data(path: &Path) -> Verdict {
     examine(path, read_dataset(path, MissingCells::AsGap))
 }
 
+/// Converts a published data set.
 fn converted(path: &Path, set: &str) -> Verdict {
     let Some((_, convert)) = CONVERTERS.iter().find(|(name, _)| *name == set) else {
         return Verdict::Broken(format!("there is no converter `{set}`"));
@@ -66,7 +72,7 @@ fn converted(path: &Path, set: &str) -> Verdict {
     examine(path, read)
 }
 
-/// A data set that was read can be described, and is the same after it was written and read again.
+/// Checks that a data set can be summarised, and that it is unchanged after writing and reading it.
 fn examine(path: &Path, read: Result<Dataset, DataError>) -> Verdict {
     let data = match read {
         Ok(data) => data,
@@ -82,11 +88,14 @@ fn examine(path: &Path, read: Result<Dataset, DataError>) -> Verdict {
     }
     match read_csv(&copy, MissingCells::AsGap) {
         Err(e) => Verdict::Broken(format!("accepted and written, but cannot be read again: {e}")),
-        Ok(again) if !same(&data, &again) => Verdict::Broken("written and read again it is another".into()),
+        Ok(again) if !same(&data, &again) => {
+            Verdict::Broken("it differs after writing and reading it again".into())
+        }
         Ok(_) => Verdict::Accepted,
     }
 }
 
+/// Whether two data sets are equal bit for bit; all NaN count as equal.
 fn same(a: &Dataset, b: &Dataset) -> bool {
     let bits =
         |v: &[f64]| v.iter().map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() }).collect::<Vec<_>>();
@@ -98,6 +107,7 @@ fn same(a: &Dataset, b: &Dataset) -> bool {
         && pairs().all(|(s, t)| (0..a.columns().len()).all(|i| bits(s.column(i)) == bits(t.column(i))))
 }
 
+/// Reads a model file of a ball or of pushing, and checks that it is written and read back unchanged.
 fn model(path: &Path) -> Verdict {
     let model = match ModelFile::read(path) {
         Ok(model) => model,
@@ -115,12 +125,14 @@ fn model(path: &Path) -> Verdict {
     };
     match ModelFile::parse(&text, &path.display().to_string()) {
         Err(e) => Verdict::Broken(format!("accepted and written, but cannot be read again: {e}")),
-        Ok(again) if again != model => Verdict::Broken("written and read again it is another".into()),
+        Ok(again) if again != model => {
+            Verdict::Broken("it differs after writing and reading it again".into())
+        }
         Ok(_) => Verdict::Accepted,
     }
 }
 
-/// A model of equations compiles or is refused, simulates a moment, and is written so that it reads back with the same
+/// Reads a model of equations, simulates it briefly, and checks that it is written and read back with equal
 /// numbers.
 fn written_model(path: &Path) -> Verdict {
     let model = match augsim_written::model::read(path) {
@@ -149,7 +161,7 @@ fn written_model(path: &Path) -> Verdict {
             offsets: Offsets::None,
             seeds: &[Seed::Start(0)],
         };
-        // Whatever it says of the numbers, it says it in time.
+        // The simulation may fail, but must end in time.
         drop(system.simulate(&task, &mut Simulated::default()));
     }
     let text = match model.to_toml() {
@@ -161,16 +173,16 @@ fn written_model(path: &Path) -> Verdict {
         Ok(again)
             if again.nominals() != model.nominals() || again.additions.len() != model.additions.len() =>
         {
-            Verdict::Broken("written and read again it is another".into())
+            Verdict::Broken("it differs after writing and reading it again".into())
         }
         Ok(_) => Verdict::Accepted,
     }
 }
 
-/// Data of which a model names two columns.
+/// Reads two named columns of a data file.
 fn written_data(path: &Path) -> Verdict {
-    let wanted = [("pump_v", Unit::DIMENSIONLESS), ("lower_level_v", Unit::DIMENSIONLESS)];
-    let read = NamedCsv::open(path).and_then(|csv| csv.read(&wanted));
+    let columns = [("pump_v", Unit::DIMENSIONLESS), ("lower_level_v", Unit::DIMENSIONLESS)];
+    let read = NamedCsv::open(path).and_then(|csv| csv.read(&columns));
     match read {
         Err(e) => refusal(path, &e),
         Ok(data) => {
@@ -180,6 +192,7 @@ fn written_data(path: &Path) -> Verdict {
     }
 }
 
+/// Reads a checkpoint and makes its net.
 fn training_state(path: &Path) -> Verdict {
     match checkpoint::load::<TrainingState>(path) {
         Err(e) => refusal(path, &e),
@@ -190,6 +203,7 @@ fn training_state(path: &Path) -> Verdict {
     }
 }
 
+/// Reads weights into a small net.
 fn safetensors(path: &Path) -> Verdict {
     match weights::import(path, &mut seeds::small_net()) {
         Err(e) => refusal(path, &e),
@@ -197,18 +211,19 @@ fn safetensors(path: &Path) -> Verdict {
     }
 }
 
-/// `config.resolved.toml`, less the source of the data, whose path the command opens.
+/// Contents of `config.resolved.toml` without the source of the data, which the command opens itself.
 #[derive(Deserialize)]
 struct Config {
     settings: Settings,
 }
 
+/// Reads a resolved configuration and sets up its training.
 fn config(path: &Path) -> Verdict {
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
         Err(e) => return refusal(path, &e),
     };
-    // The parser quotes the line of the file as it stands; the command line makes it printable.
+    // The parser quotes the line of the file unchanged; the command line makes it printable.
     let Ok(Config { settings }) = toml::from_str(&text) else { return Verdict::Refused };
     match Training::new(settings, seeds::short_drops()) {
         Err(e) => refusal(path, &e),

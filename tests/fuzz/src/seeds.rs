@@ -1,5 +1,7 @@
-//! Whole files that inputs are mutated from: our fixtures, tiny files in every layout that is read, and the beginnings
-//! of measured files where `../shared/data` (or `AUGSIM_DATA`) is there.
+//! Valid files from which inputs are mutated.
+//!
+//! They are the committed fixtures, small files in every layout, and the beginnings of measured files if
+//! `../shared/data` (or `AUGSIM_DATA`) exists.
 
 use crate::envelope::{gzipped, inflated, zipped};
 use crate::reader::Files;
@@ -12,18 +14,21 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// A published push file's name, which says what it shows.
+/// Name of a published push file, which encodes its conditions.
 const TRIAL: &str = "motion_surface=abs_shape=tri1_a=0_v=20_i=1.000_s=0.400_t=0.000";
 
-/// Bytes of a measured text file that are enough: its beginning has every kind of line.
+/// Bytes used of a measured text file: its beginning has every kind of line.
 const BEGINNING: usize = 3000;
 
+/// Two drops with groups, an empty cell and a quoted cell.
 const DROPS: &str = "trajectory,t_s,height_m,velocity_m_s,group\n\
     a,0,4.5,0,red\na,0.0166,4.49,-0.16,red\na,0.0333,4.48,,red\nb,0,4.2,0,\"blue, big\"\nb,0.5,2.97,-4.9,\"blue, big\"\n";
 
+/// One push with forces and flags of new samples.
 const PUSHES: &str = "trajectory,t_s,pusher_x_m,pusher_y_m,x_m,y_m,theta_rad,force_x_N,force_y_N,pusher_new,object_new,force_new\n\
     p,0,0,0,0.05,0,0,0,0,1,1,1\np,0.1,0.01,0,0.06,0,0.02,-1,0,1,0,1\np,0.2,0.02,0,0.07,0.001,0.04,-1,0,1,1,0\n";
 
+/// A ball model with values per group and two effects.
 const BALL_MODEL: &str = r#"scenario = "ball"
 [parameters]
 gravity_m_s2 = { nominal = 9.81, frozen = true }
@@ -42,6 +47,7 @@ kind = "height-offset"
 b_m = { nominal = 0.0, per = "trajectory" }
 "#;
 
+/// A pushing model with values per group and one effect.
 const PUSH_MODEL: &str = r#"scenario = "push"
 object = "rect1"
 [parameters]
@@ -58,16 +64,18 @@ kind = "pose-latency"
 delay_s = { nominal = 0.0108, ci95 = [0.0070, 0.0146] }
 "#;
 
+/// A log in the layout of `cmu-mlab`.
 const PUSH_LOG: &str = "1\n636.1 34.3 9.8 0.365 0.009 0 0.930\n643.0 43.6 10.0 0.323 0.008 0 0.946\n\
     3\n10.0 0.1 0.2\n10.2 0.3 0.2\n10.4 0.2 0.1\n3\n10.0 600 30 9 1 0 0 0\n10.2 610 31 9 1 0 0 0\n10.4 620 32 9 1 0 0 0\n";
 
+/// A run in the layout of `mit-pusher-slider`.
 const SLIDER: &str = "t_s,pusher_x_m,pusher_y_m,slider_x_m,slider_y_m,slider_th_rad,pusher_new,slider_new\n\
     0,0,0,0.05,0,0,1,1\n0.004,0.001,0,0.05,0,0.01,1,0\n0.008,0.002,0,0.051,0.001,0.02,1,1\n0.012,0.003,0,0.052,0.001,0.03,0,1\n";
 
-/// The files that inputs of that reader are mutated from.
+/// The files from which inputs of this reader are mutated.
 ///
 /// # Errors
-/// A fixture that cannot be read.
+/// A fixture cannot be read.
 pub fn of(reader: &str) -> anyhow::Result<Vec<Files>> {
     let fixture = |name: &str| {
         let path = workspace().join("fixtures").join(name);
@@ -123,7 +131,7 @@ pub fn of(reader: &str) -> anyhow::Result<Vec<Files>> {
         }
         "written-data" => vec![Files::one("data.csv", TANKS)],
         "checkpoint" => {
-            let state = Training::new(small(), short_drops())?.state().clone();
+            let state = Training::new(small_settings(), short_drops())?.state().clone();
             vec![Files::one("checkpoint.bin", checkpoint::encode(&state)?)]
         }
         "safetensors" => vec![Files::one("weights.safetensors", weights::encode(&small_net())?)],
@@ -142,38 +150,40 @@ pub fn of(reader: &str) -> anyhow::Result<Vec<Files>> {
     Ok(seeds)
 }
 
-/// Beginnings of measured files, which are not ours to commit.
+/// Beginnings of measured files, which are not committed because they are not ours.
 fn measured(reader: &str) -> anyhow::Result<Vec<Files>> {
     let root =
         std::env::var_os("AUGSIM_DATA").map_or_else(|| workspace().join("../shared/data"), PathBuf::from);
     let text = |name: &str| {
         let path = root.join(name);
-        let whole = fs::read(&path).with_context(|| path.display().to_string())?;
-        anyhow::Ok(beginning(&whole, BEGINNING))
+        let content = fs::read(&path).with_context(|| path.display().to_string())?;
+        anyhow::Ok(beginning(&content, BEGINNING))
     };
     let hexagon = "motion_surface=plywood_shape=hex_a=0_v=150_i=1.000_s=0.000_t=-0.349.json";
-    let wanted: &[(&str, &str)] = match reader {
+    let sources: &[(&str, &str)] = match reader {
         "desilva-ball-drops" => &[("desilva-ball-drops", "drops.csv")],
         "mit-pusher-slider" => &[("mit-pusher-slider-runs/runs", "1021_NoPerturbations.csv")],
         "csv" => &[("cascaded-tanks", "estimation.csv")],
         "push-json" => &[("mit-pnpush-pushes/official", hexagon)],
         _ => &[],
     };
-    let there = wanted.iter().filter(|(folder, name)| root.join(folder).join(name).exists());
-    there.map(|(folder, name)| Ok(Files::one(name, text(&format!("{folder}/{name}"))?))).collect()
+    let existing = sources.iter().filter(|(folder, name)| root.join(folder).join(name).exists());
+    existing.map(|(folder, name)| Ok(Files::one(name, text(&format!("{folder}/{name}"))?))).collect()
 }
 
-/// Whole lines of at most `bytes`, or so many bytes where there are no lines.
+/// The whole lines in the first `bytes` bytes, or those bytes if they contain no line end.
 fn beginning(text: &[u8], bytes: usize) -> Vec<u8> {
     let part = &text[..text.len().min(bytes)];
     let end = part.iter().rposition(|b| *b == b'\n').map_or(part.len(), |k| k + 1);
     part[..end].to_vec()
 }
 
+/// Root folder of the workspace.
 fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
+/// A push file in the published JSON layout.
 fn push_json() -> String {
     let rows = |scale: f64| {
         let rows: Vec<_> = (0..12)
@@ -189,6 +199,7 @@ fn push_json() -> String {
     )
 }
 
+/// Files in the layout of `paper-stack-bounces`.
 fn paper_stack() -> Files {
     let index = "series,file,ball,drop,sheets,repeat,pressure_mbar,frames,frame_gaps,usable_impacts,accel_px_per_frame2,px_per_m_if_200fps,arc_rms_px,t_imp1_frame,v_in1_px_per_frame,e1,v_in2_px_per_frame,e2,v_in3_px_per_frame,e3,note\n\
         a4,1.csv,blue,high,10,1,,60,0,2,0.3,1270,0.07,97.3,19.3,0.36,6.9,0.47,,,\n";
@@ -199,6 +210,7 @@ fn paper_stack() -> Files {
     Files(vec![("drops.csv".into(), drops.into_bytes()), ("index.csv".into(), index.into())])
 }
 
+/// Files in the layout of `spindoe-table-tennis`.
 fn table_tennis() -> Files {
     let flight: String = (0..30)
         .map(|k| {
@@ -209,28 +221,30 @@ fn table_tennis() -> Files {
     Files(vec![("000.csv".into(), flight.into_bytes()), ("index.csv".into(), index.into())])
 }
 
-/// A data set in long form as NPZ.
+/// Converts a data set from CSV text to NPZ.
 fn npz(text: &str) -> anyhow::Result<Vec<u8>> {
     let folder = tempfile::tempdir()?;
     let csv = folder.path().join("data.csv");
     fs::write(&csv, text)?;
     let data: Dataset = read_csv(&csv, MissingCells::AsGap)?;
-    through_a_file(|path| Ok(write_npz(&data, path)?))
+    file_bytes(|path| Ok(write_npz(&data, path)?))
 }
 
-fn through_a_file(write: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Result<Vec<u8>> {
+/// Bytes that `write` writes to a file.
+fn file_bytes(write: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Result<Vec<u8>> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("file");
     write(&path)?;
     Ok(fs::read(path)?)
 }
 
-/// The smallest net of the paper's kind.
-fn small() -> Settings {
+/// Settings of the smallest net of the paper's kind.
+fn small_settings() -> Settings {
     let settings = Settings::new(Recipe::Hybrid, 100, 1, Engine::PybulletBall(paper_engine()));
     Settings { net: NetSettings { hidden: 2, layers: 1, latent: 1, ..settings.net }, ..settings }
 }
 
+/// Text of a `config.resolved.toml`.
 fn config() -> anyhow::Result<String> {
     #[derive(serde::Serialize)]
     struct Config {
@@ -241,10 +255,10 @@ fn config() -> anyhow::Result<String> {
     let data = toml::Value::Table(
         [("file".to_owned(), toml::Value::String("ball.csv".into()))].into_iter().collect(),
     );
-    Ok(toml::to_string_pretty(&Config { checkpoint_every: 100, data, settings: small() })?)
+    Ok(toml::to_string_pretty(&Config { checkpoint_every: 100, data, settings: small_settings() })?)
 }
 
-/// The parameters that weights are read into.
+/// A small set of parameters, into which weights are read.
 pub fn small_net() -> Params<f32> {
     let mut params = Params::new(augsim_data::random_stream(1, "fuzz-weights", 0));
     params.add("gru.weight_ih_l0".into(), &[6, 3], Init::Constant(0.0));
@@ -252,20 +266,20 @@ pub fn small_net() -> Params<f32> {
     params
 }
 
-/// Two drops of ten samples at the rate of the paper's engine.
+/// Two drops of ten samples at the sampling rate of the paper.
 ///
 /// # Panics
-/// Never: the paper's law can be simulated.
+/// Never, because the paper's law can be simulated.
 pub fn short_drops() -> &'static Sequences {
     static DROPS: OnceLock<Sequences> = OnceLock::new();
     DROPS.get_or_init(|| {
         let law = PaperLaw { samples: 10, ..PaperLaw::default() };
-        let made = law.generate(2, 1).map(|(data, _)| Sequences::new(&data, &["height_m", "velocity_m_s"]));
-        made.expect("drops of the paper's law").expect("its two columns")
+        let drops = law.generate(2, 1).map(|(data, _)| Sequences::new(&data, &["height_m", "velocity_m_s"]));
+        drops.expect("drops of the paper's law").expect("its two columns")
     })
 }
 
-/// Blocks behind the example of a pendulum.
+/// Effect and candidate blocks that are appended to the pendulum example.
 const EFFECTS: &str = r#"
 [[effect]]
 kind = "coulomb"
@@ -296,5 +310,5 @@ w = { of = "x", grid = [0.1, 0.3] }
 states = { z = { rate = "v - z", start = 0.0 } }
 "#;
 
-/// Data of two tanks.
+/// Data of two tanks, with empty cells and an unused column.
 const TANKS: &str = "t_s,pump_v,lower_level_v,other\n0,3.25,5.2,x\n4,3.24,,y\n8,,5.1,\n12,3.2,5.0,1\n";

@@ -1,26 +1,26 @@
-//! Outcomes of reading one input.
+//! Outcomes of reading one input, and classes of defects.
 
-use crate::limits::LONGEST_MESSAGE;
+use crate::limits::MAX_MESSAGE_CHARS;
 use std::fmt::Display;
 use std::path::Path;
 
-/// A reader's answer to one input.
+/// Outcome of reading one input.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
-    /// The input was read, and all that was asked of the result holds.
+    /// The input was read, and all guarantees about the result hold.
     Accepted,
-    /// The reader refused the input with a message in order.
+    /// The reader rejected the input with a valid message.
     Refused,
-    /// The reader returned, but a promise does not hold.
+    /// The reader returned, but a guarantee does not hold.
     Broken(String),
 }
 
-/// Classes of findings, worst first.
+/// Class of a finding, worst first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
-    /// The process died: an allocation beyond the limit, a stack overflow.
+    /// The process was aborted: by an allocation beyond the limit or a stack overflow.
     Abort,
-    /// No answer within the time.
+    /// No answer within the time limit.
     Hang,
     /// A panic.
     Panic,
@@ -45,39 +45,43 @@ impl Class {
 pub struct Finding {
     /// Kind of defect.
     pub class: Class,
-    /// The reader's name.
+    /// Name of the reader.
     pub reader: String,
     /// Number of the input in its campaign.
     pub index: u64,
-    /// Place of the panic, message, or signal.
+    /// Location of the panic, message, or signal.
     pub detail: String,
 }
 
-/// The verdict on a refusal: its message must fit on a page and hold no control characters, because cells of the file
-/// are quoted in it and it goes to a terminal. `path` is the file's name, which is not counted.
+/// The verdict on a rejection with this message.
+///
+/// The message must fit on a page and must not contain control characters, because it quotes cells of the
+/// file and is printed on a terminal. The path of the file is not counted.
 pub fn refusal(path: &Path, message: &dyn Display) -> Verdict {
     let text = message.to_string().replace(&path.display().to_string(), "");
     if let Some(bad) = text.chars().find(|c| c.is_control() && *c != '\n') {
         return Verdict::Broken(format!(
-            "the message holds the control character {bad:?}: {}",
+            "the message contains the control character {bad:?}: {}",
             shortened(&text)
         ));
     }
     let length = text.chars().count();
-    match length > LONGEST_MESSAGE {
+    match length > MAX_MESSAGE_CHARS {
         true => Verdict::Broken(format!("the message has {length} characters: {}", shortened(&text))),
         false => Verdict::Refused,
     }
 }
 
-/// The first characters of a text, printable.
+/// The first 160 characters of a text, with control characters escaped.
 pub fn shortened(text: &str) -> String {
     text.chars().take(160).flat_map(char::escape_debug).collect()
 }
 
-/// Key under which findings count as one: the beginning of the detail without its numbers, which differ from input to
-/// input where the defect is the same. A panic's place takes more characters than the complaint of a broken promise.
-pub fn kind(class: Class, detail: &str) -> String {
+/// Key of a finding, by which duplicates are recognised.
+///
+/// It is the beginning of the detail without digits, which differ between inputs that show the same defect.
+/// The location of a panic needs more characters than the text of a violated guarantee.
+pub fn finding_key(class: Class, detail: &str) -> String {
     let length = if class == Class::Broken { 24 } else { 60 };
     detail.chars().filter(|c| !c.is_ascii_digit()).take(length).collect()
 }

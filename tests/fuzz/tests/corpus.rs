@@ -1,9 +1,11 @@
-//! Contract: every file that ever broke a reader is refused or read, in time and within the memory; and the harness
-//! that says so notices a panic, a hang, a flood of memory and an unprintable message. Readers that misbehave on purpose
-//! stand for the defects that it must find, because a harness that finds nothing may as well be broken.
+//! Contract: every file that once broke a reader is now rejected or read within the limits of time and
+//! memory; and the harness notices a panic, a hang, exhausted memory and an unprintable message.
+//!
+//! Readers that misbehave on purpose stand for these defects, because a harness that finds nothing may itself
+//! be broken.
 
 use augsim_fuzz::campaign::Campaign;
-use augsim_fuzz::limits::TIME;
+use augsim_fuzz::limits::MAX_TIME;
 use augsim_fuzz::readers::READERS;
 use augsim_fuzz::verdict::Class;
 use augsim_fuzz::{corpus, parent};
@@ -13,11 +15,11 @@ use std::time::Duration;
 const PROGRAM: &str = env!("CARGO_BIN_EXE_fuzz");
 
 #[test]
-fn nothing_in_the_corpus_breaks_a_reader_any_more() {
+fn no_case_of_the_corpus_breaks_a_reader() {
     for case in corpus::cases().unwrap() {
         let folder = tempfile::tempdir().unwrap();
         case.files.write(folder.path()).unwrap();
-        let finding = parent::case(Path::new(PROGRAM), &case.reader, folder.path(), TIME).unwrap();
+        let finding = parent::case(Path::new(PROGRAM), &case.reader, folder.path(), MAX_TIME).unwrap();
         assert_eq!(finding, None, "{} {}", case.reader, case.name);
     }
 }
@@ -39,14 +41,14 @@ fn the_harness_notices_every_class_of_defect() {
 }
 
 #[test]
-fn an_input_is_a_function_of_seed_and_number() {
-    let (one, two, other) =
+fn an_input_is_determined_by_seed_and_number() {
+    let (first, repeated, other_seed) =
         (Campaign::new(3, None).unwrap(), Campaign::new(3, None).unwrap(), Campaign::new(4, None).unwrap());
     let readers = READERS.len() as u64;
     let mut differing = 0;
     for index in 0..5 * readers {
-        assert_eq!(one.input(index).1, two.input(index).1, "input {index}");
-        differing += u32::from(one.input(index).1 != other.input(index).1);
+        assert_eq!(first.input(index).1, repeated.input(index).1, "input {index}");
+        differing += u32::from(first.input(index).1 != other_seed.input(index).1);
     }
     assert!(differing > 4 * readers as u32, "another seed gives other inputs");
 }

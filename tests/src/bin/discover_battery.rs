@@ -1,4 +1,4 @@
-//! A large battery of sealed sets. Seeds are FIRST, FIRST + 1, …; rows and a summary go to standard output.
+//! Runs a large battery of sealed sets with seeds FIRST, FIRST + 1, …; prints rows and a summary.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a tool for the terminal")]
 
 use augsim_tests::battery::{Battery, Row, Summary, run, run_with_gaps};
@@ -7,103 +7,106 @@ use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Runs a battery of sealed sets and counts what the loop makes of them.
+/// Runs a battery of sealed data sets and scores the answers of the discovery loop
 #[derive(Debug, Parser)]
 struct Cli {
     #[command(subcommand)]
     kind: Kind,
 }
 
-/// Seeds of the sets.
+/// Seeds of the sets
 #[derive(Debug, Clone, Copy, Args)]
 struct Seeds {
     /// Seed of the first set
     #[arg(default_value_t = 1)]
     first: u64,
-    /// Sets
+    /// Number of sets
     #[arg(default_value_t = 20)]
     count: u64,
 }
 
-/// Sets of a ball.
+/// Options of ball data
 #[derive(Debug, Clone, Copy, Args)]
-struct OfBall {
+struct BallOptions {
     #[command(flatten)]
     seeds: Seeds,
-    /// Print the sets that were told rightly, too
+    /// Also print sets with a right answer
     #[arg(long)]
     verbose: bool,
-    /// Empty some cells
+    /// Leave some cells empty
     #[arg(long)]
     gaps: bool,
 }
 
-/// Sets of systems of equations.
+/// Options of systems of equations
 #[derive(Debug, Clone, Copy, Args)]
-struct OfSystems {
+struct SystemOptions {
     #[command(flatten)]
     seeds: Seeds,
-    /// One long recording a set, of a motion that is shaken
+    /// One long recording per set, with process noise
     #[arg(long)]
     long: bool,
 }
 
-/// Sets of pushes.
+/// Options of pushes
 #[derive(Debug, Clone, Copy, Args)]
-struct OfPushes {
+struct PushOptions {
     #[command(flatten)]
     seeds: Seeds,
-    /// Pushes in a set
+    /// Pushes per set
     #[arg(default_value_t = 150)]
     pushes: usize,
 }
 
 #[derive(Debug, Clone, Subcommand)]
 enum Kind {
-    /// A ball and nothing else
-    Null(OfBall),
+    /// A ball without an effect
+    Null(BallOptions),
     /// A ball with one effect of the library
-    Single(OfBall),
-    /// A ball with two effects
-    Pair(OfBall),
-    /// A ball with a law that the library does not have
-    Unlisted(OfBall),
+    Single(BallOptions),
+    /// A ball with two effects of the library
+    Pair(BallOptions),
+    /// A ball with an effect that the library does not have
+    Unlisted(BallOptions),
     /// A ball with unusual noise
-    Noise(OfBall),
-    /// A ball with one effect beside smooth misfit that each record has of its own
-    Misfit(OfBall),
-    /// A ball with such misfit alone
-    MisfitNull(OfBall),
-    /// Pushes and nothing else
-    PushNull(OfPushes),
+    Noise(BallOptions),
+    /// A ball with one effect and a smooth residual that differs in each record
+    Misfit(BallOptions),
+    /// A ball with such a smooth residual and no effect
+    MisfitNull(BallOptions),
+    /// Pushes without an effect
+    PushNull(PushOptions),
     /// Pushes with one effect
-    PushSingle(OfPushes),
-    /// The answer on measured runs of two days, held to what is known of them
+    PushSingle(PushOptions),
+    /// Checks the answer on measured runs of two days against what is known of them
     PushMeasured {
         /// Folder of the runs (`mit-pusher-slider-runs`)
         folder: PathBuf,
     },
-    /// Systems of equations and nothing else; the binary `augsim` has to lie beside this one
-    SystemsNull(OfSystems),
-    /// Systems with one candidate of the library
-    SystemsSingle(OfSystems),
-    /// Systems with two
-    SystemsPair(OfSystems),
-    /// Systems with a formula inside the grammar, and no library
-    SystemsInside(OfSystems),
-    /// Systems with a law outside the grammar
-    SystemsOutside(OfSystems),
-    /// Systems whose peculiarity is noise, logging, or a defect outside the library; set I takes plant I mod 3 and kind I / 3, so that
-    /// 165 sets are all kinds and 120 the first 40. The binary `augsim` has to lie beside this one
+    /// Systems of equations without an effect; the binary `augsim` must be in the same folder as this one
+    SystemsNull(SystemOptions),
+    /// Systems with one effect of the library
+    SystemsSingle(SystemOptions),
+    /// Systems with two effects of the library
+    SystemsPair(SystemOptions),
+    /// Systems with a formula of the search grammar, and an empty library
+    SystemsInside(SystemOptions),
+    /// Systems with an effect outside library and grammar
+    SystemsOutside(SystemOptions),
+    /// Systems with unusual noise, logging faults or unmodelled defects
+    ///
+    /// Set I takes plant I mod 3 and kind I / 3, so that 165 sets are all kinds and 120 the first 40. The
+    /// binary `augsim` must be in the same folder as this one
     Traps(Seeds),
 }
 
-/// A battery of a ball: complete, or with empty cells.
-type Family = fn(Battery, u64, u64, &mut dyn FnMut(&Row)) -> Summary;
+/// A runner of ball batteries: with complete data or with empty cells.
+type BatteryRunner = fn(Battery, u64, u64, &mut dyn FnMut(&Row)) -> Summary;
 
-fn ball(kind: Battery, OfBall { seeds, verbose, gaps }: OfBall) {
-    let family: Family = if gaps { run_with_gaps } else { run };
-    let summary = family(kind, seeds.first, seeds.count, &mut |row| {
+/// Runs a battery of ball data.
+fn ball(kind: Battery, BallOptions { seeds, verbose, gaps }: BallOptions) {
+    let runner: BatteryRunner = if gaps { run_with_gaps } else { run };
+    let summary = runner(kind, seeds.first, seeds.count, &mut |row| {
         if verbose || !row.right {
             println!("{}", row.line);
         }
@@ -111,19 +114,20 @@ fn ball(kind: Battery, OfBall { seeds, verbose, gaps }: OfBall) {
     println!("{summary}");
 }
 
-fn pushes(has_effect: bool, OfPushes { seeds, pushes }: OfPushes) {
+/// Runs a battery of pushes.
+fn pushes(has_effect: bool, PushOptions { seeds, pushes }: PushOptions) {
     let show = &mut |row: &Row| println!("{}", row.line);
     println!("{}", push_battery::run(has_effect, seeds.first, seeds.count, pushes, show));
 }
 
-/// The binary `augsim` beside this one, and a folder for the sets.
+/// The binary `augsim` in the folder of this one, and a folder for the sets.
 fn binary_and_folder() -> std::io::Result<(PathBuf, PathBuf)> {
     let augsim = std::env::current_exe()?.with_file_name("augsim");
     Ok((augsim, std::env::temp_dir().join(format!("augsim-battery-{}", std::process::id()))))
 }
 
 /// Runs a battery of systems of equations.
-fn systems(kind: sealed_systems::Kind, OfSystems { seeds, long }: OfSystems) -> std::io::Result<()> {
+fn systems(kind: sealed_systems::Kind, SystemOptions { seeds, long }: SystemOptions) -> std::io::Result<()> {
     let (augsim, folder) = binary_and_folder()?;
     let summary =
         sealed_systems::run(kind, (seeds.first, seeds.count), long, &augsim, &folder, &mut |row| {
@@ -133,7 +137,7 @@ fn systems(kind: sealed_systems::Kind, OfSystems { seeds, long }: OfSystems) -> 
     std::fs::remove_dir_all(folder)
 }
 
-/// Runs the battery of traps.
+/// Runs the battery of trap sets.
 fn run_traps(Seeds { first, count }: Seeds) -> std::io::Result<()> {
     let (augsim, folder) = binary_and_folder()?;
     let summary = traps::run((first, count), &augsim, &folder, &mut |row| {
@@ -144,31 +148,33 @@ fn run_traps(Seeds { first, count }: Seeds) -> std::io::Result<()> {
 }
 
 fn main() -> ExitCode {
-    let ended = |outcome: std::io::Result<()>| match outcome {
+    let exit_code = |outcome: std::io::Result<()>| match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{error}; the binary `augsim` has to lie beside this one");
+            eprintln!(
+                "{error}; the binary `augsim` must be in the same folder as this one (`cargo build --release`)"
+            );
             ExitCode::FAILURE
         }
     };
-    let of_systems = |kind, of| ended(systems(kind, of));
+    let run_systems = |kind, options| exit_code(systems(kind, options));
     match Cli::parse().kind {
-        Kind::Null(of) => ball(Battery::Null, of),
-        Kind::Single(of) => ball(Battery::Single, of),
-        Kind::Pair(of) => ball(Battery::Pair, of),
-        Kind::Unlisted(of) => ball(Battery::Unlisted, of),
-        Kind::Noise(of) => ball(Battery::Noise, of),
-        Kind::Misfit(of) => ball(Battery::Misfit, of),
-        Kind::MisfitNull(of) => ball(Battery::MisfitNull, of),
-        Kind::PushNull(of) => pushes(false, of),
-        Kind::PushSingle(of) => pushes(true, of),
+        Kind::Null(options) => ball(Battery::Null, options),
+        Kind::Single(options) => ball(Battery::Single, options),
+        Kind::Pair(options) => ball(Battery::Pair, options),
+        Kind::Unlisted(options) => ball(Battery::Unlisted, options),
+        Kind::Noise(options) => ball(Battery::Noise, options),
+        Kind::Misfit(options) => ball(Battery::Misfit, options),
+        Kind::MisfitNull(options) => ball(Battery::MisfitNull, options),
+        Kind::PushNull(options) => pushes(false, options),
+        Kind::PushSingle(options) => pushes(true, options),
         Kind::PushMeasured { folder } => println!("{}", measured_pushes::runs_of_two_days(&folder)),
-        Kind::SystemsNull(of) => return of_systems(sealed_systems::Kind::Null, of),
-        Kind::SystemsSingle(of) => return of_systems(sealed_systems::Kind::Single, of),
-        Kind::SystemsPair(of) => return of_systems(sealed_systems::Kind::Pair, of),
-        Kind::SystemsInside(of) => return of_systems(sealed_systems::Kind::Inside, of),
-        Kind::SystemsOutside(of) => return of_systems(sealed_systems::Kind::Outside, of),
-        Kind::Traps(seeds) => return ended(run_traps(seeds)),
+        Kind::SystemsNull(options) => return run_systems(sealed_systems::Kind::Null, options),
+        Kind::SystemsSingle(options) => return run_systems(sealed_systems::Kind::Single, options),
+        Kind::SystemsPair(options) => return run_systems(sealed_systems::Kind::Pair, options),
+        Kind::SystemsInside(options) => return run_systems(sealed_systems::Kind::Inside, options),
+        Kind::SystemsOutside(options) => return run_systems(sealed_systems::Kind::Outside, options),
+        Kind::Traps(seeds) => return exit_code(run_traps(seeds)),
     }
     ExitCode::SUCCESS
 }

@@ -1,12 +1,15 @@
-//! Writes the sealed set of `fixtures/sealed`: `seal_fixture FOLDER`. The label goes into a file of its own.
+//! Writes the sealed data set of `fixtures/sealed`: `seal_fixture FOLDER`. The truth is written to
+//! `label.txt`.
 #![expect(clippy::print_stderr, reason = "a tool for the terminal")]
 
 use augsim_data::{DataError, random_stream, write_csv};
 use augsim_tests::sealed::{Kind, draw, seal};
 use std::path::Path;
 
+/// Seed of the fixture.
 const SEED: u64 = 20_263;
 
+/// Generates the set and writes data, model and truth to `folder`.
 fn write(folder: &Path) -> Result<(), DataError> {
     let mut rng = random_stream(SEED, "fixture", 0);
     let (mut scene, mut truth) = draw(&mut rng, Some(0), false);

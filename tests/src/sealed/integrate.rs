@@ -1,13 +1,20 @@
-//! Small steps of a fourth-order scheme, contact found by halving the step; nothing closed, nothing shared.
+//! Simulation of a bouncing ball by small Runge-Kutta steps of order four, independent of the engine under
+//! test.
+//!
+//! Contact is located by bisection of the step; no closed-form solution is used.
 
 use super::truth::{Kind, Truth, Unlisted};
 
+/// Length of a step, s.
 const STEP: f64 = 1e-3;
+/// Gravitational acceleration, m/s².
 const G: f64 = 9.81;
+/// Radius of the ball, m.
 const RADIUS: f64 = 0.02;
+/// Moment of inertia divided by mass and squared radius.
 const INERTIA: f64 = 0.4;
 
-/// Start of one trajectory.
+/// Initial state and conditions of one trajectory.
 #[derive(Clone, Debug)]
 pub struct Start {
     pub x: f64,
@@ -19,10 +26,11 @@ pub struct Start {
     pub clock: f64,
     /// Session time, s.
     pub session: f64,
-    /// Offsets of restitution, impact by impact.
+    /// Deviations of the restitution, impact by impact.
     pub offsets: Vec<f64>,
 }
 
+/// Position and velocity of the ball.
 #[derive(Clone, Copy)]
 struct Ball {
     x: f64,
@@ -31,17 +39,20 @@ struct Ball {
     vz: f64,
 }
 
+/// The true physics of a set.
 pub struct Physics<'a> {
     pub truth: &'a Truth,
     pub restitution: f64,
 }
 
 impl Physics<'_> {
+    /// Sum of a parameter over the effects that have it.
     fn sum(&self, pick: impl Fn(&Kind) -> Option<f64>) -> f64 {
         self.truth.effects.iter().filter_map(pick).sum()
     }
 
-    fn force(&self, b: &Ball, spin: f64, t: f64) -> (f64, f64) {
+    /// Acceleration in flight, m/s².
+    fn acceleration(&self, b: &Ball, spin: f64, t: f64) -> (f64, f64) {
         let (mut ax, mut az) = (0.0, -G);
         let speed = b.vx.hypot(b.vz);
         for k in &self.truth.effects {
@@ -75,9 +86,10 @@ impl Physics<'_> {
         (ax, az)
     }
 
+    /// State after a Runge-Kutta step of length `h`.
     fn step(&self, b: &Ball, spin: f64, t: f64, h: f64) -> Ball {
         let f = |b: &Ball, t: f64| {
-            let (ax, az) = self.force(b, spin, t);
+            let (ax, az) = self.acceleration(b, spin, t);
             Ball { x: b.vx, z: b.vz, vx: ax, vz: az }
         };
         let add = |b: &Ball, d: &Ball, h: f64| Ball {
@@ -99,7 +111,8 @@ impl Physics<'_> {
         }
     }
 
-    fn elasticity(&self, speed: f64, x: f64, spin: f64, t: f64, bounce: usize, s: &Start) -> f64 {
+    /// Coefficient of restitution of an impact.
+    fn restitution_at(&self, speed: f64, x: f64, spin: f64, t: f64, bounce: usize, s: &Start) -> f64 {
         let mut e = self.restitution;
         for k in &self.truth.effects {
             match *k {
@@ -131,20 +144,20 @@ impl Physics<'_> {
         let mut b = Ball { x: s.x, z: s.z, vx: s.vx, vz: s.vz };
         let (mut t, mut spin, mut bounce, mut resting) = (0.0, s.spin, 0, false);
         let mut out = Vec::with_capacity(times.len());
-        for &want in times {
-            while t < want {
+        for &sample_time in times {
+            while t < sample_time {
                 if resting {
-                    t = want;
+                    t = sample_time;
                     break;
                 }
-                let h = STEP.min(want - t);
+                let h = STEP.min(sample_time - t);
                 let next = self.step(&b, spin, t, h);
                 if gap(&next) >= 0.0 {
                     b = next;
                     t += h;
                     continue;
                 }
-                // Halve the step down to the contact.
+                // Locate the contact by bisection of the step.
                 let (mut low, mut high) = (0.0, h);
                 for _ in 0..45 {
                     let middle = 0.5 * (low + high);
@@ -154,7 +167,7 @@ impl Physics<'_> {
                 t += low;
                 let vn = b.vz * cos - b.vx * sin;
                 let vt = b.vx * cos + b.vz * sin;
-                let e = self.elasticity(-vn, b.x, spin, t, bounce, s);
+                let e = self.restitution_at(-vn, b.x, spin, t, bounce, s);
                 bounce += 1;
                 if -vn * e < 0.02 {
                     resting = true;
@@ -174,13 +187,14 @@ impl Physics<'_> {
                 }
                 spin -= jump / (INERTIA * RADIUS);
                 if tau > 0.0 {
-                    // Spring and damper in small steps until the ball is out again; it slides along meanwhile.
+                    // The contact is a spring and a damper, integrated in small steps until the ball leaves;
+                    // meanwhile the ball slides.
                     let damping = -e.ln() / tau;
                     let stiffness = (std::f64::consts::PI / tau).powi(2) + damping * damping;
                     let (mut depth, mut rate) = (0.0f64, vn);
                     let h = tau / 400.0;
                     let entry = b;
-                    let began = t;
+                    let contact_start = t;
                     loop {
                         let a = |d: f64, r: f64| -G - 2.0 * damping * r - stiffness * d;
                         let (k1d, k1r) = (rate, a(depth, rate));
@@ -197,17 +211,17 @@ impl Physics<'_> {
                             depth = nd;
                             rate = nr;
                         }
-                        // Samples that fall into the contact see the ball below the ground.
+                        // Samples during the contact show the ball below the ground.
                         while out.len() < times.len() && times[out.len()] <= t {
-                            let along = entry.x + (vt + 0.5 * jump) * (times[out.len()] - began);
+                            let along = entry.x + (vt + 0.5 * jump) * (times[out.len()] - contact_start);
                             out.push((along, depth));
                         }
-                        if depth == 0.0 || t - began > 3.0 * tau {
+                        if depth == 0.0 || t - contact_start > 3.0 * tau {
                             break;
                         }
                     }
                     b = Ball {
-                        x: entry.x + (vt + 0.5 * jump) * (t - began),
+                        x: entry.x + (vt + 0.5 * jump) * (t - contact_start),
                         z: 0.0,
                         vx: vt + jump,
                         vz: rate,
@@ -223,11 +237,11 @@ impl Physics<'_> {
                     b.x += g * sin;
                     b.z -= g * cos;
                 }
-                if out.len() == times.len() || t > want {
+                if out.len() == times.len() || t > sample_time {
                     break;
                 }
             }
-            if out.len() < times.len() && times[out.len()] == want {
+            if out.len() < times.len() && times[out.len()] == sample_time {
                 out.push((b.x, b.z));
             }
         }

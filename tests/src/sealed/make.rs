@@ -1,4 +1,4 @@
-//! From a truth to a data set, and the model file that declares nothing of it.
+//! Simulated measurements for a truth, and the model file, which declares none of its effects.
 
 use super::integrate::{Physics, Start};
 use super::truth::{Kind, Scene, Truth, Unlisted};
@@ -7,23 +7,23 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// A set with its truth closed away.
+/// A data set with its truth, which a test must not read before the verdict.
 pub struct Sealed {
     /// Simulated measurements.
     pub data: Dataset,
-    /// The model file that goes with it.
+    /// Text of the model file.
     pub model: String,
     truth: Truth,
 }
 
 impl Sealed {
-    /// Opens the envelope: only after the verdict.
+    /// The truth; to be read only after the verdict.
     pub fn truth(&self) -> &Truth {
         &self.truth
     }
 }
 
-/// The declared model: gravity, restitution to be calibrated, the instrument's noise.
+/// Text of the declared model: gravity, a restitution to calibrate, and the noise of the instrument.
 pub fn model_text(scene: &Scene, sd_m: f64) -> String {
     let release = if scene.at_rest { "rest" } else { "free" };
     let geometry = if scene.plane { "radius_m = 0.02\ninertia_ratio = 0.4\n" } else { "" };
@@ -33,41 +33,44 @@ pub fn model_text(scene: &Scene, sd_m: f64) -> String {
     )
 }
 
+/// A standard normal number.
 fn normal(rng: &mut Xoshiro256PlusPlus) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// Sum of three waves with random amplitudes and phases over a record of `length_s`, at `times`, in units of the noise.
+/// A smooth residual at `times`, in units of the noise.
+///
+/// It is the sum of three waves with random amplitudes and phases over a record of `length_s`, s.
 fn wobble(rng: &mut Xoshiro256PlusPlus, amplitude: f64, times: &[f64], length_s: f64) -> Vec<f64> {
     let waves: Vec<(f64, f64)> =
         (0..3).map(|_| (amplitude * normal(rng), rng.random_range(0.0..std::f64::consts::TAU))).collect();
-    let at = |t: f64| {
-        let turn = |n: usize| std::f64::consts::PI * (n + 1) as f64 * t / length_s;
-        waves.iter().enumerate().map(|(n, (a, phase))| a * (turn(n) + phase).sin()).sum()
+    let residual_at = |t: f64| {
+        let angle = |n: usize| std::f64::consts::PI * (n + 1) as f64 * t / length_s;
+        waves.iter().enumerate().map(|(n, (a, phase))| a * (angle(n) + phase).sin()).sum()
     };
-    times.iter().map(|&t| at(t)).collect()
+    times.iter().map(|&t| residual_at(t)).collect()
 }
 
-/// Makes the set of a scene and a truth.
+/// Simulates and measures the data set of a scene and a truth.
 ///
 /// # Errors
-/// None that a scene of this module's own can cause.
+/// None for a scene from [`draw`](super::draw).
 pub fn seal(scene: &Scene, truth: Truth, rng: &mut Xoshiro256PlusPlus) -> Result<Sealed, DataError> {
     let physics = Physics { truth: &truth, restitution: scene.restitution };
-    let find = |pick: &dyn Fn(&Kind) -> Option<f64>| truth.effects.iter().find_map(pick).unwrap_or(0.0);
-    let per_impact = find(&|k| {
+    let parameter = |pick: &dyn Fn(&Kind) -> Option<f64>| truth.effects.iter().find_map(pick).unwrap_or(0.0);
+    let per_impact = parameter(&|k| {
         if let Kind::ScatterImpact(s) = k { Some(*s) } else { None }
     });
-    let per_trajectory = find(&|k| {
+    let per_trajectory = parameter(&|k| {
         if let Kind::ScatterTrajectory(s) = k { Some(*s) } else { None }
     });
-    let late = find(&|k| {
+    let latency = parameter(&|k| {
         if let Kind::Latency(s) = k { Some(*s) } else { None }
     });
-    let offset = find(&|k| {
+    let offset = parameter(&|k| {
         if let Kind::HeightOffset(s) = k { Some(*s) } else { None }
     });
-    let roll = find(&|k| {
+    let roll = parameter(&|k| {
         if let Kind::Roll(s) = k { Some(*s) } else { None }
     });
     let pause = 1200.0 / scene.trajectories as f64;
@@ -88,38 +91,38 @@ pub fn seal(scene: &Scene, truth: Truth, rng: &mut Xoshiro256PlusPlus) -> Result
         let n = (rng.random_range(1.5..2.6) * scene.rate_hz) as usize;
         let mut times: Vec<f64> = Vec::new();
         for k in 0..n {
-            // Irregular sets lose samples and have uneven times.
+            // Irregular sets lack samples and have uneven times.
             if scene.irregular && rng.random_bool(0.05) {
                 continue;
             }
             let uneven = if scene.irregular { rng.random_range(0.0..0.3) } else { 0.0 };
             times.push((k as f64 + uneven) / scene.rate_hz);
         }
-        let seen: Vec<f64> = times.iter().map(|t| t - late + truth.jitter_s * normal(rng)).collect();
-        let mut order: Vec<usize> = (0..seen.len()).collect();
-        order.sort_by(|&a, &b| seen[a].total_cmp(&seen[b]));
-        let sorted: Vec<f64> = order.iter().map(|&i| seen[i].max(0.0)).collect();
-        let found = physics.positions(&start, &sorted);
-        let mut truth_at = vec![(0.0, 0.0); seen.len()];
-        order.iter().zip(found).for_each(|(&i, p)| truth_at[i] = p);
+        let true_times: Vec<f64> = times.iter().map(|t| t - latency + truth.jitter_s * normal(rng)).collect();
+        let mut order: Vec<usize> = (0..true_times.len()).collect();
+        order.sort_by(|&a, &b| true_times[a].total_cmp(&true_times[b]));
+        let sorted: Vec<f64> = order.iter().map(|&i| true_times[i].max(0.0)).collect();
+        let positions = physics.positions(&start, &sorted);
+        let mut true_positions = vec![(0.0, 0.0); true_times.len()];
+        order.iter().zip(positions).for_each(|(&i, p)| true_positions[i] = p);
         let (mut ex, mut ez) = (0.0, 0.0);
         let rho = truth.correlation;
         let innovation = (1.0 - rho * rho).sqrt();
         let (mut xs, mut zs) = (Vec::new(), Vec::new());
-        for (k, &(x, z)) in truth_at.iter().enumerate() {
-            let fresh = if k == 0 { 1.0 } else { innovation };
-            ex = rho * ex + fresh * normal(rng);
-            ez = rho * ez + fresh * normal(rng);
+        for (k, &(x, z)) in true_positions.iter().enumerate() {
+            let innovation_scale = if k == 0 { 1.0 } else { innovation };
+            ex = rho * ex + innovation_scale * normal(rng);
+            ez = rho * ez + innovation_scale * normal(rng);
             let mut spike = || {
                 if rng.random::<f64>() < truth.outliers { 12.0 * normal(rng) } else { 0.0 }
             };
             let (sx, sz) = (spike(), spike());
-            let bent = match truth.unlisted {
+            let distorted = match truth.unlisted {
                 Some(Unlisted::Lens(a)) => z + a * (z - 0.7).powi(3),
                 _ => z,
             };
-            xs.push(x * roll.cos() - bent * roll.sin() + scene.noise_m * (ex + sx));
-            zs.push(x * roll.sin() + bent * roll.cos() + offset + scene.noise_m * (ez + sz));
+            xs.push(x * roll.cos() - distorted * roll.sin() + scene.noise_m * (ex + sx));
+            zs.push(x * roll.sin() + distorted * roll.cos() + offset + scene.noise_m * (ez + sz));
         }
         if truth.wobble > 0.0 {
             let length_s = times.last().copied().unwrap_or(1.0);

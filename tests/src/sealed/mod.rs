@@ -1,7 +1,7 @@
-//! A sealed generator of ball data with known truth.
+//! Independent generator of ball data with known truth.
 //!
-//! It shares no code with the engine that discovers: its own fine-step integrator, its own contact, its own sensor. The
-//! truth is kept apart from the data: a test asks for it only after the verdict.
+//! It shares no code with the engine under test: it has its own fine-step integrator, contact and sensor. The
+//! truth is stored apart from the data, and a test reads it only after the verdict ("sealed").
 #![expect(missing_docs, reason = "fields and variants are the names of what they hold")]
 
 mod integrate;

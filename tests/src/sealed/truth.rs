@@ -1,9 +1,9 @@
-//! Truth of a sealed set: the effect in it and its parameters.
+//! Truth of a sealed set: its effects, its noise, and how it was recorded.
 
 use rand::{Rng, RngExt};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// An effect that the library knows, by the name that an answer must give.
+/// An effect of the library with its parameter; [`Kind::name`] is the name that an answer must give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     QuadraticDrag(f64),
@@ -26,46 +26,47 @@ pub enum Kind {
     Roll(f64),
 }
 
-/// A law that the library does not have.
+/// An effect that the library does not have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unlisted {
-    /// Restitution steps by this at x = 1 m.
+    /// Restitution changes by this at x = 1 m.
     FloorStep(f64),
-    /// Restitution is a sine of the session clock (amplitude; period 300 s).
+    /// Restitution varies as a sine of the session clock (amplitude; period 300 s).
     FloorSine(f64),
-    /// Drag of this coefficient, only above 2.5 m/s.
+    /// Drag with this coefficient, only above 2.5 m/s.
     DragCrisis(f64),
     /// A spring force towards 1 m height, 1/s².
     Tether(f64),
-    /// Restitution falls with the absolute spin, per rad/s.
+    /// Decrease of restitution per absolute spin, s/rad.
     SpinLoss(f64),
     /// Cubic lens distortion of the height about 0.7 m, 1/m².
     Lens(f64),
-    /// A horizontal force that is a sine of time since release, m/s², at 1.5 Hz.
+    /// Amplitude of a horizontal acceleration that is a sine of time since release, m/s²; 1.5 Hz.
     Gust(f64),
-    /// Restitution falls by this at every bounce.
+    /// Decrease of restitution at every bounce.
     Fatigue(f64),
 }
 
-/// The whole truth of a set.
+/// The truth of a set.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
     pub effects: Vec<Kind>,
     pub unlisted: Option<Unlisted>,
-    /// Correlation of the noise.
+    /// Correlation of the noise between neighbouring samples.
     pub correlation: f64,
-    /// Jitter of time stamps, s.
+    /// Standard deviation of the error of time stamps, s.
     pub jitter_s: f64,
-    /// Share of samples that are wrong by ten standard deviations.
+    /// Share of outliers; their standard deviation is 12 times that of the noise.
     pub outliers: f64,
-    /// Amplitude, in standard deviations of the noise, of three smooth waves that each record has of its own: something that
-    /// no law explains and that no trajectory shares with another.
+    /// Amplitude of a smooth residual that differs in each record, in standard deviations of the noise.
+    ///
+    /// No effect explains it, and trajectories do not share it.
     pub wobble: f64,
-    /// The declared noise is the true one divided by this.
+    /// Ratio of the true noise to the declared one.
     pub declared_ratio: f64,
 }
 
-/// How the set was taken.
+/// How a set was recorded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scene {
     pub plane: bool,
@@ -78,7 +79,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Thirty drops along one line.
+    /// Thirty drops along a vertical line.
     pub const DROPS: Scene = Scene {
         plane: false,
         at_rest: true,
@@ -91,7 +92,7 @@ impl Scene {
 }
 
 impl Kind {
-    /// The name in answers.
+    /// Kind in answers.
     pub fn name(&self) -> &'static str {
         match self {
             Kind::QuadraticDrag(_) => "quadratic-drag",
@@ -114,7 +115,7 @@ impl Kind {
         }
     }
 
-    /// The value of its parameter.
+    /// Value of the parameter.
     pub fn value(&self) -> f64 {
         match *self {
             Kind::QuadraticDrag(v)
@@ -138,15 +139,16 @@ impl Kind {
         }
     }
 
+    /// Draws an effect that is possible in `scene`.
     fn draw(rng: &mut Xoshiro256PlusPlus, scene: &Scene) -> Self {
-        let (all, plane_only) = (18, [3, 4, 8, 11, 12, 13, 17]);
+        let (kind_count, plane_only) = (18, [3, 4, 8, 11, 12, 13, 17]);
         loop {
-            let which = rng.random_range(0..all);
+            let which = rng.random_range(0..kind_count);
             if plane_only.contains(&which) && !scene.plane || which == 16 && !scene.at_rest {
                 continue;
             }
             let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
-            // From an eighth of the lower figure: the weakest of these cannot be seen in the smallest sets.
+            // Sizes begin at an eighth of `low`: the weakest are not visible in the smallest sets.
             let mut size = |low: f64, high: f64| low / 8.0 * (8.0 * high / low).powf(rng.random::<f64>());
             return match which {
                 0 => Kind::QuadraticDrag(size(0.002, 0.15)),
@@ -172,7 +174,7 @@ impl Kind {
     }
 }
 
-/// Draws a scene and a truth with so many library effects (`None`: an unlisted law), from its own stream of random numbers.
+/// Draws a scene and a truth with `effects` library effects, or with an unlisted one for `None`.
 pub fn draw(rng: &mut Xoshiro256PlusPlus, effects: Option<usize>, noisy: bool) -> (Scene, Truth) {
     let scene = Scene {
         plane: rng.random_bool(0.6),
@@ -190,15 +192,15 @@ pub fn draw(rng: &mut Xoshiro256PlusPlus, effects: Option<usize>, noisy: bool) -
         Some(n) => {
             while truth.effects.len() < n {
                 let kind = Kind::draw(rng, &scene);
-                let twins = [
+                let equivalent_kinds = [
                     ["restitution-speed-linear", "restitution-speed-power"],
                     ["coulomb-friction", "grip-friction"],
                 ];
-                let clash = |a: &Kind| {
+                let is_equivalent = |a: &Kind| {
                     a.name() == kind.name()
-                        || twins.iter().any(|t| t.contains(&a.name()) && t.contains(&kind.name()))
+                        || equivalent_kinds.iter().any(|t| t.contains(&a.name()) && t.contains(&kind.name()))
                 };
-                if !truth.effects.iter().any(clash) {
+                if !truth.effects.iter().any(is_equivalent) {
                     truth.effects.push(kind);
                 }
             }
@@ -241,6 +243,7 @@ pub fn draw(rng: &mut Xoshiro256PlusPlus, effects: Option<usize>, noisy: bool) -
             _ => truth.declared_ratio = [0.5, 0.7, 1.5, 2.0][rng.random_range(0..4)],
         }
     }
+    // Keeps the position of the random stream, on which existing seeds depend.
     let _ = rng.next_u32();
     (scene, truth)
 }

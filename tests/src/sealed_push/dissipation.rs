@@ -1,18 +1,18 @@
-//! Power lost to friction by an object that moves with a twist, and the twist that a contact enforces.
+//! Friction wrench of a moving object by maximum dissipation, and the twist that a contact enforces.
 
-/// How the support resists.
+/// Friction model of the support.
 #[derive(Clone, Debug)]
 pub enum Surface {
-    /// `sqrt(|v|² + c² w²)`.
+    /// Dissipation `sqrt(|v|² + c² w²)`; the number is c, m.
     Ellipsoid(f64),
-    /// `(|v|^q + |c w|^q)^(1/q)`, `q = p / (p - 1)`: c and p.
+    /// Dissipation `(|v|^q + |c w|^q)^(1/q)`, `q = p / (p - 1)`; the numbers are c, m, and p.
     Superellipsoid(f64, f64),
-    /// Coulomb friction of patches: place in the body and share of the load.
+    /// Coulomb friction of patches: position in the body, m, and share of the load.
     Patches(Vec<([f64; 2], f64)>),
 }
 
 impl Surface {
-    /// Uniform pressure on a square of a side, m.
+    /// Uniform pressure on a square with this side, m.
     pub fn square(side: f64) -> Self {
         const ACROSS: usize = 12;
         let place = |i: usize| side * ((i as f64 + 0.5) / ACROSS as f64 - 0.5);
@@ -22,29 +22,30 @@ impl Surface {
     }
 }
 
-/// The object at one instant, in its own frame; forces in units of the sliding force.
+/// Friction and load of the object at one instant, in its own frame; forces in units of the sliding force.
 #[derive(Clone, Debug)]
 pub struct Body<'a> {
     pub surface: &'a Surface,
-    /// Centre of friction, m: where the surface lies in the body.
+    /// Position of the centre of friction in the body, m.
     pub centre: [f64; 2],
-    /// `A^(1/2)` of anisotropic friction.
+    /// The map `A^(1/2)` of anisotropic friction.
     pub stretch: [[f64; 2]; 2],
-    /// Relative growth of the load per metre.
+    /// Relative change of the load per metre.
     pub gradient: [f64; 2],
-    /// A force at the centre of mass that is neither friction nor the rod's.
+    /// Force at the centre of mass other than friction and rod force.
     pub load: [f64; 2],
 }
 
-/// Speeds below this count as this, m/s.
-const SLOW: f64 = 1e-9;
+/// Smallest speed in a division, m/s, against division by zero.
+const MIN_SPEED: f64 = 1e-9;
 
-fn times(h: &[[f64; 2]; 2], v: [f64; 2]) -> [f64; 2] {
+/// Matrix-vector product.
+fn multiply(h: &[[f64; 2]; 2], v: [f64; 2]) -> [f64; 2] {
     [h[0][0] * v[0] + h[0][1] * v[1], h[1][0] * v[0] + h[1][1] * v[1]]
 }
 
 impl Body<'_> {
-    /// Applied force and moment about the body's origin that keep up a twist `(vx, vy, w)`.
+    /// Force and moment about the origin of the body that maintain a twist `(vx, vy, w)`.
     pub fn wrench(&self, twist: [f64; 3]) -> [f64; 3] {
         let [vx, vy, w] = twist;
         let h = &self.stretch;
@@ -54,17 +55,17 @@ impl Body<'_> {
                 for (p, share) in cells {
                     let n = share * (1.0 + self.gradient[0] * p[0] + self.gradient[1] * p[1]);
                     let place = [p[0] + self.centre[0], p[1] + self.centre[1]];
-                    let g = times(h, [vx - w * place[1], vy + w * place[0]]);
-                    let speed = g[0].hypot(g[1]).max(SLOW);
-                    let force = times(h, [n * g[0] / speed, n * g[1] / speed]);
+                    let g = multiply(h, [vx - w * place[1], vy + w * place[0]]);
+                    let speed = g[0].hypot(g[1]).max(MIN_SPEED);
+                    let force = multiply(h, [n * g[0] / speed, n * g[1] / speed]);
                     sum[0] += force[0];
                     sum[1] += force[1];
                     sum[2] += place[0] * force[1] - place[1] * force[0];
                 }
                 sum
             }
-            Surface::Ellipsoid(c) => self.closed(twist, *c, 2.0),
-            Surface::Superellipsoid(c, p) => self.closed(twist, *c, p / (p - 1.0)),
+            Surface::Ellipsoid(c) => self.closed_form(twist, *c, 2.0),
+            Surface::Superellipsoid(c, p) => self.closed_form(twist, *c, p / (p - 1.0)),
         };
         f[0] -= self.load[0];
         f[1] -= self.load[1];
@@ -72,49 +73,51 @@ impl Body<'_> {
         f
     }
 
-    fn closed(&self, [vx, vy, w]: [f64; 3], c: f64, q: f64) -> [f64; 3] {
+    /// Friction wrench of the superellipsoid with dual exponent `q`.
+    fn closed_form(&self, [vx, vy, w]: [f64; 3], c: f64, q: f64) -> [f64; 3] {
         let [x, y] = self.centre;
-        let g = times(&self.stretch, [vx - w * y, vy + w * x]);
-        let (speed, turn) = (g[0].hypot(g[1]).max(SLOW), (c * w).abs().max(SLOW));
+        let g = multiply(&self.stretch, [vx - w * y, vy + w * x]);
+        let (speed, turn) = (g[0].hypot(g[1]).max(MIN_SPEED), (c * w).abs().max(MIN_SPEED));
         let power = (speed.powf(q) + turn.powf(q)).powf(1.0 / q);
         let along = (speed / power).powf(q - 1.0);
-        let force = times(&self.stretch, [along * g[0] / speed, along * g[1] / speed]);
+        let force = multiply(&self.stretch, [along * g[0] / speed, along * g[1] / speed]);
         let moment = c * (turn / power).powf(q - 1.0) * w.signum();
         [force[0], force[1], moment + x * force[1] - y * force[0]]
     }
 
-    /// The twist when the point `r` moves with `u`, and the force there: of all rotations the one that dissipates least.
-    fn held(&self, r: [f64; 2], u: [f64; 2], guess: f64) -> ([f64; 3], [f64; 2]) {
+    /// Twist and force when the point `r` moves with `u`: of all angular velocities the one that dissipates
+    /// least.
+    fn sticking_motion(&self, r: [f64; 2], u: [f64; 2], guess: f64) -> ([f64; 3], [f64; 2]) {
         let twist = |w: f64| [u[0] + w * r[1], u[1] - w * r[0], w];
-        let slope = |w: f64| {
+        let moment_residual = |w: f64| {
             let f = self.wrench(twist(w));
             (f[2] - (r[0] * f[1] - r[1] * f[0]), [f[0], f[1]])
         };
         let size = u[0].hypot(u[1]).max(1e-9) / r[0].hypot(r[1]).max(1e-3);
         let (mut a, mut b) = (guess - 0.05 * size, guess + 0.05 * size);
-        let (mut fa, mut fb) = (slope(a).0, slope(b).0);
-        let mut wider = 0.1 * size;
-        while fa * fb > 0.0 && wider < 1e4 * size {
-            // Monotone: go where the sign is.
+        let (mut fa, mut fb) = (moment_residual(a).0, moment_residual(b).0);
+        let mut bracket_step = 0.1 * size;
+        while fa * fb > 0.0 && bracket_step < 1e4 * size {
+            // The residual rises with the angular velocity, so its sign tells where the root is.
             if fa > 0.0 {
                 (b, fb) = (a, fa);
-                a -= wider;
-                fa = slope(a).0;
+                a -= bracket_step;
+                fa = moment_residual(a).0;
             } else {
                 (a, fa) = (b, fb);
-                b += wider;
-                fb = slope(b).0;
+                b += bracket_step;
+                fb = moment_residual(b).0;
             }
-            wider *= 2.0;
+            bracket_step *= 2.0;
         }
         let mut w = a;
         let mut force = [0.0; 2];
-        // Illinois variant of the false position.
+        // Illinois variant of the regula falsi.
         let mut side = 0;
         for _ in 0..60 {
             w = (fa * b - fb * a) / (fa - fb);
-            let (f, at) = slope(w);
-            force = at;
+            let f;
+            (f, force) = moment_residual(w);
             if f.abs() < 1e-10 || (b - a).abs() < 1e-12 * size {
                 break;
             }
@@ -135,9 +138,10 @@ impl Body<'_> {
         (twist(w), force)
     }
 
-    /// The twist enforced by a rod that touches at `r`, inward normal `n`, and moves with `u`; the force; the slip speed.
-    /// `friction` is that of the contact at a slip speed. None where the rod recedes.
-    pub fn pushed(
+    /// Twist and force when a rod touches at `r` with inward normal `n` and moves with `u`.
+    ///
+    /// `friction` returns the contact friction at a slip speed. `None` if the rod moves away.
+    pub fn pushed_motion(
         &self,
         r: [f64; 2],
         n: [f64; 2],
@@ -150,35 +154,36 @@ impl Body<'_> {
         }
         let t = [-n[1], n[0]];
         let parts = |f: [f64; 2]| (f[0] * n[0] + f[1] * n[1], f[0] * t[0] + f[1] * t[1]);
-        let stuck = self.held(r, u, guess);
+        let stuck = self.sticking_motion(r, u, guess);
         let (normal, tangent) = parts(stuck.1);
         if normal > 0.0 && tangent.abs() <= friction(0.0) * normal {
             return Some(stuck);
         }
-        // The contact point lags along t until the force is on the edge of its cone.
+        // The contact point slips along t until the force is on the edge of the friction cone.
         let sign = tangent.signum();
-        let at = |slip: f64, guess: f64| {
-            let held = self.held(r, [u[0] - sign * slip * t[0], u[1] - sign * slip * t[1]], guess);
-            let (normal, tangent) = parts(held.1);
-            (sign * tangent - friction(slip) * normal.max(0.0), held)
+        let cone_residual = |slip: f64, guess: f64| {
+            let sticking_motion =
+                self.sticking_motion(r, [u[0] - sign * slip * t[0], u[1] - sign * slip * t[1]], guess);
+            let (normal, tangent) = parts(sticking_motion.1);
+            (sign * tangent - friction(slip) * normal.max(0.0), sticking_motion)
         };
         let size = u[0].hypot(u[1]);
         let (mut a, mut b) = (0.0, size);
-        let (mut fa, mut last) = at(a, stuck.0[2]);
-        let (mut fb, mut far) = at(b, last.0[2]);
+        let (mut fa, mut last) = cone_residual(a, stuck.0[2]);
+        let (mut fb, mut far) = cone_residual(b, last.0[2]);
         for _ in 0..8 {
             if fb <= 0.0 {
                 break;
             }
             (a, fa) = (b, fb);
             b *= 2.0;
-            (fb, far) = at(b, far.0[2]);
+            (fb, far) = cone_residual(b, far.0[2]);
         }
         let mut side = 0;
         for _ in 0..60 {
             let s = (fa * b - fb * a) / (fa - fb);
-            let (f, held) = at(s, last.0[2]);
-            last = held;
+            let (f, sticking_motion) = cone_residual(s, last.0[2]);
+            last = sticking_motion;
             if f.abs() < 1e-9 || (b - a) < 1e-11 * size {
                 break;
             }

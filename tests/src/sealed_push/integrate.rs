@@ -1,4 +1,4 @@
-//! A square, pushed along a straight line: midpoint steps of the rod's travel.
+//! Simulation of a square that is pushed along a straight line: midpoint steps of the rod's travel.
 
 use super::dissipation::{Body, Surface};
 use super::make::{PushKind, PushTruth};
@@ -7,56 +7,61 @@ use super::make::{PushKind, PushTruth};
 pub(super) const HALF_M: f64 = 0.045;
 /// Radius of the rod, m.
 pub(super) const ROD_M: f64 = 0.00475;
-/// Sliding force of the truth, N: friction 0.15, 0.8374 kg.
+/// Sliding force, N: friction 0.15, mass 0.8374 kg.
 const SLIDING_N: f64 = 0.15 * 0.8374 * 9.81;
-/// Friction of the support.
+/// Coefficient of friction of the support.
 const SUPPORT: f64 = 0.15;
+/// Travel of the rod in one step, m.
 const STEP_M: f64 = 5e-4;
 
+/// The true physics of one push.
 pub(super) struct World<'a> {
     pub truth: &'a PushTruth,
     pub surface: Surface,
-    /// `A^(1/2)` in the frame that it is fixed to.
+    /// The map `A^(1/2)` of anisotropic friction in the frame to which it is fixed.
     pub stretch: [[f64; 2]; 2],
-    /// Centre of pressure in the object, m.
+    /// Centre of pressure in the body frame, m.
     pub centre: [f64; 2],
 }
 
+/// Position, m, and angle, rad.
 type Pose = [f64; 3];
 
-/// Closest point of the square, outward normal and gap, for a rod centre seen in the body.
+/// Closest point of the square, outward normal and gap, for a rod centre in the body frame.
 fn closest(p: [f64; 2]) -> ([f64; 2], [f64; 2], f64) {
     let c = p.map(|x| x.clamp(-HALF_M, HALF_M));
     let d = [p[0] - c[0], p[1] - c[1]];
-    let far = d[0].hypot(d[1]);
-    if far > 1e-9 {
-        return (c, [d[0] / far, d[1] / far], far - ROD_M);
+    let distance = d[0].hypot(d[1]);
+    if distance > 1e-9 {
+        return (c, [d[0] / distance, d[1] / distance], distance - ROD_M);
     }
-    // The centre is inside: the nearest face.
+    // The centre is inside the square: use the nearest face.
     let i = if p[0].abs() > p[1].abs() { 0 } else { 1 };
-    let (mut at, mut n) = (p, [0.0; 2]);
-    at[i] = HALF_M * p[i].signum();
+    let (mut point, mut n) = (p, [0.0; 2]);
+    point[i] = HALF_M * p[i].signum();
     n[i] = p[i].signum();
-    (at, n, p[i].abs() - HALF_M - ROD_M)
+    (point, n, p[i].abs() - HALF_M - ROD_M)
 }
 
 impl World<'_> {
+    /// Parameter of the effect if `pick` selects it, else 0.
     fn number(&self, pick: impl Fn(&PushKind) -> Option<f64>) -> f64 {
         self.truth.effect.as_ref().and_then(pick).unwrap_or(0.0)
     }
 
-    fn seen(pose: Pose, rod: [f64; 2]) -> [f64; 2] {
+    /// Position of the rod in the body frame.
+    fn in_body(pose: Pose, rod: [f64; 2]) -> [f64; 2] {
         let (s, c) = pose[2].sin_cos();
         let (dx, dy) = (rod[0] - pose[0], rod[1] - pose[1]);
         [c * dx + s * dy, c * dy - s * dx]
     }
 
-    /// Twist in the world and force on the object, N, for a rod at `rod` that moves with `u`.
+    /// Twist in the world frame and force on the object, N, for a rod at `rod` that moves with `u`.
     fn respond(&self, pose: Pose, rod: [f64; 2], u: [f64; 2]) -> Option<([f64; 3], [f64; 2])> {
         let (s, c) = pose[2].sin_cos();
         let to_body = |v: [f64; 2]| [c * v[0] + s * v[1], c * v[1] - s * v[0]];
         let to_world = |v: [f64; 2]| [c * v[0] - s * v[1], s * v[0] + c * v[1]];
-        let (r, out, _) = closest(Self::seen(pose, rod));
+        let (r, out, _) = closest(Self::in_body(pose, rod));
         let mut body = Body {
             surface: &self.surface,
             centre: self.centre,
@@ -69,7 +74,7 @@ impl World<'_> {
         match self.truth.effect {
             Some(PushKind::ObjectAnisotropy(..)) => body.stretch = self.stretch,
             Some(PushKind::TableAnisotropy(..)) => {
-                // R' H R
+                // The map of the table in the body frame: R' H R.
                 let h = self.stretch;
                 let column = |e: [f64; 2]| {
                     let w = to_world(e);
@@ -82,7 +87,7 @@ impl World<'_> {
                 let g = to_body([x, y]);
                 match self.surface {
                     Surface::Patches(_) => body.gradient = g,
-                    // The first moment of a load that grows by g: <rho rho'> g.
+                    // A load that grows with the gradient g has its centre at <rho rho'> g.
                     _ => body.centre = g.map(|g| g * HALF_M * HALF_M / 3.0),
                 }
             }
@@ -96,32 +101,33 @@ impl World<'_> {
         }
         let friction = |slip: f64| self.truth.contact_friction * (1.0 + rise * slip);
         let n = out.map(|x| -x);
-        let mut answer = body.pushed(r, n, to_body(u), &friction, 0.0)?;
+        let mut response = body.pushed_motion(r, n, to_body(u), &friction, 0.0)?;
         if height > 0.0 {
             for _ in 0..4 {
-                body.centre = answer.1.map(|f| f * height * SUPPORT);
-                answer = body.pushed(r, n, to_body(u), &friction, answer.0[2])?;
+                body.centre = response.1.map(|f| f * height * SUPPORT);
+                response = body.pushed_motion(r, n, to_body(u), &friction, response.0[2])?;
             }
         }
-        let v = to_world([answer.0[0], answer.0[1]]);
-        Some(([v[0], v[1], answer.0[2]], to_world(answer.1).map(|f| f * SLIDING_N)))
+        let v = to_world([response.0[0], response.0[1]]);
+        Some(([v[0], v[1], response.0[2]], to_world(response.1).map(|f| f * SLIDING_N)))
     }
 
-    /// Poses at times, for a rod that leaves `from` at time 0 with velocity `u` and stops after `duration` s.
+    /// Poses at `times` for a rod that starts at `from` at time 0 with velocity `u` and stops after
+    /// `duration`, s.
     pub fn poses(&self, start: Pose, from: [f64; 2], u: [f64; 2], duration: f64, times: &[f64]) -> Vec<Pose> {
         let bias = match self.truth.effect {
             Some(PushKind::TipOffset(x, y)) => [x, y],
             _ => [0.0; 2],
         };
-        let bend = self.number(|k| if let PushKind::RodCompliance(c) = k { Some(*c) } else { None });
-        let registered = |v: [f64; 2]| match self.truth.effect {
+        let compliance = self.number(|k| if let PushKind::RodCompliance(c) = k { Some(*c) } else { None });
+        let to_true_frame = |v: [f64; 2]| match self.truth.effect {
             Some(PushKind::FrameRegistration(scale, angle)) => {
                 let (s, c) = angle.sin_cos();
                 [c * v[0] - s * v[1], s * v[0] + c * v[1]].map(|x| (1.0 + scale) * x)
             }
             _ => v,
         };
-        let (from, u) = (registered(from), registered(u));
+        let (from, u) = (to_true_frame(from), to_true_frame(u));
         let rod_at = |t: f64| {
             let t = t.clamp(0.0, duration);
             [from[0] + bias[0] + u[0] * t, from[1] + bias[1] + u[1] * t]
@@ -129,29 +135,32 @@ impl World<'_> {
         let speed = u[0].hypot(u[1]);
         let mut force = [0.0; 2];
         let (mut pose, mut now) = (start, 0.0);
-        let mut all = Vec::new();
+        let mut poses = Vec::new();
         for &until in times {
             while now < until.min(duration) - 1e-12 {
                 let h = (STEP_M / speed).min(until.min(duration) - now);
-                let bent = |p: [f64; 2]| [p[0] - bend * force[0], p[1] - bend * force[1]];
-                let (a, b) = (bent(rod_at(now)), bent(rod_at(now + h)));
-                let gap_a = closest(Self::seen(pose, a)).2;
-                let gap_b = closest(Self::seen(pose, b)).2;
+                let deflected = |p: [f64; 2]| [p[0] - compliance * force[0], p[1] - compliance * force[1]];
+                let (a, b) = (deflected(rod_at(now)), deflected(rod_at(now + h)));
+                let gap_a = closest(Self::in_body(pose, a)).2;
+                let gap_b = closest(Self::in_body(pose, b)).2;
                 if gap_a > 1e-6 && gap_b > 0.0 {
                     now += h;
                     force = [0.0; 2];
                     continue;
                 }
-                // From the instant of touch on.
-                let share = if gap_a > 1e-6 { (gap_a / (gap_a - gap_b)).clamp(0.0, 1.0) } else { 0.0 };
-                let rest = (1.0 - share) * h;
-                let at = |s: f64| [0, 1].map(|i| a[i] + (b[i] - a[i]) * s);
-                if let Some((k1, _)) = self.respond(pose, at(share), u) {
-                    let middle = [0, 1, 2].map(|i| pose[i] + 0.5 * rest * k1[i]);
-                    let (k2, f) = self.respond(middle, at(0.5 * (share + 1.0)), u).unwrap_or((k1, [0.0; 2]));
-                    pose = [0, 1, 2].map(|i| pose[i] + rest * k2[i]);
+                // Integrate from the instant of touch-down.
+                let touch_fraction =
+                    if gap_a > 1e-6 { (gap_a / (gap_a - gap_b)).clamp(0.0, 1.0) } else { 0.0 };
+                let remaining = (1.0 - touch_fraction) * h;
+                let rod_in_step = |s: f64| [0, 1].map(|i| a[i] + (b[i] - a[i]) * s);
+                if let Some((k1, _)) = self.respond(pose, rod_in_step(touch_fraction), u) {
+                    let middle = [0, 1, 2].map(|i| pose[i] + 0.5 * remaining * k1[i]);
+                    let (k2, f) = self
+                        .respond(middle, rod_in_step(0.5 * (touch_fraction + 1.0)), u)
+                        .unwrap_or((k1, [0.0; 2]));
+                    pose = [0, 1, 2].map(|i| pose[i] + remaining * k2[i]);
                     force = f;
-                    let (_, out, gap) = closest(Self::seen(pose, b));
+                    let (_, out, gap) = closest(Self::in_body(pose, b));
                     if gap < 1e-5 {
                         let (s, c) = pose[2].sin_cos();
                         pose[0] += gap * (c * out[0] - s * out[1]);
@@ -162,8 +171,8 @@ impl World<'_> {
                 }
                 now += h;
             }
-            all.push(pose);
+            poses.push(pose);
         }
-        all
+        poses
     }
 }

@@ -1,4 +1,4 @@
-//! From a truth to a data set, and the model file that declares nothing of it.
+//! Simulated measurements for a truth, and the model file, which declares none of its effects.
 
 use super::dissipation::Surface;
 use super::integrate::{HALF_M, ROD_M, World};
@@ -9,7 +9,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// An effect of the truth, with sizes.
+/// A true effect with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PushKind {
     ExactSurface,
@@ -27,12 +27,12 @@ pub enum PushKind {
     PoseLatency(f64),
     TableTilt(f64, f64),
     PushHeight(f64),
-    /// Standard deviation of each push's own centre of pressure about the mean, m, and the mean.
+    /// Standard deviation of the centre of pressure between pushes, m, and its mean, m.
     FrictionScatter(f64, [f64; 2]),
 }
 
 impl PushKind {
-    /// Kind in the library.
+    /// Kind in the library and in answers.
     pub fn name(&self) -> &'static str {
         match self {
             PushKind::ExactSurface => "exact-surface",
@@ -58,14 +58,16 @@ impl PushKind {
 #[derive(Clone, Debug)]
 pub struct PushTruth {
     pub effect: Option<PushKind>,
-    /// Summed over patches, and declared so (but for [`PushKind::ExactSurface`], which the model does not declare).
+    /// Whether friction is summed over patches.
+    ///
+    /// The model then declares `exact-surface`, except for [`PushKind::ExactSurface`].
     pub patches: bool,
     pub c_m: f64,
     pub contact_friction: f64,
     pub pushes: usize,
 }
 
-/// A set with its truth closed away.
+/// A data set with its truth, which a test must not read before the verdict.
 pub struct SealedPushes {
     pub data: Dataset,
     pub model: String,
@@ -73,13 +75,13 @@ pub struct SealedPushes {
 }
 
 impl SealedPushes {
-    /// Opens the envelope: only after the verdict.
+    /// The truth; to be read only after the verdict.
     pub fn truth(&self) -> &PushTruth {
         &self.truth
     }
 }
 
-/// Sizes called typical in the catalogue, varied by a third, in every direction.
+/// Draws the effect number `which`: typical sizes, varied by a third, in random directions.
 fn effect(rng: &mut Xoshiro256PlusPlus, which: usize) -> PushKind {
     let vary = rng.random_range(0.75..1.33);
     let turn = rng.random_range(-PI..PI);
@@ -115,29 +117,33 @@ fn effect(rng: &mut Xoshiro256PlusPlus, which: usize) -> PushKind {
     }
 }
 
-/// Draws a truth; `which` chooses the effect.
+/// Draws a truth; `which` selects the effect, `None` for none.
 pub fn draw_push(rng: &mut Xoshiro256PlusPlus, which: Option<usize>, pushes: usize) -> PushTruth {
     let effect = which.map(|w| effect(rng, w));
     let exact = effect == Some(PushKind::ExactSurface);
-    let closed = matches!(effect, Some(PushKind::Superellipsoid(_)));
+    let is_superellipsoid = matches!(effect, Some(PushKind::Superellipsoid(_)));
     PushTruth {
         effect,
-        patches: exact || (rng.random_bool(0.5) && !closed),
+        patches: exact || (rng.random_bool(0.5) && !is_superellipsoid),
         c_m: rng.random_range(0.031..0.039),
         contact_friction: rng.random_range(0.2..0.35),
         pushes,
     }
 }
 
+/// Noise of the position, m.
 const POSITION_SD_M: f64 = 3e-4;
+/// Noise of the angle, rad.
 const ANGLE_SD_RAD: f64 = 0.1 * PI / 180.0;
+/// Travel of the rod, m.
 const TRAVEL_M: f64 = 0.15;
+/// Samples per push.
 const SAMPLES: usize = 150;
 
-/// Makes the set of a truth.
+/// Simulates and measures the data set of a truth.
 ///
 /// # Errors
-/// None that a truth of this module's own can cause.
+/// None for a truth from [`draw_push`].
 pub fn seal_pushes(truth: PushTruth, seed: u64) -> Result<SealedPushes, DataError> {
     let surface = match (truth.effect, truth.patches) {
         (Some(PushKind::Superellipsoid(p)), _) => Surface::Superellipsoid(truth.c_m, p),
@@ -154,7 +160,7 @@ pub fn seal_pushes(truth: PushTruth, seed: u64) -> Result<SealedPushes, DataErro
     };
     let world = World { truth: &truth, surface, stretch, centre: [0.0; 2] };
     let trajectories: Result<Vec<Trajectory>, DataError> =
-        (0..truth.pushes).into_par_iter().map(|j| one(&world, seed, j)).collect();
+        (0..truth.pushes).into_par_iter().map(|j| push(&world, seed, j)).collect();
     let names = ["pusher_x_m", "pusher_y_m", "x_m", "y_m", "theta_rad"];
     let declared = if truth.patches && truth.effect != Some(PushKind::ExactSurface) {
         "[[effect]]\nkind = \"exact-surface\"\n"
@@ -169,28 +175,29 @@ pub fn seal_pushes(truth: PushTruth, seed: u64) -> Result<SealedPushes, DataErro
     Ok(SealedPushes { data: Dataset::from_names(&names, trajectories?)?, model, truth })
 }
 
-fn one(world: &World<'_>, seed: u64, j: usize) -> Result<Trajectory, DataError> {
+/// Simulates and measures push `j`.
+fn push(world: &World<'_>, seed: u64, j: usize) -> Result<Trajectory, DataError> {
     let mut rng = random_stream(seed, "sealed push", j as u64);
     let normal = |rng: &mut Xoshiro256PlusPlus| -> f64 { StandardNormal.sample(rng) };
     let start = [rng.random_range(-0.2..0.2), rng.random_range(-0.2..0.2), rng.random_range(-PI..PI)];
-    let (side, place) = (rng.random_range(0..4), HALF_M * rng.random_range(-0.8..0.8));
-    let lean = rng.random_range(-1.05..1.05);
+    let (side, face_position) = (rng.random_range(0..4), HALF_M * rng.random_range(-0.8..0.8));
+    let push_angle = rng.random_range(-1.05..1.05);
     let speed = [0.01, 0.02, 0.05][rng.random_range(0..3)];
-    // A millimetre before the face, more where an offset brings the rod nearer.
-    let out = 0.5 * PI * f64::from(side);
-    let away = HALF_M + ROD_M + 2e-3;
-    let (s, c) = (out + start[2]).sin_cos();
-    let from = [start[0] + away * c - place * s, start[1] + away * s + place * c];
-    let (ds, dc) = (out + start[2] + PI + lean).sin_cos();
+    // The rod starts 2 mm before the face, so that an offset of the rod does not make it start inside.
+    let face_angle = 0.5 * PI * f64::from(side);
+    let distance = HALF_M + ROD_M + 2e-3;
+    let (s, c) = (face_angle + start[2]).sin_cos();
+    let from = [start[0] + distance * c - face_position * s, start[1] + distance * s + face_position * c];
+    let (ds, dc) = (face_angle + start[2] + PI + push_angle).sin_cos();
     let u = [speed * dc, speed * ds];
     let duration = TRAVEL_M / speed;
     let times: Vec<f64> = (0..SAMPLES).map(|k| 1.03 * duration * k as f64 / (SAMPLES - 1) as f64).collect();
-    let (late, moved) = match world.truth.effect {
+    let (delay, pose_offset) = match world.truth.effect {
         Some(PushKind::PoseLatency(d)) => (d, [0.0; 2]),
         Some(PushKind::PoseOffset(x, y)) => (0.0, [x, y]),
         _ => (0.0, [0.0; 2]),
     };
-    let asked: Vec<f64> = times.iter().map(|t| (t - late).max(0.0)).collect();
+    let true_times: Vec<f64> = times.iter().map(|t| (t - delay).max(0.0)).collect();
     let centre = match world.truth.effect {
         Some(PushKind::PressureOffset(x, y)) => [x, y],
         Some(PushKind::FrictionScatter(sd, mean)) => {
@@ -200,7 +207,7 @@ fn one(world: &World<'_>, seed: u64, j: usize) -> Result<Trajectory, DataError> 
         _ => [0.0; 2],
     };
     let world = World { centre, surface: world.surface.clone(), ..*world };
-    let poses = world.poses(start, from, u, duration, &asked);
+    let poses = world.poses(start, from, u, duration, &true_times);
     let mut columns = vec![Vec::new(); 5];
     for (t, pose) in times.iter().zip(&poses) {
         let t = t.min(duration);
@@ -208,8 +215,8 @@ fn one(world: &World<'_>, seed: u64, j: usize) -> Result<Trajectory, DataError> 
         let values = [
             from[0] + u[0] * t,
             from[1] + u[1] * t,
-            pose[0] + c * moved[0] - s * moved[1] + POSITION_SD_M * normal(&mut rng),
-            pose[1] + s * moved[0] + c * moved[1] + POSITION_SD_M * normal(&mut rng),
+            pose[0] + c * pose_offset[0] - s * pose_offset[1] + POSITION_SD_M * normal(&mut rng),
+            pose[1] + s * pose_offset[0] + c * pose_offset[1] + POSITION_SD_M * normal(&mut rng),
             pose[2] + ANGLE_SD_RAD * normal(&mut rng),
         ];
         columns.iter_mut().zip(values).for_each(|(c, v)| c.push(v));

@@ -1,8 +1,8 @@
-//! A sealed generator of pushes with known truth.
+//! Independent generator of pushes with known truth.
 //!
-//! It shares no code with the engine that discovers: friction is that of maximum dissipation (the twist that dissipates least
-//! for the motion of the contact), summed over patches or in closed form; its own contact, its own integrator, its own
-//! sensor. The truth is opened only after the verdict.
+//! It shares no code with the engine under test: friction follows from maximum dissipation (the twist that
+//! dissipates least for the given motion of the contact), summed over patches or in closed form, with its own
+//! contact, integrator and sensor. A test reads the truth only after the verdict.
 #![expect(missing_docs, reason = "fields and variants are the names of what they hold")]
 
 mod dissipation;

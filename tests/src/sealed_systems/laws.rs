@@ -1,22 +1,24 @@
-//! Laws that a plant may have and its model lacks: of the library, formulas inside the grammar, and laws outside both.
+//! Effects that a plant may have and its model lacks: of the library, of the search grammar, and of neither.
 
-/// A law: a term of the equation that a plant names, in units of its sizes there.
+/// An effect: a term of one equation of a plant, in units of the typical sizes there.
 #[derive(Clone, Copy, Debug)]
 pub struct Law {
-    /// Kind in the library, or the shape of the formula with `z` for its quantity, or a name.
+    /// Kind in the library, or formula with `z` for its quantity, or a descriptive name.
     pub name: &'static str,
-    /// Whether the quantity is the speed (force equations) and not the position or level.
-    pub of_speed: bool,
-    /// The term at its quantity, in units of its size, at the other one, and at a time in units of the record; its own size is
-    /// about 1.
+    /// Whether the term depends on the speed (force equations) instead of the position or level.
+    pub depends_on_speed: bool,
+    /// The term as a function of its quantity, the other quantity and time.
+    ///
+    /// Quantities are in units of their sizes, time in units of the record. The size of the term is about 1.
     pub term: fn(f64, f64, f64) -> f64,
 }
 
-const fn law(name: &'static str, of_speed: bool, term: fn(f64, f64, f64) -> f64) -> Law {
-    Law { name, of_speed, term }
+/// Shorthand for a [`Law`].
+const fn law(name: &'static str, depends_on_speed: bool, term: fn(f64, f64, f64) -> f64) -> Law {
+    Law { name, depends_on_speed, term }
 }
 
-/// Effects of the library.
+/// Effects that the library has.
 pub fn listed(is_force: bool) -> &'static [Law] {
     const FORCE: [Law; 6] = [
         law("quadratic-damping", true, |v, _, _| -v.abs() * v),
@@ -31,7 +33,7 @@ pub fn listed(is_force: bool) -> &'static [Law] {
     if is_force { &FORCE } else { &FLOW }
 }
 
-/// Formulas of the grammar.
+/// Formulas that the search grammar contains.
 pub fn inside(is_force: bool) -> &'static [Law] {
     const FORCE: [Law; 5] = [
         law("z^3", false, |x, _, _| -x.powi(3)),
@@ -48,7 +50,7 @@ pub fn inside(is_force: bool) -> &'static [Law] {
     if is_force { &FORCE } else { &FLOW }
 }
 
-/// Laws outside library and grammar.
+/// Effects that neither library nor grammar contain.
 pub fn outside(is_force: bool) -> &'static [Law] {
     const FORCE: [Law; 3] = [
         law(

@@ -1,7 +1,8 @@
-//! Sealed sets of systems of equations: an independent generator, eight plants, and laws that their models lack.
+//! Independent generator of data from systems of equations: eight plants, and effects that their models lack.
 //!
-//! Nothing here uses the engine: plants are integrated by a Runge-Kutta method of its own over a twentieth of a sample, and
-//! stops are located by bisection. The loop gets a model file and a table, and the truth is opened after its answer.
+//! Nothing here uses the engine under test: plants are integrated by a separate Runge-Kutta method with 20
+//! steps per sample, and stops are located by bisection. The loop gets a model file and a table, and the
+//! truth is read only after its answer.
 
 mod laws;
 mod plants;

@@ -1,50 +1,51 @@
-//! Eight plants: what a user would declare, and the same equations once more in Rust.
+//! Eight plants: the model file that a user would write, and the same equations in Rust.
 
-/// A plant.
+/// A plant with its model, its true rates, and how it is recorded.
 #[derive(Clone, Copy, Debug)]
 pub struct Plant {
-    /// Name.
+    /// Name of the plant.
     pub name: &'static str,
-    /// Its model file.
+    /// Text of the model file.
     pub model: &'static str,
     /// Number of states.
     pub states: usize,
-    /// Rates at a state and an input.
+    /// True rates as a function of state and input.
     pub rates: fn(&[f64], f64) -> Vec<f64>,
-    /// States that are measured, with the deviation of their sensors.
+    /// Measured states, with the standard deviations of their sensors.
     pub outputs: &'static [(usize, f64)],
-    /// The equation that a law is added to, the state that it moves (the flow itself where it is one).
-    pub law_in: (usize, usize),
-    /// Whether that equation is one of force.
+    /// Index of the equation that an effect is added to, and of the state whose rate it is (for a flow the
+    /// same).
+    pub law_equation: (usize, usize),
+    /// Whether that equation is a balance of forces instead of flows.
     pub is_force: bool,
-    /// Laws of which its model has a parameter of its own: more of one is nothing that the model lacks.
+    /// Effects that the model already has as a parameter, so that they cannot be missing.
     pub declares: &'static [&'static str],
-    /// Header of the table behind `trajectory,t_s`: input, then outputs.
+    /// Header of the table after `trajectory,t_s`: input, then outputs.
     pub header: &'static str,
-    /// Records, samples of each, and seconds from one to the next.
+    /// Number of records, samples per record, and sampling interval, s.
     pub size: (usize, usize, f64),
-    /// Largest starts.
+    /// Largest initial states.
     pub start: &'static [f64],
-    /// Middle and half range of the input; 0 and 0 for a plant without one.
+    /// Middle and half range of the input; both 0 for a plant without input.
     pub input: (f64, f64),
-    /// Place of a stop of state 0, and its coefficient of restitution.
+    /// Position of a stop of state 0, and its coefficient of restitution.
     pub stop: Option<(f64, f64)>,
-    /// Root mean square of what shakes the equation that laws are added to, as a share of that equation's rate.
+    /// Process noise on the equation that effects are added to: RMS relative to that of its rate.
     pub motion: f64,
 }
 
-/// Share of the rate that motion is shaken by in one long recording.
-const SHAKEN: f64 = 0.03;
+/// Process noise in one long recording, relative to the rate.
+const PROCESS_NOISE_SHARE: f64 = 0.03;
 
 impl Plant {
-    /// The plant in one long recording instead of several, its motion shaken by what no sensor noise describes.
+    /// The plant in one long recording instead of several, with process noise.
     pub fn in_one_recording(self) -> Self {
         let (records, samples, step_s) = self.size;
-        Self { size: (1, records * samples, step_s), motion: SHAKEN, ..self }
+        Self { size: (1, records * samples, step_s), motion: PROCESS_NOISE_SHARE, ..self }
     }
 }
 
-/// All of them.
+/// All plants.
 pub const PLANTS: [Plant; 8] = [
     Plant {
         name: "pendulum",
@@ -52,7 +53,7 @@ pub const PLANTS: [Plant; 8] = [
         states: 2,
         rates: |x, _| vec![x[1], -9.81 / 0.25 * x[0].sin() - 0.15 * x[1]],
         outputs: &[(0, 0.002)],
-        law_in: (1, 0),
+        law_equation: (1, 0),
         is_force: true,
         declares: &[],
         header: "angle_rad",
@@ -68,7 +69,7 @@ pub const PLANTS: [Plant; 8] = [
         states: 2,
         rates: |x, u| vec![x[1], (u - 100.0 * x[0] - 0.8 * x[1]) / 1.2],
         outputs: &[(0, 0.0003)],
-        law_in: (1, 0),
+        law_equation: (1, 0),
         is_force: true,
         declares: &[],
         header: "force_N,position_m",
@@ -91,7 +92,7 @@ pub const PLANTS: [Plant; 8] = [
             vec![x[1], cart, x[3], pole]
         },
         outputs: &[(0, 0.0005), (2, 0.002)],
-        law_in: (3, 2),
+        law_equation: (3, 2),
         is_force: true,
         declares: &[],
         header: "motor_V,cart_m,pole_rad",
@@ -110,7 +111,7 @@ pub const PLANTS: [Plant; 8] = [
             vec![0.05 * u - 0.06 * a, 0.055 * a - 0.06 * b]
         },
         outputs: &[(0, 0.02), (1, 0.02)],
-        law_in: (1, 1),
+        law_equation: (1, 1),
         is_force: false,
         declares: &[],
         header: "pump_V,upper_level_V,lower_level_V",
@@ -126,7 +127,7 @@ pub const PLANTS: [Plant; 8] = [
         states: 2,
         rates: |x, u| vec![x[1], 100.0 * u - 8.0 * x[1]],
         outputs: &[(0, 0.003)],
-        law_in: (1, 0),
+        law_equation: (1, 0),
         is_force: true,
         declares: &[],
         header: "motor_V,encoder_rad",
@@ -142,7 +143,7 @@ pub const PLANTS: [Plant; 8] = [
         states: 2,
         rates: |x, u| vec![x[1], u - 40.0 * x[0] - 150.0 * x[0].powi(3) - 0.4 * x[1]],
         outputs: &[(0, 0.001)],
-        law_in: (1, 0),
+        law_equation: (1, 0),
         is_force: true,
         declares: &["cubic-stiffness", "z^3"],
         header: "force_N,position_m",
@@ -161,7 +162,7 @@ pub const PLANTS: [Plant; 8] = [
             vec![x[1], (u - shaft) / 0.01, x[3], (shaft - 0.03 * x[3]) / 0.025]
         },
         outputs: &[(0, 0.002), (2, 0.002)],
-        law_in: (3, 2),
+        law_equation: (3, 2),
         is_force: true,
         declares: &[],
         header: "torque_N_m,motor_angle_rad,load_angle_rad",
@@ -177,7 +178,7 @@ pub const PLANTS: [Plant; 8] = [
         states: 1,
         rates: |x, u| vec![(u - 0.5 * x[0]) / 50.0],
         outputs: &[(0, 0.1)],
-        law_in: (0, 0),
+        law_equation: (0, 0),
         is_force: false,
         declares: &[],
         header: "heater_W,reading_K",

@@ -1,4 +1,4 @@
-//! The loop on sealed systems, as a user runs it: the binary, a model file and a table.
+//! Scoring of the discovery loop on sealed systems, run as a user does: binary, model file and table.
 
 use super::laws::{Law, inside, listed, outside};
 use super::plants::{PLANTS, Plant};
@@ -10,54 +10,54 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-/// A family of sealed sets.
+/// A family of sealed data sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Nothing to find.
+    /// No effect.
     Null,
-    /// One effect of the library, small, middling and large in turn.
+    /// One effect of the library; small, medium and large sizes in turn.
     Single,
     /// Two effects of the library.
     Pair,
-    /// A formula of the grammar, with the library emptied.
+    /// A formula of the search grammar, with an empty library.
     Inside,
-    /// A law outside library and grammar.
+    /// An effect outside library and grammar.
     Outside,
 }
 
-/// Shares of the equation's rate that laws have: small, middling, large.
-const SHARES: [f64; 3] = [0.05, 0.15, 0.4];
+/// Sizes of effects, relative to the rate of their equation: small, medium, large.
+const RELATIVE_SIZES: [f64; 3] = [0.05, 0.15, 0.4];
 
-/// Counts of a battery.
+/// Counts over all sets of a battery.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
-    /// Sets that were run.
+    /// Number of sets.
     pub sets: usize,
-    /// Sets that ended in an error.
+    /// Number of sets that ended in an error.
     pub failed: usize,
-    /// The truth was named and nothing else.
+    /// Number of sets in which exactly the truth was found.
     pub exact: usize,
-    /// The truth is among the alternatives that were named as well.
+    /// Number of other sets in which the truth is one of the alternatives.
     pub named: usize,
-    /// The truth was named with something beside it, or a part of it.
+    /// Number of other sets in which a part of the truth was found.
     pub partly: usize,
-    /// Effects were named where there are none.
+    /// Number of sets without an effect in which one was found.
     pub false_alarms: usize,
-    /// `unknown` or `partly-explained`.
+    /// Number of sets with the verdict `unknown` or `partly-explained`.
     pub unexplained: usize,
-    /// Intervals of the amount that hold the truth, and how many there were.
+    /// Number of intervals of the coefficient that contain the truth, and number of all.
     pub covered: (usize, usize),
-    /// Seconds of all.
+    /// Duration of all runs, s.
     pub seconds: f64,
 }
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (held, all) = self.covered;
+        let (covered, total) = self.covered;
         write!(
             f,
             "{} sets, {} failed: exact {}, in the named alternatives {}, partly {}, false alarms {}, unknown or partly explained \
-             {}, intervals that hold the amount {held} of {all}, {:.0} s",
+             {}, intervals that contain the true coefficient {covered} of {total}, {:.0} s",
             self.sets,
             self.failed,
             self.exact,
@@ -70,17 +70,18 @@ impl fmt::Display for Summary {
     }
 }
 
-/// One set's outcome.
+/// Outcome of one set.
 #[derive(Debug)]
 pub struct Row {
-    /// Printable.
+    /// Text for the terminal.
     pub line: String,
-    /// Whether the answer is as good as it can be.
+    /// Whether the answer is right.
     pub right: bool,
 }
 
-/// Runs `count` sets from seed `first` on with the binary `augsim`, in folders of their own below `folder`; with `is_long` each is one
-/// long recording of a shaken motion.
+/// Runs `count` sets from seed `first` on with the binary `augsim`, each in its own folder below `folder`.
+///
+/// With `is_long` each set is one long recording with process noise.
 ///
 /// # Errors
 /// The binary cannot be run, or a file cannot be written.
@@ -90,7 +91,7 @@ pub fn run(
     is_long: bool,
     augsim: &Path,
     folder: &Path,
-    each: &mut dyn FnMut(&Row),
+    on_row: &mut dyn FnMut(&Row),
 ) -> io::Result<Summary> {
     let mut summary = Summary::default();
     for seed in first..first + count {
@@ -98,13 +99,13 @@ pub fn run(
         let plant = &if is_long { plant.in_one_recording() } else { plant };
         let truth = truth(kind, plant, seed);
         let drawn = draw(plant, &truth, seed);
-        let own = folder.join(format!("{seed}"));
-        std::fs::create_dir_all(&own)?;
-        std::fs::write(own.join("model.toml"), plant.model)?;
-        std::fs::write(own.join("data.csv"), &drawn.csv)?;
-        let begun = Instant::now();
+        let set_folder = folder.join(format!("{seed}"));
+        std::fs::create_dir_all(&set_folder)?;
+        std::fs::write(set_folder.join("model.toml"), plant.model)?;
+        std::fs::write(set_folder.join("data.csv"), &drawn.csv)?;
+        let started = Instant::now();
         let mut command = Command::new(augsim);
-        command.current_dir(&own).args([
+        command.current_dir(&set_folder).args([
             "discover",
             "model.toml",
             "data.csv",
@@ -118,48 +119,48 @@ pub fn run(
         }
         let out = command.output()?;
         summary.sets += 1;
-        summary.seconds += begun.elapsed().as_secs_f64();
+        summary.seconds += started.elapsed().as_secs_f64();
         let Ok(found) = serde_json::from_slice::<Value>(&out.stdout) else {
             summary.failed += 1;
             let line = format!("{seed} {}: {}", plant.name, String::from_utf8_lossy(&out.stderr).trim());
-            each(&Row { line, right: false });
+            on_row(&Row { line, right: false });
             continue;
         };
-        each(&score(kind, plant, &truth, &drawn.amounts, &found, seed, &mut summary));
+        on_row(&score(kind, plant, &truth, &drawn.amounts, &found, seed, &mut summary));
     }
     Ok(summary)
 }
 
-/// The laws of a set, each with its share of the rate: kinds, sizes and pairs in turn.
+/// The effects of a set with their relative sizes: kinds, sizes and pairs in turn.
 pub fn truth(kind: Kind, plant: &Plant, seed: u64) -> Vec<(Law, f64)> {
     let turn = (seed / 8) as usize;
-    let one = |list: &[Law], k: usize, share: f64| {
+    let pick = |list: &[Law], k: usize, share: f64| {
         let missing: Vec<&Law> = list.iter().filter(|law| !plant.declares.contains(&law.name)).collect();
         (*missing[k % missing.len()], share)
     };
     let list = listed(plant.is_force);
     match kind {
         Kind::Null => Vec::new(),
-        Kind::Single => vec![one(list, turn, SHARES[turn % 3])],
-        Kind::Pair => vec![one(list, turn, SHARES[2]), one(list, turn + 1, SHARES[1])],
-        Kind::Inside => vec![one(inside(plant.is_force), turn, SHARES[1 + turn % 2])],
-        Kind::Outside => vec![one(outside(plant.is_force), turn, SHARES[1 + turn % 2])],
+        Kind::Single => vec![pick(list, turn, RELATIVE_SIZES[turn % 3])],
+        Kind::Pair => vec![pick(list, turn, RELATIVE_SIZES[2]), pick(list, turn + 1, RELATIVE_SIZES[1])],
+        Kind::Inside => vec![pick(inside(plant.is_force), turn, RELATIVE_SIZES[1 + turn % 2])],
+        Kind::Outside => vec![pick(outside(plant.is_force), turn, RELATIVE_SIZES[1 + turn % 2])],
     }
 }
 
-/// Whether a name of the answer means a law.
-fn means(name: &str, law: &Law) -> bool {
+/// Whether a name in an answer denotes a law.
+fn denotes(name: &str, law: &Law) -> bool {
     if !law.name.contains('z') {
         return name == law.name || name.strip_prefix(law.name).is_some_and(|rest| rest.starts_with(" on "));
     }
-    // A shape: its quantity has another name in every plant.
+    // A formula: only its shape is compared, because the quantity has another name in every plant.
     let shape = name.split(" on ").next().unwrap_or(name);
-    let plain: String = tokens(shape);
-    plain == tokens(law.name)
+    let plain: String = shape_of(shape);
+    plain == shape_of(law.name)
 }
 
-/// An expression with every name that is no function and no parameter as `z`.
-fn tokens(text: &str) -> String {
+/// The expression with every name that is neither a function nor a parameter replaced by `z`.
+fn shape_of(text: &str) -> String {
     let mut out = String::new();
     let mut word = String::new();
     for c in text.chars().chain([' ']) {
@@ -167,9 +168,10 @@ fn tokens(text: &str) -> String {
             word.push(c);
             continue;
         }
-        let known = ["abs", "tanh", "exp", "relu", "sqrt", "sign", "ln", "sin", "cos", "deadzone", "s", "c"];
+        let known_words =
+            ["abs", "tanh", "exp", "relu", "sqrt", "sign", "ln", "sin", "cos", "deadzone", "s", "c"];
         let is_name = word.chars().next().is_some_and(|c| c.is_ascii_alphabetic());
-        out.push_str(if is_name && !known.contains(&word.as_str()) { "z" } else { &word });
+        out.push_str(if is_name && !known_words.contains(&word.as_str()) { "z" } else { &word });
         word.clear();
         if c != ' ' {
             out.push(c);
@@ -178,6 +180,7 @@ fn tokens(text: &str) -> String {
     out
 }
 
+/// Scores one answer and updates the counts.
 fn score(
     kind: Kind,
     plant: &Plant,
@@ -194,13 +197,13 @@ fn score(
     let effects: Vec<&Value> = found["effects"].as_array().into_iter().flatten().collect();
     let named: Vec<String> = effects.iter().filter_map(|e| e["kind"].as_str()).map(str::to_owned).collect();
     let is_truth = |set: &[String]| {
-        set.len() == truth.len() && truth.iter().all(|(law, _)| set.iter().any(|name| means(name, law)))
+        set.len() == truth.len() && truth.iter().all(|(law, _)| set.iter().any(|name| denotes(name, law)))
     };
     let exact = is_truth(&named);
     let alternatives: Vec<Vec<String>> =
         found["alternatives"].as_array().into_iter().flatten().map(kinds).collect();
     let in_alternatives = alternatives.iter().any(|set| is_truth(set));
-    let partly = truth.iter().any(|(law, _)| named.iter().any(|name| means(name, law)));
+    let partly = truth.iter().any(|(law, _)| named.iter().any(|name| denotes(name, law)));
     let verdict = found["verdict"].as_str().unwrap_or_default();
     let unexplained = ["unknown", "partly-explained"].contains(&verdict);
     summary.exact += usize::from(exact);
@@ -209,7 +212,7 @@ fn score(
     summary.false_alarms += usize::from(truth.is_empty() && verdict != "nothing-to-add");
     summary.unexplained += usize::from(unexplained);
     if exact && kind == Kind::Single {
-        // The amount of a law is that of its kind times a power of the size that its quantity has.
+        // The coefficient of an effect depends on the size of its quantity to the power of its degree.
         let amount = effects[0]["parameters"].as_object().into_iter().flatten().next();
         if let Some(ci) = amount.and_then(|(_, e)| e["ci95"].as_array())
             && let (Some(low), Some(high)) = (ci[0].as_f64(), ci[1].as_f64())
@@ -236,12 +239,12 @@ fn score(
 
 #[cfg(test)]
 mod tests {
-    //! Contract: an answer means a law by its kind, with or without its place, and by its shape whatever its quantity is called.
-    //! More of a law that the model has is not asked for.
+    //! Contract: an answer denotes an effect by its kind, with or without its place, and by its shape for any
+    //! name of its quantity. Effects that a model declares are never missing from it.
     use super::*;
 
     #[test]
-    fn what_a_model_declares_is_never_missing() {
+    fn declared_effects_are_never_missing() {
         let seeds = 0..400;
         for (kind, seed) in [Kind::Single, Kind::Pair, Kind::Inside]
             .into_iter()
@@ -255,13 +258,13 @@ mod tests {
     }
 
     #[test]
-    fn names_mean_laws() {
+    fn names_in_answers_denote_effects() {
         let law =
             |name| *listed(true).iter().chain(inside(true)).find(|law| law.name == name).expect("a law");
-        assert!(means("coulomb on v_m_s", &law("coulomb")) && means("coulomb", &law("coulomb")));
-        assert!(!means("coulomb-like", &law("coulomb")));
-        assert!(means("x_m^3 on v_m_s", &law("z^3")) && !means("x_m^2 on v_m_s", &law("z^3")));
-        assert!(means("tanh(omega_rad_s / s) on omega_rad_s", &law("tanh(z / s)")));
-        assert!(means("abs(v_m_s) * v_m_s on v_m_s", &law("abs(z) * z")));
+        assert!(denotes("coulomb on v_m_s", &law("coulomb")) && denotes("coulomb", &law("coulomb")));
+        assert!(!denotes("coulomb-like", &law("coulomb")));
+        assert!(denotes("x_m^3 on v_m_s", &law("z^3")) && !denotes("x_m^2 on v_m_s", &law("z^3")));
+        assert!(denotes("tanh(omega_rad_s / s) on omega_rad_s", &law("tanh(z / s)")));
+        assert!(denotes("abs(v_m_s) * v_m_s on v_m_s", &law("abs(z) * z")));
     }
 }

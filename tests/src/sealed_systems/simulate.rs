@@ -1,4 +1,4 @@
-//! A sealed set: a plant with laws, simulated and measured with noise.
+//! Simulation of a sealed set: a plant with effects, measured with noise.
 
 use super::laws::Law;
 use super::plants::Plant;
@@ -7,30 +7,34 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use std::fmt::Write as _;
 
-/// Steps of a sample.
-const STEPS: usize = 20;
-/// Samples for which an input is held.
-const HELD: usize = 12;
+/// Integration steps per sample.
+const STEPS_PER_SAMPLE: usize = 20;
+/// Samples for which an input is constant.
+const HOLD_SAMPLES: usize = 12;
 
-/// A drawn set.
+/// A generated set.
 #[derive(Debug)]
 pub struct Drawn {
-    /// The table.
+    /// Text of the data file.
     pub csv: String,
-    /// Amount of each law, in the unit of the rate.
+    /// Coefficient of each effect, in the unit of the rate.
     pub amounts: Vec<f64>,
 }
 
-/// Draws a set of `plant` with `laws`, each with a share of the root mean square of the equation's declared rate.
+/// Generates a set of `plant` with `laws`, each with its size relative to the RMS of the equation's rate.
 pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> Drawn {
     let starts = starts(plant, seed);
-    let Sizes { plain, rate, x, v } = Sizes::of(plant, &starts);
-    let (equation, moved) = plant.law_in;
-    let rms = |of: &dyn Fn(&Run, usize) -> f64| rms(&plain, of);
-    let lasts = plant.size.1 as f64 * plant.size.2;
+    let Sizes { undisturbed, rate, x, v } = Sizes::of(plant, &starts);
+    let (equation, law_state) = plant.law_equation;
+    let rms = |quantity: &dyn Fn(&Run, usize) -> f64| rms(&undisturbed, quantity);
+    let duration = plant.size.1 as f64 * plant.size.2;
     let value = |law: &Law, state: &[f64], time: f64| {
-        let (a, b) = (state[moved] / x, state[equation] / v);
-        if law.of_speed { (law.term)(b, a, time / lasts) } else { (law.term)(a, b, time / lasts) }
+        let (a, b) = (state[law_state] / x, state[equation] / v);
+        if law.depends_on_speed {
+            (law.term)(b, a, time / duration)
+        } else {
+            (law.term)(a, b, time / duration)
+        }
     };
     let amounts: Vec<f64> = laws
         .iter()
@@ -39,14 +43,14 @@ pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> Drawn {
             share * rate / size.max(1e-12)
         })
         .collect();
-    let mut shake = random_stream(seed, "sealed system motion", 0);
-    let shakes: Vec<f64> = (0..plant.size.1 / HELD + 2)
-        .map(|_| -> f64 { StandardNormal.sample(&mut shake) })
+    let mut process_rng = random_stream(seed, "sealed system motion", 0);
+    let process_noise: Vec<f64> = (0..plant.size.1 / HOLD_SAMPLES + 2)
+        .map(|_| -> f64 { StandardNormal.sample(&mut process_rng) })
         .map(|normal| plant.motion * rate * normal)
         .collect();
     let term = |state: &[f64], _: f64, time: f64| {
-        let lawful = laws.iter().zip(&amounts).map(|((law, _), amount)| amount * value(law, state, time));
-        lawful.sum::<f64>() + shakes[(time / (plant.size.2 * HELD as f64)) as usize]
+        let effects = laws.iter().zip(&amounts).map(|((law, _), amount)| amount * value(law, state, time));
+        effects.sum::<f64>() + process_noise[(time / (plant.size.2 * HOLD_SAMPLES as f64)) as usize]
     };
     let mut rng = random_stream(seed, "sealed system noise", 0);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -68,11 +72,13 @@ pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> Drawn {
     Drawn { csv, amounts }
 }
 
-/// The amount of a law of the library as its kind measures it, from its amount in units of the plant's sizes: polynomials of one
-/// quantity; nothing for others.
+/// The coefficient of a library effect in the convention of its kind, from that in units of the plant's
+/// sizes.
+///
+/// `None` for effects that are not polynomials of one quantity.
 pub fn amount(plant: &Plant, law: &Law, amount: f64, seed: u64) -> Option<f64> {
     let Sizes { x, v, .. } = Sizes::of(plant, &starts(plant, seed));
-    let size = if law.of_speed { v } else { x };
+    let size = if law.depends_on_speed { v } else { x };
     let power = match law.name {
         "constant" => return Some(-amount),
         "asymmetric-damping" => 1,
@@ -83,64 +89,72 @@ pub fn amount(plant: &Plant, law: &Law, amount: f64, seed: u64) -> Option<f64> {
     Some(amount / size.powi(power))
 }
 
-/// Runs of a plant without laws, and sizes in them.
+/// Runs of a plant without effects, and typical sizes in them.
 struct Sizes {
-    plain: Vec<Run>,
-    /// Of the rate that laws are added to.
+    undisturbed: Vec<Run>,
+    /// RMS of the rate that effects are added to.
     rate: f64,
-    /// Of the position or level, and of the speed, that laws are of.
+    /// RMS of the position or level.
     x: f64,
+    /// RMS of the speed.
     v: f64,
 }
 
 impl Sizes {
+    /// Simulates the plant without effects and measures the sizes.
     fn of(plant: &Plant, starts: &[(Vec<f64>, Vec<f64>)]) -> Self {
-        let plain: Vec<Run> = starts.iter().map(|s| run(plant, &s.0, &s.1, &|_, _, _| 0.0)).collect();
-        let (equation, moved) = plant.law_in;
-        let rate = rms(&plain, &|r, k| (plant.rates)(&r.states[k], r.inputs[k])[equation]);
-        let (x, v) = (rms(&plain, &|r, k| r.states[k][moved]), rms(&plain, &|r, k| r.states[k][equation]));
-        Self { plain, rate, x, v }
+        let undisturbed: Vec<Run> = starts.iter().map(|s| run(plant, &s.0, &s.1, &|_, _, _| 0.0)).collect();
+        let (equation, law_state) = plant.law_equation;
+        let rate = rms(&undisturbed, &|r, k| (plant.rates)(&r.states[k], r.inputs[k])[equation]);
+        let (x, v) = (
+            rms(&undisturbed, &|r, k| r.states[k][law_state]),
+            rms(&undisturbed, &|r, k| r.states[k][equation]),
+        );
+        Self { undisturbed, rate, x, v }
     }
 }
 
-/// Root mean square of a quantity over runs.
-fn rms(runs: &[Run], of: &dyn Fn(&Run, usize) -> f64) -> f64 {
-    let all: Vec<f64> = runs.iter().flat_map(|r| (0..r.states.len()).map(move |k| of(r, k))).collect();
-    (all.iter().map(|x| x * x).sum::<f64>() / all.len() as f64).sqrt()
+/// Root mean square of a quantity over all samples of all runs.
+fn rms(runs: &[Run], quantity: &dyn Fn(&Run, usize) -> f64) -> f64 {
+    let values: Vec<f64> =
+        runs.iter().flat_map(|r| (0..r.states.len()).map(move |k| quantity(r, k))).collect();
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Starts and inputs of all records.
+/// Initial state and input of each record.
 fn starts(plant: &Plant, seed: u64) -> Vec<(Vec<f64>, Vec<f64>)> {
     let mut rng = random_stream(seed, "sealed system starts", 0);
     let (records, samples, _) = plant.size;
     (0..records)
         .map(|_| {
-            let start = plant.start.iter().map(|most| {
+            let start = plant.start.iter().map(|largest| {
                 let share: f64 = rng.random_range(0.3..1.0);
                 let sign = if plant.is_force && rng.random_bool(0.5) { -1.0 } else { 1.0 };
-                sign * share * most
+                sign * share * largest
             });
             let start: Vec<f64> = start.collect();
             let (middle, half) = plant.input;
             let levels: Vec<f64> =
-                (0..=samples / HELD).map(|_| middle + half * rng.random_range(-1.0..1.0)).collect();
-            (start, (0..samples).map(|k| levels[k / HELD]).collect())
+                (0..=samples / HOLD_SAMPLES).map(|_| middle + half * rng.random_range(-1.0..1.0)).collect();
+            (start, (0..samples).map(|k| levels[k / HOLD_SAMPLES]).collect())
         })
         .collect()
 }
 
+/// States and inputs of one record.
 struct Run {
     states: Vec<Vec<f64>>,
     inputs: Vec<f64>,
 }
 
+/// Simulates one record with `term(state, input, time)` added to the rate.
 fn run(plant: &Plant, start: &[f64], inputs: &[f64], term: &dyn Fn(&[f64], f64, f64) -> f64) -> Run {
-    let dt = plant.size.2 / STEPS as f64;
+    let dt = plant.size.2 / STEPS_PER_SAMPLE as f64;
     let mut state = start.to_vec();
     let mut states = Vec::with_capacity(inputs.len());
     for (k, &u) in inputs.iter().enumerate() {
         states.push(state.clone());
-        for n in 0..STEPS {
+        for n in 0..STEPS_PER_SAMPLE {
             let time = k as f64 * plant.size.2 + n as f64 * dt;
             state = stepped(plant, &state, u, time, dt, term);
         }
@@ -148,7 +162,7 @@ fn run(plant: &Plant, start: &[f64], inputs: &[f64], term: &dyn Fn(&[f64], f64, 
     Run { states, inputs: inputs.to_vec() }
 }
 
-/// A step that stops and turns back at the stop.
+/// State after one step, with a rebound if it reaches the stop.
 fn stepped(
     plant: &Plant,
     state: &[f64],
@@ -158,22 +172,23 @@ fn stepped(
     term: &dyn Fn(&[f64], f64, f64) -> f64,
 ) -> Vec<f64> {
     let step = |dt: f64| runge_kutta(plant, state, u, time, dt, term);
-    let whole = step(dt);
-    let Some((stop, restitution)) = plant.stop.filter(|(stop, _)| state[0] <= *stop && whole[0] > *stop)
+    let full_step = step(dt);
+    let Some((stop, restitution)) = plant.stop.filter(|(stop, _)| state[0] <= *stop && full_step[0] > *stop)
     else {
-        return whole;
+        return full_step;
     };
     let (mut early, mut late) = (0.0, dt);
     for _ in 0..50 {
         let middle = 0.5 * (early + late);
         if step(middle)[0] > stop { late = middle } else { early = middle }
     }
-    let mut there = step(early);
-    there[1] *= -restitution;
-    // What is left of the step; a second impact within it would need many thousand.
-    runge_kutta(plant, &there, u, time + early, dt - early, term)
+    let mut at_stop = step(early);
+    at_stop[1] *= -restitution;
+    // Complete the step; a second impact within it does not happen.
+    runge_kutta(plant, &at_stop, u, time + early, dt - early, term)
 }
 
+/// State after one Runge-Kutta step of order four.
 fn runge_kutta(
     plant: &Plant,
     state: &[f64],
@@ -184,13 +199,13 @@ fn runge_kutta(
 ) -> Vec<f64> {
     let rates = |x: &[f64], t: f64| {
         let mut rates = (plant.rates)(x, u);
-        rates[plant.law_in.0] += term(x, u, t);
+        rates[plant.law_equation.0] += term(x, u, t);
         rates
     };
-    let at = |k: &[f64], by: f64| -> Vec<f64> { state.iter().zip(k).map(|(x, k)| x + by * k).collect() };
+    let shifted = |k: &[f64], by: f64| -> Vec<f64> { state.iter().zip(k).map(|(x, k)| x + by * k).collect() };
     let k1 = rates(state, time);
-    let k2 = rates(&at(&k1, 0.5 * dt), time + 0.5 * dt);
-    let k3 = rates(&at(&k2, 0.5 * dt), time + 0.5 * dt);
-    let k4 = rates(&at(&k3, dt), time + dt);
+    let k2 = rates(&shifted(&k1, 0.5 * dt), time + 0.5 * dt);
+    let k3 = rates(&shifted(&k2, 0.5 * dt), time + 0.5 * dt);
+    let k4 = rates(&shifted(&k3, dt), time + dt);
     (0..state.len()).map(|i| state[i] + dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])).collect()
 }

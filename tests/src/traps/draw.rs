@@ -1,7 +1,7 @@
-//! A trap set from its seed: the motion, the errors of the sensors, the fault of the log, and two files.
+//! Generation of a trap set from its seed: simulation, measurement noise, logging fault, and two files.
 
 use super::kinds::{Defect, Kind, Logging, Noise, Trap};
-use super::logging::{Recording, late_inputs, settling, spoil};
+use super::logging::{Recording, apply_fault, late_inputs, settling_sensor};
 use super::noise::{readings, white};
 use super::plants::{Conditions, DECLARED_DELAY, Law, Plant};
 use super::simulate::{Motion, Plan, closed_loop, open_loop, plans, simulate};
@@ -11,59 +11,59 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::fmt::Write as _;
 
-/// Samples for which process noise pushes alike, as in the long recordings of the sealed systems.
-const PUSHED: usize = 12;
-/// Samples for which a bump lasts, and its size in units of the rate's root mean square.
+/// Samples for which process noise is constant, as in the long recordings of the sealed systems.
+const PUSH_HOLD_SAMPLES: usize = 12;
+/// Duration of a bump, samples, and its size in units of the RMS of the rate.
 const BUMP: (usize, f64) = (3, 8.0);
 
-/// A drawn set.
+/// A generated set.
 #[derive(Debug)]
 pub struct Drawn {
-    /// Model file.
+    /// Text of the model file.
     pub model: String,
-    /// Table of the recordings.
+    /// Text of the data file.
     pub csv: String,
 }
 
-/// Draws a set of a plant from its seed alone.
+/// Generates a set of a plant from its seed.
 pub fn draw(plant: &Plant, kind: &Kind, seed: u64) -> Drawn {
     let mut recordings = recordings(plant, kind, seed);
     let mut rng = random_stream(seed, "trap log", 0);
     if let Trap::Logging(fault) = kind.trap {
-        spoil(&mut recordings, fault, &mut rng);
+        apply_fault(&mut recordings, fault, &mut rng);
     }
     for recording in &mut recordings {
         empty_cells(recording, &kind.trap, &mut rng);
         if kind.trap == Trap::Jitter {
-            let errs = |time: &mut f64| *time += plant.step_s * rng.random_range(-0.03..0.03);
-            recording.times.iter_mut().skip(1).for_each(errs);
+            let add_jitter = |time: &mut f64| *time += plant.step_s * rng.random_range(-0.03..0.03);
+            recording.times.iter_mut().skip(1).for_each(add_jitter);
         }
     }
     Drawn { model: plant.model(kind), csv: table(plant, kind, &recordings) }
 }
 
-/// Truth without a peculiarity.
+/// Conditions without any peculiarity.
 pub fn undisturbed(plant: &Plant) -> Conditions {
     Conditions { parameters: plant.truth(), surroundings: 0.0, push: 0.0, has_hidden_lag: false, law: None }
 }
 
-/// Recordings before a fault of the log that concerns whole columns.
+/// Recordings before faults of the log are applied.
 fn recordings(plant: &Plant, kind: &Kind, seed: u64) -> Vec<Recording> {
     let trap = &kind.trap;
     let plans = plans(plant, trap, seed);
     let size = rate_size(plant, &plans[0]);
-    let one = random_stream(seed, "trap defect", 0).random_range(0..plans.len());
-    let each = |(j, plan): (usize, &Plan)| {
+    let differing = random_stream(seed, "trap defect", 0).random_range(0..plans.len());
+    let recording = |(j, plan): (usize, &Plan)| {
         let mut rng = random_stream(seed, "trap noise", j as u64);
         let errors = white(&mut rng, plan.times.len());
-        let truth = Truth { plant, trap, recording: j, is_one: j == one, rate: size, seed };
-        let motion = moved(plan, &truth, &errors);
+        let truth = Truth { plant, trap, recording: j, is_one: j == differing, rate: size, seed };
+        let motion = simulated_motion(plan, &truth, &errors);
         measure(plan, &truth, &motion, &errors, &mut rng)
     };
-    plans.iter().enumerate().map(each).collect()
+    plans.iter().enumerate().map(recording).collect()
 }
 
-/// Root mean square of the pushed rate in an undisturbed recording.
+/// RMS of the disturbed rate in a recording without peculiarity.
 fn rate_size(plant: &Plant, plan: &Plan) -> f64 {
     let now = undisturbed(plant);
     let plain = simulate(plant, plan, &mut open_loop(plan, false), &|_| now);
@@ -76,22 +76,23 @@ struct Truth<'a> {
     plant: &'a Plant,
     trap: &'a Trap,
     recording: usize,
-    /// Whether this is the recording that differs, where one does.
+    /// Whether this is the one recording that differs, for kinds with such a recording.
     is_one: bool,
     rate: f64,
     seed: u64,
 }
 
 impl Truth<'_> {
-    /// Conditions from each row on.
+    /// Conditions from each row to the next.
     fn conditions(&self, samples: usize) -> Vec<Conditions> {
         let mut rng = random_stream(self.seed, "trap pushes", self.recording as u64);
-        let pushes: Vec<f64> = (0..=samples / PUSHED).map(|_| StandardNormal.sample(&mut rng)).collect();
+        let pushes: Vec<f64> =
+            (0..=samples / PUSH_HOLD_SAMPLES).map(|_| StandardNormal.sample(&mut rng)).collect();
         let bump = rng.random_range(samples / 4..samples / 2);
-        let at = |k: usize| {
+        let conditions_at = |k: usize| {
             let mut now = undisturbed(self.plant);
             match self.trap {
-                Trap::ProcessNoise(share) => now.push = share * self.rate * pushes[k / PUSHED],
+                Trap::ProcessNoise(share) => now.push = share * self.rate * pushes[k / PUSH_HOLD_SAMPLES],
                 Trap::Declared(law) => now.law = Some(*law),
                 Trap::Defect(Defect::ParameterInOne) if self.is_one => now.parameters[0] *= 1.5,
                 Trap::Defect(Defect::DriftBetween) => now.parameters[1] *= 1.0 + 0.02 * self.recording as f64,
@@ -107,24 +108,24 @@ impl Truth<'_> {
             }
             now
         };
-        (0..samples).map(at).collect()
+        (0..samples).map(conditions_at).collect()
     }
 }
 
-/// Simulates a recording under its truth.
-fn moved(plan: &Plan, truth: &Truth, errors: &[[f64; 2]]) -> Motion {
+/// Simulates one recording under its conditions.
+fn simulated_motion(plan: &Plan, truth: &Truth, errors: &[[f64; 2]]) -> Motion {
     let plant = truth.plant;
     let conditions = truth.conditions(plan.times.len());
-    let at = |k: usize| conditions[k];
+    let conditions_at = |k: usize| conditions[k];
     if *truth.trap == Trap::ClosedLoop {
         let errors: Vec<[f64; 2]> = errors.iter().map(|e| [e[0] * plant.sd[0], e[1] * plant.sd[1]]).collect();
-        return simulate(plant, plan, &mut closed_loop(plant, plan, &errors), &at);
+        return simulate(plant, plan, &mut closed_loop(plant, plan, &errors), &conditions_at);
     }
     let is_linear = *truth.trap == Trap::Logging(Logging::LinearHold);
-    simulate(plant, plan, &mut open_loop(plan, is_linear), &at)
+    simulate(plant, plan, &mut open_loop(plan, is_linear), &conditions_at)
 }
 
-/// Readings and logged inputs of a recording.
+/// Measures one recording: noisy outputs and logged inputs.
 fn measure(
     plan: &Plan,
     truth: &Truth,
@@ -140,7 +141,7 @@ fn measure(
         let mut values: Vec<f64> =
             rows.map(|(state, now)| (plant.measured)(state, &now.parameters)[i]).collect();
         if *truth.trap == Trap::Logging(Logging::SettlingSensor) && i == 0 {
-            values = settling(&values);
+            values = settling_sensor(&values);
         }
         let normal: Vec<f64> = errors.iter().map(|e| e[i]).collect();
         let mut read = readings(noise, (&values, &normal), (plant.sd[i], plant.zero[i]), rng);
@@ -159,7 +160,7 @@ fn measure(
     Recording { times: plan.times.clone(), inputs, outputs }
 }
 
-/// Empties cells of the outputs where the trap says so.
+/// Leaves cells of the outputs empty, for traps that do so.
 fn empty_cells(recording: &mut Recording, trap: &Trap, rng: &mut Xoshiro256PlusPlus) {
     let samples = recording.times.len();
     match trap {
@@ -170,8 +171,8 @@ fn empty_cells(recording: &mut Recording, trap: &Trap, rng: &mut Xoshiro256PlusP
         }
         Trap::DropOutRuns => {
             for column in &mut recording.outputs {
-                let (first, lasts) = (rng.random_range(0..samples - 25), rng.random_range(10..=25));
-                column[first..first + lasts].fill(f64::NAN);
+                let (first, length) = (rng.random_range(0..samples - 25), rng.random_range(10..=25));
+                column[first..first + length].fill(f64::NAN);
             }
         }
         Trap::TwoRates => {
@@ -182,7 +183,7 @@ fn empty_cells(recording: &mut Recording, trap: &Trap, rng: &mut Xoshiro256PlusP
     }
 }
 
-/// The table of a set.
+/// Text of the data file.
 fn table(plant: &Plant, kind: &Kind, recordings: &[Recording]) -> String {
     let outputs = plant.measured_outputs(kind);
     let names: Vec<&str> = plant.outputs.iter().take(outputs).map(|(name, _)| *name).collect();

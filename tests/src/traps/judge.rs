@@ -1,4 +1,4 @@
-//! When an answer to a trap set is right.
+//! Judgement of answers to trap sets.
 
 use super::kinds::{Class, Kind};
 use serde_json::Value;
@@ -11,19 +11,19 @@ const BAD_DATA: i32 = 3;
 pub enum Answer {
     /// A result was written.
     Found {
-        /// Its verdict.
+        /// The verdict.
         verdict: String,
         /// Kinds of the established effects.
         effects: Vec<String>,
     },
-    /// The data were refused, with the first line of the message.
+    /// The data were rejected; holds the first line of the message.
     Refused(String),
-    /// The program failed otherwise, with the first line of the message.
+    /// The program failed in another way; holds the first line of the message.
     Failed(String),
 }
 
 impl Answer {
-    /// Reads what the program printed and its exit code.
+    /// Makes an answer from the exit code and the output of the program.
     pub fn read(code: Option<i32>, stdout: &[u8], stderr: &[u8]) -> Self {
         let Ok(found) = serde_json::from_slice::<Value>(stdout) else {
             let text = String::from_utf8_lossy(stderr);
@@ -42,13 +42,13 @@ impl Answer {
 /// Judgement of one answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Judgement {
-    /// The answer is right.
+    /// Whether the answer is right.
     pub is_right: bool,
-    /// An established effect is not in the truth.
+    /// Whether an established effect is not in the truth.
     pub names_absent_effect: bool,
 }
 
-/// Judges an answer to a set of a kind.
+/// Judges an answer to a set of this kind.
 pub fn judge(kind: &Kind, answer: &Answer) -> Judgement {
     let (verdict, effects) = match answer {
         Answer::Found { verdict, effects } => (verdict.as_str(), effects.as_slice()),
@@ -70,8 +70,8 @@ pub fn judge(kind: &Kind, answer: &Answer) -> Judgement {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: each class has its own right answers; an allowed effect counts with or without its place; a refusal is right for
-    //! faults of logging alone, and a crash for nothing.
+    //! Contract: each class has its own right answers; an allowed effect counts with or without its place;
+    //! rejection of the data is right only for logging faults, and a crash never.
     use super::super::kinds::KINDS;
     use super::*;
 
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn an_effect_that_amounts_to_the_fault_may_be_named() {
+    fn an_effect_equivalent_to_the_fault_may_be_named() {
         let delay = found("explained", &["input-delay on force_N"]);
         assert!(is_right("input early by 4 samples", &delay));
         let both = found("explained", &["input-delay", "coulomb on v_m_s"]);
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn refusals_and_crashes_are_told_apart() {
+    fn rejections_and_crashes_are_distinguished() {
         let refused = Answer::read(Some(3), b"", b"noise\naugsim: error: mixed units\n");
         assert_eq!(refused, Answer::Refused("augsim: error: mixed units".to_owned()));
         assert!(is_right("one recording in milliseconds", &refused) && !is_right("white noise", &refused));

@@ -1,17 +1,17 @@
-//! The kinds of trap, the class of each, and the effects that an answer may name.
+//! The kinds of trap, their classes, and the effects that a right answer may name.
 
 use super::plants::Law;
 
-/// The classes of trap, which differ in the answers that are right.
+/// Class of a trap, which determines the right answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// The model is right and only the noise or the sampling is unusual: `nothing-to-add` is right.
+    /// The model is right and only noise or sampling is unusual; `nothing-to-add` is right.
     Noise,
-    /// A fault of logging: a refusal is right, or any verdict that names no absent effect.
+    /// A logging fault; rejection of the data is right, or any verdict that names no absent effect.
     Logging,
-    /// A defect outside the library: a verdict that says so and names no effect is right.
+    /// A defect outside the library; a verdict that reports it and names no effect is right.
     Defect,
-    /// The truth has an effect and the model declares it: `nothing-to-add` is right.
+    /// The truth has an effect that the model declares; `nothing-to-add` is right.
     Declared,
 }
 
@@ -22,27 +22,28 @@ pub enum Noise {
     White,
     /// AR(1) errors with this correlation from one sample to the next and the same variance as white ones.
     Correlated(f64),
-    /// Rounded to multiples of this many standard deviations, with 0.3 standard deviations of white noise before rounding.
+    /// Values rounded to multiples of this many standard deviations, after white noise of 0.3 standard
+    /// deviations.
     Quantised(f64),
-    /// White noise plus errors of 2 % of the reading.
+    /// White noise plus errors of 2 % of the measured value.
     Multiplicative,
     /// Laplace errors of unit variance.
     Laplace,
     /// Student's t with three degrees of freedom, scaled to unit variance.
     Student,
-    /// White noise and 1 % of readings off by 15 to 40 standard deviations.
+    /// White noise, and outliers of 15 to 40 standard deviations in 1 % of the samples.
     Outliers,
     /// White noise whose standard deviation is multiplied by 0.3 to 3, drawn per recording.
     PerRecording,
     /// White noise whose standard deviation grows from 0.3 to 3 times its value along each recording.
     Growing,
-    /// White noise of a thousandth of the standard deviation.
+    /// White noise of 0.1 % of the standard deviation.
     Tiny,
     /// White noise and a sine of half its size at 0.37 cycles a sample, with a phase per recording.
     Hum,
 }
 
-/// Number, length and likeness of recordings.
+/// Number and length of recordings, and whether they are equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
     /// Every recording has the same input and the same initial state.
@@ -55,12 +56,12 @@ pub enum Layout {
     ManyShort,
 }
 
-/// Faults of logging.
+/// A logging fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Logging {
     /// The input is logged this many samples late (early where negative).
     InputLate(isize),
-    /// The model declares a zero-order hold, and the input runs straight from sample to sample.
+    /// The model declares a zero-order hold, but the true input is linear between samples.
     LinearHold,
     /// The input of one recording has the other sign.
     SignInOne,
@@ -72,7 +73,7 @@ pub enum Logging {
     ThousandInOne,
     /// The input is in thousands of its declared unit.
     Kilo,
-    /// The clock is in minutes under a name that says seconds.
+    /// The clock is in minutes, but its column name says seconds.
     Minutes,
     /// Outputs were smoothed beforehand (Savitzky-Golay, quadratic, 11 samples).
     Smoothed,
@@ -80,17 +81,17 @@ pub enum Logging {
     SettlingSensor,
     /// The input has the other sign in every recording.
     SignReversed,
-    /// Pairs of recordings are joined to one, the clock running on.
+    /// Recordings are joined in pairs, with a continuous clock.
     Concatenated,
-    /// Outputs were measured at every sixth sample and interpolated straight to the others.
+    /// Outputs were measured at every sixth sample and interpolated linearly.
     Resampled,
-    /// Three readings have lost their decimal point.
+    /// Three measured values have lost their decimal point.
     MissingDecimal,
     /// The columns of the two outputs are swapped.
     Swapped,
 }
 
-/// Defects that no effect of the library describes.
+/// A defect that no effect of the library describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defect {
     /// The first parameter is 1.5 times as large in one recording.
@@ -99,9 +100,9 @@ pub enum Defect {
     DriftBetween,
     /// The surroundings differ in one recording (a tilt, the temperature of the room, an inflow).
     SurroundingsInOne,
-    /// A hidden state stores and returns part of what drives the motion.
+    /// A hidden state stores and returns part of the driving quantity.
     HiddenLag,
-    /// Somebody bumps the rig once, in one recording.
+    /// The rig is bumped once, in one recording.
     Bump,
     /// The second parameter is 1.25 times as large in the second half of each recording.
     StepHalfWay,
@@ -116,25 +117,25 @@ pub enum Trap {
     DropOuts,
     /// Runs of 10 to 25 cells are empty, one in each column of each recording.
     DropOutRuns,
-    /// The second sensor is read at every fifth sample only.
+    /// The second sensor is sampled at every fifth sample only.
     TwoRates,
-    /// Time stamps err by up to 3 % of a step.
+    /// Time stamps have errors of up to 3 % of the sampling interval.
     Jitter,
-    /// Steps vary between half and one and a half of their mean, and the stamps are right.
+    /// Sampling intervals vary between 0.5 and 1.5 times their mean, with right time stamps.
     Uneven,
-    /// The rate is pushed by this share of its root mean square.
+    /// Process noise on a rate, relative to the RMS of the rate.
     ProcessNoise(f64),
     /// The input comes from a PI controller that reads the measured output.
     ClosedLoop,
     /// All parameters are frozen at their true values.
     Frozen,
-    /// The recordings' number, length and likeness.
+    /// Number and length of recordings, and whether they are equal.
     Layout(Layout),
-    /// A fault of logging.
+    /// A logging fault.
     Logging(Logging),
     /// A defect outside the library.
     Defect(Defect),
-    /// An effect that the model declares as well.
+    /// An effect that the model declares too.
     Declared(Law),
 }
 
@@ -145,13 +146,15 @@ pub struct Kind {
     pub name: &'static str,
     /// The peculiarity.
     pub trap: Trap,
-    /// Effects that describe the peculiarity, so that an answer may name them. Another hold is a shift by half a sample to first order, and
-    /// `input-delay` says that it can stand for one.
+    /// Effects that are equivalent to the peculiarity, so that an answer may name them.
+    ///
+    /// To first order, another input hold is a shift by half a sample, and `input-delay` says that it may
+    /// stand for one.
     pub allowed: &'static [&'static str],
 }
 
 impl Kind {
-    /// Class of the kind.
+    /// Class of this kind.
     pub fn class(&self) -> Class {
         match self.trap {
             Trap::Logging(_) => Class::Logging,
@@ -161,38 +164,46 @@ impl Kind {
         }
     }
 
-    /// Whether the fault needs two outputs, so that plants with one get their second sensor.
+    /// Whether the fault needs two outputs; plants with one then get their second sensor.
     pub fn needs_two_outputs(&self) -> bool {
         use Logging::{Duplicate, Swapped};
         matches!(self.trap, Trap::TwoRates | Trap::Logging(Duplicate | Swapped))
     }
 }
 
+/// Shorthand for a [`Kind`].
 const fn kind(name: &'static str, trap: Trap) -> Kind {
     Kind { name, trap, allowed: &[] }
 }
 
+/// Shorthand for a [`Kind`].
 const fn noise(name: &'static str, noise: Noise) -> Kind {
     kind(name, Trap::Noise(noise))
 }
 
+/// Shorthand for a [`Kind`].
 const fn layout(name: &'static str, layout: Layout) -> Kind {
     kind(name, Trap::Layout(layout))
 }
 
+/// Shorthand for a [`Kind`].
 const fn logging(name: &'static str, fault: Logging, allowed: &'static [&'static str]) -> Kind {
     Kind { name, trap: Trap::Logging(fault), allowed }
 }
 
+/// Shorthand for a [`Kind`].
 const fn defect(name: &'static str, defect: Defect) -> Kind {
     kind(name, Trap::Defect(defect))
 }
 
+/// Shorthand for a [`Kind`].
 const fn declared(name: &'static str, law: Law) -> Kind {
     kind(name, Trap::Declared(law))
 }
 
-/// All kinds. Classes are mixed, so that a short run meets each of them; the first 40 are a battery of 120 sets.
+/// All kinds.
+///
+/// Classes are mixed, so that a short run has each of them; the first 40 are a battery of 120 sets.
 pub const KINDS: [Kind; 55] = [
     noise("white noise", Noise::White),
     logging("input early by 4 samples", Logging::InputLate(-4), &["input-delay", "sensor-delay"]),

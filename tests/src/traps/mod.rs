@@ -1,10 +1,11 @@
-//! Trap sets: recordings whose peculiarity is noise, logging, or a defect outside the library.
+//! Trap sets: recordings with unusual noise, faults of logging, or defects outside the library.
 //!
-//! The honest answer names no effect of the library, or the one effect that a fault of logging amounts to. Three plants are
-//! simulated by a Runge-Kutta method that shares nothing with the engine, in each of the ways of [`KINDS`].
+//! The right answer names no effect of the library, or the one effect that is equivalent to a logging fault.
+//! Three plants are simulated by a Runge-Kutta method that is independent of the engine, once for each of the
+//! [`KINDS`].
 //!
-//! Reading order: `kinds` (the list), `plants` (model files and rates), `draw` (from a seed to two files), `simulate`, `noise`,
-//! `logging`, `judge` (when an answer is right), `run` (the battery).
+//! Reading order: `kinds` (the list), `plants` (model files and rates), `draw` (from a seed to two files),
+//! `simulate`, `noise`, `logging`, `judge` (right answers), `run` (the battery).
 
 mod draw;
 mod judge;
@@ -19,4 +20,4 @@ pub use draw::{Drawn, draw};
 pub use judge::{Answer, Judgement, judge};
 pub use kinds::{Class, Defect, KINDS, Kind, Layout, Logging, Noise, Trap};
 pub use plants::{Law, PLANTS, Plant};
-pub use run::{Row, Summary, chosen, run};
+pub use run::{Row, Summary, plant_and_kind, run};

@@ -1,17 +1,18 @@
-//! Errors of the sensors.
+//! Measurement noise.
 
 use super::kinds::Noise;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal, StudentT};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Standard normal errors of one recording, two for each row.
+/// Standard normal errors of one recording: two per row.
 pub fn white(rng: &mut Xoshiro256PlusPlus, samples: usize) -> Vec<[f64; 2]> {
     (0..samples).map(|_| [StandardNormal.sample(rng), StandardNormal.sample(rng)]).collect()
 }
 
-/// Readings of one sensor over one recording. `normal` are standard normal errors, `zero` the reading from which proportional errors
-/// are counted.
+/// Noisy measurements of one sensor over one recording.
+///
+/// `normal` are standard normal errors, and `zero` is the value from which proportional errors are counted.
 pub fn readings(
     noise: Noise,
     (values, normal): (&[f64], &[f64]),
@@ -48,13 +49,13 @@ pub fn readings(
     values.iter().zip(unit).map(read).collect()
 }
 
-/// Errors times a factor of the share of the recording that has passed.
+/// Errors times a factor, a function of the elapsed fraction of the recording.
 fn scaled(normal: &[f64], factor: impl Fn(f64) -> f64) -> Vec<f64> {
     let last = (normal.len().max(2) - 1) as f64;
     normal.iter().enumerate().map(|(k, e)| e * factor(k as f64 / last)).collect()
 }
 
-/// AR(1) errors of unit variance from the first on.
+/// Stationary AR(1) errors of unit variance.
 fn autocorrelated(normal: &[f64], rho: f64) -> Vec<f64> {
     let mut last: Option<f64> = None;
     let step = |e: &f64| {
@@ -65,13 +66,13 @@ fn autocorrelated(normal: &[f64], rho: f64) -> Vec<f64> {
     normal.iter().map(step).collect()
 }
 
-/// Laplace error of unit variance, by inversion: its scale is 1 / sqrt(2).
+/// A Laplace error of unit variance, by inversion of the distribution; its scale is 1 / sqrt(2).
 fn laplace(rng: &mut Xoshiro256PlusPlus) -> f64 {
     let u: f64 = rng.random_range(-0.5..0.5);
     -u.signum() * (1.0 - 2.0 * u.abs()).max(1e-300).ln() / std::f64::consts::SQRT_2
 }
 
-/// Student's t with three degrees of freedom has variance 3.
+/// A Student t error with three degrees of freedom, divided by the standard deviation sqrt(3).
 fn student(rng: &mut Xoshiro256PlusPlus) -> f64 {
     let t = StudentT::new(3.0).expect("three degrees of freedom are valid");
     t.sample(rng) / 3f64.sqrt()
@@ -88,13 +89,14 @@ fn outlier(rng: &mut Xoshiro256PlusPlus) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: each kind of noise has the variance, the correlation and the steps that its name says.
+    //! Contract: each kind of noise has the variance, correlation and quantisation step that it states.
     use super::*;
     use augsim_data::random_stream;
 
+    /// Number of samples.
     const N: usize = 20_000;
 
-    /// Errors of a sensor of unit standard deviation that reads 10 throughout.
+    /// Errors of a sensor with unit standard deviation at a constant value of 10.
     fn errors(noise: Noise) -> Vec<f64> {
         let mut rng = random_stream(5, "trap noise test", 0);
         let normal: Vec<f64> = white(&mut rng, N).iter().map(|e| e[0]).collect();
@@ -111,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn correlations_come_out() {
+    fn correlated_noise_has_its_correlation() {
         for rho in [0.5, 0.9, 0.95] {
             let e = errors(Noise::Correlated(rho));
             let lagged = mean(e.windows(2).map(|pair| pair[0] * pair[1])) / variance(&e);
@@ -121,8 +123,8 @@ mod tests {
     }
 
     #[test]
-    fn variances_come_out() {
-        // 2 % of 10 are 0.2; half a sine's square of 0.5 is 0.125.
+    fn noise_has_its_variance() {
+        // 2 % of 10 is 0.2, with variance 0.04; a sine with amplitude 0.5 has variance 0.125.
         let kinds = [
             (Noise::White, 1.0, 0.05),
             (Noise::Laplace, 1.0, 0.1),
@@ -146,13 +148,13 @@ mod tests {
     }
 
     #[test]
-    fn quantised_readings_are_multiples_of_the_step() {
+    fn quantised_values_are_multiples_of_the_step() {
         let e = errors(Noise::Quantised(4.0));
         assert!(e.iter().all(|e| ((e + 10.0) / 4.0).fract() == 0.0));
     }
 
     #[test]
-    fn one_reading_in_a_hundred_is_an_outlier() {
+    fn one_sample_in_a_hundred_is_an_outlier() {
         let far = errors(Noise::Outliers).iter().filter(|e| e.abs() > 8.0).count();
         assert!((150..250).contains(&far), "{far}");
     }

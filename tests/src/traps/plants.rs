@@ -1,37 +1,37 @@
-//! Three plants: the model file of each, and the same equations once more in Rust, with the defects that a set may have.
+//! Three plants: model files, the same equations in Rust, and the defects that a set may have.
 
 use super::kinds::{Kind, Trap};
 use std::fmt::Write as _;
 
-/// States: two of the plant (one is unused by the heater), and a hidden one.
+/// State vector: two states of the plant (the heater uses one) and a hidden one.
 pub type State = [f64; 3];
 
-/// Samples by which a declared delay holds the input back.
+/// Samples by which a declared delay holds back the input.
 pub const DECLARED_DELAY: usize = 3;
 
-/// Effects that both the truth and the model have.
+/// An effect that both the truth and the model have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Law {
-    /// A dry law, smoothed by `tanh`.
+    /// Dry friction or an analogous law, smoothed by `tanh`.
     Smooth,
     /// The same law with `sign`.
     Sign,
     /// The input saturates.
     Saturation,
-    /// The range of the first sensor ends within the motion.
+    /// The range of the first sensor is smaller than the motion.
     SensorRange,
     /// The input acts `DECLARED_DELAY` samples late.
     Delay,
 }
 
-/// Truth during one sample interval.
+/// True conditions during one sampling interval.
 #[derive(Clone, Copy, Debug)]
 pub struct Conditions {
     /// Values of the three parameters.
     pub parameters: [f64; 3],
-    /// Force of a tilt in N, excess of the room in K, or inflow in V/s.
+    /// Influence of the surroundings: force of a tilt, N, excess room temperature, K, or inflow, V/s.
     pub surroundings: f64,
-    /// Addition to the rate of the pushed state, in its unit.
+    /// Addition to the rate of the disturbed state, in its unit.
     pub push: f64,
     /// Whether the hidden state is coupled to the others.
     pub has_hidden_lag: bool,
@@ -50,60 +50,63 @@ pub struct Parameter {
     unit: Option<&'static str>,
 }
 
-/// A plant.
+/// A plant with its model, its true rates, and how it is recorded.
 #[derive(Clone, Copy, Debug)]
 pub struct Plant {
-    /// Name.
+    /// Name of the plant.
     pub name: &'static str,
     /// Column of the input.
     pub input: &'static str,
-    /// Columns of the outputs, and the expression of each.
+    /// Column name and expression of each output.
     pub outputs: [(&'static str, &'static str); 2],
     /// Whether both outputs are measured in every set.
     pub has_two_outputs: bool,
-    /// Parameters that are fitted.
+    /// Free parameters.
     pub parameters: [Parameter; 3],
-    /// Rates at a state, an input and the conditions.
+    /// True rates as a function of state, input and conditions.
     pub rates: fn(&State, f64, &Conditions) -> State,
-    /// True outputs at a state and the parameters.
+    /// True outputs as a function of state and parameters.
     pub measured: fn(&State, &[f64; 3]) -> [f64; 2],
     /// Standard deviations of the sensors.
     pub sd: [f64; 2],
-    /// Readings from which errors in proportion to the reading are counted.
+    /// Values from which proportional errors are counted.
     pub zero: [f64; 2],
-    /// Seconds between samples.
+    /// Sampling interval, s.
     pub step_s: f64,
     /// Middle and half range of the input.
     pub drive: (f64, f64),
     /// Middle and half range of the initial states.
     pub start: [(f64, f64); 2],
-    /// State whose rate is pushed.
+    /// Index of the state whose rate is disturbed.
     pub pushed: usize,
-    /// Surroundings of the one recording in which they differ.
+    /// Surroundings in the one recording in which they differ.
     pub other_surroundings: f64,
     /// Reference (middle, half range), proportional and integral gain of the controller.
     pub control: ((f64, f64), f64, f64),
-    /// Range of the first sensor where it is declared.
+    /// Range of the first sensor, if it is declared.
     pub range: [f64; 2],
     states: &'static str,
-    /// Parameters that are known, in every set and where the dry law is declared.
+    /// Known parameters in every set, and those added if the dry law is declared.
     known: [&'static str; 2],
-    /// Rates, with `{u}` for the input and `{dry}` for the dry law.
+    /// Rate expressions, with `{u}` for the input and `{-dry}` or `{+dry}` for the dry law.
     rate_lines: &'static str,
-    /// Amount of the dry law, its argument, and name and value of its width.
+    /// Coefficient of the dry law, its argument, and name and value of its width.
     dry: (Parameter, &'static str, (&'static str, f64)),
     limit: Parameter,
 }
 
+/// A parameter without a unit.
 const fn parameter(name: &'static str, truth: f64, nominal: f64, max: f64) -> Parameter {
     Parameter { name, truth, nominal, max, unit: None }
 }
 
+/// The parameter with a unit.
 const fn with_unit(parameter: Parameter, unit: &'static str) -> Parameter {
     Parameter { unit: Some(unit), ..parameter }
 }
 
 impl Parameter {
+    /// Line of the model file for this parameter.
     fn line(&self, is_frozen: bool) -> String {
         let unit = self.unit.map(|unit| format!(", unit = \"{unit}\"")).unwrap_or_default();
         if is_frozen {
@@ -119,12 +122,12 @@ impl Plant {
         self.parameters.map(|p| p.truth)
     }
 
-    /// Outputs that a set of this kind measures.
+    /// Number of outputs that a set of this kind measures.
     pub fn measured_outputs(&self, kind: &Kind) -> usize {
         if self.has_two_outputs || kind.needs_two_outputs() { 2 } else { 1 }
     }
 
-    /// Model file of a set.
+    /// Text of the model file of a set.
     pub fn model(&self, kind: &Kind) -> String {
         let law = if let Trap::Declared(law) = kind.trap { Some(law) } else { None };
         let has_dry_law = matches!(law, Some(Law::Smooth | Law::Sign));
@@ -170,15 +173,15 @@ impl Plant {
         text
     }
 
-    /// Input that acts on the plant, after saturation where the truth has it.
-    fn acting(&self, u: f64, conditions: &Conditions) -> f64 {
+    /// Input that acts on the plant, after saturation if the truth has it.
+    fn saturated_input(&self, u: f64, conditions: &Conditions) -> f64 {
         if conditions.law != Some(Law::Saturation) {
             return u;
         }
         u.clamp(-self.limit.truth, self.limit.truth)
     }
 
-    /// Dry law at its argument.
+    /// Value of the dry law at its argument.
     fn dry_law(&self, argument: f64, conditions: &Conditions) -> f64 {
         let (amount, _, (_, width)) = self.dry;
         match conditions.law {
@@ -219,11 +222,11 @@ const SPRING: Plant = Plant {
 
 fn spring_rates(x: &State, u: f64, now: &Conditions) -> State {
     let [mass, stiffness, damping] = now.parameters;
-    // A spring of 25 N/m in series with a dashpot: it relaxes in 0.15 s.
+    // The hidden part is a spring of 25 N/m in series with a damper, with a relaxation time of 0.15 s.
     let hidden = if now.has_hidden_lag { x[0] - x[2] } else { 0.0 };
     let dry = SPRING.dry_law(x[1], now);
-    let force =
-        SPRING.acting(u, now) - stiffness * x[0] - damping * x[1] - dry - 25.0 * hidden + now.surroundings;
+    let force = SPRING.saturated_input(u, now) - stiffness * x[0] - damping * x[1] - dry - 25.0 * hidden
+        + now.surroundings;
     [x[1], force / mass + now.push, hidden / 0.15]
 }
 
@@ -258,15 +261,16 @@ const HEATER: Plant = Plant {
     limit: parameter("limit_W", 22.0, 25.0, 1e3),
 };
 
-/// Temperature of the room, in K.
+/// Room temperature, K.
 const ROOM_K: f64 = 293.15;
 
 fn heater_rates(x: &State, u: f64, now: &Conditions) -> State {
     let [capacity, loss, spill] = now.parameters;
-    // A block beneath of 40 J/K, coupled by 0.4 W/K: its time constant is 100 s.
+    // The hidden part is a block of 40 J/K coupled by 0.4 W/K, with a time constant of 100 s.
     let hidden = if now.has_hidden_lag { 0.4 * (x[0] - x[2]) } else { 0.0 };
     let dry = HEATER.dry_law(x[0] - 315.0, now);
-    let heat = HEATER.acting(u, now) - loss * (x[0] - ROOM_K - now.surroundings) - spill - dry - hidden;
+    let heat =
+        HEATER.saturated_input(u, now) - loss * (x[0] - ROOM_K - now.surroundings) - spill - dry - hidden;
     [heat / capacity + now.push, 0.0, hidden / 40.0]
 }
 
@@ -301,12 +305,12 @@ const TANKS: Plant = Plant {
 fn tank_rates(x: &State, u: f64, now: &Conditions) -> State {
     let [gain, k1, k2] = now.parameters;
     let (upper, lower) = (k1 * x[0].max(0.0).sqrt(), k2 * x[1].max(0.0).sqrt());
-    // A side tank of 1.5 times the upper one's area, behind a pipe of 0.02 1/s.
+    // The hidden part is a side tank with 1.5 times the area of the upper one, behind a pipe of 0.02 1/s.
     let hidden = if now.has_hidden_lag { 0.02 * (x[0] - x[2]) } else { 0.0 };
     let dry = TANKS.dry_law(x[0] - x[1], now);
-    let inflow = gain * TANKS.acting(u, now) + now.surroundings + now.push;
+    let inflow = gain * TANKS.saturated_input(u, now) + now.surroundings + now.push;
     [inflow - upper - dry - hidden, upper - lower + dry, hidden / 1.5]
 }
 
-/// All of them.
+/// All plants.
 pub const PLANTS: [Plant; 3] = [SPRING, HEATER, TANKS];

@@ -1,4 +1,4 @@
-//! The battery of traps, as a user runs it: the binary, a model file and a table.
+//! Runner of the trap battery, which works as a user does: binary, model file and table.
 
 use super::draw::draw;
 use super::judge::{Answer, Judgement, judge};
@@ -10,40 +10,42 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-/// Counts of a battery.
+/// Counts over all sets of a battery.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
-    /// Sets that were run.
+    /// Number of sets.
     pub sets: usize,
-    /// Sets that were answered rightly.
+    /// Number of sets with a right answer.
     pub right: usize,
-    /// Sets with an absent effect among the established ones.
+    /// Number of sets in which an absent effect was established.
     pub absent_effects: usize,
-    /// Sets where only noise or sampling differs, and those of them whose verdict is not `nothing-to-add`.
+    /// Number of sets in which only noise or sampling is unusual, and of those with another verdict than
+    /// `nothing-to-add`.
     pub alarms: (usize, usize),
-    /// Sets whose data were refused.
+    /// Number of sets whose data were rejected.
     pub refusals: usize,
-    /// Sets where the program failed otherwise.
+    /// Number of sets in which the program failed in another way.
     pub failures: usize,
-    /// Sets with declared effects, and those of them that were answered wrongly.
+    /// Number of sets with declared effects, and of those with a wrong answer.
     pub declared: (usize, usize),
-    /// Seconds of each set.
+    /// Duration of each set, s.
     pub seconds: Vec<f64>,
 }
 
 impl Summary {
+    /// Adds one answer to the counts.
     fn count(&mut self, class: Class, answer: &Answer, judged: Judgement, seconds: f64) {
         self.sets += 1;
         self.right += usize::from(judged.is_right);
         self.absent_effects += usize::from(judged.names_absent_effect);
         self.refusals += usize::from(matches!(answer, Answer::Refused(_)));
         self.failures += usize::from(matches!(answer, Answer::Failed(_)));
-        let of_class = match class {
+        let class_counts = match class {
             Class::Noise => Some(&mut self.alarms),
             Class::Declared => Some(&mut self.declared),
             Class::Logging | Class::Defect => None,
         };
-        if let Some((sets, wrong)) = of_class {
+        if let Some((sets, wrong)) = class_counts {
             *sets += 1;
             *wrong += usize::from(!judged.is_right);
         }
@@ -74,22 +76,24 @@ impl fmt::Display for Summary {
     }
 }
 
-/// One set's outcome.
+/// Outcome of one set.
 #[derive(Debug)]
 pub struct Row {
-    /// Printable: seed, plant, kind, class, answer, seconds.
+    /// Text for the terminal: seed, plant, kind, class, answer, duration.
     pub line: String,
     /// Whether the answer is right.
     pub is_right: bool,
 }
 
-/// Plant and kind of set `number`, which is its seed as well: every plant in turn, and the next kind behind the last plant.
-pub fn chosen(number: u64) -> (&'static Plant, &'static Kind) {
+/// Plant and kind of set `number`, which is also its seed: plants in turn, and the next kind after the last
+/// plant.
+pub fn plant_and_kind(number: u64) -> (&'static Plant, &'static Kind) {
     let (plants, kinds) = (PLANTS.len() as u64, KINDS.len() as u64);
     (&PLANTS[(number % plants) as usize], &KINDS[(number / plants % kinds) as usize])
 }
 
-/// Runs sets `first` to `first + count - 1` with the binary `augsim`, each in a folder of its own below `folder`.
+/// Runs the sets `first` to `first + count - 1` with the binary `augsim`, each in its own folder below
+/// `folder`.
 ///
 /// # Errors
 /// The binary cannot be run, or a file cannot be written.
@@ -97,31 +101,39 @@ pub fn run(
     (first, count): (u64, u64),
     augsim: &Path,
     folder: &Path,
-    each: &mut dyn FnMut(&Row),
+    on_row: &mut dyn FnMut(&Row),
 ) -> io::Result<Summary> {
     let mut summary = Summary::default();
     for number in first..first + count {
-        let (plant, kind) = chosen(number);
+        let (plant, kind) = plant_and_kind(number);
         let drawn = draw(plant, kind, number);
-        let own = folder.join(format!("{number}"));
-        std::fs::create_dir_all(&own)?;
-        std::fs::write(own.join("model.toml"), &drawn.model)?;
-        std::fs::write(own.join("data.csv"), &drawn.csv)?;
-        let begun = Instant::now();
+        let set_folder = folder.join(format!("{number}"));
+        std::fs::create_dir_all(&set_folder)?;
+        std::fs::write(set_folder.join("model.toml"), &drawn.model)?;
+        std::fs::write(set_folder.join("data.csv"), &drawn.csv)?;
+        let started = Instant::now();
         let mut command = Command::new(augsim);
-        command.current_dir(&own).args(["discover", "model.toml", "data.csv", "--out", "found", "--force"]);
+        command.current_dir(&set_folder).args([
+            "discover",
+            "model.toml",
+            "data.csv",
+            "--out",
+            "found",
+            "--force",
+        ]);
         let out = command.arg("--json").output()?;
-        let seconds = begun.elapsed().as_secs_f64();
+        let seconds = started.elapsed().as_secs_f64();
         let answer = Answer::read(out.status.code(), &out.stdout, &out.stderr);
         let judged = judge(kind, &answer);
         summary.count(kind.class(), &answer, judged, seconds);
-        each(&Row { line: line(number, &answer, seconds), is_right: judged.is_right });
+        on_row(&Row { line: line(number, &answer, seconds), is_right: judged.is_right });
     }
     Ok(summary)
 }
 
+/// Text for the terminal of one set.
 fn line(number: u64, answer: &Answer, seconds: f64) -> String {
-    let (plant, kind) = chosen(number);
+    let (plant, kind) = plant_and_kind(number);
     let answered = match answer {
         Answer::Found { verdict, effects } => format!("{verdict} [{}]", effects.join(" + ")),
         Answer::Refused(message) => format!("refused: {message}"),
@@ -132,15 +144,18 @@ fn line(number: u64, answer: &Answer, seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: 120 sets are the first 40 kinds with each plant once, and the counts of a battery follow from its answers.
+    //! Contract: 120 sets are the first 40 kinds with each plant once, and the counts follow from the
+    //! answers.
     use super::*;
 
     #[test]
     fn sets_take_every_kind_with_every_plant_once() {
-        let whole = (KINDS.len() * PLANTS.len()) as u64;
-        for (count, kinds) in [(120, 40), (whole, KINDS.len())] {
-            let mut pairs: Vec<(&str, &str)> =
-                (whole..whole + count).map(chosen).map(|(plant, kind)| (kind.name, plant.name)).collect();
+        let set_count = (KINDS.len() * PLANTS.len()) as u64;
+        for (count, kinds) in [(120, 40), (set_count, KINDS.len())] {
+            let mut pairs: Vec<(&str, &str)> = (set_count..set_count + count)
+                .map(plant_and_kind)
+                .map(|(plant, kind)| (kind.name, plant.name))
+                .collect();
             pairs.sort_unstable();
             pairs.dedup();
             assert_eq!(pairs.len() as u64, count);

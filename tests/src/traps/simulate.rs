@@ -1,4 +1,4 @@
-//! Motion of a plant over one recording: a Runge-Kutta method of fourth order over a fiftieth of a sample.
+//! Simulation of a plant over one recording: Runge-Kutta steps of order four, 50 per sample.
 
 use super::kinds::{Layout, Logging, Trap};
 use super::plants::{Conditions, Plant, State};
@@ -6,30 +6,30 @@ use augsim_data::random_stream;
 use rand::RngExt;
 use std::ops::Range;
 
-/// Steps of a sample.
+/// Integration steps per sample.
 const SUBSTEPS: usize = 50;
-/// Samples of input before the first row and behind the last one, so that a log can be early or late.
-pub const LEAD: usize = 8;
-/// Samples for which the input stays at one level.
-const HELD: usize = 12;
+/// Input samples before the first row and after the last one, so that a log can be early or late.
+pub const MARGIN_SAMPLES: usize = 8;
+/// Samples for which the input is constant.
+const HOLD_SAMPLES: usize = 12;
 
-/// Everything about a recording that is chosen before it is made.
+/// Initial state, input and times of a recording, chosen before the simulation.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// Initial state.
     pub start: State,
-    /// Input levels; that of row k is at `LEAD + k`, and those before row 0 are equal to it.
+    /// Input levels: that of row k is at `MARGIN_SAMPLES + k`, and those before row 0 equal it.
     pub levels: Vec<f64>,
-    /// Times of the rows, in s.
+    /// Times of the rows, s.
     pub times: Vec<f64>,
 }
 
-/// Motion at the rows of a recording.
+/// Simulated motion at the rows of a recording.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// States.
+    /// States at the rows.
     pub states: Vec<State>,
-    /// Inputs that act from each row on.
+    /// Inputs that act from each row to the next.
     pub inputs: Vec<f64>,
 }
 
@@ -42,14 +42,15 @@ pub fn plans(plant: &Plant, trap: &Trap, seed: u64) -> Vec<Plan> {
         Trap::Layout(Layout::ManyShort) => (40, 25),
         _ => (8, 200),
     };
-    let held = if *trap == Trap::Logging(Logging::LinearHold) { 3 } else { HELD };
+    let hold_samples = if *trap == Trap::Logging(Logging::LinearHold) { 3 } else { HOLD_SAMPLES };
     let mut plan = || {
         let start = plant.start.map(|(middle, half)| middle + half * rng.random_range(-1.0..1.0));
         let (middle, half) = plant.drive;
-        let drawn: Vec<f64> =
-            (0..=(samples + LEAD) / held).map(|_| middle + half * rng.random_range(-1.0..1.0)).collect();
-        let later = (0..=samples + LEAD).map(|k| drawn[k / held]);
-        let levels = std::iter::repeat_n(drawn[0], LEAD).chain(later).collect();
+        let drawn: Vec<f64> = (0..=(samples + MARGIN_SAMPLES) / hold_samples)
+            .map(|_| middle + half * rng.random_range(-1.0..1.0))
+            .collect();
+        let later = (0..=samples + MARGIN_SAMPLES).map(|k| drawn[k / hold_samples]);
+        let levels = std::iter::repeat_n(drawn[0], MARGIN_SAMPLES).chain(later).collect();
         let mut time = 0.0;
         let times = (0..samples).map(|_| {
             let now = time;
@@ -65,7 +66,9 @@ pub fn plans(plant: &Plant, trap: &Trap, seed: u64) -> Vec<Plan> {
     (0..recordings).map(|_| plan()).collect()
 }
 
-/// Simulates a recording. `input` gives the input at both ends of the interval behind a row, from the row and its state.
+/// Simulates a recording.
+///
+/// `input` returns the input at both ends of the interval after a row, from the row and its state.
 pub fn simulate(
     plant: &Plant,
     plan: &Plan,
@@ -79,36 +82,38 @@ pub fn simulate(
         let now = conditions(k);
         motion.states.push(state);
         motion.inputs.push(u.start);
-        let lasts = plan.times.get(k + 1).map_or(0.0, |next| next - time);
-        let dt = lasts / SUBSTEPS as f64;
+        let duration = plan.times.get(k + 1).map_or(0.0, |next| next - time);
+        let dt = duration / SUBSTEPS as f64;
         for n in 0..SUBSTEPS {
-            let at = |share: f64| u.start + (u.end - u.start) * (n as f64 + share) / SUBSTEPS as f64;
-            let inputs = [at(0.0), at(0.5), at(1.0)];
+            let input_at = |share: f64| u.start + (u.end - u.start) * (n as f64 + share) / SUBSTEPS as f64;
+            let inputs = [input_at(0.0), input_at(0.5), input_at(1.0)];
             state = runge_kutta(&state, dt, |x, stage| (plant.rates)(x, inputs[stage], &now));
         }
     }
     motion
 }
 
-/// One step; `rates` takes a state and 0, 1 or 2 for the beginning, the middle and the end of the step.
+/// State after one step; `rates` takes a state and 0, 1 or 2 for start, middle and end of the step.
 fn runge_kutta(state: &State, dt: f64, rates: impl Fn(&State, usize) -> State) -> State {
-    let moved = |k: &State, by: f64| std::array::from_fn(|i| state[i] + by * k[i]);
+    let shifted = |k: &State, by: f64| std::array::from_fn(|i| state[i] + by * k[i]);
     let k1 = rates(state, 0);
-    let k2 = rates(&moved(&k1, 0.5 * dt), 1);
-    let k3 = rates(&moved(&k2, 0.5 * dt), 1);
-    let k4 = rates(&moved(&k3, dt), 2);
+    let k2 = rates(&shifted(&k1, 0.5 * dt), 1);
+    let k3 = rates(&shifted(&k2, 0.5 * dt), 1);
+    let k4 = rates(&shifted(&k3, dt), 2);
     std::array::from_fn(|i| state[i] + dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
 }
 
-/// Input of a plan that is held from row to row, or runs straight between rows.
+/// Input of a plan, held from row to row or linear between rows.
 pub fn open_loop(plan: &Plan, is_linear: bool) -> impl FnMut(usize, &State) -> Range<f64> {
     move |k, _| {
-        let u = plan.levels[LEAD + k];
-        u..if is_linear { plan.levels[LEAD + k + 1] } else { u }
+        let u = plan.levels[MARGIN_SAMPLES + k];
+        u..if is_linear { plan.levels[MARGIN_SAMPLES + k + 1] } else { u }
     }
 }
 
-/// Input of a PI controller that reads the first output with the errors in `errors`; the levels of the plan are its reference.
+/// Input from a PI controller that reads the first output with measurement errors `errors`.
+///
+/// The levels of the plan are its reference.
 pub fn closed_loop(
     plant: &Plant,
     plan: &Plan,
@@ -118,7 +123,7 @@ pub fn closed_loop(
     let ((offset, reach), proportional, integral) = plant.control;
     let mut sum = 0.0;
     move |k, state| {
-        let reference = offset + reach * (plan.levels[LEAD + k] - middle) / half;
+        let reference = offset + reach * (plan.levels[MARGIN_SAMPLES + k] - middle) / half;
         let measured = (plant.measured)(state, &plant.truth())[0] + errors[k][0];
         sum += (reference - measured) * plant.step_s;
         let u = middle + proportional * (reference - measured) + integral * sum;
@@ -129,16 +134,17 @@ pub fn closed_loop(
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the motion converges to a known solution, and the input before the first row equals the first one.
+    //! Contract: the motion agrees with a closed-form solution, and the input before the first row equals the
+    //! first one.
     use super::super::draw::undisturbed;
     use super::super::plants::PLANTS;
     use super::*;
 
     #[test]
-    fn a_free_spring_follows_its_closed_solution() {
+    fn a_free_spring_follows_its_closed_form_solution() {
         let plant = PLANTS[0];
         let times: Vec<f64> = (0..200).map(|k| f64::from(k) * 0.01).collect();
-        let plan = Plan { start: [0.05, 0.0, 0.0], levels: vec![0.0; 200 + 2 * LEAD], times };
+        let plan = Plan { start: [0.05, 0.0, 0.0], levels: vec![0.0; 200 + 2 * MARGIN_SAMPLES], times };
         let motion = simulate(&plant, &plan, &mut open_loop(&plan, false), &|_| undisturbed(&plant));
         let [mass, stiffness, damping] = plant.truth();
         let decay = damping / (2.0 * mass);
@@ -150,10 +156,14 @@ mod tests {
     }
 
     #[test]
-    fn the_input_rests_before_the_first_row() {
+    fn the_input_is_constant_before_the_first_row() {
         for plan in plans(&PLANTS[2], &Trap::DropOuts, 7) {
-            assert!(plan.levels[..LEAD + HELD].iter().all(|u| *u == plan.levels[LEAD]));
-            assert_eq!(plan.levels.len(), plan.times.len() + 2 * LEAD + 1);
+            assert!(
+                plan.levels[..MARGIN_SAMPLES + HOLD_SAMPLES]
+                    .iter()
+                    .all(|u| *u == plan.levels[MARGIN_SAMPLES])
+            );
+            assert_eq!(plan.levels.len(), plan.times.len() + 2 * MARGIN_SAMPLES + 1);
         }
     }
 }

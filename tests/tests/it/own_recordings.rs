@@ -100,7 +100,7 @@ fn what_is_taken_for_granted_is_said_and_can_be_overridden() {
         ..Reading::default()
     };
     let read = recognise(&[path], &reading, MissingCells::AsGap).unwrap_or_else(|e| panic!("{e}"));
-    assert!(read.assumed.iter().any(|a| a.contains("left out: note")), "{:?}", read.assumed);
+    assert!(read.assumed.iter().any(|a| a.contains("columns not used: note")), "{:?}", read.assumed);
     assert_eq!(read.recording, Recording::Falls(2));
     for (t, clean) in read.data.trajectories().iter().zip(data.trajectories()) {
         let far = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 1e-6);
@@ -116,13 +116,13 @@ fn frame_rate_and_unit_are_told_by_the_fall() {
     let style = Style { header: "run,frame,x_mm,y_mm", metres: [1e-3, -1e-3], seconds: 1.0 / 60.0, ..PLAIN };
     let read =
         read(&[write(folder.path(), "frames.csv", style.text(&data))]).unwrap_or_else(|e| panic!("{e}"));
-    for part in ["the fall says 60 Hz", "y_mm counts downwards"] {
+    for part in ["free fall implies 60 Hz", "y_mm grows downwards"] {
         assert!(read.assumed.iter().any(|a| a.contains(part)), "{part}: {:?}", read.assumed);
     }
     let style = Style { header: "run,time,x,y", metres: [1e-3, 1e-3], ..PLAIN };
     let read = self::read(&[write(folder.path(), "unitless.csv", style.text(&data))])
         .unwrap_or_else(|e| panic!("{e}"));
-    assert!(read.assumed.iter().any(|a| a.contains("says mm")), "{:?}", read.assumed);
+    assert!(read.assumed.iter().any(|a| a.contains("implies mm")), "{:?}", read.assumed);
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn faults_in_a_recording_are_named_with_file_line_and_column() {
     let error = refusal(&format!("t (s),x (m),y (m)\n{rows}20,two,3\n"));
     assert!(error.contains("line 22, column `x (m)`: `two` is not a finite number"), "{error}");
     let error = refusal(&format!("t (s),x (m),y (m)\n{rows}19,7,3\n"));
-    assert!(error.contains("line 22") && error.contains("19 s after 19 s"), "{error}");
+    assert!(error.contains("line 22") && error.contains("19 s follows 19 s"), "{error}");
     let error = refusal("a pendulum swung\nand it swung back\n");
-    assert!(error.contains("no rows of numbers"), "{error}");
+    assert!(error.contains("not rows of numbers"), "{error}");
 }

@@ -55,7 +55,7 @@ fn broadcasting_names_both_shapes() {
     refused(
         &[&[2, 3]],
         |t, v| t.broadcast_to(v[0], Shape::new(&[1, 3])?),
-        "broadcast_to: shapes [2, 3] and [1, 3] do not fit: only extents of 1 stretch",
+        "broadcast_to: shapes [2, 3] and [1, 3] do not fit: only axes of extent 1 can be broadcast",
     );
 }
 
@@ -94,7 +94,7 @@ fn axes_and_ranges_are_named() {
         |t, v| t.mean(v[0], 7),
         "mean: shape [2, 3] is not usable: the axis to reduce does not exist",
     );
-    let rule = "the mean of no elements does not exist";
+    let rule = "the mean of no elements is undefined";
     refused(&[&[0]], |t, v| t.mean(v[0], 0), &format!("mean: shape [0] is not usable: {rule}"));
     refused(&[&[2, 0]], |t, v| t.mean_all(v[0]), &format!("mean_all: shape [2, 0] is not usable: {rule}"));
 }
@@ -224,8 +224,9 @@ fn what_is_not_finite_names_the_operation_that_made_it() {
             Err(e) => e.to_string(),
         }
     };
-    let made =
-        |op: &str, value: &str| format!("{op} made {value} at flat index 1 of its output of shape [1, 2]");
+    let made = |op: &str, value: &str| {
+        format!("{op} produced {value} at flat index 1 of its output of shape [1, 2]")
+    };
     assert_eq!(at(-1.0, |t, x| t.ln(x)), made("ln", "NaN"));
     assert_eq!(at(0.0, |t, x| t.ln(x)), made("ln", "-inf"));
     assert_eq!(at(-1.0, |t, x| t.sqrt(x)), made("sqrt", "NaN"));
@@ -244,7 +245,7 @@ fn what_is_not_finite_names_the_operation_that_made_it() {
     );
     let (mut tape, _) = tape(&[]);
     let text = tape.constant(&[1], &[f64::NAN]).map_or_else(|e| e.to_string(), |_| String::new());
-    assert_eq!(text, "leaf made NaN at flat index 0 of its output of shape [1]");
+    assert_eq!(text, "leaf produced NaN at flat index 0 of its output of shape [1]");
 }
 
 #[test]

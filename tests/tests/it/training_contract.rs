@@ -223,7 +223,7 @@ fn divergence_is_reported_and_changes_nothing() {
     let start = format!("iteration {}: the loss is ", before.iteration + 1);
     if cfg!(debug_assertions) {
         // The tape is asked first there, and names the operation.
-        assert!(error.contains(" made "), "{error}");
+        assert!(error.contains(" produced "), "{error}");
     } else {
         assert!(error.starts_with(&start), "{error}");
         assert!(error.ends_with("; lower the learning rate (now 1e30) or check the data"), "{error}");

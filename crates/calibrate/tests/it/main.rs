@@ -1,5 +1,5 @@
-//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+//! Integration tests of this crate: one binary with a module per file, so that the crate is linked once.
 
-// Parameters and start states by least squares, and the noise of sensor and motion.
+// Parameters and initial states by least squares; process noise and measurement noise.
 mod calibrate;
 mod smooth;

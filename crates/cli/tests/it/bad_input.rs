@@ -205,7 +205,7 @@ fn an_instruction_set_that_is_not_there_has_code_2() {
     assert_eq!(output.status.code(), Some(2));
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(
-        text.contains("AUGSIM_SIMD=mmx names no instruction set of this machine; it has scalar"),
+        text.contains("AUGSIM_SIMD=mmx is not an instruction set of this machine; set it to one of: scalar"),
         "{text}"
     );
 }

@@ -33,7 +33,7 @@ fn a_file_beyond_a_limit_is_read_once_the_limit_is_raised() {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("drops.csv"), drops(20)).unwrap();
     for (name, low, enough, says) in [
-        ("BYTES", "100", "1e6", "holds too many bytes"),
+        ("BYTES", "100", "1e6", "has too many bytes"),
         ("CELLS", "100", "1e3", "has too many values"),
         ("COLUMNS", "3", "4", "has too many columns"),
         ("TRAJECTORIES", "19", "20", "has too many trajectories"),
@@ -71,12 +71,12 @@ fn what_unpacks_to_more_than_the_limit_is_refused_wherever_it_is_packed() {
     for name in ["bomb.csv.gz", "members.csv.gz", "bomb.npz", "bomb.zip"] {
         let (code, error) = augsim(dir.path(), &["data", "inspect", name], &[("BYTES", "1e6")]);
         assert_eq!(code, Some(3), "{name}: {error}");
-        assert!(error.contains("holds too many bytes once it is unpacked"), "{name}: {error}");
+        assert!(error.contains("has too many bytes after unpacking"), "{name}: {error}");
     }
     let endless = Path::new("/dev/zero");
     if endless.exists() {
         let (code, error) = augsim(dir.path(), &["data", "inspect", "/dev/zero"], &[("BYTES", "1e6")]);
-        assert_eq!((code, error.contains("holds too many bytes")), (Some(3), true), "{error}");
+        assert_eq!((code, error.contains("has too many bytes")), (Some(3), true), "{error}");
         let (code, error) = augsim(dir.path(), &["discover", "/dev/zero", "/dev/zero"], &[]);
         assert_eq!((code, error.contains("too long for a text file")), (Some(3), true), "{error}");
     }
@@ -86,7 +86,7 @@ fn what_unpacks_to_more_than_the_limit_is_refused_wherever_it_is_packed() {
 fn a_limit_that_does_not_exist_or_is_no_number_is_a_usage_error() {
     let dir = tempfile::tempdir().unwrap();
     for (name, value, says) in [
-        ("CELL", "5", "AUGSIM_LIMIT_CELL names no limit; the limits are AUGSIM_LIMIT_BYTES"),
+        ("CELL", "5", "AUGSIM_LIMIT_CELL is not a known limit; the limits are AUGSIM_LIMIT_BYTES"),
         ("CELLS", "many", "AUGSIM_LIMIT_CELLS=many: must be a whole number"),
         ("CELLS", "0", "AUGSIM_LIMIT_CELLS=0: must be a whole number"),
     ] {

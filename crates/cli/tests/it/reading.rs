@@ -107,7 +107,9 @@ fn decimal_commas_are_told_to_be_points() {
     };
     let error = inspect("trajectory,t_s,height_m,velocity_m_s\na,0,4,5,0\na,0,5,3,2,-4,9\n");
     assert!(
-        error.contains("line 2: 5 cells where the header has 4; if decimals are written with commas"),
+        error.contains(
+            "line 2: the row has 5 cells but the header has 4; if decimals are written with commas"
+        ),
         "{error}"
     );
     assert!(error.contains("write them with points (4.5, not 4,5)"), "{error}");
@@ -122,7 +124,7 @@ fn decimal_commas_are_told_to_be_points() {
         let (text, note) = (String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
         assert_eq!(out.status.code(), Some(0), "{note}");
         assert!(
-            text.contains("height_m") && text.contains("4.5") && note.contains("decimals have commas"),
+            text.contains("height_m") && text.contains("4.5") && note.contains("decimals use commas"),
             "{text}{note}"
         );
     }
@@ -135,10 +137,8 @@ fn what_follows_a_gzip_stream_is_named() {
     for junk in [&b"junk"[..], b"0123456789abcdefghijklmnopqrstuvwxyz"] {
         write(dir.path(), "junk.csv.gz", [&packed[..], junk].concat());
         let error = refusal(dir.path(), &["data", "inspect", "junk.csv.gz"]);
-        let says = format!(
-            "{} bytes that are not gzip follow the end of the gzip stream; take them off",
-            junk.len()
-        );
+        let says =
+            format!("{} bytes that are not gzip follow the end of the gzip stream; remove them", junk.len());
         assert!(error.contains(&says), "{error}");
     }
     // Padding with zeros, and a second member, are gzip as it is used.
@@ -212,7 +212,7 @@ fn swapped_x_and_z_are_named() {
          restitution = { nominal = 0.65, min = 0.0, max = 1.0 }\n",
     );
     let error = refusal(dir.path(), &["discover", "model.toml", "swapped.csv", "--out", "found"]);
-    let says = "`z_m` shows no free fall while `x_m` falls with 9.81 m/s²; the two are swapped: exchange their names";
+    let says = "`z_m` shows no free fall, but `x_m` falls at 9.81 m/s²; the two columns are swapped: exchange their names";
     assert!(error.contains(says), "{error}");
     let right = augsim(dir.path(), &["discover", "model.toml", "right.csv", "--out", "found"]);
     assert_eq!(right.status.code(), Some(0), "{}", String::from_utf8_lossy(&right.stderr));

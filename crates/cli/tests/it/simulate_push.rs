@@ -62,7 +62,7 @@ fn what_cannot_be_made_is_refused_with_exit_code_2() {
     for (args, says) in [
         (["--object", "rekt1"], "rekt1"),
         (["--surface", "ice"], "ice"),
-        (["--rate-hz", "0"], "`rate_hz` = 0 must lie between 1 and 100,000 Hz"),
+        (["--rate-hz", "0"], "`rate_hz` = 0 must be between 1 and 100,000 Hz"),
     ] {
         let mut all = vec!["simulate", "--scenario", "push"];
         all.extend(args);

@@ -42,10 +42,10 @@ fn a_recording_goes_to_an_answer_by_two_commands() {
     let text = printed(&["start", "wurf.csv", "--out", "begun"], 0, d);
     assert!(text.lines().count() <= 10, "{text}");
     for part in [
-        "separated by `;`, decimals have commas",
+        "separated by `;`, decimals use commas",
         "Zeit (ms) is the time",
-        "y (cm) counts downwards",
-        "left out: Notiz",
+        "y (cm) grows downwards",
+        "columns not used: Notiz",
         "throws in a plane",
         "floor at -2.0",
         "next: augsim discover begun/model.toml begun/data.csv",

@@ -90,7 +90,7 @@ fn a_law_that_is_missing_does_not_bend_the_parameters_that_are_there() {
     let length_m = answer["parameters"][1]["value"].as_f64().expect("a number");
     assert!((length_m / 0.153 - 1.0).abs() < 0.01, "{length_m} m");
     let stopped = answer["stopped"].as_str().expect("a reason");
-    assert!(stopped.contains("make up for what the model lacks"), "{stopped}");
+    assert!(stopped.contains("compensate for what the model lacks"), "{stopped}");
 }
 
 #[test]

@@ -1,16 +1,18 @@
-//! Values that no measurement in SI units can have.
+//! Check for values that are too large for any measurement in SI units.
 
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
 
-/// Largest value that passes. Times since 1970 are 2e9 s, pressures in diamond cells 1e12 Pa.
-const LARGEST: f64 = 1e12;
+/// Largest absolute value that passes.
+///
+/// Times since 1970 are 2e9 s, pressures in diamond anvil cells 1e12 Pa.
+const MAX_VALUE: f64 = 1e12;
 
-/// The first such value of each column.
-pub(super) fn look(data: &Dataset, _: &Expected) -> Vec<Finding> {
+/// Finds the first such value of each column.
+pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
     let first = |(i, column): (usize, &crate::Column)| {
         data.trajectories().iter().find_map(|t| {
-            let k = t.column(i).iter().position(|v| v.abs() > LARGEST)?;
+            let k = t.column(i).iter().position(|v| v.abs() > MAX_VALUE)?;
             Some(Finding::AbsurdValue {
                 trajectory: t.id().to_owned(),
                 time_s: t.time_s()[k],

@@ -1,4 +1,4 @@
-//! Whether a set may be worked with: refused, with warnings, or as it is.
+//! Decides whether a data set is refused, used with warnings, or used as it is.
 
 use super::repeated_trajectory::without_copies;
 use super::suspicious::SuspiciousData;
@@ -6,12 +6,12 @@ use super::{Check, Expected, Finding, Severity, run_checks};
 use crate::dataset::Dataset;
 use serde::{Deserialize, Serialize};
 
-/// Checks whose findings the user knows and accepts.
+/// Set of checks whose findings the user accepts; they are not run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Accepted(u32);
 
 impl Accepted {
-    /// Accepts the findings of `check` too.
+    /// Adds `check` to the accepted checks.
     #[must_use]
     pub fn with(self, check: Check) -> Self {
         Accepted(self.0 | 1 << check as u32)
@@ -29,28 +29,28 @@ impl FromIterator<Check> for Accepted {
     }
 }
 
-/// A finding with which the set is still worked with.
+/// A finding that does not prevent the use of the data set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Warning {
-    /// The check.
+    /// The check that found it.
     pub check: Check,
-    /// File, place and remedy in one sentence.
+    /// Message with file, place and remedy.
     pub text: String,
 }
 
-/// A set that may be worked with.
+/// A data set that passed the checks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Admitted {
-    /// The set; without copies, unless these are accepted.
+    /// The data set, without repeated trajectories unless these are accepted.
     pub data: Dataset,
-    /// Warnings that a reader of the result must know.
+    /// Warnings to be shown with every result.
     pub warnings: Vec<Warning>,
 }
 
-/// Runs every check that is not accepted.
+/// Runs all checks except the accepted ones, and removes repeated trajectories.
 ///
 /// # Errors
-/// The findings that refuse the set.
+/// [`SuspiciousData`] with the findings because of which the data set is refused.
 pub fn admit(data: Dataset, expected: &Expected, accepted: Accepted) -> Result<Admitted, SuspiciousData> {
     let outcomes = run_checks(&data, expected).into_iter().filter(|o| !accepted.accepts(o.check));
     let (refused, warned): (Vec<Finding>, Vec<Finding>) =
@@ -58,9 +58,9 @@ pub fn admit(data: Dataset, expected: &Expected, accepted: Accepted) -> Result<A
     if !refused.is_empty() {
         return Err(SuspiciousData { origin: data.origin().clone(), findings: refused });
     }
-    let repeated = warned.iter().any(|f| f.check() == Check::RepeatedTrajectory);
+    let has_copies = warned.iter().any(|f| f.check() == Check::RepeatedTrajectory);
     let text = |f: &Finding| format!("{}: {f}", data.origin());
     let warnings = warned.iter().map(|f| Warning { check: f.check(), text: text(f) }).collect();
-    let data = if repeated { without_copies(&data) } else { data };
+    let data = if has_copies { without_copies(&data) } else { data };
     Ok(Admitted { data, warnings })
 }

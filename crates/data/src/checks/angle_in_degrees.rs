@@ -1,18 +1,22 @@
-//! Degrees in a column of radians, told by pushes: a rod cannot turn an object further than its path reaches round it.
+//! Check for degrees in a column of radians, for pushes only.
+//!
+//! The path of the rod limits the angle by which it can turn an object.
 
 use super::measured::{Series, rod_path};
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
 use std::f64::consts::TAU;
 
-/// Largest change of the angle times the nearest distance of rod and centre, in units of the rod's path. Quasi-static
-/// pushing turns by at most path/(2 c), with c about 0.7 of that distance for a square, so 0.7; measured pushes of a plate on
-/// three pins near its middle (cmu-mlab-pushes) reach 1.01 and never leave one turn. The measured pushes that turn least
-/// (mit-pusher-slider-runs, 0.13) give 7.5 in degrees.
-const TURN: f64 = 1.5;
+/// Maximum of rotation times smallest distance between rod and centre, over the path of the rod.
+///
+/// Quasi-static pushing turns an object by at most path / (2 c). For a square, c is about 0.7 of that
+/// distance, which gives a ratio of 0.7. Measured pushes of a plate on three pins near its middle
+/// (cmu-mlab-pushes) reach 1.01. The measured pushes with the smallest ratio (mit-pusher-slider-runs, 0.13)
+/// would have 7.5 in degrees.
+const MAX_TURN_RATIO: f64 = 1.5;
 
-/// The push that turns furthest for its rod's path, where the set's angles leave one turn.
-pub(super) fn look(data: &Dataset, _: &Expected) -> Vec<Finding> {
+/// Finds the push with the largest ratio, where it is too large and angles exceed one turn.
+pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
     find(data).into_iter().collect()
 }
 
@@ -22,24 +26,24 @@ fn find(data: &Dataset) -> Option<Finding> {
     let mut pushes: Vec<(f64, usize, f64, f64)> = Vec::new();
     for (j, t) in data.trajectories().iter().enumerate() {
         let (_, angle) = theta.samples(t);
-        largest_rad = angle.iter().fold(largest_rad, |most, a| most.max(a.abs()));
+        largest_rad = angle.iter().fold(largest_rad, |max, a| max.max(a.abs()));
         let rod_m = rod_path(data, t)?;
-        let (mut now, mut low, mut high) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let (mut turned, mut low, mut high) = (0.0_f64, 0.0_f64, 0.0_f64);
         for w in angle.windows(2) {
-            // A jump by a whole turn is a change of branch.
+            // A jump by a whole turn is a wrap of the angle.
             let step = w[1] - w[0];
-            now += step - (step / TAU).round() * TAU;
-            (low, high) = (low.min(now), high.max(now));
+            turned += step - (step / TAU).round() * TAU;
+            (low, high) = (low.min(turned), high.max(turned));
         }
-        let lever = nearest(data, t)?;
+        let lever = smallest_distance(data, t)?;
         if rod_m > 0.0 {
             pushes.push(((high - low) * lever / rod_m, j, high - low, rod_m));
         }
     }
     pushes.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    // One in twenty may be a tracker's confusion.
+    // The largest 5 % are ignored, because a tracker may have confused markers in them.
     let (ratio, j, change_rad, rod_m) = *pushes.get(pushes.len() / 20)?;
-    (ratio > TURN && largest_rad > TAU).then(|| Finding::AngleInDegrees {
+    (ratio > MAX_TURN_RATIO && largest_rad > TAU).then(|| Finding::AngleInDegrees {
         trajectory: data.trajectories()[j].id().to_owned(),
         column: theta.name().to_owned(),
         change_rad,
@@ -48,8 +52,8 @@ fn find(data: &Dataset) -> Option<Finding> {
     })
 }
 
-/// Smallest distance between rod and centre at a row with both, m.
-fn nearest(data: &Dataset, t: &crate::Trajectory) -> Option<f64> {
+/// Smallest distance between rod and centre over the rows with both, m.
+fn smallest_distance(data: &Dataset, t: &crate::Trajectory) -> Option<f64> {
     let index = |name: &str| data.column_index(name).ok();
     let [rx, ry, x, y] = [index("pusher_x_m")?, index("pusher_y_m")?, index("x_m")?, index("y_m")?];
     let distances =

@@ -1,37 +1,37 @@
-//! The names of the checks.
+//! The checks and their names.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A check, by the name that `--accept` takes.
+/// A check of suspicious data; its name is the argument of `--accept`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Check {
-    /// Values that no measurement in SI units can have.
+    /// Values that are too large for any measurement in SI units.
     AbsurdValue,
-    /// One value far outside of all others, such as 9999, that stands for "not measured".
+    /// A value far outside the range of all others, such as 9999, that stands for "not measured".
     SentinelValue,
-    /// A position, an angle or a velocity that never changes.
+    /// A position, an angle or a velocity that is constant.
     ConstantColumn,
     /// The same recording under two names.
     RepeatedTrajectory,
-    /// A few trajectories in another unit than the rest.
+    /// A few trajectories in another unit than the others.
     MixedUnits,
-    /// A few trajectories whose clock is in another unit than those of the rest.
+    /// A few trajectories whose clock is in another unit than that of the others.
     MixedClock,
     /// One coordinate in another unit than the others.
     ColumnScale,
     /// One signal in two columns.
     DuplicateColumn,
-    /// A column moved by a row against the others.
+    /// A column that is shifted by a row relative to the others.
     ShiftedColumn,
-    /// A velocity that is not the change of the height.
+    /// A velocity that is not the rate of change of the height.
     VelocityDisagrees,
-    /// An angle called radian and written in degrees.
+    /// An angle in degrees in a column of radians.
     AngleInDegrees,
-    /// Free fall that is not the model's: another unit, upside down, or swapped columns.
+    /// A free fall other than that of the model: another unit, upside down, or swapped columns.
     GravityDisagrees,
-    /// A declared sensor noise as large as the motion.
+    /// A declared measurement noise as large as the motion.
     DeclaredNoise,
 }
 
@@ -55,7 +55,7 @@ impl Check {
         }
     }
 
-    /// Whether the check compares the data with a model and says nothing without one.
+    /// Whether the check compares the data with a model and finds nothing without one.
     pub fn needs_model(self) -> bool {
         matches!(self, Check::GravityDisagrees | Check::DeclaredNoise)
     }

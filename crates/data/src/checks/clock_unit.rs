@@ -1,9 +1,9 @@
-//! Units that a clock may be in by mistake.
+//! Units other than seconds that a time column may have by mistake.
 
 use serde::Serialize;
 use std::fmt;
 
-/// Unit of a clock that is not in seconds.
+/// Unit of a time column that is not in seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ClockUnit {
@@ -20,7 +20,7 @@ pub enum ClockUnit {
 }
 
 impl ClockUnit {
-    pub(super) const LIST: [ClockUnit; 5] = [
+    pub(super) const ALL: [ClockUnit; 5] = [
         ClockUnit::Nanoseconds,
         ClockUnit::Microseconds,
         ClockUnit::Milliseconds,
@@ -28,13 +28,13 @@ impl ClockUnit {
         ClockUnit::Hours,
     ];
 
-    /// Whether a number of such a clock is larger than that of seconds.
+    /// Whether the unit is shorter than a second.
     pub(super) fn is_finer_than_seconds(self) -> bool {
-        self.excess() > 1.0
+        self.times_per_second() > 1.0
     }
 
-    /// How many times too large the numbers of such a clock are when they are read as seconds.
-    pub(super) fn excess(self) -> f64 {
+    /// Factor by which times in this unit are too large when they are read as seconds.
+    pub(super) fn times_per_second(self) -> f64 {
         match self {
             ClockUnit::Nanoseconds => 1e9,
             ClockUnit::Microseconds => 1e6,

@@ -1,27 +1,31 @@
-//! One coordinate in another unit than the others of its frame, or than the rod.
+//! Check for a coordinate in another unit than the others of its frame, or than the rod.
 
 use super::measured::{FRAMES, Series, rod_path};
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
 
-/// Ratio of the noise of two coordinates; centimetres are a factor of 100. In the measured sets the largest is 10, of a rod
-/// (mit-pnpush-pushes) that moves along one axis by a clock that jitters.
-const NOISE: f64 = 30.0;
-/// Ratio of their spans, so that a direction that is badly seen and hardly used is none.
-const SPAN: f64 = 10.0;
-/// How many times the rod's path an object can move. In the measured sets the largest is 0.91, steel at 200 mm/s included.
-const OUTRUN: f64 = 5.0;
-/// Share of the pushes in which it must, per cent.
-const OUTRUN_SHARE: usize = 20;
+/// Maximum ratio of the noise of two coordinates; centimetres are a factor of 100.
+///
+/// The largest ratio in the measured sets is 10, of a rod (mit-pnpush-pushes) that moves along one axis and
+/// whose time stamps jitter.
+const MAX_NOISE_RATIO: f64 = 30.0;
+/// Maximum ratio of their spans: a noisy direction in which hardly anything moves is in the same unit.
+const MAX_SPAN_RATIO: f64 = 10.0;
+/// Maximum ratio of the object's motion to the path of the rod.
+///
+/// The largest ratio in the measured sets is 0.91, including steel at 200 mm/s.
+const MAX_OBJECT_RATIO: f64 = 5.0;
+/// Minimum share of the pushes that exceed this ratio, per cent.
+const MIN_SHARE: usize = 20;
 
-/// Coordinates of one frame against the quietest of them, and the object's against the rod's.
-pub(super) fn look(data: &Dataset, _: &Expected) -> Vec<Finding> {
-    let mut findings: Vec<Finding> = FRAMES.iter().flat_map(|frame| within(data, frame)).collect();
-    findings.extend(["x_m", "y_m"].iter().filter_map(|column| outruns(data, column)));
+/// Compares the coordinates of each frame with the least noisy one, and the object with the rod.
+pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
+    let mut findings: Vec<Finding> = FRAMES.iter().flat_map(|frame| compare_in_frame(data, frame)).collect();
+    findings.extend(["x_m", "y_m"].iter().filter_map(|column| compare_with_rod(data, column)));
     findings
 }
 
-fn within(data: &Dataset, frame: &[&str]) -> Vec<Finding> {
+fn compare_in_frame(data: &Dataset, frame: &[&str]) -> Vec<Finding> {
     let known: Vec<(Series<'_>, f64, f64)> = frame
         .iter()
         .filter_map(|name| {
@@ -29,20 +33,22 @@ fn within(data: &Dataset, frame: &[&str]) -> Vec<Finding> {
             Some((series, series.noise()?, series.typical_span()?))
         })
         .collect();
-    let Some(quiet) = known.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Vec::new() };
+    let Some(quietest) = known.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Vec::new() };
     known
         .iter()
-        .filter(|(_, noise, span)| *noise > NOISE * quiet.1 && *span > SPAN * quiet.2)
+        .filter(|(_, noise, span)| {
+            *noise > MAX_NOISE_RATIO * quietest.1 && *span > MAX_SPAN_RATIO * quietest.2
+        })
         .map(|(series, noise, span)| Finding::ColumnScale {
             column: series.name().to_owned(),
-            reference: quiet.0.name().to_owned(),
-            span: span / quiet.2.max(f64::MIN_POSITIVE),
-            noise: noise / quiet.1,
+            reference: quietest.0.name().to_owned(),
+            span: span / quietest.2.max(f64::MIN_POSITIVE),
+            noise: noise / quietest.1,
         })
         .collect()
 }
 
-fn outruns(data: &Dataset, column: &str) -> Option<Finding> {
+fn compare_with_rod(data: &Dataset, column: &str) -> Option<Finding> {
     let series = Series::named(data, column)?;
     let pushes = data.trajectories().iter().filter_map(|t| {
         let rod_m = rod_path(data, t).filter(|path| *path > 0.0)?;
@@ -51,13 +57,13 @@ fn outruns(data: &Dataset, column: &str) -> Option<Finding> {
     let (mut first, mut count, mut total) = (None, 0, 0);
     for (t, object_m, rod_m) in pushes {
         total += 1;
-        if object_m > OUTRUN * rod_m {
+        if object_m > MAX_OBJECT_RATIO * rod_m {
             count += 1;
             first.get_or_insert((t, object_m, rod_m));
         }
     }
     let share = 100 * count / total.max(1);
-    let (t, object_m, rod_m) = first.filter(|_| share >= OUTRUN_SHARE)?;
+    let (t, object_m, rod_m) = first.filter(|_| share >= MIN_SHARE)?;
     Some(Finding::ObjectOutrunsRod {
         trajectory: t.id().to_owned(),
         column: column.to_owned(),

@@ -1,16 +1,18 @@
-//! A declared sensor noise that the data contradict so far that a unit must be wrong.
+//! Check for a declared measurement noise far above the noise of the data.
 
 use super::measured::Series;
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
 
-/// Declared noise, in units of the typical span of the motion, beneath which nothing could be seen.
-const DROWNS: f64 = 0.1;
-/// Declared noise, in units of that of the data, from which discovery takes it for a tolerance (there `TOLERANCE`).
-const COARSE: f64 = 20.0;
+/// Maximum declared noise relative to the typical span; above it no motion would be visible.
+const MAX_SPAN_SHARE: f64 = 0.1;
+/// Maximum declared noise relative to the noise of the data.
+///
+/// Above this ratio the discovery treats the declared noise as a tolerance (the constant `TOLERANCE` there).
+const MAX_NOISE_RATIO: f64 = 20.0;
 
-/// The positions against `position_sd_m`, the angle against `angle_sd_rad`.
-pub(super) fn look(data: &Dataset, expected: &Expected) -> Vec<Finding> {
+/// Compares the positions with `position_sd_m` and the angle with `angle_sd_rad`.
+pub(super) fn run(data: &Dataset, expected: &Expected) -> Vec<Finding> {
     let positions = ["height_m", "x_m", "y_m", "z_m"];
     let compare =
         |columns, key, unit, sd| compare(data, columns, (key, unit, sd), expected.gravity_m_s2.is_some());
@@ -19,8 +21,10 @@ pub(super) fn look(data: &Dataset, expected: &Expected) -> Vec<Finding> {
     position.into_iter().chain(angle).collect()
 }
 
-/// The column that moves furthest tells what can be seen at all. Only of a ball (`falls`) a coarse declaration is a
-/// tolerance: of a pushed object it is the accuracy of the tracker, whose neighbouring samples scatter far less.
+/// Compares a declared noise with the column that has the largest span.
+///
+/// A coarse declaration is a tolerance only for falling objects (`falls`). For a pushed object it is the
+/// accuracy of the tracker, whose neighbouring samples scatter far less.
 fn compare(
     data: &Dataset,
     columns: &[&str],
@@ -33,8 +37,8 @@ fn compare(
     });
     let (series, found, span) = known.max_by(|a, b| a.2.total_cmp(&b.2))?;
     let column = series.name().to_owned();
-    match declared > COARSE * found {
-        true if declared > DROWNS * span => {
+    match declared > MAX_NOISE_RATIO * found {
+        true if declared > MAX_SPAN_SHARE * span => {
             Some(Finding::DeclaredNoise { key, column, unit, declared, found, span })
         }
         true if falls => Some(Finding::CoarseTolerance { key, column, unit, declared, found }),

@@ -1,19 +1,23 @@
-//! One signal in two columns.
+//! Check for one signal in two columns.
 //!
-//! Two sensors of one quantity differ by their calibration, however quiet they are. Equal numbers are therefore no chance where
-//! they are finer than that difference, or where many changes were rounded alike.
+//! Two sensors of one quantity differ by their calibration, even if they have little noise. Equal columns are
+//! therefore one signal where their resolution is finer than that difference, or where many changes were
+//! rounded equally:
+//!
+//! 1. Two readings that differ by d are rounded to the same multiple of q with probability p = 1 - d/q.
+//! 2. The columns are one signal where p^n is below `exp(MAX_LOG_PROBABILITY)` for n changes.
 
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
 
-/// Difference of two sensors of one quantity, as a share of the span: industrial instruments of the best class agree to 5e-4.
+/// Difference of two sensors relative to the span (d); the best industrial instruments agree to 5e-4.
 const MIN_DIFFERENCE: f64 = 1e-4;
-/// Logarithm of the probability that two columns agree by chance, below which they are one; that of `repeated_trajectory`.
-const CHANCE: f64 = -20.7;
-/// Probability that one change is rounded alike by chance, at the least: so five changes are needed in any case.
+/// Maximum log probability of agreement by chance for one signal; the same as in `repeated_trajectory`.
+const MAX_LOG_PROBABILITY: f64 = -20.7;
+/// Minimum probability that one change is rounded equally, so that at least five changes are needed.
 const MIN_AGREEMENT: f64 = 0.01;
-/// Difference of two values, as a share of the span, that arithmetic makes of one value.
-const ARITHMETIC: f64 = 1e-9;
+/// Difference of two values, relative to the span, that rounding errors of arithmetic explain.
+const ROUNDING_ERROR: f64 = 1e-9;
 
 /// Role in which a model reads a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,22 +26,22 @@ enum Role {
     Input,
 }
 
-/// Every pair of equal columns that the model reads, or of all columns where there is no model.
-pub(super) fn look(data: &Dataset, expected: &Expected) -> Vec<Finding> {
-    let is_any_role = expected.outputs.is_empty() && expected.inputs.is_empty();
+/// Finds the pairs of equal columns among those that the model reads, or without a model among all.
+pub(super) fn run(data: &Dataset, expected: &Expected) -> Vec<Finding> {
+    let has_no_model = expected.outputs.is_empty() && expected.inputs.is_empty();
     let role = |name: &str| match () {
         () if expected.outputs.iter().any(|o| o == name) => Some(Role::Output),
         () if expected.inputs.iter().any(|i| i == name) => Some(Role::Input),
         () => None,
     };
     let columns = data.columns().iter().enumerate();
-    let read: Vec<(usize, &str, Option<Role>)> = columns
+    let compared: Vec<(usize, &str, Option<Role>)> = columns
         .map(|(i, c)| (i, c.name(), role(c.name())))
-        .filter(|(.., role)| is_any_role || role.is_some())
+        .filter(|(.., role)| has_no_model || role.is_some())
         .collect();
     let mut findings = Vec::new();
-    for (place, one) in read.iter().enumerate() {
-        for other in &read[place + 1..] {
+    for (place, one) in compared.iter().enumerate() {
+        for other in &compared[place + 1..] {
             let Some(samples) = equal_samples(data, one.0, other.0) else { continue };
             let columns = [one, other].map(|c| c.1.to_owned());
             findings.push(match [one.2, other.2] {
@@ -58,7 +62,7 @@ pub(super) fn look(data: &Dataset, expected: &Expected) -> Vec<Finding> {
     findings
 }
 
-/// Samples with values of both columns, where all of these are equal and this is no chance.
+/// Number of samples with values in both columns, where all are equal and not by chance.
 fn equal_samples(data: &Dataset, one: usize, other: usize) -> Option<usize> {
     let (mut values, mut changes) = (Vec::new(), 0);
     for t in data.trajectories() {
@@ -69,7 +73,8 @@ fn equal_samples(data: &Dataset, one: usize, other: usize) -> Option<usize> {
             if x != y {
                 return None;
             }
-            // What is held proves nothing more, nor does a value that describes a whole trajectory.
+            // A value that is repeated from sample to sample is no further evidence, nor is one that is
+            // constant.
             changes += usize::from(last.is_some_and(|last| last != *x));
             last = Some(*x);
             values.push(*x);
@@ -77,16 +82,15 @@ fn equal_samples(data: &Dataset, one: usize, other: usize) -> Option<usize> {
     }
     let samples = values.len();
     let (span, resolution) = span_and_resolution(values)?;
-    // Two readings that differ by d are rounded to steps of q alike with probability 1 - d/q.
+    // Formula (1) of the file head.
     let agreement = (1.0 - MIN_DIFFERENCE * span / resolution).max(MIN_AGREEMENT);
-    (changes as f64 * agreement.ln() < CHANCE).then_some(samples)
+    (changes as f64 * agreement.ln() < MAX_LOG_PROBABILITY).then_some(samples)
 }
 
-/// Largest less smallest value, and the smallest difference of two values: the rounding, or more where values are few. `None` for a
-/// constant.
+/// Span and resolution (smallest difference of two values); `None` for a constant.
 fn span_and_resolution(mut values: Vec<f64>) -> Option<(f64, f64)> {
     values.sort_unstable_by(f64::total_cmp);
     let span = values.last()? - values.first()?;
-    let gaps = values.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > ARITHMETIC * span);
+    let gaps = values.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > ROUNDING_ERROR * span);
     gaps.min_by(f64::total_cmp).map(|resolution| (span, resolution))
 }

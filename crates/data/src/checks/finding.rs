@@ -1,4 +1,4 @@
-//! Findings of checks, as values with a sentence.
+//! Findings of the checks, with their messages.
 
 use super::check::Check;
 use super::clock_unit::ClockUnit;
@@ -6,94 +6,97 @@ use crate::statistics::digits;
 use serde::Serialize;
 use thiserror::Error;
 
-/// How grave a finding is.
+/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
-    /// Nothing is computed from such data.
+    /// The data set is refused.
     Refused,
-    /// The result says it.
+    /// The data set is used, and the result shows a warning.
     Warning,
 }
 
-/// One thing that is wrong with a set. The sentence names trajectory, time and column, and the remedy; the file stands
-/// before it where it is shown.
+/// One suspicious property of a data set.
+///
+/// The message states trajectory, time, column and remedy; the caller puts the file name before it.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Finding {
-    /// A value that no measurement can have.
+    /// A value is too large for any measurement.
     #[error(
-        "trajectory `{trajectory}`, t_s = {time_s} s: column `{column}` holds {}, which nothing that is measured in {unit} \
-         can be; write SI units, and leave cells empty that were not measured", digits(*value)
+        "trajectory `{trajectory}`, t_s = {time_s} s: column `{column}` holds {}, which is too large for a measurement \
+         in {unit}; convert the values to SI units, and leave cells empty where nothing was measured", digits(*value)
     )]
     AbsurdValue {
-        /// Trajectory.
+        /// Identifier of the trajectory.
         trajectory: String,
-        /// Time, s.
+        /// Time of the sample, s.
         time_s: f64,
-        /// Column.
+        /// Name of the column.
         column: String,
         /// Unit of the column.
         unit: String,
-        /// Value.
+        /// The value.
         value: f64,
     },
-    /// A value that stands for "not measured".
+    /// A value stands for "not measured".
     #[error(
-        "trajectory `{trajectory}`, t_s = {time_s} s: column `{column}` holds {}, and so in {count} sample(s) of the set, \
-         an outlier far from all other values ({} to {}); leave cells empty where nothing was measured",
+        "trajectory `{trajectory}`, t_s = {time_s} s: column `{column}` holds {}, as in {count} sample(s) of the set: \
+         an outlier far from all other values ({} to {}), which probably stands for `not measured`; leave cells empty \
+         where nothing was measured",
         digits(*value), digits(others[0]), digits(others[1])
     )]
     SentinelValue {
-        /// First trajectory that has it.
+        /// First trajectory that has the value.
         trajectory: String,
-        /// Its time, s.
+        /// Time of the sample, s.
         time_s: f64,
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Value.
+        /// The value.
         value: f64,
         /// Samples that hold it.
         count: usize,
-        /// Smallest and largest of all others.
+        /// Smallest and largest of all other values.
         others: [f64; 2],
     },
-    /// A column of motion without motion.
+    /// A column that describes a motion is constant.
     #[error(
         "the column `{column}` never changes: it holds {} in all {samples} samples, so it was not measured; export it \
          again, or remove it", digits(*value)
     )]
     ConstantColumn {
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Its value.
+        /// Value of the column.
         value: f64,
-        /// Samples.
+        /// Number of samples.
         samples: usize,
     },
-    /// The same recording under two names.
+    /// Two trajectories are the same recording.
     #[error(
-        "trajectory `{trajectory}` repeats `{original}` sample by sample, so what fits have seen would be held out to judge \
-         them{}; it is left out: remove it from the file, or give what was really measured twice with all its digits",
-        if *copies > 1 { format!(" ({copies} such copies)") } else { String::new() }
+        "trajectory `{trajectory}` repeats `{original}` sample by sample{}, so a model could be tested on data that it \
+         was fitted to; it is left out: remove it from the file, or, if it was measured separately, write its values \
+         with all their digits",
+        if *copies > 1 { format!(" (one of {copies} copies in the set)") } else { String::new() }
     )]
     RepeatedTrajectory {
         /// First copy.
         trajectory: String,
-        /// Trajectory that it repeats.
+        /// Trajectory of which it is a copy.
         original: String,
-        /// Copies in the set.
+        /// Number of copies in the set.
         copies: usize,
     },
-    /// A few trajectories in another unit.
+    /// A few trajectories are in another unit.
     #[error(
-        "trajectory `{trajectory}`: column `{column}` spans {} {unit} where the other {others} trajectories stay within {} \
-         {unit}, a factor of about {}{}; convert it to the unit of the column's name, or remove it",
+        "trajectory `{trajectory}`: column `{column}` spans {} {unit}, but the other {others} trajectories stay within \
+         {} {unit}, a factor of about {}{}; convert it to the unit in the name of the column, or remove it",
         digits(*span), digits(*others_span), digits(*factor), and_more(*alike)
     )]
     MixedUnits {
         /// First such trajectory.
         trajectory: String,
-        /// Column.
+        /// Name of the column.
         column: String,
         /// Unit of the column.
         unit: String,
@@ -103,15 +106,15 @@ pub enum Finding {
         others_span: f64,
         /// Ratio of the typical spans.
         factor: f64,
-        /// Trajectories that are not like this.
+        /// Number of the other trajectories.
         others: usize,
-        /// Trajectories that are.
+        /// Number of such trajectories.
         alike: usize,
     },
-    /// A few trajectories with the clock in another unit.
+    /// A few trajectories have the clock in another unit.
     #[error(
-        "trajectory `{trajectory}`: its time step is {} s, that of the other {others} trajectories {} s, a ratio of about {}, \
-         while the columns change alike from sample to sample{}; {}",
+        "trajectory `{trajectory}`: its time step is {} s, but that of the other {others} trajectories is {} s, a ratio \
+         of about {}, although the columns change equally from sample to sample{}; {}",
         digits(*step_s), digits(*others_step_s), digits(step_s / others_step_s), and_more(*alike),
         clock_remedy(*unit, step_s > others_step_s)
     )]
@@ -124,35 +127,35 @@ pub enum Finding {
         others_step_s: f64,
         /// Unit other than seconds that explains the ratio.
         unit: ClockUnit,
-        /// Trajectories that are not like this.
+        /// Number of the other trajectories.
         others: usize,
-        /// Trajectories that are.
+        /// Number of such trajectories.
         alike: usize,
     },
-    /// One coordinate in another unit.
+    /// One coordinate is in another unit.
     #[error(
-        "column `{column}` moves {} times as far as `{reference}` and is {} times as noisy, as if it were in another unit; \
-         convert it to metres", digits(*span), digits(*noise)
+        "column `{column}` moves {} times as far as `{reference}` and is {} times as noisy, so it is probably in another \
+         unit; convert it to metres", digits(*span), digits(*noise)
     )]
     ColumnScale {
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Column that it is compared with.
+        /// Name of the reference column.
         reference: String,
         /// Ratio of the spans.
         span: f64,
         /// Ratio of the noise.
         noise: f64,
     },
-    /// An object that moves further than the rod that pushes it.
+    /// An object moves further than the rod that pushes it.
     #[error(
-        "trajectory `{trajectory}`: the object moves {} m along `{column}` while the rod moves {} m, and so in {share} % of \
-         the pushes; one of them is in another unit: convert it to metres", digits(*object_m), digits(*rod_m)
+        "trajectory `{trajectory}`: the object moves {} m along `{column}` while the rod moves only {} m, as in {share} % \
+         of the pushes; one of them is in another unit: convert it to metres", digits(*object_m), digits(*rod_m)
     )]
     ObjectOutrunsRod {
         /// First such push.
         trajectory: String,
-        /// Column of the object.
+        /// Name of the object column.
         column: String,
         /// Motion of the object, m.
         object_m: f64,
@@ -161,56 +164,56 @@ pub enum Finding {
         /// Share of the pushes, per cent.
         share: usize,
     },
-    /// Two outputs of the model that are one signal.
+    /// Two outputs of the model are one signal.
     #[error(
-        "columns `{}` and `{}`, both outputs of the model, hold the same numbers in all {samples} samples: one signal was written \
-         twice; export the wrong one again, or take it out of the model", columns[0], columns[1]
+        "columns `{}` and `{}`, both outputs of the model, hold the same numbers in all {samples} samples: one signal was \
+         written twice; export the wrong one again, or remove it from the model", columns[0], columns[1]
     )]
     DuplicateOutput {
-        /// Columns.
+        /// Names of the two columns.
         columns: [String; 2],
         /// Samples with values of both.
         samples: usize,
     },
-    /// Two inputs of the model that are one signal.
+    /// Two inputs of the model are one signal.
     #[error(
-        "columns `{}` and `{}`, both inputs of the model, hold the same numbers in all {samples} samples, so their effects cannot \
-         be distinguished; export the wrong one again, or take one out of the model", columns[0], columns[1]
+        "columns `{}` and `{}`, both inputs of the model, hold the same numbers in all {samples} samples, so their \
+         effects cannot be distinguished; export the wrong one again, or remove one from the model", columns[0], columns[1]
     )]
     DuplicateInput {
-        /// Columns.
+        /// Names of the two columns.
         columns: [String; 2],
         /// Samples with values of both.
         samples: usize,
     },
-    /// An input and an output of the model that are one signal.
+    /// An input and an output of the model are one signal.
     #[error(
-        "column `{input}`, an input of the model, holds the same numbers as its output `{output}` in all {samples} samples, as if \
-         one signal was written twice; export the wrong one again, or take it out of the model"
+        "column `{input}`, an input of the model, holds the same numbers as its output `{output}` in all {samples} \
+         samples: one signal was probably written twice; export the wrong one again, or remove it from the model"
     )]
     InputEqualsOutput {
-        /// Column of the input.
+        /// Name of the input column.
         input: String,
-        /// Column of the output.
+        /// Name of the output column.
         output: String,
         /// Samples with values of both.
         samples: usize,
     },
-    /// Two columns that are one signal, where no model says what they are.
+    /// Two columns are one signal, and no model states their roles.
     #[error(
-        "columns `{}` and `{}` hold the same numbers in all {samples} samples, as if one signal was written twice; export the \
-         wrong one again, or remove it", columns[0], columns[1]
+        "columns `{}` and `{}` hold the same numbers in all {samples} samples: one signal was probably written twice; \
+         export the wrong one again, or remove it", columns[0], columns[1]
     )]
     DuplicateColumn {
-        /// Columns.
+        /// Names of the two columns.
         columns: [String; 2],
         /// Samples with values of both.
         samples: usize,
     },
-    /// A column moved by a row, over the ends of trajectories.
+    /// A column is shifted by a row across the ends of trajectories.
     #[error(
-        "trajectory `{trajectory}`, t_s = {time_s} s: column `{column}` holds a value that goes on from the trajectory \
-         beside it in the file, and so in {share} % of the trajectories: the column is shifted by a row against the \
+        "trajectory `{trajectory}`, t_s = {time_s} s: column `{column}` holds a value that continues the neighbouring \
+         trajectory in the file, as in {share} % of the trajectories: the column is shifted by a row relative to the \
          others; align it"
     )]
     ShiftedColumn {
@@ -218,166 +221,170 @@ pub enum Finding {
         trajectory: String,
         /// Time of the sample, s.
         time_s: f64,
-        /// Column.
+        /// Name of the column.
         column: String,
         /// Share of the trajectories, per cent.
         share: usize,
     },
-    /// A height and its velocity that are rows apart.
+    /// A height and its velocity are shifted relative to each other.
     #[error(
-        "columns `{height}` and `{velocity}` are shifted by {rows} row(s) or more against each other: the height's change agrees \
-         with the velocity of that row and not with its own; align them"
+        "columns `{height}` and `{velocity}` are shifted by {rows} row(s) or more relative to each other: the change of \
+         the height agrees with the velocity of that row and not with that of its own row; align them"
     )]
     ShiftedVelocity {
-        /// Height.
+        /// Name of the height column.
         height: String,
-        /// Velocity.
+        /// Name of the velocity column.
         velocity: String,
-        /// Rows between them, at the least.
+        /// Minimum shift, rows.
         rows: u64,
     },
-    /// A velocity that is not the change of the height.
+    /// A velocity is not the rate of change of the height.
     #[error(
-        "column `{velocity}` is not the change of `{height}`: over {} s the height changes by {} m where the velocity \
-         makes it {} m (means over the set); check that the two are not swapped and have the same sign and unit",
+        "column `{velocity}` is not the rate of change of `{height}`: in {} s the height changes by {} m, but the \
+         velocity integrates to {} m (means over the set); check that the two columns are not swapped and have the \
+         same sign and unit",
         digits(*time_s), digits(*height_m), digits(*velocity_m)
     )]
     VelocityDisagrees {
-        /// Height.
+        /// Name of the height column.
         height: String,
-        /// Velocity.
+        /// Name of the velocity column.
         velocity: String,
         /// Time over which they are compared, s.
         time_s: f64,
-        /// Mean change of the height, m, without sign.
+        /// Mean absolute change of the height, m.
         height_m: f64,
-        /// Mean change of the velocity's integral, m, without sign.
+        /// Mean absolute integral of the velocity, m.
         velocity_m: f64,
     },
-    /// Degrees in a column of radians.
+    /// A column of radians holds degrees.
     #[error(
         "trajectory `{trajectory}`: column `{column}` changes by {} rad while the rod moves {} m, more than a push can turn \
-         an object, and reaches {} rad: these are degrees; convert them to radians",
+         an object, and reaches {} rad: the values are degrees; convert them to radians",
         digits(*change_rad), digits(*rod_m), digits(*largest_rad)
     )]
     AngleInDegrees {
-        /// Push that turns most.
+        /// Push with the largest rotation for the path of its rod.
         trajectory: String,
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Its change, as written, rad.
+        /// Change of the angle as written in the file.
         change_rad: f64,
         /// Path of the rod, m.
         rod_m: f64,
-        /// Largest angle of the set, as written, rad.
+        /// Largest angle of the set as written in the file.
         largest_rad: f64,
     },
-    /// Free fall of the whole set that is not the model's.
+    /// The free-fall acceleration of the set differs from the gravity of the model.
     #[error(
-        "column `{column}` falls with {} m/s² where the model has {} m/s²; {}", digits(*found_m_s2), digits(*expected_m_s2),
+        "column `{column}` falls at {} m/s², but the gravity of the model is {} m/s²; {}", digits(*found_m_s2), digits(*expected_m_s2),
         gravity_remedy(found_m_s2 / expected_m_s2)
     )]
     GravityDisagrees {
-        /// Column of the height.
+        /// Name of the height column.
         column: String,
         /// Median over the trajectories, m/s², downward positive.
         found_m_s2: f64,
-        /// Acceleration that the model has, m/s², downward positive.
+        /// Gravity of the model, m/s², downward positive.
         expected_m_s2: f64,
     },
-    /// Free fall in another column than that of the height.
+    /// Another column than the height shows free fall.
     #[error(
-        "column `{column}` shows no free fall while `{falling}` falls with {} m/s²; the two are swapped: exchange their names",
+        "column `{column}` shows no free fall, but `{falling}` falls at {} m/s²; the two columns are swapped: exchange \
+         their names",
         digits(*found_m_s2)
     )]
     SwappedColumns {
-        /// Column of the height.
+        /// Name of the height column.
         column: String,
-        /// Column that falls.
+        /// Name of the column that falls.
         falling: String,
         /// Its acceleration, m/s², downward positive.
         found_m_s2: f64,
     },
-    /// Free fall of one trajectory that is not that of the rest.
+    /// The free-fall acceleration of one trajectory differs from that of the others.
     #[error(
-        "trajectory `{trajectory}`: column `{column}` falls with {} m/s² where the others fall with {} m/s²{}; {}",
+        "trajectory `{trajectory}`: column `{column}` falls at {} m/s², but the others fall at {} m/s²{}; {}",
         digits(*found_m_s2), digits(*others_m_s2), and_more(*alike), gravity_remedy(found_m_s2 / others_m_s2)
     )]
     GravityDiffers {
         /// First such trajectory.
         trajectory: String,
-        /// Column of the height.
+        /// Name of the height column.
         column: String,
         /// Its acceleration, m/s², downward positive.
         found_m_s2: f64,
-        /// Median over all, m/s².
+        /// Median over all trajectories, m/s².
         others_m_s2: f64,
-        /// Trajectories like it.
+        /// Number of such trajectories.
         alike: usize,
     },
-    /// A declared noise as large as the motion.
+    /// The declared measurement noise is as large as the motion.
     #[error(
-        "the model declares `{key}` = {} {unit} where `{column}` scatters by {} {unit} and moves by no more than {} {unit}: \
-         nothing could be seen beneath it; declare it in {unit}", digits(*declared), digits(*found), digits(*span)
+        "the model declares `{key}` = {} {unit}, but the noise of `{column}` is {} {unit} and its motion only {} {unit}, \
+         so no motion would be visible; declare it in {unit}", digits(*declared), digits(*found), digits(*span)
     )]
     DeclaredNoise {
         /// Key of the model file.
         key: &'static str,
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Unit.
+        /// Symbol of the unit.
         unit: &'static str,
-        /// Declared.
+        /// Declared noise.
         declared: f64,
-        /// Seen in the data.
+        /// Noise of the data.
         found: f64,
         /// Typical span of the column within a trajectory.
         span: f64,
     },
-    /// A declared noise far above what the data show.
+    /// The declared measurement noise is far above the noise of the data.
     #[error(
-        "the model declares `{key}` = {} {unit} where `{column}` scatters by {} {unit}: it counts as the agreement that is \
-         asked for, and smaller effects are not looked for; leave it out to judge by the data's own noise",
+        "the model declares `{key}` = {} {unit}, but the noise of `{column}` is {} {unit}: the declared value is used as \
+         a tolerance, and smaller effects are not searched for; leave it out to use the noise of the data",
         digits(*declared), digits(*found)
     )]
     CoarseTolerance {
         /// Key of the model file.
         key: &'static str,
-        /// Column.
+        /// Name of the column.
         column: String,
-        /// Unit.
+        /// Symbol of the unit.
         unit: &'static str,
-        /// Declared.
+        /// Declared noise.
         declared: f64,
-        /// Seen in the data.
+        /// Noise of the data.
         found: f64,
     },
 }
 
+/// The number of similar trajectories in parentheses; empty for one.
 fn and_more(alike: usize) -> String {
     match alike {
         0 | 1 => String::new(),
-        n => format!(" ({n} trajectories are like it)"),
+        n => format!(" ({n} trajectories are like this)"),
     }
 }
 
-/// The remedy for a clock in `unit`, or in `unit` in the others: in units below the second numbers are too large.
-fn clock_remedy(unit: ClockUnit, is_slower: bool) -> String {
-    match is_slower == unit.is_finer_than_seconds() {
+/// The remedy for a clock in `unit`, which is either that of this trajectory or that of the others.
+fn clock_remedy(unit: ClockUnit, has_longer_step: bool) -> String {
+    // In units shorter than a second the numbers, and so the steps, are too large.
+    match has_longer_step == unit.is_finer_than_seconds() {
         true => format!("its clock is in {unit}: convert its `t_s` to seconds"),
         false => format!("the clocks of the others are in {unit}: convert their `t_s` to seconds"),
     }
 }
 
-/// The likely cause of an acceleration that is `ratio` times the expected one.
+/// The probable cause, and the remedy, of an acceleration that is `ratio` times the expected one.
 fn gravity_remedy(ratio: f64) -> String {
     let unit = [("inches", 39.37), ("cm", 100.0), ("mm", 1000.0)]
         .into_iter()
         .find(|(_, factor)| (ratio.abs() / factor).ln().abs() < 0.4_f64);
     let up = if ratio < 0.0 { "up must be positive: change the sign" } else { "" };
     match (unit, up) {
-        (Some((unit, _)), "") => format!("these are {unit}: convert them to metres"),
-        (Some((unit, _)), up) => format!("these are {unit}: convert them to metres; {up}"),
+        (Some((unit, _)), "") => format!("the values are in {unit}: convert them to metres"),
+        (Some((unit, _)), up) => format!("the values are in {unit}: convert them to metres; {up}"),
         (None, "") => "check the unit of the heights and of `t_s`".to_owned(),
         (None, up) => up.to_owned(),
     }
@@ -408,8 +415,11 @@ impl Finding {
         }
     }
 
-    /// Whether data with it are refused. A copy can be left out, a tolerance may be meant, and some rigs feed one signal to two
-    /// inputs; everything else makes numbers that mean nothing.
+    /// Severity of the finding.
+    ///
+    /// It is a warning where the data remain usable: a copy can be left out, a tolerance may be intended, and
+    /// some experiments feed one signal to two inputs. With all other findings the results would be
+    /// meaningless.
     pub fn severity(&self) -> Severity {
         match self {
             Finding::RepeatedTrajectory { .. }

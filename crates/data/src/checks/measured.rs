@@ -1,24 +1,26 @@
-//! Samples, spans and noise of a column, as several checks use them.
+//! Measured samples, span and noise of a column, for the checks.
 
 use crate::dataset::Dataset;
 use crate::push::FRESH_SUFFIX;
 use crate::statistics::median;
 use crate::trajectory::Trajectory;
 
-/// Coordinates that share a frame.
+/// Groups of coordinates that share a frame.
 pub(super) const FRAMES: [&[&str]; 2] = [&["x_m", "y_m", "z_m"], &["pusher_x_m", "pusher_y_m"]];
 
-/// Sum of the squared weights 1, 3, 3, 1 of a third difference: its variance over that of white noise.
-const THIRD: f64 = 20.0;
+/// Variance of a third difference of white noise of variance 1: the sum of the squares of 1, 3, 3, 1.
+const THIRD_DIFFERENCE_VARIANCE: f64 = 20.0;
 /// Median of the absolute value of a standard normal number.
 const MEDIAN_NORMAL: f64 = 0.674_489_75;
-/// Noise, relative to the largest value, beneath which it is the rounding of a program: six digits. The finest tracker of the
-/// measured sets scatters by 3e-6, single precision by 1e-8.
-const ROUNDING: f64 = 1e-6;
-/// Fewest third differences that tell a noise.
-const FEWEST: usize = 30;
+/// Minimum noise relative to the largest value.
+///
+/// Below it the noise is the rounding of a program to six digits. The finest tracker of the measured sets has
+/// a noise of 3e-6, single precision one of 1e-8.
+const MIN_RELATIVE_NOISE: f64 = 1e-6;
+/// Minimum number of third differences for an estimate of the noise.
+const MIN_DIFFERENCES: usize = 30;
 
-/// A column of a set with the flag of its stream, where it has one.
+/// A column of a data set, with the flag column of its stream where there is one.
 #[derive(Clone, Copy)]
 pub(super) struct Series<'a> {
     data: &'a Dataset,
@@ -27,14 +29,14 @@ pub(super) struct Series<'a> {
 }
 
 impl<'a> Series<'a> {
-    /// The column `name`; `None` where the set has none.
+    /// The column `name`; `None` where there is no such column.
     pub fn named(data: &'a Dataset, name: &str) -> Option<Self> {
         let column = data.columns().iter().position(|c| c.name() == name)?;
-        Some(Self::at(data, column))
+        Some(Self::of_column(data, column))
     }
 
-    /// The column with index `column`.
-    pub fn at(data: &'a Dataset, column: usize) -> Self {
+    /// The column with the index `column`.
+    pub fn of_column(data: &'a Dataset, column: usize) -> Self {
         let name = data.columns()[column].name();
         let stream = match name {
             "x_m" | "y_m" | "theta_rad" => "object",
@@ -54,61 +56,65 @@ impl<'a> Series<'a> {
         self.data.columns()[self.column].unit().symbol().to_owned()
     }
 
-    /// Times, s, and values of the samples of `t` that were measured.
+    /// Times, s, and values of the measured samples of `t`; interpolated samples are left out.
     pub fn samples(&self, t: &Trajectory) -> (Vec<f64>, Vec<f64>) {
-        let fresh = |k: usize| self.flag.is_none_or(|f| t.column(f)[k] > 0.5);
-        let all = t.time_s().iter().zip(t.column(self.column)).enumerate();
-        all.filter(|(k, (_, v))| v.is_finite() && fresh(*k)).map(|(_, (t, v))| (*t, *v)).unzip()
+        let is_fresh = |k: usize| self.flag.is_none_or(|f| t.column(f)[k] > 0.5);
+        let samples = t.time_s().iter().zip(t.column(self.column)).enumerate();
+        samples.filter(|(k, (_, v))| v.is_finite() && is_fresh(*k)).map(|(_, (t, v))| (*t, *v)).unzip()
     }
 
-    /// Span of the middle 80 % of the values of `t`: a few wild samples do not widen it. `None` for fewer than two values.
+    /// Span of the middle 80 % of the values of `t`; `None` for fewer than two values.
+    ///
+    /// It is robust to outliers.
     pub fn span(&self, t: &Trajectory) -> Option<f64> {
         let (_, mut values) = self.samples(t);
         values.sort_unstable_by(f64::total_cmp);
-        let cut = values.len() / 10;
-        (values.len() > 1).then(|| values[values.len() - 1 - cut] - values[cut])
+        let trimmed = values.len() / 10;
+        (values.len() > 1).then(|| values[values.len() - 1 - trimmed] - values[trimmed])
     }
 
-    /// Median of the spans; `None` where no trajectory has two values.
+    /// Median of the spans of the trajectories; `None` where no trajectory has two values.
     pub fn typical_span(&self) -> Option<f64> {
         median(&mut self.data.trajectories().iter().filter_map(|t| self.span(t)).collect::<Vec<_>>())
     }
 
-    /// Standard deviation of the noise between neighbouring samples; `None` where there are too few of them, or where what
-    /// is left after three differences is a smooth curve or a rounding and no noise.
+    /// Standard deviation of white measurement noise, estimated from third differences.
+    ///
+    /// sd = median(|third difference|) / (0.674 sqrt(20)). `None` where there are too few samples, or where
+    /// the third differences come from a smooth curve or from rounding instead of noise.
     pub fn noise(&self) -> Option<f64> {
-        let (mut sizes, mut flips, mut pairs, mut largest) = (Vec::new(), 0, 0, 0.0_f64);
+        let (mut sizes, mut sign_changes, mut pairs, mut largest) = (Vec::new(), 0, 0, 0.0_f64);
         for t in self.data.trajectories() {
             let (times, v) = self.samples(t);
-            largest = v.iter().fold(largest, |most, v| most.max(v.abs()));
+            largest = v.iter().fold(largest, |max, v| max.max(v.abs()));
             let third: Vec<f64> = (3..v.len())
                 .filter(|&k| {
                     let steps =
                         [times[k - 2] - times[k - 3], times[k - 1] - times[k - 2], times[k] - times[k - 1]];
-                    // Neighbours only: over a gap the curve is not straight.
+                    // Only equally spaced samples: a gap would not cancel the curve.
                     steps.iter().all(|s| *s < 1.5 * steps[0] && steps[0] < 1.5 * s)
                 })
                 .map(|k| v[k] - 3.0 * v[k - 1] + 3.0 * v[k - 2] - v[k - 3])
                 .collect();
-            flips += third.windows(2).filter(|w| w[0] * w[1] < 0.0).count();
+            sign_changes += third.windows(2).filter(|w| w[0] * w[1] < 0.0).count();
             pairs += third.windows(2).filter(|w| w[0] * w[1] != 0.0).count();
             sizes.extend(third.iter().map(|d| d.abs()));
         }
-        // Third differences of white noise correlate with -0.75 from one to the next and change their sign in 77 % of the
-        // cases, those of a smooth curve hardly ever.
-        if sizes.len() < FEWEST || 5 * flips < 3 * pairs {
+        // Neighbouring third differences of white noise have a correlation of -0.75 and change sign in 77 %
+        // of the cases; those of a smooth curve hardly ever do.
+        if sizes.len() < MIN_DIFFERENCES || 5 * sign_changes < 3 * pairs {
             return None;
         }
-        let sd = median(&mut sizes)? / (MEDIAN_NORMAL * THIRD.sqrt());
-        (sd > ROUNDING * largest).then_some(sd)
+        let sd = median(&mut sizes)? / (MEDIAN_NORMAL * THIRD_DIFFERENCE_VARIANCE.sqrt());
+        (sd > MIN_RELATIVE_NOISE * largest).then_some(sd)
     }
 }
 
-/// Path of the rod in `t`, m; `None` without rod columns.
+/// Length of the path of the rod in `t`, m; `None` without columns of the rod.
 pub(super) fn rod_path(data: &Dataset, t: &Trajectory) -> Option<f64> {
     let [x, y] = ["pusher_x_m", "pusher_y_m"].map(|c| Series::named(data, c).map(|s| s.samples(t).1));
     let (x, y) = (x?, y?);
-    // Noise of the rod's position lengthens the path, which makes the bounds that use it wider, never narrower.
-    let way = |v: &[f64]| v.windows(2).map(|w| (w[1] - w[0]).abs()).sum::<f64>();
-    Some(way(&x).hypot(way(&y)))
+    // Noise in the position of the rod lengthens the path, which only widens the bounds that use it.
+    let path_length = |v: &[f64]| v.windows(2).map(|w| (w[1] - w[0]).abs()).sum::<f64>();
+    Some(path_length(&x).hypot(path_length(&y)))
 }

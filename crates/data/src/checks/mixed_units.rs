@@ -1,51 +1,56 @@
-//! A few trajectories in another unit than the rest.
+//! Check for a few trajectories in another unit than the others.
 //!
-//! A unit scales everything alike: how far a trajectory goes, how it bends, how it scatters. What goes far alone, as a pendulum that
-//! winds round and round, bends and scatters as the others do, or little more.
+//! Another unit scales the span, the curvature and the noise of a trajectory by the same factor. A trajectory
+//! that only goes far, such as a pendulum that makes full turns, has the curvature and the noise of the
+//! others.
 
 use super::measured::Series;
 use super::{Expected, Finding};
 use crate::dataset::Dataset;
 use crate::statistics::median;
 
-/// How many times the range of all values of the others a trajectory's own span must be. Centimetres are a factor of 100,
-/// of which starts and offsets that differ take up to 5; in the measured sets the largest is 1.1.
-const FACTOR: f64 = 10.0;
-/// How many times those of the others the second differences of a trajectory in another unit are at least.
-const BENDS: f64 = 3.0;
-/// How many times less a trajectory in another unit may bend than it goes further, both in those of the others.
-const UNEVEN: f64 = 10.0;
-/// Largest share of the trajectories that can be the exception.
-const EXCEPTION: f64 = 1.0 / 3.0;
-/// Fewest trajectories that are a rule.
-const RULE: usize = 3;
+/// Minimum span of a trajectory in another unit, relative to the range of all values of the others.
+///
+/// Centimetres are a factor of 100, and different initial values reduce the ratio by a factor of up to 5. The
+/// largest ratio in the measured sets is 1.1.
+const MIN_SPAN_RATIO: f64 = 10.0;
+/// Minimum second difference of a trajectory in another unit, relative to that of the others.
+const MIN_BEND_RATIO: f64 = 3.0;
+/// Maximum ratio of relative span to relative second difference of a trajectory in another unit.
+const MAX_SPAN_OVER_BEND: f64 = 10.0;
+/// Maximum share of exceptional trajectories.
+const MAX_EXCEPTIONS: f64 = 1.0 / 3.0;
+/// Minimum number of the other trajectories.
+const MIN_OTHERS: usize = 3;
 
-/// Every column that changes, the trajectories in the order of their spans.
-pub(super) fn look(data: &Dataset, _: &Expected) -> Vec<Finding> {
-    (0..data.columns().len()).filter_map(|i| exception(data, Series::at(data, i))).collect()
+/// Finds the exceptional trajectories of each column.
+pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
+    (0..data.columns().len()).filter_map(|i| exception(data, Series::of_column(data, i))).collect()
 }
 
+/// Finds the trajectories, in the order of their spans, that exceed the range of all before them.
 fn exception(data: &Dataset, series: Series<'_>) -> Option<Finding> {
-    let all = data.trajectories().iter().enumerate();
-    let mut spans: Vec<(f64, usize)> = all.filter_map(|(j, t)| Some((series.span(t)?, j))).collect();
+    let numbered = data.trajectories().iter().enumerate();
+    let mut spans: Vec<(f64, usize)> = numbered.filter_map(|(j, t)| Some((series.span(t)?, j))).collect();
     spans.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let least = spans.len() - (EXCEPTION * spans.len() as f64) as usize;
+    let min_others = spans.len() - (MAX_EXCEPTIONS * spans.len() as f64) as usize;
     let mut range = [f64::INFINITY, f64::NEG_INFINITY];
     for (place, &(_, j)) in spans.iter().enumerate() {
-        if place >= least.max(RULE) && range[1] > range[0] && spans[place].0 > FACTOR * (range[1] - range[0])
-        {
+        let width = range[1] - range[0];
+        if place >= min_others.max(MIN_OTHERS) && width > 0.0 && spans[place].0 > MIN_SPAN_RATIO * width {
             let others = &spans[..place];
-            let wide = that_bend_more(data, series, others, &spans[place..]);
+            let wide = with_larger_bend(data, series, others, &spans[place..]);
             let first = wide.iter().map(|s| s.1).min()?;
-            let typical = |part: &[(f64, usize)]| median(&mut part.iter().map(|s| s.0).collect::<Vec<_>>());
+            let median_span =
+                |part: &[(f64, usize)]| median(&mut part.iter().map(|s| s.0).collect::<Vec<_>>());
             let span = series.span(&data.trajectories()[first])?;
             return Some(Finding::MixedUnits {
                 trajectory: data.trajectories()[first].id().to_owned(),
                 column: series.name().to_owned(),
                 unit: series.unit(),
                 span,
-                others_span: range[1] - range[0],
-                factor: typical(&wide)? / typical(others)?.max(f64::MIN_POSITIVE),
+                others_span: width,
+                factor: median_span(&wide)? / median_span(others)?.max(f64::MIN_POSITIVE),
                 others: place,
                 alike: wide.len(),
             });
@@ -57,9 +62,10 @@ fn exception(data: &Dataset, series: Series<'_>) -> Option<Finding> {
     None
 }
 
-/// Those of the trajectories `wide` that bend more than the others as well, by their typical second difference: all, where the
-/// others' do not bend at all and nothing is said.
-fn that_bend_more(
+/// The trajectories of `wide` whose median second difference is larger than that of the others as well.
+///
+/// All of `wide` are returned where the second differences of the others are 0.
+fn with_larger_bend(
     data: &Dataset,
     series: Series<'_>,
     others: &[(f64, usize)],
@@ -72,10 +78,10 @@ fn that_bend_more(
     let typical = median(&mut others.iter().filter_map(|o| bend(o.1)).collect::<Vec<_>>());
     let typical = typical.filter(|bend| *bend > 0.0);
     let span = median(&mut others.iter().map(|o| o.0).collect::<Vec<_>>()).filter(|span| *span > 0.0);
-    let alike = |&(wide, j): &(f64, usize)| {
-        let further = span.map_or(0.0, |span| wide / span);
-        let least = BENDS.max(further / UNEVEN);
-        bend(j).zip(typical).is_some_and(|(bend, typical)| bend < least * typical)
+    let has_usual_bend = |&(wide, j): &(f64, usize)| {
+        let span_ratio = span.map_or(0.0, |span| wide / span);
+        let min_ratio = MIN_BEND_RATIO.max(span_ratio / MAX_SPAN_OVER_BEND);
+        bend(j).zip(typical).is_some_and(|(bend, typical)| bend < min_ratio * typical)
     };
-    wide.iter().filter(|w| !alike(w)).copied().collect()
+    wide.iter().filter(|w| !has_usual_bend(w)).copied().collect()
 }

@@ -1,9 +1,9 @@
-//! Suspicious data: sets that every reader accepts and that cannot be what their names say.
+//! Checks of suspicious data: valid files whose values contradict their column names or units.
 //!
-//! One file a check, all alike: a constant for each threshold with the figure that led to it, and `look`, which takes the
-//! set and what a model expects of it and gives what it finds. A further check is one file, a variant of [`Check`] and of
-//! [`Finding`], and a line in `LIST`. The order of the list is that of the messages: what spoils later checks (sentinels)
-//! comes first.
+//! Each check is one file with a constant for each threshold, the figure that led to it, and a function
+//! `run`. It takes the data set and what a model expects of it, and returns its findings. A new check is one
+//! file, a variant of [`Check`] and of [`Finding`], and a line in `CHECKS`. The list has the order of the
+//! messages: mistakes that would confuse later checks, such as sentinel values, come first.
 
 mod absurd_value;
 mod admit;
@@ -31,10 +31,10 @@ pub use admit::{Accepted, Admitted, Warning, admit};
 pub use check::Check;
 pub use clock_unit::ClockUnit;
 pub use finding::{Finding, Severity};
-pub(crate) use gravity_disagrees::curvature;
+pub(crate) use gravity_disagrees::free_motion_acceleration;
 pub use suspicious::SuspiciousData;
 
-/// Statements of a model about the data that it is to explain; `None` where it says nothing or there is no model.
+/// Properties of the data that a model states; `None` where it states nothing or there is no model.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Expected {
     /// Gravity, m/s², downward positive.
@@ -49,33 +49,41 @@ pub struct Expected {
     pub inputs: Vec<String>,
 }
 
-type Look = fn(&Dataset, &Expected) -> Vec<Finding>;
+type RunCheck = fn(&Dataset, &Expected) -> Vec<Finding>;
 
-/// Every check with what it looks for and how.
-const LIST: [(Check, &str, Look); 13] = [
-    (Check::AbsurdValue, "values beyond 1e12 of an SI unit", absurd_value::look),
+/// Every check with the mistake that it looks for, in the order of the messages.
+const CHECKS: [(Check, &str, RunCheck); 13] = [
+    (Check::AbsurdValue, "values above 1e12 in SI units", absurd_value::run),
     (
         Check::SentinelValue,
-        "one value far outside of all others (9999 for `not measured`)",
-        sentinel_value::look,
+        "a value far outside the range of all others (9999 for `not measured`)",
+        sentinel_value::run,
     ),
-    (Check::ConstantColumn, "a position, angle or velocity that never changes", constant_column::look),
-    (Check::RepeatedTrajectory, "the same recording under two names", repeated_trajectory::look),
-    (Check::MixedUnits, "a few trajectories in another unit", mixed_units::look),
-    (Check::MixedClock, "a few trajectories with the clock in another unit", mixed_clock::look),
-    (Check::ColumnScale, "one coordinate in another unit than the others", column_scale::look),
-    (Check::DuplicateColumn, "one signal in two columns", duplicate_column::look),
-    (Check::ShiftedColumn, "a column moved by a row against the others", shifted_column::look),
-    (Check::VelocityDisagrees, "a velocity that is not the change of the height", velocity_disagrees::look),
-    (Check::AngleInDegrees, "degrees in a column of radians", angle_in_degrees::look),
-    (Check::GravityDisagrees, "free fall other than the model's", gravity_disagrees::look),
-    (Check::DeclaredNoise, "a declared noise as large as the motion", declared_noise::look),
+    (Check::ConstantColumn, "a position, angle or velocity that is constant", constant_column::run),
+    (Check::RepeatedTrajectory, "the same recording under two names", repeated_trajectory::run),
+    (Check::MixedUnits, "a few trajectories in another unit", mixed_units::run),
+    (Check::MixedClock, "a few trajectories with the clock in another unit", mixed_clock::run),
+    (Check::ColumnScale, "one coordinate in another unit than the others", column_scale::run),
+    (Check::DuplicateColumn, "one signal in two columns", duplicate_column::run),
+    (Check::ShiftedColumn, "a column shifted by a row relative to the others", shifted_column::run),
+    (
+        Check::VelocityDisagrees,
+        "a velocity that is not the rate of change of the height",
+        velocity_disagrees::run,
+    ),
+    (Check::AngleInDegrees, "degrees in a column of radians", angle_in_degrees::run),
+    (
+        Check::GravityDisagrees,
+        "a free fall that differs from the gravity of the model",
+        gravity_disagrees::run,
+    ),
+    (Check::DeclaredNoise, "a declared measurement noise as large as the motion", declared_noise::run),
 ];
 
 impl Check {
     /// All checks, in the order of their messages.
     pub fn all() -> impl Iterator<Item = Check> {
-        LIST.iter().map(|(check, ..)| *check)
+        CHECKS.iter().map(|(check, ..)| *check)
     }
 
     /// The check called `name`, such as `sentinel-value`.
@@ -84,23 +92,23 @@ impl Check {
     }
 }
 
-/// Outcome of one check; no finding where the data pass.
+/// Result of one check; there are no findings where the data pass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// The check.
     pub check: Check,
-    /// The mistake that it looks for, in words.
+    /// Description of the mistake that it looks for.
     pub looks_for: &'static str,
-    /// Its finding.
+    /// Its findings.
     pub findings: Vec<Finding>,
 }
 
-/// Runs every check on `data`, with what a model expects of it.
+/// Runs all checks on `data`; `expected` are the properties that a model states.
 pub fn run_checks(data: &Dataset, expected: &Expected) -> Vec<Outcome> {
-    let run = |&(check, looks_for, look): &(Check, &'static str, Look)| Outcome {
+    let outcome = |&(check, looks_for, run): &(Check, &'static str, RunCheck)| Outcome {
         check,
         looks_for,
-        findings: look(data, expected),
+        findings: run(data, expected),
     };
-    LIST.iter().map(run).collect()
+    CHECKS.iter().map(outcome).collect()
 }

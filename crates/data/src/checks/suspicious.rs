@@ -1,16 +1,16 @@
-//! Why a set is refused, in one sentence.
+//! Error for a data set that is refused because of its findings.
 
 use super::finding::Finding;
 use crate::source::Source;
 use std::fmt;
 use thiserror::Error;
 
-/// Why a set is refused.
+/// A data set is refused because of suspicious values.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub struct SuspiciousData {
-    /// The set.
+    /// Origin of the data set.
     pub origin: Source,
-    /// Everything that refuses it, the first named in full.
+    /// All findings that are not warnings; the message shows the first in full.
     pub findings: Vec<Finding>,
 }
 
@@ -26,6 +26,6 @@ impl fmt::Display for SuspiciousData {
             write!(f, "; also found: {}", names[1..].join(", "))?;
         }
         let flags: Vec<String> = names.iter().map(|n| format!("--accept {n}")).collect();
-        write!(f, " (if they are right as they are: {})", flags.join(" "))
+        write!(f, " (to use the data as they are: {})", flags.join(" "))
     }
 }

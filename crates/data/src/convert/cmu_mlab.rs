@@ -1,8 +1,8 @@
-//! `cmu-mlab`: random one-step pushes with force (Zhou, Paolini, Bagnell and Mason, ICRA 2016).
+//! Converter of `cmu-mlab`: random one-step pushes with force (Zhou et al., ICRA 2016).
 //!
-//! The rod and the force are recorded during a push, the object only before and after it. The rod is logged at
-//! about 33 Hz, the force at 100 Hz. Of the two-finger runs in the same folder nothing is read: they are pushes
-//! along a line, for which there is no model.
+//! The rod and the force are recorded during a push, the object only before and after it. The rod is logged
+//! at about 33 Hz, the force at 100 Hz. The two-finger runs in the same folder are not read: they are pushes
+//! with line contact, for which there is no model.
 
 use super::Converted;
 use crate::dataset::Dataset;
@@ -16,12 +16,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const EXPECTED: &str = "`sensor_log/*.txt`, or those files themselves";
-/// The logged origin is the right-angle corner; the centroid lies at a third of both legs of 150 mm, m.
+/// Centroid of the triangle (legs of 150 mm) relative to the logged right-angle corner, m.
 const CENTROID_M: [f64; 2] = [0.05, 0.05];
-/// How far apart two samples of rod or force may be interpolated, s; the object's two poses are never.
-const LONGEST_BRIDGE_S: f64 = 0.5;
+/// Maximum interval of rod or force that is interpolated, s; the object is not interpolated.
+const MAX_INTERPOLATED_S: f64 = 0.5;
 
-/// The aluminium triangle: c of a uniform pressure on its full face (the pins differ), the authors' friction.
+/// Model of the aluminium triangle.
+///
+/// c is that of uniform pressure on the full face, although some runs support it on pins; friction is from
+/// the paper.
 const MODEL: &str = "\
 scenario = \"push\"
 polygon_m = [[-0.05, -0.05], [0.10, -0.05], [-0.05, 0.10]]
@@ -38,7 +41,7 @@ position_sd_m = 0.001
 angle_sd_rad = 0.005
 ";
 
-/// Reads the logs in the set's folder, in its `sensor_log`, or one log; `group` is surface and support.
+/// Reads the logs in a folder or in its `sensor_log`, or one log; `group` is surface and support.
 pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {
     let mut trajectories = Vec::new();
     for file in logs(path)? {
@@ -55,6 +58,7 @@ pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {
     Ok(Converted { data, model_toml: Some(MODEL.to_owned()) })
 }
 
+/// Log files in a folder, sorted by name, or the one log file `path`.
 fn logs(path: &Path) -> Result<Vec<PathBuf>, DataError> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);
@@ -69,13 +73,14 @@ fn logs(path: &Path) -> Result<Vec<PathBuf>, DataError> {
     files.retain(|file| file.extension().is_some_and(|e| e == "txt"));
     files.sort_unstable();
     match files.is_empty() {
-        true => Err(PushError::Nothing { path: folder, expected: EXPECTED }.into()),
+        true => Err(PushError::NoPushFiles { path: folder, expected: EXPECTED }.into()),
         false => Ok(files),
     }
 }
 
-/// Short name of a log, and its surface and support: `wood_30_90_30_30_30_90__exp_…` is plywood on three pins
-/// at x 30, 90, 30 and y 30, 30, 90 mm.
+/// Short name of a log, and its group of surface and support, from the file name.
+///
+/// `wood_30_90_30_30_30_90__exp_…` is plywood and a support by three pins at x 30, 90, 30 and y 30, 30, 90 mm.
 fn names(file: &Path) -> (String, String) {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let head = stem.split("__").next().unwrap_or(&stem).to_owned();
@@ -87,6 +92,7 @@ fn names(file: &Path) -> (String, String) {
     (head, group)
 }
 
+/// A log file that is being read line by line.
 struct Log<'a> {
     path: &'a Path,
     lines: std::str::Lines<'a>,
@@ -94,13 +100,15 @@ struct Log<'a> {
 }
 
 impl Log<'_> {
-    fn broken(&self, expected: &'static str) -> PushError {
+    /// The error for a line that does not hold `expected`.
+    fn error(&self, expected: &'static str) -> PushError {
         PushError::Log { path: self.path.to_owned(), line: self.line, expected }
     }
 
+    /// Reads the next line as `N` finite numbers; `expected` describes them in the error.
     fn numbers<const N: usize>(&mut self, expected: &'static str) -> Result<[f64; N], PushError> {
         self.line += 1;
-        let text = self.lines.next().ok_or_else(|| self.broken(expected))?;
+        let text = self.lines.next().ok_or_else(|| self.error(expected))?;
         let mut numbers = [0.0; N];
         let mut cells = text.split_whitespace();
         for number in &mut numbers {
@@ -108,39 +116,41 @@ impl Log<'_> {
                 .next()
                 .and_then(|cell| cell.parse::<f64>().ok())
                 .filter(|v| v.is_finite())
-                .ok_or_else(|| self.broken(expected))?;
+                .ok_or_else(|| self.error(expected))?;
         }
         match cells.next() {
             None => Ok(numbers),
-            Some(_) => Err(self.broken(expected)),
+            Some(_) => Err(self.error(expected)),
         }
     }
 
-    /// A block of rows after their number; rows at an equal or earlier time than the one before are left out
-    /// (the robot's stamps repeat at the end of a push).
+    /// Reads a number of rows and the rows themselves, which begin with a time.
+    ///
+    /// A row with the same time as the one before is left out (the time stamps of the robot repeat at the end
+    /// of a push); an earlier time is an error.
     fn rows<const N: usize>(
         &mut self,
         count: &'static str,
         row: &'static str,
     ) -> Result<Vec<[f64; N]>, PushError> {
         let [rows] = self.numbers(count)?;
-        let mut all: Vec<[f64; N]> = Vec::new();
+        let mut out: Vec<[f64; N]> = Vec::new();
         for _ in 0..rows as usize {
             let next = self.numbers(row)?;
-            if all.last().is_some_and(|last| next[0] < last[0]) {
-                return Err(self.broken("a later time"));
+            if out.last().is_some_and(|last| next[0] < last[0]) {
+                return Err(self.error("a later time"));
             }
-            if all.last().is_none_or(|last| next[0] > last[0]) {
-                all.push(next);
+            if out.last().is_none_or(|last| next[0] > last[0]) {
+                out.push(next);
             }
         }
-        match all.len() < 2 {
-            true => Err(self.broken("at least two samples")),
-            false => Ok(all),
+        match out.len() < 2 {
+            true => Err(self.error("at least two samples")),
+            false => Ok(out),
         }
     }
 
-    /// One push.
+    /// Reads one push as a trajectory on the union of the clocks of rod and force.
     fn push(&mut self, id: String) -> Result<Trajectory, DataError> {
         const POSE: &str = "a pose of seven numbers";
         let before = centroid(self.numbers(POSE)?);
@@ -153,18 +163,18 @@ impl Log<'_> {
 
         let start_s = force[0][0].max(rod[0][0]);
         let end_s = force[force.len() - 1][0].min(rod[rod.len() - 1][0]);
-        let tool = tool_yaw(&rod[0][4..]);
-        // The sensor's y axis is mirrored, and turned by an eighth from the tool; its offset is that of the first
-        // sample, before contact. The sign is that of the force on the rod.
+        let tool = yaw(rod[0][4], rod[0][5], rod[0][6], rod[0][7]);
+        // The y axis of the sensor is mirrored, and the sensor is turned by 45 degrees relative to the tool.
+        // The first sample, before contact, is its offset. The sign is that of the force on the rod.
         let to_world = PlanarPose { theta_rad: tool + FRAC_PI_4, ..PlanarPose::default() };
         let forces: Vec<[f64; 2]> =
             force.iter().map(|f| to_world.rotate([f[1] - force[0][1], force[0][2] - f[2]])).collect();
 
-        let stream = |time_s: Vec<f64>, columns: Vec<Vec<f64>>, bridge| Source {
+        let stream = |time_s: Vec<f64>, columns: Vec<Vec<f64>>, max_interpolated| Source {
             time_s: time_s.into_iter().map(|t| t - start_s).collect(),
             angular: (0..columns.len()).map(|i| i == 2).collect(),
             columns,
-            longest_bridge_s: bridge,
+            max_interpolated_s: max_interpolated,
         };
         let sources = [
             stream(
@@ -173,7 +183,7 @@ impl Log<'_> {
                     rod.iter().map(|r| r[1] / 1000.0).collect(),
                     rod.iter().map(|r| r[2] / 1000.0).collect(),
                 ],
-                LONGEST_BRIDGE_S,
+                MAX_INTERPOLATED_S,
             ),
             stream(
                 vec![start_s, end_s],
@@ -187,7 +197,7 @@ impl Log<'_> {
             stream(
                 force.iter().map(|f| f[0]).collect(),
                 vec![forces.iter().map(|f| f[0]).collect(), forces.iter().map(|f| f[1]).collect()],
-                LONGEST_BRIDGE_S,
+                MAX_INTERPOLATED_S,
             ),
         ];
         let joined = union(&sources).ok_or_else(|| PushError::NoCommonTime { path: self.path.to_owned() })?;
@@ -195,18 +205,14 @@ impl Log<'_> {
     }
 }
 
-/// Pose of the centroid from a logged pose of the corner, `x y z` in mm and a quaternion `w x y z`.
+/// Pose of the centroid from a logged pose of the corner: `x y z` in mm and a quaternion `w x y z`.
 fn centroid([x, y, _, w, i, j, k]: [f64; 7]) -> PlanarPose {
     let corner = PlanarPose { x_m: x / 1000.0, y_m: y / 1000.0, theta_rad: yaw(w, i, j, k) };
     let [x_m, y_m] = corner.point(CENTROID_M);
     PlanarPose { x_m, y_m, ..corner }
 }
 
-fn tool_yaw(q: &[f64]) -> f64 {
-    yaw(q[0], q[1], q[2], q[3])
-}
-
-/// Rotation about z of a quaternion, rad.
+/// Rotation about z of the quaternion w + i x + j y + k z, rad.
 fn yaw(w: f64, i: f64, j: f64, k: f64) -> f64 {
     (2.0 * (w * k + i * j)).atan2(1.0 - 2.0 * (j * j + k * k))
 }

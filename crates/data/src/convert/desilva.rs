@@ -1,18 +1,20 @@
-//! `desilva-ball-drops`: balls dropped from a bridge (de Silva et al., Frontiers in AI 2020).
+//! Converter of `desilva-ball-drops`: balls dropped from a bridge (de Silva et al., Front. AI 2020).
 
-use super::{Converted, required};
+use super::Converted;
 use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
 use crate::error::DataError;
 use crate::trajectory::Trajectory;
 use std::path::Path;
 
-const LAYOUT: &str = "the drops have `ball,drop,t_s,height_m`";
+const LAYOUT: &str = "`drops.csv` needs the columns `ball,drop,t_s,height_m`";
 
-/// A drop is used from here below its highest point, m: before, the ball may still be in the hand.
-const CLEAR_M: f64 = 1.0;
+/// Distance below the highest point from which a drop is used, m; above, the ball may still be held.
+const MIN_FALL_M: f64 = 1.0;
 
-/// Gravity alone; the release instant is uncertain, so position and velocity at the first sample are fitted.
+/// Model of gravity alone.
+///
+/// The time of release is uncertain, so the initial position and velocity are fitted.
 const MODEL: &str = "\
 scenario = \"ball\"
 
@@ -23,8 +25,9 @@ gravity_m_s2 = { nominal = 9.81, frozen = true }
 kind = \"free\"
 ";
 
-/// Reads `drops.csv`: one trajectory a drop, `group` the ball, `height_m` alone (the velocities in the file are derived from
-/// the heights).
+/// Reads `drops.csv`: one trajectory per drop with `height_m`; `group` is the ball.
+///
+/// The velocities in the file are not read, because they are derived from the heights.
 pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
     let mut source = CsvSource::open(&folder.join("drops.csv"))?;
     let mut cells = Vec::new();
@@ -34,7 +37,7 @@ pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
     let mut drops: Vec<(String, String, Vec<f64>, Vec<f64>)> = Vec::new();
     while source.next_row()? {
         let (ball, drop) = (source.text(cells[0])?.to_owned(), source.text(cells[1])?.to_owned());
-        let (t, height) = (required(&source, cells[2])?, required(&source, cells[3])?);
+        let (t, height) = (source.required_number(cells[2])?, source.required_number(cells[3])?);
         let id = format!("{ball}-{drop}");
         if drops.last().is_none_or(|d| d.0 != id) {
             drops.push((id, ball, Vec::new(), Vec::new()));
@@ -48,7 +51,7 @@ pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
         .into_iter()
         .map(|(id, ball, mut t, mut z)| {
             let top = z.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let begin = z.iter().rposition(|&h| h > top - CLEAR_M).map_or(0, |k| k + 1).min(z.len() - 1);
+            let begin = z.iter().rposition(|&h| h > top - MIN_FALL_M).map_or(0, |k| k + 1).min(z.len() - 1);
             t.drain(..begin);
             z.drain(..begin);
             Trajectory::new(id, t, vec![z])?.with_group(ball)

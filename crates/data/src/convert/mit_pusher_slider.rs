@@ -1,6 +1,6 @@
-//! `mit-pusher-slider`: long pushes of a square under control (Hogan and Rodriguez, WAFR 2016).
+//! Converter of `mit-pusher-slider`: controlled pushes of a square (Hogan and Rodriguez, WAFR 2016).
 
-use super::{Converted, required};
+use super::Converted;
 use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
 use crate::error::DataError;
@@ -9,11 +9,10 @@ use crate::push::union_clock::{Source, union};
 use crate::trajectory::Trajectory;
 use std::path::{Path, PathBuf};
 
-const LAYOUT: &str =
-    "a run has `t_s,pusher_x_m,pusher_y_m,slider_x_m,slider_y_m,slider_th_rad,pusher_new,slider_new`";
-const INDEX: &str = "the index has `file`";
+const LAYOUT: &str = "a run needs the columns `t_s,pusher_x_m,pusher_y_m,slider_x_m,slider_y_m,slider_th_rad,pusher_new,slider_new`";
+const INDEX: &str = "the index needs the column `file`";
 
-/// The steel square of 90 mm: c of a uniform pressure, the authors' mass, rod and friction.
+/// Model of the steel square of 90 mm: c of uniform pressure; mass, rod and friction of the authors.
 const MODEL: &str = "\
 scenario = \"push\"
 object = \"rect1\"
@@ -30,10 +29,11 @@ position_sd_m = 0.0003
 angle_sd_rad = 0.002
 ";
 
-/// Reads the runs that `index.csv` lists, or a single run; `group` is the day (`10-21`) that begins a file's name.
+/// Reads the runs that `index.csv` lists, or a single run.
 ///
-/// The logger holds the last value; here each stream is interpolated between its fresh samples, and the clock
-/// begins at 0. The two clocks remain 10 to 20 ms apart, as recorded.
+/// `group` is the day (`10-21`) in the file name. The logger repeats the last value; here each stream is
+/// interpolated between its fresh samples, and the times begin at 0. The offset of 10 to 20 ms between the
+/// two clocks is not corrected.
 pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {
     let mut trajectories = Vec::new();
     if path.is_dir() {
@@ -48,7 +48,7 @@ pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {
     Ok(Converted { data, model_toml: Some(MODEL.to_owned()) })
 }
 
-/// Files of the runs.
+/// Files of the runs that the index lists.
 fn runs(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
     let index_path = folder.join("index.csv");
     let mut index = CsvSource::open(&index_path)?;
@@ -58,7 +58,7 @@ fn runs(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
         let name = index.text(file)?;
         let run = folder.join(name);
         if !run.is_file() {
-            return Err(PushError::Unlisted { path: index_path, file: name.to_owned() }.into());
+            return Err(PushError::ListedFileMissing { path: index_path, file: name.to_owned() }.into());
         }
         runs.push(run);
     }
@@ -75,6 +75,7 @@ fn day(id: &str) -> Option<String> {
     digits.then(|| format!("{}-{}", &day[..2], &day[2..]))
 }
 
+/// Reads one run as a trajectory on the union of the clocks of rod and object.
 fn run(path: &Path) -> Result<Trajectory, DataError> {
     let mut source = CsvSource::open(path)?;
     let cell = |name| source.require(name, LAYOUT);
@@ -87,12 +88,12 @@ fn run(path: &Path) -> Result<Trajectory, DataError> {
         time_s: Vec::new(),
         columns: vec![Vec::new(); cells.len()],
         angular: vec![false, false, true][..cells.len()].to_vec(),
-        longest_bridge_s: f64::INFINITY,
+        max_interpolated_s: f64::INFINITY,
     });
     let id = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let (mut start_s, mut previous) = (None, None);
     while source.next_row()? {
-        let now = required(&source, time)?;
+        let now = source.required_number(time)?;
         let start_s = *start_s.get_or_insert(now);
         if let Some(previous_s) = previous.replace(now).filter(|&before| now <= before) {
             let (path, line, column) = (path.to_owned(), source.line(), "t_s");
@@ -100,12 +101,12 @@ fn run(path: &Path) -> Result<Trajectory, DataError> {
             return Err(DataError::TimeNotIncreasing { path, line, column, trajectory, previous_s, time_s });
         }
         for ((fresh, cells), stream) in streams.iter().zip(&mut sources) {
-            if required(&source, *fresh)? == 0.0 {
+            if source.required_number(*fresh)? == 0.0 {
                 continue;
             }
             stream.time_s.push(now - start_s);
             for (&cell, column) in cells.iter().zip(&mut stream.columns) {
-                column.push(required(&source, cell)?);
+                column.push(source.required_number(cell)?);
             }
         }
     }

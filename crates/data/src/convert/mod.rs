@@ -1,7 +1,8 @@
-//! Measured sets by others, in their own layouts, turned into the long form; one file for each set.
+//! Converters of published data sets to the long form, one file per set.
 //!
-//! Each converter gives the data and, where one fits, the model file that declares what anyone would: gravity, a
-//! constant restitution; the uniform limit surface of the object and textbook friction.
+//! Each converter returns the data and, where one model fits all trajectories, a model file to begin with.
+//! For balls it declares gravity and a constant restitution, for pushes the limit surface of uniform pressure
+//! and published friction.
 
 mod cmu_mlab;
 mod desilva;
@@ -10,12 +11,11 @@ mod mit_pusher_slider;
 mod paper_stack;
 mod spindoe;
 
-use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
 use crate::error::DataError;
 use std::path::Path;
 
-/// A converted set.
+/// A converted data set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converted {
     /// The trajectories.
@@ -24,10 +24,10 @@ pub struct Converted {
     pub model_toml: Option<String>,
 }
 
-/// A converter: from the folder of a set (for pushes also a single file of it).
+/// Function that converts the folder of a data set; for pushes also a single file of it.
 pub type Converter = fn(&Path) -> Result<Converted, DataError>;
 
-/// The sets that can be converted, by name; those of balls are called as their folder.
+/// Converters by the name of the data set; sets of balls have the name of their folder.
 pub const CONVERTERS: [(&str, Converter); 6] = [
     ("cmu-mlab", cmu_mlab::convert),
     ("desilva-ball-drops", desilva::convert),
@@ -37,12 +37,7 @@ pub const CONVERTERS: [(&str, Converter); 6] = [
     ("spindoe-table-tennis", spindoe::convert),
 ];
 
-/// Whether a set of [`CONVERTERS`] is of pushes: those are large, so one who wants balls asks before converting.
+/// Whether a data set of [`CONVERTERS`] holds pushes; these are large, so commands for balls skip them.
 pub fn is_of_pushes(set: &str) -> bool {
     matches!(set, "cmu-mlab" | "mit-push" | "mit-pusher-slider")
-}
-
-/// A number that must be there.
-fn required(source: &CsvSource, cell: usize) -> Result<f64, DataError> {
-    source.number(cell)?.ok_or_else(|| source.empty_cell(cell, "this layout has no gaps"))
 }

@@ -1,6 +1,6 @@
-//! `paper-stack-bounces`: marbles on stacks of paper, high-speed video in pixels.
+//! Converter of `paper-stack-bounces`: marbles on stacks of paper, high-speed video in pixels.
 
-use super::{Converted, required};
+use super::Converted;
 use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
 use crate::error::DataError;
@@ -8,15 +8,17 @@ use crate::trajectory::Trajectory;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-const INDEX: &str = "the index has `series,file,sheets,pressure_mbar,usable_impacts,accel_px_per_frame2,t_imp1_frame,v_in1_px_per_frame,note`";
-const DROPS: &str = "the drops have `series,file,frame,x_px,y_px`";
+const INDEX: &str = "`index.csv` needs the columns `series,file,sheets,pressure_mbar,usable_impacts,accel_px_per_frame2,t_imp1_frame,v_in1_px_per_frame,e1,v_in2_px_per_frame,e2,v_in3_px_per_frame,note`";
+const DROPS: &str = "`drops.csv` needs the columns `series,file,frame,y_px`";
 const FRAMES_PER_S: f64 = 200.0;
+/// Gravity of the Earth, m/s².
 const GRAVITY: f64 = 9.81;
-/// Frames on each side of an impact that are left out: the ball is in the paper, which no model of a bounce follows.
+/// Number of frames on each side of an impact that are left out.
+///
+/// The ball is then in contact with the paper, which is not modelled.
 const CONTACT_FRAMES: f64 = 3.0;
 
-/// One constant restitution for each stack; each drop has its own scale (a gravity of its own, in metres of a scale that is
-/// only roughly known) and its own floor.
+/// Model with one constant restitution per stack and one floor height per drop.
 const MODEL: &str = "\
 scenario = \"ball\"
 
@@ -32,11 +34,60 @@ kind = \"height-offset\"
 b_m = { nominal = 0.0, per = \"trajectory\" }
 ";
 
-/// Reads `index.csv` and `drops.csv`: drops with usable impacts, from after the release (the tracks begin while the ball is
-/// held), in metres by each drop's own free-flight acceleration, heights above the first contact. Restitution depends on
-/// the stack (series, sheets, air pressure), which is the group of a drop; what is asked is whether it is constant for a stack.
+/// A drop as the index describes it; lengths are in pixels, times in frames.
+struct Drop {
+    /// Acceleration in free flight.
+    acceleration: f64,
+    /// Speed before the first impact.
+    speed: f64,
+    /// Times of the impacts.
+    impacts: Vec<f64>,
+    /// Series, sheets and air pressure: the group.
+    stack: String,
+}
+
+/// Series and file that identify a drop.
+type DropKey = (String, String);
+
+/// Reads the drops with at least two usable impacts: heights above the first contact, m.
+///
+/// The files are `index.csv` and `drops.csv`. The scale of each drop is its acceleration in free flight. The
+/// track begins while the ball is held, so it is used from a time after the release. Restitution depends on
+/// the stack (series, sheets, air pressure), which is the group.
 pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
-    let mut index = CsvSource::open(&folder.join("index.csv"))?;
+    let mut drops = read_index(&folder.join("index.csv"))?;
+    let tracks = read_tracks(&folder.join("drops.csv"), &drops)?;
+    let mut trajectories = Vec::new();
+    for (key, track) in tracks {
+        let Some(drop) = drops.remove(&key) else { continue };
+        let impact = drop.impacts[0];
+        let metres_per_px = GRAVITY / (drop.acceleration * FRAMES_PER_S * FRAMES_PER_S);
+        // The fall lasts speed / acceleration frames; in the first fifth the ball may still be held.
+        let begin = impact - 0.8 * drop.speed / drop.acceleration;
+        let track: Vec<_> = track.into_iter().filter(|s| s.0 >= begin).collect();
+        let is_increasing = track.windows(2).all(|w| w[1].0 > w[0].0);
+        let floor =
+            track.iter().filter(|s| (s.0 - impact).abs() <= 2.0).map(|s| s.1).fold(f64::NAN, f64::max);
+        if track.len() < 20 || !is_increasing || !floor.is_finite() {
+            continue;
+        }
+        let is_flight = |s: &(f64, f64)| drop.impacts.iter().all(|i| (s.0 - i).abs() > CONTACT_FRAMES);
+        let track: Vec<_> = track.into_iter().filter(is_flight).collect();
+        let times = track.iter().map(|s| (s.0 - begin) / FRAMES_PER_S).collect();
+        let heights = track.iter().map(|s| (floor - s.1) * metres_per_px).collect();
+        let (series, file) = key;
+        let trajectory = Trajectory::new(format!("{series}/{file}"), times, vec![heights])?;
+        trajectories.push(trajectory.with_group(drop.stack)?);
+    }
+    Ok(Converted {
+        data: Dataset::from_names(&["height_m"], trajectories)?,
+        model_toml: Some(MODEL.to_owned()),
+    })
+}
+
+/// Reads the drops with at least two usable impacts and no remark.
+fn read_index(path: &Path) -> Result<BTreeMap<DropKey, Drop>, DataError> {
+    let mut index = CsvSource::open(path)?;
     let mut cells = Vec::new();
     for name in [
         "series",
@@ -55,7 +106,7 @@ pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
     ] {
         cells.push(index.require(name, INDEX)?);
     }
-    let mut wanted = BTreeMap::new();
+    let mut drops = BTreeMap::new();
     while index.next_row()? {
         let key = (index.text(cells[0])?.to_owned(), index.text(cells[1])?.to_owned());
         let numbers = [
@@ -64,65 +115,48 @@ pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
             index.number(cells[5])?,
             index.number(cells[2])?,
         ];
-        let noted = !index.text(cells[6])?.is_empty();
-        if let [Some(accel), Some(impact), Some(speed), Some(impacts)] = numbers
-            && impacts >= 2.0
-            && !noted
+        let has_remark = !index.text(cells[6])?.is_empty();
+        if let [Some(acceleration), Some(impact), Some(speed), Some(usable_impacts)] = numbers
+            && usable_impacts >= 2.0
+            && !has_remark
         {
             let (sheets, pressure) = (index.text(cells[7])?, index.text(cells[8])?);
             let air = if pressure.is_empty() { String::new() } else { format!(" at {pressure} mbar") };
             let stack = format!("{} {sheets} sheets{air}", key.0);
             let mut impacts = vec![impact];
-            let mut leaving = index.number(cells[9])?.map(|e| e * speed);
-            for (arriving, restitution) in [(cells[10], Some(cells[11])), (cells[12], None)] {
-                let (Some(out), Some(into)) = (leaving, index.number(arriving)?) else { break };
-                impacts.push(impacts[impacts.len() - 1] + (out + into) / accel);
-                leaving = match restitution {
-                    Some(cell) => index.number(cell)?.map(|e| e * into),
+            // A flight from speed v_out to speed v_in lasts (v_out + v_in) / acceleration.
+            let mut speed_out = index.number(cells[9])?.map(|e| e * speed);
+            for (speed_in, restitution) in [(cells[10], Some(cells[11])), (cells[12], None)] {
+                let (Some(v_out), Some(v_in)) = (speed_out, index.number(speed_in)?) else { break };
+                impacts.push(impacts[impacts.len() - 1] + (v_out + v_in) / acceleration);
+                speed_out = match restitution {
+                    Some(cell) => index.number(cell)?.map(|e| e * v_in),
                     None => None,
                 };
             }
-            wanted.insert(key, (accel, impacts, speed, stack));
+            drops.insert(key, Drop { acceleration, speed, impacts, stack });
         }
     }
-    let mut source = CsvSource::open(&folder.join("drops.csv"))?;
+    Ok(drops)
+}
+
+/// Reads the tracks of `drops` as pairs of frame and vertical pixel, downwards.
+fn read_tracks(
+    path: &Path,
+    drops: &BTreeMap<DropKey, Drop>,
+) -> Result<BTreeMap<DropKey, Vec<(f64, f64)>>, DataError> {
+    let mut source = CsvSource::open(path)?;
     let mut cells = Vec::new();
     for name in ["series", "file", "frame", "y_px"] {
         cells.push(source.require(name, DROPS)?);
     }
-    let mut tracks: BTreeMap<(String, String), Vec<(f64, f64)>> = BTreeMap::new();
+    let mut tracks: BTreeMap<DropKey, Vec<(f64, f64)>> = BTreeMap::new();
     while source.next_row()? {
         let key = (source.text(cells[0])?.to_owned(), source.text(cells[1])?.to_owned());
-        if wanted.contains_key(&key) {
-            let sample = (required(&source, cells[2])?, required(&source, cells[3])?);
+        if drops.contains_key(&key) {
+            let sample = (source.required_number(cells[2])?, source.required_number(cells[3])?);
             tracks.entry(key).or_default().push(sample);
         }
     }
-    let mut trajectories = Vec::new();
-    for ((series, file), track) in tracks {
-        let key = (series, file);
-        let Some((accel, impacts, speed, stack)) = wanted.remove(&key) else { continue };
-        let impact = impacts[0];
-        let (series, file) = key;
-        let metres = GRAVITY / (accel * FRAMES_PER_S * FRAMES_PER_S);
-        // The fall lasted speed / accel frames; its first fifth may still be in the hand.
-        let begin = impact - 0.8 * speed / accel;
-        let track: Vec<_> = track.into_iter().filter(|s| s.0 >= begin).collect();
-        let increasing = track.windows(2).all(|w| w[1].0 > w[0].0);
-        let floor =
-            track.iter().filter(|s| (s.0 - impact).abs() <= 2.0).map(|s| s.1).fold(f64::NAN, f64::max);
-        if track.len() < 20 || !increasing || !floor.is_finite() {
-            continue;
-        }
-        let track: Vec<_> =
-            track.into_iter().filter(|s| impacts.iter().all(|i| (s.0 - i).abs() > CONTACT_FRAMES)).collect();
-        let times = track.iter().map(|s| (s.0 - begin) / FRAMES_PER_S).collect();
-        let heights = track.iter().map(|s| (floor - s.1) * metres).collect();
-        let drop = Trajectory::new(format!("{series}/{file}"), times, vec![heights])?;
-        trajectories.push(drop.with_group(stack)?);
-    }
-    Ok(Converted {
-        data: Dataset::from_names(&["height_m"], trajectories)?,
-        model_toml: Some(MODEL.to_owned()),
-    })
+    Ok(tracks)
 }

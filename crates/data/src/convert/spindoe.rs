@@ -1,6 +1,6 @@
-//! `spindoe-table-tennis`: ball flights with measured spin (Gossard et al., SpinDOE, 2023).
+//! Converter of `spindoe-table-tennis`: flights with measured spin (Gossard et al., SpinDOE, 2023).
 
-use super::{Converted, required};
+use super::Converted;
 use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
 use crate::error::{DataError, RowRemedy};
@@ -9,16 +9,15 @@ use crate::whole_file::read_log;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-const LAYOUT: &str = "the index has `traj_file,x_spin,y_spin,z_spin`";
-/// Height of the ball's lowest point above the table when the centre reads this: the ball's radius minus the offset that
-/// the set's description states (contact shows at -3 mm).
+const LAYOUT: &str = "the index needs the columns `traj_file,x_spin,y_spin,z_spin`";
+/// Recorded height of the ball when it touches the table, m, from the description of the set.
 const CONTACT_CENTRE_M: f64 = -0.003;
-/// Half length and half width of the table, m: beyond, the ball does not meet it.
+/// Half length and half width of the table, m.
 const HALF_TABLE_M: (f64, f64) = (1.52, 0.86);
-/// Spins above this are outliers of the spin measurement, rad/s.
-const LARGEST_SPIN: f64 = 900.0;
+/// Maximum plausible spin, rad/s; larger values are outliers of the spin measurement.
+const MAX_SPIN_RAD_S: f64 = 900.0;
 
-/// Gravity and constant restitution, with the recorded spin.
+/// Model with gravity and constant restitution.
 const MODEL: &str = "\
 scenario = \"ball\"
 
@@ -32,8 +31,10 @@ inertia_ratio = 0.6667
 kind = \"free\"
 ";
 
-/// Reads `index.csv` and the flights `NNN.csv` (`t;x;y;z`, no header). Flights without a plausible spin or with times that
-/// do not increase are left out; a flight ends where the ball leaves the table below its surface.
+/// Reads `index.csv` and the flights `NNN.csv` (`t;x;y;z`, no header).
+///
+/// Flights without a plausible spin or with times that do not increase are left out. A flight ends where the
+/// ball is below the surface of the table, or beside the table and low.
 pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
     let mut index = CsvSource::open(&folder.join("index.csv"))?;
     let mut cells = Vec::new();
@@ -42,16 +43,15 @@ pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
     }
     let mut spins = BTreeMap::new();
     while index.next_row()? {
-        let number = required(&index, cells[0])? as u32;
-        let spin = [required(&index, cells[1])?, required(&index, cells[2])?, required(&index, cells[3])?];
-        spins.insert(number, spin);
+        let number = |cell: usize| index.required_number(cells[cell]);
+        spins.insert(number(0)? as u32, [number(1)?, number(2)?, number(3)?]);
     }
     let mut trajectories = Vec::new();
     for (number, spin) in spins {
         let name = format!("{number:03}");
         let path = folder.join(format!("{name}.csv"));
-        let plausible = spin.iter().map(|w| w * w).sum::<f64>().sqrt() < LARGEST_SPIN;
-        if !path.exists() || !plausible {
+        let is_plausible = spin.iter().map(|w| w * w).sum::<f64>().sqrt() < MAX_SPIN_RAD_S;
+        if !path.exists() || !is_plausible {
             continue;
         }
         let text = read_log(&path)?;
@@ -82,10 +82,11 @@ pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
         }
         let [t, x, y, z] = columns;
         let z: Vec<f64> = z.iter().map(|v| v - CONTACT_CENTRE_M).collect();
-        let over = |k: usize| x[k].abs() < HALF_TABLE_M.1 && y[k].abs() < HALF_TABLE_M.0;
-        let end = (0..t.len()).find(|&k| z[k] < -0.03 || (z[k] < 0.08 && !over(k))).unwrap_or(t.len());
-        let ordered = t.windows(2).take(end.saturating_sub(1)).all(|w| w[1] > w[0]);
-        if end < 15 || !ordered {
+        let is_over_table = |k: usize| x[k].abs() < HALF_TABLE_M.1 && y[k].abs() < HALF_TABLE_M.0;
+        let end =
+            (0..t.len()).find(|&k| z[k] < -0.03 || (z[k] < 0.08 && !is_over_table(k))).unwrap_or(t.len());
+        let is_increasing = t.windows(2).take(end.saturating_sub(1)).all(|w| w[1] > w[0]);
+        if end < 15 || !is_increasing {
             continue;
         }
         let constant = |v: f64| vec![v; end];

@@ -1,23 +1,23 @@
-//! Zip archives, read from memory: the published push files and NPZ come in them.
+//! Reads zip archives in memory, for the published push files and NPZ.
 
 use super::error::PushError;
 use super::fault::FilePart;
 use crate::limits::Limit;
-use crate::whole_file::within;
+use crate::whole_file::read_within;
 use std::io::Cursor;
 use std::path::Path;
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-/// Longest name of a member, bytes: as long as a file's name on most systems. It becomes part of paths in messages.
-const LONGEST_NAME: usize = 255;
+/// Maximum length of the name of a member, bytes; it is the limit of most file systems.
+const MAX_NAME_BYTES: usize = 255;
 
-/// Whether the bytes begin as a zip archive does.
+/// Whether the bytes begin with the magic number of a zip archive.
 pub(crate) fn is_zip(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06")
 }
 
-/// Names of the files in the archive, in its order.
+/// Names of the files in the archive, in the order of the archive.
 pub(crate) fn members(path: &Path, bytes: &[u8]) -> Result<Vec<String>, PushError> {
     let archive = open(path, bytes)?;
     let mut names = Vec::new();
@@ -30,28 +30,28 @@ pub(crate) fn members(path: &Path, bytes: &[u8]) -> Result<Vec<String>, PushErro
     Ok(names)
 }
 
-/// Unpacks the members in `names`, one after another.
+/// Unpacks the members in `names` one after another and passes each to `read_member`.
 pub(crate) fn unpack(
     path: &Path,
     bytes: &[u8],
     names: &[String],
-    mut each: impl FnMut(&str, Vec<u8>) -> Result<(), crate::DataError>,
+    mut read_member: impl FnMut(&str, Vec<u8>) -> Result<(), crate::DataError>,
 ) -> Result<(), crate::DataError> {
     let mut archive = open(path, bytes)?;
     for name in names {
-        if name.len() > LONGEST_NAME || name.chars().any(char::is_control) {
+        if name.len() > MAX_NAME_BYTES || name.chars().any(char::is_control) {
             return Err(PushError::MemberName { path: path.to_owned(), member: name.clone() }.into());
         }
         let damaged = |cause: ZipError| damaged(path, Some(name.clone()), cause);
         let member = archive.by_name(name).map_err(damaged)?;
-        // The size that the archive states may be a lie: what counts is how much comes out.
-        let content = within(member, Limit::Bytes).map_err(|e| damaged(e.into()))?;
+        // The size that the archive states may be wrong, so the limit applies to the unpacked bytes.
+        let content = read_within(member, Limit::Bytes).map_err(|e| damaged(e.into()))?;
         let content = content.ok_or_else(|| PushError::Limit {
             path: path.to_owned(),
             part: FilePart::Member(name.clone()),
             cause: Limit::Bytes.exceeded(),
         })?;
-        each(name, content)?;
+        read_member(name, content)?;
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! All trials below a folder, in an archive, or in one file.
+//! Reads all push trials in a folder, in an archive, or in one file.
 
 use super::archive::{is_zip, members, unpack};
 use super::error::PushError;
@@ -13,11 +13,13 @@ use std::path::{Path, PathBuf};
 
 const EXPECTED: &str = "`.h5`, `.json` or `.zip` files, named `motion_surface=…` or `block=…`";
 
-/// Reads the trials in `path`: an HDF5 or JSON file, a zip archive of them, or a folder, searched to the
-/// bottom, of either. Files with other extensions are passed over; the order is that of the names.
+/// Reads the trials in `path`: an HDF5 or JSON file, a zip archive of them, or a folder.
+///
+/// Folders are searched recursively. Files with other extensions are skipped, and the trials are sorted by
+/// file name.
 ///
 /// # Errors
-/// The first fault in any file (see [`PushError`]), a trial that occurs twice, or nothing to read.
+/// The first fault in any file (see [`PushError`]), a trial that occurs twice, or no trials.
 pub fn read_push_trials(path: &Path) -> Result<Vec<PushTrial>, DataError> {
     let mut trials = Vec::new();
     if path.is_dir() {
@@ -27,29 +29,30 @@ pub fn read_push_trials(path: &Path) -> Result<Vec<PushTrial>, DataError> {
     } else {
         read_file(path, &mut trials)?;
     }
-    checked(path, trials)
+    check_trials(path, trials)
 }
 
-/// Checks that there are trials, and none twice.
-fn checked(path: &Path, trials: Vec<PushTrial>) -> Result<Vec<PushTrial>, DataError> {
+/// Checks that there are trials and that none occurs twice.
+fn check_trials(path: &Path, trials: Vec<PushTrial>) -> Result<Vec<PushTrial>, DataError> {
     if trials.is_empty() {
-        return Err(PushError::Nothing { path: path.to_owned(), expected: EXPECTED }.into());
+        return Err(PushError::NoPushFiles { path: path.to_owned(), expected: EXPECTED }.into());
     }
-    let mut seen = BTreeMap::new();
+    let mut first_paths = BTreeMap::new();
     for trial in &trials {
-        if let Some(first) = seen.insert(trial.name.to_string(), &trial.path) {
+        if let Some(first) = first_paths.insert(trial.name.to_string(), &trial.path) {
             let (first, second) = (first.clone(), trial.path.clone());
-            return Err(PushError::Twice { first, second }.into());
+            return Err(PushError::DuplicateTrial { first, second }.into());
         }
     }
     Ok(trials)
 }
 
-/// [`read_push_trials`] as a data set on union clocks (see [`PushTrial::trajectory`]), `group` the support and
-/// the object.
+/// Reads the trials in `path` as a data set on the union of the clocks (see [`PushTrial::trajectory`]).
+///
+/// `group` is the support and the object.
 ///
 /// # Errors
-/// The errors of [`read_push_trials`], and a trial whose streams have no time in common.
+/// The errors of [`read_push_trials`], and a trial whose streams do not overlap in time.
 pub fn read_push_dataset(path: &Path) -> Result<Dataset, DataError> {
     dataset(path, read_push_trials(path)?)
 }
@@ -58,7 +61,7 @@ pub fn read_push_dataset(path: &Path) -> Result<Dataset, DataError> {
 pub(crate) fn push_dataset_of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Dataset, DataError> {
     let mut trials = Vec::new();
     add_trials(path, bytes, &mut trials)?;
-    dataset(path, checked(path, trials)?)
+    dataset(path, check_trials(path, trials)?)
 }
 
 fn dataset(path: &Path, trials: Vec<PushTrial>) -> Result<Dataset, DataError> {
@@ -71,13 +74,14 @@ fn read_file(path: &Path, trials: &mut Vec<PushTrial>) -> Result<(), DataError> 
     add_trials(path, read_whole(path)?, trials)
 }
 
+/// Adds the trials in the bytes of a file or of an archive.
 fn add_trials(path: &Path, bytes: Vec<u8>, trials: &mut Vec<PushTrial>) -> Result<(), DataError> {
     if !is_zip(&bytes) {
         trials.push(PushTrial::from_bytes(path, bytes)?);
         return Ok(());
     }
     let mut names = members(path, &bytes)?;
-    names.retain(|name| holds_trials(Path::new(name)) && !name.starts_with("__MACOSX/"));
+    names.retain(|name| has_trial_extension(Path::new(name)) && !name.starts_with("__MACOSX/"));
     names.sort_unstable();
     unpack(path, &bytes, &names, |name, content| {
         trials.push(PushTrial::from_bytes(&path.join(name), content)?);
@@ -85,13 +89,14 @@ fn add_trials(path: &Path, bytes: Vec<u8>, trials: &mut Vec<PushTrial>) -> Resul
     })
 }
 
-/// Whether a file in a folder is one of the set's, by its extension.
-fn holds_trials(path: &Path) -> bool {
+/// Whether a file has the extension of a trial or of an archive, and is not hidden.
+fn has_trial_extension(path: &Path) -> bool {
     let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     !hidden && extension.is_some_and(|e| ["h5", "hdf5", "json", "zip"].contains(&e.as_str()))
 }
 
+/// Files in a folder and its subfolders that may hold trials, sorted by name.
 fn files_below(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
     let unreadable = |cause| DataError::Unreadable { path: folder.to_owned(), cause };
     let mut entries = Vec::new();
@@ -103,7 +108,7 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
     for entry in entries {
         if entry.is_dir() {
             files.extend(files_below(&entry)?);
-        } else if holds_trials(&entry) {
+        } else if has_trial_extension(&entry) {
             files.push(entry);
         }
     }

@@ -1,4 +1,4 @@
-//! Mistakes in the files of the push sets, each with file, key and remedy.
+//! Errors in the files of the push sets: each message states file, key and remedy.
 
 use super::fault::{FilePart, NameFault, StreamLayout};
 use crate::limits::LimitExceeded;
@@ -7,102 +7,102 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 const NAME_LAYOUT: &str = "names are `motion_surface=abs_shape=rect1_a=0_v=20_i=0.000_s=0.700_t=0.000`, with \
-                           `_rep=0004` for repeats, or `block=steel_run=01`; rename the file or take it out";
+                           `_rep=0004` for repeats, or `block=steel_run=01`; rename the file or remove it";
 
-/// A push file, or a set of them, that cannot be read.
+/// Error of reading a push file or a set of them.
 #[derive(Debug, Error)]
 pub enum PushError {
-    /// A field of the file name holds what no table knows.
+    /// A field of the file name has an unknown value.
     #[error(
-        "{}: file name: unknown {field} `{value}`; known are {}; correct the name or take the file out",
+        "{}: file name: unknown {field} `{value}`; known values are {}; correct the name or remove the file",
         path.display(), known.join(", "), value = shown(value))]
     UnknownName {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// `surface`, `shape` or `block`.
         field: &'static str,
-        /// Value as found.
+        /// Value as it is in the file name.
         value: String,
-        /// Values that are known.
+        /// Known values.
         known: Vec<&'static str>,
     },
-    /// A file name of another pattern, or a field that is missing or no number.
+    /// The file name does not have the pattern, or a field is missing or not a number.
     #[error("{}: file name: {fault}; {NAME_LAYOUT}", path.display())]
     Name {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// The field, and what is wrong with it.
+        /// The field and its fault.
         fault: NameFault,
     },
-    /// Neither HDF5, JSON nor a zip archive.
+    /// The file is neither HDF5, JSON nor a zip archive.
     #[error(
-        "{}: neither HDF5, JSON nor a zip archive of them, judged by its first bytes; copy or download it \
-         again", path.display()
+        "{}: the content is neither HDF5, JSON nor a zip archive of them; copy or download the file again",
+        path.display()
     )]
     UnknownContent {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The HDF5 file, or one data set in it, cannot be decoded.
     #[error("{}: `{key}`: the HDF5 file is damaged or cut off ({cause}); copy or download it again", path.display(), key = shown(key), cause = shown_cause(cause))]
     Hdf5 {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Data set, or `/` for the file as a whole.
         key: String,
         /// Error of the decoder.
         cause: Box<hdf5_reader::error::Error>,
     },
-    /// The JSON text is no JSON, or is cut off.
+    /// The text is not JSON, or is cut off.
     #[error("{}: not valid JSON ({cause}); the file is damaged or cut off: copy or download it again", path.display(), cause = shown_cause(cause))]
     Json {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
         /// Error of the parser, with line and column.
         cause: serde_json::Error,
     },
-    /// One of the streams is not there.
+    /// One of the streams is missing.
     #[error(
         "{}: stream `{key}` is missing; the file has: {}; a trial needs tip_pose, object_pose and ft_wrench: \
-         copy or download it again, or take it out", path.display(), shown_list(found)
+         copy or download the file again, or remove it", path.display(), shown_list(found)
     )]
     MissingStream {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Stream.
+        /// Key of the stream.
         key: &'static str,
-        /// Names that are there.
+        /// Names in the file.
         found: Vec<String>,
     },
     /// A stream is not a table of four columns of 64-bit floating-point numbers.
-    #[error("{}: stream `{key}`: {found}; store it as rows of four numbers: time and three values", path.display())]
+    #[error("{}: stream `{key}` {found}; store it as rows of four numbers: time and three values", path.display())]
     Layout {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Stream.
+        /// Key of the stream.
         key: &'static str,
-        /// The layout that is there instead.
+        /// The layout in the file.
         found: StreamLayout,
     },
-    /// A value that is no finite number.
+    /// A value is not a finite number.
     #[error("{}: stream `{key}`, row {row}: a value is not a finite number; remove the row", path.display(), key = shown(key))]
     NotFinite {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Stream.
+        /// Key of the stream.
         key: String,
         /// Row, from 0.
         row: usize,
     },
-    /// Time runs backwards.
+    /// The time decreases.
     #[error(
-        "{}: stream `{key}`, row {row}: time {time_s} s after {previous_s} s; sort the rows by time, or take \
-         the trial out if its clock was reset", path.display()
+        "{}: stream `{key}`, row {row}: the time decreases ({time_s} s follows {previous_s} s); sort the rows by time, \
+         or remove the trial if its clock was reset", path.display()
     )]
     TimeDecreases {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Stream.
+        /// Key of the stream.
         key: &'static str,
         /// Row, from 0.
         row: usize,
@@ -111,105 +111,105 @@ pub enum PushError {
         /// Time of this row, s.
         time_s: f64,
     },
-    /// Fewer than two usable samples.
-    #[error("{}: stream `{key}`: fewer than two samples at different times; take the trial out", path.display())]
+    /// A stream has fewer than two samples at different times.
+    #[error("{}: stream `{key}` has fewer than two samples at different times; remove the trial", path.display())]
     TooShort {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Stream.
+        /// Key of the stream.
         key: &'static str,
     },
-    /// No instant at which all streams were measured.
+    /// The streams do not overlap in time.
     #[error(
-        "{}: tip_pose, object_pose and ft_wrench have no time in common; check that their clocks are the same, \
-         or take the trial out", path.display()
+        "{}: tip_pose, object_pose and ft_wrench do not overlap in time; check that their clocks are the same, \
+         or remove the trial", path.display()
     )]
     NoCommonTime {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
     },
     /// A zip archive, or a member of it, cannot be unpacked.
-    #[error("{}: {}the zip archive is damaged or cut off ({cause}); copy or download it again", path.display(), within(member), cause = shown_cause(cause))]
+    #[error("{}: {}the zip archive is damaged or cut off ({cause}); copy or download it again", path.display(), member_prefix(member), cause = shown_cause(cause))]
     Zip {
-        /// Archive.
+        /// Path of the archive.
         path: PathBuf,
-        /// Name of the member; none where the archive as a whole is meant.
+        /// Name of the member; `None` for the archive as a whole.
         member: Option<String>,
         /// Error of the decoder.
         cause: Box<zip::result::ZipError>,
     },
-    /// A member of an archive whose name is too long, or holds control characters that a message must not repeat.
-    #[error("{}: the name of member `{}` is too long or holds control characters; rename it", path.display(), shown(member))]
+    /// The name of a member is too long or has control characters, which a message must not show.
+    #[error("{}: the name of member `{}` is too long or contains control characters; rename it", path.display(), shown(member))]
     MemberName {
-        /// Archive.
+        /// Path of the archive.
         path: PathBuf,
         /// Name of the member.
         member: String,
     },
-    /// The same trial in two files.
+    /// The same trial is in two files.
     #[error(
-        "{}: the trial is also in {}; the sets come as HDF5 and as JSON: convert one of the two",
+        "{}: the same trial is also in {}; the sets are published both as HDF5 and as JSON: convert only one of them",
         second.display(), first.display()
     )]
-    Twice {
+    DuplicateTrial {
         /// File read first.
         first: PathBuf,
         /// File with the same trial.
         second: PathBuf,
     },
-    /// A folder or archive without push files.
-    #[error("{}: no push file in it; expected {expected}; name the folder or archive that holds them", path.display())]
-    Nothing {
-        /// Folder or archive.
+    /// A folder or an archive has no push files.
+    #[error("{}: there are no push files; expected {expected}; give the folder or the archive that contains them", path.display())]
+    NoPushFiles {
+        /// Path of the folder or archive.
         path: PathBuf,
-        /// Which files.
+        /// Description of the expected files.
         expected: &'static str,
     },
-    /// A file listed in an index is not there, or the other way round.
-    #[error("{}: lists `{file}`, which is not there; restore it or remove its row", path.display(), file = shown(file))]
-    Unlisted {
-        /// Index.
+    /// A file that an index lists is missing.
+    #[error("{}: the listed file `{file}` is missing; restore it or remove its row", path.display(), file = shown(file))]
+    ListedFileMissing {
+        /// Path of the index.
         path: PathBuf,
-        /// File as listed.
+        /// File name in the index.
         file: String,
     },
-    /// A log that breaks off or holds something else.
-    #[error("{}: line {line}: {expected} expected; the log is damaged or cut off: copy or download it again", path.display())]
+    /// A log is cut off or has another content.
+    #[error("{}: line {line}: expected {expected}; the log is damaged or cut off: copy or download it again", path.display())]
     Log {
-        /// File.
+        /// Path of the file.
         path: PathBuf,
-        /// Line, from 1.
+        /// Line of the file, from 1.
         line: usize,
-        /// The value that should stand there.
+        /// Description of the expected content.
         expected: &'static str,
     },
-    /// More than [`Limit`](crate::Limit)s allow.
+    /// A part of the file exceeds a [`Limit`](crate::Limit).
     #[error("{}: {part} {cause}", path.display())]
     Limit {
-        /// File or archive.
+        /// Path of the file or archive.
         path: PathBuf,
         /// The part that is too large.
         part: FilePart,
-        /// Which limit.
+        /// Limit that was exceeded.
         cause: LimitExceeded,
     },
-    /// A sampling rate that is no positive number.
-    #[error("a common clock of {rate_hz} Hz makes no sense; give a positive rate such as 100")]
+    /// The sample rate is not a positive number.
+    #[error("the sample rate {rate_hz} Hz is not a positive number; give a positive rate such as 100")]
     Rate {
-        /// Rate asked for, Hz.
+        /// Requested rate, Hz.
         rate_hz: f64,
     },
-    /// A sampling rate that makes more samples than [`Limit`](crate::Limit)s allow.
-    #[error("on a common clock of {rate_hz} Hz the set {cause}")]
+    /// The sample rate gives more samples than a [`Limit`](crate::Limit) allows.
+    #[error("at a sample rate of {rate_hz} Hz the data set {cause}")]
     RateTooHigh {
-        /// Rate asked for, Hz.
+        /// Requested rate, Hz.
         rate_hz: f64,
-        /// Which limit.
+        /// Limit that was exceeded.
         cause: LimitExceeded,
     },
 }
 
-/// `member `name`: `, or nothing.
-fn within(member: &Option<String>) -> String {
+/// Prefix with the name of a member; empty for the archive as a whole.
+fn member_prefix(member: &Option<String>) -> String {
     member.as_ref().map_or(String::new(), |name| format!("member `{}`: ", shown(name)))
 }

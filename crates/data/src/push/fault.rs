@@ -1,48 +1,48 @@
-//! Faults of a trial's file name and of the layout of a stream; parts of files.
+//! Faults of the file name of a trial and of the layout of a stream, with their messages.
 
 use crate::printable::{shown, shown_cause};
 use std::fmt;
 
-/// Why a part of a trial's file name says nothing.
+/// Fault of a field in the file name of a trial.
 #[derive(Debug, Clone, PartialEq)]
-#[expect(missing_docs, reason = "Display shows them")]
+#[expect(missing_docs, reason = "the message of each variant shows its fields")]
 pub enum NameFault {
-    /// Another key where one is expected.
+    /// Another key is where `expected` should be.
     Key { expected: String, stem: String, found: String },
-    /// A field behind the last one.
-    TooMany { field: String },
-    /// A value that is no number, or a number of another kind.
-    NoNumber { field: String, value: String },
-    /// A number that no trial can have.
+    /// There is a field after the last one.
+    ExtraField { field: String },
+    /// A value is not a number, or not a whole number where one is needed.
+    NotNumber { field: String, value: String },
+    /// A number is outside its range.
     OutOfRange { field: String, value: String, within: [f64; 2] },
-    /// An index that is no whole number.
-    NoIndex { value: String },
+    /// An index is not a whole number.
+    NotWholeIndex { value: String },
 }
 
 impl fmt::Display for NameFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             NameFault::Key { expected, stem, found } => {
-                write!(f, "`{expected}=` expected where `{stem}` has `{found}`")
+                write!(f, "`{stem}` has `{found}` where `{expected}=` is expected")
             }
-            NameFault::TooMany { field } => write!(f, "`{field}` is one field too many"),
-            NameFault::NoNumber { field, value } => {
-                write!(f, "`{field}={value}` is not a number of its kind")
+            NameFault::ExtraField { field } => write!(f, "`{field}` is an extra field"),
+            NameFault::NotNumber { field, value } => {
+                write!(f, "`{field}={value}` is not a valid number")
             }
-            NameFault::OutOfRange { field, value, within: [least, most] } => {
-                write!(f, "`{field}={value}` is not within {least} to {most}")
+            NameFault::OutOfRange { field, value, within: [min, max] } => {
+                write!(f, "`{field}={value}` is not between {min} and {max}")
             }
-            NameFault::NoIndex { value } => write!(f, "`i={value}` is no whole number"),
+            NameFault::NotWholeIndex { value } => write!(f, "`i={value}` is not a whole number"),
         }
     }
 }
 
-/// A part of a trial's file or of an archive.
+/// Part of the file of a trial or of an archive.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FilePart {
-    /// A member of an archive, by its name.
+    /// Member of an archive, by name.
     Member(String),
-    /// A stream, by its key.
+    /// Stream of a trial, by key.
     Stream(&'static str),
 }
 
@@ -55,29 +55,29 @@ impl fmt::Display for FilePart {
     }
 }
 
-/// The layout of a stream that is no table of four columns of numbers.
+/// Layout of a stream that is not a table of four columns of 64-bit floating-point numbers.
 #[derive(Debug)]
-#[expect(missing_docs, reason = "Display shows them")]
+#[expect(missing_docs, reason = "the message of each variant shows its fields")]
 pub enum StreamLayout {
-    /// Other than four columns.
+    /// The stream does not have four columns.
     Shape { shape: Vec<u64> },
-    /// Elements of another type.
+    /// The elements have another type.
     Type,
-    /// No rows of numbers.
-    NoRows { cause: serde_json::Error },
-    /// A row of other than four numbers.
+    /// The stream is not rows of numbers.
+    NotRows { cause: serde_json::Error },
+    /// A row does not have four numbers.
     Row { row: usize, numbers: usize },
 }
 
 impl fmt::Display for StreamLayout {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            StreamLayout::Shape { shape } => write!(f, "a data set of shape {shape:?}"),
-            StreamLayout::Type => f.write_str("another type than 64-bit floating point"),
-            StreamLayout::NoRows { cause } => {
-                write!(f, "other than rows of numbers ({})", shown_cause(cause))
+            StreamLayout::Shape { shape } => write!(f, "has the shape {shape:?}"),
+            StreamLayout::Type => f.write_str("has another type than 64-bit floating point"),
+            StreamLayout::NotRows { cause } => {
+                write!(f, "is not rows of numbers ({})", shown_cause(cause))
             }
-            StreamLayout::Row { row, numbers } => write!(f, "row {row} has {numbers} numbers"),
+            StreamLayout::Row { row, numbers } => write!(f, "has {numbers} numbers in row {row}"),
         }
     }
 }

@@ -1,50 +1,50 @@
 //! Planar poses and the frames of push data.
 //!
-//! Every set is recorded in one planar frame, that of the robot's base, and kept there: "world". z points up,
-//! angles turn counter-clockwise. [`in_start_frame`] moves each trajectory so that it begins with the object
-//! at the origin, unturned, as most learned models of pushing want it.
+//! Every set is recorded in the frame of the robot's base, which is the world frame: z points up, and angles
+//! are positive counter-clockwise. [`in_start_frame`] transforms each trajectory so that the object begins at
+//! the origin with angle 0, as most learned models of pushing expect it.
 
 use crate::dataset::Dataset;
 use crate::error::DataError;
 use crate::trajectory::Trajectory;
 
-/// Position and angle in the plane, m and rad; also the transformation from its own frame to the world.
+/// Position and angle in the plane; also the transformation from the frame at this pose to the world.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PlanarPose {
-    /// Position, m.
+    /// Position along x, m.
     pub x_m: f64,
-    /// Position, m.
+    /// Position along y, m.
     pub y_m: f64,
     /// Angle, counter-clockwise, rad.
     pub theta_rad: f64,
 }
 
 impl PlanarPose {
-    /// A vector (a direction, a force) of this frame, in the world.
+    /// Transforms a vector (such as a force) from this frame to the world.
     pub fn rotate(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (s, c) = self.theta_rad.sin_cos();
         [c * x - s * y, s * x + c * y]
     }
 
-    /// A vector of the world, in this frame.
+    /// Transforms a vector from the world to this frame.
     pub fn rotate_back(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (s, c) = self.theta_rad.sin_cos();
         [c * x + s * y, c * y - s * x]
     }
 
-    /// A point of this frame, in the world, m.
+    /// Transforms a point (m) from this frame to the world.
     pub fn point(&self, point_m: [f64; 2]) -> [f64; 2] {
         let [x, y] = self.rotate(point_m);
         [self.x_m + x, self.y_m + y]
     }
 
-    /// A point of the world, in this frame, m.
+    /// Transforms a point (m) from the world to this frame.
     pub fn point_back(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         self.rotate_back([x - self.x_m, y - self.y_m])
     }
 }
 
-/// Push data with each trajectory in the frame of the object's first measured pose: rod, pose and force.
+/// Transforms rod, pose and force of each trajectory to the frame of the object's first measured pose.
 ///
 /// # Errors
 /// A column of push data (`pusher_x_m`, `pusher_y_m`, `x_m`, `y_m`, `theta_rad`) is missing.
@@ -64,12 +64,12 @@ pub fn in_start_frame(data: &Dataset) -> Result<Dataset, DataError> {
             y_m: values[object[1]][first],
             theta_rad: values[theta][first],
         };
-        let mut pairs = |[x, y]: [usize; 2], moved: &dyn Fn([f64; 2]) -> [f64; 2]| {
-            let both = values[x].iter().zip(&values[y]).map(|(&x, &y)| moved([x, y]));
+        let mut transform = |[x, y]: [usize; 2], map: &dyn Fn([f64; 2]) -> [f64; 2]| {
+            let both = values[x].iter().zip(&values[y]).map(|(&x, &y)| map([x, y]));
             (values[x], values[y]) = both.map(|[x, y]| (x, y)).unzip();
         };
-        points.iter().for_each(|&point| pairs(point, &|p| start.point_back(p)));
-        force.iter().for_each(|&force| pairs(force, &|f| start.rotate_back(f)));
+        points.iter().for_each(|&point| transform(point, &|p| start.point_back(p)));
+        force.iter().for_each(|&force| transform(force, &|f| start.rotate_back(f)));
         values[theta].iter_mut().for_each(|angle| *angle -= start.theta_rad);
         t.with_samples(t.time_s().to_vec(), values)
     };

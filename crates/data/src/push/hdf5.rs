@@ -1,4 +1,4 @@
-//! The HDF5 form of a trial: one two-dimensional data set of doubles for each stream.
+//! Reads a trial from HDF5: one two-dimensional data set of doubles per stream.
 
 use super::error::PushError;
 use super::fault::{FilePart, StreamLayout};
@@ -7,10 +7,10 @@ use hdf5_reader::error::Error;
 use hdf5_reader::{Hdf5File, OpenOptions};
 use std::path::Path;
 
-/// A row of a stream: four doubles, bytes.
-const ROW: u64 = 32;
+/// Size of a row of a stream (four doubles), bytes.
+const ROW_BYTES: u64 = 32;
 
-/// Rows of the streams `keys`.
+/// Reads the rows of the streams `keys`.
 pub(super) fn rows<const N: usize>(
     path: &Path,
     bytes: Vec<u8>,
@@ -20,14 +20,14 @@ pub(super) fn rows<const N: usize>(
         let (path, key) = (path.to_owned(), key.to_owned());
         move |cause| PushError::Hdf5 { path, key, cause: Box::new(cause) }
     };
-    let most = usize::try_from(Limit::Samples.value().saturating_mul(ROW)).unwrap_or(usize::MAX);
-    let options = OpenOptions::default().with_max_read_bytes(most);
+    let max_bytes = usize::try_from(Limit::Samples.value().saturating_mul(ROW_BYTES)).unwrap_or(usize::MAX);
+    let options = OpenOptions::default().with_max_read_bytes(max_bytes);
     let file = Hdf5File::from_vec_with_options(bytes, options).map_err(damaged("/"))?;
-    let mut all: [Vec<[f64; 4]>; N] = std::array::from_fn(|_| Vec::new());
-    for (rows, key) in all.iter_mut().zip(keys) {
+    let mut streams: [Vec<[f64; 4]>; N] = std::array::from_fn(|_| Vec::new());
+    for (rows, key) in streams.iter_mut().zip(keys) {
         let stream = match file.dataset(key) {
             Ok(stream) => stream,
-            Err(cause) if is_absence(&cause) => {
+            Err(cause) if is_not_found(&cause) => {
                 let (_, members) = file.root_group().and_then(|g| g.members()).map_err(damaged("/"))?;
                 let found = members.iter().map(|member| member.name().to_owned()).collect();
                 return Err(PushError::MissingStream { path: path.to_owned(), key, found });
@@ -38,7 +38,7 @@ pub(super) fn rows<const N: usize>(
         let [count, 4] = *stream.shape() else {
             return Err(layout(StreamLayout::Shape { shape: stream.shape().to_vec() }));
         };
-        // A header of a few bytes can state any shape, and what is not stored is filled in.
+        // A header of a few bytes can state any shape, and HDF5 fills in rows that are not stored.
         Limit::Samples.check(count).map_err(|cause| PushError::Limit {
             path: path.to_owned(),
             part: FilePart::Stream(key),
@@ -53,13 +53,14 @@ pub(super) fn rows<const N: usize>(
         };
         rows.extend(cells.outer_iter().map(|row| [row[0], row[1], row[2], row[3]]));
     }
-    Ok(all)
+    Ok(streams)
 }
 
-fn is_absence(error: &Error) -> bool {
+/// Whether the error is that a data set does not exist.
+fn is_not_found(error: &Error) -> bool {
     match error {
         Error::DatasetNotFound(_) => true,
-        Error::Context { source, .. } => is_absence(source),
+        Error::Context { source, .. } => is_not_found(source),
         _ => false,
     }
 }

@@ -1,34 +1,38 @@
-//! One stream of a trial, on its own clock.
+//! One stream of a trial with its own clock, and the removal of repeated and wrong samples.
 
 use super::error::PushError;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 
-/// A value that is held longer than this was measured again and again (the rod stands still); held shorter, it
-/// is the same measurement, repeated by a logger that runs faster than the sensor, s.
-const LONGEST_REPEAT_S: f64 = 0.05;
-/// Motion capture that confuses an object's markers turns it by a quarter between two samples, give or take
-/// this, rad. The fastest real turn in the set is 0.04 rad a sample.
+/// Maximum duration over which equal values are repeats of one measurement, s.
+///
+/// A logger that is faster than the sensor repeats its last value. Equal values over a longer time are
+/// measurements of a rod at rest.
+const MAX_REPEAT_S: f64 = 0.05;
+/// Tolerance of a jump by a quarter turn, rad.
+///
+/// Motion capture that confuses the markers of an object turns it by a quarter turn between two samples. The
+/// fastest real rotation in the set is 0.04 rad per sample.
 const QUARTER_TURN_TOLERANCE: f64 = 0.25;
-/// Two samples further apart than this say nothing about a jump between them, s.
-const LONGEST_JUMP_S: f64 = 0.1;
+/// Maximum interval between two samples in which a jump is detected, s.
+const MAX_JUMP_S: f64 = 0.1;
 
-/// Times and three values for each: `x, y, yaw` in m and rad, or `fx, fy, torque` in N and N m.
+/// Times with three values each: `x, y, yaw` in m and rad, or `fx, fy, torque` in N and N m.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Stream {
     /// Times, s, strictly increasing.
     pub time_s: Vec<f64>,
-    /// Three columns of as many values.
+    /// Three columns of values, one value per time.
     pub values: [Vec<f64>; 3],
 }
 
 impl Stream {
-    /// Stream from rows `t, a, b, c` as a file has them.
+    /// Stream from the rows `t, a, b, c` of a file.
     ///
-    /// Of rows with equal times (they occur in the published files) the first is kept.
+    /// Of rows with equal times, which occur in the published files, the first is kept.
     ///
     /// # Errors
-    /// A value that is not finite, time that runs backwards, fewer than two samples.
+    /// A value is not finite, the time decreases, or there are fewer than two samples.
     pub(crate) fn from_rows(path: &Path, key: &'static str, rows: &[[f64; 4]]) -> Result<Self, PushError> {
         let mut stream = Stream::default();
         for (row, &[time_s, a, b, c]) in rows.iter().enumerate() {
@@ -72,49 +76,52 @@ impl Stream {
         [self.values[0][k], self.values[1][k], self.values[2][k]]
     }
 
-    /// The samples `keep` says yes to.
+    /// The samples whose index `keep` accepts.
     fn filter(&self, keep: impl Fn(usize) -> bool) -> Stream {
         let mut kept = Stream::default();
         (0..self.len()).filter(|&k| keep(k)).for_each(|k| kept.push(self.time_s[k], self.sample(k)));
         kept
     }
 
-    /// Moves all times by so many seconds towards the past.
-    pub(crate) fn earlier(mut self, by: f64) -> Stream {
-        self.time_s.iter_mut().for_each(|t| *t -= by);
+    /// Subtracts `offset_s` from all times.
+    pub(crate) fn earlier(mut self, offset_s: f64) -> Stream {
+        self.time_s.iter_mut().for_each(|t| *t -= offset_s);
         self
     }
 
-    /// Without repeats of the same measurement: three values equal to those before, for no longer than 50 ms.
-    /// A longer standstill is kept whole, so that a rest stays a rest.
+    /// Removes repeats of a measurement: samples equal to the one before, over at most 50 ms.
+    ///
+    /// A longer sequence of equal samples is a rest and is kept.
     pub fn without_repeats(&self) -> Stream {
-        let mut repeat = vec![false; self.len()];
+        let mut is_repeat = vec![false; self.len()];
         let mut first = 0;
         for k in 1..=self.len() {
-            let end = k == self.len();
-            if !end && self.sample(k) == self.sample(first) {
+            let is_end = k == self.len();
+            if !is_end && self.sample(k) == self.sample(first) {
                 continue;
             }
-            if self.time_s[k - usize::from(end)] - self.time_s[first] <= LONGEST_REPEAT_S {
-                repeat[first + 1..k].fill(true);
+            if self.time_s[k - usize::from(is_end)] - self.time_s[first] <= MAX_REPEAT_S {
+                is_repeat[first + 1..k].fill(true);
             }
             first = k;
         }
-        self.filter(|k| !repeat[k])
+        self.filter(|k| !is_repeat[k])
     }
 
-    /// The third value as a continuous angle, and without the samples at which it is a quarter turn or more off:
-    /// motion capture that confuses the markers of an object gives a wrong pose. Also gives their number.
+    /// Removes samples whose angle is off by quarter turns, and makes the third value a continuous angle.
+    ///
+    /// Motion capture that confuses the markers of an object gives such wrong poses. Returns the stream and
+    /// the number of removed samples.
     pub fn without_quarter_turns(&self) -> (Stream, usize) {
         let mut turns = vec![0_i64; self.len()];
         let mut angle = self.values[2].clone();
         for k in 1..self.len() {
             let step = self.values[2][k] - self.values[2][k - 1];
             let quarters = (step / FRAC_PI_2).round();
-            let jump = quarters as i64 % 4 != 0
+            let is_jump = quarters as i64 % 4 != 0
                 && (step - quarters * FRAC_PI_2).abs() < QUARTER_TURN_TOLERANCE
-                && self.time_s[k] - self.time_s[k - 1] < LONGEST_JUMP_S;
-            turns[k] = turns[k - 1] + if jump { quarters as i64 } else { 0 };
+                && self.time_s[k] - self.time_s[k - 1] < MAX_JUMP_S;
+            turns[k] = turns[k - 1] + if is_jump { quarters as i64 } else { 0 };
             let whole = (step / TAU).round() * TAU;
             angle[k] = angle[k - 1] + step - whole;
         }
@@ -128,8 +135,9 @@ impl Stream {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a held value is one measurement unless it is a rest; a pose turned by confused markers is left
-    //! out and the rest stays continuous; a wrap of the angle is no turn.
+    //! Contract: equal values are one measurement unless they are a rest.
+    //!
+    //! A pose with confused markers is removed and the angle remains continuous. A wrap of the angle is not a jump.
     use super::*;
 
     fn stream(rows: &[[f64; 4]]) -> Stream {
@@ -137,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn repeats_of_a_slow_sensor_go_and_rests_stay() {
+    fn repeats_of_a_slow_sensor_are_removed_and_rests_are_kept() {
         let rows: Vec<_> = (0..20).map(|k| [f64::from(k) * 0.01, f64::from(k / 2), 0.0, 0.0]).collect();
         assert_eq!(stream(&rows).without_repeats().values[0], (0..10).map(f64::from).collect::<Vec<_>>());
         let rest: Vec<_> = (0..20).map(|k| [f64::from(k) * 0.01, f64::from(k / 10), 0.0, 0.0]).collect();
@@ -145,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn confused_markers_are_left_out_and_wraps_are_undone() {
+    fn poses_with_confused_markers_are_removed_and_wraps_are_undone() {
         let yaw = [3.1, 3.12, 3.13 - 1.57, 3.15 - 1.57, 3.16 - TAU, 3.18 - TAU];
         let rows: Vec<_> = yaw.iter().zip(0..).map(|(&a, k)| [f64::from(k) * 0.004, 0.0, 0.0, a]).collect();
         let (kept, confused) = stream(&rows).without_quarter_turns();
@@ -157,15 +165,15 @@ mod tests {
     }
 
     #[test]
-    fn equal_times_keep_the_first_and_decreasing_ones_are_refused() {
+    fn of_equal_times_the_first_is_kept_and_decreasing_times_are_errors() {
         let rows = [[0.0, 1.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0], [1.0, 3.0, 0.0, 0.0]];
         assert_eq!(stream(&rows).values[0], [1.0, 3.0]);
         let rows = [[0.5, 1.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0]];
         let error = Stream::from_rows(Path::new("F"), "tip_pose", &rows).unwrap_err().to_string();
         assert_eq!(
             error,
-            "F: stream `tip_pose`, row 1: time 0 s after 0.5 s; sort the rows by time, or take the trial out \
-             if its clock was reset"
+            "F: stream `tip_pose`, row 1: the time decreases (0 s follows 0.5 s); sort the rows by time, or remove the \
+             trial if its clock was reset"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! One trial of the MIT Push set, as published, and its way into a trajectory.
+//! One published trial of the MIT Push set, and its conversion to a trajectory.
 
 use super::archive::is_zip;
 use super::error::PushError;
@@ -12,7 +12,7 @@ use crate::trajectory::Trajectory;
 use crate::whole_file::read_whole;
 use std::path::{Path, PathBuf};
 
-/// Columns of a data set of pushes whose force (on the rod) was measured.
+/// Columns of a data set of pushes with measured force on the rod.
 pub(crate) const TRIAL_COLUMNS: [&str; 10] = [
     "pusher_x_m",
     "pusher_y_m",
@@ -26,30 +26,32 @@ pub(crate) const TRIAL_COLUMNS: [&str; 10] = [
     "force_new",
 ];
 
-/// A push: three streams, each on its own clock, in the frame of the robot's base (z up).
+/// One push: three streams with separate clocks, in the frame of the robot's base (z up).
 #[derive(Debug, Clone, PartialEq)]
 pub struct PushTrial {
-    /// Settings that the file name states.
+    /// File name with the settings of the push.
     pub name: TrialName,
-    /// File, inside an archive with the archive's path before it.
+    /// File; for a member of an archive, the path of the archive and the name of the member.
     pub path: PathBuf,
-    /// Epoch time of `t = 0`, the first instant at which all three streams were measured, s.
+    /// Epoch time of `t = 0`, s: the first time at which all three streams are available.
     pub start_s: f64,
     /// Centre of the rod: x, y in m, yaw of the tool in rad.
     pub tip: Stream,
     /// Tracked frame of the object: x, y in m, yaw in rad, continuous.
     pub object: Stream,
-    /// On the rod: force x, y in N, torque about z in N m.
+    /// Wrench on the rod: force x, y in N, torque about z in N m.
     pub wrench: Stream,
-    /// Object poses left out because the motion capture confused the markers.
-    pub confused: usize,
+    /// Number of poses that were removed because the motion capture confused the markers.
+    pub removed_poses: usize,
 }
 
 impl PushTrial {
-    /// Reads an HDF5 or JSON file; which of the two is told by its content, what it shows by its name.
+    /// Reads an HDF5 or JSON file, whose format is recognised from the content.
+    ///
+    /// The settings of the push are in the file name.
     ///
     /// # Errors
-    /// [`DataError::Unreadable`], or any [`PushError`] of a single file.
+    /// [`DataError::Unreadable`], or a [`PushError`] of a single file.
     pub fn read(path: &Path) -> Result<Self, DataError> {
         Ok(Self::from_bytes(path, read_whole(path)?)?)
     }
@@ -71,25 +73,26 @@ impl PushTrial {
         let start_s = streams.iter().map(|s| s.time_s[0]).fold(f64::NEG_INFINITY, f64::max);
         let mut streams = streams.into_iter().map(|s| s.earlier(start_s));
         let mut next = || streams.next().unwrap_or_default();
-        let (tip, (object, confused), wrench) = (next(), next().without_quarter_turns(), next());
+        let (tip, (object, removed_poses), wrench) = (next(), next().without_quarter_turns(), next());
         if object.len() < 2 {
             return Err(PushError::TooShort { path: path.to_owned(), key: "object_pose" });
         }
-        Ok(PushTrial { name, path: path.to_owned(), start_s, tip, object, wrench, confused })
+        Ok(PushTrial { name, path: path.to_owned(), start_s, tip, object, wrench, removed_poses })
     }
 
-    /// The trial as a trajectory named as the file, on the union of the three clocks: rod, pose of the object's
-    /// area centroid, force on the rod, and the flags of fresh samples. Repeats of one measurement of the rod
-    /// (see [`Stream::without_repeats`]) are not fresh.
+    /// Trajectory of the trial on the union of the three clocks, with the name of the file.
+    ///
+    /// Columns are the rod, the pose of the object's area centroid, the force on the rod, and the flags of
+    /// fresh samples. Repeats of a measurement of the rod (see [`Stream::without_repeats`]) are not fresh.
     ///
     /// # Errors
-    /// [`PushError::NoCommonTime`].
+    /// [`PushError::NoCommonTime`] where the streams do not overlap in time.
     pub fn trajectory(&self) -> Result<Trajectory, DataError> {
         let columns = |stream: &Stream, angular: &[bool]| Source {
             time_s: stream.time_s.clone(),
             columns: stream.values[..angular.len()].to_vec(),
             angular: angular.to_vec(),
-            longest_bridge_s: f64::INFINITY,
+            max_interpolated_s: f64::INFINITY,
         };
         let object = self.centroid();
         let sources = [
@@ -102,7 +105,7 @@ impl PushTrial {
         Trajectory::new(self.name.to_string(), joined.time_s, values)?.with_group(self.name.group())
     }
 
-    /// The object's stream with the position of its area centroid.
+    /// Stream of the object with the position of its area centroid.
     pub fn centroid(&self) -> Stream {
         let mut object = self.object.clone();
         let offset = self.name.centroid_m();
@@ -114,8 +117,8 @@ impl PushTrial {
     }
 }
 
-/// Whether a file that begins so holds trials: HDF5, JSON, or an archive.
-pub(crate) fn holds_trial(begin: &[u8]) -> bool {
+/// Whether a file with these first bytes may hold trials: HDF5, JSON or a zip archive.
+pub(crate) fn may_hold_trials(begin: &[u8]) -> bool {
     is_hdf5(begin) || is_json(begin) || is_zip(begin)
 }
 

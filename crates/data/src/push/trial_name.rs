@@ -1,15 +1,15 @@
-//! File names of the MIT Push set, and the settings that they state.
+//! Parses the file names of the MIT Push set, which state the settings of a push.
 //!
-//! `motion_surface=plywood_shape=hex_a=0_v=150_i=1.000_s=0.000_t=-0.349`, with `_rep=0004` for repeats
-//! (Yu, Bauza, Fazeli and Rodriguez, IROS 2016), and `block=steel_run=01` for its preliminary pushes.
-//! Lengths in the names are millimetres; here they are metres.
+//! Names are `motion_surface=plywood_shape=hex_a=0_v=150_i=1.000_s=0.000_t=-0.349`, with `_rep=0004` for
+//! repeats (Yu, Bauza, Fazeli and Rodriguez, IROS 2016), and `block=steel_run=01` for the preliminary pushes.
+//! Lengths are millimetres in the names and metres here.
 
 use super::error::PushError;
 use super::fault::NameFault;
 use std::fmt;
 use std::path::Path;
 
-/// Closed list of names: what is outside it is refused.
+/// Defines an enumeration with the names in the files; other names are refused.
 macro_rules! names {
     ($(#[$doc:meta])* $kind:ident: $($(#[$variant_doc:meta])* $variant:ident = $name:literal),+ $(,)?) => {
         $(#[$doc])*
@@ -17,15 +17,15 @@ macro_rules! names {
         pub enum $kind { $($(#[$variant_doc])* $variant),+ }
 
         impl $kind {
-            /// All of them.
+            /// All values.
             pub const ALL: &'static [$kind] = &[$($kind::$variant),+];
 
-            /// Name as the files have it.
+            /// Name in the files.
             pub fn name(self) -> &'static str {
                 match self { $($kind::$variant => $name),+ }
             }
 
-            /// The one called `name`.
+            /// The value with the name `name`.
             pub fn from_name(name: &str) -> Option<Self> {
                 Self::ALL.iter().copied().find(|known| known.name() == name)
             }
@@ -85,7 +85,7 @@ names! {
 }
 
 impl PushShape {
-    /// Number of sides that the field `i` counts; 1 for curved outlines.
+    /// Number of sides, which the field `i` counts; 1 for curved outlines.
     pub fn sides(self) -> u32 {
         match self {
             PushShape::Rect1 | PushShape::Rect2 | PushShape::Rect3 => 4,
@@ -95,8 +95,9 @@ impl PushShape {
         }
     }
 
-    /// Mean distance from the centroid, m: the ratio of largest friction torque to largest friction force under
-    /// uniform pressure, by integration over the outline.
+    /// Ratio of maximum friction torque to maximum friction force under uniform pressure, m.
+    ///
+    /// It is the mean distance of the area from the centroid, by integration over the outline.
     pub fn uniform_c_m(self) -> f64 {
         match self {
             PushShape::Rect1 => 0.034434,
@@ -113,7 +114,7 @@ impl PushShape {
         }
     }
 
-    /// Area centroid in the tracked frame, m.
+    /// Position of the area centroid in the tracked frame, m.
     ///
     /// The triangles are tracked at a point 45 mm from both legs: vertices (d, d), (d - b, d), (d, d - a)
     /// (the set's shape table). All others are tracked at their centroid, the butter outline to 1e-17 m.
@@ -129,7 +130,7 @@ impl PushShape {
     }
 }
 
-/// A push as it was planned.
+/// Settings of a push of the published set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
     /// Support.
@@ -140,13 +141,13 @@ pub struct Motion {
     pub acceleration_m_s2: f64,
     /// Speed of the rod, m/s; `None` where it accelerates.
     pub speed_m_s: Option<f64>,
-    /// Side of the outline, from 0.
+    /// Index of the side of the outline, from 0.
     pub side: u32,
-    /// Place on the side (or on the perimeter of a curved outline), 0 to 1.
+    /// Position on the side (or on the perimeter of a curved outline), 0 to 1.
     pub position: f64,
     /// Angle of the push from the contact normal, rad.
     pub angle_rad: f64,
-    /// Number of the repetition.
+    /// Number of the repetition; `None` without repetitions.
     pub repeat: Option<u32>,
 }
 
@@ -155,7 +156,7 @@ pub struct Motion {
 pub enum TrialName {
     /// A trial of the published set.
     Motion(Motion),
-    /// A preliminary push in the published layout.
+    /// A preliminary push of the published set.
     Preliminary {
         /// Object.
         block: Block,
@@ -165,8 +166,9 @@ pub enum TrialName {
 }
 
 impl TrialName {
-    /// Parses the name of `path` (its extension `.h5`, `.hdf5` or `.json` is left out), or an identifier
-    /// that [`TrialName`]'s `Display` wrote.
+    /// Parses the file name of `path` without its extension (`.h5`, `.hdf5` or `.json`).
+    ///
+    /// An identifier that `Display` wrote is parsed as well.
     ///
     /// # Errors
     /// [`PushError::UnknownName`] and [`PushError::Name`].
@@ -174,15 +176,15 @@ impl TrialName {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let stem = [".h5", ".hdf5", ".json"].iter().find_map(|e| name.strip_suffix(e)).unwrap_or(&name);
         let fields = Fields { path, stem };
-        if let Some(rest) = stem.strip_prefix("motion_") {
-            return fields.motion(rest).map(TrialName::Motion);
+        if let Some(settings) = stem.strip_prefix("motion_") {
+            return fields.motion(settings).map(TrialName::Motion);
         }
         let [block, run] = fields.split(stem, ["block", "run"])?;
         let run = fields.number(run, "run")?;
         Ok(TrialName::Preliminary { block: fields.known(block, "block", Block::ALL, Block::name)?, run })
     }
 
-    /// Label that trials of the same support and object share: `plywood/hex`, `preliminary/steel`.
+    /// Group label of support and object, such as `plywood/hex` or `preliminary/steel`.
     pub fn group(&self) -> String {
         match self {
             TrialName::Motion(m) => format!("{}/{}", m.surface.name(), m.shape.name()),
@@ -190,8 +192,10 @@ impl TrialName {
         }
     }
 
-    /// Area centroid in the tracked frame, m; that of the preliminary blocks is not documented and is taken
-    /// to be the tracked point (for steel it is within 2 mm).
+    /// Position of the area centroid in the tracked frame, m.
+    ///
+    /// For the preliminary blocks it is not documented and assumed to be the tracked point (for steel it is
+    /// within 2 mm).
     pub fn centroid_m(&self) -> [f64; 2] {
         match self {
             TrialName::Motion(m) => m.shape.centroid_m(),
@@ -200,34 +204,36 @@ impl TrialName {
     }
 }
 
+/// Parser of the fields of a file name, with the path for messages.
 struct Fields<'a> {
     path: &'a Path,
     stem: &'a str,
 }
 
 impl<'a> Fields<'a> {
-    fn wrong(&self, fault: NameFault) -> PushError {
+    fn error(&self, fault: NameFault) -> PushError {
         PushError::Name { path: self.path.to_owned(), fault }
     }
 
-    /// Values of `key=value` pairs in this order.
+    /// Values of the `key=value` pairs of `text`, whose keys must be `keys` in this order.
     fn split<const N: usize>(&self, text: &'a str, keys: [&str; N]) -> Result<[&'a str; N], PushError> {
         let mut parts = text.split('_');
         let mut values = [""; N];
         for (value, key) in values.iter_mut().zip(keys) {
             let part = parts.next().unwrap_or_default();
-            let of_key = part.strip_prefix(key).and_then(|rest| rest.strip_prefix('='));
-            *value = of_key.ok_or_else(|| {
+            let value_text = part.strip_prefix(key).and_then(|text| text.strip_prefix('='));
+            *value = value_text.ok_or_else(|| {
                 let [expected, stem, found] = [key, self.stem, part].map(str::to_owned);
-                self.wrong(NameFault::Key { expected, stem, found })
+                self.error(NameFault::Key { expected, stem, found })
             })?;
         }
         match parts.next() {
             None => Ok(values),
-            Some(more) => Err(self.wrong(NameFault::TooMany { field: more.to_owned() })),
+            Some(more) => Err(self.error(NameFault::ExtraField { field: more.to_owned() })),
         }
     }
 
+    /// The value of a field with a list of known names.
     fn known<T: Copy>(
         &self,
         value: &str,
@@ -243,20 +249,23 @@ impl<'a> Fields<'a> {
         })
     }
 
+    /// Parses the number of a field.
     fn number<T: std::str::FromStr>(&self, value: &str, field: &str) -> Result<T, PushError> {
-        let fault = || NameFault::NoNumber { field: field.to_owned(), value: value.to_owned() };
-        value.parse().map_err(|_| self.wrong(fault()))
+        let fault = || NameFault::NotNumber { field: field.to_owned(), value: value.to_owned() };
+        value.parse().map_err(|_| self.error(fault()))
     }
 
-    fn real(&self, value: &str, field: &str, within: [f64; 2]) -> Result<f64, PushError> {
+    /// Parses the number of a field and checks its range.
+    fn number_within(&self, value: &str, field: &str, within: [f64; 2]) -> Result<f64, PushError> {
         let number: f64 = self.number(value, field)?;
         if !(within[0]..=within[1]).contains(&number) {
             let (field, value) = (field.to_owned(), value.to_owned());
-            return Err(self.wrong(NameFault::OutOfRange { field, value, within }));
+            return Err(self.error(NameFault::OutOfRange { field, value, within }));
         }
         Ok(number)
     }
 
+    /// Parses the settings of a push of the published set.
     fn motion(&self, text: &'a str) -> Result<Motion, PushError> {
         let (text, repeat) = match text.rsplit_once("_rep=") {
             Some((text, repeat)) => (text, Some(self.number(repeat, "rep")?)),
@@ -266,19 +275,23 @@ impl<'a> Fields<'a> {
             self.split(text, ["surface", "shape", "a", "v", "i", "s", "t"])?;
         let surface = self.known(surface, "surface", Surface::ALL, Surface::name)?;
         let shape = self.known(shape, "shape", PushShape::ALL, PushShape::name)?;
-        let side = self.real(i, "i", [0.0, f64::from(shape.sides() - 1)])?;
+        let side = self.number_within(i, "i", [0.0, f64::from(shape.sides() - 1)])?;
         if side.fract() != 0.0 {
-            return Err(self.wrong(NameFault::NoIndex { value: i.to_owned() }));
+            return Err(self.error(NameFault::NotWholeIndex { value: i.to_owned() }));
         }
-        let speed = self.real(v, "v", [-1.0, 1e4])?;
+        let speed = self.number_within(v, "v", [-1.0, 1e4])?;
         Ok(Motion {
             surface,
             shape,
-            acceleration_m_s2: self.real(a, "a", [0.0, 1e5])? / 1000.0,
+            acceleration_m_s2: self.number_within(a, "a", [0.0, 1e5])? / 1000.0,
             speed_m_s: (speed >= 0.0).then_some(speed / 1000.0),
             side: side as u32,
-            position: self.real(s, "s", [0.0, 1.0])?,
-            angle_rad: self.real(t, "t", [-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2])?,
+            position: self.number_within(s, "s", [0.0, 1.0])?,
+            angle_rad: self.number_within(
+                t,
+                "t",
+                [-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2],
+            )?,
             repeat,
         })
     }

@@ -1,37 +1,36 @@
-//! Streams that are not synchronised, side by side on the union of their clocks.
+//! Merges streams with separate clocks on the union of their sample times.
 //!
-//! Every sample of every stream is there exactly, marked as fresh in that stream's flag; in between a stream
-//! is interpolated, linearly and for angles the shorter way round. Nothing is extrapolated: the union covers
-//! only the time that all streams share.
+//! Every sample of every stream is kept exactly and marked as fresh in the flag of the stream. Between its
+//! samples a stream is interpolated linearly, for angles along the shorter arc. Nothing is extrapolated: the
+//! union covers only the time that all streams share.
 
 use std::f64::consts::TAU;
 
-/// Columns that are measured together.
+/// A stream: columns that are measured at the same times.
 #[derive(Debug, Clone)]
 pub(crate) struct Source {
     /// Times, s, strictly increasing.
     pub(crate) time_s: Vec<f64>,
     /// Values, column by column.
     pub(crate) columns: Vec<Vec<f64>>,
-    /// Which columns are angles.
+    /// Whether each column is an angle.
     pub(crate) angular: Vec<bool>,
-    /// Longest interval that is interpolated, s; in a longer one there are gaps.
-    pub(crate) longest_bridge_s: f64,
+    /// Maximum interval that is interpolated, s; values within longer intervals are gaps.
+    pub(crate) max_interpolated_s: f64,
 }
 
-/// Streams on one clock.
+/// Streams on a common clock.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Union {
     /// Times, s.
     pub(crate) time_s: Vec<f64>,
     /// Columns of the streams, in order.
     pub(crate) columns: Vec<Vec<f64>>,
-    /// One flag column a stream: 1 at its own samples, 0 elsewhere.
+    /// One flag column per stream: 1 at its samples, 0 elsewhere.
     pub(crate) fresh: Vec<Vec<f64>>,
 }
 
-/// The union of the streams' clocks within the time that all share; `None` where they share less than two
-/// instants.
+/// Merges the streams on the union of their clocks; `None` where they share fewer than two times.
 pub(crate) fn union(sources: &[Source]) -> Option<Union> {
     let begin = sources.iter().filter_map(|s| s.time_s.first()).copied().fold(f64::NEG_INFINITY, f64::max);
     let end = sources.iter().filter_map(|s| s.time_s.last()).copied().fold(f64::INFINITY, f64::min);
@@ -51,25 +50,25 @@ pub(crate) fn union(sources: &[Source]) -> Option<Union> {
     Some(joined)
 }
 
-/// Reads `source` at `clock`, which lies within its time, and gives the flags of its own samples.
+/// Values of `source` at the times `clock`, which are within its time, and the flags of its samples.
 fn on_clock(source: &Source, clock: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
     let mut columns = vec![Vec::with_capacity(clock.len()); source.columns.len()];
     let mut fresh = Vec::with_capacity(clock.len());
     for &t in clock {
         // Index of the last sample at or before t.
-        let k = source.time_s.partition_point(|&own| own <= t).saturating_sub(1);
-        let own = source.time_s[k] == t;
-        fresh.push(if own { 1.0 } else { 0.0 });
-        for ((samples, &angle), out) in source.columns.iter().zip(&source.angular).zip(&mut columns) {
-            out.push(if own {
+        let k = source.time_s.partition_point(|&time| time <= t).saturating_sub(1);
+        let is_fresh = source.time_s[k] == t;
+        fresh.push(if is_fresh { 1.0 } else { 0.0 });
+        for ((samples, &is_angle), out) in source.columns.iter().zip(&source.angular).zip(&mut columns) {
+            out.push(if is_fresh {
                 samples[k]
             } else {
                 let interval = source.time_s[k + 1] - source.time_s[k];
                 let fraction = (t - source.time_s[k]) / interval;
-                if interval > source.longest_bridge_s {
+                if interval > source.max_interpolated_s {
                     f64::NAN
                 } else {
-                    between(samples[k], samples[k + 1], fraction, angle)
+                    interpolate(samples[k], samples[k + 1], fraction, is_angle)
                 }
             });
         }
@@ -77,25 +76,26 @@ fn on_clock(source: &Source, clock: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
     (columns, fresh)
 }
 
-/// Value at `fraction` of the way from `a` to `b`; for an angle, the shorter way round.
-pub(crate) fn between(a: f64, b: f64, fraction: f64, angle: bool) -> f64 {
+/// Value at `fraction` of the way from `a` to `b`, for an angle along the shorter arc.
+pub(crate) fn interpolate(a: f64, b: f64, fraction: f64, is_angle: bool) -> f64 {
     let step = b - a;
-    a + fraction * if angle { step - (step / TAU).round() * TAU } else { step }
+    a + fraction * if is_angle { step - (step / TAU).round() * TAU } else { step }
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: fresh samples are exact, interpolation is linear, angles go the shorter way, nothing is
-    //! extrapolated, long intervals stay gaps.
+    //! Contract: fresh samples are exact, and nothing is extrapolated.
+    //!
+    //! Interpolation is linear, for angles along the shorter arc, and long intervals are gaps.
     use super::*;
 
     fn source(time_s: &[f64], values: &[f64], angle: bool) -> Source {
         let (columns, angular) = (vec![values.to_vec()], vec![angle]);
-        Source { time_s: time_s.to_vec(), columns, angular, longest_bridge_s: f64::INFINITY }
+        Source { time_s: time_s.to_vec(), columns, angular, max_interpolated_s: f64::INFINITY }
     }
 
     #[test]
-    fn two_clocks_join_within_the_time_they_share() {
+    fn two_clocks_are_merged_within_their_shared_time() {
         let slow = source(&[0.0, 1.0, 2.0, 3.0], &[0.0, 10.0, 40.0, 90.0], false);
         let fast = source(&[0.5, 1.0, 1.5, 2.25], &[3.0, -3.0, -3.2, 3.0], true);
         let joined = union(&[slow, fast]).unwrap();
@@ -103,16 +103,16 @@ mod tests {
         assert_eq!(joined.columns[0], [5.0, 10.0, 25.0, 40.0, 52.5]);
         assert_eq!(joined.fresh, [[0.0, 1.0, 0.0, 1.0, 0.0], [1.0, 1.0, 1.0, 0.0, 1.0]]);
         let angle = joined.columns[1][3];
-        // From -3.2 to 3.0 is a step of -0.083 round the back; two thirds of it.
+        // The shorter arc from -3.2 to 3.0 is -0.083 rad; two thirds of it.
         let expected = -3.2 + 2.0 / 3.0 * (6.2 - TAU);
         assert!((angle - expected).abs() < 1e-12, "{angle}");
     }
 
     #[test]
-    fn no_common_time_is_none_and_long_intervals_are_gaps() {
+    fn clocks_without_overlap_give_none_and_long_intervals_are_gaps() {
         let early = source(&[0.0, 1.0], &[0.0, 1.0], false);
         assert!(union(&[early.clone(), source(&[2.0, 3.0], &[0.0, 1.0], false)]).is_none());
-        let ends = Source { longest_bridge_s: 0.5, ..early };
+        let ends = Source { max_interpolated_s: 0.5, ..early };
         let joined = union(&[ends, source(&[0.0, 0.5, 1.0], &[0.0; 3], false)]).unwrap();
         assert_eq!((joined.columns[0][0], joined.columns[0][2]), (0.0, 1.0));
         assert!(joined.columns[0][1].is_nan());

@@ -1,41 +1,43 @@
-//! Assumptions of the sniffing, in words.
+//! Notes for the user about what the reader of unknown layouts assumed.
 
-use super::recording::{Recorded, Target};
-use super::roles::Part;
-use super::rows::{Done, Draft};
+use super::recording::{RecordedFile, Target};
+use super::roles::Role;
+use super::rows::{Draft, RowChanges};
 use crate::printable::{shown, shown_list};
 use crate::statistics::digits;
 
-pub(super) fn layout(file: &Recorded) -> String {
+/// Note about separator, decimal mark, header and encoding.
+pub(super) fn layout_note(file: &RecordedFile) -> String {
     let dialect = file.sheet.dialect;
     let separator = match dialect.separator {
-        ' ' => "blanks".to_owned(),
+        ' ' => "spaces".to_owned(),
         '\t' => "tabs".to_owned(),
         c => format!("`{c}`"),
     };
     let mark = if dialect.decimal == ',' { "commas" } else { "points" };
-    let mut text = format!("cells are separated by {separator}, decimals have {mark}");
+    let mut text = format!("cells are separated by {separator}, decimals use {mark}");
     if file.sheet.names.is_none() {
         text += ", there is no header";
     }
     if let Some(encoding) = file.sheet.comments.iter().find_map(|c| c.strip_prefix("encoding ")) {
-        text += &format!(", encoding {encoding}");
+        text += &format!(", the encoding is {encoding}");
     }
-    match file.sheet.passed_over {
+    match file.sheet.skipped_lines {
         0 => {}
-        n => text += &format!(", {n} lines before the header were passed over"),
+        n => text += &format!(", {n} lines before the header were skipped"),
     }
     text
 }
 
-pub(super) fn columns_assumed(file: &Recorded, columns: &[Target]) -> Vec<String> {
+/// Notes about the meaning of the columns, and about the columns that are not used.
+pub(super) fn column_notes(file: &RecordedFile, columns: &[Target]) -> Vec<String> {
     let mut pairs = Vec::new();
-    for (h, p) in file.headings.iter().zip(&file.parts) {
-        match p {
-            Part::Trajectory if h.raw != "trajectory" => {
-                pairs.push(format!("{} is the trajectory", shown(&h.raw)))
+    for (h, role) in file.headings.iter().zip(&file.roles) {
+        match role {
+            Role::Trajectory if h.raw != "trajectory" => {
+                pairs.push(format!("{} is the trajectory identifier", shown(&h.raw)))
             }
-            Part::Time(_) if h.raw != "t_s" => pairs.push(format!("{} is the time", shown(&h.raw))),
+            Role::Time(_) if h.raw != "t_s" => pairs.push(format!("{} is the time", shown(&h.raw))),
             _ => {}
         }
     }
@@ -44,39 +46,40 @@ pub(super) fn columns_assumed(file: &Recorded, columns: &[Target]) -> Vec<String
         1.0 => format!("{} is {}", shown(&c.from), c.name),
         f => format!("{} times {} is {}", shown(&c.from), digits(f), c.name),
     }));
-    let extra: Vec<&str> = file
+    let unused: Vec<&str> = file
         .headings
         .iter()
-        .zip(&file.parts)
-        .filter(|(h, p)| **p == Part::Extra && !h.raw.is_empty())
+        .zip(&file.roles)
+        .filter(|(h, role)| **role == Role::Unused && !h.raw.is_empty())
         .map(|(h, _)| h.raw.as_str())
         .collect();
     let mut out = Vec::new();
     if !pairs.is_empty() {
         out.push(pairs.join(", "));
     }
-    if !extra.is_empty() {
-        out.push(format!("left out: {}", shown_list(&extra)));
+    if !unused.is_empty() {
+        out.push(format!("columns not used: {}", shown_list(&unused)));
     }
     out
 }
 
-pub(super) fn rows_assumed(files: &[Recorded], all: &[Draft], done: Done) -> Vec<String> {
+/// Notes about the division of the rows into trajectories, and about changes to the rows.
+pub(super) fn row_notes(files: &[RecordedFile], drafts: &[Draft], changes: RowChanges) -> Vec<String> {
     let mut out = Vec::new();
     if files.len() > 1 {
-        out.push(format!("{} files, {} trajectories", files.len(), all.len()));
+        out.push(format!("{} files, {} trajectories", files.len(), drafts.len()));
     }
-    if done.restarts {
-        out.push(format!("the clock starts anew {} times: so many trajectories", all.len()));
+    if changes.has_restarts {
+        out.push(format!("the clock restarts, so the rows are split into {} trajectories", drafts.len()));
     }
-    if done.sorted {
+    if changes.sorted {
         out.push("rows were sorted by time".to_owned());
     }
-    if done.repeated > 0 {
-        out.push(format!("{} rows that repeat another one were left out", done.repeated));
+    if changes.repeated_rows > 0 {
+        out.push(format!("{} rows that repeat another row were left out", changes.repeated_rows));
     }
-    if done.gap_words {
-        out.push("words such as nan and NA are gaps".to_owned());
+    if changes.has_gap_words {
+        out.push("words such as nan and NA are read as gaps".to_owned());
     }
     out
 }

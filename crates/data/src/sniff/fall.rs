@@ -1,59 +1,48 @@
-//! How coordinates accelerate: which of them falls, which way, and how fast in the unit of the file.
+//! Infers the vertical coordinate, the unit of length and the frame rate from free fall at 9.81 m/s².
 
 use super::rows::Draft;
-use crate::checks::curvature;
+use crate::checks::free_motion_acceleration;
 use crate::statistics::median;
 
-/// Pieces that a trajectory is cut into, from coarse to fine: a window without an impact is among them.
-const PIECES: [usize; 5] = [1, 2, 4, 8, 16];
-/// Fewest samples of a window: a parabola has three parameters.
-const WINDOW: usize = 7;
-/// Gravity, m/s².
+/// Gravity of the Earth, m/s².
 pub(super) const GRAVITY: f64 = 9.81;
-/// Ratio to gravity, either way, up to which an acceleration is that of a fall: drag takes some of it away, and lengths are
-/// measured to a few per cent.
-const ALIKE: f64 = 1.3;
-/// Frame rates of cameras, Hz.
-const RATES: [f64; 15] =
+/// Maximum ratio of an acceleration to gravity, or of gravity to it, in free fall.
+///
+/// Drag reduces the acceleration, and lengths are measured to a few per cent.
+const MAX_GRAVITY_RATIO: f64 = 1.3;
+/// Usual frame rates of cameras, Hz.
+const CAMERA_RATES: [f64; 15] =
     [24.0, 25.0, 30.0, 50.0, 60.0, 90.0, 100.0, 120.0, 125.0, 200.0, 240.0, 250.0, 480.0, 500.0, 1000.0];
-/// Relative deviation up to which a rate is taken for that of a camera.
-const NEAR: f64 = 0.03;
+/// Maximum relative deviation of a rate from a usual frame rate.
+const MAX_RATE_DEVIATION: f64 = 0.03;
 
-/// Median acceleration over the pieces of free motion, in the unit of the column over the square of that of the times;
-/// positive where the coordinate grows ever faster. `None` where no piece is a parabola.
+/// Median acceleration of a column in free motion; `None` where no part of a trajectory is a parabola.
+///
+/// The unit is that of the column over the square of that of the times.
 pub(super) fn acceleration(drafts: &[Draft], column: usize) -> Option<f64> {
-    let one = |draft: &Draft| {
-        let seen = |k: &usize| draft.values[column][*k].is_finite();
-        let chosen: Vec<usize> = (0..draft.times.len()).filter(seen).collect();
-        let times: Vec<f64> = chosen.iter().map(|&k| draft.times[k]).collect();
-        let values: Vec<f64> = chosen.iter().map(|&k| draft.values[column][k]).collect();
-        let mut all = Vec::new();
-        for pieces in PIECES {
-            let size = times.len() / pieces;
-            if size < WINDOW {
-                break;
-            }
-            let starts = (0..=2 * (pieces - 1)).map(|half| half * size / 2);
-            all.extend(starts.filter_map(|a| curvature(&times[a..a + size], &values[a..a + size])));
-        }
-        median(&mut all)
+    let of_draft = |draft: &Draft| {
+        let is_measured = |k: &usize| draft.values[column][*k].is_finite();
+        let measured: Vec<usize> = (0..draft.times.len()).filter(is_measured).collect();
+        let times: Vec<f64> = measured.iter().map(|&k| draft.times[k]).collect();
+        let values: Vec<f64> = measured.iter().map(|&k| draft.values[column][k]).collect();
+        free_motion_acceleration(&times, &values)
     };
-    median(&mut drafts.iter().filter_map(one).collect::<Vec<_>>())
+    median(&mut drafts.iter().filter_map(of_draft).collect::<Vec<_>>())
 }
 
-/// Whether an acceleration, m/s², is that of a fall, whichever way is up.
+/// Whether an acceleration, m/s², is that of free fall, in either direction.
 pub(super) fn is_fall(acceleration_m_s2: f64) -> bool {
     let ratio = acceleration_m_s2.abs() / GRAVITY;
-    (1.0 / ALIKE..ALIKE).contains(&ratio)
+    (1.0 / MAX_GRAVITY_RATIO..MAX_GRAVITY_RATIO).contains(&ratio)
 }
 
-/// The unit of length in which an acceleration is that of a fall: its name and size in metres.
+/// The unit of length in which an acceleration is that of free fall: its name and its size in metres.
 pub(super) fn unit_of_fall(acceleration: f64) -> Option<(&'static str, f64)> {
     [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)].into_iter().find(|(_, factor)| is_fall(acceleration * factor))
 }
 
-/// The rate of a camera, Hz, at which an acceleration in metres per frame squared is that of a fall.
+/// The usual frame rate, Hz, at which an acceleration in metres per frame squared is that of free fall.
 pub(super) fn rate_of_fall(per_frame: f64) -> Option<f64> {
     let rate = (GRAVITY / per_frame.abs()).sqrt();
-    RATES.into_iter().find(|usual| (rate / usual - 1.0).abs() < NEAR)
+    CAMERA_RATES.into_iter().find(|usual| (rate / usual - 1.0).abs() < MAX_RATE_DEVIATION)
 }

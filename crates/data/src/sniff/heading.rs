@@ -1,88 +1,87 @@
-//! Names of columns with the units that people write into them: `t (s)`, `time [ms]`, `x_cm`, `height/mm`.
+//! Parses column names with units, such as `t (s)`, `time [ms]`, `x_cm` or `height/mm`.
 
-/// Units that messages list.
-pub(super) const KNOWN_UNITS: &str = "known are m, cm, mm, um, in, ft, px, s, ms, us, ns, min, frames, rad, deg, \
+/// Accepted units, for messages.
+pub(super) const KNOWN_UNITS: &str = "known units are m, cm, mm, um, in, ft, px, s, ms, us, ns, min, frames, rad, deg, \
                                       m/s, cm/s, mm/s, rad/s, deg/s";
 
 /// Quantity that a unit measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Measures {
+pub(super) enum Quantity {
     Length,
-    /// A length on an image, whose scale nobody wrote down.
+    /// A length in an image of unknown scale.
     Pixels,
     Time,
-    /// A number of frames.
+    /// A time in frames of unknown rate.
     Frames,
     Angle,
     Speed,
-    Turning,
+    AngularSpeed,
 }
 
-/// A unit in SI.
+/// A unit that a file may use: the quantity that it measures and its size in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Scale {
-    pub measures: Measures,
+pub(super) struct FileUnit {
+    pub quantity: Quantity,
     pub factor: f64,
 }
 
-/// Spellings of units, in small letters.
-const UNITS: [(Measures, f64, &[&str]); 21] = [
-    (Measures::Length, 1.0, &["m", "meter", "meters", "metre", "metres"]),
-    (Measures::Length, 1e-1, &["dm"]),
-    (Measures::Length, 1e-2, &["cm", "centimeter", "centimeters", "centimetre", "centimetres"]),
-    (Measures::Length, 1e-3, &["mm", "millimeter", "millimeters", "millimetre", "millimetres"]),
-    (Measures::Length, 1e-6, &["um", "µm", "μm", "micron", "microns"]),
-    (Measures::Length, 0.0254, &["in", "inch", "inches"]),
-    (Measures::Length, 0.3048, &["ft", "foot", "feet"]),
-    (Measures::Pixels, 1.0, &["px", "pix", "pixel", "pixels"]),
-    (Measures::Time, 1.0, &["s", "sec", "secs", "second", "seconds"]),
-    (Measures::Time, 1e-3, &["ms", "msec", "millisecond", "milliseconds"]),
-    (Measures::Time, 1e-6, &["us", "µs", "μs", "usec", "microsecond", "microseconds"]),
-    (Measures::Time, 1e-9, &["ns", "nsec", "nanosecond", "nanoseconds"]),
-    (Measures::Time, 60.0, &["min", "minute", "minutes"]),
-    (Measures::Frames, 1.0, &["frame", "frames"]),
-    (Measures::Angle, 1.0, &["rad", "radian", "radians"]),
-    (Measures::Angle, std::f64::consts::PI / 180.0, &["deg", "°", "degree", "degrees", "grad"]),
-    (Measures::Speed, 1.0, &["m/s", "m_s", "m s^-1", "ms-1"]),
-    (Measures::Speed, 1e-2, &["cm/s", "cm_s"]),
-    (Measures::Speed, 1e-3, &["mm/s", "mm_s"]),
-    (Measures::Turning, 1.0, &["rad/s", "rad_s"]),
-    (Measures::Turning, std::f64::consts::PI / 180.0, &["deg/s", "deg_s", "°/s"]),
+/// Accepted units with their spellings in lower case.
+const UNITS: [(Quantity, f64, &[&str]); 21] = [
+    (Quantity::Length, 1.0, &["m", "meter", "meters", "metre", "metres"]),
+    (Quantity::Length, 1e-1, &["dm"]),
+    (Quantity::Length, 1e-2, &["cm", "centimeter", "centimeters", "centimetre", "centimetres"]),
+    (Quantity::Length, 1e-3, &["mm", "millimeter", "millimeters", "millimetre", "millimetres"]),
+    (Quantity::Length, 1e-6, &["um", "µm", "μm", "micron", "microns"]),
+    (Quantity::Length, 0.0254, &["in", "inch", "inches"]),
+    (Quantity::Length, 0.3048, &["ft", "foot", "feet"]),
+    (Quantity::Pixels, 1.0, &["px", "pix", "pixel", "pixels"]),
+    (Quantity::Time, 1.0, &["s", "sec", "secs", "second", "seconds"]),
+    (Quantity::Time, 1e-3, &["ms", "msec", "millisecond", "milliseconds"]),
+    (Quantity::Time, 1e-6, &["us", "µs", "μs", "usec", "microsecond", "microseconds"]),
+    (Quantity::Time, 1e-9, &["ns", "nsec", "nanosecond", "nanoseconds"]),
+    (Quantity::Time, 60.0, &["min", "minute", "minutes"]),
+    (Quantity::Frames, 1.0, &["frame", "frames"]),
+    (Quantity::Angle, 1.0, &["rad", "radian", "radians"]),
+    (Quantity::Angle, std::f64::consts::PI / 180.0, &["deg", "°", "degree", "degrees", "grad"]),
+    (Quantity::Speed, 1.0, &["m/s", "m_s", "m s^-1", "ms-1"]),
+    (Quantity::Speed, 1e-2, &["cm/s", "cm_s"]),
+    (Quantity::Speed, 1e-3, &["mm/s", "mm_s"]),
+    (Quantity::AngularSpeed, 1.0, &["rad/s", "rad_s"]),
+    (Quantity::AngularSpeed, std::f64::consts::PI / 180.0, &["deg/s", "deg_s", "°/s"]),
 ];
 
-impl Scale {
-    /// The unit that a text names.
-    pub fn of(text: &str) -> Option<Scale> {
+impl FileUnit {
+    /// The unit that a text names; brackets around it and upper case are ignored.
+    pub fn parse(text: &str) -> Option<FileUnit> {
         let text = text.trim().trim_matches(|c| "()[]{}<>".contains(c)).trim().to_lowercase();
-        let found = UNITS.iter().find(|(_, _, spellings)| spellings.contains(&text.as_str()));
-        found.map(|&(measures, factor, _)| Scale { measures, factor })
+        let entry = UNITS.iter().find(|(_, _, spellings)| spellings.contains(&text.as_str()));
+        entry.map(|&(quantity, factor, _)| FileUnit { quantity, factor })
     }
-}
 
-impl Scale {
-    /// The unit that a user gives: one of the known ones, or how many metres it has.
-    pub fn given(text: &str) -> Option<Scale> {
+    /// The unit that an option gives: a known one, or its size in metres as a number.
+    pub fn parse_option(text: &str) -> Option<FileUnit> {
         let metres = || text.trim().parse::<f64>().ok().filter(|f| f.is_finite() && *f != 0.0);
-        Scale::of(text).or_else(|| metres().map(|factor| Scale { measures: Measures::Length, factor }))
+        FileUnit::parse(text)
+            .or_else(|| metres().map(|factor| FileUnit { quantity: Quantity::Length, factor }))
     }
 }
 
-/// A name with what it says.
+/// A column name, its words and its unit.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Heading {
-    /// The heading as it stands in the file.
+    /// The name as it is in the file.
     pub raw: String,
-    /// Its words in small letters, without the unit.
+    /// Its words in lower case, without the unit.
     pub words: Vec<String>,
-    pub unit: Option<Scale>,
-    /// The unit as it is written; empty without one.
+    pub unit: Option<FileUnit>,
+    /// The text of the unit; empty without one.
     pub unit_text: String,
 }
 
 impl Heading {
-    /// Reads a name; `unit_row` is what stands in a row of units below it.
+    /// Parses a name; `unit_row` is its cell in the row of units, or empty.
     pub fn read(raw: &str, unit_row: &str) -> Heading {
-        let (name, unit_text) = split(raw.trim());
+        let (name, unit_text) = split_unit(raw.trim());
         let unit_text = if unit_row.is_empty() { unit_text } else { unit_row };
         let unit_text = unit_text.trim().trim_matches(|c| "()[]{}<>".contains(c)).trim();
         let name = split_case(name).to_lowercase();
@@ -90,48 +89,48 @@ impl Heading {
         Heading {
             raw: raw.trim().to_owned(),
             words: words.map(str::to_owned).collect(),
-            unit: Scale::of(unit_text),
+            unit: FileUnit::parse(unit_text),
             unit_text: unit_text.to_owned(),
         }
     }
 }
 
-/// `ballX` and `posY` as two words each.
+/// Inserts an underscore before an upper-case letter that follows a lower-case one, as in `ballX`.
 fn split_case(name: &str) -> String {
     let mut out = String::with_capacity(name.len() + 4);
-    let mut before_is_small = false;
+    let mut follows_lowercase = false;
     for c in name.chars() {
-        if c.is_uppercase() && before_is_small {
+        if c.is_uppercase() && follows_lowercase {
             out.push('_');
         }
-        before_is_small = c.is_lowercase();
+        follows_lowercase = c.is_lowercase();
         out.push(c);
     }
     out
 }
 
-/// Name and unit of a heading; the unit is empty where none is written.
-fn split(raw: &str) -> (&str, &str) {
+/// Splits a column name into name and unit; the unit is empty where none is written.
+fn split_unit(raw: &str) -> (&str, &str) {
     for (open, close) in [('(', ')'), ('[', ']'), ('{', '}'), ('<', '>')] {
-        if let Some((name, rest)) = raw.split_once(open)
-            && let Some((unit, _)) = rest.split_once(close)
+        if let Some((name, inner)) = raw.split_once(open)
+            && let Some((unit, _)) = inner.split_once(close)
             && !name.trim().is_empty()
         {
             return (name, unit);
         }
     }
-    // At the end, after an underscore, a blank, a comma or a hyphen: the longest unit that leaves a name.
-    let breaks = raw.char_indices().filter(|(_, c)| matches!(c, '_' | ' ' | ',' | '-' | '.'));
-    for (at, c) in breaks {
-        let (name, unit) = (&raw[..at], &raw[at + c.len_utf8()..]);
+    // A unit at the end, after an underscore, a space, a comma or a hyphen; the longest such unit is taken.
+    let separators = raw.char_indices().filter(|(_, c)| matches!(c, '_' | ' ' | ',' | '-' | '.'));
+    for (offset, c) in separators {
+        let (name, unit) = (&raw[..offset], &raw[offset + c.len_utf8()..]);
         let unit = unit.trim().trim_start_matches("in ");
-        if Scale::of(unit).is_some() && !name.trim().is_empty() {
+        if FileUnit::parse(unit).is_some() && !name.trim().is_empty() {
             return (name, unit);
         }
     }
-    // A slash divides by the unit, as in physics: height/mm. The name comes before the first one.
+    // A slash divides by the unit, as in height/mm. The name ends at the first slash.
     if let Some((name, unit)) = raw.split_once('/')
-        && Scale::of(unit).is_some()
+        && FileUnit::parse(unit).is_some()
         && !name.trim().is_empty()
     {
         return (name, unit);
@@ -141,27 +140,27 @@ fn split(raw: &str) -> (&str, &str) {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the unit is found wherever people write it, and a name without one has none.
+    //! Contract: the unit is found in all usual notations, and a name without a unit has none.
     use super::*;
 
     #[test]
-    fn units_are_read_from_names() {
-        for (raw, words, measures, factor) in [
-            ("t (s)", "t", Measures::Time, 1.0),
-            ("time [ms]", "time", Measures::Time, 1e-3),
-            ("x_cm", "x", Measures::Length, 1e-2),
-            ("height/mm", "height", Measures::Length, 1e-3),
-            ("Ball Pos X {mm}", "ball pos x", Measures::Length, 1e-3),
-            ("ballX_mm", "ball x", Measures::Length, 1e-3),
-            ("vx_m_s", "vx", Measures::Speed, 1.0),
-            ("vx_cm/s", "vx", Measures::Speed, 1e-2),
-            ("theta (deg)", "theta", Measures::Angle, std::f64::consts::PI / 180.0),
-            ("y, px", "y", Measures::Pixels, 1.0),
-            ("Höhe in cm", "höhe", Measures::Length, 1e-2),
+    fn units_are_found_in_names() {
+        for (raw, words, quantity, factor) in [
+            ("t (s)", "t", Quantity::Time, 1.0),
+            ("time [ms]", "time", Quantity::Time, 1e-3),
+            ("x_cm", "x", Quantity::Length, 1e-2),
+            ("height/mm", "height", Quantity::Length, 1e-3),
+            ("Ball Pos X {mm}", "ball pos x", Quantity::Length, 1e-3),
+            ("ballX_mm", "ball x", Quantity::Length, 1e-3),
+            ("vx_m_s", "vx", Quantity::Speed, 1.0),
+            ("vx_cm/s", "vx", Quantity::Speed, 1e-2),
+            ("theta (deg)", "theta", Quantity::Angle, std::f64::consts::PI / 180.0),
+            ("y, px", "y", Quantity::Pixels, 1.0),
+            ("Höhe in cm", "höhe", Quantity::Length, 1e-2),
         ] {
             let heading = Heading::read(raw, "");
             assert_eq!(heading.words.join(" "), words, "{raw}");
-            assert_eq!(heading.unit, Some(Scale { measures, factor }), "{raw}");
+            assert_eq!(heading.unit, Some(FileUnit { quantity, factor }), "{raw}");
         }
         for raw in ["x", "m", "frame", "comment", "a/b"] {
             assert_eq!(Heading::read(raw, "").unit, None, "{raw}");

@@ -1,39 +1,41 @@
-//! A recording as the long form that readers of named columns take, line by line.
+//! Converts a recording of unknown layout to CSV in long form, line by line.
 
 use super::Reading;
-use super::dialect::{number, sheet};
-use super::heading::{Heading, Measures};
-use super::roles::{Part, roles};
-use super::text::decoded;
+use super::dialect::{number, read_table};
+use super::heading::{Heading, Quantity};
+use super::roles::{Role, assign_roles};
+use super::text::decode;
 use crate::column::{TIME, TRAJECTORY};
 use crate::whole_file::{gunzip, is_gzip};
 use std::path::Path;
 
-/// The bytes of a file in any dialect as a CSV file in long form, each row on its line: the clock is `t_s`, what names the
-/// trajectory `trajectory`, and a quantity with a unit has it in SI at the end of its name (`Angle (deg)` becomes
-/// `angle_rad`). `None` where the clock cannot be told.
+/// Converts a table in any dialect to CSV in long form; `None` where no time column is found.
+///
+/// The time column becomes `t_s`, the column of trajectory identifiers `trajectory`, and a column with a unit
+/// is converted to SI and renamed (`Angle (deg)` becomes `angle_rad`). Each row keeps its line number, for
+/// messages.
 pub(crate) fn in_long_form(path: &Path, bytes: &[u8]) -> Option<Vec<u8>> {
     let unpacked = if is_gzip(bytes) { gunzip(path, bytes).ok()? } else { bytes.to_vec() };
-    let (text, _) = decoded(&unpacked)?;
-    let sheet = sheet(path, &text, None, None).ok()?;
+    let (text, _) = decode(&unpacked)?;
+    let sheet = read_table(path, &text, None, None).ok()?;
     let unit = |i: usize| sheet.units.get(i).map_or("", String::as_str);
     let names = sheet.names.as_ref()?;
     let headings: Vec<Heading> = names.iter().enumerate().map(|(i, n)| Heading::read(n, unit(i))).collect();
-    let parts = roles(&headings, &Reading::default()).ok()?;
-    let mut clock = false;
+    let roles = assign_roles(&headings, &Reading::default()).ok()?;
+    let mut has_time = false;
     let columns: Vec<(String, f64)> = headings
         .iter()
-        .zip(&parts)
-        .map(|(h, part)| match part {
-            Part::Time(scale) if scale.is_none_or(|s| s.measures == Measures::Time) => {
-                clock = true;
-                (TIME.to_owned(), scale.map_or(1.0, |s| s.factor))
+        .zip(&roles)
+        .map(|(h, role)| match role {
+            Role::Time(unit) if unit.is_none_or(|u| u.quantity == Quantity::Time) => {
+                has_time = true;
+                (TIME.to_owned(), unit.map_or(1.0, |u| u.factor))
             }
-            Part::Trajectory => (TRAJECTORY.to_owned(), 1.0),
-            _ => named(h),
+            Role::Trajectory => (TRAJECTORY.to_owned(), 1.0),
+            _ => si_name(h),
         })
         .collect();
-    if !clock {
+    if !has_time {
         return None;
     }
     let mut rows = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
@@ -52,24 +54,24 @@ pub(crate) fn in_long_form(path: &Path, bytes: &[u8]) -> Option<Vec<u8>> {
                 _ => cell.clone(),
             }
         });
-        let mut one = csv::WriterBuilder::new().from_writer(Vec::new());
-        one.write_record(cells).ok()?;
-        out.extend(one.into_inner().ok()?);
+        let mut writer = csv::WriterBuilder::new().from_writer(Vec::new());
+        writer.write_record(cells).ok()?;
+        out.extend(writer.into_inner().ok()?);
         line += 1;
     }
     Some(out)
 }
 
-/// Name of a quantity with its unit in SI, and the factor that brings it there; without a unit it keeps its name.
-fn named(h: &Heading) -> (String, f64) {
-    let Some(scale) = h.unit else { return (h.raw.clone(), 1.0) };
-    let suffix = match scale.measures {
-        Measures::Length => "m",
-        Measures::Time => "s",
-        Measures::Angle => "rad",
-        Measures::Speed => "m_s",
-        Measures::Turning => "rad_s",
-        Measures::Pixels | Measures::Frames => return (h.raw.clone(), 1.0),
+/// Name of a column in SI units, and the conversion factor; a column without a unit keeps its name.
+fn si_name(h: &Heading) -> (String, f64) {
+    let Some(unit) = h.unit else { return (h.raw.clone(), 1.0) };
+    let suffix = match unit.quantity {
+        Quantity::Length => "m",
+        Quantity::Time => "s",
+        Quantity::Angle => "rad",
+        Quantity::Speed => "m_s",
+        Quantity::AngularSpeed => "rad_s",
+        Quantity::Pixels | Quantity::Frames => return (h.raw.clone(), 1.0),
     };
-    (format!("{}_{suffix}", h.words.join("_")), scale.factor)
+    (format!("{}_{suffix}", h.words.join("_")), unit.factor)
 }

@@ -1,33 +1,33 @@
-//! Contents of the files of a recording: rows under headings, the columns that they become, and the kind of recording.
+//! A file of unknown layout with the roles of its columns, and the kind of recording that it holds.
 
 use super::dialect::Sheet;
 use super::heading::Heading;
-use super::roles::Part;
+use super::roles::Role;
 
 /// Kind of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Recording {
-    /// Something falls and is seen in this many coordinates.
+    /// A falling object with this many coordinates.
     Falls(usize),
     /// A rod pushes an object.
     Pushes,
-    /// Positions that do not accelerate as a fall does, with their acceleration, m/s², where there is one.
+    /// Positions that do not accelerate as in free fall, with their acceleration, m/s², where there is one.
     Moves(Option<f64>),
-    /// No positions.
+    /// A recording without positions.
     Other,
 }
 
-/// One file.
-pub(super) struct Recorded {
+/// One file: its table and the heading and role of each column.
+pub(super) struct RecordedFile {
     pub sheet: Sheet,
     pub headings: Vec<Heading>,
-    pub parts: Vec<Part>,
+    pub roles: Vec<Role>,
 }
 
-/// A column of the data set: where it is from, what it is called, and what its values are multiplied by.
+/// A column of the data set: its column in the file, its name, and the factor that converts it to SI.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Target {
-    /// Place among the values of the drafts.
+    /// Index among the columns of values of the drafts.
     pub value: usize,
     /// Name in the file.
     pub from: String,

@@ -1,17 +1,17 @@
-//! Which part each column plays, by its name.
+//! Infers the role of each column from its name.
 
 use super::Reading;
-use super::heading::{Heading, Measures, Scale};
+use super::heading::{FileUnit, Heading, Quantity};
 use super::unrecognised::Unrecognised;
 use crate::column::{Column, GROUP};
 
-/// A coordinate, before it is known which way is up.
+/// A coordinate, before the direction of up is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Axis {
     X,
     Y,
     Z,
-    /// A height that is called so.
+    /// A vertical coordinate by its name.
     Height,
     PusherX,
     PusherY,
@@ -19,7 +19,7 @@ pub(super) enum Axis {
 }
 
 impl Axis {
-    /// Whether it is a coordinate of what moves, and not of a rod.
+    /// Whether this is a coordinate of the object (neither the rod nor an angle).
     pub fn is_position(self) -> bool {
         matches!(self, Axis::X | Axis::Y | Axis::Z | Axis::Height)
     }
@@ -27,19 +27,20 @@ impl Axis {
 
 /// Role of a column.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Part {
-    /// The time; its unit where that is known.
-    Time(Option<Scale>),
+pub(super) enum Role {
+    /// The time, with its unit where it is known.
+    Time(Option<FileUnit>),
     Trajectory,
     Group,
-    /// A coordinate; its unit where that is known.
-    Axis(Axis, Option<Scale>),
-    /// A column that keeps or gets this name, and the factor that brings it there.
+    /// A coordinate, with its unit where it is known.
+    Axis(Axis, Option<FileUnit>),
+    /// A column with this name in the data set, and the factor that converts it to SI.
     Named(String, f64),
-    /// Left out.
-    Extra,
+    /// A column that is not used.
+    Unused,
 }
 
+/// Words that name a time column.
 const TIME: [&str; 15] = [
     "time",
     "t",
@@ -57,7 +58,9 @@ const TIME: [&str; 15] = [
     "elapsed",
     "ms",
 ];
+/// Words that name a column of frame numbers.
 const FRAME: [&str; 7] = ["frame", "frames", "index", "idx", "sample", "image", "bild"];
+/// Words that name a column of trajectory identifiers.
 const TRAJECTORY: [&str; 28] = [
     "trajectory",
     "traj",
@@ -88,10 +91,10 @@ const TRAJECTORY: [&str; 28] = [
     "essai",
     "push",
 ];
-/// Words that number things.
+/// Words for a number or an identifier.
 const COUNTING: [&str; 9] = ["id", "no", "nr", "number", "num", "n", "name", "idx", "index"];
-/// Words that say of what, or that it is a coordinate.
-const OF_WHAT: [&str; 22] = [
+/// Words beside the name of a coordinate that are ignored: the object, or "position".
+const IGNORED: [&str; 22] = [
     "pos",
     "position",
     "coord",
@@ -115,23 +118,27 @@ const OF_WHAT: [&str; 22] = [
     "location",
     "tracker",
 ];
+/// Words that name a vertical coordinate.
 const HEIGHT: [&str; 10] =
     ["height", "h", "altitude", "elevation", "hoehe", "höhe", "hauteur", "altura", "altezza", "vertical"];
+/// Words that name the rod that pushes.
 const ROD: [&str; 8] = ["pusher", "rod", "tip", "probe", "finger", "robot", "ee", "effector"];
+/// Words that name the angle of a pushed object.
 const ANGLE: [&str; 8] = ["theta", "angle", "yaw", "orientation", "rotation", "winkel", "heading", "th"];
 
-fn is(words: &[&str], of: &[&str]) -> bool {
-    !words.is_empty() && words.iter().all(|w| of.contains(w))
+/// Whether there are words and all of them are in `list`.
+fn are_all_in(words: &[&str], list: &[&str]) -> bool {
+    !words.is_empty() && words.iter().all(|w| list.contains(w))
 }
 
-/// The parts of columns with these headings.
+/// Assigns a role to each column from the options and from its heading; each role is assigned once.
 ///
 /// # Errors
-/// A column that the user names is not there.
-pub(super) fn roles(headings: &[Heading], reading: &Reading) -> Result<Vec<Part>, Unrecognised> {
-    let mut parts: Vec<Part> = headings.iter().map(|_| Part::Extra).collect();
-    let mut taken = vec![false; headings.len()];
-    let place = |name: &str, option: &'static str| {
+/// A column that an option names does not exist.
+pub(super) fn assign_roles(headings: &[Heading], reading: &Reading) -> Result<Vec<Role>, Unrecognised> {
+    let mut roles: Vec<Role> = headings.iter().map(|_| Role::Unused).collect();
+    let mut is_assigned = vec![false; headings.len()];
+    let position = |name: &str, option: &'static str| {
         let same = |h: &&Heading| h.raw == name || h.raw.eq_ignore_ascii_case(name);
         headings
             .iter()
@@ -144,106 +151,115 @@ pub(super) fn roles(headings: &[Heading], reading: &Reading) -> Result<Vec<Part>
     };
     if let Some(time) = &reading.time {
         let (name, unit) = match time.rsplit_once(':') {
-            Some((name, unit)) if Scale::of(unit).is_some() => (name, Scale::of(unit)),
+            Some((name, unit)) if FileUnit::parse(unit).is_some() => (name, FileUnit::parse(unit)),
             _ => (time.as_str(), None),
         };
-        let at = place(name, "--time")?;
-        let own = headings[at].unit.filter(|u| matches!(u.measures, Measures::Time | Measures::Frames));
-        (parts[at], taken[at]) = (Part::Time(unit.or(own).or(named_frames(&headings[at]))), true);
+        let column = position(name, "--time")?;
+        let written =
+            headings[column].unit.filter(|u| matches!(u.quantity, Quantity::Time | Quantity::Frames));
+        (roles[column], is_assigned[column]) =
+            (Role::Time(unit.or(written).or(frames_unit(&headings[column]))), true);
     }
     if let Some(name) = &reading.trajectory {
-        let at = place(name, "--trajectory")?;
-        (parts[at], taken[at]) = (Part::Trajectory, true);
+        let column = position(name, "--trajectory")?;
+        (roles[column], is_assigned[column]) = (Role::Trajectory, true);
     }
     for renamed in &reading.columns {
-        let at = place(&renamed.from, "--columns")?;
-        let unit = renamed.unit.as_deref().map_or(headings[at].unit, Scale::given);
-        (parts[at], taken[at]) = (Part::Named(renamed.to.clone(), unit.map_or(1.0, |u| u.factor)), true);
+        let column = position(&renamed.from, "--columns")?;
+        let unit = renamed.unit.as_deref().map_or(headings[column].unit, FileUnit::parse_option);
+        (roles[column], is_assigned[column]) =
+            (Role::Named(renamed.to.clone(), unit.map_or(1.0, |u| u.factor)), true);
     }
-    let has = |parts: &[Part], part: &dyn Fn(&Part) -> bool| parts.iter().any(part);
-    // The times first, because frames are times only where there are no others.
+    let has = |roles: &[Role], role: &dyn Fn(&Role) -> bool| roles.iter().any(role);
+    // Time columns come first, because frame numbers are the time only where there is no time column.
     for (i, h) in headings.iter().enumerate() {
-        let timed = has(&parts, &|p| matches!(p, Part::Time(_)));
-        if let Some(part) = time_of(h).filter(|_| !taken[i] && !timed) {
-            (parts[i], taken[i]) = (part, true);
+        let has_time = has(&roles, &|p| matches!(p, Role::Time(_)));
+        if let Some(role) = time_role(h).filter(|_| !is_assigned[i] && !has_time) {
+            (roles[i], is_assigned[i]) = (role, true);
         }
     }
-    if !has(&parts, &|p| matches!(p, Part::Time(_))) {
-        let frames = headings.iter().position(|h| named_frames(h).is_some());
-        if let Some(i) = frames.filter(|i| !taken[*i]) {
-            (parts[i], taken[i]) = (Part::Time(named_frames(&headings[i])), true);
+    if !has(&roles, &|p| matches!(p, Role::Time(_))) {
+        let frames = headings.iter().position(|h| frames_unit(h).is_some());
+        if let Some(i) = frames.filter(|i| !is_assigned[*i]) {
+            (roles[i], is_assigned[i]) = (Role::Time(frames_unit(&headings[i])), true);
         }
     }
-    let rods = headings.iter().any(|h| h.words.iter().any(|w| ROD.contains(&w.as_str())));
-    for (i, h) in headings.iter().enumerate().filter(|(i, _)| !taken[*i]) {
-        let part = part_of(h, rods, reading.columns.is_empty());
-        let again = match &part {
-            Part::Trajectory | Part::Group => parts.contains(&part),
-            Part::Axis(axis, _) => has(&parts, &|p| matches!(p, Part::Axis(other, _) if other == axis)),
-            Part::Named(name, _) => has(&parts, &|p| matches!(p, Part::Named(other, _) if other == name)),
+    let has_rod = headings.iter().any(|h| h.words.iter().any(|w| ROD.contains(&w.as_str())));
+    for (i, h) in headings.iter().enumerate().filter(|(i, _)| !is_assigned[*i]) {
+        let role = value_role(h, has_rod, reading.columns.is_empty());
+        let is_duplicate = match &role {
+            Role::Trajectory | Role::Group => roles.contains(&role),
+            Role::Axis(axis, _) => has(&roles, &|p| matches!(p, Role::Axis(other, _) if other == axis)),
+            Role::Named(name, _) => has(&roles, &|p| matches!(p, Role::Named(other, _) if other == name)),
             _ => false,
         };
-        if !again {
-            parts[i] = part;
+        if !is_duplicate {
+            roles[i] = role;
         }
     }
-    Ok(parts)
+    Ok(roles)
 }
 
-fn named_frames(h: &Heading) -> Option<Scale> {
+/// The unit of frames where a heading names frame numbers.
+fn frames_unit(h: &Heading) -> Option<FileUnit> {
     let words: Vec<&str> = h.words.iter().map(String::as_str).collect();
-    let counted = words.iter().all(|w| FRAME.contains(w) || COUNTING.contains(w));
-    (counted && words.iter().any(|w| FRAME.contains(w)))
-        .then_some(Scale { measures: Measures::Frames, factor: 1.0 })
+    let is_number = words.iter().all(|w| FRAME.contains(w) || COUNTING.contains(w));
+    (is_number && words.iter().any(|w| FRAME.contains(w)))
+        .then_some(FileUnit { quantity: Quantity::Frames, factor: 1.0 })
 }
 
-fn time_of(h: &Heading) -> Option<Part> {
+/// The role of the time where a heading names it.
+fn time_role(h: &Heading) -> Option<Role> {
     let words: Vec<&str> = h.words.iter().map(String::as_str).collect();
-    if !is(&words, &TIME) {
+    if !are_all_in(&words, &TIME) {
         return None;
     }
-    let written = match words[..] {
-        ["sec" | "secs" | "seconds"] => Scale::of("s"),
-        ["ms"] => Scale::of("ms"),
+    let unit = match words[..] {
+        ["sec" | "secs" | "seconds"] => FileUnit::parse("s"),
+        ["ms"] => FileUnit::parse("ms"),
         _ => h.unit,
     };
-    match written {
-        Some(unit) if !matches!(unit.measures, Measures::Time | Measures::Frames) => None,
-        unit => Some(Part::Time(unit)),
+    match unit {
+        Some(unit) if !matches!(unit.quantity, Quantity::Time | Quantity::Frames) => None,
+        unit => Some(Role::Time(unit)),
     }
 }
 
-fn part_of(h: &Heading, rods: bool, axes: bool) -> Part {
+/// The role of a column that is not the time.
+///
+/// An angle counts only where the file has a rod (`has_rod`), coordinates only where no option names the
+/// columns of values (`infer_axes`).
+fn value_role(h: &Heading, has_rod: bool, infer_axes: bool) -> Role {
     let words: Vec<&str> = h.words.iter().map(String::as_str).collect();
     if h.raw == GROUP {
-        return Part::Group;
+        return Role::Group;
     }
-    let counted: Vec<&str> = words.iter().copied().filter(|w| !COUNTING.contains(w)).collect();
-    if h.unit.is_none() && (is(&counted, &TRAJECTORY) && counted.len() == 1 || words == ["id"]) {
-        return Part::Trajectory;
+    let name: Vec<&str> = words.iter().copied().filter(|w| !COUNTING.contains(w)).collect();
+    if h.unit.is_none() && (are_all_in(&name, &TRAJECTORY) && name.len() == 1 || words == ["id"]) {
+        return Role::Trajectory;
     }
-    let bare: Vec<&str> = words.iter().copied().filter(|w| !OF_WHAT.contains(w)).collect();
-    let length = h.unit.is_none_or(|u| matches!(u.measures, Measures::Length | Measures::Pixels));
-    let rod: Vec<&str> = bare.iter().copied().filter(|w| !ROD.contains(w)).collect();
-    let axis = match (&bare[..], &rod[..]) {
+    let bare: Vec<&str> = words.iter().copied().filter(|w| !IGNORED.contains(w)).collect();
+    let may_be_length = h.unit.is_none_or(|u| matches!(u.quantity, Quantity::Length | Quantity::Pixels));
+    let without_rod: Vec<&str> = bare.iter().copied().filter(|w| !ROD.contains(w)).collect();
+    let axis = match (&bare[..], &without_rod[..]) {
         (["x"] | ["horizontal"], _) => Some(Axis::X),
         (["y"], _) => Some(Axis::Y),
         (["z"], _) => Some(Axis::Z),
-        (one, _) if is(one, &HEIGHT) => Some(Axis::Height),
-        (all, ["x"]) if all.len() > 1 => Some(Axis::PusherX),
-        (all, ["y"]) if all.len() > 1 => Some(Axis::PusherY),
+        (words, _) if are_all_in(words, &HEIGHT) => Some(Axis::Height),
+        (words, ["x"]) if words.len() > 1 => Some(Axis::PusherX),
+        (words, ["y"]) if words.len() > 1 => Some(Axis::PusherY),
         _ => None,
     };
-    if let Some(axis) = axis.filter(|_| axes && length) {
-        return Part::Axis(axis, h.unit);
+    if let Some(axis) = axis.filter(|_| infer_axes && may_be_length) {
+        return Role::Axis(axis, h.unit);
     }
-    let turns = h.unit.is_none_or(|u| u.measures == Measures::Angle);
-    if axes && rods && turns && is(&bare, &ANGLE) {
-        return Part::Axis(Axis::Theta, h.unit);
+    let may_be_angle = h.unit.is_none_or(|u| u.quantity == Quantity::Angle);
+    if infer_axes && has_rod && may_be_angle && are_all_in(&bare, &ANGLE) {
+        return Role::Axis(Axis::Theta, h.unit);
     }
-    // Names of the long form keep their meaning: masses, radii, spins, flags.
+    // Names of the long form keep their meaning, such as masses, radii, spins and flags.
     match Column::new(&h.raw) {
-        Ok(column) => Part::Named(column.name().to_owned(), 1.0),
-        Err(_) => Part::Extra,
+        Ok(column) => Role::Named(column.name().to_owned(), 1.0),
+        Err(_) => Role::Unused,
     }
 }

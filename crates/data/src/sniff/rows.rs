@@ -1,38 +1,39 @@
-//! From the rows of files to trajectories: by name or by restarts of the clock, sorted by time.
+//! Groups the rows of a file into trajectories, by identifier or at restarts of the clock.
 
-use super::dialect::{Sheet, number};
-use super::heading::Heading;
-use super::roles::Part;
-use crate::error::DataError;
+use super::dialect::number;
+use super::recording::RecordedFile;
+use super::roles::Role;
+use crate::error::{DataError, EVERY_ROW_NEEDS_A_VALUE, EVERY_SAMPLE_NEEDS_A_TIME};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Share of steps back in time from which one trajectory is shuffled and not several in a row.
-const SHUFFLED: f64 = 0.05;
+/// Maximum share of backward time steps that are restarts; above it the rows are unsorted.
+const MAX_RESTART_SHARE: f64 = 0.05;
 
-/// A trajectory in the units of its file.
+/// A trajectory in the units of the file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Draft {
     pub id: String,
     pub group: Option<String>,
     pub times: Vec<f64>,
-    /// `values[column][sample]`, NaN where not measured.
+    /// `values[column][sample]`, NaN where a value was not measured.
     pub values: Vec<Vec<f64>>,
     pub path: PathBuf,
     /// Line of each sample.
     pub lines: Vec<u64>,
 }
 
-/// Changes that were made to the rows.
+/// Changes to the rows while reading, for the notes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Done {
+pub(super) struct RowChanges {
+    /// Whether rows were sorted by time.
     pub sorted: bool,
-    /// Rows that said the same as another one.
-    pub repeated: usize,
-    /// Trajectories that the clock's restarts told apart.
-    pub restarts: bool,
-    /// Words that stand for no value.
-    pub gap_words: bool,
+    /// Number of rows that repeat another row.
+    pub repeated_rows: usize,
+    /// Whether rows were split into trajectories at restarts of the clock.
+    pub has_restarts: bool,
+    /// Whether words such as `nan` stand for gaps.
+    pub has_gap_words: bool,
 }
 
 /// One row as numbers.
@@ -42,27 +43,82 @@ struct SampledRow {
     values: Vec<f64>,
 }
 
-/// The trajectories of a file. `stem` is the name of one without a name of its own, and with `prefixed` the beginning of all.
+/// Rows with one identifier, in file order.
+struct NamedRows {
+    id: String,
+    group: Option<String>,
+    rows: Vec<SampledRow>,
+}
+
+/// Reads the trajectories of a file in the units of the file.
+///
+/// `stem` is the identifier of a trajectory without one; with `prefixed` it precedes the identifiers in the
+/// file.
 ///
 /// # Errors
-/// A cell that is no number, an empty time, a group that changes, or two different samples at one time.
-pub(super) fn drafts(
-    sheet: &Sheet,
-    headings: &[Heading],
-    parts: &[Part],
+/// A cell is not a number, a time or an identifier is empty, a group changes, or two different samples have
+/// the same time.
+pub(super) fn read_drafts(
+    file: &RecordedFile,
     stem: &str,
     prefixed: bool,
-    done: &mut Done,
+    changes: &mut RowChanges,
 ) -> Result<Vec<Draft>, DataError> {
-    let find = |wanted: &dyn Fn(&Part) -> bool| parts.iter().position(wanted);
-    let time_cell = find(&|p| matches!(p, Part::Time(_)));
-    let (id_cell, group_cell) = (find(&|p| *p == Part::Trajectory), find(&|p| *p == Part::Group));
-    let used = |p: &Part| matches!(p, Part::Axis(..) | Part::Named(..));
-    let cells: Vec<usize> = parts.iter().enumerate().filter(|(_, p)| used(p)).map(|(i, _)| i).collect();
+    let sheet = &file.sheet;
+    let has_ids = file.roles.contains(&Role::Trajectory);
+    let path = || sheet.path.clone();
+    let mut out = Vec::new();
+    for NamedRows { id, group, rows } in rows_by_id(file, stem, prefixed, changes)? {
+        for (id, mut rows) in split_at_restarts(id, rows, !has_ids, changes) {
+            if rows.windows(2).any(|w| w[1].time < w[0].time) {
+                rows.sort_by(|a, b| a.time.total_cmp(&b.time));
+                changes.sorted = true;
+            }
+            let count = rows.len();
+            rows.dedup_by(|b, a| a.time == b.time && are_same(&a.values, &b.values));
+            changes.repeated_rows += count - rows.len();
+            if let Some(w) = rows.windows(2).find(|w| w[0].time == w[1].time) {
+                return Err(DataError::TimeNotIncreasing {
+                    path: path(),
+                    line: w[1].line.max(w[0].line),
+                    column: "time",
+                    trajectory: id,
+                    previous_s: w[0].time,
+                    time_s: w[1].time,
+                });
+            }
+            let columns = rows.first().map_or(0, |row| row.values.len());
+            out.push(Draft {
+                id,
+                group: group.clone(),
+                times: rows.iter().map(|s| s.time).collect(),
+                values: (0..columns).map(|c| rows.iter().map(|s| s.values[c]).collect()).collect(),
+                path: path(),
+                lines: rows.iter().map(|s| s.line).collect(),
+            });
+        }
+    }
+    Ok(out)
+}
+
+/// Reads all rows as numbers and groups them by identifier, in the order of first appearance.
+fn rows_by_id(
+    file: &RecordedFile,
+    stem: &str,
+    prefixed: bool,
+    changes: &mut RowChanges,
+) -> Result<Vec<NamedRows>, DataError> {
+    let RecordedFile { sheet, headings, roles } = file;
+    let find = |is_wanted: &dyn Fn(&Role) -> bool| roles.iter().position(is_wanted);
+    let time_cell = find(&|role| matches!(role, Role::Time(_)));
+    let (id_cell, group_cell) = (find(&|role| *role == Role::Trajectory), find(&|role| *role == Role::Group));
+    let is_value = |role: &Role| matches!(role, Role::Axis(..) | Role::Named(..));
+    let cells: Vec<usize> = (0..roles.len()).filter(|&i| is_value(&roles[i])).collect();
     let column = |cell: usize| headings[cell].raw.clone();
     let path = || sheet.path.clone();
-    let mut order: Vec<String> = Vec::new();
-    let mut by_id: BTreeMap<String, (Option<String>, Vec<SampledRow>)> = BTreeMap::new();
+    let mut out: Vec<NamedRows> = Vec::new();
+    let mut index_of_id: BTreeMap<String, usize> = BTreeMap::new();
+    let mut row_count = 0;
     for row in 0..sheet.rows() {
         let (line, texts) = (sheet.lines[row], sheet.row(row));
         let read = |cell: usize| {
@@ -75,14 +131,15 @@ pub(super) fn drafts(
         };
         let values: Vec<f64> =
             cells.iter().map(|&c| Ok(read(c)?.unwrap_or(f64::NAN))).collect::<Result<_, DataError>>()?;
-        done.gap_words |= cells.iter().zip(&values).any(|(&c, value)| value.is_nan() && !texts[c].is_empty());
+        changes.has_gap_words |=
+            cells.iter().zip(&values).any(|(&c, value)| value.is_nan() && !texts[c].is_empty());
         let time = match time_cell {
-            None => by_id.values().map(|(_, s)| s.len()).sum::<usize>() as f64,
+            None => row_count as f64,
             Some(cell) => match read(cell)? {
                 Some(time) => time,
                 None if values.iter().all(|v| v.is_nan()) => continue,
                 None => {
-                    let (column, remedy) = (column(cell), "every sample needs its time");
+                    let (column, remedy) = (column(cell), EVERY_SAMPLE_NEEDS_A_TIME);
                     return Err(DataError::EmptyCell { path: path(), line, column, remedy });
                 }
             },
@@ -90,82 +147,53 @@ pub(super) fn drafts(
         let id = match id_cell {
             None => stem.to_owned(),
             Some(cell) if texts[cell].is_empty() => {
-                let (column, remedy) = (column(cell), "every row needs it");
+                let (column, remedy) = (column(cell), EVERY_ROW_NEEDS_A_VALUE);
                 return Err(DataError::EmptyCell { path: path(), line, column, remedy });
             }
             Some(cell) if prefixed => format!("{stem}/{}", texts[cell]),
             Some(cell) => texts[cell].clone(),
         };
         let group = group_cell.map(|cell| texts[cell].clone()).filter(|g| !g.is_empty());
-        if !by_id.contains_key(&id) {
-            order.push(id.clone());
+        let index = *index_of_id.entry(id.clone()).or_insert(out.len());
+        if index == out.len() {
+            out.push(NamedRows { id: id.clone(), group: group.clone(), rows: Vec::new() });
         }
-        let (first, samples) = by_id.entry(id.clone()).or_insert_with(|| (group.clone(), Vec::new()));
-        if *first != group {
-            let (expected, found) = (first.clone().unwrap_or_default(), group.unwrap_or_default());
+        let named = &mut out[index];
+        if named.group != group {
+            let (expected, found) = (named.group.clone().unwrap_or_default(), group.unwrap_or_default());
             return Err(DataError::GroupChanges { path: path(), line, trajectory: id, expected, found });
         }
-        samples.push(SampledRow { line, time, values });
-    }
-    let mut out = Vec::new();
-    for id in order {
-        let Some((group, samples)) = by_id.remove(&id) else { continue };
-        for (id, mut samples) in parts_of(id, samples, id_cell.is_none(), done) {
-            if samples.windows(2).any(|w| w[1].time < w[0].time) {
-                samples.sort_by(|a, b| a.time.total_cmp(&b.time));
-                done.sorted = true;
-            }
-            let before = samples.len();
-            samples.dedup_by(|b, a| a.time == b.time && same(&a.values, &b.values));
-            done.repeated += before - samples.len();
-            if let Some(w) = samples.windows(2).find(|w| w[0].time == w[1].time) {
-                let (previous_s, time_s) = (w[0].time, w[1].time);
-                let (line, trajectory) = (w[1].line.max(w[0].line), id);
-                let column = "time";
-                return Err(DataError::TimeNotIncreasing {
-                    path: path(),
-                    line,
-                    column,
-                    trajectory,
-                    previous_s,
-                    time_s,
-                });
-            }
-            out.push(Draft {
-                id,
-                group: group.clone(),
-                times: samples.iter().map(|s| s.time).collect(),
-                values: (0..cells.len()).map(|c| samples.iter().map(|s| s.values[c]).collect()).collect(),
-                path: path(),
-                lines: samples.iter().map(|s| s.line).collect(),
-            });
-        }
+        named.rows.push(SampledRow { line, time, values });
+        row_count += 1;
     }
     Ok(out)
 }
 
-fn same(a: &[f64], b: &[f64]) -> bool {
+/// Whether two rows have the same values; two gaps are the same.
+fn are_same(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).all(|(x, y)| x == y || (x.is_nan() && y.is_nan()))
 }
 
-/// The samples cut where the clock starts anew, if nothing names the trajectories.
-fn parts_of(
+/// Splits rows without identifiers into trajectories where the time decreases.
+///
+/// Where the time decreases often, the rows are one unsorted trajectory.
+fn split_at_restarts(
     id: String,
-    samples: Vec<SampledRow>,
-    unnamed: bool,
-    done: &mut Done,
+    rows: Vec<SampledRow>,
+    is_unnamed: bool,
+    changes: &mut RowChanges,
 ) -> Vec<(String, Vec<SampledRow>)> {
-    let back = samples.windows(2).filter(|w| w[1].time < w[0].time).count();
-    if !unnamed || back == 0 || back as f64 > SHUFFLED * samples.len() as f64 {
-        return vec![(id, samples)];
+    let restarts = rows.windows(2).filter(|w| w[1].time < w[0].time).count();
+    if !is_unnamed || restarts == 0 || restarts as f64 > MAX_RESTART_SHARE * rows.len() as f64 {
+        return vec![(id, rows)];
     }
-    done.restarts = true;
+    changes.has_restarts = true;
     let mut out: Vec<(String, Vec<SampledRow>)> = Vec::new();
-    for sample in samples {
-        let goes_on = out.last().and_then(|(_, s)| s.last()).is_some_and(|last| sample.time >= last.time);
+    for row in rows {
+        let continues = out.last().and_then(|(_, s)| s.last()).is_some_and(|last| row.time >= last.time);
         match out.last_mut() {
-            Some((_, current)) if goes_on => current.push(sample),
-            _ => out.push((format!("{id}-{}", out.len() + 1), vec![sample])),
+            Some((_, current)) if continues => current.push(row),
+            _ => out.push((format!("{id}-{}", out.len() + 1), vec![row])),
         }
     }
     out

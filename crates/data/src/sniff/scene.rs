@@ -1,10 +1,10 @@
-//! Clock, unit of length and direction of up of trajectories that were read.
+//! Infers time unit, unit of length, direction of up and kind of recording, and converts to SI.
 
 use super::Reading;
 use super::fall::{acceleration, is_fall, rate_of_fall, unit_of_fall};
-use super::heading::{Heading, Measures, Scale};
-use super::recording::{Recorded, Recording, Target};
-use super::roles::{Axis, Part};
+use super::heading::{FileUnit, Heading, Quantity};
+use super::recording::{RecordedFile, Recording, Target};
+use super::roles::{Axis, Role};
 use super::rows::Draft;
 use super::unrecognised::Unrecognised;
 use crate::error::DataError;
@@ -12,54 +12,58 @@ use crate::printable::shown;
 use crate::statistics::{digits, median};
 use std::path::Path;
 
-/// Longest time between samples that is one in seconds, and in milliseconds, where no unit is written.
-const STEP_S: f64 = 0.5;
-const STEP_MS: f64 = 500.0;
-/// First time of a trajectory, in steps, from which its clock did not begin with it.
-const LATE: f64 = 1.5;
-/// An angle beyond this is none in radians.
-const TURN_RAD: f64 = 7.0;
-/// Names that mean what the long form means by them.
-const SETTLED: [&str; 4] = ["x_m", "y_m", "z_m", "height_m"];
+/// Median time step below which times without a unit are in seconds.
+const MAX_STEP_S: f64 = 0.5;
+/// Median time step below which times without a unit, and not in seconds, are in milliseconds.
+const MAX_STEP_MS: f64 = 500.0;
+/// First time of a trajectory, in steps, above which its times are shifted to begin at 0.
+const MAX_FIRST_TIME: f64 = 1.5;
+/// Largest angle without a unit that is read as radians; 7 is a little more than one turn.
+const MAX_ANGLE_RAD: f64 = 7.0;
+/// Names of positions in the long form.
+const LONG_FORM_POSITIONS: [&str; 4] = ["x_m", "y_m", "z_m", "height_m"];
 
-/// Columns of the data set, the kind of the recording, its trajectories with times in s, and what was taken for granted.
-type Settled = (Vec<Target>, Recording, Vec<Draft>, Vec<String>);
+/// Columns of the data set, kind of the recording, trajectories with times in s, and notes.
+type Resolved = (Vec<Target>, Recording, Vec<Draft>, Vec<String>);
 
-/// The trajectories on the way to SI.
+/// A coordinate: index of its column of values, axis, and unit where the file states it.
+type Coordinate = (usize, Axis, Option<FileUnit>);
+
+/// Trajectories of all files while their units are inferred.
 pub(super) struct Scene<'a> {
     origin: &'a Path,
     reading: &'a Reading,
-    first: &'a Recorded,
-    all: Vec<Draft>,
-    /// Heading and part of each column of values.
-    used: Vec<(&'a Heading, &'a Part)>,
-    assumed: Vec<String>,
+    first: &'a RecordedFile,
+    drafts: Vec<Draft>,
+    /// Heading and role of each column of values.
+    used: Vec<(&'a Heading, &'a Role)>,
+    notes: Vec<String>,
 }
 
 impl<'a> Scene<'a> {
-    /// `all` in the units of the file, whose columns of values are `used`.
+    /// Scene of `drafts`, whose columns of values are `used`; `first` is the first file.
     pub fn new(
         origin: &'a Path,
         reading: &'a Reading,
-        first: &'a Recorded,
-        all: Vec<Draft>,
-        used: Vec<(&'a Heading, &'a Part)>,
+        first: &'a RecordedFile,
+        drafts: Vec<Draft>,
+        used: Vec<(&'a Heading, &'a Role)>,
     ) -> Self {
-        Scene { origin, reading, first, all, used, assumed: Vec::new() }
+        Scene { origin, reading, first, drafts, used, notes: Vec::new() }
     }
 
-    /// Tells clock, units and directions.
+    /// Infers the clock, the units and the directions.
     ///
     /// # Errors
-    /// Something cannot be told, with the option that says it.
-    pub fn settled(mut self) -> Result<Settled, DataError> {
-        self.clock()?;
+    /// A property cannot be inferred; the message names the option that states it.
+    pub fn resolve(mut self) -> Result<Resolved, DataError> {
+        self.convert_times()?;
         let (columns, recording) = self.columns()?;
-        Ok((columns, recording, self.all, self.assumed))
+        Ok((columns, recording, self.drafts, self.notes))
     }
 
-    fn refuse<T>(&self, open: Unrecognised) -> Result<T, DataError> {
-        Err(DataError::NotRecognised { path: self.origin.to_owned(), open })
+    fn refuse<T>(&self, reason: Unrecognised) -> Result<T, DataError> {
+        Err(DataError::NotRecognised { path: self.origin.to_owned(), reason })
     }
 
     /// Names of the columns of the file.
@@ -67,125 +71,134 @@ impl<'a> Scene<'a> {
         self.first.headings.iter().map(|h| h.raw.clone()).collect()
     }
 
-    /// Brings the times to seconds from the beginning of each trajectory.
-    fn clock(&mut self) -> Result<(), DataError> {
-        let steps = self.all.iter().flat_map(|d| d.times.windows(2).map(|w| w[1] - w[0]));
+    /// Converts the times to seconds, and shifts those of a trajectory with a late start to begin at 0.
+    fn convert_times(&mut self) -> Result<(), DataError> {
+        let steps = self.drafts.iter().flat_map(|d| d.times.windows(2).map(|w| w[1] - w[0]));
         let step = median(&mut steps.collect::<Vec<_>>()).unwrap_or(0.0);
-        let whole = self.all.iter().flat_map(|d| &d.times).all(|t| t.fract() == 0.0);
-        let column = self.first.parts.iter().position(|p| matches!(p, Part::Time(_)));
-        let written = column.and_then(|i| match &self.first.parts[i] {
-            Part::Time(scale) => *scale,
+        let is_whole = self.drafts.iter().flat_map(|d| &d.times).all(|t| t.fract() == 0.0);
+        let column = self.first.roles.iter().position(|p| matches!(p, Role::Time(_)));
+        let written = column.and_then(|i| match &self.first.roles[i] {
+            Role::Time(unit) => *unit,
             _ => None,
         });
-        let frames = column.is_none() || written.is_some_and(|s| s.measures == Measures::Frames);
-        let seconds = match written.filter(|_| !frames) {
-            Some(scale) => scale.factor,
-            None if frames || (whole && step == 1.0) => 1.0 / self.rate(column.is_some())?,
-            None if step < STEP_S => 1.0,
+        let is_in_frames = column.is_none() || written.is_some_and(|u| u.quantity == Quantity::Frames);
+        let seconds = match written.filter(|_| !is_in_frames) {
+            Some(unit) => unit.factor,
+            None if is_in_frames || (is_whole && step == 1.0) => 1.0 / self.frame_rate(column.is_some())?,
+            None if step < MAX_STEP_S => 1.0,
             None => {
                 let (unit, factor) = match step {
-                    s if s < STEP_MS => ("milliseconds", 1e-3),
-                    s if s < 1e3 * STEP_MS => ("microseconds", 1e-6),
+                    s if s < MAX_STEP_MS => ("milliseconds", 1e-3),
+                    s if s < 1e3 * MAX_STEP_MS => ("microseconds", 1e-6),
                     _ => ("nanoseconds", 1e-9),
                 };
-                self.assumed.push(format!("the time has no unit: steps of {} say {unit}", digits(step)));
+                self.notes.push(format!(
+                    "the time has no unit; with steps of {} it is read as {unit}",
+                    digits(step)
+                ));
                 factor
             }
         };
-        let as_recorded = column.is_some_and(|i| self.first.headings[i].raw == crate::column::TIME);
+        let is_long_form = column.is_some_and(|i| self.first.headings[i].raw == crate::column::TIME);
         let mut shifted = false;
-        for draft in &mut self.all {
+        for draft in &mut self.drafts {
             let first = draft.times.first().copied().unwrap_or(0.0);
-            let late = !as_recorded && (first.abs() > LATE * step || first < 0.0);
-            shifted |= late;
-            let zero = if late { first } else { 0.0 };
-            // A quotient by a whole rate rounds as the clean number of seconds does.
+            let is_late = !is_long_form && (first.abs() > MAX_FIRST_TIME * step || first < 0.0);
+            shifted |= is_late;
+            let zero = if is_late { first } else { 0.0 };
+            // Division by a whole rate gives the double nearest to the decimal number of seconds;
+            // multiplication by its rounded reciprocal would not.
             let rate = (1.0 / seconds).round();
-            let exact = rate > 1.0 && (rate * seconds - 1.0).abs() < 1e-12;
-            let to_s = |t: f64| if exact { (t - zero) / rate } else { (t - zero) * seconds };
+            let is_whole_rate = rate > 1.0 && (rate * seconds - 1.0).abs() < 1e-12;
+            let to_s = |t: f64| if is_whole_rate { (t - zero) / rate } else { (t - zero) * seconds };
             draft.times.iter_mut().for_each(|t| *t = to_s(*t));
         }
         if shifted {
-            self.assumed.push("times count from the first sample of each trajectory".to_owned());
+            self.notes.push("times count from the first sample of each trajectory".to_owned());
         }
         Ok(())
     }
 
-    /// Frames a second.
-    fn rate(&mut self, numbered: bool) -> Result<f64, DataError> {
+    /// Frame rate, Hz: from the option, from a comment in the file, or from free fall.
+    ///
+    /// `has_frames` states whether the file has a column of frame numbers.
+    fn frame_rate(&mut self, has_frames: bool) -> Result<f64, DataError> {
         if let Some(rate) = self.reading.rate_hz {
             return Ok(rate);
         }
-        if let Some(rate) = self.first.sheet.comments.iter().find_map(|c| rate_in(c)) {
-            self.assumed.push(format!("frames are numbered; a comment says {} Hz", digits(rate)));
+        if let Some(rate) = self.first.sheet.comments.iter().find_map(|c| rate_in_comment(c)) {
+            self.notes
+                .push(format!("times are frame numbers; a comment in the file states {} Hz", digits(rate)));
             return Ok(rate);
         }
         let lengths = self.used.iter().enumerate().filter_map(|(i, (_, p))| match p {
-            Part::Axis(a, Some(s)) if a.is_position() && s.measures == Measures::Length => {
+            Role::Axis(a, Some(s)) if a.is_position() && s.quantity == Quantity::Length => {
                 Some((i, s.factor))
             }
             _ => None,
         });
-        let falls = lengths.filter_map(|(i, factor)| Some(acceleration(&self.all, i)? * factor));
+        let falls = lengths.filter_map(|(i, factor)| Some(acceleration(&self.drafts, i)? * factor));
         let largest = falls.max_by(|a, b| a.abs().total_cmp(&b.abs()));
         if let Some(rate) = largest.and_then(rate_of_fall) {
-            self.assumed.push(format!("frames are numbered; the fall says {} Hz", digits(rate)));
+            self.notes.push(format!("times are frame numbers; free fall implies {} Hz", digits(rate)));
             return Ok(rate);
         }
-        self.refuse(match numbered {
+        self.refuse(match has_frames {
             true => Unrecognised::NoFrameRate,
             false => Unrecognised::NoTimes { columns: self.names() },
         })
     }
 
-    /// The columns of the data set, and what kind of recording it is.
+    /// The columns of the data set and the kind of recording.
     fn columns(&mut self) -> Result<(Vec<Target>, Recording), DataError> {
         let mut out: Vec<Target> = Vec::new();
-        let mut axes: Vec<(usize, Axis, Option<Scale>)> = Vec::new();
-        for (value, (h, part)) in self.used.iter().enumerate() {
-            match part {
-                Part::Axis(axis, scale) => axes.push((value, *axis, *scale)),
-                Part::Named(name, factor) => {
+        let mut axes: Vec<Coordinate> = Vec::new();
+        for (value, (h, role)) in self.used.iter().enumerate() {
+            match role {
+                Role::Axis(axis, unit) => axes.push((value, *axis, *unit)),
+                Role::Named(name, factor) => {
                     out.push(Target { value, from: h.raw.clone(), name: name.clone(), factor: *factor });
                 }
                 _ => {}
             }
         }
         if let Some((value, ..)) =
-            axes.iter().find(|(_, _, s)| s.is_some_and(|s| s.measures == Measures::Pixels))
+            axes.iter().find(|(_, _, s)| s.is_some_and(|s| s.quantity == Quantity::Pixels))
         {
             return self.refuse(Unrecognised::Pixels { column: self.used[*value].0.raw.clone() });
         }
         let has = |axis: Axis| axes.iter().any(|(_, a, _)| *a == axis);
         if has(Axis::PusherX) && has(Axis::PusherY) && has(Axis::X) && has(Axis::Y) {
-            out.splice(0..0, self.pushes(&axes));
+            out.splice(0..0, self.push_columns(&axes));
             return Ok((out, Recording::Pushes));
         }
         axes.retain(|(_, a, _)| a.is_position());
         let raw = |value: usize| self.used[value].0.raw.as_str();
-        let settled = axes.iter().all(|(v, ..)| SETTLED.contains(&raw(*v)))
+        // Columns that are named as in the long form keep their names, units and directions.
+        let is_long_form = axes.iter().all(|(v, ..)| LONG_FORM_POSITIONS.contains(&raw(*v)))
             && axes.iter().any(|(v, ..)| matches!(raw(*v), "z_m" | "height_m"));
-        let positions = if settled {
-            let own = |(value, ..): &(usize, Axis, Option<Scale>)| Target {
+        let positions = if is_long_form {
+            let unchanged = |(value, ..): &Coordinate| Target {
                 value: *value,
                 from: raw(*value).to_owned(),
                 name: raw(*value).to_owned(),
                 factor: 1.0,
             };
-            axes.iter().map(own).collect()
+            axes.iter().map(unchanged).collect()
         } else {
             self.positions(&axes)?
         };
-        let named_fall = |t: &&Target| matches!(t.name.as_str(), "z_m" | "height_m");
-        let vertical = positions.iter().chain(&out).find(named_fall).cloned();
-        let count = positions.iter().chain(&out).filter(|t| SETTLED.contains(&t.name.as_str())).count();
+        let is_vertical = |t: &&Target| matches!(t.name.as_str(), "z_m" | "height_m");
+        let vertical = positions.iter().chain(&out).find(is_vertical).cloned();
+        let is_position = |t: &&Target| LONG_FORM_POSITIONS.contains(&t.name.as_str());
+        let count = positions.iter().chain(&out).filter(is_position).count();
         out.splice(0..0, positions);
         if out.is_empty() {
             return self.refuse(Unrecognised::NoPositions { columns: self.names() });
         }
         let recording = match vertical {
             None => Recording::Other,
-            Some(t) => match acceleration(&self.all, t.value).map(|a| a * t.factor) {
+            Some(t) => match acceleration(&self.drafts, t.value).map(|a| a * t.factor) {
                 Some(a) if is_fall(a) => Recording::Falls(count),
                 other => Recording::Moves(other),
             },
@@ -193,32 +206,33 @@ impl<'a> Scene<'a> {
         Ok((out, recording))
     }
 
-    /// Factor that brings a coordinate to metres: what is written, or what the fall says.
-    fn metres(&mut self, axes: &[(usize, Axis, Option<Scale>)]) -> Vec<f64> {
-        if axes.iter().all(|(_, _, scale)| scale.is_some()) {
-            return axes.iter().map(|(_, _, scale)| scale.map_or(1.0, |s| s.factor)).collect();
+    /// Factors that convert the coordinates to metres, from their units or from free fall.
+    fn metres(&mut self, axes: &[Coordinate]) -> Vec<f64> {
+        if axes.iter().all(|(_, _, unit)| unit.is_some()) {
+            return axes.iter().map(|(_, _, unit)| unit.map_or(1.0, |u| u.factor)).collect();
         }
         let largest = axes
             .iter()
-            .filter(|(_, _, scale)| scale.is_none())
-            .filter_map(|(value, ..)| acceleration(&self.all, *value))
+            .filter(|(_, _, unit)| unit.is_none())
+            .filter_map(|(value, ..)| acceleration(&self.drafts, *value))
             .max_by(|a, b| a.abs().total_cmp(&b.abs()));
         let guess = match largest.and_then(|a| Some((a, unit_of_fall(a)?))) {
             Some((a, (unit, factor))) => {
                 let a = digits(a.abs());
-                self.assumed.push(format!("lengths have no unit: a fall of {a} per s^2 says {unit}"));
+                self.notes.push(format!("lengths have no unit; free fall at {a} per s^2 implies {unit}"));
                 factor
             }
             None => {
-                self.assumed.push("lengths have no unit and nothing falls freely: metres".to_owned());
+                self.notes
+                    .push("lengths have no unit and nothing falls freely; metres are assumed".to_owned());
                 1.0
             }
         };
-        axes.iter().map(|(_, _, scale)| scale.map_or(guess, |s| s.factor)).collect()
+        axes.iter().map(|(_, _, unit)| unit.map_or(guess, |u| u.factor)).collect()
     }
 
-    /// Positions with the vertical one last, upwards.
-    fn positions(&mut self, axes: &[(usize, Axis, Option<Scale>)]) -> Result<Vec<Target>, DataError> {
+    /// Columns of positions in metres, the vertical one last and positive upwards.
+    fn positions(&mut self, axes: &[Coordinate]) -> Result<Vec<Target>, DataError> {
         if axes.is_empty() {
             return Ok(Vec::new());
         }
@@ -226,85 +240,78 @@ impl<'a> Scene<'a> {
         let falls: Vec<Option<f64>> = axes
             .iter()
             .zip(&factors)
-            .map(|((value, ..), factor)| Some(acceleration(&self.all, *value)? * factor))
+            .map(|((value, ..), factor)| Some(acceleration(&self.drafts, *value)? * factor))
             .collect();
-        let name = |i: usize| self.used[axes[i].0].0.raw.clone();
-        let (vertical, downwards) = match &self.reading.up {
-            Some(up) => {
-                let (wanted, downwards) = match up.strip_prefix('-') {
-                    Some(rest) => (rest, true),
-                    None => (up.strip_prefix('+').unwrap_or(up), false),
-                };
-                let is = |i: &usize| {
-                    let heading = self.used[axes[*i].0].0;
-                    heading.raw.eq_ignore_ascii_case(wanted)
-                        || heading.words.join("_") == wanted.to_lowercase()
-                };
-                match (0..axes.len()).find(is) {
-                    Some(i) => (i, downwards),
-                    None => {
-                        let columns = (0..axes.len()).map(name).collect();
-                        return self
-                            .refuse(Unrecognised::NoSuchCoordinate { name: wanted.to_owned(), columns });
-                    }
-                }
-            }
-            None => {
-                let falling = |i: &usize| falls[*i].is_some_and(is_fall);
-                let size = |i: &usize| falls[*i].unwrap_or(0.0).abs();
-                let by_name = [Axis::Height, Axis::Z, Axis::Y, Axis::X];
-                let called = by_name.iter().find_map(|axis| axes.iter().position(|(_, a, _)| a == axis));
-                let height = axes.iter().position(|(_, a, _)| *a == Axis::Height);
-                let most = (0..axes.len()).filter(falling).max_by(|a, b| size(a).total_cmp(&size(b)));
-                let vertical = height.or(most).or(called).unwrap_or(0);
-                (vertical, falls[vertical].is_some_and(|a| is_fall(a) && a > 0.0))
-            }
+        let (vertical, is_downward) = match &self.reading.up {
+            Some(up) => self.vertical_from_option(up, axes)?,
+            None => vertical_from_fall(axes, &falls),
         };
-        let usual = matches!(axes[vertical].1, Axis::Height | Axis::Z)
+        let name = |i: usize| self.used[axes[i].0].0.raw.clone();
+        let is_usual = matches!(axes[vertical].1, Axis::Height | Axis::Z)
             || axes.len() < 3 && axes[vertical].1 == Axis::Y;
-        if downwards {
-            self.assumed.push(format!("{} counts downwards: up is minus {0}", shown(&name(vertical))));
-        } else if !usual && axes.len() > 1 {
-            self.assumed.push(format!("{} is the vertical", shown(&name(vertical))));
+        if is_downward {
+            self.notes.push(format!("{} grows downwards: up is minus {0}", shown(&name(vertical))));
+        } else if !is_usual && axes.len() > 1 {
+            self.notes.push(format!("{} is the vertical coordinate", shown(&name(vertical))));
         }
         let mut out = Vec::new();
-        let mut free = ["x_m", "y_m"].into_iter();
+        let mut horizontal_names = ["x_m", "y_m"].into_iter();
         for (i, (value, axis, _)) in axes.iter().enumerate().filter(|(i, _)| *i != vertical) {
             if !self.moves(*value) {
-                self.assumed.push(format!("{} never changes and was left out", shown(&name(i))));
+                self.notes.push(format!("{} never changes and was left out", shown(&name(i))));
                 continue;
             }
-            // A third axis turns with the vertical one, so that the frame stays right-handed.
-            let turned = axes[vertical].1 == Axis::Y && *axis == Axis::Z;
-            if let Some(to) = free.next() {
-                let factor = if turned { -factors[i] } else { factors[i] };
+            // Where y is vertical, z changes its sign, so that the frame remains right-handed.
+            let is_reversed = axes[vertical].1 == Axis::Y && *axis == Axis::Z;
+            if let Some(to) = horizontal_names.next() {
+                let factor = if is_reversed { -factors[i] } else { factors[i] };
                 out.push(Target { value: *value, from: name(i), name: to.to_owned(), factor });
             }
         }
-        let factor = if downwards { -factors[vertical] } else { factors[vertical] };
+        let factor = if is_downward { -factors[vertical] } else { factors[vertical] };
         let to = if out.is_empty() { "height_m" } else { "z_m" };
         out.push(Target { value: axes[vertical].0, from: name(vertical), name: to.to_owned(), factor });
         Ok(out)
     }
 
+    /// Index of the vertical coordinate that the option `--up` names, and whether it grows downwards.
+    fn vertical_from_option(&self, up: &str, axes: &[Coordinate]) -> Result<(usize, bool), DataError> {
+        let (wanted, is_downward) = match up.strip_prefix('-') {
+            Some(name) => (name, true),
+            None => (up.strip_prefix('+').unwrap_or(up), false),
+        };
+        let heading = |i: usize| self.used[axes[i].0].0;
+        let is_wanted = |i: &usize| {
+            heading(*i).raw.eq_ignore_ascii_case(wanted)
+                || heading(*i).words.join("_") == wanted.to_lowercase()
+        };
+        match (0..axes.len()).find(is_wanted) {
+            Some(i) => Ok((i, is_downward)),
+            None => {
+                let columns = (0..axes.len()).map(|i| heading(i).raw.clone()).collect();
+                self.refuse(Unrecognised::NoSuchCoordinate { name: wanted.to_owned(), columns })
+            }
+        }
+    }
+
     /// Whether a column changes within a trajectory.
     fn moves(&self, value: usize) -> bool {
-        self.all.iter().any(|d| {
-            let mut seen = d.values[value].iter().filter(|v| v.is_finite());
-            let first = seen.next();
-            seen.any(|v| Some(v) != first)
+        self.drafts.iter().any(|d| {
+            let mut measured = d.values[value].iter().filter(|v| v.is_finite());
+            let first = measured.next();
+            measured.any(|v| Some(v) != first)
         })
     }
 
-    /// Columns of a push.
-    fn pushes(&mut self, axes: &[(usize, Axis, Option<Scale>)]) -> Vec<Target> {
-        let known = axes.iter().find_map(|(_, a, s)| s.filter(|_| *a != Axis::Theta));
-        if axes.iter().any(|(_, a, s)| s.is_none() && *a != Axis::Theta) {
-            let unit = if known.is_some() { "that of the other coordinates" } else { "metres" };
-            self.assumed.push(format!("lengths without a unit are in {unit}"));
+    /// Columns of a recording of pushes.
+    fn push_columns(&mut self, axes: &[Coordinate]) -> Vec<Target> {
+        let known = axes.iter().find_map(|(_, a, unit)| unit.filter(|_| *a != Axis::Theta));
+        if axes.iter().any(|(_, a, unit)| unit.is_none() && *a != Axis::Theta) {
+            let unit = if known.is_some() { "the unit of the other coordinates" } else { "metres" };
+            self.notes.push(format!("lengths without a unit are assumed to be in {unit}"));
         }
         let mut out = Vec::new();
-        for (value, axis, scale) in axes {
+        for (value, axis, unit) in axes {
             let name = match axis {
                 Axis::PusherX => "pusher_x_m",
                 Axis::PusherY => "pusher_y_m",
@@ -314,11 +321,12 @@ impl<'a> Scene<'a> {
                 Axis::Z | Axis::Height => continue,
             };
             let largest =
-                self.all.iter().flat_map(|d| &d.values[*value]).fold(0.0, |m: f64, v| m.max(v.abs()));
-            let factor = match (axis, scale) {
-                (_, Some(scale)) => scale.factor,
-                (Axis::Theta, None) if largest > TURN_RAD => {
-                    self.assumed.push(format!("angles up to {} are degrees", digits(largest)));
+                self.drafts.iter().flat_map(|d| &d.values[*value]).fold(0.0, |m: f64, v| m.max(v.abs()));
+            let factor = match (axis, unit) {
+                (_, Some(unit)) => unit.factor,
+                (Axis::Theta, None) if largest > MAX_ANGLE_RAD => {
+                    self.notes
+                        .push(format!("angles have no unit; values up to {} imply degrees", digits(largest)));
                     std::f64::consts::PI / 180.0
                 }
                 (Axis::Theta, None) => 1.0,
@@ -331,8 +339,23 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// Frames a second that a comment states.
-fn rate_in(comment: &str) -> Option<f64> {
+/// Index of the vertical coordinate, and whether it grows downwards.
+///
+/// `accelerations` are in m/s². A coordinate called height comes first, then the one with the largest
+/// acceleration of free fall, then z, y and x.
+fn vertical_from_fall(axes: &[Coordinate], accelerations: &[Option<f64>]) -> (usize, bool) {
+    let falls = |i: &usize| accelerations[*i].is_some_and(is_fall);
+    let size = |i: &usize| accelerations[*i].unwrap_or(0.0).abs();
+    let by_name = [Axis::Height, Axis::Z, Axis::Y, Axis::X];
+    let named = by_name.iter().find_map(|axis| axes.iter().position(|(_, a, _)| a == axis));
+    let height = axes.iter().position(|(_, a, _)| *a == Axis::Height);
+    let falling = (0..axes.len()).filter(falls).max_by(|a, b| size(a).total_cmp(&size(b)));
+    let vertical = height.or(falling).or(named).unwrap_or(0);
+    (vertical, accelerations[vertical].is_some_and(|a| is_fall(a) && a > 0.0))
+}
+
+/// Frame rate, Hz, that a comment states.
+fn rate_in_comment(comment: &str) -> Option<f64> {
     let text = comment.to_lowercase();
     if !["fps", "hz", "frame rate", "framerate", "frames per second"].iter().any(|word| text.contains(word)) {
         return None;

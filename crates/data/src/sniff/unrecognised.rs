@@ -1,89 +1,91 @@
-//! Questions about a file that the sniffing cannot answer.
+//! Properties of a file that cannot be inferred, with the option that states them.
 
 use crate::printable::{shown, shown_list};
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// A question that a file leaves open, with the option or the change that answers it.
+/// Reason why a file of unknown layout cannot be read, with the remedy in the message.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Unrecognised {
-    /// A folder without a file that may be a recording.
-    #[error("the folder holds no recordings; they end in .{}", endings.join(", ."))]
+    /// The folder has no file with the extension of a recording.
+    #[error("the folder has no recordings; add files that end in .{}", endings.join(", ."))]
     NoRecordings {
-        /// Endings of recordings.
+        /// Extensions of recordings.
         endings: &'static [&'static str],
     },
     /// No file was given.
-    #[error("there is no file")]
+    #[error("no file was given; name at least one recording")]
     NoFile,
-    /// Bytes in no encoding of text.
-    #[error("it is no text; export the recording as CSV")]
-    NoText,
-    /// Lines that no separator and decimal mark cut into rows of numbers.
+    /// The bytes are not text.
+    #[error("the file is not text; export the recording as CSV")]
+    NotText,
+    /// No separator and decimal mark split the lines into rows of numbers.
     #[error(
-        "its lines are no rows of numbers; give the character between cells by --sep and the decimal mark by --decimal \
-         (augsim start)"
+        "its lines are not rows of numbers; give the character between cells with --sep and the decimal mark with \
+         --decimal (augsim start)"
     )]
-    NoNumbers,
-    /// A file that does not go with the others.
-    #[error("its columns are other than those of {} ({}); read it by itself", first.display(), shown_list(columns))]
-    OtherColumns {
+    NotNumbers,
+    /// The columns of the file differ from those of the first file.
+    #[error("its columns differ from those of {} ({}); read it separately", first.display(), shown_list(columns))]
+    DifferentColumns {
         /// File that was read first.
         first: PathBuf,
-        /// Names of its columns.
+        /// Names of the columns of that file.
         columns: Vec<String>,
     },
-    /// An option names a column that is not there.
-    #[error("{option} {name}: there is no such column; the file has {}", shown_list(columns))]
+    /// An option names a column that does not exist.
+    #[error("{option} {name}: there is no such column; the columns are {}", shown_list(columns))]
     NoSuchColumn {
-        /// The option.
+        /// Option of the command.
         option: &'static str,
-        /// The name that it gives.
+        /// The name in the option.
         name: String,
         /// Names of the columns.
         columns: Vec<String>,
     },
-    /// Columns without names that their numbers do not tell apart.
+    /// The columns have no names, and their roles cannot be inferred from their numbers.
     #[error(
-        "it has no header, and its columns cannot be told apart; name them by --time 1 --columns 2=x_m:cm,3=z_m:cm (augsim \
-         start)"
+        "the file has no header, and the meaning of its columns cannot be inferred; name them with --time 1 \
+         --columns 2=x_m:cm,3=z_m:cm (augsim start)"
     )]
     NoHeader,
-    /// Frames that are numbered, with nothing that says how many there are in a second.
-    #[error("times are frame numbers; give the frames a second by --rate-hz (augsim start)")]
+    /// The times are frame numbers, and the frame rate is unknown.
+    #[error("the times are frame numbers; give the frame rate in Hz with --rate-hz (augsim start)")]
     NoFrameRate,
-    /// No column of times.
+    /// There is no time column.
     #[error(
-        "no column of times was recognised among {}; name it by --time NAME, or give the rows a second by \
-         --rate-hz (augsim start), or call it t_s",
+        "no time column was found among {}; name it with --time NAME, or give the sample rate in Hz with \
+         --rate-hz (augsim start), or rename it to t_s",
         shown_list(columns)
     )]
     NoTimes {
         /// Names of the columns.
         columns: Vec<String>,
     },
-    /// A coordinate on an image whose scale is not written down.
+    /// A coordinate is in pixels, and the size of a pixel is unknown.
     #[error(
-        "`{0}` is in pixels; say how many metres one is, such as --columns '{0}=height_m:0.0021' (augsim start)",
+        "`{0}` is in pixels; give the size of a pixel in metres, such as --columns '{0}=height_m:0.0021' (augsim \
+         start)",
         shown(column)
     )]
     Pixels {
         /// Name of the column.
         column: String,
     },
-    /// No column of positions.
+    /// There is no column of positions.
     #[error(
-        "no column of positions was recognised among {}; name them by --columns x=x_m:cm,y=z_m:cm (augsim start)",
+        "no column of positions was found among {}; name the columns with --columns x=x_m:cm,y=z_m:cm (augsim \
+         start)",
         shown_list(columns)
     )]
     NoPositions {
         /// Names of the columns.
         columns: Vec<String>,
     },
-    /// The coordinate that is said to count upwards is not there.
-    #[error("--up {name}: no coordinate is called so; there are {}", shown_list(columns))]
+    /// The vertical coordinate that an option names does not exist.
+    #[error("--up {name}: there is no such coordinate; the coordinates are {}", shown_list(columns))]
     NoSuchCoordinate {
-        /// The name that the option gives.
+        /// The name in the option.
         name: String,
         /// Names of the coordinates.
         columns: Vec<String>,

@@ -1,8 +1,8 @@
 //! Units of measure, read from the suffix of a column name or from a text.
 //!
-//! Everything is SI and nothing is converted: a column in millimetres or degrees is refused, so that
-//! a number in the code always means the unit its name says. How a suffix is read stands in [`suffix`], how a
-//! text such as `V^0.5/s` is read in [`text`].
+//! All units are SI and nothing is converted: a column in millimetres or degrees is refused, so that every
+//! number in the code has the unit that its name states. [`suffix`] reads the suffixes, [`text`] a text such
+//! as `V^0.5/s`.
 
 mod dimensions;
 mod suffix;
@@ -15,26 +15,27 @@ use dimensions::{TWELFTHS, quotient};
 use std::fmt;
 use symbol::Symbol;
 
-/// Named units that quantities are shown in where this is shorter than base units.
+/// Named units that [`Unit::of_dimensions`] uses where they are shorter than base units.
 const NAMED: [Symbol; 6] =
     [Symbol::Newton, Symbol::Volt, Symbol::Pascal, Symbol::Watt, Symbol::Joule, Symbol::Ohm];
 
-/// Most factors a unit may have; `kg m^2/(s^3 A^2)` has four.
-const MOST_FACTORS: usize = 6;
+/// Maximum number of factors of a unit; `kg m^2/(s^3 A^2)` has four.
+const MAX_FACTORS: usize = 6;
 
-/// Unit of a quantity: named SI units with exponents, kept as they were written, so that a torque stays `N m`.
+/// Unit of a quantity: named SI units with exponents.
 ///
-/// Two units are equal if they are written with the same symbols in the same order; whether two quantities may be
-/// added is a question to their [`Dimensions`].
+/// The symbols remain as they were written, so that a torque stays `N m`. Two units are equal if they are
+/// written with the same symbols in the same order. Whether two quantities may be added is decided by their
+/// [`Dimensions`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Unit {
     /// Symbols and exponents in twelfths, `None` after the last one.
-    factors: [Option<(Symbol, i32)>; MOST_FACTORS],
+    factors: [Option<(Symbol, i32)>; MAX_FACTORS],
 }
 
 impl Unit {
     /// A pure number: flags, counts, indices, ratios, coefficients.
-    pub const DIMENSIONLESS: Unit = Unit { factors: [None; MOST_FACTORS] };
+    pub const DIMENSIONLESS: Unit = Unit { factors: [None; MAX_FACTORS] };
     /// Length.
     pub const METRE: Unit = Unit::named(Symbol::Metre);
     /// Angle.
@@ -43,12 +44,12 @@ impl Unit {
     pub const SECOND: Unit = Unit::named(Symbol::Second);
 
     const fn named(symbol: Symbol) -> Unit {
-        let mut factors = [None; MOST_FACTORS];
+        let mut factors = [None; MAX_FACTORS];
         factors[0] = Some((symbol, TWELFTHS));
         Unit { factors }
     }
 
-    /// Unit of these factors, exponents in twelfths; `None` where there are too many.
+    /// Unit of these factors with exponents in twelfths; `None` where there are too many factors.
     fn of_factors(factors: &[(Symbol, i32)]) -> Option<Unit> {
         let mut unit = Unit::DIMENSIONLESS;
         for (k, factor) in factors.iter().enumerate() {
@@ -57,8 +58,10 @@ impl Unit {
         Some(unit)
     }
 
-    /// The unit with the fewest symbols that has these dimensions: base units, or else a named one and base units, of several the
-    /// one with the smallest exponents; `None` where there are too many.
+    /// The unit with these dimensions that has the fewest symbols.
+    ///
+    /// It consists of base units, or of one named unit and base units where that takes fewer symbols; of
+    /// several such units it is the one with the smallest exponents. `None` where it has too many factors.
     pub fn of_dimensions(dimensions: Dimensions) -> Option<Unit> {
         let bases = |d: Dimensions| -> Vec<(Symbol, i32)> {
             d.factors().filter_map(|(base, t)| Some((Symbol::from_text(base)?, t))).collect()
@@ -68,7 +71,7 @@ impl Unit {
         let base = bases(dimensions);
         let mut best: Option<Vec<(Symbol, i32)>> = None;
         for symbol in NAMED {
-            // Whole powers, and roots as laws of flow have them.
+            // Whole powers, and square roots, which occur in flow through an orifice.
             for power in [1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 0.5, -0.5] {
                 let Some(part) = symbol.dimensions().power(power) else { continue };
                 let mut factors = vec![(symbol, (power * f64::from(TWELFTHS)) as i32)];
@@ -86,7 +89,7 @@ impl Unit {
     pub fn dimensions(self) -> Dimensions {
         self.factors.into_iter().flatten().fold(Dimensions::NONE, |product, (symbol, twelfths)| {
             let exponent = f64::from(twelfths) / f64::from(TWELFTHS);
-            // A unit has exponents up to 9 in twelfths, so that the power is never beyond what dimensions hold.
+            // The exponents of a unit are at most 9, so the power always fits into `Dimensions`.
             product * symbol.dimensions().power(exponent).unwrap_or_default()
         })
     }
@@ -107,11 +110,11 @@ impl fmt::Display for Unit {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a unit that is computed is shown as short as it can be, and has the dimensions that it was computed from.
+    //! Contract: a unit computed from dimensions has the shortest symbol and these dimensions.
     use super::*;
 
     #[test]
-    fn computed_units_take_the_shortest_symbols() {
+    fn computed_units_have_the_shortest_symbol() {
         for (text, shown) in [
             ("kg m^2/(s^3 A)", "V"),
             ("s^3 A/(kg m^2)", "1/V"),

@@ -1,9 +1,9 @@
-//! Reading the unit at the end of a column name: `height_m`, `damping_N_s_per_m`.
+//! Reads the unit at the end of a column name, such as `height_m` or `damping_N_s_per_m`.
 //!
-//! The name is cut at its underscores. `per` begins a divisor; the words of a divisor, and of what is divided, are
-//! multiplied. Six compounds are older than this rule and keep their meaning on either side of `per`: `m_s`,
-//! `m_s2`, `rad_s` and `rad_s2` are quotients, `N_m` and `kg_m2` products. Any other two units side by side are
-//! refused where no `per` stands: nobody could tell whether `flow_m3_s` is a product or a quotient.
+//! The name is split at its underscores. `per` begins a divisor; the words of the numerator, and of each
+//! divisor, are multiplied. Six compounds are older than this rule and keep their meaning on either side of
+//! `per`: `m_s`, `m_s2`, `rad_s` and `rad_s2` are quotients, `N_m` and `kg_m2` products. Without `per`, any
+//! other two adjacent units are refused, because `flow_m3_s` could be a product or a quotient.
 
 use super::symbol::Symbol;
 use super::{TWELFTHS, Unit};
@@ -20,17 +20,18 @@ const COMPOUNDS: [(&str, Factors); 6] = [
     ("kg_m2", [(Symbol::Kilogram, 1), (Symbol::Metre, 2)]),
 ];
 
-/// Suffixes that messages list; quotients come on top of them.
-const LISTED: &str = "_m _m2 _m3 _m_s _m_s2 _rad _rad_s _rad_s2 _s _Hz _kg _kg_m2 _N _N_m _Pa _K _V _A _W _J _C \
+/// Suffixes that messages list, without the quotients.
+const LISTED_SUFFIXES: &str = "_m _m2 _m3 _m_s _m_s2 _rad _rad_s _rad_s2 _s _Hz _kg _kg_m2 _N _N_m _Pa _K _V _A _W _J _C \
                       _Ohm _mol";
 
-/// Last words of a name that say "pure number" (`pusher_new`, `sheets_count`, `restitution`).
+/// Last words of a name that denote a pure number (`pusher_new`, `sheets_count`, `restitution`).
 const DIMENSIONLESS_WORDS: [&str; 8] =
     ["new", "flag", "count", "index", "ratio", "fraction", "restitution", "friction"];
 
-/// Words that, standing just before a known suffix, show that the unit is a different one: without
-/// them `speed_km_s` would pass for seconds.
-const FOREIGN_WORDS: [&str; 38] = [
+/// Units that are not accepted, and that must not precede a known suffix.
+///
+/// Without this list `speed_km_s` would be read as seconds.
+const REFUSED_UNITS: [&str; 38] = [
     "km", "cm", "mm", "um", "nm", "in", "ft", "px", "deg", "rev", "rpm", "g", "mg", "ms", "us", "min", "h",
     "kN", "mN", "mV", "uV", "kV", "mA", "uA", "mW", "kW", "MW", "mJ", "kJ", "mC", "kPa", "MPa", "hPa", "bar",
     "kHz", "MHz", "L", "mL",
@@ -39,17 +40,17 @@ const FOREIGN_WORDS: [&str; 38] = [
 const PER: &str = "per";
 
 impl Unit {
-    /// Unit that the suffix of `name` states, or `None` where it states none of the known ones.
+    /// Unit that the suffix of `name` states; `None` where the suffix is not a known unit.
     ///
-    /// The suffix follows an underscore and something must precede it; a pure number is recognised
-    /// by its last word, which may be the whole name.
+    /// The suffix follows an underscore and must not be the whole name. A pure number is recognised by its
+    /// last word, which may be the whole name.
     pub fn of_column_name(name: &str) -> Option<Unit> {
         let words: Vec<&str> = name.split('_').collect();
         let (last, before) = words.split_last()?;
         if factor(last).is_none() {
             return DIMENSIONLESS_WORDS.contains(last).then_some(Unit::DIMENSIONLESS);
         }
-        // The first word is never part of the unit: in `m_kg` it is the mass, not a metre.
+        // The first word is never part of the unit: in `m_kg` it is the symbol of a mass, not a metre.
         let begin = before
             .iter()
             .rposition(|word| factor(word).is_none() && *word != PER)
@@ -57,20 +58,20 @@ impl Unit {
             .max(1);
         let base = words
             .get(begin - 1)
-            .filter(|base| !base.is_empty() && **base != PER && !FOREIGN_WORDS.contains(base));
+            .filter(|base| !base.is_empty() && **base != PER && !REFUSED_UNITS.contains(base));
         (base.is_some() && begin < words.len()).then(|| unit_of(&words[begin..])).flatten()
     }
 
-    /// The accepted suffixes in one line, for error messages.
+    /// The accepted suffixes as one line of text, for error messages.
     pub fn accepted_suffixes() -> String {
         format!(
-            "{LISTED}, or a quotient of these with _per_, such as _per_s, _N_per_m or _N_s_per_m; pure numbers end in {}",
+            "{LISTED_SUFFIXES}, or a quotient of these with _per_, such as _per_s, _N_per_m or _N_s_per_m; pure numbers end in {}",
             DIMENSIONLESS_WORDS.join(", ")
         )
     }
 }
 
-/// Unit of words that are all unit symbols or `per`.
+/// Unit of words that are all unit symbols or `per`; `None` where their combination is not a unit.
 fn unit_of(words: &[&str]) -> Option<Unit> {
     let mut sides = words.split(|word| *word == PER);
     let numerator = sides.next()?;
@@ -93,7 +94,7 @@ fn side(words: &[&str], in_quotient: bool) -> Option<Vec<(Symbol, i32)>> {
     }
     match words {
         [] => None,
-        // Outside quotients only areas and volumes: `marker_A2` or `tank_V3` is a label, not a power.
+        // Outside quotients only metres may have a power: `marker_A2` or `tank_V3` is a label.
         [word] if !in_quotient => {
             factor(word).filter(|&(symbol, t)| t == TWELFTHS || symbol == Symbol::Metre).map(|one| vec![one])
         }
@@ -102,7 +103,7 @@ fn side(words: &[&str], in_quotient: bool) -> Option<Vec<(Symbol, i32)>> {
     }
 }
 
-/// A symbol with a whole exponent of 2 to 4, or without one.
+/// Symbol of a word and its exponent in twelfths; the word may end in a power of 2 to 4.
 fn factor(word: &str) -> Option<(Symbol, i32)> {
     let (text, exponent) = match word.as_bytes().last()? {
         digit @ b'2'..=b'4' => (&word[..word.len() - 1], i32::from(digit - b'0')),
@@ -113,8 +114,10 @@ fn factor(word: &str) -> Option<(Symbol, i32)> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a name states exactly one unit or none; nothing foreign slips through a shorter
-    //! suffix, and two units side by side mean what they always meant or are refused.
+    //! Contract: a name states one unit or none.
+    //!
+    //! A unit that is not accepted is never read as a shorter suffix, and two adjacent units are one of the six
+    //! compounds or are refused.
     use super::*;
 
     #[test]
@@ -147,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn item_13_electrical_thermal_and_quotient_units_are_accepted() {
+    fn electrical_thermal_and_quotient_units_are_accepted() {
         for (name, symbol, dimensions) in [
             ("motor_V", "V", "kg m^2/(s^3 A)"),
             ("current_A", "A", "A"),
@@ -194,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foreign_absent_or_ambiguous_unit_is_none() {
+    fn an_unknown_missing_or_ambiguous_unit_is_none() {
         for name in [
             "height",
             "m",

@@ -1,4 +1,4 @@
-//! The unit symbols that names and texts may use, with their dimensions.
+//! The unit symbols that column names and unit texts may use, with their dimensions.
 
 use super::dimensions::Dimensions;
 
@@ -22,7 +22,7 @@ pub(super) enum Symbol {
     Mole,
 }
 
-/// Symbol, how it is written, and exponents of kg, m, s, A, K, mol.
+/// Symbol, its spelling, and its exponents of kg, m, s, A, K and mol.
 const TABLE: [(Symbol, &str, [i32; 6]); 15] = [
     (Symbol::Metre, "m", [0, 1, 0, 0, 0, 0]),
     (Symbol::Radian, "rad", [0, 0, 0, 0, 0, 0]),
@@ -42,25 +42,25 @@ const TABLE: [(Symbol, &str, [i32; 6]); 15] = [
 ];
 
 impl Symbol {
-    /// The symbol written as `text`.
+    /// The symbol with the spelling `text`.
     pub(super) fn from_text(text: &str) -> Option<Symbol> {
         TABLE.iter().find(|(_, written, _)| *written == text).map(|(symbol, ..)| *symbol)
     }
 
-    /// How it is written.
+    /// Spelling of the symbol.
     pub(super) fn text(self) -> &'static str {
         TABLE[self as usize].1
     }
 
-    /// Its dimensions.
+    /// Dimensions of the unit.
     pub(super) fn dimensions(self) -> Dimensions {
-        Dimensions::of(TABLE[self as usize].2)
+        Dimensions::from_exponents(TABLE[self as usize].2)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the table stands in the order of the enumeration, which indexes it, and no symbol occurs twice.
+    //! Contract: the table has the order of the enumeration, which indexes it, and no symbol occurs twice.
     use super::*;
 
     #[test]

@@ -1,17 +1,18 @@
-//! Reading a unit written as in print: `N s/m`, `V^0.5/s`, `rad/(V s^2)`.
+//! Reads a unit in the usual notation, such as `N s/m`, `V^0.5/s` or `rad/(V s^2)`.
 
 use super::Unit;
 use super::dimensions::whole_twelfths;
 use super::symbol::Symbol;
 
-/// Largest exponent of a written unit, either way.
-const LARGEST_EXPONENT: f64 = 9.0;
+/// Largest absolute exponent of a symbol.
+const MAX_EXPONENT: f64 = 9.0;
 
 impl Unit {
-    /// Unit of `text`, in the form that [`Unit::symbol`] prints: symbols side by side are multiplied, `^` gives an
-    /// exponent (whole or a root, such as 0.5), at most one `/` is there, and a divisor of several symbols stands
-    /// in parentheses. Products may also be written `N*m` or `N·m`, powers `m²`. `1` and the empty text are a pure
-    /// number. `None` for anything else.
+    /// Unit of `text` in the notation of [`Unit::symbol`]; `None` where the text is not a unit.
+    ///
+    /// Adjacent symbols are multiplied, `^` gives an exponent (whole or fractional, such as 0.5), there is at
+    /// most one `/`, and a divisor of several symbols is in parentheses. Products may also be written `N*m`
+    /// or `N·m`, powers `m²`. `1` and the empty text are a pure number.
     ///
     /// ```
     /// use augsim_data::Unit;
@@ -32,19 +33,19 @@ impl Unit {
             _ => product(numerator)?,
         };
         if let Some(divisor) = divisor {
-            let inner = divisor.strip_prefix('(').and_then(|rest| rest.strip_suffix(')'));
-            let under = product(inner.unwrap_or(divisor))?;
-            // `N/m s` could be either: without parentheses one symbol is divided by.
-            if inner.is_none() && under.len() > 1 {
+            let inner = divisor.strip_prefix('(').and_then(|text| text.strip_suffix(')'));
+            let divisors = product(inner.unwrap_or(divisor))?;
+            // `N/m s` is ambiguous: a divisor of several symbols needs parentheses.
+            if inner.is_none() && divisors.len() > 1 {
                 return None;
             }
-            factors.extend(under.into_iter().map(|(symbol, twelfths)| (symbol, -twelfths)));
+            factors.extend(divisors.into_iter().map(|(symbol, twelfths)| (symbol, -twelfths)));
         }
         Unit::of_factors(&factors)
     }
 }
 
-/// Factors of `N s` or `kg m^2`, at least one.
+/// Factors of a product such as `N s` or `kg m^2`; `None` for an empty text or an unknown symbol.
 fn product(text: &str) -> Option<Vec<(Symbol, i32)>> {
     let factors: Option<Vec<_>> = text.split_whitespace().map(factor).collect();
     factors.filter(|factors| !factors.is_empty())
@@ -55,13 +56,13 @@ fn factor(text: &str) -> Option<(Symbol, i32)> {
         Some((symbol, exponent)) => (symbol, exponent.parse::<f64>().ok()?),
         None => (text, 1.0),
     };
-    let twelfths = whole_twelfths(exponent).filter(|t| *t != 0 && exponent.abs() <= LARGEST_EXPONENT)?;
+    let twelfths = whole_twelfths(exponent).filter(|t| *t != 0 && exponent.abs() <= MAX_EXPONENT)?;
     Some((Symbol::from_text(symbol)?, twelfths))
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: what is printed reads back as the same unit, and nothing ambiguous is read.
+    //! Contract: a printed unit reads back as the same unit, and an ambiguous text is refused.
     use super::*;
 
     #[test]
@@ -80,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_that_is_no_unit_is_none() {
+    fn a_text_that_is_not_a_unit_is_none() {
         for text in [
             "mm",
             "N/m s",

@@ -1,11 +1,10 @@
-//! Contract: a data set that was written reads back equal to the last bit, plain or gzip, with gaps
-//! and groups, whatever its lengths and sample times; and equal data sets give equal bytes.
+//! Contract: a data set that is written and read back is equal to the last bit, plain or gzip, with gaps and
+//! groups, for any lengths and sample times; and equal data sets give equal bytes.
 
 use augsim_data::{Dataset, MissingCells, Trajectory, read_csv, read_dataset, write_csv};
 use proptest::prelude::*;
 
-/// Any finite double, drawn by its bits so that subnormals, both zeros and the extremes occur, or a
-/// gap.
+/// Any finite double or a gap, drawn by its bits so that subnormals, both zeros and the extremes occur.
 fn cell() -> impl Strategy<Value = f64> {
     any::<u64>().prop_map(|bits| {
         let value = f64::from_bits(bits);
@@ -13,7 +12,7 @@ fn cell() -> impl Strategy<Value = f64> {
     })
 }
 
-/// Identifiers with separators, quotes and blanks inside, which the writer has to quote.
+/// Identifiers with separators, quotes and spaces inside, which the writer has to quote.
 fn id(index: usize, text: &str) -> String {
     format!("{text}{index}")
 }
@@ -33,27 +32,27 @@ prop_compose! {
 
 prop_compose! {
     fn dataset()(
-        grouped: bool,
+        has_groups: bool,
         text in "[a-z\",; é-]{1,5}",
         rows in prop::collection::vec(trajectory(3), 1..5),
     ) -> Dataset {
         let text = text.trim_start();
         let trajectories = rows.into_iter().enumerate().map(|(i, (time, values))| {
             let t = Trajectory::new(id(i, text), time, values).expect("valid by construction");
-            if grouped { t.with_group(id(i % 2, text)).expect("a label") } else { t }
+            if has_groups { t.with_group(id(i % 2, text)).expect("a label") } else { t }
         });
         Dataset::from_names(&["height_m", "velocity_m_s", "pusher_new"], trajectories.collect())
             .expect("valid by construction")
     }
 }
 
-/// NaN is unequal to itself, so values are compared by their bits.
+/// Bits of all values and times, because NaN is not equal to itself.
 fn bits(set: &Dataset) -> Vec<Vec<Vec<u64>>> {
     let column = |samples: &Vec<f64>| samples.iter().map(|v| v.to_bits()).collect();
     let rows = |t: &Trajectory| {
-        let mut all: Vec<Vec<u64>> = t.values().iter().map(column).collect();
-        all.push(t.time_s().iter().map(|v| v.to_bits()).collect());
-        all
+        let mut columns: Vec<Vec<u64>> = t.values().iter().map(column).collect();
+        columns.push(t.time_s().iter().map(|v| v.to_bits()).collect());
+        columns
     };
     set.trajectories().iter().map(rows).collect()
 }
@@ -64,7 +63,7 @@ fn labels(set: &Dataset) -> Vec<(&str, Option<&str>)> {
 
 proptest! {
     #[test]
-    fn what_was_written_reads_back_to_the_last_bit(set in dataset()) {
+    fn a_written_data_set_reads_back_to_the_last_bit(set in dataset()) {
         let folder = tempfile::tempdir().unwrap();
         let (plain, packed) = (folder.path().join("d.csv"), folder.path().join("d.csv.gz"));
         write_csv(&set, &plain).unwrap();
@@ -84,7 +83,7 @@ proptest! {
 }
 
 #[test]
-fn gzip_is_told_by_content_and_blanks_and_column_order_do_not_matter() {
+fn gzip_is_recognised_from_content_and_spaces_and_column_order_do_not_matter() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plain.gz");
     let text = "\u{feff}height_m, t_s ,group,trajectory\r\n1.5, 0 ,golf ball,a\r\n\r\n2,1,golf ball,a\r\n";
@@ -97,7 +96,7 @@ fn gzip_is_told_by_content_and_blanks_and_column_order_do_not_matter() {
 }
 
 #[test]
-fn covariates_are_the_columns_that_never_change_within_a_trajectory() {
+fn covariates_are_the_columns_that_are_constant_within_each_trajectory() {
     let t = |id: &str, mass: f64, x: [f64; 2], gap: [f64; 2]| {
         Trajectory::new(id, vec![0.0, 1.0], vec![vec![mass; 2], x.to_vec(), gap.to_vec()]).unwrap()
     };

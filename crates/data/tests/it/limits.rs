@@ -1,8 +1,10 @@
-//! Contract (issue 13, item 6): no small file makes a reader hang, abort or ask for gigabytes; it is refused with a
-//! sentence that names the limit and its override, and a message never repeats a long or hostile cell. The files are
-//! the ones that broke the readers: a header of nested brackets (the parser of numpy's headers takes exponential
-//! time), texts of 2^63 bytes, 100,000 columns, a data set whose header states more rows than memory holds, a
-//! megabyte in one cell. Limits that need gigabytes to be reached are tested with the binary, where they can be set.
+//! Contract: no small file makes a reader hang, abort or allocate gigabytes. The file is refused with a
+//! message that states the limit and its environment variable, and no message repeats a long or hostile cell.
+//!
+//! The files are those that broke earlier readers: a header of nested brackets (the parser of numpy headers
+//! takes exponential time), texts of 2^63 bytes, 100,000 columns, a data set whose header states more rows
+//! than memory holds, and a megabyte in one cell. Limits that take gigabytes to exceed are tested with the
+//! command-line program, where they can be lowered.
 
 use augsim_data::push::{read_push_dataset, resample};
 use augsim_data::{DataError, Dataset, Limit, MissingCells, Trajectory, read_dataset};
@@ -28,7 +30,7 @@ fn refusal(name: &str, bytes: &[u8]) -> DataError {
     read_dataset(&file.path, MissingCells::AsGap).expect_err("the file is refused")
 }
 
-/// An NPZ file with one array, `t_s`, of this header and these values.
+/// An NPZ file with one array `t_s` that has this header and these values.
 fn npz(header: &str, values: &[u8]) -> Vec<u8> {
     let mut array = b"\x93NUMPY\x01\x00".to_vec();
     array.extend(u16::try_from(header.len()).expect("a short header").to_le_bytes());
@@ -42,7 +44,7 @@ fn npz(header: &str, values: &[u8]) -> Vec<u8> {
 
 #[test]
 fn an_npz_header_of_nested_brackets_is_refused_at_once() {
-    // The second one looks flat to whoever matches brackets without regard to texts.
+    // In the second one the closing brackets are in strings, so matching brackets would not find the nesting.
     for (open, close) in [("[", "]"), ("[']',", "]")] {
         let descr = format!("{{'descr': {}'<f8'{}", open.repeat(40), close.repeat(40));
         let error =
@@ -72,7 +74,7 @@ fn an_npz_array_of_wider_values_than_the_file_has_is_damaged() {
 }
 
 #[test]
-fn a_hundred_thousand_columns_are_refused_and_ten_thousand_are_read() {
+fn too_many_columns_are_refused_and_ten_thousand_are_read() {
     let table = |columns: usize| {
         let names: String = (2..columns).map(|k| format!(",c{k}_m")).collect();
         let row = |t: usize| format!("a,{t}{}\n", ",1".repeat(columns - 2));
@@ -90,7 +92,7 @@ fn a_hundred_thousand_columns_are_refused_and_ten_thousand_are_read() {
 }
 
 #[test]
-fn a_message_repeats_no_long_and_no_hostile_cell() {
+fn messages_do_not_repeat_long_or_hostile_cells() {
     let long = "9".repeat(1 << 20) + "x";
     let escapes = "\u{1b}[2J\u{1b}]0;title\u{7}\u{9b}31m";
     for content in [
@@ -112,11 +114,11 @@ fn a_message_repeats_no_long_and_no_hostile_cell() {
 }
 
 #[test]
-fn a_stream_that_states_more_rows_than_a_push_has_is_refused() {
+fn a_stream_that_states_too_many_rows_is_refused() {
     let name = "motion_surface=abs_shape=tri1_a=0_v=20_i=1.000_s=0.400_t=0.000.h5";
     let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/mit-push").join(name);
     let mut bytes = std::fs::read(fixture).expect("the fixture");
-    // Extents of a table in a data space: rows, then 4 columns, as little-endian 64-bit numbers.
+    // Offsets of the sizes of tables in data spaces: rows, then 4 columns, as little-endian 64-bit numbers.
     let columns = 4_u64.to_le_bytes();
     let extents: Vec<usize> = (0..bytes.len() - 16)
         .filter(|&k| bytes[k + 8..k + 16] == columns && (2..5000).contains(&little_endian(&bytes[k..k + 8])))
@@ -139,12 +141,12 @@ fn little_endian(bytes: &[u8]) -> u64 {
 }
 
 #[test]
-fn a_common_clock_of_any_rate_is_made_or_refused() {
+fn resampling_at_any_rate_works_or_is_refused() {
     let trajectory = Trajectory::new("a", vec![0.0, 1.0, 2.0], vec![vec![0.0, 1.0, 4.0]]).unwrap();
     let set = Dataset::from_names(&["x_m"], vec![trajectory]).unwrap();
     for rate_hz in [1e300, 1e19, 1e7, f64::MAX] {
         let error = resample(&set, rate_hz).expect_err("too many samples").to_string();
-        assert!(error.contains(" Hz the set has too many samples"), "{error}");
+        assert!(error.contains(" Hz the data set has too many samples"), "{error}");
     }
     for rate_hz in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(resample(&set, rate_hz).unwrap_err().to_string().contains("give a positive rate"));

@@ -1,7 +1,9 @@
-//! Contract: mistakes of a logger in a set of any system are found: a recording whose clock or column is in another unit,
-//! and one signal in two columns. Honest sets that look like them pass: other sample rates, and coarse columns that agree by chance.
+//! Contract: the checks find mistakes of a logger in data of any system: a recording whose clock or column is
+//! in another unit, and one signal in two columns. Correct data that look similar pass: other sample rates,
+//! and coarse columns that agree by chance.
 //!
-//! The scene is twelve recordings of an object that a heater warms (time constant 100 s, 0.05 K of noise, a row every 2 s).
+//! The data are twelve recordings of an object that a heater warms (time constant 100 s, 0.05 K of noise, a
+//! row every 2 s).
 
 use augsim_data::checks::{Accepted, Check, Expected, Finding, Severity, admit, run_checks};
 use augsim_data::{Dataset, Trajectory, random_stream};
@@ -12,7 +14,7 @@ const STEP_S: f64 = 2.0;
 /// Times, power, temperature of the object, temperature of the heater.
 type Recording = (Vec<f64>, [Vec<f64>; 3]);
 
-/// `samples` rows every `step_s` of recording `number`.
+/// Recording `number` with `samples` rows every `step_s`.
 fn recording(number: u64, step_s: f64, samples: u32) -> Recording {
     let mut rng = random_stream(21, "heater", number);
     let powers: Vec<f64> = (0..8).map(|_| 50.0 * rng.random::<f64>()).collect();
@@ -25,7 +27,7 @@ fn recording(number: u64, step_s: f64, samples: u32) -> Recording {
         columns[0].push(power);
         columns[1].push(object + noise());
         columns[2].push(heater + noise());
-        // Steps of half a second at most, so that a slow recording is as exact as a fast one.
+        // Integration steps of at most half a second, so that all sample rates have the same accuracy.
         let substeps = (step_s / 0.5).ceil();
         for _ in 0..substeps as usize {
             heater += step_s / substeps * (power - (heater - object)) / 20.0;
@@ -40,22 +42,23 @@ fn recordings() -> Vec<Recording> {
 }
 
 fn set(recordings: Vec<Recording>) -> Dataset {
-    let one = |(j, (times, columns)): (usize, Recording)| {
+    let trajectory = |(j, (times, columns)): (usize, Recording)| {
         Trajectory::new(format!("r{j}"), times, columns.to_vec()).expect("valid")
     };
-    let trajectories = recordings.into_iter().enumerate().map(one).collect();
+    let trajectories = recordings.into_iter().enumerate().map(trajectory).collect();
     Dataset::from_names(&["heat_W", "object_K", "heater_K"], trajectories)
         .expect("valid")
         .with_path("heater.csv")
 }
 
+/// The data set after `change`.
 fn changed(change: impl Fn(&mut Vec<Recording>)) -> Dataset {
-    let mut all = recordings();
-    change(&mut all);
-    set(all)
+    let mut recordings = recordings();
+    change(&mut recordings);
+    set(recordings)
 }
 
-/// A model that reads columns as outputs and as inputs.
+/// Expectations of a model with these outputs and inputs.
 fn model(outputs: &[&str], inputs: &[&str]) -> Expected {
     let names = |list: &[&str]| list.iter().map(|n| (*n).to_owned()).collect();
     Expected { outputs: names(outputs), inputs: names(inputs), ..Expected::default() }
@@ -69,7 +72,7 @@ fn found(data: &Dataset, expected: &Expected) -> Vec<Finding> {
     run_checks(data, expected).into_iter().flat_map(|o| o.findings).collect()
 }
 
-/// The only finding, its severity, and the text in which it is refused or warned of.
+/// The only finding, its severity, and the message of the error or the warning.
 fn only(data: Dataset, expected: &Expected, check: Check) -> (Finding, Severity, String) {
     let mut findings = found(&data, expected);
     assert_eq!(findings.len(), 1, "{findings:?}");
@@ -95,7 +98,7 @@ fn stretch(recordings: &mut [Recording], factor: f64) {
 }
 
 #[test]
-fn recordings_as_they_should_be_pass() {
+fn correct_recordings_pass() {
     assert_eq!(found(&set(recordings()), &heater()), []);
     assert_eq!(found(&set(recordings()), &Expected::default()), []);
 }
@@ -120,16 +123,19 @@ fn a_clock_in_another_unit_is_refused() {
     }
     let (finding, _, text) =
         only(changed(|all| stretch(&mut all[3..4], 1e3)), &Expected::default(), Check::MixedClock);
-    assert!(text.contains("2000 s, that of the other 11 trajectories 2 s, a ratio of about 1000"), "{text}");
+    assert!(
+        text.contains("2000 s, but that of the other 11 trajectories is 2 s, a ratio of about 1000"),
+        "{text}"
+    );
     assert!(matches!(finding, Finding::MixedClock { others: 11, alike: 1, .. }));
 }
 
 #[test]
-fn several_clocks_are_named_by_the_first_and_counted() {
+fn of_several_wrong_clocks_the_first_is_named_and_all_are_counted() {
     let (finding, _, text) = only(changed(|all| stretch(&mut all[5..8], 1e3)), &heater(), Check::MixedClock);
     assert!(matches!(finding, Finding::MixedClock { others: 9, alike: 3, .. }));
-    assert!(text.contains("trajectory `r5`") && text.contains("3 trajectories are like it"), "{text}");
-    // Half of a set is no exception, and two recordings are no rule.
+    assert!(text.contains("trajectory `r5`") && text.contains("3 trajectories are like this"), "{text}");
+    // Half of the recordings are not exceptions, and two others are too few.
     assert_eq!(found(&changed(|all| stretch(&mut all[..6], 1e3)), &heater()), []);
     let three = changed(|all| {
         all.truncate(3);
@@ -139,7 +145,7 @@ fn several_clocks_are_named_by_the_first_and_counted() {
 }
 
 #[test]
-fn a_clock_in_milliseconds_shows_beside_several_sample_rates() {
+fn a_clock_in_milliseconds_is_found_among_several_sample_rates() {
     let data = changed(|all| {
         all[1] = recording(1, 2.0 * STEP_S, 60);
         all[2] = recording(2, 0.5 * STEP_S, 240);
@@ -150,12 +156,13 @@ fn a_clock_in_milliseconds_shows_beside_several_sample_rates() {
 }
 
 #[test]
-fn other_sample_rates_are_no_other_clock() {
+fn other_sample_rates_pass() {
     for (step_s, samples) in [
         // Twice as fast or slow.
         (0.5 * STEP_S, 240),
         (2.0 * STEP_S, 60),
-        // By the ratio of two units: over the same time, and, as an oscilloscope does, with the same number of samples.
+        // By the ratio of two units: over the same time, and with the same number of samples, as with an
+        // oscilloscope.
         (STEP_S / 60.0, 7200),
         (STEP_S / 60.0, 120),
         (STEP_S / 1000.0, 120),
@@ -165,7 +172,7 @@ fn other_sample_rates_are_no_other_clock() {
         let data = changed(|all| all[3] = recording(3, step_s, samples));
         assert_eq!(found(&data, &heater()), [], "{step_s} s, {samples} samples");
     }
-    // Rates that were chosen one by one.
+    // Sample rates that were chosen individually.
     let data = changed(|all| {
         stretch(&mut all[3..4], 1e3);
         stretch(&mut all[4..5], 30.0);
@@ -174,7 +181,7 @@ fn other_sample_rates_are_no_other_clock() {
 }
 
 #[test]
-fn noise_alone_tells_no_clock() {
+fn columns_of_noise_give_no_finding_about_the_clock() {
     let data = changed(|all| {
         for (j, (_, columns)) in all.iter_mut().enumerate() {
             let mut rng = random_stream(22, "noise", j as u64);
@@ -187,7 +194,7 @@ fn noise_alone_tells_no_clock() {
 }
 
 #[test]
-fn two_outputs_that_are_one_signal_are_refused() {
+fn two_outputs_with_one_signal_are_refused() {
     let twice = || changed(|all| all.iter_mut().for_each(|(_, c)| c[2] = c[1].clone()));
     let (_, severity, text) = only(twice(), &heater(), Check::DuplicateColumn);
     assert_eq!(severity, Severity::Refused);
@@ -195,11 +202,11 @@ fn two_outputs_that_are_one_signal_are_refused() {
         "heater.csv: suspicious data (duplicate-column)",
         "columns `object_K` and `heater_K`, both outputs",
         "all 1440 samples",
-        "take it out of the model",
+        "remove it from the model",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
-    // Gaps in one of them hide it from nobody.
+    // Gaps in one of them do not hide it.
     let gaps = changed(|all| {
         all.iter_mut().for_each(|(_, c)| {
             c[2] = c[1].clone();
@@ -207,12 +214,12 @@ fn two_outputs_that_are_one_signal_are_refused() {
         })
     });
     assert_eq!(only(gaps, &heater(), Check::DuplicateColumn).1, Severity::Refused);
-    // A column that the model does not read spoils nothing.
+    // A column that the model does not read does not matter.
     assert_eq!(found(&twice(), &model(&["object_K"], &["heat_W"])), []);
 }
 
 #[test]
-fn one_other_digit_makes_two_signals() {
+fn a_difference_in_one_value_makes_two_signals() {
     let data = changed(|all| {
         all.iter_mut().for_each(|(_, c)| c[2] = c[1].clone());
         all[11].1[2][119] += 1e-3;
@@ -221,9 +228,9 @@ fn one_other_digit_makes_two_signals() {
 }
 
 #[test]
-fn an_input_twice_or_equal_to_an_output_is_a_warning() {
+fn a_repeated_input_or_one_equal_to_an_output_is_a_warning() {
     let twice = || changed(|all| all.iter_mut().for_each(|(_, c)| c[2] = c[1].clone()));
-    for (expected, said) in [
+    for (expected, part) in [
         (
             model(&["object_K"], &["heater_K", "heat_W"]),
             "column `heater_K`, an input of the model, holds the same",
@@ -237,19 +244,19 @@ fn an_input_twice_or_equal_to_an_output_is_a_warning() {
     ] {
         let (_, severity, text) = only(twice(), &expected, Check::DuplicateColumn);
         assert_eq!(severity, Severity::Warning);
-        assert!(text.starts_with("heater.csv: ") && text.contains(said), "{text}");
+        assert!(text.starts_with("heater.csv: ") && text.contains(part), "{text}");
     }
 }
 
 #[test]
-fn coarse_columns_that_agree_prove_nothing() {
-    // Two sensors of one temperature, a millikelvin apart, that read whole kelvins: they agree at each of 120 samples.
+fn coarse_columns_that_agree_pass() {
+    // Two sensors of one temperature with an offset of 1 mK and a resolution of 1 K agree at all 120 samples.
     let times: Vec<f64> = (0..120).map(|k| f64::from(k) * STEP_S).collect();
     let read = |offset: f64| times.iter().map(|t| (20.3 + 6.0 * (0.02 * t).sin() + offset).round()).collect();
     let columns: [Vec<f64>; 3] = [times.iter().map(|t| t.sin()).collect(), read(0.0), read(1e-3)];
-    assert_eq!(columns[1], columns[2], "the scene");
+    assert_eq!(columns[1], columns[2], "the columns of the test agree");
     assert_eq!(found(&set(vec![(times.clone(), columns)]), &heater()), []);
-    // Two switches that are thrown together, a thousand times.
+    // Two switches that are always switched together.
     let switches = changed(|all| {
         for (_, c) in all.iter_mut() {
             let on = c[0].iter().map(|p| f64::from(u8::from(*p > 25.0))).collect::<Vec<_>>();
@@ -261,7 +268,7 @@ fn coarse_columns_that_agree_prove_nothing() {
 }
 
 #[test]
-fn columns_of_few_digits_are_one_signal_where_they_agree_long_enough() {
+fn coarse_columns_that_agree_long_enough_are_one_signal() {
     let rounded = |unit: f64| {
         changed(move |all| {
             for (_, c) in all.iter_mut() {
@@ -270,14 +277,14 @@ fn columns_of_few_digits_are_one_signal_where_they_agree_long_enough() {
             }
         })
     };
-    // The object warms by some 20 K: 2000 and 200 steps, of which 1440 noisy samples agree.
+    // The object warms by about 20 K, which is 2000 and 200 steps; 1440 noisy samples agree.
     for unit in [0.01, 0.1] {
         assert_eq!(only(rounded(unit), &heater(), Check::DuplicateColumn).1, Severity::Refused, "{unit} K");
     }
 }
 
 #[test]
-fn columns_that_describe_a_recording_may_be_equal() {
+fn columns_that_are_constant_in_each_recording_may_be_equal() {
     let data = changed(|all| {
         for (j, (_, c)) in all.iter_mut().enumerate() {
             (c[1], c[2]) = (vec![300.0 + (j as f64).sqrt(); 120], vec![300.0 + (j as f64).sqrt(); 120]);
@@ -287,7 +294,7 @@ fn columns_that_describe_a_recording_may_be_equal() {
 }
 
 #[test]
-fn an_input_or_an_output_of_one_recording_in_thousandths_is_in_another_unit() {
+fn a_column_of_one_recording_that_is_scaled_by_1000_is_refused() {
     for column in 0..3 {
         let data = changed(|all| all[3].1[column].iter_mut().for_each(|v| *v *= 1e3));
         let (_, severity, text) = only(data, &heater(), Check::MixedUnits);

@@ -1,6 +1,6 @@
-//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+//! Integration tests of this crate in one binary, so that the crate is linked once.
 
-/// Where measured and golden data lie.
+/// Paths of measured and golden data.
 #[path = "../../../../tests/support/shared_data.rs"]
 mod shared_data;
 
@@ -11,7 +11,7 @@ mod named_csv;
 mod push_errors;
 mod push_files;
 
-// Limits on what a file may ask for.
+// Limits on the memory that a file may request.
 mod limits;
 
 // Scales, summaries and the checks of suspicious data.

@@ -1,4 +1,5 @@
-//! Contract: of a file or a folder of files the columns that a model names are read, with the model's units.
+//! Contract: the columns that a model names are read from a file or a folder of files, with the units of the
+//! model.
 
 use augsim_data::{DataError, Dataset, NamedCsv, Unit};
 use std::fs;
@@ -9,7 +10,7 @@ fn read(path: &Path) -> Result<Dataset, DataError> {
     NamedCsv::open(path)?.read(&[("x_m", metre)])
 }
 
-/// A folder of files with these contents.
+/// A folder with files of these names and contents.
 fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (name, content) in files {
@@ -19,47 +20,48 @@ fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
 }
 
 #[test]
-fn files_of_a_folder_are_trajectories_called_as_they_are() {
-    let there = folder(&[
+fn files_of_a_folder_are_trajectories_with_the_names_of_the_files() {
+    let folder_of_files = folder(&[
         ("swing-2.csv", "t_s,x_m\n0,2\n0.5,2.5\n"),
         ("swing-1.csv", "t_s,other,x_m\n0,9,1\n0.1,9,1.5\n"),
         ("more.csv", "trajectory,t_s,x_m\na,0,3\na,1,3.5\nb,0,4\nb,1,4.5\n"),
         ("photograph.png", "no recording"),
     ]);
-    let data = read(there.path()).expect("a data set");
+    let data = read(folder_of_files.path()).expect("a data set");
     let names: Vec<&str> = data.trajectories().iter().map(|t| t.id()).collect();
     assert_eq!(names, ["more/a", "more/b", "swing-1", "swing-2"]);
     let first: Vec<f64> = data.trajectories().iter().map(|t| t.column(0)[0]).collect();
     assert_eq!(first, [3.0, 4.0, 1.0, 2.0]);
-    assert_eq!(data.path(), Some(there.path()));
+    assert_eq!(data.path(), Some(folder_of_files.path()));
 }
 
 #[test]
-fn a_file_alone_is_one_trajectory() {
-    let there = folder(&[("swing.csv", "t_s,x_m\n0,2\n0.5,2.5\n")]);
-    let data = read(&there.path().join("swing.csv")).expect("a data set");
+fn a_single_file_is_one_trajectory() {
+    let folder_of_files = folder(&[("swing.csv", "t_s,x_m\n0,2\n0.5,2.5\n")]);
+    let data = read(&folder_of_files.path().join("swing.csv")).expect("a data set");
     assert_eq!(data.trajectories()[0].id(), "1");
 }
 
 #[test]
-fn the_file_of_a_folder_that_lacks_a_column_is_named() {
-    let there = folder(&[("a.csv", "t_s,x_m\n0,2\n0.5,2.5\n"), ("b.csv", "t_s,y_m\n0,2\n0.5,2.5\n")]);
-    let error = read(there.path()).unwrap_err();
+fn the_error_names_the_file_of_a_folder_that_lacks_a_column() {
+    let folder_of_files =
+        folder(&[("a.csv", "t_s,x_m\n0,2\n0.5,2.5\n"), ("b.csv", "t_s,y_m\n0,2\n0.5,2.5\n")]);
+    let error = read(folder_of_files.path()).unwrap_err();
     assert!(matches!(error, DataError::MissingColumn { .. }), "{error}");
     assert!(error.to_string().contains("b.csv"), "{error}");
 }
 
 #[test]
-fn a_folder_without_recordings_says_how_they_end() {
-    let there = folder(&[("photograph.png", "no recording")]);
-    let error = read(there.path()).unwrap_err().to_string();
-    assert!(error.contains("the folder holds no recordings; they end in .csv"), "{error}");
+fn the_error_for_a_folder_without_recordings_lists_the_extensions() {
+    let folder_of_files = folder(&[("photograph.png", "no recording")]);
+    let error = read(folder_of_files.path()).unwrap_err().to_string();
+    assert!(error.contains("the folder has no recordings; add files that end in .csv"), "{error}");
 }
 
 #[test]
-fn two_files_of_one_name_are_told() {
+fn two_files_with_the_same_name_are_an_error() {
     let content = "t_s,x_m\n0,2\n0.5,2.5\n";
-    let there = folder(&[("a.csv", content), ("a.txt", content)]);
-    let error = read(there.path()).unwrap_err();
+    let folder_of_files = folder(&[("a.csv", content), ("a.txt", content)]);
+    let error = read(folder_of_files.path()).unwrap_err();
     assert!(matches!(error, DataError::DuplicateTrajectory { .. }), "{error}");
 }

@@ -1,7 +1,9 @@
-//! Contract: the published push files read as they are, HDF5, JSON and zip archives alike: every measured
-//! sample arrives exactly, on the union of the three clocks and flagged, poses are those of the area centroid;
-//! resampling is linear and never extrapolates; NPZ gives back what was written. The truth is a trajectory of
-//! our own generator in `fixtures/mit-push`, and the figures known of the measured files.
+//! Contract: the published push files are read from HDF5, JSON and zip archives. Every measured sample is
+//! exact, on the union of the three clocks and flagged, and poses are those of the area centroid. Resampling
+//! is linear and never extrapolates, and NPZ reads back as it was written.
+//!
+//! The reference is a generated trajectory in `fixtures/mit-push`, and published figures of the measured
+//! files.
 
 use crate::shared_data::{shared_data, workspace};
 use augsim_data::convert::CONVERTERS;
@@ -23,7 +25,7 @@ fn column<'a>(data: &Dataset, t: &'a Trajectory, name: &str) -> &'a [f64] {
     t.column(data.column_index(name).expect("a push column"))
 }
 
-/// Rows `[t, tip_x, tip_y, obj_x, obj_y, obj_th, fd_x, fd_y]` of the truth.
+/// Rows `[t, tip_x, tip_y, obj_x, obj_y, obj_th, fd_x, fd_y]` of the generated trajectory.
 fn truth() -> Vec<[f64; 8]> {
     let text = std::fs::read_to_string(fixture("truth.csv")).expect("a fixture");
     let row = |line: &str| {
@@ -34,10 +36,10 @@ fn truth() -> Vec<[f64; 8]> {
 }
 
 #[test]
-fn hdf5_samples_arrive_exactly_on_the_union_of_the_clocks() {
+fn hdf5_samples_are_exact_on_the_union_of_the_clocks() {
     let data = read_push_dataset(&fixture("")).unwrap();
     let truth = truth();
-    // Plain, and newest format with compression: two trials of the same numbers.
+    // Two files with the same numbers: the plain format, and the newest one with compression.
     assert_eq!(data.trajectories().len(), 2);
     assert_eq!(data.trajectories()[0].values(), data.trajectories()[1].values());
     let t = &data.trajectories()[0];
@@ -53,7 +55,7 @@ fn hdf5_samples_arrive_exactly_on_the_union_of_the_clocks() {
         assert_eq!((get("pusher_new")[k], fresh), (1.0, if k % 2 == 0 { 1.0 } else { 0.0 }));
         assert_eq!(force, if (k + 1) % 3 == 0 { 1.0 } else { 0.0 });
         if fresh == 1.0 {
-            // The tracked frame's origin and back: a few roundings of 0.1 m.
+            // The transformation to the tracked frame and back has a few rounding errors of 0.1 m.
             assert!(
                 (get("x_m")[k] - row[3]).abs() < 1e-16 * 8.0 && (get("y_m")[k] - row[4]).abs() < 1e-16 * 8.0
             );
@@ -66,7 +68,7 @@ fn hdf5_samples_arrive_exactly_on_the_union_of_the_clocks() {
 }
 
 #[test]
-fn a_common_clock_is_linear_and_stays_inside() {
+fn resampling_is_linear_and_does_not_extrapolate() {
     let data = read_push_dataset(&fixture(&format!("{NAME}.h5"))).unwrap();
     let on_grid = resample(&data, 40.0).unwrap();
     let (union, grid) = (&data.trajectories()[0], &on_grid.trajectories()[0]);
@@ -74,22 +76,23 @@ fn a_common_clock_is_linear_and_stays_inside() {
     assert!(grid.time_s().last() <= union.time_s().last());
     assert_eq!(grid.len(), 1 + (7.4 * 40.0) as usize);
     let (x, samples) = (column(&on_grid, grid, "pusher_x_m"), column(&data, union, "pusher_x_m"));
-    // The rod moves uniformly, so that linear interpolation is exact but for the stamps (2.4e-7 s at 0.02 m/s).
-    for (at, value) in grid.time_s().iter().zip(x) {
-        let expected = samples[0] + (samples[148] - samples[0]) * at / 7.4;
+    // The rod moves uniformly, so linear interpolation is exact except for the time stamps (2.4e-7 s at 0.02
+    // m/s).
+    for (time, value) in grid.time_s().iter().zip(x) {
+        let expected = samples[0] + (samples[148] - samples[0]) * time / 7.4;
         assert!((value - expected).abs() < 2e-8, "{value} {expected}");
     }
     assert!(resample(&data, 0.0).unwrap_err().to_string().contains("positive rate"));
 }
 
 #[test]
-fn in_its_start_frame_a_push_begins_at_the_origin_and_keeps_distances() {
+fn a_push_in_its_start_frame_begins_at_the_origin_and_keeps_distances() {
     let data = resample(&read_push_dataset(&fixture(&format!("{NAME}.h5"))).unwrap(), 20.0).unwrap();
     let moved = in_start_frame(&data).unwrap();
     let (a, b) = (&data.trajectories()[0], &moved.trajectories()[0]);
     let gap = |d: &Dataset, t: &Trajectory, k: usize| {
-        let at = |name| column(d, t, name)[k];
-        (at("pusher_x_m") - at("x_m")).hypot(at("pusher_y_m") - at("y_m"))
+        let value = |name| column(d, t, name)[k];
+        (value("pusher_x_m") - value("x_m")).hypot(value("pusher_y_m") - value("y_m"))
     };
     assert_eq!([column(&moved, b, "x_m")[0], column(&moved, b, "theta_rad")[0]], [0.0, 0.0]);
     for k in 0..a.len() {
@@ -101,7 +104,7 @@ fn in_its_start_frame_a_push_begins_at_the_origin_and_keeps_distances() {
 }
 
 #[test]
-fn zip_archives_read_as_their_files() {
+fn zip_archives_read_like_their_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tri1_h5.zip");
     let mut archive = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
@@ -124,7 +127,7 @@ fn zip_archives_read_as_their_files() {
 }
 
 #[test]
-fn names_say_what_was_pushed_and_write_back() {
+fn file_names_are_parsed_and_written_back() {
     let name = "motion_surface=pu_shape=butter_a=2500_v=-1_i=0.000_s=0.975_t=-1.396_rep=0012";
     let parsed = TrialName::parse(Path::new(&format!("somewhere/{name}.h5"))).unwrap();
     let TrialName::Motion(m) = parsed else { panic!("a trial of the set") };
@@ -138,7 +141,7 @@ fn names_say_what_was_pushed_and_write_back() {
 }
 
 #[test]
-fn npz_gives_back_what_was_written() {
+fn npz_reads_back_as_it_was_written() {
     let folder = tempfile::tempdir().unwrap();
     let (one, two) = (folder.path().join("one.npz"), folder.path().join("two.npz"));
     let data = read_push_dataset(&fixture("")).unwrap();
@@ -163,23 +166,23 @@ fn npz_gives_back_what_was_written() {
 }
 
 #[test]
-fn the_official_trial_has_its_known_figures() {
+fn the_official_trial_has_its_published_figures() {
     let Some(folder) = shared_data("mit-pnpush-pushes/official") else { return };
     let trials = read_push_trials(&folder).unwrap();
     let [trial] = &trials[..] else { panic!("one trial") };
     let rows = [trial.tip.len(), trial.object.len(), trial.wrench.len()];
     assert_eq!(rows, [205, 207, 206]);
     let end = |c: usize| trial.object.values[c][206] - trial.object.values[c][0];
-    // Displacement and rotation as the set's description states them, to its last digit.
+    // Displacement and rotation as in the description of the set, to its last digit.
     for (value, stated, digit) in [(end(0), -0.0313, 1e-4), (end(1), 0.0281, 1e-4), (end(2), -0.589, 1e-3)] {
         assert!((value - stated).abs() < digit, "{value} {stated}");
     }
     assert!((trial.start_s - 1_460_088_637.23).abs() < 0.01);
     let TrialName::Motion(m) = trial.name else { panic!("a trial of the set") };
     assert_eq!((m.surface, m.shape, m.speed_m_s), (Surface::Plywood, PushShape::Hex, Some(0.15)));
-    // In contact the rod's centre is its radius, 4.75 mm, off the hexagon (inner radius sqrt(3)/2 of the outer, 60.5
-    // mm), give or take the motion capture's 0.5 mm. While it moves at 150 mm/s the clocks of robot and motion capture,
-    // up to 10 ms apart in sets of this laboratory, add 1.5 mm.
+    // In contact the centre of the rod is at a distance of its radius, 4.75 mm, from the hexagon
+    // (circumradius 60.5 mm), with an error of 0.5 mm of the motion capture. At a speed of 150 mm/s the
+    // offset of up to 10 ms between the clocks of robot and motion capture adds 1.5 mm.
     let data = read_push_dataset(&folder).unwrap();
     let t = &data.trajectories()[0];
     let get = |name| column(&data, t, name);
@@ -196,22 +199,25 @@ fn the_official_trial_has_its_known_figures() {
 }
 
 #[test]
-fn preliminary_pushes_lose_repeats_and_confused_poses() {
+fn repeats_and_confused_poses_of_preliminary_pushes_are_removed() {
     let Some(folder) = shared_data("mit-pnpush-pushes/preliminary") else { return };
     let trials = read_push_trials(&folder).unwrap();
     assert_eq!(trials.len(), 22);
     // One pose of one trial is turned by 89 degrees between two good ones.
-    let confused: Vec<&PushTrial> = trials.iter().filter(|t| t.confused > 0).collect();
+    let confused: Vec<&PushTrial> = trials.iter().filter(|t| t.removed_poses > 0).collect();
     assert_eq!(confused.len(), 1);
-    assert_eq!((confused[0].name.to_string().as_str(), confused[0].confused), ("block=plastic_run=01", 1));
+    assert_eq!(
+        (confused[0].name.to_string().as_str(), confused[0].removed_poses),
+        ("block=plastic_run=01", 1)
+    );
     for trial in &trials {
-        // The tool's pose is logged twice as fast as it is measured.
+        // The pose of the tool is logged at about twice the rate at which it is measured.
         let fresh = trial.tip.without_repeats().len() as f64 / trial.tip.len() as f64;
         assert!((0.4..0.8).contains(&fresh), "{}: {fresh}", trial.name);
     }
 }
 
-/// The converter of a set, on its folder below the shared data.
+/// Converts a set in its folder of the shared data; `None` where the folder does not exist.
 fn converted(set: &str, folder: &str) -> Option<Dataset> {
     let path = shared_data(folder)?;
     let (_, convert) = CONVERTERS.iter().find(|(name, _)| *name == set).expect("a converter");
@@ -219,14 +225,14 @@ fn converted(set: &str, folder: &str) -> Option<Dataset> {
 }
 
 #[test]
-fn the_slider_s_fresh_samples_are_those_of_the_log() {
+fn converted_slider_runs_have_no_gaps_and_plausible_rates() {
     let Some(data) = converted("mit-pusher-slider", "mit-pusher-slider-runs") else { return };
     for t in data.trajectories() {
         let get = |name| column(&data, t, name);
         for (new, name) in [("pusher_new", "pusher_x_m"), ("object_new", "x_m")] {
             assert_eq!((get(new).len(), get(name).iter().any(|v| v.is_nan())), (t.len(), false));
         }
-        // Rows 0.1 s apart: an object pushed at 50 mm/s and knocked by hand moves less than 0.1 m.
+        // An object that is pushed at 50 mm/s and knocked by hand moves less than 10 mm between two rows.
         assert!(get("x_m").windows(2).all(|w| (w[1] - w[0]).abs() < 0.01), "{}", t.id());
         assert_eq!(t.time_s()[0], 0.0);
     }
@@ -238,11 +244,11 @@ fn the_slider_s_fresh_samples_are_those_of_the_log() {
 }
 
 #[test]
-fn the_triangle_s_pushes_agree_with_their_table() {
+fn converted_triangle_pushes_agree_with_the_published_table() {
     let Some(data) = converted("cmu-mlab", "cmu-mlab-pushes") else { return };
     let Some(table) = shared_data("cmu-mlab-pushes/pushes.csv") else { return };
     let table = std::fs::read_to_string(table).unwrap();
-    let mut aligned = 0;
+    let mut opposing = 0;
     for line in table.lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
         let number = |i: usize| cells[i].parse::<f64>().unwrap();
@@ -251,20 +257,20 @@ fn the_triangle_s_pushes_agree_with_their_table() {
         let t = data.trajectories().iter().find(|t| t.id() == id).unwrap();
         let get = |name| column(&data, t, name);
         let last = t.len() - 1;
-        // Rounded to 1e-6 m and rad in the table, which neglects the tilt of the pose: 0.2 mm at most.
+        // The table neglects the tilt of the pose, which is at most 0.2 mm, and is rounded to 1e-6 m and rad.
         for (value, cell) in
             [(get("x_m")[0], 4), (get("y_m")[0], 5), (get("x_m")[last], 7), (get("y_m")[last], 8)]
         {
             assert!((value - number(cell)).abs() < 2e-4, "{id}: {value} {}", number(cell));
         }
-        // The table has the force on the object, here it is that on the rod: opposite, within a few degrees.
+        // The table has the force on the object, which is opposite to that on the rod, within a few degrees.
         let mean = |name| get(name).iter().sum::<f64>() / t.len() as f64;
         let (a, b) = ([mean("force_x_N"), mean("force_y_N")], [number(15), number(16)]);
         let cosine = (a[0] * b[0] + a[1] * b[1]) / (a[0].hypot(a[1]) * b[0].hypot(b[1]));
         assert!(cosine < -0.99, "{id}: {cosine}");
-        // And it opposes the motion of the rod.
+        // The force opposes the motion of the rod.
         let rod = ["pusher_x_m", "pusher_y_m"].map(|n| get(n)[last] - get(n)[0]);
-        aligned += usize::from(rod[0] * a[0] + rod[1] * a[1] < 0.0);
+        opposing += usize::from(rod[0] * a[0] + rod[1] * a[1] < 0.0);
     }
-    assert_eq!(aligned, 500);
+    assert_eq!(opposing, 500);
 }

@@ -1,5 +1,5 @@
-//! Contract: scales come from the training set alone, undo exactly what they did and survive being
-//! stored; the summary states what is in a file in numbers that can be checked by hand.
+//! Contract: scales are fitted to the training set alone, can be inverted and survive serialisation; the
+//! summary has figures that can be checked by hand.
 
 use augsim_data::{Dataset, Normaliser, Summary, Trajectory};
 
@@ -16,7 +16,7 @@ fn drops() -> Dataset {
 }
 
 #[test]
-fn mean_and_sd_leave_gaps_out_and_a_constant_column_keeps_scale_one() {
+fn mean_and_sd_ignore_gaps_and_a_constant_column_has_scale_one() {
     // Heights 4, 3, 1, 5, 5, 0: mean 3, squared deviations 1+0+4+4+4+9 = 22.
     let scales = Normaliser::fit(&drops(), &["mass_kg", "height_m"]).unwrap();
     let height = scales.scale("height_m").unwrap();
@@ -28,7 +28,7 @@ fn mean_and_sd_leave_gaps_out_and_a_constant_column_keeps_scale_one() {
     assert_eq!(scaled[0], [0.0; 3], "fitted order: mass first");
     scales.invert(&mut scaled);
     for (back, height) in scaled[1].iter().zip([5.0, 5.0, 0.0]) {
-        // One division and one multiplication by the same number: two roundings of numbers below 6.
+        // One division and one multiplication by the same number give two rounding errors of numbers below 6.
         assert!((back - height).abs() <= 6.0 * 2.0 * f64::EPSILON);
     }
     let stored = serde_json::to_string(&scales).unwrap();
@@ -36,34 +36,34 @@ fn mean_and_sd_leave_gaps_out_and_a_constant_column_keeps_scale_one() {
 }
 
 #[test]
-fn a_tiny_spread_about_a_large_mean_keeps_its_digits() {
+fn a_small_spread_about_a_large_mean_is_accurate() {
     let epoch = 1.45e9;
     let values = vec![vec![epoch - 1.0, epoch, epoch + 1.0]];
     let rows = vec![Trajectory::new("a", vec![0.0, 1.0, 2.0], values).unwrap()];
     let set = Dataset::from_names(&["clock_s"], rows).unwrap();
     let scale = Normaliser::fit(&set, &["clock_s"]).unwrap().scales()[0].clone();
-    // Deviations of 1 are exact here; one pass over squares (2e18) would lose them altogether.
+    // Deviations of 1 are exact here; a single pass over the squares (2e18) would lose them.
     assert_eq!(scale.sd, (2.0_f64 / 3.0).sqrt());
 }
 
 #[test]
-fn columns_that_cannot_be_scaled_say_why() {
+fn columns_that_cannot_be_scaled_are_errors() {
     let text = |set: &Dataset, name| Normaliser::fit(set, &[name]).unwrap_err().to_string();
     assert_eq!(
         text(&drops(), "x_m"),
-        "data set in memory: no column `x_m`; it has: height_m, mass_kg; rename a column or ask \
-         for one of these"
+        "data set in memory: there is no column `x_m`; the columns are: height_m, mass_kg; rename a column or use one \
+         of these"
     );
     let gap = vec![Trajectory::new("a", vec![0.0], vec![vec![f64::NAN]]).unwrap()];
     let set = Dataset::from_names(&["x_m"], gap).unwrap();
     assert_eq!(
         text(&set, "x_m"),
-        "data set in memory: column `x_m` has no measured value, so it has no mean; leave it out"
+        "data set in memory: column `x_m` has no measured values, so it cannot be scaled; leave it out"
     );
 }
 
 #[test]
-fn the_summary_for_people() {
+fn the_summary_as_text() {
     let expected = "\
 drops.csv
 2 trajectories, 7 samples, 3 to 4 each (median 3)

@@ -1,8 +1,8 @@
-//! Contract: a set that no reader can refuse and that cannot be what its names say is found by the check of that name, and
-//! only by a reason that the sentence states; a set as it should be passes all of them.
+//! Contract: each check finds its mistake in a data set that the readers accept, and correct data pass all
+//! checks.
 //!
-//! The scene is twelve thrown balls (2 mm of noise, 100 Hz, gravity 9.81 m/s², a bounce or two) with every mistake that
-//! users were seen to make put in by hand, and pushes of a square for what only pushes show.
+//! The data are twelve thrown balls (2 mm of noise, 100 Hz, gravity 9.81 m/s², one or two bounces) with the
+//! mistakes that users have made, and pushes of a square for the mistakes that only pushes reveal.
 
 use augsim_data::checks::{Accepted, Check, Expected, Finding, Severity, admit, run_checks};
 use augsim_data::{Dataset, Trajectory, random_stream};
@@ -24,7 +24,7 @@ const PUSH: Expected = Expected {
     inputs: Vec::new(),
 };
 
-/// Rows of a trajectory: times and columns.
+/// Times and columns of a trajectory.
 type Rows = (Vec<f64>, Vec<Vec<f64>>);
 
 /// Uniform noise of standard deviation `sd`.
@@ -32,7 +32,7 @@ fn noise(rng: &mut impl RngExt, sd: f64) -> f64 {
     sd * 12f64.sqrt() * (rng.random::<f64>() - 0.5)
 }
 
-/// x, z and the vertical velocity of throws that bounce with restitution 0.7.
+/// Columns x, z and vertical velocity of throws that bounce with restitution 0.7.
 fn throws() -> Vec<Rows> {
     (0..12)
         .map(|j| {
@@ -69,7 +69,7 @@ fn changed(change: impl FnOnce(&mut Vec<Rows>)) -> Dataset {
     set(&["x_m", "z_m", "velocity_m_s"], all)
 }
 
-/// The same without the velocity, which would show some mistakes first.
+/// The throws after `change` without the velocity, by which other checks would find some mistakes first.
 fn positions(change: impl FnOnce(&mut Vec<Rows>)) -> Dataset {
     let mut all = throws();
     all.iter_mut().for_each(|(_, columns)| columns.truncate(2));
@@ -77,7 +77,7 @@ fn positions(change: impl FnOnce(&mut Vec<Rows>)) -> Dataset {
     set(&["x_m", "z_m"], all)
 }
 
-/// Poses every 10 ms of squares that turn while a rod pushes them over 0.2 m.
+/// Poses every 10 ms of squares that rotate while a rod pushes them over 0.2 m, after `change`.
 fn pushes(change: impl FnOnce(&mut Vec<Rows>)) -> Dataset {
     let one = |j: u64| {
         let mut rng = random_stream(8, "pushes", j);
@@ -99,7 +99,7 @@ fn pushes(change: impl FnOnce(&mut Vec<Rows>)) -> Dataset {
     set(&["pusher_x_m", "pusher_y_m", "x_m", "y_m", "theta_rad"], all)
 }
 
-/// Columns `which` of every trajectory `of` times `factor`.
+/// Multiplies the columns `which` of the trajectories by `factor`.
 fn scale(all: &mut [Rows], which: &[usize], factor: f64) {
     for (_, columns) in all {
         which.iter().for_each(|&c| columns[c].iter_mut().for_each(|v| *v *= factor));
@@ -110,26 +110,29 @@ fn found(data: &Dataset, expected: &Expected) -> Vec<Finding> {
     run_checks(data, expected).into_iter().flat_map(|o| o.findings).collect()
 }
 
-/// The sentence of the first finding, which must be of `check`; data with it are refused.
+/// The message of the first finding, which must be of `check` and refuse the data.
 fn refusal(data: Dataset, expected: &Expected, check: Check) -> String {
     let first = found(&data, expected).into_iter().next().expect("something is found");
     assert_eq!((first.check(), first.severity()), (check, Severity::Refused), "{first}");
     let accepted = Check::all().collect::<Accepted>();
-    assert!(admit(data.clone(), expected, accepted).is_ok(), "whoever accepts everything is let through");
+    assert!(
+        admit(data.clone(), expected, accepted).is_ok(),
+        "no finding remains where all checks are accepted"
+    );
     let text = admit(data, expected, Accepted::default()).expect_err("refused").to_string();
     assert!(text.starts_with("throws.csv: suspicious data") && text.contains(check.name()), "{text}");
     text
 }
 
 #[test]
-fn data_as_they_should_be_pass_every_check() {
+fn correct_data_pass_every_check() {
     assert_eq!(found(&changed(|_| ()), &BALL), []);
     assert_eq!(found(&positions(|_| ()), &BALL), []);
     assert_eq!(found(&pushes(|_| ()), &PUSH), []);
 }
 
 #[test]
-fn the_same_trajectory_under_two_names_is_left_out() {
+fn a_repeated_trajectory_is_left_out_with_a_warning() {
     for digits in [17, 4] {
         let data = positions(|all| {
             let round = |v: &f64| format!("{v:.digits$}").parse().expect("a number");
@@ -147,8 +150,8 @@ fn the_same_trajectory_under_two_names_is_left_out() {
 }
 
 #[test]
-fn repeated_measurements_in_whole_millimetres_are_no_copies() {
-    // Eight drops from a gate: 0.1 mm of noise and nine samples a drop, so that two of them may agree in every digit.
+fn repeated_measurements_in_whole_millimetres_are_not_copies() {
+    // Eight drops with 0.1 mm of noise and nine samples each, so two of them may agree in every digit.
     let drop = |j: u64| {
         let mut rng = random_stream(9, "gate", j);
         let times: Vec<f64> = (0..9).map(|k| f64::from(k) / 30.0).collect();
@@ -174,24 +177,25 @@ fn one_trajectory_in_another_unit_is_refused() {
         let text = refusal(positions(|all| scale(&mut all[4..5], &[0, 1], factor)), &BALL, Check::MixedUnits);
         assert!(text.contains("trajectory `4`"), "{text}");
     }
-    // The other way round no span is too wide, but gravity shows.
+    // Upside down no span is too wide, but the acceleration has the wrong sign.
     let upside = refusal(positions(|all| scale(&mut all[4..5], &[1], -1.0)), &BALL, Check::GravityDisagrees);
     assert!(upside.contains("trajectory `4`") && upside.contains("change the sign"), "{upside}");
 }
 
 #[test]
-fn one_trajectory_that_goes_far_is_in_no_other_unit() {
-    // As an angle that winds round and round beside others that swing: it bends and scatters as they do.
+fn one_trajectory_that_only_goes_far_passes() {
+    // Like an angle that makes full turns while others swing: its curvature and noise are those of the
+    // others.
     let wind =
         |all: &mut Vec<Rows>| all[4].1[0].iter_mut().enumerate().for_each(|(k, x)| *x += 0.5 * k as f64);
     assert_eq!(found(&positions(wind), &Expected::default()), []);
     assert_ne!(found(&positions(|all| scale(&mut all[4..5], &[0], 100.0)), &Expected::default()), []);
-    // Faster and faster it bends more than the others, but goes further by far more than that.
+    // An accelerated motion has a larger curvature than the others, but an even larger span.
     let faster = |all: &mut Vec<Rows>| {
         all[4].1[0].iter_mut().enumerate().for_each(|(k, x)| *x += 2.0 * k as f64 + 2e-2 * (k * k) as f64);
     };
     assert_eq!(found(&positions(faster), &Expected::default()), []);
-    // Nor does it hide one that is.
+    // It does not hide a trajectory that is in another unit.
     let both = positions(|all| {
         wind(all);
         scale(&mut all[7..8], &[0], 100.0);
@@ -218,7 +222,7 @@ fn sentinel_values_are_refused_as_outliers() {
 
 #[test]
 fn a_column_shifted_by_a_row_is_refused() {
-    // As a spreadsheet shifts it: over the whole file, from one trajectory into the next.
+    // Like a shift in a spreadsheet: over the whole file, from one trajectory into the next.
     for down in [true, false] {
         let data = positions(|all| {
             let mut column: Vec<f64> = all.iter().flat_map(|(_, c)| c[1].clone()).collect();
@@ -234,10 +238,10 @@ fn a_column_shifted_by_a_row_is_refused() {
         let text = refusal(data, &BALL, Check::ShiftedColumn);
         assert!(text.contains("column `z_m`") && text.contains("shifted by a row"), "{text}");
     }
-    // Within trajectories: only a velocity can tell.
+    // A shift within trajectories is found only with a velocity.
     let data = changed(|all| {
         for (times, columns) in all.iter_mut() {
-            // Noise of 2 mm at 100 Hz is 0.3 m/s; the heights here come from the velocity itself.
+            // Noise of 2 mm at 100 Hz is 0.3 m/s, so the heights here are integrated from the velocity.
             let mut height = vec![1.0];
             for k in 0..times.len() - 1 {
                 height.push(height[k] + 0.01 * columns[2][k]);
@@ -267,13 +271,13 @@ fn a_constant_angle_height_or_velocity_is_refused() {
 }
 
 #[test]
-fn values_beyond_all_measure_are_refused() {
+fn values_too_large_for_a_measurement_are_refused() {
     let text = refusal(changed(|all| scale(all, &[1, 2], 1e30)), &Expected::default(), Check::AbsurdValue);
     assert!(text.contains("trajectory `0`, t_s = 0 s: column `z_m`"), "{text}");
 }
 
 #[test]
-fn height_and_velocity_that_are_swapped_or_in_two_units_are_refused() {
+fn swapped_height_and_velocity_or_two_units_are_refused() {
     let swap = |all: &mut Vec<Rows>| all.iter_mut().for_each(|(_, columns)| columns.swap(1, 2));
     refusal(changed(swap), &Expected::default(), Check::VelocityDisagrees);
     refusal(changed(|all| scale(all, &[2], 1000.0)), &Expected::default(), Check::VelocityDisagrees);
@@ -281,23 +285,20 @@ fn height_and_velocity_that_are_swapped_or_in_two_units_are_refused() {
 }
 
 #[test]
-fn free_fall_other_than_the_models_is_refused() {
+fn free_fall_that_differs_from_the_models_gravity_is_refused() {
     let text = refusal(changed(|all| scale(all, &[0, 1, 2], 1000.0)), &BALL, Check::GravityDisagrees);
-    assert!(text.contains("these are mm"), "{text}");
+    assert!(text.contains("the values are in mm"), "{text}");
     let text = refusal(changed(|all| scale(all, &[1, 2], -1.0)), &BALL, Check::GravityDisagrees);
     assert!(text.contains("up must be positive"), "{text}");
     let swap = |all: &mut Vec<Rows>| all.iter_mut().for_each(|(_, columns)| columns.swap(0, 1));
     let text = refusal(positions(swap), &BALL, Check::GravityDisagrees);
-    assert!(
-        text.contains("`z_m` shows no free fall while `x_m` falls") && text.contains("swapped"),
-        "{text}"
-    );
-    // Nothing is expected without a model.
+    assert!(text.contains("`z_m` shows no free fall, but `x_m` falls") && text.contains("swapped"), "{text}");
+    // Without a model there is no expected gravity.
     assert_eq!(found(&changed(|all| scale(all, &[0, 1, 2], 1000.0)), &Expected::default()), []);
 }
 
 #[test]
-fn a_declared_noise_in_the_wrong_unit_is_refused_and_a_coarse_one_is_named() {
+fn a_declared_noise_in_the_wrong_unit_is_refused_and_a_coarse_one_is_a_warning() {
     let declared = |sd| Expected { position_sd_m: Some(sd), ..BALL };
     let text = refusal(positions(|_| ()), &declared(2.043), Check::DeclaredNoise);
     assert!(text.contains("`position_sd_m` = 2.043 m") && text.contains("declare it in m"), "{text}");
@@ -306,7 +307,7 @@ fn a_declared_noise_in_the_wrong_unit_is_refused_and_a_coarse_one_is_named() {
 }
 
 #[test]
-fn every_check_has_a_name_of_its_own_that_finds_it() {
+fn every_check_is_found_by_its_name() {
     let all: Vec<Check> = Check::all().collect();
     assert!(all.iter().all(|check| Check::named(check.name()) == Some(*check)));
     assert_eq!(Check::named("nothing"), None);

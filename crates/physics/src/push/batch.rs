@@ -1,15 +1,16 @@
-//! Many pushes at once.
+//! Simulation of many pushes in parallel.
 
 use super::engine::{Push, PushError, Run, simulate};
 use super::path::Path;
 use super::planar::Pose;
 use rayon::prelude::*;
 
-/// Simulates pushes on all threads of the current pool; the result is that of [`simulate`], in order, whatever the threads.
-/// `times` gives each push its sample times.
+/// Simulates `pushes` on all threads of the current pool, with the sample times `times(index)`.
+///
+/// The result is that of [`simulate`] for each push, in order, for any number of threads.
 ///
 /// # Errors
-/// The first push, in order, that cannot be simulated: its index and why.
+/// Index and error of the first push, in order, that cannot be simulated.
 pub fn simulate_batch<'t, P: Path<f64>>(
     pushes: &[Push<'_, f64, P>],
     times: impl Fn(usize) -> &'t [f64] + Sync,

@@ -1,30 +1,40 @@
-//! One round rod against one object: separation, sticking, sliding.
+//! Contact between one round rod and one object: separation, sticking or sliding.
 //!
-//! For the ellipsoid in closed form after Lynch, Maekawa and Tanie 1992, in the form that needs no angles: the force that a
-//! sticking contact would need decides. For the other surfaces see `contact_solver.rs`.
+//! For the ellipsoidal limit surface the response has a closed form. Lynch, Maekawa and Tanie (IROS 1992)
+//! derive it with motion and friction cones; this is the equivalent without angles. With the arm `r` from the
+//! centre of friction to the contact, `r⊥` its rotation by 90 degrees and `B` the metric of the surface, a
+//! force `f` at the contact moves the contact point with a velocity proportional to
+//!
+//! ```text
+//! v = M f,   M = B⁻¹ + r⊥ r⊥ᵀ / c²        (1)
+//! ```
+//!
+//! Sticking at the rod's velocity `u` needs the direction `f = M⁻¹ u`. If that is inside the friction cone
+//! the contact sticks; otherwise it slides with `f` on the edge of the cone that `f` is nearest to. For the
+//! other surfaces see `contact_solver.rs`.
 
 use super::planar::{Twist, Vector, add, cross, dot, rot90, scale, sub};
 use super::support::{Support, mobility};
 use super::surface::Matrix;
 use crate::Scalar;
 
-/// Mode of a contact: apart, sticking, or sliding one way.
+/// Mode of the contact between rod and object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// The rod does not touch.
     Free,
     /// The rod touches and does not slide.
     Stick,
-    /// The rod slides to the side of `t = rot90(n)` relative to the object.
+    /// The rod slides along `t = rot90(n)` relative to the object.
     Left,
-    /// The rod slides to the other side.
+    /// The rod slides against `t = rot90(n)` relative to the object.
     Right,
-    /// The rod touches, and moves away or rests.
+    /// The rod touches without pressing: it moves away or rests.
     Separate,
 }
 
 impl Mode {
-    /// The word in files.
+    /// Name of the mode in files.
     pub fn name(self) -> &'static str {
         match self {
             Mode::Free => "free",
@@ -36,10 +46,10 @@ impl Mode {
     }
 }
 
-/// A rod that touches an object, in any frame that the three vectors share.
+/// Position, normal and rod velocity of a contact, in any frame that the three vectors share.
 #[derive(Clone, Copy, Debug)]
 pub struct Touch<S> {
-    /// Contact point from the body's origin, m.
+    /// Contact point seen from the origin of the body, m.
     pub point: Vector<S>,
     /// Unit normal into the object.
     pub normal: Vector<S>,
@@ -48,47 +58,52 @@ pub struct Touch<S> {
 }
 
 impl<S: Scalar> Touch<S> {
+    /// The contact as plain numbers, without derivatives.
     pub(super) fn values(&self) -> Touch<f64> {
-        let f = |a: Vector<S>| a.map(S::value);
-        Touch { point: f(self.point), normal: f(self.normal), velocity: f(self.velocity) }
+        let value = |a: Vector<S>| a.map(S::value);
+        Touch { point: value(self.point), normal: value(self.normal), velocity: value(self.velocity) }
     }
 }
 
 impl Touch<f64> {
+    /// The contact as constants of another scalar.
     pub(super) fn lift<T: Scalar>(&self) -> Touch<T> {
-        let f = |a: Vector<f64>| a.map(T::constant);
-        Touch { point: f(self.point), normal: f(self.normal), velocity: f(self.velocity) }
+        let lift = |a: Vector<f64>| a.map(T::constant);
+        Touch { point: lift(self.point), normal: lift(self.normal), velocity: lift(self.velocity) }
     }
 }
 
-/// Friction of the contact, `mu (1 + rise |slip|)`, at least a twentieth of `mu`.
+/// Friction coefficient of the contact as a function of the slip speed.
+///
+/// `mu (1 + rise |slip|)`, but at least 5 % of `mu`, so that a negative rise cannot make it negative.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactFriction<S> {
-    /// Coefficient without slip.
+    /// Coefficient at zero slip.
     pub at_rest: S,
-    /// Relative rise with the speed of the slip, s/m.
+    /// Relative rise per slip speed, s/m; `None` for a constant coefficient.
     pub rise_s_per_m: Option<S>,
 }
 
 impl<S: Scalar> ContactFriction<S> {
-    /// Coulomb's: one coefficient.
+    /// Coulomb friction with a constant coefficient.
     pub fn coulomb(coefficient: S) -> Self {
         Self { at_rest: coefficient, rise_s_per_m: None }
     }
 
-    /// The coefficient at a slip, m/s.
+    /// The coefficient at the slip velocity `slip`, m/s.
     pub(super) fn at(&self, slip: S) -> S {
         let Some(rise) = self.rise_s_per_m else { return self.at_rest };
         let factor = rise * slip.abs() + 1.0;
         self.at_rest * if factor.value() > 0.05 { factor } else { S::constant(0.05) }
     }
 
+    /// Converts the friction law to another scalar.
     pub(super) fn map<T: Scalar>(&self, f: impl Fn(S) -> T + Copy) -> ContactFriction<T> {
         ContactFriction { at_rest: f(self.at_rest), rise_s_per_m: self.rise_s_per_m.map(f) }
     }
 }
 
-/// How the object responds.
+/// Response of the object to the rod: mode, twist, force and slip.
 #[derive(Clone, Copy, Debug)]
 pub struct Response<S> {
     /// Mode of the contact.
@@ -102,24 +117,26 @@ pub struct Response<S> {
 }
 
 impl<S: Scalar> Response<S> {
-    /// No force from the rod.
+    /// A response in which the rod applies no force.
     pub(super) fn without_force(mode: Mode, twist: Twist<S>) -> Self {
         Self { mode, twist, force: [S::zero(); 2], slip: S::zero() }
     }
 }
 
-pub(super) fn slid(sign: f64) -> Mode {
+/// Mode of sliding with the slip velocity of this sign.
+pub(super) fn slide_mode(sign: f64) -> Mode {
     if sign > 0.0 { Mode::Left } else { Mode::Right }
 }
 
-/// Unit force on the edge of the friction cone, on the side of `sign`.
+/// Unit force on the edge of the friction cone, on the side given by `sign`.
 pub(super) fn cone_edge<S: Scalar>(normal: Vector<S>, friction: S, sign: f64) -> Vector<S> {
     let k = S::constant(1.0) / (friction * friction + 1.0).sqrt();
     scale(add(normal, scale(rot90(normal), friction * sign)), k)
 }
 
+/// Response of an object with the ellipsoidal limit surface, in closed form; see equation (1) above.
 #[inline]
-pub(super) fn ellipsoid<S: Scalar>(
+pub(super) fn ellipsoid_response<S: Scalar>(
     support: &Support<'_, S>,
     c: S,
     touch: &Touch<S>,
@@ -131,19 +148,21 @@ pub(super) fn ellipsoid<S: Scalar>(
     let inverse_metric = inverse_metric(support.metric.as_ref());
     let m = mobility(&inverse_metric, c, arm);
     let inverse_square = S::constant(1.0) / (c * c);
-    // Twist of a force, up to the common factor.
+    // Twist caused by a force, up to a common factor.
     let twist_of = |f: Vector<S>| {
         let rotation = cross(arm, f) * inverse_square;
         let v = super::surface::apply(&inverse_metric, f);
         Twist { velocity: sub(v, scale(rot90(support.centre), rotation)), rotation }
     };
-    let determinant = S::constant(1.0) / (m[0][0] * m[1][1] - m[0][1] * m[0][1]);
-    let f =
-        [(m[1][1] * u[0] - m[0][1] * u[1]) * determinant, (m[0][0] * u[1] - m[0][1] * u[0]) * determinant];
+    let inverse_determinant = S::constant(1.0) / (m[0][0] * m[1][1] - m[0][1] * m[0][1]);
+    let f = [
+        (m[1][1] * u[0] - m[0][1] * u[1]) * inverse_determinant,
+        (m[0][0] * u[1] - m[0][1] * u[0]) * inverse_determinant,
+    ];
     let (normal_part, tangential) = (dot(f, n), dot(f, t));
     if normal_part.value() > 0.0 && tangential.abs().value() <= (friction * normal_part).value() {
         let twist = twist_of(f);
-        let force = scale(f, limit(support, &twist, f, c));
+        let force = scale(f, ellipsoid_scale(support, &twist, f, c));
         return Response { mode: Mode::Stick, twist, force, slip: S::zero() };
     }
     let sign = if tangential.value() >= 0.0 { 1.0 } else { -1.0 };
@@ -151,28 +170,32 @@ pub(super) fn ellipsoid<S: Scalar>(
     let unit = super::surface::apply(&m, f);
     let along = dot(unit, n);
     if along.value() <= 0.0 {
-        // Wedged: no sliding motion goes with the rod. Take the sticking one, which exists for every surface.
-        let f = scale(u, determinant);
+        // The object is wedged: no sliding motion follows the rod. Use the sticking solution, which always
+        // exists.
+        let f = scale(u, inverse_determinant);
         return Response { mode: Mode::Stick, twist: twist_of(f), force: [S::zero(); 2], slip: S::zero() };
     }
     let k = dot(u, n) / along;
     let q = twist_of(f);
     let twist = Twist { velocity: scale(q.velocity, k), rotation: q.rotation * k };
     let slip = dot(sub(u, scale(unit, k)), t);
-    Response { mode: slid(sign), twist, force: scale(f, limit(support, &q, f, c)), slip }
+    Response { mode: slide_mode(sign), twist, force: scale(f, ellipsoid_scale(support, &q, f, c)), slip }
 }
 
-/// Factor that puts `f`, which drives `twist`, on the ellipsoid: `f·v + m ω` is its square measure.
-fn limit<S: Scalar>(support: &Support<'_, S>, twist: &Twist<S>, f: Vector<S>, c: S) -> S {
+/// Factor that scales the force `f` onto the ellipsoid, where `twist` is the motion that `f` causes.
+///
+/// The power `f·v + m ω` of `f` is its squared norm in the metric of the ellipsoid.
+fn ellipsoid_scale<S: Scalar>(support: &Support<'_, S>, twist: &Twist<S>, f: Vector<S>, c: S) -> S {
     let v = twist.at(support.centre);
     let square = dot(f, v) + twist.rotation * twist.rotation * c * c;
     S::constant(1.0) / square.sqrt()
 }
 
+/// Inverse of the metric `B = HᵀH` of anisotropic friction; the identity if friction is isotropic.
 pub(super) fn inverse_metric<S: Scalar>(h: Option<&Matrix<S>>) -> Matrix<S> {
     let (zero, one) = (S::zero(), S::constant(1.0));
     let Some(h) = h else { return [[one, zero], [zero, one]] };
-    // B = HᵀH has determinant 1.
+    // Since B = HᵀH has determinant 1, its inverse is its adjugate.
     let b = |i: usize, j: usize| h[0][i] * h[0][j] + h[1][i] * h[1][j];
     let off = -b(0, 1);
     [[b(1, 1), off], [off, b(0, 0)]]

@@ -1,20 +1,33 @@
-//! A contact against any surface: the conditions of sticking and sliding, solved numerically.
+//! Numerical solution of a contact with any limit surface: sticking or sliding.
 //!
-//! Sticking is the minimum of a convex function of the angular velocity, sliding two equations for slip and angular velocity.
-//! The solution is found in plain numbers; one Newton step in the scalar of the simulation then carries the derivatives
-//! (implicit functions).
+//! With `u` the velocity of the rod, `r` the contact point, `n` and `t = rot90(n)` the contact normal and
+//! tangent, and `(f, m)` the wrench that the support demands for a twist:
+//!
+//! ```text
+//! sticking, one unknown ω:     m - r × f = 0                      (1)
+//! sliding, unknowns s and ω:   m - r × f = 0,  e(s) × f = 0       (2)
+//! ```
+//!
+//! For sticking the contact point moves with `u`; for sliding with `u - s t`, and `e(s)` is the edge of the
+//! friction cone. The left side of (1) rises with ω, because it is the derivative of a convex function, so a
+//! bracketed Newton's method always finds the root.
+//!
+//! The solution is found in plain numbers. One Newton step in the scalar of the simulation then carries the
+//! derivatives (implicit function theorem).
 
-use super::contact::{ContactFriction, Mode, Response, Touch, cone_edge, ellipsoid, inverse_metric, slid};
-use super::near::Near;
+use super::contact::{
+    ContactFriction, Mode, Response, Touch, cone_edge, ellipsoid_response, inverse_metric, slide_mode,
+};
 use super::planar::{Twist, Vector, Wrench, add, cross, dot, norm, rot90, scale, sub};
 use super::support::{Support, mobility};
 use super::surface::Surface;
+use super::warm_start::WarmStart;
 use crate::{Dual, Scalar};
 
-/// Relative size of a last Newton step: the error after it is its square.
-const CONVERGED: f64 = 1e-7;
+/// Relative size of a Newton step that ends the iteration; the error after it is of the order of its square.
+const STEP_TOLERANCE: f64 = 1e-7;
 
-/// Moment of the demand about the contact, with sticking at contact velocity `v`.
+/// Left side of (1) for the contact velocity `v`, with the wrench demanded and the twist.
 #[inline]
 fn stick_residual<T: Scalar>(
     support: &Support<'_, T>,
@@ -27,16 +40,18 @@ fn stick_residual<T: Scalar>(
     (w.moment - cross(touch.point, w.force), w, twist)
 }
 
-/// A contact that sticks.
-struct Stuck {
+/// Solution of (1).
+struct StickSolution {
+    /// Angular velocity, rad/s.
     rotation: f64,
-    /// Slopes of the residual and of the force with the angular velocity.
-    slope: f64,
-    force: Vector<f64>,
+    /// Derivative of the residual with respect to the angular velocity.
+    residual_derivative: f64,
+    /// Derivative of the force with respect to the angular velocity.
+    force_derivative: Vector<f64>,
 }
 
-/// Angular velocity of a sticking contact: the residual rises with it, so Newton's method is kept in a bracket.
-fn stick_root(support: &Support<'_, f64>, touch: &Touch<f64>, v: Vector<f64>, start: f64) -> Stuck {
+/// Solves (1) by Newton's method, kept in a bracket by bisection, from the guess `start`.
+fn stick_root(support: &Support<'_, f64>, touch: &Touch<f64>, v: Vector<f64>, start: f64) -> StickSolution {
     let (lifted, lifted_touch) = (support.lift::<Dual<1>>(), touch.lift::<Dual<1>>());
     let lifted_v = v.map(Dual::constant);
     let evaluate = |x: f64| {
@@ -46,11 +61,12 @@ fn stick_root(support: &Support<'_, f64>, touch: &Touch<f64>, v: Vector<f64>, st
     let scale = norm(v) / support.surface.nominal_c();
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
     let mut x = start;
-    let (mut slope, mut force) = (1.0, [0.0; 2]);
-    let mut reach = 0.1 * scale;
+    let (mut residual_derivative, mut force_derivative) = (1.0, [0.0; 2]);
+    let mut bracket_step = 0.1 * scale;
     for _ in 0..80 {
-        let (g, force_slope) = evaluate(x);
-        (slope, force) = (g.d[0], force_slope);
+        let g;
+        (g, force_derivative) = evaluate(x);
+        residual_derivative = g.d[0];
         if g.value > 0.0 {
             high = high.min(x);
         } else {
@@ -59,42 +75,45 @@ fn stick_root(support: &Support<'_, f64>, touch: &Touch<f64>, v: Vector<f64>, st
         if g.value == 0.0 {
             break;
         }
-        let newton = x - g.value / slope;
-        let next = if slope > 0.0 && newton > low && newton < high && (newton - x).abs() < 4.0 * scale {
-            newton
-        } else if low.is_finite() && high.is_finite() {
-            0.5 * (low + high)
-        } else {
-            reach *= 2.0;
-            if high.is_finite() { high - reach } else { low + reach }
-        };
+        let newton = x - g.value / residual_derivative;
+        let next =
+            if residual_derivative > 0.0 && newton > low && newton < high && (newton - x).abs() < 4.0 * scale
+            {
+                newton
+            } else if low.is_finite() && high.is_finite() {
+                0.5 * (low + high)
+            } else {
+                bracket_step *= 2.0;
+                if high.is_finite() { high - bracket_step } else { low + bracket_step }
+            };
         let change = (next - x).abs();
         x = next;
-        // Newton's method is quadratic: after a step this small nothing is left to gain.
-        if change <= CONVERGED * scale {
+        // Convergence is quadratic, so after a step this small the error is at rounding level.
+        if change <= STEP_TOLERANCE * scale {
             break;
         }
     }
-    Stuck { rotation: x, slope, force }
+    StickSolution { rotation: x, residual_derivative, force_derivative }
 }
 
-/// A side of the friction cone, which may open with the slip.
+/// One edge of the friction cone, whose angle may depend on the slip velocity.
 #[derive(Clone, Copy)]
 struct Cone<S> {
     normal: Vector<S>,
     friction: ContactFriction<S>,
-    /// 1 to the left, -1 to the right.
+    /// 1 for sliding along `t`, -1 against it.
     sign: f64,
 }
 
 impl<S: Scalar> Cone<S> {
-    /// Unit force on the edge.
+    /// Unit force along the edge at this slip velocity.
     fn edge(&self, slip: S) -> Vector<S> {
         cone_edge(self.normal, self.friction.at(slip), self.sign)
     }
 }
 
 impl Cone<f64> {
+    /// The cone edge as constants of another scalar.
     fn lift<T: Scalar>(&self) -> Cone<T> {
         Cone {
             normal: self.normal.map(T::constant),
@@ -104,7 +123,7 @@ impl Cone<f64> {
     }
 }
 
-/// Sliding on the edge of the cone: moment about the contact, and force across the edge.
+/// Left sides of (2), with the wrench demanded and the twist.
 #[inline]
 fn slide_residual<T: Scalar>(
     support: &Support<'_, T>,
@@ -119,26 +138,28 @@ fn slide_residual<T: Scalar>(
     ([moment, cross(edge, w.force)], w, twist)
 }
 
-/// A contact that slides.
-struct Slid {
+/// Solution of (2).
+struct SlideSolution {
+    /// Slip velocity, m/s.
     slip: f64,
+    /// Angular velocity, rad/s.
     rotation: f64,
-    /// Inverse of the slopes of the two residuals with slip and angular velocity.
-    inverse: [[f64; 2]; 2],
-    /// Slopes of the force, x and y, with both.
-    force: [[f64; 2]; 2],
+    /// Inverse Jacobian of the two residuals with respect to slip and angular velocity.
+    inverse_jacobian: [[f64; 2]; 2],
+    /// Jacobian of the force (rows x and y) with respect to slip and angular velocity.
+    force_jacobian: [[f64; 2]; 2],
 }
 
-impl Slid {
-    /// At `x` (slip, angular velocity), with the residuals and the demand near it.
+impl SlideSolution {
+    /// The solution at `x` (slip, angular velocity), from the residuals `r` and the wrench `w` near it.
     fn new(x: [f64; 2], r: &[Dual<2>; 2], w: &Wrench<Dual<2>>) -> Self {
-        let inverse = inverse2([r[0].d, r[1].d]);
-        Self { slip: x[0], rotation: x[1], inverse, force: w.force.map(|f| f.d) }
+        let inverse_jacobian = inverse2([r[0].d, r[1].d]);
+        Self { slip: x[0], rotation: x[1], inverse_jacobian, force_jacobian: w.force.map(|f| f.d) }
     }
 }
 
-/// Residuals and demand of a sliding contact with their slopes in slip and angular velocity.
-fn slide_slopes(
+/// Function that evaluates (2) and the wrench demanded, with derivatives in slip and angular velocity.
+fn slide_evaluation(
     support: &Support<'_, f64>,
     touch: &Touch<f64>,
     cone: &Cone<f64>,
@@ -152,16 +173,18 @@ fn slide_slopes(
     }
 }
 
-/// Newton's method on the sliding contact, from `start` (slip, angular velocity). `None` if it does not converge, or where the
-/// rod would have to pull or to slide against its own friction.
+/// Solves (2) by damped Newton steps from `start` (slip, angular velocity).
+///
+/// Returns `None` if the iteration does not converge, if the rod would have to pull, or if the slip has the
+/// wrong sign for this edge of the cone.
 fn slide_root(
     support: &Support<'_, f64>,
     touch: &Touch<f64>,
     cone: &Cone<f64>,
     start: [f64; 2],
-) -> Option<Slid> {
+) -> Option<SlideSolution> {
     let c = support.surface.nominal_c();
-    let evaluate = slide_slopes(support, touch, cone);
+    let evaluate = slide_evaluation(support, touch, cone);
     let merit = |r: &[Dual<2>; 2]| (r[0].value / c).powi(2) + r[1].value.powi(2);
     let speed = norm(touch.velocity);
     let mut x = start;
@@ -173,58 +196,59 @@ fn slide_root(
         if !step.iter().all(|s| s.is_finite()) {
             return None;
         }
-        if step[0].abs() <= CONVERGED * speed && step[1].abs() * c <= CONVERGED * speed {
+        if step[0].abs() <= STEP_TOLERANCE * speed && step[1].abs() * c <= STEP_TOLERANCE * speed {
             x = [x[0] - step[0], x[1] - step[1]];
             converged = true;
             break;
         }
         let before = merit(&r);
         let mut factor = 1.0;
-        let mut better = false;
+        let mut has_improved = false;
         for _ in 0..8 {
             let trial = [x[0] - factor * step[0], x[1] - factor * step[1]];
             let next = evaluate(trial);
             if merit(&next.0) < before {
                 x = trial;
-                (r, w, better) = (next.0, next.1, true);
+                (r, w, has_improved) = (next.0, next.1, true);
                 break;
             }
             factor *= 0.4;
         }
-        if !better {
-            // At the rounding error of the residual no step is better.
+        if !has_improved {
+            // No step improves a residual that is already at rounding level.
             converged = before < 1e-20;
             break;
         }
     }
     let pushes = dot(w.force.map(|f| f.value), cone.edge(x[0])) > 0.0;
-    (converged && pushes && x[0] * cone.sign >= 0.0).then(|| Slid::new(x, &r, &w))
+    (converged && pushes && x[0] * cone.sign >= 0.0).then(|| SlideSolution::new(x, &r, &w))
 }
 
+/// Inverse of a 2 x 2 matrix.
 fn inverse2(m: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
     let k = 1.0 / (m[0][0] * m[1][1] - m[0][1] * m[1][0]);
     [[m[1][1] * k, -m[0][1] * k], [-m[1][0] * k, m[0][0] * k]]
 }
 
-/// The slow road: for each slip the best angular velocity, and bisection on the slip.
+/// Solves (2) by bisection on the slip, with the root of (1) at each slip: slow, but it always converges.
 fn slide_by_bisection(
     support: &Support<'_, f64>,
     touch: &Touch<f64>,
     cone: &Cone<f64>,
-    stick: f64,
+    stick_rotation: f64,
 ) -> [f64; 2] {
     let sign = cone.sign;
     let speed = norm(touch.velocity).max(1e-12);
-    let across = |size: f64, start: f64| {
+    let excess_force = |size: f64, start: f64| {
         let v = sub(touch.velocity, scale(rot90(touch.normal), sign * size));
         let rotation = stick_root(support, touch, v, start).rotation;
         let (_, w, _) = stick_residual(support, touch, v, rotation);
         (sign * cross(cone.edge(sign * size), w.force), rotation)
     };
-    let (mut low, mut high, mut rotation) = (0.0, 0.05 * speed, stick);
+    let (mut low, mut high, mut rotation) = (0.0, 0.05 * speed, stick_rotation);
     for _ in 0..20 {
-        let (excess, at) = across(high, rotation);
-        rotation = at;
+        let excess;
+        (excess, rotation) = excess_force(high, rotation);
         if excess < 0.0 {
             break;
         }
@@ -233,8 +257,8 @@ fn slide_by_bisection(
     }
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        let (excess, at) = across(middle, rotation);
-        rotation = at;
+        let excess;
+        (excess, rotation) = excess_force(middle, rotation);
         if excess < 0.0 {
             high = middle;
         } else {
@@ -244,109 +268,121 @@ fn slide_by_bisection(
     [sign * 0.5 * (low + high), rotation]
 }
 
-pub(super) fn general<S: Scalar>(
+/// Response of an object with any limit surface, for a rod that touches it.
+///
+/// Tries sliding where the equivalent ellipsoid slides, then sticking, then sliding on the side that the
+/// sticking force points to.
+pub(super) fn solve_contact<S: Scalar>(
     support: &Support<'_, S>,
     touch: &Touch<S>,
     friction: &ContactFriction<S>,
-    near: Option<Near>,
+    warm_start: Option<WarmStart>,
 ) -> Response<S> {
     let (values, touch_values, plain) = (support.values(), touch.values(), friction.map(S::value));
     let c = values.surface.nominal_c();
-    let like = Support { surface: Surface::Ellipsoid { c }, loaded: false, inertia: None, ..values };
+    let ellipsoid_support =
+        Support { surface: Surface::Ellipsoid { c }, loaded: false, inertia: None, ..values };
     let cone_of = |sign: f64| Cone { normal: touch_values.normal, friction: plain, sign };
     let u = touch_values.velocity;
-    let before = |mode: Mode| near.and_then(|n| n.motion(mode, norm(u)));
-    // Where the ellipsoid like this surface slides, this one is likely to: a sliding motion that its own friction opposes needs
-    // no further check.
-    let likely = match ellipsoid(&like, c, &touch_values, plain.at_rest).mode {
+    let previous_motion = |mode: Mode| warm_start.and_then(|previous| previous.scaled_motion(mode, norm(u)));
+    // Where the equivalent ellipsoid slides, this surface probably does too. A sliding solution on a
+    // consistent edge of the cone is the solution and needs no further check.
+    let probable_sign = match ellipsoid_response(&ellipsoid_support, c, &touch_values, plain.at_rest).mode {
         Mode::Left => Some(1.0),
         Mode::Right => Some(-1.0),
         _ => None,
     };
-    if let Some(sign) = likely {
+    if let Some(sign) = probable_sign {
         let cone = cone_of(sign);
-        let guess = before(slid(sign)).unwrap_or_else(|| slide_guess(&like, &touch_values, cone.edge(0.0)));
-        if let Some(found) = slide_root(&values, &touch_values, &cone, guess) {
-            return slide(support, touch, friction, sign, &found);
+        let guess = previous_motion(slide_mode(sign))
+            .unwrap_or_else(|| slide_guess(&ellipsoid_support, &touch_values, cone.edge(0.0)));
+        if let Some(solution) = slide_root(&values, &touch_values, &cone, guess) {
+            return slide_response(support, touch, friction, sign, &solution);
         }
     }
-    let guess =
-        before(Mode::Stick).map_or_else(|| stick_guess(&like, &touch_values), |[_, rotation]| rotation);
-    let stuck = stick_root(&values, &touch_values, u, guess);
-    let (_, w, _) = stick_residual(&values, &touch_values, u, stuck.rotation);
+    let guess = previous_motion(Mode::Stick)
+        .map_or_else(|| stick_guess(&ellipsoid_support, &touch_values), |[_, rotation]| rotation);
+    let stick_solution = stick_root(&values, &touch_values, u, guess);
+    let (_, w, _) = stick_residual(&values, &touch_values, u, stick_solution.rotation);
     let n = touch_values.normal;
     let (normal_part, tangential) = (dot(w.force, n), dot(w.force, rot90(n)));
     if normal_part > 0.0 && tangential.abs() <= plain.at_rest * normal_part {
-        return stick(support, touch, &stuck);
+        return stick_response(support, touch, &stick_solution);
     }
     let sign = if tangential >= 0.0 { 1.0 } else { -1.0 };
     let cone = cone_of(sign);
-    let guess = before(slid(sign)).unwrap_or_else(|| slide_guess(&like, &touch_values, cone.edge(0.0)));
-    let found = slide_root(&values, &touch_values, &cone, guess)
-        .or_else(|| slide_root(&values, &touch_values, &cone, [0.0, stuck.rotation]))
+    let guess = previous_motion(slide_mode(sign))
+        .unwrap_or_else(|| slide_guess(&ellipsoid_support, &touch_values, cone.edge(0.0)));
+    let solution = slide_root(&values, &touch_values, &cone, guess)
+        .or_else(|| slide_root(&values, &touch_values, &cone, [0.0, stick_solution.rotation]))
         .unwrap_or_else(|| {
-            let x = slide_by_bisection(&values, &touch_values, &cone, stuck.rotation);
-            let (r, w) = slide_slopes(&values, &touch_values, &cone)(x);
-            Slid::new(x, &r, &w)
+            let x = slide_by_bisection(&values, &touch_values, &cone, stick_solution.rotation);
+            let (r, w) = slide_evaluation(&values, &touch_values, &cone)(x);
+            SlideSolution::new(x, &r, &w)
         });
-    slide(support, touch, friction, sign, &found)
+    slide_response(support, touch, friction, sign, &solution)
 }
 
-/// The response of a contact that sticks, with derivatives.
-fn stick<S: Scalar>(support: &Support<'_, S>, touch: &Touch<S>, found: &Stuck) -> Response<S> {
-    let mut rotation = S::constant(found.rotation);
+/// The response of a sticking contact, with derivatives.
+fn stick_response<S: Scalar>(
+    support: &Support<'_, S>,
+    touch: &Touch<S>,
+    solution: &StickSolution,
+) -> Response<S> {
+    let mut rotation = S::constant(solution.rotation);
     let (residual, w, mut twist) = stick_residual(support, touch, touch.velocity, rotation);
     let mut force = w.force;
     if S::DIFFERENTIATES {
-        // One Newton step, and what it changes.
-        let step = residual * (-1.0 / found.slope);
+        // One Newton step in `S` carries the derivatives; the force follows to first order.
+        let step = residual * (-1.0 / solution.residual_derivative);
         rotation += step;
-        force = add(force, found.force.map(|k| step * k));
+        force = add(force, solution.force_derivative.map(|k| step * k));
         twist = Twist { velocity: sub(touch.velocity, scale(rot90(touch.point), rotation)), rotation };
     }
     Response { mode: Mode::Stick, twist, force, slip: S::zero() }
 }
 
-/// The response of a contact that slides, with derivatives.
-fn slide<S: Scalar>(
+/// The response of a sliding contact, with derivatives.
+fn slide_response<S: Scalar>(
     support: &Support<'_, S>,
     touch: &Touch<S>,
     friction: &ContactFriction<S>,
     sign: f64,
-    found: &Slid,
+    solution: &SlideSolution,
 ) -> Response<S> {
     let cone = Cone { normal: touch.normal, friction: *friction, sign };
-    let (mut slip, mut rotation) = (S::constant(found.slip), S::constant(found.rotation));
+    let (mut slip, mut rotation) = (S::constant(solution.slip), S::constant(solution.rotation));
     let (residual, w, mut twist) = slide_residual(support, touch, &cone, slip, rotation);
     let mut force = w.force;
     if S::DIFFERENTIATES {
-        // One Newton step, and what it changes.
-        let step = found.inverse.map(|row| -(residual[0] * row[0] + residual[1] * row[1]));
+        // One Newton step in `S` carries the derivatives; the force follows to first order.
+        let step = solution.inverse_jacobian.map(|row| -(residual[0] * row[0] + residual[1] * row[1]));
         slip += step[0];
         rotation += step[1];
-        force = add(force, found.force.map(|k| step[0] * k[0] + step[1] * k[1]));
+        force = add(force, solution.force_jacobian.map(|k| step[0] * k[0] + step[1] * k[1]));
         let v = sub(touch.velocity, scale(rot90(touch.normal), slip));
         twist = Twist { velocity: sub(v, scale(rot90(touch.point), rotation)), rotation };
     }
-    Response { mode: slid(sign), twist, force, slip }
+    Response { mode: slide_mode(sign), twist, force, slip }
 }
 
-/// Angular velocity of the ellipsoid like this surface, sticking.
-fn stick_guess(like: &Support<'_, f64>, touch: &Touch<f64>) -> f64 {
-    let c = like.surface.nominal_c();
-    let arm = sub(touch.point, like.centre);
-    let m = mobility(&inverse_metric(like.metric.as_ref()), c, arm);
+/// Angular velocity of the equivalent ellipsoid in sticking contact, rad/s: the initial guess for (1).
+fn stick_guess(ellipsoid_support: &Support<'_, f64>, touch: &Touch<f64>) -> f64 {
+    let c = ellipsoid_support.surface.nominal_c();
+    let arm = sub(touch.point, ellipsoid_support.centre);
+    let m = mobility(&inverse_metric(ellipsoid_support.metric.as_ref()), c, arm);
     let u = touch.velocity;
     let k = 1.0 / (m[0][0] * m[1][1] - m[0][1] * m[0][1]);
     let f = [(m[1][1] * u[0] - m[0][1] * u[1]) * k, (m[0][0] * u[1] - m[0][1] * u[0]) * k];
     cross(arm, f) / (c * c)
 }
 
-/// Slip and angular velocity of the ellipsoid like this surface, sliding with a force along `edge`.
-fn slide_guess(like: &Support<'_, f64>, touch: &Touch<f64>, edge: Vector<f64>) -> [f64; 2] {
-    let c = like.surface.nominal_c();
-    let arm = sub(touch.point, like.centre);
-    let m = mobility(&inverse_metric(like.metric.as_ref()), c, arm);
+/// Slip and angular velocity of the equivalent ellipsoid with a force along `edge`: the initial guess for
+/// (2).
+fn slide_guess(ellipsoid_support: &Support<'_, f64>, touch: &Touch<f64>, edge: Vector<f64>) -> [f64; 2] {
+    let c = ellipsoid_support.surface.nominal_c();
+    let arm = sub(touch.point, ellipsoid_support.centre);
+    let m = mobility(&inverse_metric(ellipsoid_support.metric.as_ref()), c, arm);
     let unit = super::surface::apply(&m, edge);
     let k = dot(touch.velocity, touch.normal) / dot(unit, touch.normal).max(1e-12);
     let slip = dot(sub(touch.velocity, scale(unit, k)), rot90(touch.normal));

@@ -1,77 +1,83 @@
 //! The pushing engine: quasi-static by Runge-Kutta sub-steps, or with inertia by implicit Euler sub-steps.
 //!
-//! A sub-step ends where a piece of the rod's path or a requested time does, and no later than the rod has travelled
-//! [`Steps::travel_m`]: the same path at another speed gives the same motion. Sticking, sliding and separation are continuous
-//! in the twist and need no event. Touch-down does: it is located, and one Newton step in the scalar of the simulation carries
-//! the derivative of the event time.
+//! A sub-step ends at the end of a piece of the rod's path, at a requested time, or after the rod has
+//! travelled [`Steps::travel_m`], whichever is first. Bounding the travel instead of the time gives the same
+//! motion for the same path at another speed.
+//!
+//! Sticking, sliding and separation are continuous in the twist, so their changes need no event location.
+//! Touch-down does: its time is located, and one Newton step in the scalar of the simulation carries the
+//! derivative of that time.
 
-use super::arc::Arc;
 use super::contact::Mode;
 use super::field::Field;
-use super::instant::{Instant, Scene, TOUCHING_M};
-use super::near::Near;
+use super::instant::{Instant, MAX_TOUCHING_GAP_M, Scene};
 use super::path::{Motion, Path, Straight};
 use super::planar::{Pose, Rotation, Twist, Vector, add, dot, norm, scale, sub};
+use super::substep::Substep;
+use super::warm_start::WarmStart;
 use super::world::World;
 use crate::Scalar;
 use thiserror::Error;
 
-/// Overlap of rod and object that counts as an error of measurement at the start, m; half the rod's radius if that is more.
-const TOLERATED_OVERLAP_M: f64 = 1e-3;
+/// Largest initial overlap of rod and object, m, that is accepted as measurement error.
+///
+/// At least this much, or half the radius of the rod if that is more.
+const MAX_INITIAL_OVERLAP_M: f64 = 1e-3;
 
-/// Speed below which an object with inertia that nothing moves is at rest, m/s.
-const RESTING_M_S: f64 = 1e-6;
+/// Speed below which an object with inertia and without a moving rod is at rest, m/s.
+const REST_SPEED_M_S: f64 = 1e-6;
 
-/// A push that cannot be simulated.
+/// Error of a push that cannot be simulated.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PushError {
     /// The rod starts inside the object.
     #[error(
         "the rod starts {depth_mm:.2} mm inside {object} (rod centre at ({x_m:.5}, {y_m:.5}) m, object at ({object_x_m:.5}, \
-         {object_y_m:.5}) m, {angle_rad:.4} rad); check the outline, rod_radius_m, the frames of pusher and object, and that \
-         the pose is that of the area centroid"
+         {object_y_m:.5}) m, {angle_rad:.4} rad); check the outline, rod_radius_m, the coordinate frames of rod and object, and \
+         that the pose is that of the area centroid"
     )]
     StartsInside {
         /// Name of the object.
         object: String,
         /// Overlap, mm.
         depth_mm: f64,
-        /// Rod centre, m.
+        /// Rod centre, x, m.
         x_m: f64,
-        /// Rod centre, m.
+        /// Rod centre, y, m.
         y_m: f64,
-        /// Object, m.
+        /// Position of the object, x, m.
         object_x_m: f64,
-        /// Object, m.
+        /// Position of the object, y, m.
         object_y_m: f64,
-        /// Object, rad.
+        /// Angle of the object, rad.
         angle_rad: f64,
     },
-    /// The simulation left the finite numbers.
+    /// The simulated pose is not finite.
     #[error(
-        "the simulation of {object} left the finite numbers at t = {time_s} s; check the model's parameters"
+        "the simulation of {object} diverged (non-finite pose) at t = {time_s} s; check the model's parameters"
     )]
     NotFinite {
         /// Name of the object.
         object: String,
-        /// When, s.
+        /// Time of the first such sample, s.
         time_s: f64,
     },
 }
 
-/// How finely a push is integrated.
+/// Bounds on the length of integration sub-steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steps {
-    /// Longest travel of the rod in a sub-step, m.
+    /// Longest travel of the rod in one sub-step, m.
     pub travel_m: f64,
-    /// Longest sub-step, s. Quasi-static motion along a smooth path needs no bound.
+    /// Longest sub-step, s. Quasi-static motion along a smooth path needs no such bound.
     pub duration_s: f64,
-    /// Longest sub-step where inertia acts, s.
+    /// Longest sub-step of an object with inertia, s.
     pub inertial_s: f64,
 }
 
 impl Default for Steps {
-    /// 0.5 mm: within 1 µm of 0.1 mm over a push of 15 cm. Inertia by 1 ms.
+    /// Sub-steps of 0.5 mm, which agree with those of 0.1 mm within 1 µm over a push of 15 cm; 1 ms with
+    /// inertia.
     fn default() -> Self {
         Self { travel_m: 5e-4, duration_s: f64::INFINITY, inertial_s: 1e-3 }
     }
@@ -80,61 +86,64 @@ impl Default for Steps {
 /// One push to simulate.
 #[derive(Debug)]
 pub struct Push<'a, S, P> {
-    /// Object and laws.
+    /// The object and the effects that act on it.
     pub world: &'a World,
     /// Parameter values, `world.parameter_count()` of them.
     pub parameters: &'a [S],
-    /// Pose of the object at the first requested time, as the sensor would report it.
+    /// Pose of the object at the first requested time, as the sensor reports it.
     pub start: Pose<S>,
-    /// The rod's path, as it is reported.
+    /// Path of the rod, as it is reported.
     pub path: &'a P,
-    /// Relative friction over the table, for truths that have one; friction is then summed over patches.
+    /// Map of relative friction over the table, for simulated truths; friction is then summed over patches.
     pub field: Option<&'a Field>,
-    /// How finely to integrate.
+    /// Bounds on the sub-steps.
     pub steps: Steps,
 }
 
-/// The result of a simulation. Reuse one for many pushes: its buffers stay allocated.
+/// The result of a simulation; its buffers can be reused for many pushes.
 #[derive(Clone, Debug, Default)]
 pub struct Run<S> {
-    /// Pose as the sensor reports it, at each requested time; the first is the start.
+    /// Pose as the sensor reports it at each requested time; the first is the start.
     pub poses: Vec<Pose<S>>,
-    /// Contact, twist and force at each requested time (with a late sensor: at the time that it reports).
+    /// Contact, twist and force at each requested time; with a delayed sensor, at the time it reports.
     pub instants: Vec<Instant<S>>,
-    /// Integration sub-steps taken.
+    /// Number of integration sub-steps.
     pub steps: usize,
 }
 
-/// Simulates a push and samples it at `times` (s, strictly increasing), into `run`.
+/// Simulates a push and writes its samples at `times` (s, strictly increasing) to `run`.
 ///
 /// # Errors
-/// The rod starts inside the object, or the numbers overflow.
+/// The rod starts inside the object, or the simulation diverges.
 pub fn simulate<S: Scalar, P: Path<S>>(
     push: &Push<'_, S, P>,
     times: &[f64],
     run: &mut Run<S>,
 ) -> Result<(), PushError> {
-    follow(push, times, run, false)
+    simulate_push(push, times, run, false)
 }
 
-/// [`simulate`] for a push that is already under way at the first requested time: an object with inertia that the rod touches
-/// begins with the twist of quasi-static motion instead of at rest, and an overlap, such as a knock or a late sensor makes, is
-/// resolved by moving the object along the normal.
+/// [`simulate`] for a push that is already in progress at the first requested time.
+///
+/// An object with inertia that the rod touches begins with the twist of quasi-static motion instead of at
+/// rest. An initial overlap, such as a disturbance or a delayed sensor causes, is resolved by moving the
+/// object along the contact normal.
 ///
 /// # Errors
-/// The numbers overflow.
+/// The simulation diverges.
 pub fn simulate_under_way<S: Scalar, P: Path<S>>(
     push: &Push<'_, S, P>,
     times: &[f64],
     run: &mut Run<S>,
 ) -> Result<(), PushError> {
-    follow(push, times, run, true)
+    simulate_push(push, times, run, true)
 }
 
-/// Gap within which a push under way counts as touching, m: several times the noise of a pose.
-const UNDER_WAY_GAP_M: f64 = 1e-3;
+/// Gap, m, up to which a push in progress counts as touching: several times the noise of a pose.
+const MAX_GAP_UNDER_WAY_M: f64 = 1e-3;
 
-pub(super) fn follow<S: Scalar, P: Path<S>>(
+/// [`simulate`], or [`simulate_under_way`] if `under_way` is true.
+pub(super) fn simulate_push<S: Scalar, P: Path<S>>(
     push: &Push<'_, S, P>,
     times: &[f64],
     run: &mut Run<S>,
@@ -146,21 +155,22 @@ pub(super) fn follow<S: Scalar, P: Path<S>>(
     let Some(&first) = times.first() else { return Ok(()) };
     let mut stepper = Stepper::with_field(push.world, push.parameters, push.steps, push.field);
     let delay = stepper.scene.setting.delay_s.unwrap_or_else(S::zero);
-    let mut state = State { pose: stepper.unreported(&push.start), twist: Twist::zero(), near: None };
-    let begin = first - delay.value();
-    let rod = stepper.scene.true_rod(push.path.piece(begin).position(S::constant(begin)));
+    let mut state = State { pose: stepper.true_pose(&push.start), twist: Twist::zero(), warm_start: None };
+    let start_time = first - delay.value();
+    let rod = stepper.scene.true_rod(push.path.piece(start_time).position(S::constant(start_time)));
     if !under_way {
         stepper.check_start(&state.pose, rod)?;
     }
     if under_way
         && stepper.scene.has_inertia()
-        && stepper.scene.gap(&state.pose, rod).0.value() < UNDER_WAY_GAP_M
+        && stepper.scene.gap(&state.pose, rod).0.value() < MAX_GAP_UNDER_WAY_M
     {
-        stepper.scene.place(&state.pose);
-        let velocity = stepper.scene.true_velocity(push.path.piece(begin).velocity(S::constant(begin)));
-        state.twist = stepper.scene.at(&state.pose, rod, velocity, true, None).twist;
+        stepper.scene.read_friction_map(&state.pose);
+        let velocity =
+            stepper.scene.true_velocity(push.path.piece(start_time).velocity(S::constant(start_time)));
+        state.twist = stepper.scene.instant_at(&state.pose, rod, velocity, true, None).twist;
     }
-    let mut time = begin;
+    let mut time = start_time;
     for (i, &t) in times.iter().enumerate() {
         let until = t - delay.value();
         while time < until {
@@ -169,42 +179,43 @@ pub(super) fn follow<S: Scalar, P: Path<S>>(
             stepper.advance(&piece, time, end, &mut state);
             time = end;
         }
-        stepper.scene.place(&state.pose);
-        // The last sample ends the piece before it; every other one begins the next.
+        stepper.scene.read_friction_map(&state.pose);
+        // At a corner of the path, the last sample belongs to the piece before it, every other to the next.
         let piece = push.path.piece(if i + 1 == times.len() && i > 0 {
             0.5 * (times[i - 1] - delay.value() + until)
         } else {
             until
         });
-        let at = S::constant(until);
-        let rod = stepper.scene.true_rod(piece.position(at));
-        let velocity = stepper.scene.true_velocity(piece.velocity(at));
-        let mut instant = stepper.scene.at(&state.pose, rod, velocity, false, state.near);
+        let sample_time = S::constant(until);
+        let rod = stepper.scene.true_rod(piece.position(sample_time));
+        let velocity = stepper.scene.true_velocity(piece.velocity(sample_time));
+        let mut instant = stepper.scene.instant_at(&state.pose, rod, velocity, false, state.warm_start);
         if stepper.scene.has_inertia() {
             instant.twist = state.twist;
         }
-        // A late sensor: the value is taken at `t - delay`, the derivative with respect to the delay is the velocity.
-        let late = S::constant(delay.value()) - delay;
-        let pose = if i == 0 { state.pose } else { state.pose.advanced(&instant.twist, late) };
+        // With a delayed sensor the value is taken at `t - delay`; its derivative with respect to the delay
+        // is minus the velocity.
+        let delay_derivative = S::constant(delay.value()) - delay;
+        let pose = if i == 0 { state.pose } else { state.pose.advanced(&instant.twist, delay_derivative) };
         if !(pose.position[0].value() + pose.position[1].value() + pose.angle.value()).is_finite() {
             return Err(PushError::NotFinite { object: push.world.object().name.clone(), time_s: t });
         }
-        run.poses.push(if i == 0 { push.start } else { stepper.reported(&pose) });
+        run.poses.push(if i == 0 { push.start } else { stepper.reported_pose(&pose) });
         run.instants.push(instant);
     }
     run.steps = stepper.steps_taken;
     Ok(())
 }
 
-/// The object between sub-steps.
+/// State of the object between sub-steps.
 #[derive(Clone, Copy, Debug)]
 struct State<S> {
     pose: Pose<S>,
     twist: Twist<S>,
-    near: Option<Near>,
+    warm_start: Option<WarmStart>,
 }
 
-/// A world with its numbers filled in, that moves an object step by step.
+/// Integrator of one world with given parameter values.
 #[derive(Clone, Debug)]
 pub struct Stepper<'a, S> {
     pub(super) scene: Scene<'a, S>,
@@ -212,19 +223,19 @@ pub struct Stepper<'a, S> {
     steps_taken: usize,
 }
 
-/// The result of one step.
+/// The result of [`Stepper::step`].
 #[derive(Clone, Copy, Debug)]
-pub struct Stepped<S> {
+pub struct StepResult<S> {
     /// Pose after the step.
     pub pose: Pose<S>,
-    /// Twist at the end of the step; what an object with inertia goes on with.
+    /// Twist at the end of the step; the initial twist of the next step for an object with inertia.
     pub twist: Twist<S>,
     /// Contact at the end of the step.
     pub instant: Instant<S>,
 }
 
 impl<'a, S: Scalar> Stepper<'a, S> {
-    /// A stepper of `world` with `parameters`.
+    /// An integrator of `world` with these parameter values.
     pub fn new(world: &'a World, parameters: &[S], steps: Steps) -> Self {
         Self::with_field(world, parameters, steps, None)
     }
@@ -238,11 +249,12 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         Self { scene: Scene::new(world, parameters, field), steps, steps_taken: 0 }
     }
 
-    /// One sample to the next: the rod goes from `from` to `to` (reported positions, m) in `duration` s, in a straight line;
-    /// the object starts at `pose` with `twist` (used with inertia only).
+    /// Moves the object from one sample to the next.
     ///
-    /// Never fails: an overlap at the start, such as noise makes, is resolved by moving the object along the normal. The
-    /// pose is the true one: pose offset and delay are the sensor's and do not act here.
+    /// The rod moves from `from` to `to` (reported positions, m) in a straight line in `duration`, s. The
+    /// object starts at `pose`; `twist` is used with inertia only. An initial overlap, such as noise causes,
+    /// is resolved by moving the object along the contact normal, so the step cannot fail. `pose` is the true
+    /// pose: the offset and the delay of the pose sensor are not applied.
     pub fn step(
         &mut self,
         pose: Pose<S>,
@@ -250,41 +262,43 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         from: Vector<S>,
         to: Vector<S>,
         duration: f64,
-    ) -> Stepped<S> {
+    ) -> StepResult<S> {
         let velocity = scale(sub(to, from), S::constant(1.0 / duration));
         let piece = Straight { start: from, velocity, since: 0.0 };
-        let mut state = State { pose, twist, near: None };
+        let mut state = State { pose, twist, warm_start: None };
         self.advance(&piece, 0.0, duration, &mut state);
-        self.scene.place(&state.pose);
+        self.scene.read_friction_map(&state.pose);
         let velocity = self.scene.true_velocity(velocity);
-        let instant = self.scene.at(&state.pose, self.scene.true_rod(to), velocity, false, state.near);
+        let instant =
+            self.scene.instant_at(&state.pose, self.scene.true_rod(to), velocity, false, state.warm_start);
         let twist = if self.scene.has_inertia() { state.twist } else { instant.twist };
-        Stepped { pose: state.pose, twist, instant }
+        StepResult { pose: state.pose, twist, instant }
     }
 
-    /// The instant at `pose` with the reported rod at `rod`, moving with `velocity`, m/s.
+    /// Contact, twist and force at `pose` with the reported rod at `rod`, m, moving with `velocity`, m/s.
     pub fn instant(&mut self, pose: &Pose<S>, rod: Vector<S>, velocity: Vector<S>) -> Instant<S> {
-        self.scene.place(pose);
-        self.scene.at(pose, self.scene.true_rod(rod), self.scene.true_velocity(velocity), false, None)
+        self.scene.read_friction_map(pose);
+        self.scene.instant_at(pose, self.scene.true_rod(rod), self.scene.true_velocity(velocity), false, None)
     }
 
-    /// The pose that the sensor reports.
-    pub(super) fn reported(&self, pose: &Pose<S>) -> Pose<S> {
+    /// The pose that the sensor reports for a true pose.
+    pub(super) fn reported_pose(&self, pose: &Pose<S>) -> Pose<S> {
         let Some((offset, turn)) = self.scene.setting.pose_offset else { return *pose };
         Pose { position: pose.to_world(offset), angle: pose.angle + turn }
     }
 
-    /// The pose that the sensor reports as `pose`.
-    pub(super) fn unreported(&self, pose: &Pose<S>) -> Pose<S> {
+    /// The true pose for which the sensor reports `pose`.
+    pub(super) fn true_pose(&self, pose: &Pose<S>) -> Pose<S> {
         let Some((offset, turn)) = self.scene.setting.pose_offset else { return *pose };
         let angle = pose.angle - turn;
         Pose { position: sub(pose.position, Rotation::new(angle).to_world(offset)), angle }
     }
 
+    /// Returns an error if the rod overlaps the object by more than measurement errors explain.
     pub(super) fn check_start(&self, pose: &Pose<S>, rod: Vector<S>) -> Result<(), PushError> {
         let depth = -self.scene.gap(pose, rod).0.value();
-        let tolerated = TOLERATED_OVERLAP_M.max(0.5 * self.scene.setting.rod_radius_m.value());
-        if depth <= tolerated {
+        let max_depth = MAX_INITIAL_OVERLAP_M.max(0.5 * self.scene.setting.rod_radius_m.value());
+        if depth <= max_depth {
             return Ok(());
         }
         Err(PushError::StartsInside {
@@ -298,70 +312,84 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         })
     }
 
-    /// Sub-steps from `from` to `to`; none where nothing moves.
-    pub(super) fn count<M: Motion<S>>(&self, piece: &M, from: f64, to: f64) -> usize {
+    /// Number of sub-steps from `from` to `to`, s; 0 if nothing moves.
+    pub(super) fn substep_count<M: Motion<S>>(&self, piece: &M, from: f64, to: f64) -> usize {
         let position = |t: f64| piece.position(S::constant(t)).map(S::value);
         let travel = norm(sub(position(to), position(from)));
-        let inertia = self.scene.has_inertia();
-        if travel == 0.0 && !inertia {
+        let has_inertia = self.scene.has_inertia();
+        if travel == 0.0 && !has_inertia {
             return 0;
         }
-        let longest = if inertia { self.steps.inertial_s } else { self.steps.duration_s };
-        // A travel that is a whole number of steps up to rounding takes that number.
+        let longest = if has_inertia { self.steps.inertial_s } else { self.steps.duration_s };
+        // The margin keeps rounding from adding a step to a travel that is a whole number of steps.
         let count = (travel / self.steps.travel_m).max((to - from) / longest);
         (count - 1e-9).ceil().max(1.0) as usize
     }
 
-    /// Moves the object along one piece of the path.
+    /// Moves the object along one piece of the path, from time `from` to `to`, s.
     fn advance<M: Motion<S>>(&mut self, piece: &M, from: f64, to: f64, state: &mut State<S>) {
-        let count = self.count(piece, from, to);
-        let inertia = self.scene.has_inertia();
+        let count = self.substep_count(piece, from, to);
+        let has_inertia = self.scene.has_inertia();
         let h = (to - from) / count as f64;
         for i in 0..count {
             let start = from + i as f64 * h;
             self.steps_taken += 1;
-            self.scene.place(&state.pose);
-            if inertia {
-                self.inertial(piece, start, h, state);
+            self.scene.read_friction_map(&state.pose);
+            if has_inertia {
+                self.inertial_substep(piece, start, h, state);
             } else {
-                state.pose = self.quasi_static(piece, start, h, state.pose, &mut state.near).to;
+                state.pose =
+                    self.quasi_static_substep(piece, start, h, state.pose, &mut state.warm_start).end_pose;
             }
         }
     }
 
-    /// The deflection of a rod that yields, m: the force of the contact is that of the rod as it is bent.
-    fn bent<M: Motion<S>>(&self, piece: &M, pose: &Pose<S>, time: S, near: Option<Near>) -> Vector<S> {
+    /// Position of the rod, deflected if it is compliant, m.
+    ///
+    /// The deflection follows from the contact force at the undeflected position.
+    fn deflected_rod<M: Motion<S>>(
+        &self,
+        piece: &M,
+        pose: &Pose<S>,
+        time: S,
+        warm_start: Option<WarmStart>,
+    ) -> Vector<S> {
         let rod = self.scene.true_rod(piece.position(time));
         let Some(compliance) = self.scene.setting.compliance_m_per_n else { return rod };
         let velocity = self.scene.true_velocity(piece.velocity(time));
-        let force = self.scene.at(pose, rod, velocity, true, near).force;
+        let force = self.scene.instant_at(pose, rod, velocity, true, warm_start).force;
         sub(rod, scale(force, compliance))
     }
 
-    /// Makes a sub-step of `h` s from `start`: the object rests until the rod touches it. `near` is the contact's motion before
-    /// the sub-step, and after it.
-    pub(super) fn quasi_static<M: Motion<S>>(
+    /// Makes a quasi-static sub-step of `h` s from `start`; the object rests until the rod touches it.
+    ///
+    /// `warm_start` is the initial guess of the contact solver, and is updated.
+    pub(super) fn quasi_static_substep<M: Motion<S>>(
         &self,
         piece: &M,
         start: f64,
         h: f64,
         pose: Pose<S>,
-        near: &mut Option<Near>,
-    ) -> Arc<S> {
-        let (begin, end) = (S::constant(start), start + h);
-        let (gap, _) = self.scene.gap(&pose, self.bent(piece, &pose, begin, *near));
-        if gap.value() <= TOUCHING_M {
-            return self.runge_kutta(piece, begin, S::constant(h), pose, near);
+        warm_start: &mut Option<WarmStart>,
+    ) -> Substep<S> {
+        let (start_time, end) = (S::constant(start), start + h);
+        let (gap, _) = self.scene.gap(&pose, self.deflected_rod(piece, &pose, start_time, *warm_start));
+        if gap.value() <= MAX_TOUCHING_GAP_M {
+            return self.runge_kutta(piece, start_time, S::constant(h), pose, warm_start);
         }
-        let at_end = self.scene.gap(&pose, self.bent(piece, &pose, S::constant(end), *near)).0;
-        if at_end.value() >= 0.0 {
-            return Arc::still(pose, begin, S::constant(h));
+        let end_gap =
+            self.scene.gap(&pose, self.deflected_rod(piece, &pose, S::constant(end), *warm_start)).0;
+        if end_gap.value() >= 0.0 {
+            return Substep::at_rest(pose, start_time, S::constant(h));
         }
-        let touch = self.touch_down(piece, start, h, &pose, gap.value(), at_end.value());
-        self.runge_kutta(piece, touch, S::constant(end) - touch, pose, near)
+        let touch = self.touch_down(piece, start, h, &pose, gap.value(), end_gap.value());
+        self.runge_kutta(piece, touch, S::constant(end) - touch, pose, warm_start)
     }
 
-    /// When the gap closes between `start` and `start + h`, s.
+    /// Time at which the gap closes between `start` and `start + h`, s.
+    ///
+    /// Newton's method with a bracket finds the value; one more step in `S` carries the derivatives. `gap`
+    /// and `end_gap` are the gaps at both ends, m.
     fn touch_down<M: Motion<S>>(
         &self,
         piece: &M,
@@ -369,14 +397,14 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         h: f64,
         pose: &Pose<S>,
         gap: f64,
-        at_end: f64,
+        end_gap: f64,
     ) -> S {
         let gap_at = |t: f64| {
             let time = S::constant(t);
-            self.scene.gap(pose, self.bent(piece, pose, time, None))
+            self.scene.gap(pose, self.deflected_rod(piece, pose, time, None))
         };
         let (mut low, mut high) = (start, start + h);
-        let mut guess = start + h * gap / (gap - at_end);
+        let mut guess = start + h * gap / (gap - end_gap);
         for _ in 0..60 {
             let (g, outward) = gap_at(guess);
             if g.value() > 0.0 {
@@ -397,25 +425,25 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         S::constant(guess) - g * (1.0 / rate.value())
     }
 
-    /// One Runge-Kutta step of a pair that touches; then the rod is put back on the outline.
+    /// Makes one classical Runge-Kutta step of a pair in contact, then closes the remaining gap or overlap.
     fn runge_kutta<M: Motion<S>>(
         &self,
         piece: &M,
         start: S,
         h: S,
         pose: Pose<S>,
-        near: &mut Option<Near>,
-    ) -> Arc<S> {
-        let compliant = self.scene.setting.compliance_m_per_n.is_some();
+        warm_start: &mut Option<WarmStart>,
+    ) -> Substep<S> {
+        let is_compliant = self.scene.setting.compliance_m_per_n.is_some();
         let mut twist = |pose: &Pose<S>, time: S| {
-            let rod = if compliant {
-                self.bent(piece, pose, time, *near)
+            let rod = if is_compliant {
+                self.deflected_rod(piece, pose, time, *warm_start)
             } else {
                 self.scene.true_rod(piece.position(time))
             };
             let velocity = self.scene.true_velocity(piece.velocity(time));
-            let instant = self.scene.at(pose, rod, velocity, true, *near);
-            *near = Some(instant.near(velocity));
+            let instant = self.scene.instant_at(pose, rod, velocity, true, *warm_start);
+            *warm_start = Some(instant.warm_start(velocity));
             (instant.twist, instant.mode)
         };
         let (k1, _) = twist(&pose, start);
@@ -432,17 +460,17 @@ impl<'a, S: Scalar> Stepper<'a, S> {
             rotation: k1.rotation + k4.rotation + (k2.rotation + k3.rotation) * 2.0,
         };
         let next = pose.advanced(&sum, h * (1.0 / 6.0));
-        let rod = if compliant {
-            self.bent(piece, &next, end, *near)
+        let rod = if is_compliant {
+            self.deflected_rod(piece, &next, end, *warm_start)
         } else {
             self.scene.true_rod(piece.position(end))
         };
-        let to = self.projected(next, rod, mode != Mode::Separate);
-        Arc { start, duration: h, from: pose, to, begins: k1, ends: k4 }
+        let end_pose = self.with_gap_closed(next, rod, mode != Mode::Separate);
+        Substep { start, duration: h, start_pose: pose, end_pose, start_twist: k1, end_twist: k4 }
     }
 
-    /// The pose moved along the normal so that nothing overlaps and, if the rod presses, that nothing gapes.
-    fn projected(&self, pose: Pose<S>, rod: Vector<S>, pressing: bool) -> Pose<S> {
+    /// The pose moved along the contact normal to remove an overlap and, if `pressing`, also a small gap.
+    fn with_gap_closed(&self, pose: Pose<S>, rod: Vector<S>, pressing: bool) -> Pose<S> {
         let (gap, outward) = self.scene.gap(&pose, rod);
         if gap.value() >= 0.0 && !(pressing && gap.value() < 1e-5) {
             return pose;
@@ -450,24 +478,28 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         Pose { position: add(pose.position, scale(outward, gap)), angle: pose.angle }
     }
 
-    fn inertial<M: Motion<S>>(&self, piece: &M, start: f64, h: f64, state: &mut State<S>) {
+    /// Makes an implicit Euler sub-step of `h` s from `start` for an object with inertia.
+    fn inertial_substep<M: Motion<S>>(&self, piece: &M, start: f64, h: f64, state: &mut State<S>) {
         let (begin, end) = (S::constant(start), S::constant(start + h));
-        let still = |v: Vector<S>| dot(v, v).value() < RESTING_M_S * RESTING_M_S;
-        let turning = state.twist.rotation.value() * self.scene.world.mean_radius_m;
-        let rests = still(state.twist.velocity) && turning.abs() < RESTING_M_S;
-        if rests && still(piece.velocity(begin)) && still(piece.velocity(end)) {
-            // On a level table nothing starts by itself; on a tilted one friction holds it.
+        let is_still = |v: Vector<S>| dot(v, v).value() < REST_SPEED_M_S * REST_SPEED_M_S;
+        let turning_speed = state.twist.rotation.value() * self.scene.world.mean_radius_m;
+        let is_at_rest = is_still(state.twist.velocity) && turning_speed.abs() < REST_SPEED_M_S;
+        if is_at_rest && is_still(piece.velocity(begin)) && is_still(piece.velocity(end)) {
+            // Nothing can start to move: on a level table no force acts, on a tilted one friction holds the
+            // object.
             state.twist = Twist::zero();
             return;
         }
-        let rod = self.bent(piece, &state.pose, begin, state.near);
+        let rod = self.deflected_rod(piece, &state.pose, begin, state.warm_start);
         let next_rod = self.scene.true_rod(piece.position(end));
         let length = S::constant(h);
         let velocity = scale(sub(next_rod, self.scene.true_rod(piece.position(begin))), S::constant(1.0 / h));
-        let instant = self.scene.after(&state.pose, rod, velocity, length, state.twist, state.near);
-        state.near = Some(instant.near(velocity));
+        let instant =
+            self.scene.implicit_euler_step(&state.pose, rod, velocity, length, state.twist, state.warm_start);
+        state.warm_start = Some(instant.warm_start(velocity));
         let pose = state.pose.advanced(&instant.twist, length);
-        state.pose = self.projected(pose, self.bent(piece, &pose, end, state.near), false);
+        state.pose =
+            self.with_gap_closed(pose, self.deflected_rod(piece, &pose, end, state.warm_start), false);
         state.twist = instant.twist;
     }
 }

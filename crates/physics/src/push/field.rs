@@ -2,7 +2,7 @@
 
 use super::planar::Vector;
 
-/// Relative friction on a square grid, bilinear between nodes, constant beyond the edge.
+/// Relative friction on a square grid: bilinear between nodes, constant beyond the edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     low_m: Vector<f64>,
@@ -12,14 +12,16 @@ pub struct Field {
 }
 
 impl Field {
-    /// A field of `nodes × nodes` values, row by row (x fastest), from the corner `low_m` with `pitch_m` between nodes. `None`
-    /// if the number of values does not fit or a value is not positive.
+    /// A map of `nodes × nodes` values, row by row (x fastest).
+    ///
+    /// `low_m` is the corner with the smallest coordinates and `pitch_m` the distance between nodes. Returns
+    /// `None` if the number of values does not match or a value is not positive.
     pub fn new(low_m: Vector<f64>, pitch_m: f64, nodes: usize, values: Vec<f64>) -> Option<Self> {
         let fits = nodes >= 2 && values.len() == nodes * nodes && pitch_m > 0.0;
         (fits && values.iter().all(|v| *v > 0.0)).then_some(Self { low_m, pitch_m, nodes, values })
     }
 
-    /// Relative friction at a place, m.
+    /// Relative friction at `place`, m, in the world frame.
     pub fn factor(&self, place: Vector<f64>) -> f64 {
         let last = (self.nodes - 1) as f64;
         let cell = |axis: usize| {
@@ -28,8 +30,8 @@ impl Field {
             (i, u - i as f64)
         };
         let ((i, u), (j, v)) = (cell(0), cell(1));
-        let at = |i: usize, j: usize| self.values[j * self.nodes + i];
-        (1.0 - v) * ((1.0 - u) * at(i, j) + u * at(i + 1, j))
-            + v * ((1.0 - u) * at(i, j + 1) + u * at(i + 1, j + 1))
+        let node = |i: usize, j: usize| self.values[j * self.nodes + i];
+        (1.0 - v) * ((1.0 - u) * node(i, j) + u * node(i + 1, j))
+            + v * ((1.0 - u) * node(i, j + 1) + u * node(i + 1, j + 1))
     }
 }

@@ -1,23 +1,23 @@
-//! One instant of a push: from pose and rod to contact, twist and force.
+//! Mechanics of a push at one instant: contact, twist and force from the poses of object and rod.
 
 use super::contact::{ContactFriction, Mode, Response, Touch};
 use super::field::Field;
-use super::near::Near;
 use super::planar::{Pose, Rotation, Twist, Vector, Wrench, add, cross, scale, sub};
-use super::response::respond_near;
+use super::response::respond_from;
 use super::setting::{Anisotropy, Friction, Setting};
 use super::support::{Inertia, Support};
 use super::surface::{Matrix, Surface};
+use super::warm_start::WarmStart;
 use super::world::World;
 use crate::Scalar;
 
-/// Gap up to which rod and object count as touching, m.
-pub(super) const TOUCHING_M: f64 = 1e-7;
+/// Largest gap at which rod and object count as touching, m.
+pub(super) const MAX_TOUCHING_GAP_M: f64 = 1e-7;
 
-/// How often the force that moves the pressure is found again.
-const HEIGHT_REPETITIONS: usize = 3;
+/// Number of fixed-point iterations for the contact force that shifts the centre of pressure.
+const PRESSURE_ITERATIONS: usize = 3;
 
-/// A push at one instant, in the world.
+/// State of a push at one instant, in the world frame unless stated otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Instant<S> {
     /// Mode of the contact.
@@ -26,9 +26,9 @@ pub struct Instant<S> {
     pub twist: Twist<S>,
     /// Force of the rod on the object, N.
     pub force: Vector<S>,
-    /// Closest point of the object to the rod, in the body, m.
+    /// Point of the object that is closest to the rod, body frame, m.
     pub contact: Vector<S>,
-    /// Outward unit normal there, in the body.
+    /// Outward unit normal at that point, body frame.
     pub outward: Vector<S>,
     /// Gap between rod and object, m; negative where they overlap.
     pub gap: S,
@@ -37,19 +37,20 @@ pub struct Instant<S> {
 }
 
 impl<S: Scalar> Instant<S> {
-    /// This motion, which the next instant's is near, under a rod that moves with `velocity`, m/s.
-    pub(super) fn near(&self, velocity: Vector<S>) -> Near {
+    /// Initial guess of the contact solver at the next instant; `velocity` is that of the rod, m/s.
+    pub(super) fn warm_start(&self, velocity: Vector<S>) -> WarmStart {
         let rotation = self.twist.rotation.value();
-        Near { mode: self.mode, slip: self.slip.value(), rotation, rod: velocity.map(S::value) }
+        WarmStart { mode: self.mode, slip: self.slip.value(), rotation, rod_velocity: velocity.map(S::value) }
     }
 }
 
-/// A world with its numbers filled in, ready to be asked about instants.
+/// A world with given parameter values.
 #[derive(Clone, Debug)]
 pub(super) struct Scene<'a, S> {
     pub world: &'a World,
     pub setting: Setting<S>,
     pub field: Option<&'a Field>,
+    /// Friction of each patch at the last pose passed to [`Scene::read_friction_map`].
     weights: Vec<f64>,
 }
 
@@ -62,6 +63,7 @@ struct Geometry<S> {
 }
 
 impl<'a, S: Scalar> Scene<'a, S> {
+    /// Fills the parameters into the world's effects; a friction map selects the sum over patches.
     pub fn new(world: &'a World, parameters: &[S], field: Option<&'a Field>) -> Self {
         let mut setting = world.setting(parameters);
         if field.is_some() {
@@ -70,29 +72,32 @@ impl<'a, S: Scalar> Scene<'a, S> {
         Self { world, setting, field, weights: Vec::new() }
     }
 
-    /// Whether objects coast.
+    /// Whether the object has inertia.
     pub fn has_inertia(&self) -> bool {
         self.setting.inertia.is_some()
     }
 
-    /// Reads the friction map where the object is. Within a sub-step the map counts as moving with the object.
-    pub fn place(&mut self, pose: &Pose<S>) {
+    /// Evaluates the friction map at the patches of the object at `pose`.
+    ///
+    /// Within a sub-step the values are kept, as if the map moved with the object.
+    pub fn read_friction_map(&mut self, pose: &Pose<S>) {
         if let Some(field) = self.field {
-            self.world.weigh(field, &pose.value(), &mut self.weights);
+            self.world.patch_weights(field, &pose.value(), &mut self.weights);
         }
     }
 
-    /// Where the rod really is.
+    /// True position of the rod for a reported one, m.
     pub fn true_rod(&self, reported: Vector<S>) -> Vector<S> {
         let registered = self.setting.registration.map_or(reported, |r| r.position(reported));
         self.setting.tip_offset_m.map_or(registered, |offset| add(registered, offset))
     }
 
-    /// How fast the rod really moves.
+    /// True velocity of the rod for a reported one, m/s.
     pub fn true_velocity(&self, reported: Vector<S>) -> Vector<S> {
         self.setting.registration.map_or(reported, |r| r.velocity(reported))
     }
 
+    /// Contact geometry of an object at `pose` and a rod at `rod`.
     fn geometry(&self, pose: &Pose<S>, rod: Vector<S>) -> Geometry<S> {
         let rotation = Rotation::new(pose.angle);
         let nearest = self.world.object().outline.nearest(rotation.to_body(sub(rod, pose.position)));
@@ -104,12 +109,13 @@ impl<'a, S: Scalar> Scene<'a, S> {
         }
     }
 
-    /// Gap between the object and a rod that is not bent, m, and the outward normal in the world.
+    /// Gap between object and rod, m, and the outward normal in the world frame.
     pub fn gap(&self, pose: &Pose<S>, rod: Vector<S>) -> (S, Vector<S>) {
         let g = self.geometry(pose, rod);
         (g.gap, g.rotation.to_world(g.outward))
     }
 
+    /// The limit surface in the current setting.
     fn surface(&self) -> Surface<'_, S> {
         let s = &self.setting;
         let footprint_scale = || s.c_m * (1.0 / self.world.mean_radius_m);
@@ -128,42 +134,45 @@ impl<'a, S: Scalar> Scene<'a, S> {
         }
     }
 
+    /// The map `H` of anisotropic friction in the body frame; `None` if friction is isotropic.
     fn metric(&self, rotation: Rotation<S>) -> Option<Matrix<S>> {
         let s = &self.setting;
         if s.table_anisotropy.is_none() && s.object_anisotropy.is_none() {
             return None;
         }
         let on_table = s.table_anisotropy.map(|a| {
-            // R(-θ) H R(θ)
-            let h = stretch(&a);
+            // The table's map in the body frame: R(-θ) H R(θ).
+            let h = anisotropy_map(&a);
             let column = |e: Vector<S>| rotation.to_body(super::surface::apply(&h, rotation.to_world(e)));
             let (zero, one) = (S::zero(), S::constant(1.0));
             let (x, y) = (column([one, zero]), column([zero, one]));
             [[x[0], y[0]], [x[1], y[1]]]
         });
-        let on_object = s.object_anisotropy.map(|a| stretch(&a));
+        let on_object = s.object_anisotropy.map(|a| anisotropy_map(&a));
         match (on_table, on_object) {
             (Some(t), Some(o)) => Some(product(&t, &o)),
             (t, o) => t.or(o),
         }
     }
 
-    /// Everything that resists the object, in the body frame; `pushed` is the force of the rod in the body, in sliding forces, as far as
-    /// it is known.
+    /// Limit surface, loads and inertia that act on the object, in the body frame.
+    ///
+    /// `rod_force` is an estimate of the force of the rod in the body frame, in units of the sliding force;
+    /// `inertia` is the length of the step and the twist before it.
     fn support(
         &self,
         rotation: Rotation<S>,
-        pushed: Option<Vector<S>>,
+        rod_force: Option<Vector<S>>,
         inertia: Option<(S, Twist<S>)>,
     ) -> Support<'_, S> {
         let s = &self.setting;
         let mut support = Support::plain(self.surface());
         support.metric = self.metric(rotation);
-        let mut pressed = s.pressure_offset_m.unwrap_or([S::zero(); 2]);
-        if let (Some(height), Some(force)) = (s.push_height_m, pushed) {
-            pressed = add(pressed, scale(force, height * s.support_friction));
+        let mut centre_of_pressure = s.pressure_offset_m.unwrap_or([S::zero(); 2]);
+        if let (Some(height), Some(force)) = (s.push_height_m, rod_force) {
+            centre_of_pressure = add(centre_of_pressure, scale(force, height * s.support_friction));
         }
-        support.centre = pressed;
+        support.centre = centre_of_pressure;
         if let Some(gradient) = s.friction_gradient_per_m {
             let g = rotation.to_body(gradient);
             let [xx, xy, yy] = self.world.moments.second_m2;
@@ -171,7 +180,7 @@ impl<'a, S: Scalar> Scene<'a, S> {
         }
         if let Some(downhill) = s.downhill {
             let force = scale(rotation.to_body(downhill), S::constant(1.0) / s.support_friction);
-            support.load = Wrench { force, moment: cross(pressed, force) };
+            support.load = Wrench { force, moment: cross(centre_of_pressure, force) };
             support.loaded = true;
         }
         if let (Some(share), Some((h, previous))) = (s.inertia, inertia) {
@@ -184,77 +193,85 @@ impl<'a, S: Scalar> Scene<'a, S> {
         support
     }
 
-    /// The response of an object that the rod touches. Where the force moves the pressure it is found by repetition: the
-    /// effect on the response is small.
+    /// Response of an object that the rod touches.
+    ///
+    /// If the contact force shifts the centre of pressure, force and response are found by fixed-point
+    /// iteration, which converges fast because the shift is small.
     fn response(
         &self,
         g: &Geometry<S>,
         velocity: Vector<S>,
         inertia: Option<(S, Twist<S>)>,
-        near: Option<Near>,
+        warm_start: Option<WarmStart>,
     ) -> Response<S> {
         let touch = Touch { point: g.contact, normal: g.outward.map(|x| -x), velocity };
         let s = &self.setting;
         let friction = ContactFriction { at_rest: s.contact_friction, rise_s_per_m: s.slip_rise_s_per_m };
-        let mut response = respond_near(&self.support(g.rotation, None, inertia), &touch, &friction, near);
+        let mut response =
+            respond_from(&self.support(g.rotation, None, inertia), &touch, &friction, warm_start);
         if s.push_height_m.is_some() {
-            for _ in 0..HEIGHT_REPETITIONS {
+            for _ in 0..PRESSURE_ITERATIONS {
                 if response.mode == Mode::Separate {
                     break;
                 }
-                response = respond_near(
+                response = respond_from(
                     &self.support(g.rotation, Some(response.force), inertia),
                     &touch,
                     &friction,
-                    near,
+                    warm_start,
                 );
             }
         }
         response
     }
 
-    /// The instant at which the object is at `pose` and the (unbent) rod at `rod`, moving with `velocity`. `touching` treats
-    /// the pair as touching whatever the gap; otherwise the gap decides.
+    /// The instant with the object at `pose` and the rod at `rod`, moving with `velocity`.
+    ///
+    /// With `touching` the pair is in contact whatever the gap; otherwise the gap decides.
     #[inline]
-    pub fn at(
+    pub fn instant_at(
         &self,
         pose: &Pose<S>,
         rod: Vector<S>,
         velocity: Vector<S>,
         touching: bool,
-        near: Option<Near>,
+        warm_start: Option<WarmStart>,
     ) -> Instant<S> {
         let g = self.geometry(pose, rod);
-        if !touching && g.gap.value() > TOUCHING_M {
-            return self.instant(&g, Response::without_force(Mode::Free, Twist::zero()));
+        if !touching && g.gap.value() > MAX_TOUCHING_GAP_M {
+            return self.instant_from(&g, Response::without_force(Mode::Free, Twist::zero()));
         }
-        let response = self.response(&g, g.rotation.to_body(velocity), None, near);
-        self.instant(&g, response)
+        let response = self.response(&g, g.rotation.to_body(velocity), None, warm_start);
+        self.instant_from(&g, response)
     }
 
-    /// The twist at the end of an implicit Euler step of `h` that begins at `pose` with `previous`: the rod, which moves with
-    /// `velocity`, is not passed.
-    pub fn after(
+    /// The instant at the end of an implicit Euler step of length `h`, s, that begins at `pose` with
+    /// `previous`.
+    ///
+    /// The rod moves with `velocity`. An open gap adds `gap / h` to the rod's velocity along the outward
+    /// normal in the contact condition, so that the rod acts only once the gap has closed.
+    pub fn implicit_euler_step(
         &self,
         pose: &Pose<S>,
         rod: Vector<S>,
         velocity: Vector<S>,
         h: S,
         previous: Twist<S>,
-        near: Option<Near>,
+        warm_start: Option<WarmStart>,
     ) -> Instant<S> {
         let g = self.geometry(pose, rod);
         let u = g.rotation.to_body(velocity);
         let closing = if g.gap.value() > 0.0 { g.gap / h } else { S::zero() };
-        let response = self.response(&g, add(u, scale(g.outward, closing)), Some((h, previous)), near);
-        let mut instant = self.instant(&g, response);
-        if instant.mode == Mode::Separate && g.gap.value() > TOUCHING_M {
+        let response = self.response(&g, add(u, scale(g.outward, closing)), Some((h, previous)), warm_start);
+        let mut instant = self.instant_from(&g, response);
+        if instant.mode == Mode::Separate && g.gap.value() > MAX_TOUCHING_GAP_M {
             instant.mode = Mode::Free;
         }
         instant
     }
 
-    fn instant(&self, g: &Geometry<S>, response: Response<S>) -> Instant<S> {
+    /// Converts a response in the body frame to an [`Instant`].
+    fn instant_from(&self, g: &Geometry<S>, response: Response<S>) -> Instant<S> {
         let to_world = |a: Vector<S>| g.rotation.to_world(a);
         Instant {
             mode: response.mode,
@@ -268,8 +285,8 @@ impl<'a, S: Scalar> Scene<'a, S> {
     }
 }
 
-/// `H = A^½ = R diag(√ratio, 1/√ratio) Rᵀ`.
-fn stretch<S: Scalar>(a: &Anisotropy<S>) -> Matrix<S> {
+/// The map `H = A^½ = R diag(√ratio, 1/√ratio) Rᵀ` of anisotropic friction.
+fn anisotropy_map<S: Scalar>(a: &Anisotropy<S>) -> Matrix<S> {
     let along = a.ratio.sqrt();
     let across = S::constant(1.0) / along;
     let (c, s) = (a.angle_rad.cos(), a.angle_rad.sin());
@@ -277,7 +294,8 @@ fn stretch<S: Scalar>(a: &Anisotropy<S>) -> Matrix<S> {
     [[along * c * c + across * s * s, off], [off, along * s * s + across * c * c]]
 }
 
+/// Matrix product.
 fn product<S: Scalar>(a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
-    let at = |i: usize, j: usize| a[i][0] * b[0][j] + a[i][1] * b[1][j];
-    [[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]]
+    let element = |i: usize, j: usize| a[i][0] * b[0][j] + a[i][1] * b[1][j];
+    [[element(0, 0), element(0, 1)], [element(1, 0), element(1, 1)]]
 }

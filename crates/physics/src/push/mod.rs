@@ -1,10 +1,10 @@
-//! An object on a table, pushed by one round rod: quasi-static by limit surfaces, or with inertia.
+//! Planar pushing of an object on a table by one round rod: quasi-static (limit surfaces) or with inertia.
 //!
-//! A [`World`] holds an [`Object`] and the laws that act; parameter values live in a flat vector (`c_m`, `contact_friction`,
-//! `rod_radius_m`, `support_friction`, `mass_kg`, then those of the effects), in plain numbers or duals. [`simulate`] follows
-//! the rod along a [`Path`] and samples the pose; [`simulate_batch`] does so for many pushes; [`simulate_poses`] takes long sub-steps and
-//! interpolates; a [`Stepper`] moves the object
-//! from one sample to the next.
+//! A [`World`] holds an [`Object`] and the effects that act on it. Parameter values are in a flat vector
+//! (`c_m`, `contact_friction`, `rod_radius_m`, `support_friction`, `mass_kg`, then those of the effects), as
+//! plain numbers or as dual numbers. [`simulate`] moves the rod along a [`Path`] and samples the pose of the
+//! object; [`simulate_batch`] does so for many pushes in parallel; [`simulate_poses`] takes longer sub-steps
+//! and interpolates between them; a [`Stepper`] moves the object from one sample to the next.
 //!
 //! ```
 //! use augsim_physics::push::{Object, Pose, Push, Run, Steps, StraightPush, World, simulate};
@@ -32,43 +32,43 @@
 //! assert!((end.position[0] - 0.04028).abs() < 1e-5 && (end.angle - 1.26248).abs() < 1e-5);
 //! ```
 
-mod arc;
 mod batch;
 mod contact;
 mod contact_solver;
+mod covariates;
 pub mod effects;
 mod engine;
 mod field;
 mod instant;
 pub mod laboratory;
 mod moments;
-mod near;
 mod object;
 mod objection;
 mod outline;
 mod path;
 pub mod planar;
 mod poses;
-mod possible;
+mod preconditions;
 mod response;
+mod segments;
 mod setting;
-mod shown;
+mod substep;
 mod support;
 pub mod surface;
 mod system;
 mod top_view;
-mod windows;
+mod warm_start;
 mod world;
 
 pub use batch::simulate_batch;
 pub use contact::{ContactFriction, Mode, Response, Touch};
-pub use engine::{Push, PushError, Run, Stepped, Stepper, Steps, simulate, simulate_under_way};
+pub use engine::{Push, PushError, Run, StepResult, Stepper, Steps, simulate, simulate_under_way};
 pub use field::Field;
 pub use instant::Instant;
 pub use moments::{Moments, mean_radius};
 pub use object::{OBJECTS, Object};
 pub use outline::{Nearest, Outline, Polygon};
-pub use path::{Motion, Path, Recorded, Straight, StraightPiece, StraightPush, enough};
+pub use path::{Motion, Path, Recorded, Straight, StraightPiece, StraightPush, simplify_path};
 pub use planar::{Pose, Rotation, Twist, Wrench};
 pub use poses::simulate_poses;
 pub use response::respond;

@@ -1,25 +1,30 @@
-//! Integrals over the footprint of an object, in closed form.
+//! Area moments of a footprint, in closed form.
 //!
-//! The area integral of a function that is homogeneous about the origin is a sum over the edges. With an edge from P to Q,
-//! signed distance d of its line from the origin, and positions u along it: `∫|ρ| dA = Σ d [F(u₂) - F(u₁)] / 3`,
-//! `F(u) = ½ [u √(d²+u²) + d² asinh(u/|d|)]`.
+//! The area integral of a function that is homogeneous about the origin is a sum over the edges. For the
+//! distance from the origin, with an edge at signed distance `d` from the origin and positions `u₁` to `u₂`
+//! along its line,
+//!
+//! ```text
+//! ∫|ρ| dA = Σ d [F(u₂) - F(u₁)] / 3                   (1)
+//! F(u) = ½ [u √(d²+u²) + d² asinh(u/|d|)]             (2)
+//! ```
 
 use super::outline::{Outline, Polygon};
 use super::planar::{Vector, cross, norm, sub};
 
-/// Moments of a uniform footprint.
+/// Area, centroid and second moments of a uniform footprint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moments {
     /// Area, m².
     pub area_m2: f64,
     /// Centroid, m.
     pub centroid_m: Vector<f64>,
-    /// `<ρρᵀ>` about the origin, as xx, xy, yy, m².
+    /// Mean of `ρρᵀ` about the origin, as xx, xy, yy, m².
     pub second_m2: [f64; 3],
 }
 
 impl Moments {
-    /// Moments of a polygon.
+    /// Moments of the polygon with these `vertices`, m, counter-clockwise.
     ///
     /// ```
     /// use augsim_physics::push::Moments;
@@ -60,7 +65,7 @@ impl Moments {
         }
     }
 
-    /// Mean square distance from the origin, m²: times the mass, the moment of inertia.
+    /// Mean square distance from the origin, m²; times the mass it is the moment of inertia.
     pub fn mean_square_radius(&self) -> f64 {
         self.second_m2[0] + self.second_m2[2]
     }
@@ -71,8 +76,9 @@ pub fn mean_radius(outline: &Outline) -> f64 {
     match outline {
         Outline::Polygon(polygon) => mean_radius_of_polygon(polygon),
         Outline::Ellipse { semi_axes_m: [a, b] } => {
-            // Mean over the polar angle of R(φ)³; the trapezoidal rule of a periodic analytic function converges
-            // exponentially: 512 points are exact in double precision for any aspect below 5.
+            // Mean over the polar angle φ of R(φ)³. The trapezoidal rule converges exponentially for a
+            // periodic analytic function: 512 points are exact in double precision for any aspect ratio below
+            // 5.
             let points = 512;
             let cubes: f64 = (0..points)
                 .map(|i| {
@@ -85,6 +91,7 @@ pub fn mean_radius(outline: &Outline) -> f64 {
     }
 }
 
+/// Mean distance from the origin of a polygon, by equation (1), m.
 fn mean_radius_of_polygon(polygon: &Polygon) -> f64 {
     let vertices = polygon.vertices();
     let n = vertices.len();
@@ -95,6 +102,7 @@ fn mean_radius_of_polygon(polygon: &Polygon) -> f64 {
         let length = norm(along);
         let d = cross(p, q) / length;
         let u = |v: Vector<f64>| (v[0] * along[0] + v[1] * along[1]) / length;
+        // Equation (2).
         let primitive = |u: f64| {
             let log = if d == 0.0 { 0.0 } else { d * d * (u / d.abs()).asinh() };
             0.5 * (u * (d * d + u * u).sqrt() + log)

@@ -1,8 +1,9 @@
 //! The objects of the MIT Push set.
 //!
-//! Sizes and masses: Yu, Bauza, Fazeli and Rodriguez, "More than a Million Ways to Be Pushed", IROS 2016, table III, with the
-//! digits of the set's own shape list. Body frames here have their origin at the area centroid; the tracked frames of the
-//! triangles do not ([`Object::tracked_origin_m`]).
+//! Sizes and masses: Yu, Bauza, Fazeli and Rodriguez, "More than a Million Ways to Be Pushed", IROS 2016,
+//! table III, with the digits of the shape list that comes with the data. The body frame used here has its
+//! origin at the area centroid; the frames tracked in the recordings of the triangles do not
+//! ([`Object::tracked_origin_m`]).
 
 use super::moments::{Moments, mean_radius};
 use super::outline::{Outline, Polygon};
@@ -11,23 +12,25 @@ use super::planar::Vector;
 /// An object that can be pushed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Object {
-    /// Its name.
+    /// Name of the object.
     pub name: String,
-    /// Its outline about its area centroid.
+    /// Outline in the body frame, whose origin is the area centroid.
     pub outline: Outline,
-    /// Its mass, kg, where known.
+    /// Mass, kg, if known.
     pub mass_kg: Option<f64>,
-    /// Origin of the frame that the set tracks, seen from the centroid, m.
+    /// Origin of the frame tracked in the recordings, seen from the centroid, m.
     pub tracked_origin_m: Vector<f64>,
 }
 
-/// Names of the objects that are built in.
+/// Names of the built-in objects.
 pub const OBJECTS: [&str; 10] =
     ["rect1", "rect2", "rect3", "tri1", "tri2", "tri3", "ellip1", "ellip2", "ellip3", "hex"];
 
 impl Object {
-    /// A built-in object by name. The eleventh of the set, `butter`, has an outline of 636 points that is not part of this
-    /// crate: give it as a polygon.
+    /// The built-in object of this name, or `None`.
+    ///
+    /// The eleventh object of the MIT set, `butter`, is not built in because its outline has 636 points; pass
+    /// it to [`Object::polygon`].
     ///
     /// ```
     /// use augsim_physics::push::Object;
@@ -69,7 +72,9 @@ impl Object {
         Some(object)
     }
 
-    /// A polygon given in any frame, m; it is moved to its area centroid. `None` for fewer than three vertices or no area.
+    /// An object with a polygonal outline, shifted so that its area centroid is the origin.
+    ///
+    /// The vertices, m, may be given in any frame. Returns `None` for fewer than three vertices or no area.
     pub fn polygon(name: &str, vertices: &[Vector<f64>]) -> Option<Self> {
         let polygon = Polygon::new(vertices)?;
         let centroid = Moments::of_polygon(polygon.vertices()).centroid_m;
@@ -82,6 +87,7 @@ impl Object {
         })
     }
 
+    /// An elliptic object with semi-axes `a` along x and `b` along y, m.
     fn ellipse(name: &str, a: f64, b: f64, mass_kg: f64) -> Self {
         Self {
             name: name.into(),
@@ -91,7 +97,7 @@ impl Object {
         }
     }
 
-    /// `c` of the ellipsoidal limit surface under uniform pressure, m.
+    /// The `c` of the ellipsoidal limit surface under uniform pressure, m.
     pub fn uniform_c_m(&self) -> f64 {
         mean_radius(&self.outline)
     }
@@ -104,8 +110,10 @@ impl Object {
         }
     }
 
-    /// The point at `fraction` of `side` (vertex `side` to the next, counter-clockwise; the whole perimeter of an ellipse by
-    /// its angle parameter) and the outward unit normal of that side there, body frame. Fractions beyond 0 to 1 lie on the
+    /// The point at `fraction` of `side`, and the outward unit normal there, in the body frame.
+    ///
+    /// Side `i` of a polygon runs from vertex `i` to the next, counter-clockwise. An ellipse has one side,
+    /// its perimeter, on which `fraction` counts the angle parameter. Fractions outside 0 to 1 are on the
     /// extension of the side.
     pub fn point_on_side(&self, side: usize, fraction: f64) -> (Vector<f64>, Vector<f64>) {
         match &self.outline {

@@ -1,4 +1,4 @@
-//! Why no answer can come of some pushes.
+//! Checks that recorded pushes can be calibrated at all, and the messages for those that cannot.
 
 use super::path::{Motion, Path, Recorded};
 use super::{PushDeclares, ROD_RADIUS, World};
@@ -6,32 +6,37 @@ use crate::model::Parameter;
 use crate::system::{Objection, Record};
 use thiserror::Error;
 
-/// Rod to outline, m, within which a push counts as one with contact: markers, clocks and outlines are off by a few mm.
-const CONTACT_M: f64 = 5e-3;
-/// Fewest poses in a row, over all pushes, from which noise is estimated.
-const FEWEST_POSES: usize = 20;
+/// Largest gap between rod and outline, m, that counts as contact.
+///
+/// Markers, clocks and outlines are off by a few millimetres.
+const MAX_CONTACT_GAP_M: f64 = 5e-3;
+/// Fewest third differences of poses, over all pushes, from which the noise is estimated.
+const MIN_NOISE_SAMPLES: usize = 20;
 
+/// Reason why the recordings cannot be calibrated.
 #[derive(Debug, Error)]
 enum Reason {
     #[error(
-        "the rod never comes nearer to {object} than {:.1} mm, so nothing is pushed; check the outline, `rod_radius_m`, the frames of rod and object, and that the pose is that of the area centroid",
+        "the rod never comes nearer to {object} than {:.1} mm, so it pushes nothing; check the outline, `rod_radius_m`, the coordinate frames of rod and object, and that the recorded pose is that of the area centroid",
         1e3 * closest_m
     )]
     NoContact { object: String, closest_m: f64 },
     #[error(
-        "too few poses in a row to estimate their noise; declare `position_sd_m` and `angle_sd_rad` under [sensor]"
+        "too few consecutive poses to estimate the measurement noise; declare `position_sd_m` and `angle_sd_rad` under [sensor]"
     )]
     NoNoise,
-    #[error("too few poses of a push, or positions of its rod, were recorded")]
+    #[error(
+        "a push has fewer than two recorded poses or rod positions; remove it or record it at a higher rate"
+    )]
     TooShort,
 }
 
-/// The objection to a push of which nothing can be made.
+/// The error for a push with too few samples.
 pub(super) fn too_short() -> Objection {
     Objection::new(Reason::TooShort)
 }
 
-/// Why no answer can come of these pushes.
+/// Returns the reason why these pushes cannot be calibrated, or `None`.
 pub(super) fn objection(
     world: &World,
     parameters: &[Parameter],
@@ -39,19 +44,19 @@ pub(super) fn objection(
     records: &[Record],
 ) -> Option<Objection> {
     let radius = parameters.get(ROD_RADIUS).map_or(0.0, |p| p.nominal);
-    let gaps = records.iter().flat_map(|record| gaps(world, radius, record));
+    let gaps = records.iter().flat_map(|record| contact_gaps(world, radius, record));
     let closest_m = gaps.fold(f64::INFINITY, f64::min);
-    if closest_m >= CONTACT_M {
+    if closest_m >= MAX_CONTACT_GAP_M {
         let object = world.object().name.clone();
         return Some(Objection::new(Reason::NoContact { object, closest_m }));
     }
     let differences: usize = records.iter().map(|r| r.times.len().saturating_sub(3)).sum();
-    let declared = declares.position_sd_m.is_some() && declares.angle_sd_rad.is_some();
-    (differences < FEWEST_POSES && !declared).then(|| Objection::new(Reason::NoNoise))
+    let noise_is_declared = declares.position_sd_m.is_some() && declares.angle_sd_rad.is_some();
+    (differences < MIN_NOISE_SAMPLES && !noise_is_declared).then(|| Objection::new(Reason::NoNoise))
 }
 
-/// Gaps between rod and object at the measured poses, m.
-fn gaps(world: &World, radius: f64, record: &Record) -> Vec<f64> {
+/// Gaps between rod and object at the measured poses of one push, m; empty for malformed records.
+fn contact_gaps(world: &World, radius: f64, record: &Record) -> Vec<f64> {
     let (Some(rod), [x, y, angle]) = (record.inputs.first(), &record.values[..]) else { return Vec::new() };
     let path = match &rod.values[..] {
         [x, y] => Recorded::new(&rod.times, x, y),

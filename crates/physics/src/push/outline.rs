@@ -1,13 +1,16 @@
-//! The outline of an object and the point of it that is closest to the rod.
+//! Outlines of objects, and the point of an outline that is closest to the rod.
 //!
-//! The closest point decides the contact: inside an edge the normal is the edge's, at a vertex it turns with the rod, so that
-//! rounding a corner needs no rule of its own. Concave outlines are taken with one contact, the closest.
+//! The closest point determines the contact. Inside an edge the contact normal is that of the edge; at a
+//! vertex it points to the rod, so that moving around a corner needs no special case. A concave outline also
+//! has a single contact, at the closest point.
 
 use super::planar::{Vector, add, constant, cross, dot, norm, scale, sub};
 use crate::Scalar;
 
-/// A rod closer than this to a vertex takes the normal of an edge, m.
-const COINCIDENT: f64 = 1e-12;
+/// Distance from a vertex, m, below which the normal of an edge is used.
+///
+/// The direction from the vertex to the rod is undefined there.
+const VERTEX_TOLERANCE_M: f64 = 1e-12;
 
 /// One side of a polygon.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,49 +26,51 @@ struct Edge {
 pub struct Polygon {
     vertices: Vec<Vector<f64>>,
     edges: Vec<Edge>,
-    convex: bool,
+    is_convex: bool,
 }
 
 impl Polygon {
-    /// Polygon of `vertices`, m. Clockwise ones are reversed; a repeated vertex (also the last one equal to the first) counts
-    /// once. `None` for fewer than three vertices or no area.
+    /// The polygon with these `vertices`, m.
+    ///
+    /// Clockwise vertices are reversed. Consecutive equal vertices count once, also if the last equals the
+    /// first. Returns `None` for fewer than three vertices, numbers that are not finite, or no area.
     pub fn new(vertices: &[Vector<f64>]) -> Option<Self> {
-        let mut kept: Vec<Vector<f64>> = Vec::with_capacity(vertices.len());
+        let mut distinct: Vec<Vector<f64>> = Vec::with_capacity(vertices.len());
         for &v in vertices {
-            if kept.last() != Some(&v) {
-                kept.push(v);
+            if distinct.last() != Some(&v) {
+                distinct.push(v);
             }
         }
-        if kept.len() > 1 && kept.first() == kept.last() {
-            kept.pop();
+        if distinct.len() > 1 && distinct.first() == distinct.last() {
+            distinct.pop();
         }
-        let n = kept.len();
-        let doubled: f64 = (0..n).map(|i| cross(kept[i], kept[(i + 1) % n])).sum();
-        let finite = kept.iter().flatten().all(|x| x.is_finite());
-        if n < 3 || !finite || doubled.abs() < 1e-12 {
+        let n = distinct.len();
+        let doubled_area: f64 = (0..n).map(|i| cross(distinct[i], distinct[(i + 1) % n])).sum();
+        let finite = distinct.iter().flatten().all(|x| x.is_finite());
+        if n < 3 || !finite || doubled_area.abs() < 1e-12 {
             return None;
         }
-        if doubled < 0.0 {
-            kept.reverse();
+        if doubled_area < 0.0 {
+            distinct.reverse();
         }
         let edges: Vec<Edge> = (0..n)
             .map(|i| {
-                let along = sub(kept[(i + 1) % n], kept[i]);
+                let along = sub(distinct[(i + 1) % n], distinct[i]);
                 let length = norm(along);
                 let direction = scale(along, 1.0 / length);
-                Edge { start: kept[i], direction, normal: [direction[1], -direction[0]], length }
+                Edge { start: distinct[i], direction, normal: [direction[1], -direction[0]], length }
             })
             .collect();
-        let convex = (0..n).all(|i| cross(edges[i].direction, edges[(i + 1) % n].direction) >= -1e-9);
-        Some(Self { vertices: kept, edges, convex })
+        let is_convex = (0..n).all(|i| cross(edges[i].direction, edges[(i + 1) % n].direction) >= -1e-9);
+        Some(Self { vertices: distinct, edges, is_convex })
     }
 
-    /// Vertices, m, counter-clockwise.
+    /// The vertices, m, counter-clockwise.
     pub fn vertices(&self) -> &[Vector<f64>] {
         &self.vertices
     }
 
-    /// Copies the polygon with every vertex moved by `by`, m.
+    /// The polygon with every vertex shifted by `by`, m.
     pub fn moved(&self, by: Vector<f64>) -> Self {
         let mut moved = self.clone();
         moved.vertices.iter_mut().for_each(|v| *v = add(*v, by));
@@ -73,8 +78,9 @@ impl Polygon {
         moved
     }
 
+    /// Whether `p` is inside the polygon: by half-planes if it is convex, else by ray casting.
     fn contains(&self, p: Vector<f64>) -> bool {
-        if self.convex {
+        if self.is_convex {
             return self.edges.iter().all(|e| dot(sub(p, e.start), e.normal) <= 0.0);
         }
         let n = self.vertices.len();
@@ -88,8 +94,8 @@ impl Polygon {
         inside
     }
 
-    /// The edge closest to `p` and where along it the closest point lies, m.
-    fn search(&self, p: Vector<f64>) -> (usize, f64) {
+    /// Index of the edge closest to `p`, and the position of the closest point along that edge, m.
+    fn closest_edge(&self, p: Vector<f64>) -> (usize, f64) {
         let mut best = (0, 0.0, f64::INFINITY);
         for (i, edge) in self.edges.iter().enumerate() {
             let w = sub(p, edge.start);
@@ -103,9 +109,10 @@ impl Polygon {
         (best.0, best.1)
     }
 
+    /// The closest point of the polygon to `p`, with derivatives.
     fn nearest<S: Scalar>(&self, p: Vector<S>) -> Nearest<S> {
         let value = p.map(S::value);
-        let (index, along) = self.search(value);
+        let (index, along) = self.closest_edge(value);
         let edge = &self.edges[index];
         if along > 0.0 && along < edge.length {
             let w = sub(p, constant(edge.start));
@@ -121,7 +128,7 @@ impl Polygon {
         let point = constant(self.vertices[vertex]);
         let off = sub(p, point);
         let distance = norm(off);
-        if distance.value() < COINCIDENT {
+        if distance.value() < VERTEX_TOLERANCE_M {
             let outward = constant(edge.normal);
             return Nearest { point, outward, distance: dot(off, outward), edge: index };
         }
@@ -140,11 +147,11 @@ impl Polygon {
 pub struct Nearest<S> {
     /// The closest point, body frame, m.
     pub point: Vector<S>,
-    /// Outward unit normal there.
+    /// Outward unit normal at the closest point.
     pub outward: Vector<S>,
-    /// Distance, m; negative inside.
+    /// Signed distance, m; negative inside the outline.
     pub distance: S,
-    /// The side that holds the closest point (at a vertex, one of its two); 0 for an ellipse.
+    /// Index of the side with the closest point (at a vertex, one of its two sides); 0 for an ellipse.
     pub edge: usize,
 }
 
@@ -161,7 +168,7 @@ pub enum Outline {
 }
 
 impl Outline {
-    /// The closest point of the outline to `p`, body frame.
+    /// The closest point of the outline to `p`, in the body frame.
     #[inline]
     pub fn nearest<S: Scalar>(&self, p: Vector<S>) -> Nearest<S> {
         match self {
@@ -170,19 +177,19 @@ impl Outline {
         }
     }
 
-    /// The outline as a polygon; an ellipse becomes one with `sides` sides and the same area.
+    /// The outline as a polygon; an ellipse is approximated by `sides` sides with the same area.
     pub fn polygon(&self, sides: usize) -> Polygon {
         match self {
             Outline::Polygon(polygon) => polygon.clone(),
             Outline::Ellipse { semi_axes_m: [a, b] } => {
                 let turn = 2.0 * std::f64::consts::PI / sides.max(3) as f64;
-                let swell = (turn / turn.sin()).sqrt();
-                let at = |i: usize| {
+                let enlargement = (turn / turn.sin()).sqrt();
+                let vertex = |i: usize| {
                     let angle = turn * i as f64;
-                    [swell * a * angle.cos(), swell * b * angle.sin()]
+                    [enlargement * a * angle.cos(), enlargement * b * angle.sin()]
                 };
-                let vertices: Vec<_> = (0..sides.max(3)).map(at).collect();
-                Polygon::new(&vertices).unwrap_or(Polygon { vertices, edges: Vec::new(), convex: true })
+                let vertices: Vec<_> = (0..sides.max(3)).map(vertex).collect();
+                Polygon::new(&vertices).unwrap_or(Polygon { vertices, edges: Vec::new(), is_convex: true })
             }
         }
     }
@@ -196,8 +203,10 @@ impl Outline {
     }
 }
 
-/// Closest point of an ellipse: iteration on the centre of curvature for the value (it converges from any start), two Newton
-/// steps for the last digits and one in `S` for the derivative.
+/// Closest point of an ellipse with semi-axes `a` and `b` to `p`.
+///
+/// The value comes from six iterations that replace the ellipse by its circle of curvature (convergent from
+/// any start) and two Newton steps for the last digits. One more Newton step in `S` carries the derivatives.
 fn nearest_on_ellipse<S: Scalar>([a, b]: Vector<f64>, p: Vector<S>) -> Nearest<S> {
     let value = p.map(S::value);
     let (px, py) = (value[0].abs(), value[1].abs());
@@ -206,18 +215,19 @@ fn nearest_on_ellipse<S: Scalar>([a, b]: Vector<f64>, p: Vector<S>) -> Nearest<S
         let evolute = [(a * a - b * b) * tx.powi(3) / a, (b * b - a * a) * ty.powi(3) / b];
         let radius = norm([a * tx - evolute[0], b * ty - evolute[1]]);
         let q = [px - evolute[0], py - evolute[1]];
-        let reach = norm(q).max(1e-300);
-        tx = ((q[0] * radius / reach + evolute[0]) / a).clamp(0.0, 1.0);
-        ty = ((q[1] * radius / reach + evolute[1]) / b).clamp(0.0, 1.0);
+        let offset = norm(q).max(1e-300);
+        tx = ((q[0] * radius / offset + evolute[0]) / a).clamp(0.0, 1.0);
+        ty = ((q[1] * radius / offset + evolute[1]) / b).clamp(0.0, 1.0);
         let length = norm([tx, ty]).max(1e-300);
         (tx, ty) = (tx / length, ty / length);
     }
     let mut angle = ty.copysign(value[1]).atan2(tx.copysign(value[0]));
     for _ in 0..2 {
-        angle -= orthogonality([a, b], value, angle) / slope([a, b], value, angle);
+        angle -= tangential_offset([a, b], value, angle) / tangential_offset_derivative([a, b], value, angle);
     }
     let angle = S::constant(angle)
-        - orthogonality([a, b], p, S::constant(angle)) * (1.0 / slope([a, b], value, angle));
+        - tangential_offset([a, b], p, S::constant(angle))
+            * (1.0 / tangential_offset_derivative([a, b], value, angle));
     let (cos, sin) = (angle.cos(), angle.sin());
     let point = [cos * a, sin * b];
     let normal = [cos * b, sin * a];
@@ -226,13 +236,13 @@ fn nearest_on_ellipse<S: Scalar>([a, b]: Vector<f64>, p: Vector<S>) -> Nearest<S
 }
 
 /// `(q - p)·dq/dφ` for `q = (a cos φ, b sin φ)`: zero at the closest point.
-fn orthogonality<S: Scalar>([a, b]: Vector<f64>, p: Vector<S>, angle: S) -> S {
+fn tangential_offset<S: Scalar>([a, b]: Vector<f64>, p: Vector<S>, angle: S) -> S {
     let (cos, sin) = (angle.cos(), angle.sin());
     dot([cos * a - p[0], sin * b - p[1]], [sin * -a, cos * b])
 }
 
-/// Derivative of [`orthogonality`] with respect to the angle.
-fn slope([a, b]: Vector<f64>, p: Vector<f64>, angle: f64) -> f64 {
+/// Derivative of [`tangential_offset`] with respect to the angle.
+fn tangential_offset_derivative([a, b]: Vector<f64>, p: Vector<f64>, angle: f64) -> f64 {
     let (cos, sin) = (angle.cos(), angle.sin());
     let tangent = [-a * sin, b * cos];
     dot(tangent, tangent) + dot([a * cos - p[0], b * sin - p[1]], [-a * cos, -b * sin])

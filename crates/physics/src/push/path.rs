@@ -1,9 +1,9 @@
-//! Where the rod goes.
+//! Paths of the rod: constant velocity, recorded positions, and straight pushes with acceleration.
 
 use super::planar::{Vector, add, constant, scale};
 use crate::Scalar;
 
-/// A smooth piece of the rod's motion. The rod does not spin.
+/// A smooth piece of the rod's motion; the rod does not spin.
 pub trait Motion<S: Scalar>: Copy {
     /// Position of the rod's centre at `time`, m.
     fn position(&self, time: S) -> Vector<S>;
@@ -11,13 +11,13 @@ pub trait Motion<S: Scalar>: Copy {
     fn velocity(&self, time: S) -> Vector<S>;
 }
 
-/// The rod's motion, in smooth pieces.
+/// The motion of the rod, as a sequence of smooth pieces.
 pub trait Path<S: Scalar>: Sync {
-    /// A piece.
+    /// Type of the pieces.
     type MotionPiece: Motion<S>;
-    /// The piece that begins at `time` or holds it, s.
+    /// The piece that contains `time`, s, or begins there.
     fn piece(&self, time: f64) -> Self::MotionPiece;
-    /// When the piece at `time` ends, s; infinity if it does not.
+    /// Time at which the piece at `time` ends, s; infinity for the last piece.
     fn end_of_piece(&self, time: f64) -> f64;
 }
 
@@ -53,10 +53,10 @@ impl<S: Scalar> Path<S> for Straight<S> {
     }
 }
 
-/// Straight lines between recorded positions; at rest before the first and after the last.
+/// Path through recorded positions, linear in time between them; at rest before the first and after the last.
 ///
-/// The velocity of a piece is its chord over its duration: noisy positions are not differentiated on a finer grid than they
-/// were recorded on.
+/// The velocity of a piece is its chord divided by its duration, so noisy positions are not differentiated on
+/// a finer grid than the recorded one.
 #[derive(Clone, Copy, Debug)]
 pub struct Recorded<'a> {
     times: &'a [f64],
@@ -65,8 +65,10 @@ pub struct Recorded<'a> {
 }
 
 impl<'a> Recorded<'a> {
-    /// Positions `(x, y)`, m, at strictly increasing `times`, s. `None` for unequal lengths, no positions, times that do not
-    /// increase or numbers that are not finite.
+    /// A path through `(x, y)`, m, at strictly increasing `times`, s.
+    ///
+    /// Returns `None` for unequal lengths, no positions, times that do not increase, or numbers that are not
+    /// finite.
     pub fn new(times: &'a [f64], x: &'a [f64], y: &'a [f64]) -> Option<Self> {
         let ordered = times.windows(2).all(|w| w[0] < w[1]);
         let finite = times.iter().chain(x).chain(y).all(|v| v.is_finite());
@@ -75,33 +77,35 @@ impl<'a> Recorded<'a> {
     }
 
     /// Index of the first recorded time after `time`.
-    fn after(&self, time: f64) -> usize {
+    fn index_after(&self, time: f64) -> usize {
         self.times.partition_point(|&t| t <= time)
     }
 }
 
-/// Indices of the positions of a recorded path that are enough: at every time of the record, straight lines in time between
-/// them stay within `tolerance_m` of it, in x and in y.
-pub fn enough(times: &[f64], x: &[f64], y: &[f64], tolerance_m: f64) -> Vec<usize> {
+/// Indices of a subset of recorded positions that approximates the path within `tolerance_m`.
+///
+/// At every recorded time, the path that is linear in time between the subset is within `tolerance_m` of the
+/// recorded position, in x and in y. The subset is chosen greedily in one pass.
+pub fn simplify_path(times: &[f64], x: &[f64], y: &[f64], tolerance_m: f64) -> Vec<usize> {
     let n = times.len();
-    let mut kept: Vec<usize> = (0..n.min(1)).collect();
+    let mut kept_indices: Vec<usize> = (0..n.min(1)).collect();
     let mut from = 0;
-    // Velocities with which a line from the last kept position passes all positions since.
-    let everything = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
-    let mut allowed = everything;
+    // Velocities with which a line from the last index kept passes all positions since within the tolerance.
+    let unbounded = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
+    let mut allowed = unbounded;
     for k in 1..n {
         let corridor = |from: usize, z: &[f64]| {
             let (dt, dz) = (times[k] - times[from], z[k] - z[from]);
             [(dz - tolerance_m) / dt, dz / dt, (dz + tolerance_m) / dt]
         };
-        let passes = [x, y].iter().zip(allowed).all(|(z, [low, high])| {
+        let extends = [x, y].iter().zip(allowed).all(|(z, [low, high])| {
             let middle = corridor(from, z)[1];
             low <= middle && middle <= high
         });
-        if !passes {
+        if !extends {
             from = k - 1;
-            kept.push(from);
-            allowed = everything;
+            kept_indices.push(from);
+            allowed = unbounded;
         }
         for (z, a) in [x, y].iter().zip(&mut allowed) {
             let [low, _, high] = corridor(from, z);
@@ -109,49 +113,49 @@ pub fn enough(times: &[f64], x: &[f64], y: &[f64], tolerance_m: f64) -> Vec<usiz
         }
     }
     if n > 1 {
-        kept.push(n - 1);
+        kept_indices.push(n - 1);
     }
-    kept
+    kept_indices
 }
 
 impl<S: Scalar> Path<S> for Recorded<'_> {
     type MotionPiece = Straight<S>;
 
     fn piece(&self, time: f64) -> Straight<S> {
-        let next = self.after(time);
-        let at = |i: usize| [self.x[i], self.y[i]];
+        let next = self.index_after(time);
+        let position = |i: usize| [self.x[i], self.y[i]];
         if next == 0 || next == self.times.len() {
-            let held = next.saturating_sub(1);
-            return Straight { start: constant(at(held)), velocity: [S::zero(); 2], since: time };
+            let end_index = next.saturating_sub(1);
+            return Straight { start: constant(position(end_index)), velocity: [S::zero(); 2], since: time };
         }
-        let (a, b) = (at(next - 1), at(next));
+        let (a, b) = (position(next - 1), position(next));
         let k = 1.0 / (self.times[next] - self.times[next - 1]);
         let velocity = constant([(b[0] - a[0]) * k, (b[1] - a[1]) * k]);
         Straight { start: constant(a), velocity, since: self.times[next - 1] }
     }
 
     fn end_of_piece(&self, time: f64) -> f64 {
-        self.times.get(self.after(time)).copied().unwrap_or(f64::INFINITY)
+        self.times.get(self.index_after(time)).copied().unwrap_or(f64::INFINITY)
     }
 }
 
-/// A straight push: at `speed_m_s`, or from rest at `acceleration_m_s2` until that speed is reached, for a given travel; then
-/// at rest.
+/// A straight push of given travel, at constant speed or accelerated from rest to that speed; then at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StraightPush {
     /// Position of the rod's centre at time 0, m.
     pub start_m: Vector<f64>,
-    /// Unit direction.
+    /// Unit vector of the direction.
     pub direction: Vector<f64>,
-    /// Speed, m/s.
+    /// Constant speed, or highest speed if accelerated, m/s.
     pub speed_m_s: f64,
     /// Acceleration, m/s²; 0 for full speed from the start.
     pub acceleration_m_s2: f64,
-    /// Travel, m.
+    /// Distance that the rod travels, m.
     pub travel_m: f64,
 }
 
 impl StraightPush {
+    /// Duration of the acceleration, s.
     fn ramp_s(&self) -> f64 {
         if self.acceleration_m_s2 > 0.0 {
             (self.speed_m_s / self.acceleration_m_s2)
@@ -161,7 +165,7 @@ impl StraightPush {
         }
     }
 
-    /// When the travel is done, s.
+    /// Time at which the travel is completed, s.
     pub fn duration_s(&self) -> f64 {
         let ramp = self.ramp_s();
         let covered = 0.5 * self.acceleration_m_s2 * ramp * ramp;
@@ -172,7 +176,8 @@ impl StraightPush {
         }
     }
 
-    /// Distance covered and speed at `time`, on the piece that holds `at`.
+    /// Distance covered, m, and speed, m/s, at `time` on this piece (0 acceleration, 1 constant speed, 2
+    /// rest).
     fn progress<S: Scalar>(&self, piece: u8, time: S) -> (S, S) {
         let a = self.acceleration_m_s2;
         let ramp = self.ramp_s();

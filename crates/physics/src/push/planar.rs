@@ -1,23 +1,23 @@
-//! Vectors, poses, twists and wrenches of the plane, over any scalar.
+//! Vectors, rotations, poses, twists and wrenches in the plane, generic over the scalar.
 
 use crate::Scalar;
 
-/// A vector of the plane, or a matrix row.
+/// A vector in the plane, or a row of a 2 x 2 matrix.
 pub type Vector<S> = [S; 2];
 
-/// Scalar product.
+/// Dot product of two vectors.
 #[inline(always)]
 pub fn dot<S: Scalar>(a: Vector<S>, b: Vector<S>) -> S {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// The component of `a × b` out of the plane.
+/// The out-of-plane component of the cross product `a × b`.
 #[inline(always)]
 pub fn cross<S: Scalar>(a: Vector<S>, b: Vector<S>) -> S {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// `a` turned by +90 degrees: `(-a_y, a_x)`.
+/// `a` rotated by +90 degrees: `(-a_y, a_x)`.
 ///
 /// ```
 /// use augsim_physics::push::planar::rot90;
@@ -28,37 +28,37 @@ pub fn rot90<S: Scalar>(a: Vector<S>) -> Vector<S> {
     [-a[1], a[0]]
 }
 
-/// `a + b`.
+/// Vector sum `a + b`.
 #[inline(always)]
 pub fn add<S: Scalar>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
     [a[0] + b[0], a[1] + b[1]]
 }
 
-/// `a - b`.
+/// Vector difference `a - b`.
 #[inline(always)]
 pub fn sub<S: Scalar>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-/// `a s`.
+/// The vector `a` times the number `s`.
 #[inline(always)]
 pub fn scale<S: Scalar>(a: Vector<S>, s: S) -> Vector<S> {
     [a[0] * s, a[1] * s]
 }
 
-/// Length.
+/// Euclidean length of a vector.
 #[inline(always)]
 pub fn norm<S: Scalar>(a: Vector<S>) -> S {
     dot(a, a).sqrt()
 }
 
-/// A constant vector: derivatives zero.
+/// Lifts a vector of plain numbers to the scalar `S`, with zero derivatives.
 #[inline(always)]
 pub fn constant<S: Scalar>(a: Vector<f64>) -> Vector<S> {
     a.map(S::constant)
 }
 
-/// A rotation, kept as cosine and sine.
+/// A rotation in the plane, stored as cosine and sine.
 #[derive(Clone, Copy, Debug)]
 pub struct Rotation<S> {
     /// Cosine of the angle.
@@ -68,26 +68,26 @@ pub struct Rotation<S> {
 }
 
 impl<S: Scalar> Rotation<S> {
-    /// Rotation by `angle`, rad, counter-clockwise.
+    /// The rotation by `angle`, rad, counter-clockwise.
     #[inline(always)]
     pub fn new(angle: S) -> Self {
         Self { cos: angle.cos(), sin: angle.sin() }
     }
 
-    /// Turns a vector of the body's frame into one of the world's.
+    /// Converts a vector from the body frame to the world frame.
     #[inline(always)]
     pub fn to_world(self, a: Vector<S>) -> Vector<S> {
         [self.cos * a[0] - self.sin * a[1], self.sin * a[0] + self.cos * a[1]]
     }
 
-    /// Turns a vector of the world's frame into one of the body's.
+    /// Converts a vector from the world frame to the body frame.
     #[inline(always)]
     pub fn to_body(self, a: Vector<S>) -> Vector<S> {
         [self.cos * a[0] + self.sin * a[1], self.cos * a[1] - self.sin * a[0]]
     }
 }
 
-/// Where the object is: the area centroid in the world, m, and the angle, rad, counter-clockwise.
+/// Pose of the object in the world: area centroid, m, and counter-clockwise angle, rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose<S> {
     /// Position of the area centroid, m.
@@ -102,37 +102,37 @@ impl<S: Scalar> Pose<S> {
         Self { position: [x, y], angle }
     }
 
-    /// Where a point of the body is in the world, m.
+    /// World coordinates of a point given in the body frame, m.
     pub fn to_world(&self, point: Vector<S>) -> Vector<S> {
         add(self.position, Rotation::new(self.angle).to_world(point))
     }
 
-    /// Where a point of the world is in the body, m.
+    /// Body-frame coordinates of a point given in the world frame, m.
     ///
     /// ```
     /// use augsim_physics::push::Pose;
     /// let pose = Pose::new(1.0, 0.0, std::f64::consts::FRAC_PI_2);
-    /// let seen = pose.to_body([1.0, 2.0]);
-    /// assert!((seen[0] - 2.0).abs() < 1e-15 && seen[1].abs() < 1e-15);
-    /// let back = pose.to_world(seen);
+    /// let in_body = pose.to_body([1.0, 2.0]);
+    /// assert!((in_body[0] - 2.0).abs() < 1e-15 && in_body[1].abs() < 1e-15);
+    /// let back = pose.to_world(in_body);
     /// assert!((back[0] - 1.0).abs() < 1e-15 && (back[1] - 2.0).abs() < 1e-15);
     /// ```
     pub fn to_body(&self, point: Vector<S>) -> Vector<S> {
         Rotation::new(self.angle).to_body(sub(point, self.position))
     }
 
-    /// Copies the pose without derivatives.
+    /// The pose as plain numbers, without derivatives.
     pub fn value(&self) -> Pose<f64> {
         Pose { position: self.position.map(S::value), angle: self.angle.value() }
     }
 
-    /// Copies the pose in another scalar, as a constant.
+    /// The pose as constants of another scalar.
     pub fn lift<T: Scalar>(&self) -> Pose<T> {
         let v = self.value();
         Pose { position: constant(v.position), angle: T::constant(v.angle) }
     }
 
-    /// The pose after moving by `twist` for `h`.
+    /// The pose after moving with `twist` for a time `h`, s.
     #[inline(always)]
     pub(super) fn advanced(&self, twist: &Twist<S>, h: S) -> Self {
         Self {
@@ -152,20 +152,22 @@ pub struct Twist<S> {
 }
 
 impl<S: Scalar> Twist<S> {
-    /// No motion.
+    /// The twist of a body at rest.
     pub fn zero() -> Self {
         Self { velocity: [S::zero(); 2], rotation: S::zero() }
     }
 
-    /// Velocity of the body's point `r`, m/s.
+    /// Velocity of the point `r` of the body, m/s.
     #[inline(always)]
     pub fn at(&self, r: Vector<S>) -> Vector<S> {
         add(self.velocity, scale(rot90(r), self.rotation))
     }
 }
 
-/// Force, and moment about the body's origin; in units of the sliding force `mu_s m g` where not said otherwise, so that the
-/// moment is in metres.
+/// Force, and moment about the origin of the body.
+///
+/// Both are in units of the sliding force `mu_s m g` unless stated otherwise, so that the moment is in
+/// metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wrench<S> {
     /// Force.
@@ -175,7 +177,7 @@ pub struct Wrench<S> {
 }
 
 impl<S: Scalar> Wrench<S> {
-    /// No force.
+    /// The zero wrench.
     pub fn zero() -> Self {
         Self { force: [S::zero(); 2], moment: S::zero() }
     }

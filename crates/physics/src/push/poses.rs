@@ -1,17 +1,19 @@
-//! Poses of quasi-static motion at times that no sub-step ends at.
+//! Simulation of poses at sample times that need not end a sub-step (dense output).
 
-use super::arc::Arc;
-use super::engine::{Push, PushError, Run, Stepper, follow};
+use super::engine::{Push, PushError, Run, Stepper, simulate_push};
 use super::path::{Motion, Path};
 use super::planar::Pose;
+use super::substep::Substep;
 use crate::Scalar;
 
-/// Poses of a push at `times` (s, strictly increasing), as the sensor reports them, into `poses`; the first is the start.
+/// Simulates a push and writes the reported poses at `times` (s, strictly increasing) to `poses`.
 ///
-/// The motion is that of [`simulate`](super::simulate) (with `under_way`, of
-/// [`simulate_under_way`](super::simulate_under_way)), but sub-steps end only where the path bends and the poses between are interpolated: for samples that lie closer than
-/// [`Steps::travel_m`](super::Steps::travel_m) the cost no longer grows with their number. Objects with inertia are stepped
-/// from sample to sample.
+/// The first pose is the start.
+///
+/// The motion is that of [`simulate`](super::simulate), or with `under_way` that of
+/// [`simulate_under_way`](super::simulate_under_way). Sub-steps end only at corners of the path, and poses
+/// between are interpolated, so the cost does not grow with the number of samples if they are closer than
+/// [`Steps::travel_m`](super::Steps::travel_m). Objects with inertia are stepped from sample to sample.
 ///
 /// # Errors
 /// The errors of [`simulate`](super::simulate).
@@ -26,48 +28,48 @@ pub fn simulate_poses<S: Scalar, P: Path<S>>(
     let mut stepper = Stepper::with_field(push.world, push.parameters, push.steps, push.field);
     if stepper.scene.has_inertia() {
         let mut run = Run { poses: Vec::new(), instants: Vec::new(), steps: 0 };
-        follow(push, times, &mut run, under_way)?;
+        simulate_push(push, times, &mut run, under_way)?;
         *poses = run.poses;
         return Ok(());
     }
     let delay = stepper.scene.setting.delay_s.unwrap_or_else(S::zero);
-    let begin = first - delay.value();
-    let (mut pose, mut near) = (stepper.unreported(&push.start), None);
-    let rod = stepper.scene.true_rod(push.path.piece(begin).position(S::constant(begin)));
+    let start_time = first - delay.value();
+    let (mut pose, mut warm_start) = (stepper.true_pose(&push.start), None);
+    let rod = stepper.scene.true_rod(push.path.piece(start_time).position(S::constant(start_time)));
     if !under_way {
         stepper.check_start(&pose, rod)?;
     }
     poses.push(push.start);
-    let mut asked = times[1..].iter().map(|t| S::constant(*t) - delay).peekable();
-    let (mut time, stop) = (begin, last - delay.value());
-    while asked.peek().is_some() {
+    let mut sample_times = times[1..].iter().map(|t| S::constant(*t) - delay).peekable();
+    let (mut time, end_time) = (start_time, last - delay.value());
+    while sample_times.peek().is_some() {
         let piece = push.path.piece(time);
-        let until = push.path.end_of_piece(time).min(stop);
-        let count = stepper.count(&piece, time, until);
-        // At rest there is nothing to step through: one sub-step, in which nothing moves.
+        let until = push.path.end_of_piece(time).min(end_time);
+        let count = stepper.substep_count(&piece, time, until);
+        // Nothing moves: one sub-step at rest covers the interval.
         let steps = count.max(1);
         let h = (until - time) / steps as f64;
         for i in 0..steps {
             let start = time + i as f64 * h;
-            let arc = if count == 0 {
-                Arc::still(pose, S::constant(start), S::constant(h))
+            let substep = if count == 0 {
+                Substep::at_rest(pose, S::constant(start), S::constant(h))
             } else {
-                stepper.scene.place(&pose);
-                stepper.quasi_static(&piece, start, h, pose, &mut near)
+                stepper.scene.read_friction_map(&pose);
+                stepper.quasi_static_substep(&piece, start, h, pose, &mut warm_start)
             };
-            // The last sub-step has whatever rounding left over.
-            let ends = if until >= stop && i + 1 == steps { f64::INFINITY } else { start + h };
-            while let Some(at) = asked.next_if(|t| t.value() <= ends) {
-                let reported = stepper.reported(&arc.at(at));
+            // The last sub-step takes all samples that are left, so that rounding cannot lose one.
+            let substep_end = if until >= end_time && i + 1 == steps { f64::INFINITY } else { start + h };
+            while let Some(sample_time) = sample_times.next_if(|t| t.value() <= substep_end) {
+                let reported = stepper.reported_pose(&substep.pose_at(sample_time));
                 if !(reported.position[0].value() + reported.position[1].value() + reported.angle.value())
                     .is_finite()
                 {
                     let object = push.world.object().name.clone();
-                    return Err(PushError::NotFinite { object, time_s: at.value() });
+                    return Err(PushError::NotFinite { object, time_s: sample_time.value() });
                 }
                 poses.push(reported);
             }
-            pose = arc.to;
+            pose = substep.end_pose;
         }
         time = until;
     }

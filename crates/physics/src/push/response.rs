@@ -1,30 +1,30 @@
-//! How an object responds to the rod: which form of the contact's equations applies.
+//! Response of an object to the rod: choice between closed form, numerical solution and free motion.
 
-use super::contact::{ContactFriction, Mode, Response, Touch, ellipsoid};
-use super::contact_solver::general;
-use super::near::Near;
+use super::contact::{ContactFriction, Mode, Response, Touch, ellipsoid_response};
+use super::contact_solver::solve_contact;
 use super::planar::{Twist, dot};
 use super::support::{Support, free_twist};
 use super::surface::Surface;
+use super::warm_start::WarmStart;
 use crate::Scalar;
 
-/// The twist of an object that the rod touches, and the force between them.
+/// Twist of an object that the rod touches, and the force between them.
 #[inline]
 pub fn respond<S: Scalar>(
     support: &Support<'_, S>,
     touch: &Touch<S>,
     friction: &ContactFriction<S>,
 ) -> Response<S> {
-    respond_near(support, touch, friction, None)
+    respond_from(support, touch, friction, None)
 }
 
-/// [`respond`] of a contact whose motion a moment ago is known.
+/// [`respond`] with an initial guess from the motion at the previous instant.
 #[inline]
-pub(super) fn respond_near<S: Scalar>(
+pub(super) fn respond_from<S: Scalar>(
     support: &Support<'_, S>,
     touch: &Touch<S>,
     friction: &ContactFriction<S>,
-    near: Option<Near>,
+    warm_start: Option<WarmStart>,
 ) -> Response<S> {
     let approach = dot(touch.velocity, touch.normal).value();
     let Some(inertia) = &support.inertia else {
@@ -32,22 +32,25 @@ pub(super) fn respond_near<S: Scalar>(
             return Response::without_force(Mode::Separate, Twist::zero());
         }
         return match (&support.surface, support.loaded, friction.rise_s_per_m) {
-            (Surface::Ellipsoid { c }, false, None) => ellipsoid(support, *c, touch, friction.at_rest),
-            _ => general(support, touch, friction, near),
+            (Surface::Ellipsoid { c }, false, None) => {
+                ellipsoid_response(support, *c, touch, friction.at_rest)
+            }
+            _ => solve_contact(support, touch, friction, warm_start),
         };
     };
-    // With inertia an object may run ahead. Contact and free motion exclude each other (the one has a pushing force exactly
-    // when the other would overlap), so that the likelier is tried first.
-    let rate = |twist: &Twist<S>| dot(twist.at(touch.point), touch.normal).value();
-    if approach > rate(&inertia.previous) {
-        let response = general(support, touch, friction, near);
+    // With inertia the object may move ahead of the rod. Exactly one of contact and free motion is
+    // consistent: contact has a pushing force exactly if free motion would overlap. The more probable one is
+    // tried first.
+    let contact_speed = |twist: &Twist<S>| dot(twist.at(touch.point), touch.normal).value();
+    if approach > contact_speed(&inertia.previous) {
+        let response = solve_contact(support, touch, friction, warm_start);
         if dot(response.force, touch.normal).value() > 0.0 {
             return response;
         }
     }
     let free = free_twist(support);
-    if rate(&free) >= approach {
+    if contact_speed(&free) >= approach {
         return Response::without_force(Mode::Separate, free);
     }
-    general(support, touch, friction, near)
+    solve_contact(support, touch, friction, warm_start)
 }

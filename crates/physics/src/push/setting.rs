@@ -1,60 +1,60 @@
-//! The laws of one push with their numbers filled in.
+//! Everything that determines the mechanics of one push, with parameter values filled in.
 
 use super::planar::{Rotation, Vector, add, scale};
 use super::surface::patches::SpeedLaw;
 use crate::Scalar;
 
-/// Standard gravity, m/s².
+/// Gravitational acceleration, m/s².
 pub const GRAVITY_M_S2: f64 = 9.81;
 
-/// Which limit surface the support has.
+/// Form of the limit surface of the support.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Friction<S> {
-    /// Ellipsoid.
+    /// Ellipsoid `|f|² + (m/c)² = 1`.
     Ellipsoid,
     /// Superellipsoid with this exponent.
     Superellipsoid(S),
     /// Integrated Coulomb friction of a uniformly pressed outline, in closed form.
     Uniform,
-    /// Integrated Coulomb friction, by patches.
+    /// Integrated Coulomb friction, as a sum over patches.
     Patches,
 }
 
-/// Friction that differs by direction: `D = |A^½ v|`, `A = R diag(ratio, 1/ratio) Rᵀ`.
+/// Anisotropic friction: `D = |A^½ v|`, `A = R diag(ratio, 1/ratio) Rᵀ`.
 #[derive(Clone, Copy, Debug)]
 pub struct Anisotropy<S> {
-    /// Friction along the direction over friction across it.
+    /// Ratio of friction along the direction to friction across it.
     pub ratio: S,
-    /// The direction, rad.
+    /// Angle of the direction, rad.
     pub angle_rad: S,
 }
 
-/// A similarity that takes what one frame reports to another.
+/// Similarity transform between two coordinate frames: scale, rotation and offset.
 #[derive(Clone, Copy, Debug)]
 pub struct Registration<S> {
-    turn: Rotation<S>,
+    rotation: Rotation<S>,
     factor: S,
     offset_m: Vector<S>,
 }
 
 impl<S: Scalar> Registration<S> {
-    /// Scaled by `1 + scale`, turned by `angle_rad` about the origin and moved by `offset_m`.
+    /// The transform that scales by `1 + scale`, rotates by `angle_rad` about the origin and adds `offset_m`.
     pub fn new(scale: S, angle_rad: S, offset_m: Vector<S>) -> Self {
-        Self { turn: Rotation::new(angle_rad), factor: scale + 1.0, offset_m }
+        Self { rotation: Rotation::new(angle_rad), factor: scale + 1.0, offset_m }
     }
 
-    /// A position, m.
+    /// Transforms a reported position, m.
     pub fn position(&self, reported: Vector<S>) -> Vector<S> {
         add(self.velocity(reported), self.offset_m)
     }
 
-    /// A velocity, m/s.
+    /// Transforms a reported velocity, m/s.
     pub fn velocity(&self, reported: Vector<S>) -> Vector<S> {
-        scale(self.turn.to_world(reported), self.factor)
+        scale(self.rotation.to_world(reported), self.factor)
     }
 }
 
-/// Everything that decides how an object responds to the rod. Effects fill in what they change.
+/// Mechanics of one push: base parameters, and one field for each thing that an effect can change.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<S> {
     /// `c` of the limit surface, m; for integrated surfaces the footprint is scaled to have it.
@@ -67,9 +67,9 @@ pub struct Setting<S> {
     pub support_friction: S,
     /// Mass of the object, kg.
     pub mass_kg: S,
-    /// Which limit surface.
+    /// Form of the limit surface.
     pub friction: Friction<S>,
-    /// Centre of pressure from the centroid, in the body, m.
+    /// Centre of pressure seen from the centroid, body frame, m.
     pub pressure_offset_m: Option<Vector<S>>,
     /// Height of the contact above the support, m.
     pub push_height_m: Option<S>,
@@ -77,30 +77,30 @@ pub struct Setting<S> {
     pub table_anisotropy: Option<Anisotropy<S>>,
     /// Anisotropy fixed to the object.
     pub object_anisotropy: Option<Anisotropy<S>>,
-    /// Relative change of the support's friction per metre, in the world, 1/m.
+    /// Relative change of the support's friction per distance, world frame, 1/m.
     pub friction_gradient_per_m: Option<Vector<S>>,
-    /// Friction of the support that falls with the sliding speed.
+    /// Dependence of the support's friction on the sliding speed.
     pub speed: Option<SpeedLaw<S>>,
     /// Rise of the contact's friction with the slip speed, s/m: `mu (1 + k |slip|)`.
     pub slip_rise_s_per_m: Option<S>,
-    /// True rod from where it is reported, in the world, m.
+    /// Offset of the true rod position from the reported one, world frame, m.
     pub tip_offset_m: Option<Vector<S>>,
-    /// The frame in which the rod is reported, seen from that of the object.
+    /// Transform from the frame in which the rod is reported to that of the object.
     pub registration: Option<Registration<S>>,
     /// Deflection of the rod per force, m/N.
     pub compliance_m_per_n: Option<S>,
-    /// Reported object from where it is: in the body, m, and rad.
+    /// Offset of the reported pose from the true one: in the body frame, m, and rad.
     pub pose_offset: Option<(Vector<S>, S)>,
-    /// Age of the reported pose, s.
+    /// Delay of the reported pose, s.
     pub delay_s: Option<S>,
-    /// `tan` of the table's tilt times the downhill direction, in the world.
+    /// Tangent of the table's tilt times the unit vector downhill, world frame.
     pub downhill: Option<Vector<S>>,
-    /// Share of the mass that has inertia: 1 for Newton's law, absent for quasi-static motion.
+    /// Fraction of the mass that has inertia: 1 for Newton's law, `None` for quasi-static motion.
     pub inertia: Option<S>,
 }
 
 impl<S: Scalar> Setting<S> {
-    /// Nothing but the ellipsoid.
+    /// The setting with the ellipsoidal limit surface and no effects.
     pub fn plain(c_m: S, contact_friction: S, rod_radius_m: S, support_friction: S, mass_kg: S) -> Self {
         Self {
             c_m,

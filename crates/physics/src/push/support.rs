@@ -1,10 +1,14 @@
-//! Everything that resists or drives a sliding object at one instant, except the rod.
+//! Forces on a sliding object at one instant, except that of the rod: friction, loads and inertia.
+//!
+//! With inertia a step is implicit Euler, and the twist without a rod is the minimum of a convex potential
+//! whose gradient is the wrench demanded ([`Support::demand`]). Friction is smoothed near rest, where the
+//! potential has a corner.
 
 use super::planar::{Twist, Vector, Wrench, add, cross, dot, rot90, scale, sub};
 use super::surface::{Matrix, Surface, apply, apply_transposed, footprint_map};
 use crate::{Dual, Scalar};
 
-/// Inertia over one implicit Euler step, in units of the sliding force.
+/// Mass and moment of inertia over one implicit Euler step, in units of the sliding force.
 #[derive(Clone, Copy, Debug)]
 pub struct Inertia<S> {
     /// `m / (h f_max)`, s/m.
@@ -15,29 +19,30 @@ pub struct Inertia<S> {
     pub previous: Twist<S>,
 }
 
-/// Dissipation, in units of the sliding force, below which friction is smoothed when inertia acts, m/s: an object that should
-/// rest creeps at a fraction of it.
-const CREEP: f64 = 2e-5;
+/// Dissipation per sliding force, m/s, below which friction is smoothed if inertia acts.
+///
+/// An object that should be at rest creeps at a fraction of this speed.
+const FRICTION_SMOOTHING_M_S: f64 = 2e-5;
 
-/// The support of an object, and the loads on it, in the body frame.
+/// Friction, loads and inertia of an object, in the body frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Support<'a, S> {
     /// The limit surface, about the centre of friction.
     pub surface: Surface<'a, S>,
     /// The centre of friction, m.
     pub centre: Vector<S>,
-    /// `H` of anisotropic friction, which dissipates `|H v|` instead of `|v|`; its determinant is 1.
+    /// Map `H` of anisotropic friction, which dissipates `|H v|` instead of `|v|`; its determinant is 1.
     pub metric: Option<Matrix<S>>,
-    /// Loads on the object that are neither friction nor the rod's, in units of the sliding force.
+    /// Load on the object other than friction and rod force, in units of the sliding force.
     pub load: Wrench<S>,
     /// Whether [`load`](Self::load) is not zero.
     pub loaded: bool,
-    /// Inertia, if it acts.
+    /// Inertia, if the object has any.
     pub inertia: Option<Inertia<S>>,
 }
 
 impl<'a, S: Scalar> Support<'a, S> {
-    /// A surface centred at the origin of the body, and nothing else.
+    /// Isotropic friction by `surface`, centred at the origin of the body, without load or inertia.
     pub fn plain(surface: Surface<'a, S>) -> Self {
         Self {
             surface,
@@ -49,7 +54,8 @@ impl<'a, S: Scalar> Support<'a, S> {
         }
     }
 
-    /// Friction against `twist`, about the body's origin, in units of the sliding force: what must be applied to overcome it.
+    /// Wrench that overcomes friction at `twist`, about the origin of the body, in units of the sliding
+    /// force.
     #[inline]
     pub fn friction(&self, twist: &Twist<S>) -> Wrench<S> {
         let v = twist.at(self.centre);
@@ -63,16 +69,16 @@ impl<'a, S: Scalar> Support<'a, S> {
         Wrench { force: w.force, moment: w.moment + cross(self.centre, w.force) }
     }
 
-    /// Wrench that the rod must apply for the object to move with `twist`, in units of the sliding force.
+    /// Wrench that must be applied for the object to move with `twist`, in units of the sliding force.
     #[inline]
     pub fn demand(&self, twist: &Twist<S>) -> Wrench<S> {
         let mut w = self.friction(twist);
         if let Some(inertia) = &self.inertia {
             let dissipation = dot(w.force, twist.velocity) + w.moment * twist.rotation;
-            let smooth = dissipation / (dissipation + CREEP);
-            let jump = sub(twist.velocity, inertia.previous.velocity);
-            w.force = add(scale(w.force, smooth), scale(jump, inertia.mass));
-            w.moment = w.moment * smooth + (twist.rotation - inertia.previous.rotation) * inertia.moment;
+            let smoothing = dissipation / (dissipation + FRICTION_SMOOTHING_M_S);
+            let velocity_change = sub(twist.velocity, inertia.previous.velocity);
+            w.force = add(scale(w.force, smoothing), scale(velocity_change, inertia.mass));
+            w.moment = w.moment * smoothing + (twist.rotation - inertia.previous.rotation) * inertia.moment;
         }
         if self.loaded {
             w.force = sub(w.force, self.load.force);
@@ -81,7 +87,7 @@ impl<'a, S: Scalar> Support<'a, S> {
         w
     }
 
-    /// Copies the support in another scalar.
+    /// Converts the support to another scalar.
     pub fn map<T: Scalar>(&self, f: impl Fn(S) -> T + Copy) -> Support<'a, T> {
         let vector = |a: Vector<S>| a.map(f);
         let twist = |t: Twist<S>| Twist { velocity: vector(t.velocity), rotation: f(t.rotation) };
@@ -99,34 +105,36 @@ impl<'a, S: Scalar> Support<'a, S> {
         }
     }
 
-    /// Copies the support without derivatives.
+    /// The support as plain numbers, without derivatives.
     pub fn values(&self) -> Support<'a, f64> {
         self.map(S::value)
     }
 }
 
 impl<'a> Support<'a, f64> {
-    /// The potential whose gradient is [`demand`](Support::demand), up to a constant.
+    /// Convex potential whose gradient is [`demand`](Support::demand), up to a constant.
     fn potential(&self, twist: &Twist<f64>) -> f64 {
         let w = self.friction(twist);
         let dissipation = dot(w.force, twist.velocity) + w.moment * twist.rotation;
         let mut sum = dissipation;
         if let Some(inertia) = &self.inertia {
-            sum -= CREEP * (1.0 + dissipation / CREEP).ln();
-            let jump = sub(twist.velocity, inertia.previous.velocity);
-            sum += 0.5 * inertia.mass * dot(jump, jump);
+            sum -= FRICTION_SMOOTHING_M_S * (1.0 + dissipation / FRICTION_SMOOTHING_M_S).ln();
+            let velocity_change = sub(twist.velocity, inertia.previous.velocity);
+            sum += 0.5 * inertia.mass * dot(velocity_change, velocity_change);
             sum += 0.5 * inertia.moment * (twist.rotation - inertia.previous.rotation).powi(2);
         }
         sum - dot(self.load.force, twist.velocity) - self.load.moment * twist.rotation
     }
 
-    /// Copies the support as a constant of another scalar.
+    /// The support as constants of another scalar.
     pub(super) fn lift<T: Scalar>(&self) -> Support<'a, T> {
         self.map(T::constant)
     }
 }
 
-/// Motion with no rod: the twist at which [`Support::demand`] vanishes. Only with inertia is it ever different from rest.
+/// Twist of an object without a rod: the twist at which [`Support::demand`] vanishes.
+///
+/// It differs from rest only with inertia. Damped Newton steps minimise the potential.
 pub(super) fn free_twist<S: Scalar>(support: &Support<'_, S>) -> Twist<S> {
     let Some(inertia) = &support.inertia else { return Twist::zero() };
     let values = support.values();
@@ -134,12 +142,13 @@ pub(super) fn free_twist<S: Scalar>(support: &Support<'_, S>) -> Twist<S> {
     let mut x = [previous[0], previous[1], inertia.previous.rotation.value()];
     let as_twist = |x: [f64; 3]| Twist { velocity: [x[0], x[1]], rotation: x[2] };
     let lifted: Support<'_, Dual<3>> = values.lift();
-    let slopes = |x: [f64; 3]| {
+    let demand_with_derivatives = |x: [f64; 3]| {
         let lane = |i: usize| Dual::<3>::variable(x[i], i);
         let w = lifted.demand(&Twist { velocity: [lane(0), lane(1)], rotation: lane(2) });
         [w.force[0], w.force[1], w.moment]
     };
-    // A rest start is closer than the previous twist when friction stops the object within the step.
+    // Rest is a better start than the previous twist if friction stops the object within the step. It is
+    // approached from a tiny twist because friction has no derivative at rest.
     let mut energy = values.potential(&as_twist(x));
     let tiny = x.map(|v| 1e-6 * v);
     let at_rest = values.potential(&as_twist(tiny));
@@ -147,39 +156,42 @@ pub(super) fn free_twist<S: Scalar>(support: &Support<'_, S>) -> Twist<S> {
         (x, energy) = (tiny, at_rest);
     }
     for _ in 0..60 {
-        let r = slopes(x);
+        let r = demand_with_derivatives(x);
         let gradient = r.map(|d| d.value);
         let Some(step) = solve3(r.map(|d| d.d), gradient) else { break };
-        let slope = -(0..3).map(|i| gradient[i] * step[i]).sum::<f64>();
+        let derivative_along_step = -(0..3).map(|i| gradient[i] * step[i]).sum::<f64>();
         let mut factor = 1.0;
-        let mut moved = false;
+        let mut has_moved = false;
         for _ in 0..30 {
             let trial = [0, 1, 2].map(|i| x[i] - factor * step[i]);
             let trial_energy = values.potential(&as_twist(trial));
-            if trial_energy <= energy + 1e-4 * factor * slope {
-                moved = trial != x;
+            if trial_energy <= energy + 1e-4 * factor * derivative_along_step {
+                has_moved = trial != x;
                 (x, energy) = (trial, trial_energy);
                 break;
             }
             factor *= 0.5;
         }
-        if !moved || step.iter().all(|s| s.abs() < 1e-13) {
+        if !has_moved || step.iter().all(|s| s.abs() < 1e-13) {
             break;
         }
     }
     let constant =
         |x: [f64; 3]| Twist { velocity: [S::constant(x[0]), S::constant(x[1])], rotation: S::constant(x[2]) };
-    let inverse = if S::DIFFERENTIATES { inverse3(slopes(x).map(|d| d.d)) } else { None };
+    // One Newton step in `S` carries the derivatives (implicit function theorem).
+    let inverse = if S::DIFFERENTIATES { inverse3(demand_with_derivatives(x).map(|d| d.d)) } else { None };
     let Some(inverse) = inverse else { return constant(x) };
     let w = support.demand(&constant(x));
     let residual = [w.force[0], w.force[1], w.moment];
     let corrected = [0, 1, 2].map(|i| {
-        let by = residual[0] * inverse[i][0] + residual[1] * inverse[i][1] + residual[2] * inverse[i][2];
-        S::constant(x[i]) - by
+        let correction =
+            residual[0] * inverse[i][0] + residual[1] * inverse[i][1] + residual[2] * inverse[i][2];
+        S::constant(x[i]) - correction
     });
     Twist { velocity: [corrected[0], corrected[1]], rotation: corrected[2] }
 }
 
+/// Inverse of a 3 x 3 matrix; `None` if it is singular.
 fn inverse3(m: [[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
     let minor = |i: usize, j: usize| {
         let (a, b) = ((i + 1) % 3, (i + 2) % 3);
@@ -193,12 +205,15 @@ fn inverse3(m: [[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
     Some([0, 1, 2].map(|i| [0, 1, 2].map(|j| minor(j, i) / determinant)))
 }
 
+/// Solution of a 3 x 3 system; `None` if the matrix is singular.
 fn solve3(m: [[f64; 3]; 3], b: [f64; 3]) -> Option<[f64; 3]> {
     let inverse = inverse3(m)?;
     Some([0, 1, 2].map(|i| (0..3).map(|j| inverse[i][j] * b[j]).sum()))
 }
 
-/// The ellipsoid's `B⁻¹ + r⊥ r⊥ᵀ / c²`: contact velocity from contact force, for a contact at `r` from the centre of friction.
+/// Mobility `B⁻¹ + r⊥ r⊥ᵀ / c²` of the ellipsoid: velocity of the contact per force at the contact.
+///
+/// `r` is the position of the contact seen from the centre of friction.
 pub(super) fn mobility<S: Scalar>(inverse_metric: &Matrix<S>, c: S, r: Vector<S>) -> Matrix<S> {
     let arm = rot90(r);
     let k = S::constant(1.0) / (c * c);

@@ -1,15 +1,15 @@
-//! Pushing behind [`System`]: its schema, and one window of a push as a task.
+//! Planar pushing as a [`System`]: schema, simulation of one window, and data checks.
 
+use super::covariates::shown_against;
 use super::effects;
 use super::engine::{Push as Pushed, Steps};
 use super::objection::{objection, too_short};
 use super::path::Recorded;
 use super::planar::Pose;
 use super::poses::simulate_poses;
-use super::possible::possible;
-use super::shown::shown_against;
+use super::preconditions::possible;
+use super::segments;
 use super::top_view::top_view;
-use super::windows;
 use super::world::World;
 use crate::Scalar;
 use crate::effects::Polar;
@@ -22,16 +22,19 @@ use crate::system::{
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
 
-/// Most derivatives of one simulation: more run in blocks. Two widths, because the contact solver compiles long.
-const WIDEST: usize = 16;
+/// Maximum number of derivatives in one simulation; more are computed in blocks.
+///
+/// Only two lane counts are compiled, because the contact solver takes long to compile.
+const MAX_LANES: usize = 16;
 
-/// Rod travel in a sub-step, m: within 10 µm of the finest over a push of 15 cm.
-const STEPS: Steps = Steps { travel_m: 2e-3, duration_s: f64::INFINITY, inertial_s: 2e-3 };
+/// Sub-steps of fits and forecasts: within 10 µm of the finest over a push of 15 cm.
+const FIT_STEPS: Steps = Steps { travel_m: 2e-3, duration_s: f64::INFINITY, inertial_s: 2e-3 };
 
 /// An object on a table, pushed by a rod, as a [`System`].
 ///
-/// States are the pose as the sensor reports it (m, m, rad), and so are the channels; the input is the rod's centre, in
-/// straight lines between its samples. Windows that do not begin a record are under way.
+/// States and channels are the pose as the sensor reports it (m, m, rad). The input is the position of the
+/// rod's centre, linear between its samples. Windows that do not begin a record start with the push in
+/// progress.
 #[derive(Clone, Debug)]
 pub struct Pushing {
     schema: Arc<Schema>,
@@ -42,33 +45,33 @@ pub struct Pushing {
     laws: Vec<Law>,
 }
 
-/// Declarations of a model of pushes beside its parameters.
+/// Declarations of a model file of pushing besides its parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PushDeclares {
-    /// Kinds of its effects, scatter among them.
+    /// Kinds of the model's effects, including the scatter of friction.
     pub kinds: Vec<String>,
     /// Standard deviation of the position sensor, m.
     pub position_sd_m: Option<f64>,
     /// Standard deviation of the angle sensor, rad.
     pub angle_sd_rad: Option<f64>,
-    /// Standard deviation of each push's own centre of pressure, m.
+    /// Standard deviation of the centre of pressure between pushes, m.
     pub scatter_sd_m: Option<f64>,
-    /// Its 95 % interval, m, where the file has one.
+    /// 95 % confidence interval of `scatter_sd_m`, m, if the file has one.
     pub scatter_ci95_m: Option<[f64; 2]>,
 }
 
-/// Accuracy of rods, outlines and integrators, m and rad.
+/// Accuracy of rod positions, outlines and integration, m and rad.
 const RESOLUTION: f64 = 1e-5;
 
 impl Pushing {
-    /// The pushes of a declared world with these parameters, one for each place of the world's vector.
+    /// A system of `world` with these parameters, one for each entry of the world's parameter vector.
     pub fn new(world: World, parameters: Vec<Parameter>, declares: PushDeclares) -> Self {
         let library = effects::all::<f64>().iter().map(|e| Effect::from(e.spec())).collect();
         let (schema, declares) = (Arc::new(schema(&world, &declares)), Arc::new(declares));
         Self { schema, library, world, declares, parameters, laws: Vec::new() }
     }
 
-    /// Simulates in the scalar whose lanes are the seeds of the task.
+    /// Simulates one window in the scalar whose lanes are the seeds of the task.
     fn run<S: Scalar>(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
         let parameters: Vec<S> =
             seeded(task.parameters, task.seeds, |s| if let Seed::Parameter(i) = s { Some(i) } else { None });
@@ -91,7 +94,7 @@ impl Pushing {
             start: Pose::new(start[0], start[1], start[2]),
             path: &path,
             field: None,
-            steps: STEPS,
+            steps: FIT_STEPS,
         };
         let mut poses = Vec::with_capacity(task.window.len());
         let under_way = task.window.start > 0 || task.record.under_way;
@@ -147,7 +150,7 @@ impl System for Pushing {
         task.check(&self.schema, self.parameters.len())?;
         in_blocks(
             task,
-            WIDEST,
+            MAX_LANES,
             out,
             |task, out| with_lanes!(task.seeds.len(), [8; 16], S => self.run::<S>(task, out)),
         )
@@ -157,7 +160,7 @@ impl System for Pushing {
         let Some(effect) = self.library.get(effect) else { return Vec::new() };
         let nulls: Vec<f64> = effect.parameters.iter().map(|p| p.null).collect();
         match (effect.polar, &nulls[..]) {
-            // A direction means nothing where its amount vanishes: half a turn of the term, in four steps.
+            // The direction is undefined at the null value, so try directions over half a turn in four steps.
             (Some(Polar::Axis), &[amount, _]) => {
                 (0..4).map(|k| vec![amount, FRAC_PI_4 * f64::from(k) - FRAC_PI_4]).collect()
             }
@@ -188,9 +191,9 @@ impl System for Pushing {
     }
 
     fn prepare(&self, record: &mut Record, sd: &[f64]) -> Result<(), Objection> {
-        let rough = sd.iter().take(2).fold(0.0_f64, |a, b| a.max(*b));
-        let position_sd_m = self.declares.position_sd_m.unwrap_or(0.0).max(rough);
-        if windows::cut(record, position_sd_m) { Ok(()) } else { Err(too_short()) }
+        let estimated_sd = sd.iter().take(2).fold(0.0_f64, |a, b| a.max(*b));
+        let position_sd_m = self.declares.position_sd_m.unwrap_or(0.0).max(estimated_sd);
+        if segments::split(record, position_sd_m) { Ok(()) } else { Err(too_short()) }
     }
 
     fn objection(&self, records: &[Record], _sd: &[f64]) -> Option<Objection> {
@@ -201,7 +204,7 @@ impl System for Pushing {
         possible(effect, &self.parameters, &self.declares, records)
     }
 
-    /// Model files of pushing give an effect one value for all groups.
+    /// False: model files of pushing give an effect one value for all groups.
     fn by_group(&self, _effect: usize) -> bool {
         false
     }
@@ -219,6 +222,7 @@ impl System for Pushing {
     }
 }
 
+/// Schema of pushing: states, channels, inputs, error measures and random effects.
 fn schema(world: &World, declares: &PushDeclares) -> Schema {
     let pose = [("x", "m"), ("y", "m"), ("theta", "rad")];
     let channel = |(name, unit): (&str, &str)| {
@@ -239,7 +243,7 @@ fn schema(world: &World, declares: &PushDeclares) -> Schema {
         unit: (unit.into(), factor),
         length: true,
     };
-    let centre = world.terms().iter().find(|t| Some(t.effect) == effects::index_of(SCATTERS));
+    let centre = world.terms().iter().find(|t| Some(t.effect) == effects::index_of(SCATTERED_EFFECT));
     Schema {
         system: "push".into(),
         record: ["push".into(), "pushes".into()],
@@ -264,7 +268,7 @@ fn schema(world: &World, declares: &PushDeclares) -> Schema {
             measure("position", &[0, 1], "mm", 1e3),
             measure("rotation", &[2], "degrees", 180.0 / PI),
         ],
-        drawn: effects::index_of(SCATTERS).map(|through| Drawn {
+        drawn: effects::index_of(SCATTERED_EFFECT).map(|through| Drawn {
             through,
             places: centre.map(|t| t.first..t.first + t.count),
             scatter: Effect::from(&effects::SCATTER_SPEC),
@@ -276,5 +280,5 @@ fn schema(world: &World, declares: &PushDeclares) -> Schema {
     }
 }
 
-/// The effect whose parameters, a centre of pressure, may be drawn anew for each push.
-const SCATTERS: &str = "pressure-offset";
+/// Kind of the effect whose parameters, a centre of pressure, may be a random effect per push.
+const SCATTERED_EFFECT: &str = "pressure-offset";

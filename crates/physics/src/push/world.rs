@@ -1,4 +1,4 @@
-//! Which laws act on an object, and where each finds its parameters in one flat vector.
+//! A pushed object with the effects that act on it, and the layout of the parameter vector.
 
 use super::effects;
 use super::field::Field;
@@ -9,7 +9,9 @@ use super::surface::patches::{Patch, cut};
 use super::surface::uniform::UniformPolygon;
 use crate::Scalar;
 
-/// The parameters that every pushing world has, in the order of the parameter vector; those of the terms follow.
+/// Names of the parameters that every pushing world has, in the order of the parameter vector.
+///
+/// Those of the effects follow.
 pub const BASE_PARAMETERS: [&str; 5] =
     ["c_m", "contact_friction", "rod_radius_m", "support_friction", "mass_kg"];
 /// Index of `c`, m.
@@ -23,12 +25,12 @@ pub const SUPPORT_FRICTION: usize = 3;
 /// Index of the mass, kg.
 pub const MASS: usize = 4;
 
-/// Sides of the polygon that stands for an ellipse in the integrated surface.
+/// Number of sides of the polygon that approximates an ellipse in the uniform surface.
 const ELLIPSE_SIDES: usize = 48;
-/// Cells across the object where friction is summed over patches.
+/// Number of patches across the object in the sum over patches.
 const PATCHES_ACROSS: usize = 10;
 
-/// A law with its place in the parameter vector.
+/// An effect of the world and the place of its parameters in the parameter vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Term {
     /// Position in [`effects::all`].
@@ -39,13 +41,14 @@ pub struct Term {
     pub count: usize,
 }
 
-/// An object, and the laws that act on it. Parameter values live outside, in a flat vector, so that one world serves many
-/// fits.
+/// An object and the effects that act on it.
+///
+/// Parameter values are not stored here but passed as a flat vector, so that one world serves many fits.
 #[derive(Clone, Debug)]
 pub struct World {
     object: Object,
     terms: Vec<Term>,
-    parameters: usize,
+    parameter_count: usize,
     pub(super) moments: Moments,
     pub(super) mean_radius_m: f64,
     pub(super) uniform: UniformPolygon,
@@ -54,7 +57,7 @@ pub struct World {
 }
 
 impl World {
-    /// A world of the ellipsoidal limit surface.
+    /// A world with the ellipsoidal limit surface and no effects.
     pub fn new(object: Object) -> Self {
         let patches = cut(&object.outline, PATCHES_ACROSS);
         Self {
@@ -65,11 +68,14 @@ impl World {
             patches,
             object,
             terms: Vec::new(),
-            parameters: BASE_PARAMETERS.len(),
+            parameter_count: BASE_PARAMETERS.len(),
         }
     }
 
-    /// Spreads patches `across` the object, each weighted by `pressure` (at a point of the body, m; any unit).
+    /// Replaces the patches by a grid with `across` cells, weighted by `pressure`.
+    ///
+    /// `pressure` is evaluated at points of the body, m; its unit does not matter because the weights are
+    /// normalised.
     pub fn with_patches(mut self, across: usize, pressure: impl Fn([f64; 2]) -> f64) -> Self {
         self.patches = cut(&self.object.outline, across);
         self.shares = self.patches.iter().map(|p| p.share * pressure(p.position)).collect();
@@ -78,12 +84,15 @@ impl World {
         self
     }
 
-    /// The object.
+    /// The pushed object.
     pub fn object(&self) -> &Object {
         &self.object
     }
 
-    /// Parameters of the textbook model: uniform pressure, steel on steel and the rod of the MIT set, friction of ABS.
+    /// Nominal parameter values: uniform pressure, friction of steel on steel, the rod of the MIT set, a
+    /// support of ABS.
+    ///
+    /// Effects have their typical values.
     pub fn nominal(&self) -> Vec<f64> {
         let mass = self.object.mass_kg.unwrap_or(1.0);
         let mut values = vec![self.mean_radius_m, 0.25, 0.00475, 0.15, mass];
@@ -97,30 +106,33 @@ impl World {
 
     /// Length of the parameter vector.
     pub fn parameter_count(&self) -> usize {
-        self.parameters
+        self.parameter_count
     }
 
-    /// Adds an effect by its position in the registry; returns the index of its first parameter. Its parameters stand at the
-    /// end of the vector. `None` if there is none.
+    /// Adds an effect by its position in the registry and returns the index of its first parameter.
+    ///
+    /// Its parameters are appended to the parameter vector. Returns `None` if there is no such effect.
     pub fn add(&mut self, effect: usize) -> Option<usize> {
         let count = effects::all::<f64>().get(effect)?.spec().parameters.len();
-        let first = self.parameters;
-        self.parameters += count;
+        let first = self.parameter_count;
+        self.parameter_count += count;
         self.terms.push(Term { effect, first, count });
         Some(first)
     }
 
-    /// Adds an effect by kind; `None` if there is no such kind (or it is no law, as scatter).
+    /// Adds an effect by kind; `None` if there is no such effect, or if it is not simulated (scatter).
     pub fn add_kind(&mut self, kind: &str) -> Option<usize> {
         self.add(effects::index_of(kind)?)
     }
 
-    /// The terms, in the order of the parameter vector.
+    /// The effects, in the order of the parameter vector.
     pub fn terms(&self) -> &[Term] {
         &self.terms
     }
 
-    /// The laws with `parameters` filled in. Parameters that are missing count as those of [`nominal`](Self::nominal).
+    /// The setting of a push with these parameter values.
+    ///
+    /// Missing base parameters have the value of [`nominal`](Self::nominal).
     pub fn setting<S: Scalar>(&self, parameters: &[S]) -> Setting<S> {
         let base = |i: usize| {
             parameters
@@ -135,28 +147,28 @@ impl World {
             base(SUPPORT_FRICTION),
             base(MASS),
         );
-        let listed = effects::all::<S>();
+        let library = effects::all::<S>();
         for term in &self.terms {
             if let (Some(effect), Some(p)) =
-                (listed.get(term.effect), parameters.get(term.first..term.first + term.count))
+                (library.get(term.effect), parameters.get(term.first..term.first + term.count))
             {
                 effect.apply(p, &mut setting);
             }
         }
         if setting.speed.is_some() {
-            // Speed changes the shape of the surface, which only the sum over patches knows.
+            // Only the sum over patches can represent a surface whose shape depends on speed.
             setting.friction = Friction::Patches;
         }
         setting
     }
 
-    /// Relative friction of the patches of an object at a place, from a map of the table.
-    pub(super) fn weigh(&self, field: &Field, pose: &super::Pose<f64>, weights: &mut Vec<f64>) {
+    /// Fills `weights` with the friction of each patch at `pose`, from a map of the table.
+    pub(super) fn patch_weights(&self, field: &Field, pose: &super::Pose<f64>, weights: &mut Vec<f64>) {
         let rotation = super::planar::Rotation::new(pose.angle);
         weights.clear();
         weights.extend(self.patches.iter().zip(&self.shares).map(|(patch, share)| {
-            let place = super::planar::add(pose.position, rotation.to_world(patch.position));
-            share * field.factor(place)
+            let position = super::planar::add(pose.position, rotation.to_world(patch.position));
+            share * field.factor(position)
         }));
     }
 }

@@ -151,15 +151,6 @@ pub trait System: Debug + Send + Sync {
         false
     }
 
-    /// For state filters: this system with each state as a channel, and the states with process noise.
-    ///
-    /// The state channels follow the measured ones, in the order of the schema's states; the second part
-    /// lists the states whose rates may carry process noise. Records of this system are valid for the
-    /// returned one. The default is `None`: the system does not support filtering.
-    fn with_states_shown(&self) -> Option<(Arc<dyn System>, Vec<usize>)> {
-        None
-    }
-
     /// This system with scene parameters, such as the floor height, estimated from data and calibrated.
     ///
     /// `None` where the declared scene agrees with the records.

@@ -1,9 +1,12 @@
-//! Contract: the pushing engine is that of the reference trajectories, which an independent implementation made
-//! (fixtures/push-golden): 30 trajectories of the ellipsoid to 1e-6 m and 1e-5 rad, 300 single contacts to 1e-12 relative,
-//! and the exact surface to 5e-5 m and 1e-3 rad.
+//! Contract: the pushing engine agrees with reference data of an independent implementation
+//! (fixtures/push-golden).
 //!
-//! The scenes cover sticking, both ways of sliding, mode switches, corners, separation, touch-down, a miss, acceleration and
-//! a curved path; the golden integration itself is good to 0.7 µm.
+//! - 30 trajectories with the ellipsoidal surface: 1e-6 m and 1e-5 rad.
+//! - 300 single contacts: relative 1e-12.
+//! - The exact surface: 5e-5 m and 1e-3 rad.
+//!
+//! The scenes cover sticking, sliding both ways, mode switches, corners, separation, touch-down, a miss,
+//! acceleration and a curved path. The reference integration is accurate to 0.7 µm.
 
 use crate::shared_data::workspace;
 use augsim_physics::push::planar::{Vector, dot};
@@ -21,7 +24,7 @@ fn folder() -> PathBuf {
     workspace().join("fixtures/push-golden")
 }
 
-/// Rows of a fixture by column name.
+/// A fixture table, read by column name.
 struct Rows {
     names: Vec<String>,
     rows: Vec<Vec<String>>,
@@ -48,13 +51,13 @@ impl Rows {
         self.rows.iter().map(|r| r[i].parse().unwrap_or_else(|_| panic!("{name}: {}", r[i]))).collect()
     }
 
-    fn words(&self, name: &str) -> Vec<&str> {
+    fn strings(&self, name: &str) -> Vec<&str> {
         let i = self.column(name);
         self.rows.iter().map(|r| r[i].as_str()).collect()
     }
 }
 
-/// Line with a sine across it: case 26.
+/// A line with a transverse sine: the path of case 26.
 #[derive(Clone, Copy)]
 struct Sine {
     start: Vector<f64>,
@@ -152,20 +155,20 @@ fn run(case: &Case, times: &[f64], steps: Steps) -> Run<f64> {
     run
 }
 
-fn fine() -> Steps {
+fn fine_steps() -> Steps {
     Steps { travel_m: 1e-4, duration_s: 0.01, ..Steps::default() }
 }
 
 #[test]
-fn thirty_trajectories_to_a_micrometre() {
+fn thirty_trajectories_agree_to_a_micrometre() {
     let cases = cases();
     assert_eq!(cases.len(), 30);
     for case in &cases {
         let rows = Rows::read(&format!("{}.gz", case.file));
         let (t, x, y, angle) =
             (rows.numbers("t"), rows.numbers("obj_x"), rows.numbers("obj_y"), rows.numbers("obj_th"));
-        let modes = rows.words("mode");
-        let run = run(case, &t, fine());
+        let modes = rows.strings("mode");
+        let run = run(case, &t, fine_steps());
         let mut label_errors = 0;
         for i in 0..t.len() {
             let pose = run.poses[i];
@@ -174,7 +177,7 @@ fn thirty_trajectories_to_a_micrometre() {
             assert!(off < 1e-6 && turned < 1e-5, "{} sample {i}: {off:e} m, {turned:e} rad", case.file);
             let mode = run.instants[i].mode.name();
             if mode != modes[i] {
-                // Next to a switch the label of the neighbour is right as well.
+                // Next to a mode switch the mode of a neighbouring sample is also accepted.
                 let near = [i.saturating_sub(1), (i + 1).min(t.len() - 1)];
                 assert!(
                     near.iter().any(|&j| modes[j] == mode),
@@ -190,13 +193,13 @@ fn thirty_trajectories_to_a_micrometre() {
 }
 
 #[test]
-fn contact_point_force_and_slip_agree_where_nothing_switches() {
+fn contact_point_force_and_slip_agree_away_from_mode_switches() {
     let case = &cases()[9];
     let rows = Rows::read("09_mit_repeat_s07.csv.gz");
-    let run = run(case, &rows.numbers("t"), fine());
+    let run = run(case, &rows.numbers("t"), fine_steps());
     let (slip, fx, fy) = (rows.numbers("slip"), rows.numbers("fd_x"), rows.numbers("fd_y"));
     let (cx, omega) = (rows.numbers("cb_x"), rows.numbers("omega"));
-    let modes = rows.words("mode");
+    let modes = rows.strings("mode");
     let mut compared = 0;
     for (i, instant) in run.instants.iter().enumerate() {
         if instant.mode.name() != modes[i] {
@@ -209,14 +212,14 @@ fn contact_point_force_and_slip_agree_where_nothing_switches() {
         assert!((instant.slip - slip[i]).abs() < 1e-6, "{i}: slip {} {}", instant.slip, slip[i]);
         assert!((instant.contact[0] - cx[i]).abs() < 2e-6, "{i}: contact");
         assert!((instant.twist.rotation - omega[i]).abs() < 1e-4, "{i}: omega");
-        // The force that moves the object lies on the limit surface: it never exceeds mu_s m g.
+        // The force on a moving object is on the limit surface, so it never exceeds mu_s m g.
         assert!(size <= 0.15 * 0.8374 * 9.81 * (1.0 + 1e-12), "{i}: {size} N");
     }
     assert!(compared >= 145, "{compared}");
 }
 
 #[test]
-fn three_hundred_contacts_to_rounding() {
+fn three_hundred_contacts_agree_to_rounding() {
     let rows = Rows::read("twists.csv");
     let columns: Vec<Vec<f64>> =
         ["c", "mu", "r_x", "r_y", "n_x", "n_y", "u_x", "u_y", "vx", "vy", "omega", "fd_x", "fd_y", "slip"]
@@ -224,7 +227,7 @@ fn three_hundred_contacts_to_rounding() {
             .map(|n| rows.numbers(n))
             .collect();
     assert_eq!(rows.rows.len(), 300);
-    for (i, mode) in rows.words("mode").iter().enumerate() {
+    for (i, mode) in rows.strings("mode").iter().enumerate() {
         let [c, mu, rx, ry, nx, ny, ux, uy, vx, vy, omega, fx, fy, slip] =
             std::array::from_fn(|k| columns[k][i]);
         let touch = Touch { point: [rx, ry], normal: [nx, ny], velocity: [ux, uy] };
@@ -247,9 +250,9 @@ fn three_hundred_contacts_to_rounding() {
 }
 
 #[test]
-fn exact_surface_in_closed_form_and_by_patches() {
+fn exact_surface_agrees_in_closed_form_and_by_patches() {
     let rows = Rows::read("exact_ls.csv");
-    let (files, travel) = (rows.words("file"), rows.numbers("travel_m"));
+    let (files, travel) = (rows.strings("file"), rows.numbers("travel_m"));
     let (x, y, angle) = (rows.numbers("obj_x"), rows.numbers("obj_y"), rows.numbers("obj_th"));
     let cases = cases();
     let mut worst: [f64; 2] = [0.0; 2];
@@ -268,7 +271,7 @@ fn exact_surface_in_closed_form_and_by_patches() {
         let exact =
             Case { world: exact, parameters: case.parameters.clone(), file: case.file.clone(), ..*case };
         let with_run = run(&exact, &times, Steps { travel_m: 5e-4, ..Steps::default() });
-        // By patches: a uniform friction map switches the sum over patches on.
+        // A uniform friction map selects the sum over patches.
         let flat = augsim_physics::push::Field::new([-1.0, -1.0], 2.0, 2, vec![1.0; 4]).expect("flat");
         let mut by_patches = Run::default();
         let push = Push {
@@ -294,21 +297,22 @@ fn exact_surface_in_closed_form_and_by_patches() {
             worst = [worst[0].max(off(summed)), worst[1].max(turn(summed))];
         }
     }
-    // Ten patches across: the golden file's own 24-point grids spread by 40 µm.
+    // The tolerance is for ten patches across; grids of 24 points in the reference itself differ by 40 µm.
     assert!(worst[0] < 1e-4 && worst[1] < 2e-3, "patches: {worst:?}");
 }
 
 #[test]
 fn constants_of_the_objects() {
     let rows = Rows::read("constants.csv");
-    let names = rows.words("object");
+    let names = rows.strings("object");
     let (c, area, rho2) =
         (rows.numbers("c_uniform_m"), rows.numbers("area_m2"), rows.numbers("rho2_mean_m2"));
     let (x, y) = (rows.numbers("centroid_x"), rows.numbers("centroid_y"));
     for (i, name) in names.iter().enumerate() {
         let object = Object::named(name).expect("built in");
         let m = Moments::of(&object.outline);
-        // The reference takes ellipses as inscribed polygons of 180 sides: (pi/180)²·2/3 = 2e-4 less area.
+        // The reference replaces ellipses by inscribed polygons with 180 sides, whose area is smaller by
+        // (pi/180)²·2/3 = 2e-4.
         let tolerance = if name.starts_with("ellip") { 3e-4 } else { 1e-11 };
         assert!((object.uniform_c_m() / c[i] - 1.0).abs() < tolerance, "{name}: c {}", object.uniform_c_m());
         assert!((m.area_m2 / area[i] - 1.0).abs() < tolerance, "{name}: area");

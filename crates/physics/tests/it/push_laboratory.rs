@@ -1,5 +1,6 @@
-//! Contract: the virtual laboratory makes the same bytes for any number of threads, push by push from the seed; its truths
-//! differ from the declared model by more than the sensor's noise, in the ways its record says; nothing in it is not finite.
+//! Contract of the synthetic pushes: each push depends only on the seed and its index, for any number of
+//! threads; the truth differs from the declared model by more than the measurement noise, in the recorded
+//! ways; all values are finite.
 
 use augsim_physics::push::laboratory::{Generated, Protocol, Recipe, SUPPORTS, SupportSheet};
 use augsim_physics::push::{OBJECTS, Object, Pose, Push, Recorded, Run, Steps, simulate};
@@ -9,43 +10,43 @@ fn recipe(protocol: Protocol, object: &str, support: &str, pushes: usize) -> Rec
     Recipe::new(protocol, &object, SupportSheet::named(support).expect("known"), pushes)
 }
 
-fn on(threads: usize, recipe: &Recipe, seed: u64) -> Generated {
+fn generate_on(threads: usize, recipe: &Recipe, seed: u64) -> Generated {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
     pool.install(|| recipe.generate(seed)).expect("generated")
 }
 
 #[test]
-fn the_same_bytes_for_one_two_and_seven_threads_and_for_any_number_of_pushes() {
+fn bytes_do_not_depend_on_the_number_of_threads_or_pushes() {
     for protocol in [Protocol::Mit, Protocol::Repeat, Protocol::Random] {
         let few = recipe(protocol, "rect1", "pu", 6);
-        let one = on(1, &few, 11);
+        let single_threaded = generate_on(1, &few, 11);
         for threads in [2, 7] {
-            let other = on(threads, &few, 11);
-            assert_eq!(one.data, other.data);
-            assert_eq!(one.made, other.made);
+            let other = generate_on(threads, &few, 11);
+            assert_eq!(single_threaded.data, other.data);
+            assert_eq!(single_threaded.made, other.made);
         }
-        let more = on(2, &Recipe { pushes: 9, ..few }, 11);
-        assert_eq!(more.data.trajectories()[..6], *one.data.trajectories());
-        assert_ne!(on(2, &recipe(protocol, "rect1", "pu", 6), 12).data, one.data);
+        let more = generate_on(2, &Recipe { pushes: 9, ..few }, 11);
+        assert_eq!(more.data.trajectories()[..6], *single_threaded.data.trajectories());
+        assert_ne!(generate_on(2, &recipe(protocol, "rect1", "pu", 6), 12).data, single_threaded.data);
     }
 }
 
 #[test]
-fn the_layout_of_a_rectangle_is_that_of_the_mit_set() {
+fn design_of_a_rectangle_is_that_of_the_mit_set() {
     let rect1 = Object::named("rect1").expect("built in");
     let plans = Protocol::Mit.plan(&rect1, 7128, 3);
     let mut cells: Vec<String> = plans.iter().map(|p| format!("{p:?}")).collect();
     cells.sort();
     cells.dedup();
-    assert_eq!(cells.len(), 7128, "44 contacts x 9 angles x 18 motions, none twice");
+    assert_eq!(cells.len(), 7128, "44 contacts x 9 angles x 18 motions, all different");
     assert_eq!(plans.iter().filter(|p| p.acceleration_m_s2 > 0.0).count(), 44 * 9 * 8);
-    assert_eq!(Protocol::Mit.plan(&rect1, 8000, 3)[7128..], plans[..872], "then it goes round again");
+    assert_eq!(Protocol::Mit.plan(&rect1, 8000, 3)[7128..], plans[..872], "the design is repeated");
 }
 
 #[test]
-fn every_object_on_every_support_gives_finite_pushes_that_move() {
+fn every_object_and_support_gives_finite_pushes_that_move() {
     let mut moved = 0;
-    let mut all = 0;
+    let mut total = 0;
     for (i, object) in OBJECTS.iter().enumerate() {
         for protocol in [Protocol::Mit, Protocol::Random] {
             let support = SUPPORTS[i % SUPPORTS.len()].name;
@@ -53,23 +54,26 @@ fn every_object_on_every_support_gives_finite_pushes_that_move() {
             for (trajectory, made) in set.data.trajectories().iter().zip(&set.made) {
                 assert!(trajectory.values().iter().flatten().all(|v| v.is_finite()), "{object} {made:?}");
                 assert_eq!(made.inertia, made.planned.speed_m_s > 0.05);
-                let way = (made.end[0] - made.start[0]).hypot(made.end[1] - made.start[1]);
-                // Nothing moves further than the rod and what inertia adds: v²/(2 mu g).
+                let distance = (made.end[0] - made.start[0]).hypot(made.end[1] - made.start[1]);
+                // An object moves at most as far as the rod plus the coasting distance v²/(2 mu g).
                 let coast = made.planned.speed_m_s.powi(2) / (2.0 * 0.14 * 9.81);
-                assert!(way < made.planned.travel_m + 1.5 * coast + 0.01, "{object} {made:?}: {way} m");
-                moved += usize::from(way > 1e-3);
-                all += 1;
+                assert!(
+                    distance < made.planned.travel_m + 1.5 * coast + 0.01,
+                    "{object} {made:?}: {distance} m"
+                );
+                moved += usize::from(distance > 1e-3);
+                total += 1;
             }
         }
     }
-    assert!(moved * 10 > all * 8, "{moved} of {all} moved");
+    assert!(moved * 10 > total * 8, "{moved} of {total} moved");
 }
 
-/// Distance, m, between the end of each push and what the declared model says of it.
-fn misses(set: &Generated, only: impl Fn(usize) -> bool) -> Vec<f64> {
+/// Distances, m, between the true ends of pushes and those predicted by the declared model, sorted.
+fn end_errors(set: &Generated, only: impl Fn(usize) -> bool) -> Vec<f64> {
     let (world, parameters) = set.declared.world();
     let mut run = Run::default();
-    let mut misses = Vec::new();
+    let mut end_errors = Vec::new();
     for (i, t) in set.data.trajectories().iter().enumerate().filter(|(i, _)| only(*i)) {
         let path = Recorded::new(t.time_s(), t.column(0), t.column(1)).expect("ordered");
         let start = set.made[i].start;
@@ -83,26 +87,26 @@ fn misses(set: &Generated, only: impl Fn(usize) -> bool) -> Vec<f64> {
         };
         simulate(&push, t.time_s(), &mut run).expect("starts outside");
         let end = run.poses.last().expect("samples").position;
-        misses.push((end[0] - set.made[i].end[0]).hypot(end[1] - set.made[i].end[1]));
+        end_errors.push((end[0] - set.made[i].end[0]).hypot(end[1] - set.made[i].end[1]));
     }
-    misses.sort_by(f64::total_cmp);
-    misses
+    end_errors.sort_by(f64::total_cmp);
+    end_errors
 }
 
 #[test]
-fn the_truth_differs_from_the_declared_model_and_inertia_most() {
+fn truth_differs_from_the_declared_model_most_with_inertia() {
     let set = recipe(Protocol::Mit, "rect1", "abs", 120).generate(5).expect("generated");
-    let slow = misses(&set, |i| !set.made[i].inertia);
-    let fast = misses(&set, |i| set.made[i].planned.speed_m_s >= 0.3);
+    let slow = end_errors(&set, |i| !set.made[i].inertia);
+    let fast = end_errors(&set, |i| set.made[i].planned.speed_m_s >= 0.3);
     let median = |m: &[f64]| m[m.len() / 2];
     assert!((3e-4..5e-3).contains(&median(&slow)), "slow: {} m", median(&slow));
     assert!(median(&fast) > 3.0 * median(&slow), "fast: {} m, slow: {} m", median(&fast), median(&slow));
 }
 
 #[test]
-fn a_repeated_push_scatters_as_far_as_random_friction_maps_make_it() {
-    // The reference's own simulation of this push: a new map of 12 % and 3 cm gives 2.55 mm and 0.6 degrees after 15 cm,
-    // contact jitter of 0.3 mm adds 0.9 mm and 0.27 degrees.
+fn repeated_pushes_scatter_as_random_friction_maps_predict() {
+    // A reference simulation of this push gives 2.55 mm and 0.6 degrees after 15 cm from a new friction map
+    // (12 %, 3 cm) per push; 0.3 mm of scatter in the contact point adds 0.9 mm and 0.27 degrees.
     let set = recipe(Protocol::Repeat, "rect1", "abs", 150).generate(9).expect("generated");
     let n = set.made.len() as f64;
     let sd = |pick: fn(&[f64; 3]) -> f64| {
@@ -116,9 +120,9 @@ fn a_repeated_push_scatters_as_far_as_random_friction_maps_make_it() {
 }
 
 #[test]
-fn the_sensor_has_the_noise_that_is_declared() {
+fn measurement_noise_has_the_declared_size() {
     let set = recipe(Protocol::Repeat, "rect1", "abs", 40).generate(2).expect("generated");
-    // The first five samples lie before the push.
+    // The first five samples are before the push.
     let (mut position, mut angle, mut count) = (0.0, 0.0, 0.0);
     for (t, made) in set.data.trajectories().iter().zip(&set.made) {
         for i in 0..5 {
@@ -129,7 +133,7 @@ fn the_sensor_has_the_noise_that_is_declared() {
     }
     let position_sd = (position / (2.0 * count)).sqrt();
     let angle_sd = (angle / count).sqrt();
-    // 400 and 200 draws: standard errors of 3.5 and 5 %.
+    // With 400 and 200 draws the standard errors are 3.5 % and 5 %.
     assert!(
         (position_sd / set.declared.position_sd_m.expect("declared") - 1.0).abs() < 0.12,
         "{position_sd}"

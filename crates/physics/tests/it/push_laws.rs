@@ -1,6 +1,8 @@
-//! Contract: the laws that any model of quasi-static pushing obeys, for every limit surface and every effect: frame
-//! invariance, mirror symmetry, rate independence, friction cone, maximum dissipation; the integrator has the order it claims;
-//! dual numbers give the derivatives of the simulated motion.
+//! Contract: laws of quasi-static pushing, for every limit surface and effect.
+//!
+//! - Frame invariance, mirror symmetry, rate independence, friction cone, maximum dissipation.
+//! - The integrator converges with its nominal order.
+//! - Dual numbers give the derivatives of the simulated motion.
 
 use augsim_physics::push::effects;
 use augsim_physics::push::planar::{Rotation, add, cross, dot, rot90, sub};
@@ -13,7 +15,7 @@ use augsim_physics::push::{
 use augsim_physics::{Dual, Scalar};
 use proptest::prelude::*;
 
-/// A straight push in the MIT layout: contact at `fraction` of `side`, at `angle` from the inward normal.
+/// A straight push that touches `side` at `fraction`, at `angle` from the inward normal.
 fn push_path(
     object: &Object,
     pose: Pose<f64>,
@@ -42,7 +44,7 @@ fn world(object: &str, kinds: &[&str]) -> World {
     world
 }
 
-fn end<S: Scalar>(
+fn simulate_travel<S: Scalar>(
     world: &World,
     parameters: &[S],
     start: Pose<f64>,
@@ -77,8 +79,8 @@ proptest! {
         let p = world.nominal();
         let here = push_path(world.object(), home, side, fraction, angle, 0.02);
         let there = push_path(world.object(), away, side, fraction, angle, 0.02);
-        let a = end(&world, &p, home, &here, &[0.03, 0.06], steps);
-        let b = end(&world, &p, away, &there, &[0.03, 0.06], steps);
+        let a = simulate_travel(&world, &p, home, &here, &[0.03, 0.06], steps);
+        let b = simulate_travel(&world, &p, away, &there, &[0.03, 0.06], steps);
         for (a, b) in a.poses.iter().zip(&b.poses) {
             let moved = away.to_world(a.position);
             prop_assert!(dot(sub(moved, b.position), sub(moved, b.position)).sqrt() < 1e-8);
@@ -95,8 +97,8 @@ proptest! {
         let p = world.nominal();
         let right = push_path(world.object(), home, 0, fraction, angle, 0.02);
         let left = push_path(world.object(), home, 0, 1.0 - fraction, -angle, 0.02);
-        let a = end(&world, &p, home, &right, &[0.02, 0.05], Steps::default());
-        let b = end(&world, &p, home, &left, &[0.02, 0.05], Steps::default());
+        let a = simulate_travel(&world, &p, home, &right, &[0.02, 0.05], Steps::default());
+        let b = simulate_travel(&world, &p, home, &left, &[0.02, 0.05], Steps::default());
         for (i, (a, b)) in a.poses.iter().zip(&b.poses).enumerate() {
             prop_assert!((a.position[0] + b.position[0]).abs() < 1e-8, "{i}: {a:?} {b:?}");
             prop_assert!((a.position[1] - b.position[1]).abs() < 1e-8);
@@ -113,8 +115,8 @@ proptest! {
         let p = world.nominal();
         let slow = push_path(world.object(), home, 1, fraction, angle, 0.02);
         let fast = StraightPush { speed_m_s: 0.02 * factor, ..slow };
-        let a = end(&world, &p, home, &slow, &[0.02, 0.05], Steps::default());
-        let b = end(&world, &p, home, &fast, &[0.02, 0.05], Steps::default());
+        let a = simulate_travel(&world, &p, home, &slow, &[0.02, 0.05], Steps::default());
+        let b = simulate_travel(&world, &p, home, &fast, &[0.02, 0.05], Steps::default());
         for (a, b) in a.poses.iter().zip(&b.poses) {
             prop_assert!(dot(sub(a.position, b.position), sub(a.position, b.position)).sqrt() < 1e-9);
             prop_assert!((a.angle - b.angle).abs() < 1e-8);
@@ -122,7 +124,7 @@ proptest! {
     }
 
     #[test]
-    fn force_and_motion_obey_the_contact_for_every_surface(
+    fn force_and_motion_satisfy_the_contact_conditions_for_every_surface(
         surface in 0usize..3, mu in 0.0f64..1.0, x in -0.045f64..0.045, angle in -1.5f64..1.5,
     ) {
         let world = world("rect1", surfaces()[surface]);
@@ -134,7 +136,7 @@ proptest! {
         let (n, f) = ([0.0, -1.0], instant.force);
         let t = rot90(n);
         let at_contact = instant.twist.at(instant.contact);
-        prop_assert!((dot(at_contact, n) - dot(u, n)).abs() < 1e-12, "the contact is kept");
+        prop_assert!((dot(at_contact, n) - dot(u, n)).abs() < 1e-12, "the contact point follows the rod");
         let slip = dot(sub(u, at_contact), t);
         prop_assert!((slip - instant.slip).abs() < 1e-12);
         prop_assert!(dot(f, n) > 0.0);
@@ -148,7 +150,7 @@ proptest! {
     }
 
     #[test]
-    fn friction_is_what_dissipates_most(
+    fn friction_has_maximum_dissipation(
         surface in 0usize..3, a in prop::array::uniform3(-1.0f64..1.0), b in prop::array::uniform3(-1.0f64..1.0),
     ) {
         let footprint = UniformPolygon::new(&Object::named("tri1").expect("built in").outline.polygon(3));
@@ -166,26 +168,26 @@ proptest! {
     }
 
     #[test]
-    fn recorded_paths_give_the_motion_of_the_line_they_sample(
+    fn a_recorded_path_gives_the_motion_of_the_line_it_samples(
         fraction in 0.1f64..0.9, angle in -1.0f64..1.0, count in 3usize..60,
     ) {
         let world = world("rect1", &[]);
         let p = world.nominal();
         let home = Pose::new(0.0, 0.0, 0.0);
         let path = push_path(world.object(), home, 0, fraction, angle, 0.02);
-        // Knots that are not the sample times.
+        // The recorded times differ from the sample times.
         let times: Vec<f64> = (0..count).map(|i| 2.5 * i as f64 / (count - 1) as f64).collect();
-        let at = |axis: usize| -> Vec<f64> {
+        let samples_along = |axis: usize| -> Vec<f64> {
             times.iter().map(|t| path.start_m[axis] + path.direction[axis] * 0.02 * t).collect()
         };
-        let (x, y) = (at(0), at(1));
+        let (x, y) = (samples_along(0), samples_along(1));
         let recorded = Recorded::new(&times, &x, &y).expect("ordered");
         let fine = Steps { travel_m: 1e-4, ..Steps::default() };
         let samples = [0.0, 0.7, 1.9, 2.5];
         let mut run = Run::default();
         let push = Push { world: &world, parameters: &p, start: home, path: &recorded, field: None, steps: fine };
         simulate(&push, &samples, &mut run).expect("starts outside");
-        let line = end(&world, &p, home, &path, &[0.014, 0.038, 0.05], fine);
+        let line = simulate_travel(&world, &p, home, &path, &[0.014, 0.038, 0.05], fine);
         for (a, b) in run.poses.iter().zip(&line.poses) {
             let off = sub(a.position, b.position);
             prop_assert!(dot(off, off).sqrt() < 1e-6 && (a.angle - b.angle).abs() < 1e-5);
@@ -195,20 +197,20 @@ proptest! {
 
 #[test]
 fn runge_kutta_converges_with_order_four_where_the_motion_is_smooth() {
-    // A sticking push: no switch, no corner. Slope of log error against log step.
+    // A sticking push has no mode switch and no corner. The order is the slope of log error against log step.
     let world = world("rect1", &[]);
     let mut p = world.nominal();
     p[1] = 1.0;
     let home = Pose::new(0.0, 0.0, 0.0);
     let path = push_path(world.object(), home, 0, 0.6, 0.0, 0.02);
-    let at = |step: f64| {
+    let end_pose = |step: f64| {
         let steps = Steps { travel_m: step, ..Steps::default() };
-        end(&world, &p, home, &path, &[0.12], steps).poses[1]
+        simulate_travel(&world, &p, home, &path, &[0.12], steps).poses[1]
     };
-    let exact = at(2e-4);
+    let exact = end_pose(2e-4);
     let points: Vec<(f64, f64)> = [0.03f64, 0.02, 0.015, 0.012, 0.01]
         .iter()
-        .map(|&h| (h.ln(), (at(h).angle - exact.angle).abs().ln()))
+        .map(|&h| (h.ln(), (end_pose(h).angle - exact.angle).abs().ln()))
         .collect();
     let n = points.len() as f64;
     let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
@@ -218,9 +220,9 @@ fn runge_kutta_converges_with_order_four_where_the_motion_is_smooth() {
 }
 
 #[test]
-fn superellipsoid_of_exponent_two_is_the_ellipsoid_and_of_1_7_mimics_the_exact_square() {
-    // Medians over pushes of 5 cm, against the exact surface: the reference states 1.4 mm and 2.4 degrees for the ellipsoid and
-    // 0.30 mm and 0.4 degrees for p = 1.70.
+fn superellipsoid_equals_the_ellipsoid_at_exponent_2_and_approximates_the_exact_square_at_1_7() {
+    // Medians over pushes of 5 cm, against the exact surface. The reference has 1.4 mm and 2.4 degrees for
+    // the ellipsoid, and 0.30 mm and 0.4 degrees for p = 1.70.
     let home = Pose::new(0.0, 0.0, 0.0);
     let plain = world("rect1", &[]);
     let exact = world("rect1", &["exact-surface"]);
@@ -230,23 +232,24 @@ fn superellipsoid_of_exponent_two_is_the_ellipsoid_and_of_1_7_mimics_the_exact_s
         values[5] = p;
         values
     };
-    let (mut ellipsoid_off, mut mimic_off) = (Vec::new(), Vec::new());
+    let (mut ellipsoid_errors, mut approximate_errors) = (Vec::new(), Vec::new());
     for i in 0..9 {
         for k in 0..7 {
             let (fraction, angle) = (0.1 + 0.1 * f64::from(i), -0.9 + 0.3 * f64::from(k));
             let path = push_path(plain.object(), home, 0, fraction, angle, 0.02);
-            let at =
-                |world: &World, p: &[f64]| end(world, p, home, &path, &[0.05], Steps::default()).poses[1];
+            let end_pose = |world: &World, p: &[f64]| {
+                simulate_travel(world, p, home, &path, &[0.05], Steps::default()).poses[1]
+            };
             let off = |a: Pose<f64>, b: Pose<f64>| {
                 let d = sub(a.position, b.position);
                 (dot(d, d).sqrt(), (a.angle - b.angle).abs())
             };
-            let ellipsoid = at(&plain, &plain.nominal());
-            let same = off(at(&superelliptic, &with_exponent(2.0)), ellipsoid);
+            let ellipsoid = end_pose(&plain, &plain.nominal());
+            let same = off(end_pose(&superelliptic, &with_exponent(2.0)), ellipsoid);
             assert!(same.0 < 1e-9 && same.1 < 1e-8, "{same:?}");
-            let truth = at(&exact, &exact.nominal());
-            ellipsoid_off.push(off(ellipsoid, truth));
-            mimic_off.push(off(at(&superelliptic, &with_exponent(1.7)), truth));
+            let truth = end_pose(&exact, &exact.nominal());
+            ellipsoid_errors.push(off(ellipsoid, truth));
+            approximate_errors.push(off(end_pose(&superelliptic, &with_exponent(1.7)), truth));
         }
     }
     let median = |list: &[(f64, f64)], pick: fn(&(f64, f64)) -> f64| {
@@ -254,29 +257,33 @@ fn superellipsoid_of_exponent_two_is_the_ellipsoid_and_of_1_7_mimics_the_exact_s
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
     };
-    let (plain_mm, mimic_mm) = (1e3 * median(&ellipsoid_off, |o| o.0), 1e3 * median(&mimic_off, |o| o.0));
-    let mimic_degrees = median(&mimic_off, |o| o.1).to_degrees();
+    let (plain_mm, approximate_mm) =
+        (1e3 * median(&ellipsoid_errors, |o| o.0), 1e3 * median(&approximate_errors, |o| o.0));
+    let approximate_degrees = median(&approximate_errors, |o| o.1).to_degrees();
     assert!((0.7..2.1).contains(&plain_mm), "ellipsoid {plain_mm} mm");
-    assert!(mimic_mm < 0.4 && mimic_degrees < 0.6, "p = 1.7: {mimic_mm} mm, {mimic_degrees} degrees");
+    assert!(
+        approximate_mm < 0.4 && approximate_degrees < 0.6,
+        "p = 1.7: {approximate_mm} mm, {approximate_degrees} degrees"
+    );
 }
 
 #[test]
-fn every_effect_vanishes_at_its_null_value_and_acts_at_its_typical_one() {
+fn every_effect_vanishes_at_its_null_and_acts_at_its_typical_value() {
     let home = Pose::new(0.1, 0.2, 0.3);
     let plain = world("rect1", &[]);
     let path = push_path(plain.object(), home, 0, 0.65, 0.7, 0.05);
     let travel = [0.01, 0.05];
-    let reference = end(&plain, &plain.nominal(), home, &path, &travel, Steps::default());
-    let mut seen = std::collections::BTreeSet::new();
+    let reference = simulate_travel(&plain, &plain.nominal(), home, &path, &travel, Steps::default());
+    let mut kinds = std::collections::BTreeSet::new();
     for (index, effect) in effects::all::<f64>().iter().enumerate() {
         let spec = effect.spec();
         assert_eq!(effects::index_of(spec.kind), Some(index));
-        assert!(seen.insert(spec.kind), "{} twice", spec.kind);
+        assert!(kinds.insert(spec.kind), "{} twice", spec.kind);
         let mut world = plain.clone();
         let first = world.add(index).expect("listed");
         let mut p = world.nominal();
         let moved = |p: &[f64]| {
-            let run = end(&world, p, home, &path, &travel, Steps::default());
+            let run = simulate_travel(&world, p, home, &path, &travel, Steps::default());
             let off = sub(run.poses[2].position, reference.poses[2].position);
             dot(off, off).sqrt() + 0.03 * (run.poses[2].angle - reference.poses[2].angle).abs()
         };
@@ -288,12 +295,12 @@ fn every_effect_vanishes_at_its_null_value_and_acts_at_its_typical_one() {
         for (k, parameter) in spec.parameters.iter().enumerate() {
             p[first + k] = parameter.null;
         }
-        // Without its speed law the sum over patches is the exact surface.
+        // At zero rise the sum over patches must be the exact surface.
         let null = if spec.kind == "speed-dependent-friction" {
             let mut exact = plain.clone();
             exact.add_kind("exact-surface");
-            let a = end(&exact, &exact.nominal(), home, &path, &travel, Steps::default());
-            let b = end(&world, &p, home, &path, &travel, Steps::default());
+            let a = simulate_travel(&exact, &exact.nominal(), home, &path, &travel, Steps::default());
+            let b = simulate_travel(&world, &p, home, &path, &travel, Steps::default());
             let off = sub(a.poses[2].position, b.poses[2].position);
             0.1 * dot(off, off).sqrt()
         } else {
@@ -301,13 +308,14 @@ fn every_effect_vanishes_at_its_null_value_and_acts_at_its_typical_one() {
         };
         assert!(null < 1e-6, "{}: {null:e} m at its null value", spec.kind);
     }
-    assert_eq!(seen.len(), 16);
+    assert_eq!(kinds.len(), 16);
 }
 
 #[test]
-fn duals_agree_with_differences_for_every_parameter_of_every_effect() {
-    // A push that begins apart, touches down, sticks and slides: derivatives pass through the event. Differences with step
-    // 1e-6 of the parameter's scale are good to 1e-5 where modes switch within a sub-step.
+fn duals_agree_with_finite_differences_for_every_parameter_of_every_effect() {
+    // The push begins with a gap, touches down, sticks and slides, so derivatives pass through the events.
+    // Differences with a step of 1e-6 of the parameter's scale are accurate to 1e-5 where modes switch within
+    // a sub-step.
     let home = Pose::new(0.1, 0.2, 0.3);
     let plain = world("rect1", &[]);
     let mut path = push_path(plain.object(), home, 0, 0.65, 0.5, 0.05);
@@ -324,15 +332,15 @@ fn duals_agree_with_differences_for_every_parameter_of_every_effect() {
         let name = kind.map_or("plain", |i| effects::all::<f64>()[i].spec().kind);
         let p = world.nominal();
         let steps = Steps { travel_m: 2.5e-4, inertial_s: 5e-3, ..Steps::default() };
-        // Five parameters of the model, and at most four of an effect.
+        // Five base parameters and at most four of an effect.
         let duals: Vec<Dual<9>> = p.iter().enumerate().map(|(i, v)| Dual::variable(*v, i)).collect();
-        let exact = end(&world, &duals, home, &path, &travel, steps).poses[1];
+        let exact = simulate_travel(&world, &duals, home, &path, &travel, steps).poses[1];
         for lane in 0..p.len() {
             let h = 1e-6 * p[lane].abs().max(1e-2);
             let value = |sign: f64| {
                 let mut q = p.clone();
                 q[lane] += sign * h;
-                end(&world, &q, home, &path, &travel, steps).poses[1]
+                simulate_travel(&world, &q, home, &path, &travel, steps).poses[1]
             };
             let (high, low) = (value(1.0), value(-1.0));
             let scale = p[lane].abs().max(1e-2);
@@ -353,15 +361,15 @@ fn duals_agree_with_differences_for_every_parameter_of_every_effect() {
 }
 
 #[test]
-fn uniform_friction_mass_and_gravity_do_not_move_the_object_differently() {
+fn quasi_static_motion_does_not_depend_on_friction_level_or_mass() {
     let home = Pose::new(0.0, 0.0, 0.0);
     let world = world("hex", &[]);
     let path = push_path(world.object(), home, 1, 0.4, 0.3, 0.02);
     let p = world.nominal();
-    let a = end(&world, &p, home, &path, &[0.05], Steps::default());
+    let a = simulate_travel(&world, &p, home, &path, &[0.05], Steps::default());
     let mut q = p.clone();
     (q[3], q[4]) = (0.6, 5.0);
-    let b = end(&world, &q, home, &path, &[0.05], Steps::default());
+    let b = simulate_travel(&world, &q, home, &path, &[0.05], Steps::default());
     assert_eq!(a.poses, b.poses);
     let force = |r: &Run<f64>| dot(r.instants[0].force, r.instants[0].force).sqrt();
     assert!((force(&b) / force(&a) - (0.6 * 5.0) / (p[3] * p[4])).abs() < 1e-12);
@@ -369,7 +377,7 @@ fn uniform_friction_mass_and_gravity_do_not_move_the_object_differently() {
 
 #[test]
 fn a_fast_object_coasts_and_a_slow_one_does_not() {
-    // After the stop the object slides on by v²/(2 mu g): 91 mm at 0.5 m/s and mu 0.14.
+    // After the stop the object slides on by v²/(2 mu g), which is 91 mm at 0.5 m/s and mu = 0.14.
     let world = world("rect1", &["inertia"]);
     let mut p = world.nominal();
     p[3] = 0.14;
@@ -402,7 +410,7 @@ fn a_fast_object_coasts_and_a_slow_one_does_not() {
 }
 
 #[test]
-fn a_rod_inside_the_object_is_one_clear_error() {
+fn a_rod_inside_the_object_is_an_error() {
     let world = world("rect1", &[]);
     let p = world.nominal();
     let path = StraightPush {
@@ -428,12 +436,12 @@ fn a_rod_inside_the_object_is_one_clear_error() {
 }
 
 #[test]
-fn one_step_after_another_is_the_whole_push() {
+fn single_steps_add_up_to_the_whole_push() {
     let world = world("rect1", &["exact-surface"]);
     let p = world.nominal();
     let home = Pose::new(0.0, 0.0, 0.0);
     let path = push_path(world.object(), home, 0, 0.3, 0.4, 0.02);
-    let whole = end(&world, &p, home, &path, &[0.01, 0.02, 0.03], Steps::default());
+    let whole = simulate_travel(&world, &p, home, &path, &[0.01, 0.02, 0.03], Steps::default());
     let mut stepper = Stepper::new(&world, &p, Steps::default());
     let rod = |d: f64| [path.start_m[0] + d * path.direction[0], path.start_m[1] + d * path.direction[1]];
     let (mut pose, mut twist) = (home, Twist::zero());
@@ -447,7 +455,7 @@ fn one_step_after_another_is_the_whole_push() {
 }
 
 #[test]
-fn the_closest_point_of_an_ellipse_is_the_closest() {
+fn closest_point_of_an_ellipse_agrees_with_a_search() {
     for axes in [[0.0525, 0.0525], [0.0525, 0.0785], [0.1, 0.02]] {
         let outline = Outline::Ellipse { semi_axes_m: axes };
         for k in 0..60 {

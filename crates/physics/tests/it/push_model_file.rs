@@ -1,5 +1,5 @@
-//! Contract: a model file of pushing is read whole or refused with the file, the line and the remedy; what is written is read
-//! back; both scenarios are told apart by their first key.
+//! Contract: a model file of pushing is read completely or rejected with file, line and remedy; a written
+//! file is read back unchanged; the key `scenario` selects the kind of model.
 
 use augsim_physics::model::{ModelFile, PushModel};
 
@@ -21,12 +21,12 @@ kind = "friction-scatter"
 sd_m = 0.001
 "#;
 
-fn refusal(text: &str) -> String {
+fn parse_error(text: &str) -> String {
     PushModel::parse(text, "push.toml").expect_err("refused").to_string()
 }
 
 #[test]
-fn what_is_written_is_read_back() {
+fn a_written_model_is_read_back_unchanged() {
     let model = PushModel::parse(GOOD, "push.toml").expect("good");
     assert_eq!(PushModel::parse(&model.to_toml(), "push.toml").expect("good"), model);
     let (world, values) = model.world();
@@ -42,23 +42,23 @@ fn what_is_written_is_read_back() {
 }
 
 #[test]
-fn unknown_and_wrong_things_are_refused_with_line_and_remedy() {
-    let text = refusal("scenario = \"push\"\nobject = \"rekt1\"\n");
+fn unknown_and_invalid_entries_are_errors_with_line_and_remedy() {
+    let text = parse_error("scenario = \"push\"\nobject = \"rekt1\"\n");
     assert!(text.starts_with("push.toml:2: `object` must be one of \"rect1\", \"rect2\""), "{text}");
     assert!(text.ends_with("give any other outline as polygon_m = [[x, y], …] in metres"), "{text}");
     assert_eq!(
-        refusal("scenario = \"push\"\n"),
+        parse_error("scenario = \"push\"\n"),
         "push.toml:1: the model file lacks `object`; add `object = \"rect1\"`"
     );
     assert_eq!(
-        refusal("scenario = \"push\"\npolygon_m = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.0]]\n"),
+        parse_error("scenario = \"push\"\npolygon_m = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.0]]\n"),
         "push.toml:2: `polygon_m` must be an outline of at least three different vertices, in metres, with a non-zero area"
     );
     assert_eq!(
-        refusal("scenario = \"push\"\npolygon_m = [[0.0, 0.0], 0.1]\n"),
+        parse_error("scenario = \"push\"\npolygon_m = [[0.0, 0.0], 0.1]\n"),
         "push.toml:2: `polygon_m` must be a list of vertices [[x, y], …] in metres"
     );
-    let text = refusal("scenario = \"push\"\nobject = \"hex\"\n[parameters]\ncontact_fricton = 0.2\n");
+    let text = parse_error("scenario = \"push\"\nobject = \"hex\"\n[parameters]\ncontact_fricton = 0.2\n");
     assert!(
         text.starts_with(
             "push.toml:4: unknown key `contact_fricton` in [parameters]; did you mean `contact_friction`?"
@@ -66,24 +66,24 @@ fn unknown_and_wrong_things_are_refused_with_line_and_remedy() {
         "{text}"
     );
     assert_eq!(
-        refusal("scenario = \"push\"\nobject = \"hex\"\n[parameters]\nc_m = -0.1\n"),
+        parse_error("scenario = \"push\"\nobject = \"hex\"\n[parameters]\nc_m = -0.1\n"),
         "push.toml:4: `c_m` = -0.1 is outside [0.001, 1]; change the value or widen min and max"
     );
     assert_eq!(
-        refusal("scenario = \"push\"\nobject = \"hex\"\n[[effect]]\nkind = \"exact-surfase\"\n"),
+        parse_error("scenario = \"push\"\nobject = \"hex\"\n[[effect]]\nkind = \"exact-surfase\"\n"),
         "push.toml:4: unknown effect kind `exact-surfase`; did you mean `exact-surface`?"
     );
     let two = "scenario = \"push\"\nobject = \"hex\"\n[[effect]]\nkind = \"exact-surface\"\n[[effect]]\nkind = \"superelliptic-surface\"\n";
-    assert!(refusal(two).contains("describe the same thing"));
+    assert!(parse_error(two).contains("describe the same thing"));
     assert_eq!(
-        refusal("scenario = \"push\"\nobject = \"hex\"\n[sensor]\nangle_sd_rad = 0.0\n"),
+        parse_error("scenario = \"push\"\nobject = \"hex\"\n[sensor]\nangle_sd_rad = 0.0\n"),
         "push.toml:4: `angle_sd_rad` must be a positive number"
     );
-    assert_eq!(refusal("scenario = \"ball\"\n"), "push.toml:1: `scenario` must be one of \"push\"");
+    assert_eq!(parse_error("scenario = \"ball\"\n"), "push.toml:1: `scenario` must be one of \"push\"");
 }
 
 #[test]
-fn the_scenario_decides_which_model_it_is() {
+fn the_scenario_selects_the_kind_of_model() {
     assert!(matches!(ModelFile::parse(GOOD, "m.toml"), Ok(ModelFile::Push(_))));
     assert!(matches!(ModelFile::parse("scenario = \"ball\"\n", "m.toml"), Ok(ModelFile::Ball(_))));
     let text = ModelFile::parse("scenario = \"pull\"\n", "m.toml").expect_err("refused").to_string();

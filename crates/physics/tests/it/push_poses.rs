@@ -1,19 +1,21 @@
-//! Contract: interpolated poses are those of the stepped simulation, with their derivatives, for every effect; the positions
-//! kept of a path are enough to follow it; a contact that is solved from its motion a moment ago moves as one that is asked
-//! alone, with the same derivatives.
+//! Contract of dense output and warm starts.
+//!
+//! - Interpolated poses and their derivatives agree with the stepped simulation for every effect.
+//! - A simplified path stays within its tolerance of the recorded one.
+//! - A contact solved from a warm start has the same motion and derivatives as one solved alone.
 
 use augsim_physics::push::planar::{Rotation, add, sub};
 use augsim_physics::push::{
     Mode, Motion, Object, Path, Pose, Push, Run, Stepper, Steps, StraightPush, World,
 };
-use augsim_physics::push::{effects, enough, simulate, simulate_poses};
+use augsim_physics::push::{effects, simplify_path, simulate, simulate_poses};
 use augsim_physics::{Dual, Scalar};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 
 const HOME: [f64; 3] = [0.1, 0.2, 0.3];
 
-/// A push that begins 3 mm apart, at `angle` from the normal at `fraction` of a side.
+/// A push that starts 3 mm from a side at `fraction`, at `angle` from the normal.
 fn path(object: &Object, fraction: f64, angle: f64) -> StraightPush {
     let home = Pose::new(HOME[0], HOME[1], HOME[2]);
     let (point, normal) = object.point_on_side(0, fraction);
@@ -28,8 +30,8 @@ fn path(object: &Object, fraction: f64, angle: f64) -> StraightPush {
     }
 }
 
-fn both<S: Scalar>(world: &World, p: &[S], path: &StraightPush) -> [Vec<Pose<S>>; 2] {
-    // A third of a millimetre of travel apart, and rest at the end.
+fn stepped_and_interpolated<S: Scalar>(world: &World, p: &[S], path: &StraightPush) -> [Vec<Pose<S>>; 2] {
+    // Samples are 0.33 mm of travel apart and include rest at the end.
     let times: Vec<f64> = (0..320).map(|k| 0.0066 * f64::from(k)).collect();
     let start = Pose::new(HOME[0], HOME[1], HOME[2]).lift();
     let push = |travel_m| Push {
@@ -48,7 +50,7 @@ fn both<S: Scalar>(world: &World, p: &[S], path: &StraightPush) -> [Vec<Pose<S>>
 }
 
 #[test]
-fn interpolated_poses_and_their_derivatives_are_those_of_the_stepped_simulation() {
+fn interpolated_poses_and_derivatives_agree_with_the_stepped_simulation() {
     let mut kinds: Vec<Option<usize>> = vec![None];
     kinds.extend((0..effects::all::<f64>().len()).map(Some));
     for kind in kinds {
@@ -58,21 +60,21 @@ fn interpolated_poses_and_their_derivatives_are_those_of_the_stepped_simulation(
             world.add(index).expect("listed");
         }
         let p = world.nominal();
-        // Five parameters of the model, and at most four of an effect.
+        // Five base parameters and at most four of an effect.
         let duals: Vec<Dual<9>> = p.iter().enumerate().map(|(i, v)| Dual::variable(*v, i)).collect();
         for (fraction, angle) in [(0.65, 0.5), (0.3, -0.9), (0.5, 0.1)] {
             let path = path(world.object(), fraction, angle);
-            let [stepped, arcs] = both(&world, &duals, &path);
-            assert_eq!(stepped.len(), arcs.len());
-            for (k, (a, b)) in stepped.iter().zip(&arcs).enumerate() {
+            let [stepped, interpolated] = stepped_and_interpolated(&world, &duals, &path);
+            assert_eq!(stepped.len(), interpolated.len());
+            for (k, (a, b)) in stepped.iter().zip(&interpolated).enumerate() {
                 let pairs = [
                     (a.position[0], b.position[0], 1.0),
                     (a.position[1], b.position[1], 1.0),
                     (a.angle, b.angle, 0.03),
                 ];
                 for (x, y, arm) in pairs {
-                    // 2 mm sub-steps are within 10 µm of the finest. Derivatives jump where the contact begins to slide:
-                    // with coarse sub-steps by up to a tenth of what 2 mm of travel change.
+                    // Sub-steps of 2 mm are within 10 µm of the finest. Derivatives jump where the contact
+                    // begins to slide; with coarse sub-steps by up to 10 % of what 2 mm of travel change.
                     let off = arm * (x.value - y.value).abs();
                     assert!(off < 1e-5, "{name}, sample {k}: {off:e} m");
                     for (lane, v) in p.iter().enumerate() {
@@ -88,16 +90,16 @@ fn interpolated_poses_and_their_derivatives_are_those_of_the_stepped_simulation(
 
 proptest! {
     #[test]
-    fn the_positions_kept_are_enough(seed in prop::collection::vec((-1.0f64..1.0, -1.0f64..1.0), 2..200)) {
+    fn a_simplified_path_stays_within_its_tolerance(seed in prop::collection::vec((-1.0f64..1.0, -1.0f64..1.0), 2..200)) {
         let times: Vec<f64> = (0..seed.len()).map(|k| 0.01 * k as f64).collect();
         let sum = |pick: fn(&(f64, f64)) -> f64| -> Vec<f64> {
             seed.iter().scan(0.0, |at, s| { *at += 1e-5 * pick(s); Some(*at) }).collect()
         };
         let (x, y) = (sum(|s| s.0), sum(|s| s.1));
         let tolerance = 1.5e-5;
-        let kept = enough(&times, &x, &y, tolerance);
-        prop_assert_eq!((kept[0], *kept.last().expect("two or more")), (0, times.len() - 1));
-        for pair in kept.windows(2) {
+        let kept_indices = simplify_path(&times, &x, &y, tolerance);
+        prop_assert_eq!((kept_indices[0], *kept_indices.last().expect("two or more")), (0, times.len() - 1));
+        for pair in kept_indices.windows(2) {
             prop_assert!(pair[0] < pair[1]);
             for k in pair[0]..=pair[1] {
                 let s = (times[k] - times[pair[0]]) / (times[pair[1]] - times[pair[0]]);
@@ -111,12 +113,12 @@ proptest! {
 }
 
 #[test]
-fn of_a_straight_path_the_ends_are_enough() {
+fn a_straight_path_is_simplified_to_its_ends() {
     let times: Vec<f64> = (0..100).map(f64::from).collect();
     let x: Vec<f64> = times.iter().map(|t| 0.3 + 1e-3 * t).collect();
-    assert_eq!(enough(&times, &x, &x, 1e-9), [0, 99]);
-    assert_eq!(enough(&[1.0], &[0.0], &[0.0], 1e-9), [0]);
-    assert!(enough(&[], &[], &[], 1e-9).is_empty());
+    assert_eq!(simplify_path(&times, &x, &x, 1e-9), [0, 99]);
+    assert_eq!(simplify_path(&[1.0], &[0.0], &[0.0], 1e-9), [0]);
+    assert!(simplify_path(&[], &[], &[], 1e-9).is_empty());
 }
 
 /// Effects whose contacts are solved numerically, and whose sensors report the true pose.
@@ -130,14 +132,14 @@ const KINDS: [&str; 6] = [
 ];
 
 #[test]
-fn a_contact_within_a_push_moves_as_one_that_is_asked_alone() {
+fn a_warm_started_contact_moves_as_one_solved_alone() {
     let home = Pose::new(HOME[0], HOME[1], HOME[2]);
     let times: Vec<f64> = (0..100).map(|k| 0.021 * f64::from(k)).collect();
     let mut modes = BTreeSet::new();
     for kind in KINDS {
         let mut world = World::new(Object::named("rect1").expect("built in"));
         world.add_kind(kind).expect("listed");
-        // A tilt of zero or a surface that is an ellipsoid would have a closed form.
+        // At the nominal values a contact could have a closed form (no tilt, or an ellipsoid).
         let p: Vec<f64> = world.nominal().iter().map(|v| v * 1.05 + 1e-3).collect();
         let duals: Vec<Dual<9>> = p.iter().enumerate().map(|(i, v)| Dual::variable(*v, i)).collect();
         for (fraction, angle) in [(0.65, 0.5), (0.3, -0.9), (0.5, 0.1), (0.9, 1.2), (0.05, -0.2)] {
@@ -153,32 +155,36 @@ fn a_contact_within_a_push_moves_as_one_that_is_asked_alone() {
             };
             let mut run = Run { poses: vec![], instants: vec![], steps: 0 };
             simulate(&push, &times, &mut run).expect("starts outside");
-            for (k, (pose, within)) in run.poses.iter().zip(&run.instants).enumerate() {
-                let at = Dual::constant(times[k]);
+            for (k, (pose, warm_started)) in run.poses.iter().zip(&run.instants).enumerate() {
+                let time = Dual::constant(times[k]);
                 let piece = Path::<Dual<9>>::piece(&path, times[k]);
-                let alone =
-                    Stepper::new(&world, &duals, steps).instant(pose, piece.position(at), piece.velocity(at));
+                let alone = Stepper::new(&world, &duals, steps).instant(
+                    pose,
+                    piece.position(time),
+                    piece.velocity(time),
+                );
                 let place = format!("{kind}, {fraction}, {angle}, sample {k}");
-                assert_eq!(within.mode, alone.mode, "{place}");
-                if within.mode != Mode::Free {
-                    modes.insert(within.mode.name());
+                assert_eq!(warm_started.mode, alone.mode, "{place}");
+                if warm_started.mode != Mode::Free {
+                    modes.insert(warm_started.mode.name());
                 }
                 let pairs = [
-                    (within.twist.velocity[0], alone.twist.velocity[0], 1.0),
-                    (within.twist.velocity[1], alone.twist.velocity[1], 1.0),
-                    (within.twist.rotation, alone.twist.rotation, 0.03),
-                    (within.slip, alone.slip, 1.0),
+                    (warm_started.twist.velocity[0], alone.twist.velocity[0], 1.0),
+                    (warm_started.twist.velocity[1], alone.twist.velocity[1], 1.0),
+                    (warm_started.twist.rotation, alone.twist.rotation, 0.03),
+                    (warm_started.slip, alone.slip, 1.0),
                 ];
                 for (a, b, arm) in pairs {
-                    // Of 50 mm/s: the exact surface sums near translation by a quadrature that is good to 1e-10. Slopes are
-                    // those of Newton's last step but one, whose relative error is below 1e-6.
+                    // The rod moves at 50 mm/s. The quadrature of the exact surface near translation is
+                    // accurate to 1e-10. Derivatives are evaluated one Newton step before the last, where the
+                    // relative error is below 1e-6.
                     assert!(arm * (a.value - b.value).abs() < 5e-11, "{place}: {} {}", a.value, b.value);
                     for (lane, v) in p.iter().enumerate() {
                         let scale = arm * v.abs().max(1e-2);
-                        let (of_a, of_b) = (scale * a.d[lane], scale * b.d[lane]);
+                        let (derivative_a, derivative_b) = (scale * a.d[lane], scale * b.d[lane]);
                         assert!(
-                            (of_a - of_b).abs() <= 5e-8 + 1e-6 * of_b.abs(),
-                            "{place}, {lane}: {of_a} {of_b}"
+                            (derivative_a - derivative_b).abs() <= 5e-8 + 1e-6 * derivative_b.abs(),
+                            "{place}, {lane}: {derivative_a} {derivative_b}"
                         );
                     }
                 }

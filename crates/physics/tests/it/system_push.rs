@@ -1,6 +1,9 @@
-//! Contract: through the trait a push gives bit for bit what its engine gives, values and derivatives, with the steps that
-//! fits take; more seeds than one simulation carries come in blocks of the same bytes; what the engine refuses, the trait
-//! refuses in the engine's words. Windows that do not begin a record are under way.
+//! Contract: pushing behind the `System` trait gives the same bits as its engine.
+//!
+//! - Values and derivatives are those of the engine with the sub-steps of fits.
+//! - More seeds than one simulation has lanes are computed in blocks with the same bytes.
+//! - Errors of the engine are returned with its message.
+//! - Windows that do not begin a record start with the push in progress.
 
 use augsim_physics::Dual;
 use augsim_physics::model::PushModel;
@@ -9,7 +12,7 @@ use augsim_physics::system::{Law, Offsets, Record, Seed, Simulated, Stream, Syst
 
 const TEXT: &str = "scenario = \"push\"\nobject = \"rect1\"\n[[effect]]\nkind = \"frame-registration\"\nscale = 0.004\nangle_rad = 0.01\ndx_m = 1e-4\ndy_m = -2e-4\n";
 
-/// The steps of fits, as the loop has taken them so far.
+/// Sub-steps of fits, as in `push/system.rs`.
 const STEPS: Steps = Steps { travel_m: 2e-3, duration_s: f64::INFINITY, inertial_s: 2e-3 };
 
 fn system() -> (Pushing, PushModel) {
@@ -17,7 +20,7 @@ fn system() -> (Pushing, PushModel) {
     (model.open(), model)
 }
 
-/// A rod that pushes a side of `rect1` off its middle for 6 cm, sampled on another clock than the pose.
+/// A rod that pushes one side of `rect1` off-centre for 6 cm, sampled at other times than the pose.
 fn record() -> Record {
     let rod: Vec<f64> = (0..40).map(|k| 0.1 * f64::from(k)).collect();
     let x: Vec<f64> = rod.iter().map(|t| -0.0505 - 0.0003 + 0.0155 * t).collect();
@@ -30,15 +33,15 @@ fn record() -> Record {
 }
 
 #[test]
-fn a_window_through_the_trait_is_that_of_the_engine() {
+fn a_window_through_the_trait_equals_that_of_the_engine() {
     let (base, model) = system();
-    let inside = |kind: &str| effects::index_of(kind).expect("in the library");
-    let system = base.augmented(&[Law::Effect(inside("table-anisotropy"))]).expect("in the library");
+    let effect_index = |kind: &str| effects::index_of(kind).expect("in the library");
+    let system = base.augmented(&[Law::Effect(effect_index("table-anisotropy"))]).expect("in the library");
     let (mut world, mut values) = model.world();
-    world.add(inside("table-anisotropy")).expect("in the library");
+    world.add(effect_index("table-anisotropy")).expect("in the library");
     values.extend([1.2, 0.4]);
     let record = record();
-    // Eleven parameters and three states of the start: as many lanes as the loop's widest dual number has had.
+    // Eleven parameters and three start states need 14 of the 16 lanes, so one simulation carries them all.
     let mut seeds: Vec<Seed> = (0..values.len()).map(Seed::Parameter).collect();
     seeds.extend((0..3).map(Seed::Start));
     assert_eq!(seeds.len(), 14);
@@ -56,11 +59,12 @@ fn a_window_through_the_trait_is_that_of_the_engine() {
             seeds: &seeds,
         };
         let mut out = Simulated::default();
-        system.simulate(&task, &mut out).expect("it moves");
+        system.simulate(&task, &mut out).expect("simulated");
         let start = Pose::new(lane(start[0], 11), lane(start[1], 12), lane(start[2], 13));
         let push = Push { world: &world, parameters: &duals, start, path: &path, field: None, steps: STEPS };
         let mut poses = Vec::new();
-        simulate_poses(&push, &record.times[window.clone()], window.start > 0, &mut poses).expect("it moves");
+        simulate_poses(&push, &record.times[window.clone()], window.start > 0, &mut poses)
+            .expect("simulated");
         assert!(poses[poses.len() - 1].position[0].value > 0.02, "the object is pushed");
         for (k, pose) in poses.iter().enumerate() {
             for (c, x) in [pose.position[0], pose.position[1], pose.angle].into_iter().enumerate() {
@@ -74,9 +78,9 @@ fn a_window_through_the_trait_is_that_of_the_engine() {
 }
 
 #[test]
-fn more_seeds_than_one_simulation_carries_come_in_blocks() {
-    // Five base parameters, four of the frames, pose-offset with three, tip-offset with two, table-tilt with two, and the
-    // start: 19 derivatives. The loop panicked at 15.
+fn more_seeds_than_lanes_are_computed_in_equal_blocks() {
+    // Five base parameters, four of frame-registration, three of pose-offset, two each of tip-offset and
+    // table-tilt, and three start states: 19 derivatives, more than one simulation carries.
     let (base, _) = system();
     let laws = ["pose-offset", "tip-offset", "table-tilt"]
         .map(|kind| Law::Effect(base.library().iter().position(|e| e.kind == kind).expect("in the library")));
@@ -96,7 +100,7 @@ fn more_seeds_than_one_simulation_carries_come_in_blocks() {
             seeds,
         };
         let mut out = Simulated::default();
-        system.simulate(&task, &mut out).expect("it moves");
+        system.simulate(&task, &mut out).expect("simulated");
         out
     };
     let wide = simulated(&seeds);
@@ -115,7 +119,7 @@ fn more_seeds_than_one_simulation_carries_come_in_blocks() {
 }
 
 #[test]
-fn a_rod_inside_the_object_is_refused_in_the_words_of_the_engine() {
+fn a_rod_inside_the_object_gives_the_error_of_the_engine() {
     let (system, _) = system();
     let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let record = record();

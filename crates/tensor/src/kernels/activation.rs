@@ -1,10 +1,11 @@
-//! Branch-free single-precision transcendental functions that the compiler can vectorise in a loop.
-//! (The gates of a GRU have their own, in lanes.) Bounds, tested against f64:
-//! `exp` 2 ulp on [-87, 88] (clamped outside), `tanh` 4e-7 relative, `sigmoid` 3e-7 absolute,
+//! Branch-free `exp`, `tanh`, `sigmoid` and `softplus` in single precision.
+//!
+//! The compiler can vectorise them in a loop; the SIMD kernels have their own versions. Error bounds, tested
+//! against f64: `exp` 2 ulp on [-87, 88] (clamped outside), `tanh` 4e-7 relative, `sigmoid` 3e-7 absolute,
 //! `softplus` 4e-7 relative to max(1, |y|).
 
 const LOG2_E: f32 = std::f32::consts::LOG2_E;
-/// ln 2 in two parts (Cody and Waite), so that n * LN2_HI is exact for the n that occur.
+/// ln 2 in two parts (Cody and Waite), so that n * LN2_HI is exact for every n that occurs.
 const LN2_HI: f32 = 0.693_359_4;
 const LN2_LO: f32 = -2.121_944_4e-4;
 /// 1.5 * 2^23: adding it rounds to the nearest integer and leaves that integer in the low bits.
@@ -15,8 +16,9 @@ const EXP_MAX: f32 = 88.0;
 const EXP_POLY: [f32; 6] =
     [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 0.5];
 
-/// tanh(x) = x P(x^2) / Q(x^2) on |x| <= 7.9, minimax.
+/// Largest |x| of the rational approximation tanh(x) = x P(x^2) / Q(x^2), minimax.
 pub(crate) const TANH_CLAMP: f32 = 7.905_311;
+/// P of the approximation of tanh, highest power first.
 pub(crate) const TANH_P: [f32; 7] = [
     -2.760_768_5e-16,
     2.000_188e-13,
@@ -26,8 +28,9 @@ pub(crate) const TANH_P: [f32; 7] = [
     6.372_619_3e-4,
     4.893_524_6e-3,
 ];
+/// Q of the approximation of tanh, highest power first.
 pub(crate) const TANH_Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
-/// ln(1 + u) / u on [0, 1], near-minimax of degree 8 (relative error 6e-8).
+/// ln(1 + u) / u on [0, 1], highest power first; near-minimax with a relative error of 6e-8.
 pub(crate) const LN1P_POLY: [f32; 9] = [
     5.253_458e-3,
     -2.958_850_7e-2,
@@ -40,7 +43,7 @@ pub(crate) const LN1P_POLY: [f32; 9] = [
     1.0,
 ];
 
-/// Exponential, clamped to [-87, 88].
+/// Exponential function; x is clamped to [-87, 88].
 #[inline(always)]
 pub fn exp(x: f32) -> f32 {
     let x = x.clamp(EXP_MIN, EXP_MAX);
@@ -90,8 +93,7 @@ pub fn softplus(x: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the error bounds in the module's documentation, over the whole range that the nets
-    //! use, against f64.
+    //! Contract: the error bounds in the module's documentation hold over the range that the networks use.
     use super::*;
 
     fn grid(lo: f32, hi: f32) -> impl Iterator<Item = f32> {
@@ -108,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn tanh_is_relative_near_zero_and_odd() {
+    fn tanh_is_within_4e_7_relative_and_odd() {
         for x in grid(-12.0, 12.0).chain([1e-30, 1e-10, 1e-4, -1e-6, f32::MAX, f32::INFINITY]) {
             let want = f64::from(x).tanh();
             assert!((f64::from(tanh(x)) - want).abs() <= 4e-7 * want.abs(), "tanh({x}) = {}", tanh(x));
@@ -117,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn sigmoid_is_absolute() {
+    fn sigmoid_is_within_3e_7_absolute() {
         for x in grid(-40.0, 40.0) {
             let want = 1.0 / (1.0 + (-f64::from(x)).exp());
             assert!((f64::from(sigmoid(x)) - want).abs() <= 3e-7, "sigmoid({x}) = {}", sigmoid(x));
@@ -125,13 +127,14 @@ mod tests {
     }
 
     #[test]
-    fn softplus_is_relative_above_one() {
+    fn softplus_is_within_4e_7_relative_above_one() {
         for x in grid(-80.0, 80.0) {
             let want = f64::from(x).exp().ln_1p();
             let tolerance = 4e-7 * want.max(1.0);
             assert!((f64::from(softplus(x)) - want).abs() <= tolerance, "softplus({x}) = {}", softplus(x));
         }
-        // Far below zero it is exp(x): relative, so that a standard deviation never becomes zero.
+        // For very negative x it approaches exp(x) with a small relative error, so a standard deviation stays
+        // positive.
         let x = -20.0_f32;
         assert!((softplus(x) / (-20.0_f64).exp() as f32 - 1.0).abs() < 1e-5);
     }

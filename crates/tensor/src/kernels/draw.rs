@@ -1,4 +1,4 @@
-//! Draws from a Gaussian head, one pass over memory.
+//! Samples of a Gaussian head, in one pass over memory.
 
 use super::pointwise::softplus_at;
 use super::vector::Vector;
@@ -7,19 +7,19 @@ use crate::simd::{Kernel, Level};
 /// Arguments of [`draw`].
 #[derive(Debug)]
 pub struct Draw<'a> {
-    /// Means, then what becomes the deviations, `[T, 2 L, B]`.
+    /// Means, then the standard deviations before softplus, `[T, 2 L, B]`.
     pub heads: &'a [f32],
-    /// Standard normal draws `[T, L, B]`.
+    /// Standard normal random numbers `[T, L, B]`.
     pub eps: &'a [f32],
-    /// Added to the deviations.
+    /// Value that is added to the standard deviations.
     pub floor: f32,
-    /// Values of a step, L B.
+    /// Number of values per step, L B.
     pub row: usize,
-    /// Output `[T, L, B]`.
+    /// Output: the samples `[T, L, B]`.
     pub z: &'a mut [f32],
 }
 
-/// `z = mean + eps (softplus(raw) + floor)`.
+/// Samples `z = mean + eps (softplus(raw) + floor)`.
 pub fn draw(args: Draw<'_>) {
     draw_at(Level::current(), args);
 }
@@ -33,7 +33,7 @@ pub fn draw_at(level: Level, args: Draw<'_>) {
 
 impl Kernel for Draw<'_> {
     #[inline(always)]
-    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const MANY_REGISTERS: bool>(self, simd: S) {
         let floor = simd.splat_f32s(self.floor);
         let steps = self.z.chunks_exact_mut(self.row).zip(self.eps.chunks_exact(self.row));
         for ((z, eps), heads) in steps.zip(self.heads.chunks_exact(2 * self.row)) {
@@ -41,31 +41,32 @@ impl Kernel for Draw<'_> {
             let (mean, raw, eps) = (S::as_simd_f32s(mean), S::as_simd_f32s(raw), S::as_simd_f32s(eps));
             let z = S::as_mut_simd_f32s(z);
             for (((z, mean), raw), eps) in z.0.iter_mut().zip(mean.0).zip(raw.0).zip(eps.0) {
-                *z = value(simd, floor, [*mean, *raw, *eps]);
+                *z = sample(simd, floor, [*mean, *raw, *eps]);
             }
             if !z.1.is_empty() {
                 let mut x = [floor; 3];
                 for (x, from) in x.iter_mut().zip([mean, raw, eps]) {
                     *x = simd.partial_load_f32s(from.1);
                 }
-                simd.partial_store_f32s(z.1, value(simd, floor, x));
+                simd.partial_store_f32s(z.1, sample(simd, floor, x));
             }
         }
     }
 }
 
+/// One vector of samples.
 #[inline(always)]
-fn value<S: Vector>(simd: S, floor: S::f32s, [mean, raw, eps]: [S::f32s; 3]) -> S::f32s {
+fn sample<S: Vector>(simd: S, floor: S::f32s, [mean, raw, eps]: [S::f32s; 3]) -> S::f32s {
     simd.mul_add_e_f32s(eps, simd.add_f32s(softplus_at(simd, raw), floor), mean)
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: every level gives what plain double precision gives, for rows with and without tails.
+    //! Contract: every level agrees with double precision, for rows with and without an incomplete vector.
     use super::*;
 
     #[test]
-    fn every_level_is_near_double_precision() {
+    fn every_level_agrees_with_double_precision() {
         let mut state = 1_u32;
         let mut next = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -78,8 +79,8 @@ mod tests {
                 let mut z = vec![0.0; row * steps];
                 draw_at(level, Draw { heads: &heads, eps: &eps, floor: 0.25, row, z: &mut z });
                 for (i, z) in z.iter().enumerate() {
-                    let at = i / row * 2 * row + i % row;
-                    let [mean, raw, eps] = [heads[at], heads[at + row], eps[i]].map(f64::from);
+                    let head = i / row * 2 * row + i % row;
+                    let [mean, raw, eps] = [heads[head], heads[head + row], eps[i]].map(f64::from);
                     let want = mean + eps * (raw.exp().ln_1p() + 0.25);
                     assert!((f64::from(*z) - want).abs() < 1e-5, "{level:?}, row {row}: {z}, not {want}");
                 }

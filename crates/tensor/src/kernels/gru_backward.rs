@@ -1,42 +1,53 @@
 //! Vector-Jacobian product of the GRU layer in SIMD lanes.
 //!
-//! The gradient of the state goes back step by step; the gradients of the inputs and of the weights are
-//! taken a block of steps at a time, while that block's gate gradients are still in cache.
+//! The gradient of the state is propagated backwards step by step. The gradients of inputs and weights are
+//! computed block by block of steps, while the gate gradients of the block are in cache. With dh the gradient
+//! of the state after a step and the notation of [`super::gru_reference`], the gradients of the
+//! pre-activations are
+//!
+//! ```text
+//! (1)  da_z = dh (h - n) z (1 - z)
+//! (2)  da_n = dh (1 - z) (1 - n²),   dc_n = r da_n
+//! (3)  da_r = da_n c_n r (1 - r)
+//! (4)  dh before the step = z dh + W_hhᵀ (da_r, da_z, dc_n)
+//! ```
 
 use super::lanes::{BLOCK, Chunk, MAX_LANES, reduce_into, rows_mut, vectors};
 use super::outer::{Rows, outer, sums};
-use super::panels::{Panels, Start, packed_len};
+use super::panels::{InitialSum, Panels, packed_len};
 use super::prefetch::prefetch;
 use super::vector::Vector;
 use super::{GruBackward, GruDims};
 use crate::simd::Kernel;
 use pulp::Simd;
 
-/// Steps ahead of which memory is asked for.
-const AHEAD: usize = 2;
+/// Number of time steps by which memory is prefetched.
+const PREFETCH_STEPS: usize = 2;
 
-/// Vectors from one step's gate gradients to the next. One more than there are: a multiple of 4 KB would put the
-/// same row of every step into one set of the first-level cache.
+/// Number of vectors from the gate gradients of one step to those of the next.
+///
+/// It is one more than the number of gradients: with a stride of a multiple of 4 KB, the same row of all
+/// steps would fall into one set of the L1 cache.
 const fn stride_of(hidden: usize) -> usize {
     4 * hidden + 1
 }
 
-/// Scratch elements for layer extents `(input, hidden)`.
+/// Number of scratch elements of a layer.
 pub(crate) fn scratch(input: usize, hidden: usize) -> usize {
     let rows = 3 * hidden;
     let packed = packed_len(hidden, rows) + packed_len(input, rows);
     let accumulators = rows * (input + hidden) + 4 * hidden;
-    // Gate gradients, then x, dx, and y, dy and what was saved.
+    // Gate gradients; x and dx; y and dy; the saved gates.
     let block = BLOCK * (stride_of(hidden) + 2 * input + (2 + 4) * hidden);
     packed + MAX_LANES * (2 * hidden + accumulators + block)
 }
 
-/// Operands and scratch.
+/// Operands and scratch memory.
 pub(crate) struct Backward<'a, 'b>(pub GruBackward<'a, f32>, pub &'b mut [f32]);
 
 impl Kernel for Backward<'_, '_> {
     #[inline(always)]
-    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const MANY_REGISTERS: bool>(self, simd: S) {
         let Backward(g, scratch) = self;
         let GruDims { time, input, hidden, batch } = g.dims;
         if hidden == 0 {
@@ -46,28 +57,29 @@ impl Kernel for Backward<'_, '_> {
             return;
         }
         let rows = 3 * hidden;
-        // Gate gradients are ordered n (input part), r, z, n (recurrent part), so that the rows that
-        // multiply W_ih and those that multiply W_hh are both contiguous.
-        let gate_of = |slot: usize| (slot + 2) % 3 * hidden;
-        let (w_hh, rest) = scratch.split_at_mut(packed_len(hidden, rows));
-        let (w_ih, rest) = rest.split_at_mut(packed_len(input, rows));
-        let w_hh = Panels::pack::<ROOMY>(w_hh, hidden, rows, |k, row| g.weights.w_hh[row * hidden + k]);
+        // Gate gradients are in the order a_n, r, z, c_n: those of the rows of W_ih are then contiguous, as
+        // are those of the rows of W_hh.
+        let (w_hh, remaining) = scratch.split_at_mut(packed_len(hidden, rows));
+        let (w_ih, remaining) = remaining.split_at_mut(packed_len(input, rows));
+        let w_hh =
+            Panels::pack::<MANY_REGISTERS>(w_hh, hidden, rows, |k, row| g.weights.w_hh[row * hidden + k]);
         let wants_dx = !g.dx.is_empty() && g.dx_inputs > 0;
-        let w_ih = Panels::pack::<ROOMY>(w_ih, if wants_dx { g.dx_inputs } else { 0 }, rows, |i, row| {
-            g.weights.w_ih[(gate_of(row / hidden) + row % hidden) * input + i]
-        });
-        let (carry, rest) = vectors::<S>(rest, hidden);
-        let (h0, rest) = vectors::<S>(rest, hidden);
+        let w_ih =
+            Panels::pack::<MANY_REGISTERS>(w_ih, if wants_dx { g.dx_inputs } else { 0 }, rows, |i, row| {
+                g.weights.w_ih[(gate_row(row / hidden, hidden) + row % hidden) * input + i]
+            });
+        let (carry, remaining) = vectors::<S>(remaining, hidden);
+        let (h0, remaining) = vectors::<S>(remaining, hidden);
         let stride = stride_of(hidden);
-        let (grads, rest) = vectors::<S>(rest, BLOCK * stride);
-        let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
-        let (dx_buffer, rest) = vectors::<S>(rest, BLOCK * input);
-        let (y_buffer, rest) = vectors::<S>(rest, BLOCK * hidden);
-        let (dy_buffer, rest) = vectors::<S>(rest, BLOCK * hidden);
-        let (saved_buffer, rest) = vectors::<S>(rest, BLOCK * 4 * hidden);
-        let (dw_ih, rest) = vectors::<S>(rest, rows * input);
-        let (dw_hh, rest) = vectors::<S>(rest, rows * hidden);
-        let (db, _) = vectors::<S>(rest, 4 * hidden);
+        let (grads, remaining) = vectors::<S>(remaining, BLOCK * stride);
+        let (x_buffer, remaining) = vectors::<S>(remaining, BLOCK * input);
+        let (dx_buffer, remaining) = vectors::<S>(remaining, BLOCK * input);
+        let (y_buffer, remaining) = vectors::<S>(remaining, BLOCK * hidden);
+        let (dy_buffer, remaining) = vectors::<S>(remaining, BLOCK * hidden);
+        let (saved_buffer, remaining) = vectors::<S>(remaining, BLOCK * 4 * hidden);
+        let (dw_ih, remaining) = vectors::<S>(remaining, rows * input);
+        let (dw_hh, remaining) = vectors::<S>(remaining, rows * hidden);
+        let (db, _) = vectors::<S>(remaining, 4 * hidden);
         let zero = simd.splat_f32s(0.0);
         dw_ih.fill(zero);
         dw_hh.fill(zero);
@@ -84,44 +96,30 @@ impl Kernel for Backward<'_, '_> {
                 let start = (end - 1) / BLOCK * BLOCK;
                 let steps = end - start;
                 let x = chunk.read(simd, g.x, (start * input, steps * input), x_buffer);
-                let before = if start > 0 {
+                let previous = if start > 0 {
                     chunk.read(simd, g.y, ((start - 1) * hidden, steps * hidden), y_buffer)
                 } else {
-                    // A step early, then moved up by one for the initial state.
-                    let early = (steps - 1) * hidden;
-                    let y = chunk.read(simd, g.y, (0, early), &mut dy_buffer[..]);
-                    y_buffer[hidden..][..early].copy_from_slice(y);
+                    // In the first block the initial state comes before the computed states.
+                    let rows = (steps - 1) * hidden;
+                    let y = chunk.read(simd, g.y, (0, rows), &mut dy_buffer[..]);
+                    y_buffer[hidden..][..rows].copy_from_slice(y);
                     y_buffer[..hidden].copy_from_slice(h0);
                     &y_buffer[..steps * hidden]
                 };
                 let saved = chunk.read(simd, g.saved, (start * 4 * hidden, steps * 4 * hidden), saved_buffer);
                 let dy = chunk.read(simd, g.dy, (start * hidden, steps * hidden), dy_buffer);
                 let grads = &mut grads[..steps * stride];
-                states::<S, ROOMY>(simd, w_hh, carry, Block { before, saved, dy }, grads);
+                block_gradients::<S, MANY_REGISTERS>(simd, w_hh, carry, Block { previous, saved, dy }, grads);
                 let grads = &*grads;
                 if wants_dx {
-                    let out = if chunk.is_whole::<S>() {
-                        rows_mut::<S>(g.dx, start * input, steps * input)
-                    } else {
-                        &mut dx_buffer[..steps * input]
-                    };
-                    let fresh = g.dx_fresh || !chunk.is_whole::<S>();
-                    let from = if fresh { Start::Zero } else { Start::Output };
-                    w_ih.apply::<S, ROOMY>(simd, from, (grads, stride), (out, input), steps);
-                    if !chunk.is_whole::<S>() {
-                        let out = &dx_buffer[..steps * input];
-                        if g.dx_fresh {
-                            chunk.write(simd, g.dx, start * input, out);
-                        } else {
-                            chunk.add(simd, g.dx, start * input, out);
-                        }
-                    }
+                    let dx = InputGradient { dx: g.dx, is_fresh: g.dx_fresh, input, start, steps };
+                    dx.compute::<S, MANY_REGISTERS>(simd, w_ih, chunk, grads, dx_buffer);
                 }
-                let part = |first, count| Rows { all: grads, stride, first, count };
-                let x = Rows { all: x, stride: input, first: 0, count: input };
-                let before = Rows { all: before, stride: hidden, first: 0, count: hidden };
-                outer::<S, ROOMY>(simd, dw_ih, part(0, rows), x, steps);
-                outer::<S, ROOMY>(simd, dw_hh, part(hidden, rows), before, steps);
+                let part = |first, count| Rows { vectors: grads, stride, first, count };
+                let x = Rows { vectors: x, stride: input, first: 0, count: input };
+                let previous = Rows { vectors: previous, stride: hidden, first: 0, count: hidden };
+                outer::<S, MANY_REGISTERS>(simd, dw_ih, part(0, rows), x, steps);
+                outer::<S, MANY_REGISTERS>(simd, dw_hh, part(hidden, rows), previous, steps);
                 sums(simd, db, part(0, 4 * hidden), steps);
                 end = start;
             }
@@ -129,32 +127,89 @@ impl Kernel for Backward<'_, '_> {
                 chunk.add(simd, g.dh0, 0, carry);
             }
         }
-        reduce_into(simd, g.dw_hh, dw_hh);
-        reduce_into(simd, &mut g.db_hh[..], &db[hidden..]);
-        for slot in 0..3 {
-            let gate = gate_of(slot);
-            let (w, b) = (&mut g.dw_ih[gate * input..], &mut g.db_ih[gate..]);
-            reduce_into(simd, &mut w[..hidden * input], &dw_ih[slot * hidden * input..]);
-            reduce_into(simd, &mut b[..hidden], &db[slot * hidden..]);
+        add_weight_gradients(simd, g, dw_ih, dw_hh, db);
+    }
+}
+
+/// First row of a gate in the weights of PyTorch, for the order of gates a_n, r, z of this kernel.
+pub(crate) const fn gate_row(slot: usize, hidden: usize) -> usize {
+    (slot + 2) % 3 * hidden
+}
+
+/// Destination of the gradients of the inputs of a block.
+struct InputGradient<'a> {
+    dx: &'a mut [f32],
+    is_fresh: bool,
+    input: usize,
+    start: usize,
+    steps: usize,
+}
+
+impl InputGradient<'_> {
+    /// Computes the gradients of the inputs from the gate gradients of the block.
+    #[inline(always)]
+    fn compute<S: Simd, const MANY_REGISTERS: bool>(
+        self,
+        simd: S,
+        w_ih: Panels<'_>,
+        chunk: Chunk,
+        grads: &[S::f32s],
+        buffer: &mut [S::f32s],
+    ) {
+        let Self { dx, is_fresh, input, start, steps } = self;
+        let (first_row, rows, stride) = (start * input, steps * input, grads.len() / steps);
+        if chunk.is_whole::<S>() {
+            let initial = if is_fresh { InitialSum::Zero } else { InitialSum::Output };
+            let out = rows_mut::<S>(dx, first_row, rows);
+            w_ih.apply::<S, MANY_REGISTERS>(simd, initial, (grads, stride), (out, input), steps);
+            return;
+        }
+        let out = &mut buffer[..rows];
+        w_ih.apply::<S, MANY_REGISTERS>(simd, InitialSum::Zero, (grads, stride), (out, input), steps);
+        if is_fresh {
+            chunk.write(simd, dx, first_row, out);
+        } else {
+            chunk.add(simd, dx, first_row, out);
         }
     }
 }
 
-/// Inputs of the gradients of consecutive steps.
+/// Adds the accumulated gradients of weights and biases, summed over the lanes, to the outputs.
+#[inline(always)]
+fn add_weight_gradients<S: Simd>(
+    simd: S,
+    g: GruBackward<'_, f32>,
+    dw_ih: &[S::f32s],
+    dw_hh: &[S::f32s],
+    db: &[S::f32s],
+) {
+    let GruDims { input, hidden, .. } = g.dims;
+    reduce_into(simd, g.dw_hh, dw_hh);
+    reduce_into(simd, &mut g.db_hh[..], &db[hidden..]);
+    for slot in 0..3 {
+        let gate = gate_row(slot, hidden);
+        let (w, b) = (&mut g.dw_ih[gate * input..], &mut g.db_ih[gate..]);
+        reduce_into(simd, &mut w[..hidden * input], &dw_ih[slot * hidden * input..]);
+        reduce_into(simd, &mut b[..hidden], &db[slot * hidden..]);
+    }
+}
+
+/// Operands of the gate gradients of consecutive steps.
 #[derive(Clone, Copy)]
 pub(crate) struct Block<'a, V> {
-    /// States before each step.
-    pub before: &'a [V],
-    /// Gates and candidates saved by the forward pass.
+    /// State before each step.
+    pub previous: &'a [V],
+    /// r, z, n and c_n, saved by the forward pass.
     pub saved: &'a [V],
-    /// Gradients of the states that the steps gave.
+    /// Gradient of the state after each step, from its use as an output.
     pub dy: &'a [V],
 }
 
-/// Gate gradients of a block, from its last step to its first. `carry` is the gradient of the state after
-/// the block and, at the end, of the one before it.
+/// Computes the gate gradients of a block, from its last step to its first.
+///
+/// `carry` is the gradient of the state after the block and is replaced by that of the state before it.
 #[inline(always)]
-fn states<S: Simd, const ROOMY: bool>(
+fn block_gradients<S: Simd, const MANY_REGISTERS: bool>(
     simd: S,
     w_hh: Panels<'_>,
     carry: &mut [S::f32s],
@@ -164,18 +219,20 @@ fn states<S: Simd, const ROOMY: bool>(
     let hidden = carry.len();
     for s in (0..block.dy.len() / hidden).rev() {
         let step = Block {
-            before: &block.before[s * hidden..][..hidden],
+            previous: &block.previous[s * hidden..][..hidden],
             saved: &block.saved[s * 4 * hidden..][..4 * hidden],
             dy: &block.dy[s * hidden..][..hidden],
         };
         let grads = &mut grads[s * stride_of(hidden)..][..4 * hidden];
         gate_gradients(simd, carry, step, grads);
-        w_hh.apply::<S, ROOMY>(simd, Start::Output, (&grads[hidden..], 0), (carry, 0), 1);
+        w_hh.apply::<S, MANY_REGISTERS>(simd, InitialSum::Output, (&grads[hidden..], 0), (carry, 0), 1);
     }
 }
 
-/// Gate gradients of a step (n, r, z, recurrent part of n), whose vectors may hold anything as long as all do alike.
-/// `carry` is the gradient of the state after it and, at the end, what of that goes to the state before it directly.
+/// Computes the gate gradients (1) to (3) of one step, in the order a_n, r, z, c_n.
+///
+/// `carry` is the gradient of the state after the step and is replaced by the term z dh of (4). The vectors
+/// may have any layout, if all operands have the same.
 #[inline(always)]
 pub(crate) fn gate_gradients<S: Simd>(
     simd: S,
@@ -184,28 +241,27 @@ pub(crate) fn gate_gradients<S: Simd>(
     grads: &mut [S::f32s],
 ) {
     let (hidden, one) = (carry.len(), simd.splat_f32s(1.0));
-    let (before, dy) = (step.before, step.dy);
+    let (previous, dy) = (step.previous, step.dy);
     let (saved_r, saved) = step.saved.split_at(hidden);
     let (saved_z, saved) = saved.split_at(hidden);
     let (saved_n, saved_m) = saved.split_at(hidden);
-    let (d_n, rest) = grads.split_at_mut(hidden);
-    let (d_r, rest) = rest.split_at_mut(hidden);
-    let (d_z, d_m) = rest.split_at_mut(hidden);
+    let (d_n, remaining) = grads.split_at_mut(hidden);
+    let (d_r, remaining) = remaining.split_at_mut(hidden);
+    let (d_z, d_m) = remaining.split_at_mut(hidden);
     for j in 0..hidden {
         let (r, z, n, m) = (saved_r[j], saved_z[j], saved_n[j], saved_m[j]);
         for row in [saved_r, saved_z, saved_n, saved_m] {
-            prefetch(row[j..].as_ptr().wrapping_sub(4 * hidden * AHEAD));
+            prefetch(row[j..].as_ptr().wrapping_sub(4 * hidden * PREFETCH_STEPS));
         }
-        for row in [before, dy] {
-            prefetch(row[j..].as_ptr().wrapping_sub(hidden * AHEAD));
+        for row in [previous, dy] {
+            prefetch(row[j..].as_ptr().wrapping_sub(hidden * PREFETCH_STEPS));
         }
         let dh = simd.add_f32s(carry[j], dy[j]);
         let dh_z = simd.mul_f32s(dh, z);
-        // dh z (1 - z) (h - n), then dh (1 - z) (1 - n^2), and so on down the chain.
-        let dh_not_z = simd.sub_f32s(dh, dh_z);
-        d_z[j] = simd.mul_f32s(simd.mul_f32s(dh_not_z, z), simd.sub_f32s(before[j], n));
+        let dh_one_minus_z = simd.sub_f32s(dh, dh_z);
+        d_z[j] = simd.mul_f32s(simd.mul_f32s(dh_one_minus_z, z), simd.sub_f32s(previous[j], n));
         let slope = simd.negate_mul_add_e_f32s(n, n, one);
-        let dn = simd.mul_f32s(dh_not_z, slope);
+        let dn = simd.mul_f32s(dh_one_minus_z, slope);
         let dn_r = simd.mul_f32s(dn, r);
         d_n[j] = dn;
         d_m[j] = dn_r;

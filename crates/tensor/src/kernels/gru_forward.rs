@@ -1,7 +1,8 @@
 //! Forward pass of the GRU layer in SIMD lanes.
 //!
-//! Units are computed a group at a time with all their gates: for 4 units 16 accumulators (r, z, and the
-//! input and recurrent part of n), weights broadcast from memory.
+//! Hidden units are computed in groups, with all their gates at once: 4 units have 16 accumulators (r, z, and
+//! the input and recurrent parts of n). Weights are broadcast from memory. The equations are in
+//! [`super::gru_reference`].
 
 use super::gates::{SIGMOID_SCALE, TANH_SCALE, sigmoids, tanhs};
 use super::lanes::{BLOCK, Chunk, MAX_LANES, rows_mut, vectors};
@@ -10,20 +11,20 @@ use super::vector::Vector;
 use super::{GruDims, GruForward, GruWeights};
 use crate::simd::Kernel;
 
-/// Steps ahead of which memory is asked for.
-const AHEAD: usize = 2;
+/// Number of time steps by which memory is prefetched.
+const PREFETCH_STEPS: usize = 2;
 
-/// Floats that the packed weights take for layer extents `(input, hidden)`.
+/// Number of floats of the packed weights of a layer.
 pub(crate) const fn packed_len(input: usize, hidden: usize) -> usize {
     hidden.next_multiple_of(4) * (3 * (input + hidden) + 4)
 }
 
-/// Scratch elements for layer extents `(input, hidden)` where the weights are packed already.
+/// Number of scratch elements of a layer whose weights are packed already.
 pub(crate) const fn scratch_packed(input: usize, hidden: usize) -> usize {
     MAX_LANES * (hidden + BLOCK * (input + 5 * hidden))
 }
 
-/// Scratch elements for layer extents `(input, hidden)`.
+/// Number of scratch elements of a layer.
 pub(crate) const fn scratch(input: usize, hidden: usize) -> usize {
     packed_len(input, hidden) + scratch_packed(input, hidden)
 }
@@ -33,25 +34,25 @@ pub(crate) struct Pack<'a, 'b>(pub GruWeights<'a, f32>, pub GruDims, pub &'b mut
 
 impl Kernel for Pack<'_, '_> {
     #[inline(always)]
-    fn run<S: Vector, const ROOMY: bool>(self, _: S) {
-        if ROOMY { pack::<4>(self.0, self.1, self.2) } else { pack::<2>(self.0, self.1, self.2) }
+    fn run<S: Vector, const MANY_REGISTERS: bool>(self, _: S) {
+        if MANY_REGISTERS { pack::<4>(self.0, self.1, self.2) } else { pack::<2>(self.0, self.1, self.2) }
     }
 }
 
-/// Operands and scratch: packs the weights, then runs.
+/// Operands and scratch memory: packs the weights, then runs the sequence.
 pub(crate) struct Forward<'a, 'b>(pub GruForward<'a, f32>, pub &'b mut [f32]);
 
 impl Kernel for Forward<'_, '_> {
     #[inline(always)]
-    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const MANY_REGISTERS: bool>(self, simd: S) {
         let Forward(GruForward { dims, weights, x, h0, y, saved }, scratch) = self;
         let (packed, scratch) = scratch.split_at_mut(packed_len(dims.input, dims.hidden));
-        Pack(weights, dims, packed).run::<S, ROOMY>(simd);
-        Sequence { dims, packed, x, h0, y, saved, state: &mut [], scratch }.run::<S, ROOMY>(simd);
+        Pack(weights, dims, packed).run::<S, MANY_REGISTERS>(simd);
+        Sequence { dims, packed, x, h0, y, saved, state: &mut [], scratch }.run::<S, MANY_REGISTERS>(simd);
     }
 }
 
-/// A sequence through packed weights.
+/// The forward pass of a sequence with packed weights; see [`GruForward`].
 pub(crate) struct Sequence<'a> {
     pub dims: GruDims,
     pub packed: &'a [f32],
@@ -59,30 +60,32 @@ pub(crate) struct Sequence<'a> {
     pub h0: &'a [f32],
     pub y: &'a mut [f32],
     pub saved: &'a mut [f32],
-    /// State `[H, B]` before the sequence, instead of `h0`, and then after it; may be empty.
+    /// State `[H, B]` before the sequence, which replaces `h0`, and then after it; may be empty.
     pub state: &'a mut [f32],
     pub scratch: &'a mut [f32],
 }
 
 impl Kernel for Sequence<'_> {
     #[inline(always)]
-    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
-        if ROOMY { run::<S, 4>(simd, self) } else { run::<S, 2>(simd, self) }
+    fn run<S: Vector, const MANY_REGISTERS: bool>(self, simd: S) {
+        if MANY_REGISTERS { run::<S, 4>(simd, self) } else { run::<S, 2>(simd, self) }
     }
 }
 
-/// Weights of the gates r, z, n of `U` units side by side, `[group][column][gate][unit]`, and their biases
-/// (r, z, the input part of n, the recurrent part of n), scaled as [`super::gates`] wants them.
+/// Packed weights in groups of `U` units, scaled for [`super::gates`].
+///
+/// Weights are `[group][column][gate][unit]`, biases `[group][part][unit]` with the parts r, z, n (input) and
+/// n (recurrent).
 struct Packed<'a, const U: usize> {
     w_ih: &'a [[[f32; U]; 3]],
     w_hh: &'a [[[f32; U]; 3]],
     bias: &'a [[[f32; U]; 4]],
 }
 
-/// Packs the rows of the three gates of one weight matrix.
+/// Packs one weight matrix; units beyond `hidden` get zeros.
 fn pack_columns<const U: usize>(packed: &mut [f32], w: &[f32], hidden: usize, columns: usize) {
-    for (at, row) in packed.as_chunks_mut::<U>().0.as_chunks_mut::<3>().0.iter_mut().enumerate() {
-        let (group, column) = (at / columns.max(1), at % columns.max(1));
+    for (position, row) in packed.as_chunks_mut::<U>().0.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+        let (group, column) = (position / columns.max(1), position % columns.max(1));
         for (gate, row) in row.iter_mut().enumerate() {
             let scale = if gate == 2 { TANH_SCALE } else { SIGMOID_SCALE };
             for (j, v) in row.iter_mut().enumerate() {
@@ -94,60 +97,63 @@ fn pack_columns<const U: usize>(packed: &mut [f32], w: &[f32], hidden: usize, co
     }
 }
 
+/// Packs weights and biases.
 fn pack<const U: usize>(w: GruWeights<'_, f32>, d: GruDims, packed: &mut [f32]) {
     let units = d.hidden.next_multiple_of(U);
-    let (w_ih, rest) = packed.split_at_mut(3 * units * d.input);
-    let (w_hh, rest) = rest.split_at_mut(3 * units * d.hidden);
+    let (w_ih, remaining) = packed.split_at_mut(3 * units * d.input);
+    let (w_hh, remaining) = remaining.split_at_mut(3 * units * d.hidden);
     pack_columns::<U>(w_ih, w.w_ih, d.hidden, d.input);
     pack_columns::<U>(w_hh, w.w_hh, d.hidden, d.hidden);
-    for (at, v) in rest[..4 * units].iter_mut().enumerate() {
-        let (part, unit) = (at / U % 4, at / (4 * U) * U + at % U);
-        let of = |gate: usize, b: &[f32]| b[gate * d.hidden + unit];
+    for (position, v) in remaining[..4 * units].iter_mut().enumerate() {
+        let (part, unit) = (position / U % 4, position / (4 * U) * U + position % U);
+        let bias = |gate: usize, b: &[f32]| b[gate * d.hidden + unit];
         *v = match part {
             _ if unit >= d.hidden => 0.0,
-            0 | 1 => (of(part, w.b_ih) + of(part, w.b_hh)) * SIGMOID_SCALE,
-            2 => of(2, w.b_ih) * TANH_SCALE,
-            _ => of(2, w.b_hh) * TANH_SCALE,
+            0 | 1 => (bias(part, w.b_ih) + bias(part, w.b_hh)) * SIGMOID_SCALE,
+            2 => bias(2, w.b_ih) * TANH_SCALE,
+            _ => bias(2, w.b_hh) * TANH_SCALE,
         };
     }
 }
 
 impl<'a, const U: usize> Packed<'a, U> {
+    /// The parts of packed weights.
     fn view(packed: &'a [f32], d: GruDims) -> Self {
         let units = d.hidden.next_multiple_of(U);
-        let (w_ih, rest) = packed.split_at(3 * units * d.input);
-        let (w_hh, rest) = rest.split_at(3 * units * d.hidden);
+        let (w_ih, remaining) = packed.split_at(3 * units * d.input);
+        let (w_hh, remaining) = remaining.split_at(3 * units * d.hidden);
         Packed {
             w_ih: w_ih.as_chunks::<U>().0.as_chunks::<3>().0,
             w_hh: w_hh.as_chunks::<U>().0.as_chunks::<3>().0,
-            bias: rest[..4 * units].as_chunks::<U>().0.as_chunks::<4>().0,
+            bias: remaining[..4 * units].as_chunks::<U>().0.as_chunks::<4>().0,
         }
     }
 }
 
+/// Runs all sequences, one chunk of the batch and one block of steps after the other.
 #[inline(always)]
 fn run<S: Vector, const U: usize>(simd: S, g: Sequence<'_>) {
     let GruDims { time, input, hidden, batch } = g.dims;
     let packed = Packed::<U>::view(g.packed, g.dims);
-    let (h, rest) = vectors::<S>(g.scratch, hidden);
-    let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
-    let (y_buffer, rest) = vectors::<S>(rest, BLOCK * hidden);
-    let (saved_buffer, _) = vectors::<S>(rest, BLOCK * 4 * hidden);
-    let save = !g.saved.is_empty();
+    let (h, remaining) = vectors::<S>(g.scratch, hidden);
+    let (x_buffer, remaining) = vectors::<S>(remaining, BLOCK * input);
+    let (y_buffer, remaining) = vectors::<S>(remaining, BLOCK * hidden);
+    let (saved_buffer, _) = vectors::<S>(remaining, BLOCK * 4 * hidden);
+    let saves = !g.saved.is_empty();
 
     for chunk in Chunk::all::<S>(batch) {
         h.fill(simd.splat_f32s(0.0));
-        let before = if g.state.is_empty() { g.h0 } else { &*g.state };
-        if !before.is_empty() {
-            h.copy_from_slice(chunk.read(simd, before, (0, hidden), y_buffer));
+        let initial = if g.state.is_empty() { g.h0 } else { &*g.state };
+        if !initial.is_empty() {
+            h.copy_from_slice(chunk.read(simd, initial, (0, hidden), y_buffer));
         }
         for start in (0..time).step_by(BLOCK) {
             let steps = BLOCK.min(time - start);
             let x = chunk.read(simd, g.x, (start * input, steps * input), x_buffer);
-            let saved_rows = if save { steps * 4 * hidden } else { 0 };
+            let saved_rows = if saves { steps * 4 * hidden } else { 0 };
             if chunk.is_whole::<S>() {
                 let y = rows_mut::<S>(g.y, start * hidden, steps * hidden);
-                let saved = rows_mut::<S>(g.saved, if save { start * 4 * hidden } else { 0 }, saved_rows);
+                let saved = rows_mut::<S>(g.saved, if saves { start * 4 * hidden } else { 0 }, saved_rows);
                 block(simd, &packed, (x, input), h, y, saved);
             } else {
                 let (y, saved) = (&mut y_buffer[..steps * hidden], &mut saved_buffer[..saved_rows]);
@@ -162,7 +168,7 @@ fn run<S: Vector, const U: usize>(simd: S, g: Sequence<'_>) {
     }
 }
 
-/// A block of steps. `h` is the state before it and, at the end, after it.
+/// Runs a block of steps; `h` is the state before it and is replaced by the state after it.
 #[inline(always)]
 fn block<S: Vector, const U: usize>(
     simd: S,
@@ -178,14 +184,15 @@ fn block<S: Vector, const U: usize>(
     }
     let steps = y.len() / hidden;
     for s in 0..steps {
-        let (done, now) = y.split_at_mut(s * hidden);
-        let before = if s == 0 { &*h } else { &done[(s - 1) * hidden..] };
+        let (past, now) = y.split_at_mut(s * hidden);
+        let previous = if s == 0 { &*h } else { &past[(s - 1) * hidden..] };
         let saved = if saved.is_empty() { &mut [][..] } else { &mut saved[s * 4 * hidden..][..4 * hidden] };
-        step(simd, packed, &x[s * input..][..input], before, &mut now[..hidden], saved);
+        step(simd, packed, &x[s * input..][..input], previous, &mut now[..hidden], saved);
     }
     h.copy_from_slice(&y[(steps - 1) * hidden..]);
 }
 
+/// Computes the state `now` after one step from the state `h`.
 #[inline(always)]
 fn step<S: Vector, const U: usize>(
     simd: S,
@@ -197,7 +204,7 @@ fn step<S: Vector, const U: usize>(
 ) {
     let (input, hidden) = (x.len(), h.len());
     for (group, bias) in packed.bias.iter().enumerate() {
-        let splat = |from: usize| -> [S::f32s; U] { std::array::from_fn(|j| simd.splat_f32s(bias[from][j])) };
+        let splat = |part: usize| -> [S::f32s; U] { std::array::from_fn(|j| simd.splat_f32s(bias[part][j])) };
         let (mut r, mut z, mut ni, mut nh) = (splat(0), splat(1), splat(2), splat(3));
         for (w, &x) in packed.w_ih[group * input..][..input].iter().zip(x) {
             for j in 0..U {
@@ -228,9 +235,11 @@ fn step<S: Vector, const U: usize>(
             now[unit] = simd.mul_add_e_f32s(z[j], simd.sub_f32s(h[unit], ni[j]), ni[j]);
             if !saved.is_empty() {
                 for part in 0..4 {
-                    prefetch(saved[part * hidden + unit..].as_ptr().wrapping_add(4 * hidden * AHEAD));
+                    prefetch(
+                        saved[part * hidden + unit..].as_ptr().wrapping_add(4 * hidden * PREFETCH_STEPS),
+                    );
                 }
-                prefetch(now[unit..].as_ptr().wrapping_add(hidden * AHEAD));
+                prefetch(now[unit..].as_ptr().wrapping_add(hidden * PREFETCH_STEPS));
                 saved[unit] = r[j];
                 saved[hidden + unit] = z[j];
                 saved[2 * hidden + unit] = ni[j];

@@ -1,4 +1,4 @@
-//! A GRU layer with weights packed once: for inference, where one step may be all that is asked for.
+//! A GRU layer whose weights are packed once, for inference step by step.
 
 use super::gru_forward::{self, Sequence};
 use super::{GruDims, GruWeights};
@@ -14,7 +14,7 @@ pub struct PackedGru {
 }
 
 impl PackedGru {
-    /// Packs the weights of a layer of extents `(input, hidden)` for a level.
+    /// Packs the weights of a layer for a level.
     pub fn new(level: Level, weights: GruWeights<'_, f32>, input: usize, hidden: usize) -> Self {
         let mut packed = vec![0.0; gru_forward::packed_len(input, hidden)];
         let dims = GruDims { time: 0, input, hidden, batch: 0 };
@@ -22,23 +22,24 @@ impl PackedGru {
         PackedGru { level, input, hidden, packed }
     }
 
-    /// Inputs I.
+    /// Number of inputs I.
     pub fn input(&self) -> usize {
         self.input
     }
 
-    /// Units H.
+    /// Number of hidden units H.
     pub fn hidden(&self) -> usize {
         self.hidden
     }
 
-    /// Scratch elements that [`PackedGru::run`] needs.
+    /// Number of scratch elements that [`PackedGru::run`] needs.
     pub fn scratch(&self) -> usize {
         gru_forward::scratch_packed(self.input, self.hidden)
     }
 
-    /// Hidden states `y [T, H, B]` for inputs `x [T, I, B]` from the state `h [H, B]`, which becomes the
-    /// last one. T and B are read off the lengths of `y` and `h`.
+    /// Computes the hidden states `y [T, H, B]` for inputs `x [T, I, B]` from the state `h [H, B]`.
+    ///
+    /// `h` is replaced by the last state. T and B follow from the lengths of `y` and `h`.
     pub fn run(&self, x: &[f32], h: &mut [f32], y: &mut [f32], scratch: &mut [f32]) {
         let batch = h.len() / self.hidden.max(1);
         let time = y.len() / h.len().max(1);

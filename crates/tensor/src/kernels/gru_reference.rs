@@ -1,13 +1,17 @@
-//! The GRU layer as PyTorch defines it (`torch.nn.GRU`, Cho et al. 2014), in plain loops: the twin that
-//! the SIMD kernel is tested against, and what `f64` runs.
+//! The GRU layer in plain loops: the reference for the SIMD kernel, and used for `f64`.
 //!
-//! With a = W_i x + b_i and c = W_h h + b_h split into the gates r, z, n:
-//! r = sigmoid(a_r + c_r), z = sigmoid(a_z + c_z), n = tanh(a_n + r * c_n), h' = (1 - z) * n + z * h.
+//! It is that of PyTorch (`torch.nn.GRU`; Cho et al. 2014). With a = W_i x + b_i and c = W_h h + b_h, both
+//! split into the gates r, z and n:
+//!
+//! ```text
+//! (1)  r = sigmoid(a_r + c_r),   z = sigmoid(a_z + c_z),   n = tanh(a_n + r c_n)
+//! (2)  h' = (1 - z) n + z h
+//! ```
 
 use super::{GruBackward, GruForward};
 use crate::Scalar;
 
-/// Scratch elements for layer extents `(input, hidden)`.
+/// Number of scratch elements of a layer, enough for both passes.
 pub fn scratch(_input: usize, hidden: usize) -> usize {
     6 * hidden
 }
@@ -50,28 +54,27 @@ pub fn forward<T: Scalar>(g: GruForward<'_, T>, scratch: &mut [T]) {
     }
 }
 
-/// Vector-Jacobian product; accumulates into every output but a fresh `dx`.
+/// Vector-Jacobian product; see [`GruBackward`].
 pub fn backward<T: Scalar>(g: GruBackward<'_, T>, scratch: &mut [T]) {
     if g.dx_fresh {
         g.dx.fill(T::ZERO);
     }
     let (nt, ni, nh, nb) = (g.dims.time, g.dims.input, g.dims.hidden, g.dims.batch);
     let w = g.weights;
-    let (dh, rest) = scratch[..6 * nh].split_at_mut(nh);
-    let (carry, gates) = rest.split_at_mut(nh);
+    let (dh, remaining) = scratch[..6 * nh].split_at_mut(nh);
+    let (carry, gates) = remaining.split_at_mut(nh);
     for b in 0..nb {
         carry.fill(T::ZERO);
         for t in (0..nt).rev() {
             for j in 0..nh {
                 dh[j] = carry[j] + g.dy[(t * nh + j) * nb + b];
-                let at = |slot: usize| g.saved[((t * 4 + slot) * nh + j) * nb + b];
-                let (r, z, n, c) = (at(0), at(1), at(2), at(3));
-                let before = previous(&g, t, j, b);
-                let dz = dh[j] * (before - n) * z * (T::ONE - z);
+                let saved = |slot: usize| g.saved[((t * 4 + slot) * nh + j) * nb + b];
+                let (r, z, n, c) = (saved(0), saved(1), saved(2), saved(3));
+                let h = previous_state(&g, t, j, b);
+                let dz = dh[j] * (h - n) * z * (T::ONE - z);
                 let dn = dh[j] * (T::ONE - z) * (T::ONE - n * n);
                 let dr = dn * c * r * (T::ONE - r);
-                // Gradients of the pre-activations: r, z (shared), n of the input part, n of the
-                // recurrent part.
+                // Gradients of the pre-activations: r and z (the same for a and c), then a_n, then c_n.
                 for (slot, v) in [dr, dz, dn, dn * r].into_iter().enumerate() {
                     gates[slot * nh + j] = v;
                 }
@@ -85,14 +88,14 @@ pub fn backward<T: Scalar>(g: GruBackward<'_, T>, scratch: &mut [T]) {
                     g.db_ih[row] += d_input;
                     g.db_hh[row] += d_hidden;
                     for i in 0..ni {
-                        let at = (t * ni + i) * nb + b;
-                        g.dw_ih[row * ni + i] += d_input * g.x[at];
+                        let index = (t * ni + i) * nb + b;
+                        g.dw_ih[row * ni + i] += d_input * g.x[index];
                         if !g.dx.is_empty() {
-                            g.dx[at] += d_input * w.w_ih[row * ni + i];
+                            g.dx[index] += d_input * w.w_ih[row * ni + i];
                         }
                     }
                     for (k, carry) in carry.iter_mut().enumerate() {
-                        g.dw_hh[row * nh + k] += d_hidden * previous(&g, t, k, b);
+                        g.dw_hh[row * nh + k] += d_hidden * previous_state(&g, t, k, b);
                         *carry += d_hidden * w.w_hh[row * nh + k];
                     }
                 }
@@ -107,7 +110,7 @@ pub fn backward<T: Scalar>(g: GruBackward<'_, T>, scratch: &mut [T]) {
 }
 
 /// Hidden unit `j` of sequence `b` before step `t`.
-fn previous<T: Scalar>(g: &GruBackward<'_, T>, t: usize, j: usize, b: usize) -> T {
+fn previous_state<T: Scalar>(g: &GruBackward<'_, T>, t: usize, j: usize, b: usize) -> T {
     let (nh, nb) = (g.dims.hidden, g.dims.batch);
     match t {
         0 if g.h0.is_empty() => T::ZERO,

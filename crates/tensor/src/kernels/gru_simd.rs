@@ -1,16 +1,16 @@
-//! The GRU layer in SIMD lanes, f32. Twin: [`super::gru_reference`].
+//! The GRU layer in SIMD lanes, f32. Reference: [`super::gru_reference`].
 
 #[cfg(target_arch = "x86_64")]
 use super::gru_quad;
 use super::{GruBackward, GruForward, gru_backward, gru_forward};
 use crate::simd::Level;
 
-/// Scratch elements for layer extents `(input, hidden)`, enough for both passes.
+/// Number of scratch elements of a layer, enough for both passes.
 pub fn scratch(input: usize, hidden: usize) -> usize {
-    let any = gru_forward::scratch(input, hidden).max(gru_backward::scratch(input, hidden));
+    let elements = gru_forward::scratch(input, hidden).max(gru_backward::scratch(input, hidden));
     #[cfg(target_arch = "x86_64")]
-    let any = any.max(gru_quad::scratch(input, hidden));
-    any
+    let elements = elements.max(gru_quad::scratch(input, hidden));
+    elements
 }
 
 /// Forward pass.
@@ -21,13 +21,13 @@ pub fn forward(args: GruForward<'_, f32>, scratch: &mut [f32]) {
 /// Forward pass at a given level.
 pub fn forward_at(level: Level, args: GruForward<'_, f32>, scratch: &mut [f32]) {
     #[cfg(target_arch = "x86_64")]
-    if gru_quad::suits(level, args.dims) {
+    if gru_quad::supports(level, args.dims) {
         return gru_quad::forward(args, scratch);
     }
     level.run(args.dims.batch, gru_forward::Forward(args, scratch));
 }
 
-/// Vector-Jacobian product; accumulates into every output but a fresh `dx`.
+/// Vector-Jacobian product; see [`GruBackward`].
 pub fn backward(args: GruBackward<'_, f32>, scratch: &mut [f32]) {
     backward_at(Level::current(), args, scratch);
 }
@@ -35,7 +35,7 @@ pub fn backward(args: GruBackward<'_, f32>, scratch: &mut [f32]) {
 /// Vector-Jacobian product at a given level.
 pub fn backward_at(level: Level, args: GruBackward<'_, f32>, scratch: &mut [f32]) {
     #[cfg(target_arch = "x86_64")]
-    if gru_quad::suits(level, args.dims) {
+    if gru_quad::supports(level, args.dims) {
         return gru_quad::backward(args, scratch);
     }
     level.run(args.dims.batch, gru_backward::Backward(args, scratch));

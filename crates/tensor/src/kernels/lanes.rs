@@ -1,18 +1,20 @@
-//! Sequences in SIMD lanes: how a part of a batch is seen as whole vectors.
+//! Batches of sequences as SIMD vectors, one sequence per lane.
 //!
-//! The batch lies in lanes, weights are broadcast from memory. All functions here are generic over the
-//! instruction set and inlined into the dispatched body. They contain no `unsafe`.
+//! All functions are generic over the instruction set and are inlined into the function that is compiled for
+//! it.
 
 use pulp::Simd;
 
-/// Largest number of f32 lanes of any supported instruction set.
+/// Maximum number of f32 lanes of a supported instruction set.
 pub(crate) const MAX_LANES: usize = 16;
 
-/// Time steps that the kernels work on at once: long enough to make what is done once a block cheap,
-/// short enough for a block to stay in the second-level cache.
+/// Number of time steps that kernels process at once.
+///
+/// It is large enough to make the work per block negligible, and small enough for a block to stay in the L2
+/// cache.
 pub(crate) const BLOCK: usize = 32;
 
-/// Loads a row of at most one vector; missing lanes are zero.
+/// Loads a row of at most one vector; unused lanes are 0.
 #[inline(always)]
 fn load<S: Simd>(simd: S, row: &[f32]) -> S::f32s {
     match S::as_simd_f32s(row) {
@@ -37,7 +39,7 @@ pub(crate) fn at_least<S: Simd>(simd: S, x: S::f32s, bound: f32) -> S::f32s {
     if S::F32_LANES == 1 {
         return simd.select_f32s(simd.less_than_f32s(x, bound), bound, x);
     }
-    // x second: x86's maximum returns its second operand if either is NaN.
+    // x is the second operand: the maximum of x86 returns its second operand if either is NaN.
     simd.max_f32s(bound, x)
 }
 
@@ -51,14 +53,14 @@ pub(crate) fn at_most<S: Simd>(simd: S, x: S::f32s, bound: f32) -> S::f32s {
     simd.min_f32s(bound, x)
 }
 
-/// Splits `n` vectors off a scratch buffer.
+/// Splits `n` vectors off a scratch buffer; returns them and the remainder.
 #[inline(always)]
 pub(crate) fn vectors<S: Simd>(scratch: &mut [f32], n: usize) -> (&mut [S::f32s], &mut [f32]) {
-    let (head, rest) = scratch.split_at_mut(n * S::F32_LANES);
-    (S::as_mut_simd_f32s(head).0, rest)
+    let (head, remainder) = scratch.split_at_mut(n * S::F32_LANES);
+    (S::as_mut_simd_f32s(head).0, remainder)
 }
 
-/// The sequences `first..first + count` of a batch, at most one vector of them.
+/// The sequences `first..first + count` of a batch, at most one per lane of a vector.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Chunk {
     batch: usize,
@@ -67,21 +69,22 @@ pub(crate) struct Chunk {
 }
 
 impl Chunk {
-    /// All chunks of a batch.
+    /// Divides a batch into chunks.
     #[inline(always)]
     pub fn all<S: Simd>(batch: usize) -> impl Iterator<Item = Chunk> {
-        let whole = move |first| Chunk { batch, first, count: S::F32_LANES.min(batch - first) };
-        (0..batch).step_by(S::F32_LANES).map(whole)
+        let chunk = move |first| Chunk { batch, first, count: S::F32_LANES.min(batch - first) };
+        (0..batch).step_by(S::F32_LANES).map(chunk)
     }
 
-    /// Whether the batch is one whole vector, so that its memory is a slice of vectors as it stands.
+    /// Whether the batch fills exactly one vector, so that its memory can be used as a slice of vectors.
     #[inline(always)]
     pub fn is_whole<S: Simd>(self) -> bool {
         self.batch == S::F32_LANES
     }
 
-    /// `rows` rows from row `start` of an array `[row, batch]`; `buffer` is used where they are not
-    /// vectors as they stand. Missing lanes are zero.
+    /// Reads `rows` rows from row `start` of an array `[row, batch]` as vectors; unused lanes are 0.
+    ///
+    /// They are copied to `buffer` unless the batch fills exactly one vector.
     #[inline(always)]
     pub fn read<'a, S: Simd>(
         self,
@@ -99,7 +102,7 @@ impl Chunk {
         &buffer[..rows]
     }
 
-    /// Writes vectors to rows from row `start` of an array `[row, batch]`.
+    /// Writes vectors to the rows of an array `[row, batch]` from row `start`.
     #[inline(always)]
     pub fn write<S: Simd>(self, simd: S, array: &mut [f32], start: usize, from: &[S::f32s]) {
         for (i, v) in from.iter().enumerate() {
@@ -108,7 +111,7 @@ impl Chunk {
         }
     }
 
-    /// Adds vectors to rows from row `start` of an array `[row, batch]`.
+    /// Adds vectors to the rows of an array `[row, batch]` from row `start`.
     #[inline(always)]
     pub fn add<S: Simd>(self, simd: S, array: &mut [f32], start: usize, from: &[S::f32s]) {
         for (i, v) in from.iter().enumerate() {
@@ -119,7 +122,7 @@ impl Chunk {
     }
 }
 
-/// `rows` rows from row `start` of an array of whole vectors.
+/// `rows` rows from row `start` of an array whose rows are whole vectors.
 #[inline(always)]
 pub(crate) fn rows_mut<S: Simd>(array: &mut [f32], start: usize, rows: usize) -> &mut [S::f32s] {
     &mut S::as_mut_simd_f32s(array).0[start..start + rows]

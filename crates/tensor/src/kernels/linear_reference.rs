@@ -1,4 +1,6 @@
-//! Linear map over the feature axis of a sequence, in plain loops.
+//! Affine map over the feature axis of a sequence, in plain loops.
+//!
+//! It is the reference for the SIMD kernel, and is used for `f64`.
 
 use super::{LinearBackward, LinearForward};
 use crate::Scalar;
@@ -19,7 +21,7 @@ pub fn forward<T: Scalar>(g: LinearForward<'_, T>) {
     }
 }
 
-/// Vector-Jacobian product; accumulates into every output but a fresh `dx`.
+/// Vector-Jacobian product; see [`LinearBackward`].
 pub fn backward<T: Scalar>(g: LinearBackward<'_, T>) {
     if g.dx_fresh {
         g.dx.fill(T::ZERO);
@@ -28,15 +30,15 @@ pub fn backward<T: Scalar>(g: LinearBackward<'_, T>) {
     for t in 0..d.time {
         for o in 0..d.output {
             for b in 0..d.batch {
-                let at = (t * d.output + o) * d.batch + b;
-                let slope = if g.y.is_empty() { T::ONE } else { T::ONE - g.y[at] * g.y[at] };
-                let dy = g.dy[at] * slope;
+                let index = (t * d.output + o) * d.batch + b;
+                let slope = if g.y.is_empty() { T::ONE } else { T::ONE - g.y[index] * g.y[index] };
+                let dy = g.dy[index] * slope;
                 g.db[o] += dy;
                 for i in 0..d.input {
-                    let at = (t * d.input + i) * d.batch + b;
-                    g.dw[o * d.input + i] += dy * g.x[at];
+                    let index = (t * d.input + i) * d.batch + b;
+                    g.dw[o * d.input + i] += dy * g.x[index];
                     if !g.dx.is_empty() {
-                        g.dx[at] += dy * g.w[o * d.input + i];
+                        g.dx[index] += dy * g.w[o * d.input + i];
                     }
                 }
             }

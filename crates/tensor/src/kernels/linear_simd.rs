@@ -1,14 +1,14 @@
-//! Linear map over the feature axis in SIMD lanes. Twin: [`super::linear_reference`].
+//! Affine map over the feature axis in SIMD lanes. Reference: [`super::linear_reference`].
 
 use super::lanes::{BLOCK, Chunk, MAX_LANES, reduce_into, rows_mut, vectors};
 use super::outer::{Rows, outer, sums};
-use super::panels::{Panels, Start, packed_len};
+use super::panels::{InitialSum, Panels, packed_len};
 use super::pointwise::tanh_at;
 use super::vector::Vector;
 use super::{LinearBackward, LinearDims, LinearForward};
 use crate::simd::{Kernel, Level};
 
-/// Scratch elements for extents `(input, output)`.
+/// Number of scratch elements of a layer, enough for both passes.
 pub fn scratch(input: usize, output: usize) -> usize {
     let packed = packed_len(output, input).max(packed_len(input, output));
     packed + MAX_LANES * (BLOCK * (2 * input + 3 * output) + output * input + output)
@@ -24,7 +24,7 @@ pub fn forward_at(level: Level, args: LinearForward<'_, f32>, scratch: &mut [f32
     level.run(args.dims.batch, Forward(args, scratch));
 }
 
-/// Vector-Jacobian product; accumulates into every output but a fresh `dx`.
+/// Vector-Jacobian product; see [`LinearBackward`].
 pub fn backward(args: LinearBackward<'_, f32>, scratch: &mut [f32]) {
     backward_at(Level::current(), args, scratch);
 }
@@ -39,29 +39,29 @@ struct Backward<'a, 'b>(LinearBackward<'a, f32>, &'b mut [f32]);
 
 impl Kernel for Forward<'_, '_> {
     #[inline(always)]
-    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const MANY_REGISTERS: bool>(self, simd: S) {
         let Forward(g, scratch) = self;
         let LinearDims { time, input, output, batch } = g.dims;
-        let (packed, rest) = scratch.split_at_mut(packed_len(output, input));
-        let w = Panels::pack::<ROOMY>(packed, output, input, |o, i| g.w[o * input + i]);
-        let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
-        let (y_buffer, _) = vectors::<S>(rest, BLOCK * output);
+        let (packed, remaining) = scratch.split_at_mut(packed_len(output, input));
+        let w = Panels::pack::<MANY_REGISTERS>(packed, output, input, |o, i| g.w[o * input + i]);
+        let (x_buffer, remaining) = vectors::<S>(remaining, BLOCK * input);
+        let (y_buffer, _) = vectors::<S>(remaining, BLOCK * output);
         for chunk in Chunk::all::<S>(batch) {
             for start in (0..time).step_by(BLOCK) {
                 let steps = BLOCK.min(time - start);
                 let x = chunk.read(simd, g.x, (start * input, steps * input), x_buffer);
-                let whole = chunk.is_whole::<S>();
-                let y = match whole {
+                let is_whole = chunk.is_whole::<S>();
+                let y = match is_whole {
                     true => rows_mut::<S>(g.y, start * output, steps * output),
                     false => &mut y_buffer[..steps * output],
                 };
-                w.apply::<S, ROOMY>(simd, Start::Bias(g.b), (x, input), (y, output), steps);
+                w.apply::<S, MANY_REGISTERS>(simd, InitialSum::Bias(g.b), (x, input), (y, output), steps);
                 if g.tanh {
                     for v in &mut *y {
                         *v = tanh_at(simd, *v);
                     }
                 }
-                if !whole {
+                if !is_whole {
                     chunk.write(simd, g.y, start * output, &y_buffer[..steps * output]);
                 }
             }
@@ -71,18 +71,18 @@ impl Kernel for Forward<'_, '_> {
 
 impl Kernel for Backward<'_, '_> {
     #[inline(always)]
-    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const MANY_REGISTERS: bool>(self, simd: S) {
         let Backward(g, scratch) = self;
         let LinearDims { time, input, output, batch } = g.dims;
-        let (packed, rest) = scratch.split_at_mut(packed_len(input, output));
-        let w = Panels::pack::<ROOMY>(packed, input, output, |i, o| g.w[o * input + i]);
-        let (x_buffer, rest) = vectors::<S>(rest, BLOCK * input);
-        let (dx_buffer, rest) = vectors::<S>(rest, BLOCK * input);
-        let (dy_buffer, rest) = vectors::<S>(rest, BLOCK * output);
-        let (y_buffer, rest) = vectors::<S>(rest, BLOCK * output);
-        let (slopes, rest) = vectors::<S>(rest, BLOCK * output);
-        let (dw, rest) = vectors::<S>(rest, output * input);
-        let (db, _) = vectors::<S>(rest, output);
+        let (packed, remaining) = scratch.split_at_mut(packed_len(input, output));
+        let w = Panels::pack::<MANY_REGISTERS>(packed, input, output, |i, o| g.w[o * input + i]);
+        let (x_buffer, remaining) = vectors::<S>(remaining, BLOCK * input);
+        let (dx_buffer, remaining) = vectors::<S>(remaining, BLOCK * input);
+        let (dy_buffer, remaining) = vectors::<S>(remaining, BLOCK * output);
+        let (y_buffer, remaining) = vectors::<S>(remaining, BLOCK * output);
+        let (slopes, remaining) = vectors::<S>(remaining, BLOCK * output);
+        let (dw, remaining) = vectors::<S>(remaining, output * input);
+        let (db, _) = vectors::<S>(remaining, output);
         dw.fill(simd.splat_f32s(0.0));
         db.fill(simd.splat_f32s(0.0));
         for chunk in Chunk::all::<S>(batch) {
@@ -102,24 +102,26 @@ impl Kernel for Backward<'_, '_> {
                         &*slopes
                     }
                 };
-                let dy_rows = Rows { all: dy, stride: output, first: 0, count: output };
-                let x_rows = Rows { all: x, stride: input, first: 0, count: input };
-                outer::<S, ROOMY>(simd, dw, dy_rows, x_rows, steps);
+                let dy_rows = Rows { vectors: dy, stride: output, first: 0, count: output };
+                let x_rows = Rows { vectors: x, stride: input, first: 0, count: input };
+                outer::<S, MANY_REGISTERS>(simd, dw, dy_rows, x_rows, steps);
                 sums(simd, db, dy_rows, steps);
                 if g.dx.is_empty() {
                     continue;
                 }
-                let (at, n) = (start * input, steps * input);
+                let (first_row, rows) = (start * input, steps * input);
                 if chunk.is_whole::<S>() {
-                    let from = if g.dx_fresh { Start::Zero } else { Start::Output };
-                    w.apply::<S, ROOMY>(simd, from, (dy, output), (rows_mut::<S>(g.dx, at, n), input), steps);
+                    let initial = if g.dx_fresh { InitialSum::Zero } else { InitialSum::Output };
+                    let dx = rows_mut::<S>(g.dx, first_row, rows);
+                    w.apply::<S, MANY_REGISTERS>(simd, initial, (dy, output), (dx, input), steps);
                     continue;
                 }
-                w.apply::<S, ROOMY>(simd, Start::Zero, (dy, output), (&mut dx_buffer[..n], input), steps);
+                let dx = &mut dx_buffer[..rows];
+                w.apply::<S, MANY_REGISTERS>(simd, InitialSum::Zero, (dy, output), (dx, input), steps);
                 if g.dx_fresh {
-                    chunk.write(simd, g.dx, at, &dx_buffer[..n]);
+                    chunk.write(simd, g.dx, first_row, dx);
                 } else {
-                    chunk.add(simd, g.dx, at, &dx_buffer[..n]);
+                    chunk.add(simd, g.dx, first_row, dx);
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! Dense matrix product, by faer on one thread (parallelism lives in the batch tiles above).
+//! Dense matrix product by faer, on one thread: callers run batches in parallel.
 
 use faer::linalg::matmul::matmul as faer_matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -12,9 +12,9 @@ pub struct MatmulDims {
     pub k: usize,
     /// Columns of the result.
     pub n: usize,
-    /// `a` is stored as its transpose (k x m, row-major).
+    /// Whether `a` is stored as its transpose (k x m, row-major).
     pub a_transposed: bool,
-    /// `b` is stored as its transpose (n x k, row-major).
+    /// Whether `b` is stored as its transpose (n x k, row-major).
     pub b_transposed: bool,
 }
 

@@ -1,8 +1,8 @@
-//! Numerical kernels: plain loops on slices, no tape, no allocation.
+//! Numerical kernels: loops on slices, without tape and without allocation.
 //!
-//! Each fast kernel has a plain reference twin ([`gru_reference`], [`linear_reference`]) that it is
-//! compared with on random shapes. Kernels work on scratch memory handed in by the caller; a `scratch`
-//! function beside each says how much.
+//! Each SIMD kernel has a reference implementation in plain loops ([`gru_reference`], [`linear_reference`],
+//! [`pointwise_reference`]), with which it is compared on random shapes. The caller passes scratch memory;
+//! the `scratch` function of a kernel returns its length.
 
 pub mod activation;
 pub mod draw;
@@ -43,7 +43,7 @@ pub struct GruDims {
     pub batch: usize,
 }
 
-/// Weights of one GRU layer in PyTorch's layout; rows are the gates r, z, n, H rows each.
+/// Weights of one GRU layer in PyTorch's layout: H rows for each of the gates r, z, n.
 #[derive(Debug, Clone, Copy)]
 pub struct GruWeights<'a, T> {
     /// `[3H, I]`.
@@ -69,12 +69,15 @@ pub struct GruForward<'a, T> {
     pub h0: &'a [T],
     /// Output: hidden states `[T, H, B]`.
     pub y: &'a mut [T],
-    /// Output for the VJP: `[T, 4H, B]`, the gates r, z, n and the recurrent part W_hn h + b_hn of the
-    /// candidate; empty when no gradient is wanted.
+    /// Output for the vector-Jacobian product, `[T, 4H, B]`: r, z, n and W_hn h + b_hn.
+    ///
+    /// Empty if no gradient is needed.
     pub saved: &'a mut [T],
 }
 
-/// Operands of the GRU VJP. Every output is accumulated into, but a fresh `dx`.
+/// Operands of the vector-Jacobian product of the GRU, which adds to every output.
+///
+/// Only a `dx` that is fresh is overwritten.
 #[derive(Debug)]
 pub struct GruBackward<'a, T> {
     /// Extents.
@@ -87,17 +90,17 @@ pub struct GruBackward<'a, T> {
     pub h0: &'a [T],
     /// Hidden states of the forward pass `[T, H, B]`.
     pub y: &'a [T],
-    /// Gates and candidate saved by the forward pass, `[T, 4H, B]`.
+    /// `saved` of the forward pass, `[T, 4H, B]`.
     pub saved: &'a [T],
     /// Gradient of the loss with respect to y `[T, H, B]`.
     pub dy: &'a [T],
-    /// Gradient of x `[T, I, B]`; empty when not wanted.
+    /// Gradient of x `[T, I, B]`; empty if it is not needed.
     pub dx: &'a mut [T],
-    /// `dx` holds nothing yet: it is written, not added to.
+    /// Whether `dx` is undefined before, and is therefore overwritten.
     pub dx_fresh: bool,
-    /// Number of inputs, the first ones, of which the gradient is wanted. What `dx` holds of the others afterwards is anything.
+    /// Number of leading inputs whose gradient is needed; `dx` is undefined for the others.
     pub dx_inputs: usize,
-    /// Gradient of h0 `[H, B]`; empty when not wanted.
+    /// Gradient of h0 `[H, B]`; empty if it is not needed.
     pub dh0: &'a mut [T],
     /// Gradient of w_ih `[3H, I]`.
     pub dw_ih: &'a mut [T],
@@ -109,7 +112,7 @@ pub struct GruBackward<'a, T> {
     pub db_hh: &'a mut [T],
 }
 
-/// Extents of a linear map over the feature axis of a sequence.
+/// Extents of an affine map over the feature axis of a sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LinearDims {
     /// Time steps T.
@@ -122,7 +125,7 @@ pub struct LinearDims {
     pub batch: usize,
 }
 
-/// Operands of the linear forward kernel: `y = W x + b` at each time and for each sequence.
+/// Operands of the affine map `y = W x + b` at each time and for each sequence.
 #[derive(Debug)]
 pub struct LinearForward<'a, T> {
     /// Extents.
@@ -135,11 +138,13 @@ pub struct LinearForward<'a, T> {
     pub x: &'a [T],
     /// Outputs `[T, O, B]`.
     pub y: &'a mut [T],
-    /// The outputs are tanh of the map.
+    /// Whether tanh is applied to the outputs.
     pub tanh: bool,
 }
 
-/// Operands of the linear VJP. Every output is accumulated into, but a fresh `dx`.
+/// Operands of the vector-Jacobian product of the affine map, which adds to every output.
+///
+/// Only a `dx` that is fresh is overwritten.
 #[derive(Debug)]
 pub struct LinearBackward<'a, T> {
     /// Extents.
@@ -148,13 +153,13 @@ pub struct LinearBackward<'a, T> {
     pub w: &'a [T],
     /// Inputs `[T, I, B]`.
     pub x: &'a [T],
-    /// Outputs of the forward pass `[T, O, B]` where they are tanh of the map; empty where they are the map.
+    /// Outputs of the forward pass `[T, O, B]` if tanh was applied to them; empty otherwise.
     pub y: &'a [T],
     /// Gradient of y `[T, O, B]`.
     pub dy: &'a [T],
-    /// Gradient of x `[T, I, B]`; empty when not wanted.
+    /// Gradient of x `[T, I, B]`; empty if it is not needed.
     pub dx: &'a mut [T],
-    /// `dx` holds nothing yet: it is written, not added to.
+    /// Whether `dx` is undefined before, and is therefore overwritten.
     pub dx_fresh: bool,
     /// Gradient of w `[O, I]`.
     pub dw: &'a mut [T],

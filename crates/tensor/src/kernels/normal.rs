@@ -1,8 +1,9 @@
-//! Standard normal draws in SIMD lanes, one independent stream a lane.
+//! Standard normal random numbers in SIMD lanes, with an independent generator per lane.
 //!
-//! Bits: xoshiro128++ (Blackman and Vigna 2021), one generator a lane. Normals: Box and Muller 1958, two
-//! rows from two words; the uniform of the radius has 24 bits, so no draw is beyond 5.77. What a lane gives
-//! depends on its seed alone, not on its companions.
+//! The generator is xoshiro128++ (Blackman and Vigna 2021). Normal numbers come from the transform of Box and
+//! Muller (Annals of Mathematical Statistics 29, 1958), two from two words; the uniform number of the radius
+//! has 24 bits, so no number exceeds 5.77. The numbers of a lane depend only on its seed, not on the other
+//! lanes.
 
 use super::lanes::MAX_LANES;
 use super::pointwise::ln;
@@ -10,7 +11,7 @@ use super::vector::Vector;
 use crate::simd::{Kernel, Level};
 use pulp::Simd;
 
-/// Generators of up to 16 lanes.
+/// Random number generators of up to 16 lanes.
 #[derive(Debug, Clone)]
 pub struct NormalLanes {
     state: [[u32; MAX_LANES]; 4],
@@ -18,11 +19,12 @@ pub struct NormalLanes {
 }
 
 impl NormalLanes {
-    /// Lanes that one set of generators has at most.
+    /// Maximum number of lanes.
     pub const MAX: usize = MAX_LANES;
 
-    /// One generator for each seed, of which at most [`NormalLanes::MAX`] are taken. A seed should come from
-    /// a good generator; the all-zero one is replaced.
+    /// One generator for each of the first [`NormalLanes::MAX`] seeds.
+    ///
+    /// Seeds should come from a good generator, because they are the state; a seed of zeros is replaced.
     pub fn new(seeds: impl IntoIterator<Item = [u64; 2]>) -> Self {
         let mut state = [[1; MAX_LANES]; 4];
         let mut lanes = 0;
@@ -37,13 +39,14 @@ impl NormalLanes {
         NormalLanes { state, lanes }
     }
 
-    /// Lanes in use.
+    /// Number of lanes in use.
     pub fn lanes(&self) -> usize {
         self.lanes
     }
 
-    /// Fills `out [rows, lanes]` with the next draws. Rows are drawn two at a time; of an odd number the
-    /// last one's companion is lost.
+    /// Fills `out [rows, lanes]` with the next numbers.
+    ///
+    /// Rows are generated in pairs; for an odd number of rows the second row of the last pair is discarded.
     pub fn fill(&mut self, out: &mut [f32]) {
         self.fill_at(Level::current(), out);
     }
@@ -60,7 +63,7 @@ struct Fill<'a>(&'a mut NormalLanes, &'a mut [f32]);
 
 impl Kernel for Fill<'_> {
     #[inline(always)]
-    fn run<S: Vector, const ROOMY: bool>(self, simd: S) {
+    fn run<S: Vector, const MANY_REGISTERS: bool>(self, simd: S) {
         let Fill(NormalLanes { state, lanes }, out) = self;
         let lanes = *lanes;
         for first in (0..lanes).step_by(S::F32_LANES) {
@@ -70,13 +73,13 @@ impl Kernel for Fill<'_> {
                 *s = simd.partial_load_u32s(&from[first..first + S::F32_LANES]);
             }
             let whole = if lanes == S::F32_LANES { out.len() / (2 * lanes) * 2 * lanes } else { 0 };
-            let (head, rest) = out.split_at_mut(whole);
+            let (head, remaining) = out.split_at_mut(whole);
             for rows in S::as_mut_simd_f32s(head).0.as_chunks_mut::<2>().0 {
-                let (a, b) = pair(simd, next(simd, &mut s), next(simd, &mut s));
+                let (a, b) = box_muller(simd, next(simd, &mut s), next(simd, &mut s));
                 *rows = [a, b];
             }
-            for rows in rest.chunks_mut(2 * lanes) {
-                let (a, b) = pair(simd, next(simd, &mut s), next(simd, &mut s));
+            for rows in remaining.chunks_mut(2 * lanes) {
+                let (a, b) = box_muller(simd, next(simd, &mut s), next(simd, &mut s));
                 let mut rows = rows.chunks_exact_mut(lanes);
                 for v in [a, b] {
                     if let Some(row) = rows.next() {
@@ -91,13 +94,14 @@ impl Kernel for Fill<'_> {
     }
 }
 
+/// Rotates the bits to the left.
 #[inline(always)]
 fn rotate<S: Simd>(simd: S, x: S::u32s, by: u32) -> S::u32s {
     let left = simd.wrapping_dyn_shl_u32s(x, simd.splat_u32s(by));
     simd.or_u32s(left, simd.wrapping_dyn_shr_u32s(x, simd.splat_u32s(32 - by)))
 }
 
-/// xoshiro128++.
+/// Next word of xoshiro128++.
 #[inline(always)]
 fn next<S: Simd>(simd: S, s: &mut [S::u32s; 4]) -> S::u32s {
     let result = simd.add_u32s(rotate(simd, simd.add_u32s(s[0], s[3]), 7), s[0]);
@@ -111,11 +115,12 @@ fn next<S: Simd>(simd: S, s: &mut [S::u32s; 4]) -> S::u32s {
     result
 }
 
-/// sin(pi t) / t and cos(pi t) as polynomials in t^2 on |t| <= 1/2, highest power first: minimax, 1.4e-8 and
-/// 2e-10.
+/// sin(pi t) / t as a polynomial in t^2 on |t| <= 1/2, highest power first; minimax error 1.4e-8.
 const SIN: [f32; 5] = [7.765_940_6e-2, -5.982_922e-1, 2.550_077_7, -5.167_710_3, std::f32::consts::PI];
+/// cos(pi t) as a polynomial in t^2 on |t| <= 1/2, highest power first; minimax error 2e-10.
 const COS: [f32; 6] = [-2.439_671_8e-2, 2.349_375_6e-1, -1.335_212_1, 4.058_709, -4.934_802, 1.0];
 
+/// Value of a polynomial, coefficients of the highest power first.
 #[inline(always)]
 fn polynomial<S: Simd, const N: usize>(simd: S, x: S::f32s, coefficients: [f32; N]) -> S::f32s {
     let mut p = simd.splat_f32s(coefficients[0]);
@@ -125,9 +130,9 @@ fn polynomial<S: Simd, const N: usize>(simd: S, x: S::f32s, coefficients: [f32; 
     p
 }
 
-/// The upper 24 bits as a float, by way of two halves that fit a mantissa.
+/// The upper 24 bits as a float, converted in two halves of 12 bits that fit into a mantissa.
 #[inline(always)]
-fn upper<S: Simd>(simd: S, x: S::u32s) -> S::f32s {
+fn upper_bits<S: Simd>(simd: S, x: S::u32s) -> S::f32s {
     let bits = |c: u32| simd.splat_u32s(c);
     let x = simd.wrapping_dyn_shr_u32s(x, bits(8));
     let high = simd.or_u32s(simd.wrapping_dyn_shr_u32s(x, bits(12)), bits(0x4b00_0000));
@@ -138,18 +143,18 @@ fn upper<S: Simd>(simd: S, x: S::u32s) -> S::f32s {
     simd.mul_add_e_f32s(high, simd.splat_f32s(4096.0), low)
 }
 
-/// Two normals from two words: sqrt(-2 ln u) times cosine and sine of an angle.
+/// Two normal numbers from two words: sqrt(-2 ln u) times the cosine and the sine of a uniform angle.
 #[inline(always)]
-fn pair<S: Simd>(simd: S, a: S::u32s, b: S::u32s) -> (S::f32s, S::f32s) {
+fn box_muller<S: Simd>(simd: S, a: S::u32s, b: S::u32s) -> (S::f32s, S::f32s) {
     let k = |c: f32| simd.splat_f32s(c);
-    // u in (0, 1], t in [-1/2, 1/2).
-    let u = simd.mul_f32s(simd.add_f32s(upper(simd, a), k(1.0)), k(1.0 / 16_777_216.0));
-    let t = simd.mul_add_e_f32s(upper(simd, b), k(1.0 / 16_777_216.0), k(-0.5));
+    // u is in (0, 1], so that its logarithm is finite; t is in [-1/2, 1/2).
+    let u = simd.mul_f32s(simd.add_f32s(upper_bits(simd, a), k(1.0)), k(1.0 / 16_777_216.0));
+    let t = simd.mul_add_e_f32s(upper_bits(simd, b), k(1.0 / 16_777_216.0), k(-0.5));
     let radius = simd.sqrt_f32s(simd.mul_f32s(k(-2.0), ln(simd, u)));
     let square = simd.mul_f32s(t, t);
     let sin = simd.mul_f32s(t, polynomial(simd, square, SIN));
     let cos = polynomial(simd, square, COS);
-    // Of the double angle, which covers the whole circle.
+    // Double-angle formulas: pi t covers half a circle, 2 pi t the whole one.
     let cos_double = simd.negate_mul_add_e_f32s(simd.add_f32s(sin, sin), sin, k(1.0));
     let sin_double = simd.mul_f32s(simd.add_f32s(sin, sin), cos);
     (simd.mul_f32s(radius, cos_double), simd.mul_f32s(radius, sin_double))
@@ -157,11 +162,12 @@ fn pair<S: Simd>(simd: S, a: S::u32s, b: S::u32s) -> (S::f32s, S::f32s) {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: draws are standard normal (moments to five standard errors, Kolmogorov-Smirnov at 1e-4),
-    //! lanes are independent of their companions and of each other, and levels agree but for rounding.
+    //! Contract: the numbers are standard normal (moments to 5 standard errors, Kolmogorov-Smirnov at 1e-4),
+    //! a lane does not depend on the others, lanes and rows are uncorrelated, and levels agree except for
+    //! rounding.
     use super::*;
 
-    /// Seeds as a hash would give them.
+    /// A well-mixed seed.
     fn seed(lane: u64) -> [u64; 2] {
         let mix = |z: u64| {
             let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -203,23 +209,23 @@ mod tests {
     }
 
     #[test]
-    fn a_lane_does_not_depend_on_its_companions_and_not_on_how_much_is_drawn_at_once() {
-        let all = draws(Level::current(), 0..16, 10);
+    fn a_lane_depends_neither_on_other_lanes_nor_on_the_batch_size() {
+        let sixteen = draws(Level::current(), 0..16, 10);
         for lanes in [1, 3, 8, 9] {
-            let some = draws(Level::current(), 0..lanes as u64, 10);
-            for (i, v) in some.iter().enumerate() {
-                assert_eq!(*v, all[i / lanes * 16 + i % lanes], "{lanes} lanes, draw {i}");
+            let fewer = draws(Level::current(), 0..lanes as u64, 10);
+            for (i, v) in fewer.iter().enumerate() {
+                assert_eq!(*v, sixteen[i / lanes * 16 + i % lanes], "{lanes} lanes, draw {i}");
             }
         }
         let mut parts = vec![0.0; 160];
         let mut normals = NormalLanes::new((0..16).map(seed));
         normals.fill(&mut parts[..64]);
         normals.fill(&mut parts[64..]);
-        assert_eq!(parts, all);
+        assert_eq!(parts, sixteen);
     }
 
     #[test]
-    fn neighbours_are_uncorrelated() {
+    fn lanes_and_rows_are_uncorrelated() {
         let (rows, lanes) = (20_000, 16);
         let x = draws(Level::current(), 0..16, rows);
         for (step, what) in [(1, "lanes"), (lanes, "rows"), (2 * lanes, "pairs of rows")] {

@@ -1,23 +1,23 @@
-//! Weight gradients: sums over time of outer products, lane by lane, in register tiles.
+//! Weight gradients: sums over time of outer products, separately for each lane, in register tiles.
 
 use pulp::Simd;
 
-/// Vectors of a block of steps: one row of `stride` vectors a step, of which `count` from `first` matter.
+/// Vectors of consecutive steps: `stride` vectors per step, of which `count` from `first` are used.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rows<'a, V> {
-    /// All vectors.
-    pub all: &'a [V],
-    /// Vectors from one step to the next.
+    /// The vectors of all steps.
+    pub vectors: &'a [V],
+    /// Number of vectors from one step to the next.
     pub stride: usize,
-    /// First vector of a step that matters.
+    /// First used vector of a step.
     pub first: usize,
-    /// How many matter.
+    /// Number of used vectors of a step.
     pub count: usize,
 }
 
 /// `acc[row * cols + col] += sum over steps of g[step][row] * x[step][col]`.
 #[inline(always)]
-pub(crate) fn outer<S: Simd, const ROOMY: bool>(
+pub(crate) fn outer<S: Simd, const MANY_REGISTERS: bool>(
     simd: S,
     acc: &mut [S::f32s],
     g: Rows<'_, S::f32s>,
@@ -27,9 +27,9 @@ pub(crate) fn outer<S: Simd, const ROOMY: bool>(
     let mut r = 0;
     while r < g.count {
         let height = match g.count - r {
-            4 | 5 | 8 if ROOMY => 4,
-            6.. if ROOMY => 6,
-            rest => rest.min(3),
+            4 | 5 | 8 if MANY_REGISTERS => 4,
+            6.. if MANY_REGISTERS => 6,
+            remaining => remaining.min(3),
         };
         match height {
             6 => columns::<S, 6>(simd, acc, g, r, x, steps),
@@ -42,7 +42,7 @@ pub(crate) fn outer<S: Simd, const ROOMY: bool>(
     }
 }
 
-/// One group of rows against all columns, in tiles of nearly equal width.
+/// Adds the products of `R` rows with all columns, in tiles of nearly equal width.
 #[inline(always)]
 fn columns<S: Simd, const R: usize>(
     simd: S,
@@ -54,8 +54,8 @@ fn columns<S: Simd, const R: usize>(
 ) {
     let mut c = 0;
     while c < x.count {
-        let rest = x.count - c;
-        let width = rest.div_ceil(rest.div_ceil(4));
+        let remaining = x.count - c;
+        let width = remaining.div_ceil(remaining.div_ceil(4));
         match width {
             4 => tile::<S, R, 4>(simd, acc, (g, row), (x, c), steps),
             3 => tile::<S, R, 3>(simd, acc, (g, row), (x, c), steps),
@@ -66,6 +66,7 @@ fn columns<S: Simd, const R: usize>(
     }
 }
 
+/// Adds the products of `R` rows from `row` with `C` columns from `col`, with all sums in registers.
 #[inline(always)]
 fn tile<S: Simd, const R: usize, const C: usize>(
     simd: S,
@@ -75,7 +76,7 @@ fn tile<S: Simd, const R: usize, const C: usize>(
     steps: usize,
 ) {
     let mut sums = [[simd.splat_f32s(0.0); C]; R];
-    let (g_rows, x_rows) = (&g.all[g.first + row..], &x.all[x.first + col..]);
+    let (g_rows, x_rows) = (&g.vectors[g.first + row..], &x.vectors[x.first + col..]);
     for s in 0..steps {
         let g = &g_rows[s * g.stride..][..R];
         let x = &x_rows[s * x.stride..][..C];
@@ -99,16 +100,16 @@ pub(crate) fn sums<S: Simd>(simd: S, acc: &mut [S::f32s], g: Rows<'_, S::f32s>, 
     let mut r = 0;
     while r < g.count {
         r += match g.count - r {
-            8.. => sum_of::<S, 8>(simd, acc, g, r, steps),
-            4.. => sum_of::<S, 4>(simd, acc, g, r, steps),
-            _ => sum_of::<S, 1>(simd, acc, g, r, steps),
+            8.. => sum_rows::<S, 8>(simd, acc, g, r, steps),
+            4.. => sum_rows::<S, 4>(simd, acc, g, r, steps),
+            _ => sum_rows::<S, 1>(simd, acc, g, r, steps),
         };
     }
 }
 
-/// `N` rows from row `row`; returns `N`.
+/// Adds the sums of `N` rows from `row`; returns `N`.
 #[inline(always)]
-fn sum_of<S: Simd, const N: usize>(
+fn sum_rows<S: Simd, const N: usize>(
     simd: S,
     acc: &mut [S::f32s],
     g: Rows<'_, S::f32s>,
@@ -116,7 +117,7 @@ fn sum_of<S: Simd, const N: usize>(
     steps: usize,
 ) -> usize {
     let mut sums = [simd.splat_f32s(0.0); N];
-    let rows = &g.all[g.first + row..];
+    let rows = &g.vectors[g.first + row..];
     for s in 0..steps {
         let g = &rows[s * g.stride..][..N];
         for j in 0..N {

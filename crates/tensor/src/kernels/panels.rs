@@ -1,14 +1,17 @@
-//! A small matrix times many vectors: register tiles of 1, 2, 4, 8 or 16 outputs with weights broadcast from
-//! memory, several time steps at once where the outputs are few.
+//! Product of a small matrix with many vectors, in register tiles of 1, 2, 4, 8 or 16 outputs.
+//!
+//! Weights are broadcast from memory. Tiles with few outputs process several time steps at once.
 
 use pulp::Simd;
 
-/// Outputs of the next tile when `rest` are left: all of a tile's outputs exist, so that its extents are known to
-/// the compiler, which then keeps the sums in registers from first to last.
+/// Number of outputs of the next tile when `remaining` are left.
+///
+/// A tile is never larger than the outputs that are left, so its extents are constants for the compiler,
+/// which keeps all sums in registers.
 #[inline(always)]
-const fn width<const ROOMY: bool>(rest: usize) -> usize {
-    match rest {
-        16.. if ROOMY => 16,
+const fn width<const MANY_REGISTERS: bool>(remaining: usize) -> usize {
+    match remaining {
+        16.. if MANY_REGISTERS => 16,
         8.. => 8,
         4.. => 4,
         2.. => 2,
@@ -16,7 +19,7 @@ const fn width<const ROOMY: bool>(rest: usize) -> usize {
     }
 }
 
-/// Floats that [`Panels::pack`] needs for `outputs x inputs` weights.
+/// Number of floats that [`Panels::pack`] needs for `outputs x inputs` weights.
 pub(crate) const fn packed_len(outputs: usize, inputs: usize) -> usize {
     outputs * inputs
 }
@@ -32,77 +35,79 @@ pub(crate) struct Panels<'a> {
 impl<'a> Panels<'a> {
     /// Packs `weight(output, input)`.
     #[inline(always)]
-    pub fn pack<const ROOMY: bool>(
+    pub fn pack<const MANY_REGISTERS: bool>(
         packed: &'a mut [f32],
         outputs: usize,
         inputs: usize,
         weight: impl Fn(usize, usize) -> f32,
     ) -> Self {
-        let (mut first, mut at) = (0, 0);
+        let (mut first, mut position) = (0, 0);
         while first < outputs {
-            let w = width::<ROOMY>(outputs - first);
+            let w = width::<MANY_REGISTERS>(outputs - first);
             for input in 0..inputs {
-                for (j, slot) in packed[at..at + w].iter_mut().enumerate() {
+                for (j, slot) in packed[position..position + w].iter_mut().enumerate() {
                     *slot = weight(first + j, input);
                 }
-                at += w;
+                position += w;
             }
             first += w;
         }
         Panels { packed, outputs, inputs }
     }
 
-    /// For each step s: `out[s][o] = start[o] + sum_i w[o, i] x[s][i]`, where `x` and `out` hold a step
-    /// every `x_stride` and `out_stride` vectors.
+    /// Computes `out[s][o] = initial[o] + sum_i w[o, i] x[s][i]` for each step s.
+    ///
+    /// Successive steps are `x_stride` vectors apart in `x` and `out_stride` vectors apart in `out`.
     #[inline(always)]
-    pub fn apply<S: Simd, const ROOMY: bool>(
+    pub fn apply<S: Simd, const MANY_REGISTERS: bool>(
         self,
         simd: S,
-        start: Start<'_>,
+        initial: InitialSum<'_>,
         (x, x_stride): (&[S::f32s], usize),
         (out, out_stride): (&mut [S::f32s], usize),
         steps: usize,
     ) {
         let (mut first, mut packed) = (0, self.packed);
         while first < self.outputs {
-            let w = width::<ROOMY>(self.outputs - first);
-            let (head, rest) = packed.split_at(w * self.inputs);
-            let job = Job { packed: head, start, first, steps };
-            match (w, ROOMY) {
-                (16, _) => job.run::<S, 16, 1>(simd, (x, x_stride), (out, out_stride)),
-                (8, true) => job.run::<S, 8, 2>(simd, (x, x_stride), (out, out_stride)),
-                (8, false) => job.run::<S, 8, 1>(simd, (x, x_stride), (out, out_stride)),
-                (4, true) => job.run::<S, 4, 4>(simd, (x, x_stride), (out, out_stride)),
-                (4, false) => job.run::<S, 4, 2>(simd, (x, x_stride), (out, out_stride)),
-                (2, _) => job.run::<S, 2, 4>(simd, (x, x_stride), (out, out_stride)),
-                _ => job.run::<S, 1, 8>(simd, (x, x_stride), (out, out_stride)),
+            let w = width::<MANY_REGISTERS>(self.outputs - first);
+            let (head, remainder) = packed.split_at(w * self.inputs);
+            let tile = OutputTile { packed: head, initial, first, steps };
+            match (w, MANY_REGISTERS) {
+                (16, _) => tile.run::<S, 16, 1>(simd, (x, x_stride), (out, out_stride)),
+                (8, true) => tile.run::<S, 8, 2>(simd, (x, x_stride), (out, out_stride)),
+                (8, false) => tile.run::<S, 8, 1>(simd, (x, x_stride), (out, out_stride)),
+                (4, true) => tile.run::<S, 4, 4>(simd, (x, x_stride), (out, out_stride)),
+                (4, false) => tile.run::<S, 4, 2>(simd, (x, x_stride), (out, out_stride)),
+                (2, _) => tile.run::<S, 2, 4>(simd, (x, x_stride), (out, out_stride)),
+                _ => tile.run::<S, 1, 8>(simd, (x, x_stride), (out, out_stride)),
             }
-            packed = rest;
+            packed = remainder;
             first += w;
         }
     }
 }
 
-/// The value that a product is added to.
+/// The value to which a product is added.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Start<'a> {
-    /// Nothing.
+pub(crate) enum InitialSum<'a> {
+    /// Zero.
     Zero,
-    /// One value an output.
+    /// A bias for each output.
     Bias(&'a [f32]),
     /// The present value of the output.
     Output,
 }
 
-/// One tile of outputs over all steps.
-struct Job<'a> {
+/// The outputs of one tile, from output `first`, over all steps.
+struct OutputTile<'a> {
     packed: &'a [f32],
-    start: Start<'a>,
+    initial: InitialSum<'a>,
     first: usize,
     steps: usize,
 }
 
-impl Job<'_> {
+impl OutputTile<'_> {
+    /// Runs `N` outputs, `M` steps at once.
     #[inline(always)]
     fn run<S: Simd, const N: usize, const M: usize>(
         &self,
@@ -121,7 +126,7 @@ impl Job<'_> {
         }
     }
 
-    /// `M` steps from step `s`.
+    /// Computes `N` outputs of `M` steps from step `s`.
     #[inline(always)]
     fn tile<S: Simd, const N: usize, const M: usize>(
         &self,
@@ -132,11 +137,11 @@ impl Job<'_> {
     ) {
         let weights = self.packed.as_chunks::<N>().0;
         let rows: [&[S::f32s]; M] = std::array::from_fn(|m| &x[(s + m) * x_stride..][..weights.len()]);
-        let at = |m: usize| (s + m) * out_stride + self.first;
+        let position = |m: usize| (s + m) * out_stride + self.first;
         let mut acc = [[simd.splat_f32s(0.0); N]; M];
-        match self.start {
-            Start::Zero => {}
-            Start::Bias(bias) => {
+        match self.initial {
+            InitialSum::Zero => {}
+            InitialSum::Bias(bias) => {
                 let bias = &bias[self.first..][..N];
                 for acc in &mut acc {
                     for j in 0..N {
@@ -144,9 +149,9 @@ impl Job<'_> {
                     }
                 }
             }
-            Start::Output => {
+            InitialSum::Output => {
                 for (m, acc) in acc.iter_mut().enumerate() {
-                    let row = &out[at(m)..][..N];
+                    let row = &out[position(m)..][..N];
                     acc.iter_mut().zip(row).for_each(|(a, v)| *a = *v);
                 }
             }
@@ -160,7 +165,7 @@ impl Job<'_> {
             }
         }
         for m in 0..M {
-            let row = &mut out[at(m)..][..N];
+            let row = &mut out[position(m)..][..N];
             row.iter_mut().zip(acc[m]).for_each(|(v, a)| *v = a);
         }
     }

@@ -1,4 +1,4 @@
-//! Functions of single elements, in plain loops: the twins of [`super::pointwise`], and what `f64` runs.
+//! Elementwise functions in plain loops: the reference for [`super::pointwise`], and used for `f64`.
 
 use crate::Scalar;
 
@@ -23,7 +23,9 @@ pub fn softplus_vjp<T: Scalar>(x: &[T], g: &[T], dx: &mut [T]) {
     }
 }
 
-/// `ln(sd_p / sd_q) + (sd_q^2 + (mean_q - mean_p)^2) / (2 sd_p^2) - 1/2`, from `[mean_q, sd_q, mean_p, sd_p]`.
+/// Kullback-Leibler divergence KL(q || p) of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
+///
+/// `ln(sd_p / sd_q) + (sd_q^2 + (mean_q - mean_p)^2) / (2 sd_p^2) - 1/2`.
 pub fn gaussian_kl<T: Scalar>([mq, sq, mp, sp]: [&[T]; 4], y: &mut [T]) {
     let half = T::of(0.5);
     for (i, y) in y.iter_mut().enumerate() {

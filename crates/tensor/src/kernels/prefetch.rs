@@ -1,13 +1,15 @@
-//! Hints to the cache. The kernels stream through more memory than the second-level cache holds, a page or so a step,
-//! and the machine's own prefetchers stop at every page.
+//! Software prefetching.
+//!
+//! The kernels stream through more memory than the L2 cache holds, about a page per time step, and hardware
+//! prefetchers stop at page boundaries.
 
-/// Asks for the cache line at `address` to be fetched, for reading or for writing it. It may lie anywhere, also outside of any allocation.
+/// Prefetches the cache line at `address`, which may be outside of any allocation.
 #[inline(always)]
 #[expect(unsafe_code, reason = "the standard library has no safe prefetch")]
 pub(crate) fn prefetch<T>(address: *const T) {
     #[cfg(target_arch = "x86_64")]
-    // SAFETY: a prefetch has no effect but on speed, whatever the address; it is not dereferenced. SSE, which has the
-    // instruction, is part of x86-64.
+    // SAFETY: a prefetch affects only the speed, for any address; the address is not dereferenced. The
+    // instruction is part of SSE, which every x86-64 machine has.
     unsafe {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         _mm_prefetch::<_MM_HINT_T0>(address.cast());

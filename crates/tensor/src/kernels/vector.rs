@@ -1,12 +1,11 @@
-//! Operations of a vector that [`pulp::Simd`] does not have: 2^t, of which all gates are made, in the best form of each
-//! instruction set.
+//! Vector operation that [`pulp::Simd`] lacks: n / (1 + 2^t), the basis of all gates.
 
 use super::exp2;
 use pulp::Simd;
 
 /// A vector of a supported instruction set.
 pub(crate) trait Vector: Simd {
-    /// numerator / (1 + 2^a) and numerator / (1 + 2^b).
+    /// Returns numerator / (1 + 2^a) and numerator / (1 + 2^b).
     #[inline(always)]
     fn over_one_plus_exp2(self, numerator: f32, a: Self::f32s, b: Self::f32s) -> (Self::f32s, Self::f32s) {
         exp2::by_one_division(self, numerator, a, b)
@@ -23,9 +22,11 @@ impl Vector for pulp::x86::V3 {}
 
 #[cfg(target_arch = "x86_64")]
 impl Vector for pulp::x86::V4 {
-    /// A table in two registers gives 2^(i/32), so that the rest takes a quadratic; its scaling by 2^n goes to 0
-    /// and to infinity as it should, so that nothing is clamped. These run beside the multiply-adds, of which
-    /// there are fewer; a division of its own costs less than two products.
+    /// Uses a table of 2^(i/32) in two registers, so that a quadratic suffices for the remainder of t.
+    ///
+    /// The scaling by 2^n underflows to 0 and overflows to infinity correctly, so nothing is clamped. The
+    /// table lookup and the scaling run in parallel with the multiply-adds. Two divisions cost less here than
+    /// one division and the products of [`exp2::by_one_division`].
     #[inline(always)]
     fn over_one_plus_exp2(self, numerator: f32, a: Self::f32s, b: Self::f32s) -> (Self::f32s, Self::f32s) {
         let k = |c: f32| self.splat_f32s(c);
@@ -40,7 +41,7 @@ mod wide {
 
     use pulp::{Simd, cast, f32x16, x86::V4};
 
-    /// 2^(i/32).
+    /// 2^(i/32) for i from 0 to 31.
     static TABLE: [f32x16; 2] = [
         f32x16(
             1.0,
@@ -79,20 +80,21 @@ mod wide {
             1.957_144_1,
         ),
     ];
-    /// 1.5 * 2^18: adding it, rounding down, leaves the integer floor(32 t) in the low bits.
-    const ROUND: f32 = 393_216.0;
-    /// Down, without exceptions.
-    const DOWN: i32 = 0x09;
-    /// The remainder of t beyond 5 binary places, rounded down: between 0 and 1/32.
-    const REST: i32 = (5 << 4) | DOWN;
-    /// (2^f - 1) / f on [0, 1/32], highest power first: minimax in the relative error of 2^f (6.6e-8).
+    /// 1.5 * 2^18: adding it to t and rounding down leaves the integer floor(32 t) in the low bits.
+    const FLOOR_32T: f32 = 393_216.0;
+    /// Rounding mode: down, without floating-point exceptions.
+    const ROUND_DOWN: i32 = 0x09;
+    /// Mode of the reduction that keeps the remainder of t after 5 binary places, between 0 and 1/32.
+    const REMAINDER: i32 = (5 << 4) | ROUND_DOWN;
+    /// (2^f - 1) / f on [0, 1/32], highest power first; minimax with a relative error of 2^f of 6.6e-8.
     const EXP2: [f32; 2] = [2.426_527e-1, 6.931_237_6e-1];
 
+    /// 1 + 2^t.
     #[inline(always)]
     pub fn one_plus_exp2(simd: V4, t: f32x16) -> f32x16 {
         let k = |c: f32| simd.splat_f32s(c);
-        let f = cast(simd.avx512dq._mm512_reduce_ps::<REST>(cast(t)));
-        let index = cast(simd.avx512f._mm512_add_round_ps::<DOWN>(cast(t), cast(k(ROUND))));
+        let f = cast(simd.avx512dq._mm512_reduce_ps::<REMAINDER>(cast(t)));
+        let index = cast(simd.avx512f._mm512_add_round_ps::<ROUND_DOWN>(cast(t), cast(k(FLOOR_32T))));
         let root = simd.avx512f._mm512_permutex2var_ps(cast(TABLE[0]), index, cast(TABLE[1]));
         let scale = cast(simd.avx512f._mm512_scalef_ps(root, cast(t)));
         let p = simd.mul_add_e_f32s(k(EXP2[0]), f, k(EXP2[1]));

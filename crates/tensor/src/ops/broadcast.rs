@@ -1,10 +1,10 @@
-//! Stretching axes of extent 1, aligned at the last axis.
+//! Broadcasting of axes of extent 1, aligned at the last axis.
 
 use super::Op;
 use crate::{MAX_RANK, Scalar, Shape, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// `a` stretched to `shape` by NumPy's rule. Returns `a` itself if it has that shape already.
+    /// `a` broadcast to `shape` by NumPy's rule; `a` itself if it has that shape.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -19,14 +19,14 @@ impl<T: Scalar> Tape<T> {
     /// ```
     ///
     /// # Errors
-    /// [`TensorError::ShapeMismatch`] if `a` does not stretch to `shape`.
+    /// [`TensorError::ShapeMismatch`] if `a` cannot be broadcast to `shape`.
     pub fn broadcast_to(&mut self, a: Var, shape: Shape) -> Result<Var, TensorError> {
         let from = self.shape(a);
         if from == shape {
             return Ok(a);
         }
         if Shape::broadcast("broadcast_to", from, shape)? != shape {
-            let rule = "only extents of 1 stretch";
+            let rule = "only axes of extent 1 can be broadcast";
             return Err(TensorError::ShapeMismatch { op: "broadcast_to", left: from, right: shape, rule });
         }
         let mut out = self.pool.take(shape.len());
@@ -41,7 +41,7 @@ pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, out: Var, grad: &[T]) {
     tape.accumulate(a, |da, _| for_each_source(from, shape, |to, source| da[source] += grad[to]));
 }
 
-/// Calls `f(flat index in the stretched tensor, flat index in the original)`.
+/// Calls `f(index in the broadcast tensor, index in the original)` for every element; indices are flat.
 fn for_each_source(from: Shape, to: Shape, mut f: impl FnMut(usize, usize)) {
     let offset = to.rank() - from.rank();
     let mut strides = [0; MAX_RANK];

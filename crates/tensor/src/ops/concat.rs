@@ -1,10 +1,10 @@
-//! Joining tensors along one axis.
+//! Concatenation of tensors along one axis.
 
 use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Joins `parts` along `axis`, in order.
+    /// Concatenates `parts` along `axis`, in order.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -39,7 +39,7 @@ impl<T: Scalar> Tape<T> {
             extent += other.dims()[axis];
         }
         let joined = shape.with(axis, extent);
-        let (outer, _, inner) = joined.around(axis);
+        let (outer, _, inner) = joined.split_at_axis(axis);
         let mut out = self.pool.take(joined.len());
         let mut offset = 0;
         for &p in parts {
@@ -66,7 +66,7 @@ pub(super) fn vjp<T: Scalar>(
     out: Var,
     grad: &[T],
 ) {
-    let (outer, extent, inner) = tape.shape(out).around(axis);
+    let (outer, extent, inner) = tape.shape(out).split_at_axis(axis);
     let mut offset = 0;
     for i in first..first + count {
         let part = tape.args[i];

@@ -1,10 +1,10 @@
-//! A copy that gradients do not flow through.
+//! A copy of a tensor as a constant.
 
 use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// The values of `a` as a constant.
+    /// The values of `a` as a constant: no gradient is propagated to `a`.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -13,7 +13,7 @@ impl<T: Scalar> Tape<T> {
     /// let weight = tape.detach(a)?;
     /// let y = tape.mul(a, weight)?;
     /// tape.backward(y)?;
-    /// assert_eq!(tape.grad(a), [3.0]); // not 6: the weight is held constant
+    /// assert_eq!(tape.grad(a), [3.0]); // not 6: the weight is a constant
     /// # Ok::<(), augsim_tensor::TensorError>(())
     /// ```
     ///

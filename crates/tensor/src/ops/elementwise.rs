@@ -4,7 +4,7 @@ use super::Op;
 use crate::simd::Level;
 use crate::{Scalar, Shape, Tape, TensorError, Var};
 
-/// Runs a plain loop compiled for the best instruction set of this machine.
+/// Runs a plain loop, which the compiler vectorises for the instruction set of this process.
 #[inline(always)]
 pub(crate) fn vectorised<R>(f: impl FnOnce() -> R) -> R {
     Level::current().vectorised(f)
@@ -44,13 +44,13 @@ impl<T: Scalar> Tape<T> {
         self.push(op(a, b), shape, self.needs_grad(&[a, b]), out)
     }
 
-    /// Adds `grad * f(x)` to the gradient of `a`, where `x` holds the values of `at`.
-    pub(crate) fn map_vjp(&mut self, a: Var, at: Var, grad: &[T], f: impl Fn(T) -> T) {
+    /// Adds `grad * f(x)` to the gradient of `a`, where `x` are the values of `argument`.
+    pub(crate) fn map_vjp(&mut self, a: Var, argument: Var, grad: &[T], f: impl Fn(T) -> T) {
         let (mut da, fresh) = self.take_grad_to_write(a);
         if da.is_empty() {
             return;
         }
-        let x = self.value(at);
+        let x = self.value(argument);
         if fresh {
             vectorised(|| da.iter_mut().zip(grad).zip(x).for_each(|((da, g), x)| *da = *g * f(*x)));
         } else {
@@ -60,7 +60,10 @@ impl<T: Scalar> Tape<T> {
     }
 }
 
-/// Same shape or an error that names both.
+/// Checks that two shapes are equal.
+///
+/// # Errors
+/// [`TensorError::ShapeMismatch`].
 pub(crate) fn same_shape(op: &'static str, left: Shape, right: Shape) -> Result<(), TensorError> {
     if left == right {
         return Ok(());

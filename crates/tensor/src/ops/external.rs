@@ -1,11 +1,13 @@
-//! A function that the tape does not know: values and Jacobian come from outside.
+//! A function whose values and Jacobian the caller computes.
 
 use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// The values `[time, out, batch]` of a function of `x [time, in, batch]` that acts on each column (a time and a batch entry) alone, with its
-    /// Jacobian `[time, out, in, batch]`, both computed by the caller: a physics step differentiated by dual numbers, say.
+    /// Records a function of `x [time, in, batch]` with given `values [time, out, batch]` and Jacobian.
+    ///
+    /// The function must act on each time and batch entry separately, so that the Jacobian is `[time, out,
+    /// in, batch]`. An example is a physics step that is differentiated by dual numbers.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -20,11 +22,12 @@ impl<T: Scalar> Tape<T> {
     /// ```
     ///
     /// # Errors
-    /// [`TensorError::BadShape`] unless `x` has three axes, [`TensorError::WrongLength`] for values or a Jacobian of other extents.
+    /// [`TensorError::BadShape`] unless `x` has three axes, [`TensorError::WrongLength`] for values or a
+    /// Jacobian of other extents.
     pub fn external(&mut self, x: Var, out: usize, values: &[T], jacobian: &[T]) -> Result<Var, TensorError> {
         let shape = self.shape(x);
         let &[time, inputs, batch] = shape.dims() else {
-            let rule = "a function from outside acts on [time, feature, batch]";
+            let rule = "an external function needs [time, feature, batch]";
             return Err(TensorError::BadShape { op: "external", shape, rule });
         };
         let result = shape.with(1, out);
@@ -38,14 +41,14 @@ impl<T: Scalar> Tape<T> {
         let mut buffer = self.pool.take(values.len());
         buffer.copy_from_slice(values);
         let v = self.push(Op::External(x), result, self.needs_grad(&[x]), buffer)?;
-        let mut kept = self.pool.take(jacobian.len());
-        kept.copy_from_slice(jacobian);
-        self.save(v, kept);
+        let mut saved = self.pool.take(jacobian.len());
+        saved.copy_from_slice(jacobian);
+        self.save(v, saved);
         Ok(v)
     }
 }
 
-/// dx[t, i, b] = sum over o of J[t, o, i, b] dy[t, o, b].
+/// `dx[t, i, b] = sum_o J[t, o, i, b] dy[t, o, b]`.
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, out: Var, grad: &[T]) {
     let (inputs, outputs) = (tape.shape(x).dims()[1], tape.shape(out).dims()[1]);
     let batch = tape.shape(x).dims()[2];

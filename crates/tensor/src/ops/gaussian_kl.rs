@@ -1,12 +1,14 @@
-//! Kullback-Leibler divergence between diagonal Gaussians, element by element (paper, section III).
+//! Kullback-Leibler divergence between diagonal Gaussians, element by element.
 
 use super::Op;
 use super::elementwise::same_shape;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// KL(q || p) of `q = N(mean_q, sd_q^2)` from `p = N(mean_p, sd_p^2)`, element by element:
-    /// `ln(sd_p / sd_q) + (sd_q^2 + (mean_q - mean_p)^2) / (2 sd_p^2) - 1/2`. Deviations must be positive.
+    /// Kullback-Leibler divergence KL(q || p) of `q = N(mean_q, sd_q^2)` and `p = N(mean_p, sd_p^2)`.
+    ///
+    /// Element by element: `ln(sd_p / sd_q) + (sd_q^2 + (mean_q - mean_p)^2) / (2 sd_p^2) - 1/2`. The
+    /// standard deviations must be positive.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

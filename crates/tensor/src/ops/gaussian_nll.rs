@@ -1,5 +1,4 @@
-//! Negative log-likelihood of a Gaussian with its own standard deviation, element by element, less the
-//! constant ln(2 pi) / 2.
+//! Negative log-likelihood of a Gaussian, element by element, without the constant ln(2 pi) / 2.
 
 use super::Op;
 use super::elementwise::same_shape;

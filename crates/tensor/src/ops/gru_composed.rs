@@ -1,12 +1,12 @@
-//! The GRU layer composed of elementary operations: the twin of [`Tape::gru_sequence`], for tests and
-//! for reading.
+//! The GRU layer composed of elementary operations: a readable reference for [`Tape::gru_sequence`].
 
 use super::gru_sequence::GruVars;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Hidden states `[time, hidden, batch]` as [`Tape::gru_sequence`] defines them, one elementary operation after another:
-    /// the slow twin that the fused layer is compared with.
+    /// The hidden states of [`Tape::gru_sequence`], composed of elementary operations.
+    ///
+    /// It is slow; tests compare the fused layer with it.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -52,10 +52,10 @@ impl<T: Scalar> Tape<T> {
             let n = self.mul(r, c_n)?;
             let n = self.add(a_n, n)?;
             let n = self.tanh(n)?;
-            let not_z = self.sub(one, z)?;
-            let fresh = self.mul(not_z, n)?;
-            let kept = self.mul(z, h)?;
-            h = self.add(fresh, kept)?;
+            let one_minus_z = self.sub(one, z)?;
+            let candidate_part = self.mul(one_minus_z, n)?;
+            let previous_part = self.mul(z, h)?;
+            h = self.add(candidate_part, previous_part)?;
             steps.push(h);
         }
         self.stack_time(&steps)

@@ -1,5 +1,6 @@
-//! One GRU layer over a whole sequence, fused, with a hand-written VJP.
-//! Twin composed of elementary operations: [`Tape::gru_composed`].
+//! One GRU layer over a whole sequence as one operation, with a hand-written vector-Jacobian product.
+//!
+//! [`Tape::gru_composed`] is the same layer, composed of elementary operations.
 
 use super::Op;
 use crate::kernels::{GruBackward, GruDims, GruForward, GruWeights};
@@ -19,16 +20,23 @@ pub struct GruVars {
 }
 
 impl GruVars {
-    fn all(self) -> [Var; 4] {
+    fn operands(self) -> [Var; 4] {
         [self.w_ih, self.w_hh, self.b_ih, self.b_hh]
     }
 }
 
 impl<T: Scalar> Tape<T> {
-    /// Hidden states `[time, hidden, batch]` of a GRU layer for inputs `x [time, input, batch]` and
-    /// initial state `h0 [hidden, batch]` (zero if absent):
-    /// r = sigmoid(W_ir x + b_ir + W_hr h + b_hr), z likewise,
-    /// n = tanh(W_in x + b_in + r (W_hn h + b_hn)), h' = (1 - z) n + z h.
+    /// Hidden states `[time, hidden, batch]` of a GRU layer for inputs `x [time, input, batch]`.
+    ///
+    /// `h0 [hidden, batch]` is the initial state, 0 if it is `None`. With the reset gate r, the update gate z
+    /// and the candidate state n:
+    ///
+    /// ```text
+    /// r  = sigmoid(W_ir x + b_ir + W_hr h + b_hr)
+    /// z  = sigmoid(W_iz x + b_iz + W_hz h + b_hz)
+    /// n  = tanh(W_in x + b_in + r (W_hn h + b_hn))
+    /// h' = (1 - z) n + z h
+    /// ```
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -49,7 +57,7 @@ impl<T: Scalar> Tape<T> {
     pub fn gru_sequence(&mut self, x: Var, h0: Option<Var>, w: GruVars) -> Result<Var, TensorError> {
         let dims = self.gru_dims(x, h0, w)?;
         let (time, hidden, batch) = (dims.time, dims.hidden, dims.batch);
-        let needs = self.needs_grad(&[x]) || self.needs_grad(&w.all()) || self.needs_grad(h0.as_slice());
+        let needs = self.needs_grad(&[x]) || self.needs_grad(&w.operands()) || self.needs_grad(h0.as_slice());
         let mut y = self.pool.take(time * hidden * batch);
         let mut saved = self.pool.take(if needs { 4 * time * hidden * batch } else { 0 });
         let mut scratch = self.pool.take(T::gru_scratch(dims.input, hidden));
@@ -69,16 +77,19 @@ impl<T: Scalar> Tape<T> {
     }
 
     fn gru_weights(&self, w: GruVars) -> GruWeights<'_, T> {
-        let [w_ih, w_hh, b_ih, b_hh] = w.all().map(|v| self.value(v));
+        let [w_ih, w_hh, b_ih, b_hh] = w.operands().map(|v| self.value(v));
         GruWeights { w_ih, w_hh, b_ih, b_hh }
     }
 
-    /// Checks the shapes of a GRU layer's operands.
+    /// Extents of a GRU layer from the shapes of its operands.
+    ///
+    /// # Errors
+    /// [`TensorError::BadShape`] or [`TensorError::ShapeMismatch`].
     pub(super) fn gru_dims(&self, x: Var, h0: Option<Var>, w: GruVars) -> Result<GruDims, TensorError> {
         let op = "gru_sequence";
         let sx = self.shape(x);
         let (time, input, batch) = sx.sequence(op)?;
-        let [w_ih, w_hh, b_ih, b_hh] = w.all().map(|v| self.shape(v));
+        let [w_ih, w_hh, b_ih, b_hh] = w.operands().map(|v| self.shape(v));
         let fail = |left, right, rule| Err(TensorError::ShapeMismatch { op, left, right, rule });
         let &[rows, w_in] = w_ih.dims() else {
             return fail(sx, w_ih, "w_ih must be [3 hidden, input] for x [time, input, batch]");
@@ -104,17 +115,19 @@ impl<T: Scalar> Tape<T> {
     }
 }
 
-/// How many of the inputs of `x`, the first ones, lead to a variable: constants are often joined to the end.
-fn inputs_wanted<T: Scalar>(tape: &Tape<T>, x: Var, inputs: usize) -> usize {
+/// Number of leading features of `x` whose gradient is needed.
+///
+/// Constants are often concatenated behind the differentiated features; their gradient is not computed.
+fn differentiated_inputs<T: Scalar>(tape: &Tape<T>, x: Var, inputs: usize) -> usize {
     let Op::Concat { first, count, axis: 1 } = tape.op(x) else { return inputs };
-    let (mut wanted, mut end) = (0, 0);
+    let (mut needed, mut end) = (0, 0);
     for &part in &tape.args[first..first + count] {
         end += tape.shape(part).dims()[1];
         if tape.needs_grad(&[part]) {
-            wanted = end;
+            needed = end;
         }
     }
-    wanted
+    needed
 }
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, h0: Option<Var>, w: GruVars, out: Var, grad: &[T]) {
@@ -122,7 +135,7 @@ pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, h0: Option<Var>, w: Gru
     let mut scratch = tape.pool.take(T::gru_scratch(dims.input, dims.hidden));
     let (mut dx, dx_fresh) = tape.take_grad_to_write(x);
     let mut dh0 = h0.map_or(Default::default(), |h| tape.take_grad(h));
-    let [mut dw_ih, mut dw_hh, mut db_ih, mut db_hh] = w.all().map(|v| tape.take_grad_or_scratch(v));
+    let [mut dw_ih, mut dw_hh, mut db_ih, mut db_hh] = w.operands().map(|v| tape.take_grad_or_scratch(v));
     let args = GruBackward {
         dims,
         weights: tape.gru_weights(w),
@@ -133,7 +146,7 @@ pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, h0: Option<Var>, w: Gru
         dy: grad,
         dx: &mut dx,
         dx_fresh,
-        dx_inputs: inputs_wanted(tape, x, dims.input),
+        dx_inputs: differentiated_inputs(tape, x, dims.input),
         dh0: &mut dh0,
         dw_ih: &mut dw_ih.0,
         dw_hh: &mut dw_hh.0,
@@ -146,7 +159,7 @@ pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, h0: Option<Var>, w: Gru
     if let Some(h) = h0 {
         tape.put_grad(h, dh0);
     }
-    for (v, (grad, wanted)) in w.all().into_iter().zip([dw_ih, dw_hh, db_ih, db_hh]) {
+    for (v, (grad, wanted)) in w.operands().into_iter().zip([dw_ih, dw_hh, db_ih, db_hh]) {
         tape.put_grad_or_scratch(v, grad, wanted);
     }
 }

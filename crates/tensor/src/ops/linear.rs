@@ -1,12 +1,11 @@
-//! Linear map over the feature axis of a sequence, and tanh of one.
+//! Affine map over the feature axis of a sequence, optionally followed by tanh.
 
 use super::Op;
 use crate::kernels::{LinearBackward, LinearDims, LinearForward};
 use crate::{Scalar, Shape, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// `w [out, in]` and bias `b [out]` applied to `x [time, in, batch]` at each time and for each
-    /// sequence: `[time, out, batch]`.
+    /// `w x + b`, `[time, out, batch]`, for `x [time, in, batch]`, `w [out, in]` and `b [out]`.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -26,7 +25,7 @@ impl<T: Scalar> Tape<T> {
         self.linear_layer(x, w, b, false)
     }
 
-    /// tanh of [`Tape::linear`], in one pass.
+    /// tanh of [`Tape::linear`], computed in one pass.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

@@ -1,13 +1,13 @@
-//! Means: over one axis (which is kept with extent 1) and over everything.
+//! Means over one axis and over all elements.
 
 use super::{Op, sum};
 use crate::{Scalar, Shape, Tape, TensorError, Var};
 
-/// The mean of nothing is not a number; asking for it is an error.
-const RULE: &str = "the mean of no elements does not exist";
+/// Message for tensors without elements.
+const EMPTY_RULE: &str = "the mean of no elements is undefined";
 
 impl<T: Scalar> Tape<T> {
-    /// Mean over `axis`, which stays with extent 1.
+    /// Mean over `axis`, which keeps the extent 1.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -24,12 +24,12 @@ impl<T: Scalar> Tape<T> {
         let shape = self.shape(a);
         let extent = shape.dims().get(axis).copied().unwrap_or(1);
         if extent == 0 {
-            return Err(TensorError::BadShape { op: "mean", shape, rule: RULE });
+            return Err(TensorError::BadShape { op: "mean", shape, rule: EMPTY_RULE });
         }
         self.sum_axis(Op::Mean(a, axis), a, axis, T::ONE / T::of(extent as f64))
     }
 
-    /// Mean of all elements: a scalar.
+    /// Mean of all elements, a scalar.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -46,7 +46,7 @@ impl<T: Scalar> Tape<T> {
     pub fn mean_all(&mut self, a: Var) -> Result<Var, TensorError> {
         let shape = self.shape(a);
         if shape.is_empty() {
-            return Err(TensorError::BadShape { op: "mean_all", shape, rule: RULE });
+            return Err(TensorError::BadShape { op: "mean_all", shape, rule: EMPTY_RULE });
         }
         let mean = self.total(a) / T::of(shape.len() as f64);
         let mut out = self.pool.take(1);
@@ -57,7 +57,7 @@ impl<T: Scalar> Tape<T> {
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, axis: usize, grad: &[T]) {
     let extent = tape.shape(a).dims()[axis];
-    sum::spread(tape, a, axis, grad, T::ONE / T::of(extent as f64));
+    sum::broadcast_gradient(tape, a, axis, grad, T::ONE / T::of(extent as f64));
 }
 
 pub(super) fn vjp_all<T: Scalar>(tape: &mut Tape<T>, a: Var, grad: &[T]) {

@@ -1,7 +1,7 @@
-//! Operations: one file each, forward pass and vector-Jacobian product side by side.
+//! Operations on tensors: one file each, with the forward pass and the vector-Jacobian product.
 //!
-//! To add one: a file here with `impl Tape` (forward) and `vjp`, a variant of [`Op`], its name, its line
-//! in [`vjp`], and a case in the gradient checks.
+//! To add an operation, write a file with `impl Tape` (forward pass) and `vjp`, a variant of [`Op`] with its
+//! name, a line in [`vjp`], and a case in the gradient checks.
 
 mod add;
 mod broadcast;
@@ -36,7 +36,7 @@ mod tanh;
 
 use crate::{Scalar, Tape, Var};
 
-/// The operation that made a node, with its operands.
+/// The operation that produced a node, with its operands.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Op {
     Leaf,
@@ -71,15 +71,16 @@ pub(crate) enum Op {
     External(Var),
 }
 
-/// Derives the list of names from the match that gives them, so that the compiler keeps it complete.
+/// Defines [`Op::name`] and the list of all names from one table, so that the list is complete.
 macro_rules! names {
     ($($pattern:pat => $name:literal,)*) => {
-        /// Names of everything that can make a recorded tensor, as errors and [`Tape::operation`] give
-        /// them; the first, `leaf`, stands for constants and variables.
+        /// Names of all operations, as errors and [`Tape::operation`] give them.
+        ///
+        /// The first, `leaf`, stands for constants and variables.
         pub const OPERATIONS: &[&str] = &[$($name),*];
 
         impl Op {
-            /// Name used in errors.
+            /// Name of the operation.
             pub(crate) fn name(self) -> &'static str {
                 match self {
                     $($pattern => $name,)*
@@ -123,7 +124,7 @@ names! {
     Op::External(..) => "external",
 }
 
-/// Propagates the gradient of `out` to the operands of the operation that made it.
+/// Vector-Jacobian product of `op`: adds the gradients of its operands, given that of its output.
 pub(crate) fn vjp<T: Scalar>(tape: &mut Tape<T>, op: Op, out: Var, grad: &[T]) {
     match op {
         Op::Leaf => {}

@@ -1,10 +1,10 @@
-//! The same elements under another shape.
+//! The elements of a tensor with another shape.
 
 use super::Op;
 use crate::{Scalar, Shape, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// The elements of `a`, in order, under the shape `dims`.
+    /// The elements of `a`, in the same order, with the shape `dims`.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

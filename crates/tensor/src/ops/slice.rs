@@ -1,10 +1,10 @@
-//! A range of one axis.
+//! A range of a tensor along one axis.
 
 use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// The part `start..end` of `axis`.
+    /// The range `start..end` along `axis`.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -25,7 +25,7 @@ impl<T: Scalar> Tape<T> {
         if axis >= shape.rank() || start > end || end > shape.dims()[axis] {
             return Err(TensorError::OutOfRange { op: "slice", shape, axis, start, end });
         }
-        let (outer, extent, inner) = shape.around(axis);
+        let (outer, extent, inner) = shape.split_at_axis(axis);
         let width = (end - start) * inner;
         let mut out = self.pool.take(outer * width);
         let x = self.value(a);
@@ -37,7 +37,7 @@ impl<T: Scalar> Tape<T> {
 }
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, axis: usize, start: usize, out: Var, grad: &[T]) {
-    let (outer, extent, inner) = tape.shape(a).around(axis);
+    let (outer, extent, inner) = tape.shape(a).split_at_axis(axis);
     let width = tape.shape(out).dims()[axis] * inner;
     tape.accumulate(a, |da, _| {
         for o in 0..outer {

@@ -1,5 +1,7 @@
-//! Half the squared difference, element by element: the negative log-likelihood of a Gaussian of
-//! standard deviation 1, less the constant ln(2 pi) / 2.
+//! Half the squared difference, element by element.
+//!
+//! It is the negative log-likelihood of a Gaussian with standard deviation 1, without the constant ln(2 pi) /
+//! 2.
 
 use super::Op;
 use super::elementwise::{same_shape, vectorised};
@@ -30,8 +32,8 @@ impl<T: Scalar> Tape<T> {
 }
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, mean: Var, grad: &[T]) {
-    for (of, sign) in [(x, T::ONE), (mean, -T::ONE)] {
-        tape.contribute(of, |d, fresh, tape| {
+    for (operand, sign) in [(x, T::ONE), (mean, -T::ONE)] {
+        tape.contribute(operand, |d, fresh, tape| {
             let (x, m) = (tape.value(x), tape.value(mean));
             vectorised(|| {
                 for (((d, g), x), m) in d.iter_mut().zip(grad).zip(x).zip(m) {

@@ -1,10 +1,10 @@
-//! Stacking equal tensors along a new first axis: time.
+//! Stacking of tensors of equal shape along a new first axis, time.
 
 use super::Op;
 use crate::{MAX_RANK, Scalar, Shape, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Stacks steps of shape `[feature, batch]` (or any other equal shapes) to `[time, feature, batch]`.
+    /// Stacks steps of shape `[feature, batch]`, or of any other equal shape, to `[time, feature, batch]`.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

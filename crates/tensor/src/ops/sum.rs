@@ -1,11 +1,11 @@
-//! Sums: over one axis (which is kept with extent 1) and over everything.
+//! Sums over one axis and over all elements.
 
 use super::Op;
 use super::elementwise::vectorised;
 use crate::{Scalar, Shape, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Sum over `axis`, which stays with extent 1.
+    /// Sum over `axis`, which keeps the extent 1.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -22,7 +22,7 @@ impl<T: Scalar> Tape<T> {
         self.sum_axis(Op::Sum(a, axis), a, axis, T::ONE)
     }
 
-    /// Sum of all elements: a scalar.
+    /// Sum of all elements, a scalar.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -43,18 +43,19 @@ impl<T: Scalar> Tape<T> {
         self.push(Op::SumAll(a), Shape::SCALAR, self.needs_grad(&[a]), out)
     }
 
-    /// Sum over rows of the innermost lanes first, so that rounding grows slowly.
+    /// Sum of all elements by partial sums of 64, so that rounding errors grow slowly.
     pub(super) fn total(&self, a: Var) -> T {
         self.value(a).chunks(64).map(|c| c.iter().copied().sum::<T>()).sum()
     }
 
+    /// Records `k` times the sum over `axis`.
     pub(super) fn sum_axis(&mut self, op: Op, a: Var, axis: usize, k: T) -> Result<Var, TensorError> {
         let shape = self.shape(a);
         if axis >= shape.rank() {
             let rule = "the axis to reduce does not exist";
             return Err(TensorError::BadShape { op: op.name(), shape, rule });
         }
-        let (outer, extent, inner) = shape.around(axis);
+        let (outer, extent, inner) = shape.split_at_axis(axis);
         let mut out = self.pool.take_zeroed(outer * inner);
         let x = self.value(a);
         vectorised(|| {
@@ -73,12 +74,12 @@ impl<T: Scalar> Tape<T> {
 }
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, axis: usize, grad: &[T]) {
-    spread(tape, a, axis, grad, T::ONE);
+    broadcast_gradient(tape, a, axis, grad, T::ONE);
 }
 
-/// Adds `k * grad` to every element that went into each sum.
-pub(super) fn spread<T: Scalar>(tape: &mut Tape<T>, a: Var, axis: usize, grad: &[T], k: T) {
-    let (outer, extent, inner) = tape.shape(a).around(axis);
+/// Adds `k * grad` to the gradient of every element of each sum.
+pub(super) fn broadcast_gradient<T: Scalar>(tape: &mut Tape<T>, a: Var, axis: usize, grad: &[T], k: T) {
+    let (outer, extent, inner) = tape.shape(a).split_at_axis(axis);
     tape.accumulate(a, |da, _| {
         for (o, row) in (0..outer).flat_map(|o| (0..extent).map(move |i| (o, o * extent + i))) {
             let (to, from) = (&mut da[row * inner..][..inner], &grad[o * inner..][..inner]);

@@ -371,10 +371,6 @@ impl System for WrittenSystem {
         true
     }
 
-    fn with_states_shown(&self) -> Option<(Arc<dyn System>, Vec<usize>)> {
-        Some((Arc::new(self.showing_states().ok()?), self.pushed_states()))
-    }
-
     fn tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
         self.tables.to_vec()
     }

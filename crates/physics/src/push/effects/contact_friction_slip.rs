@@ -1,11 +1,11 @@
-//! Friction between rod and object that changes with the slip speed.
+//! Friction between rod and object that depends on the slip speed.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// The law is mu_c = mu_c0 (1 + k |slip|).
+/// Contact friction `mu_c = mu_c0 (1 + k |slip|)`.
 pub struct ContactFrictionSlip;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -29,7 +29,7 @@ static SPEC: EffectSpec = EffectSpec {
         "push at 30 and 70 degrees and at two speeds: slip speed and sliding speed then differ",
     )],
     confirmed_by: Some(
-        "read the ratio of tangential to normal force while the rod slides: it is the friction itself",
+        "measure the ratio of tangential to normal force while the rod slides: it is the friction coefficient",
     ),
     ..EffectSpec::PLAIN
 };

@@ -1,11 +1,11 @@
-//! Coulomb friction integrated over a uniformly pressed footprint.
+//! Limit surface of Coulomb friction integrated over a uniformly pressed footprint.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, Rival};
 use crate::push::setting::{Friction, Setting};
 
-/// The law is D = `<|v + w x rho|>` over the footprint.
+/// Limit surface with the dissipation `D = <|v + w x rho|>` over the footprint.
 pub struct ExactSurface;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -19,10 +19,10 @@ static SPEC: EffectSpec = EffectSpec {
     source: "Goyal, Ruina and Papadopoulos 1991, Wear 143:307",
     separated_by: &[(
         Rival::Kind("superelliptic-surface"),
-        "push at two contact offsets (10 and 35 mm from the middle) at equal angle: the bend of the turning rate differs",
+        "push at two contact offsets (10 and 35 mm from the middle) at the same angle: the ratio of the turning rates at the two offsets differs",
     )],
     confirmed_by: Some(
-        "put a sheet of paper under the object: its pressure becomes even; then push at two contact offsets",
+        "put a sheet of paper under the object, which evens out its pressure; then push at two contact offsets",
     ),
     foretold_by: Some("superelliptic-surface"),
     ..EffectSpec::PLAIN

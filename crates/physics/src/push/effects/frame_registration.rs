@@ -1,11 +1,11 @@
-//! Robot and tracker do not agree on the frame: its scale, its turn and its place.
+//! Error of the registration of the robot's frame to the tracker's: scale, rotation and offset.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::{Registration, Setting};
 
-/// The true rod is at (1 + scale) R(angle) times the reported one, plus (dx, dy), in the world.
+/// The true rod position is `(1 + scale) R(angle)` times the reported one, plus `(dx, dy)`, in the world.
 pub struct FrameRegistration;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -26,7 +26,7 @@ static SPEC: EffectSpec = EffectSpec {
     separated_by: &[
         (
             Rival::Kind("pose-latency"),
-            "follow the same path at two speeds: an error of the frame stays with the place, a delay grows with the speed",
+            "follow the same path at two speeds: a frame error depends on the position only, the effect of a delay grows with the speed",
         ),
         (
             Rival::Kind("pose-offset"),
@@ -34,7 +34,7 @@ static SPEC: EffectSpec = EffectSpec {
         ),
     ],
     confirmed_by: Some(
-        "bring the rod to marks all over the table and compare them with the tracker: no push is needed",
+        "move the rod to marks all over the table and compare its positions with the tracker; no push is needed",
     ),
     ..EffectSpec::PLAIN
 };

@@ -1,11 +1,11 @@
-//! Friction of the table that grows along a direction.
+//! Friction of the table that varies linearly over it.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// The law is mu = mu0 (1 + g.x): the centre of friction moves by `<rho rho'>` g.
+/// Friction `mu = mu0 (1 + g.x)`, which moves the centre of friction by `<rho rho'> g`.
 pub struct FrictionGradient;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -22,7 +22,7 @@ static SPEC: EffectSpec = EffectSpec {
     source: "Yu et al. 2016, IROS, fig. 7 (friction maps)",
     separated_by: &[(
         Rival::Kind("table-tilt"),
-        "repeat at another place and on a surface of other friction: tilt acts as 1/friction",
+        "repeat at another place and on a surface with another friction: the effect of tilt is proportional to 1/friction",
     )],
     ..EffectSpec::PLAIN
 };

@@ -1,11 +1,11 @@
-//! The object has mass: it runs ahead of a fast rod and coasts.
+//! Inertia of the object: it moves ahead of a fast rod and coasts after it stops.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, Rival};
 use crate::push::setting::Setting;
 
-/// The law is M d(twist)/dt = contact - friction.
+/// Equation of motion `M d(twist)/dt = contact - friction`.
 pub struct Inertia;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -19,7 +19,7 @@ static SPEC: EffectSpec = EffectSpec {
     source: "Newton and Euler; Yu et al. 2016 (pushes up to 500 mm/s)",
     separated_by: &[(
         Rival::Kind("pose-latency"),
-        "record the stop and push at several speeds: an object with inertia runs ahead and goes on, a late sensor lags",
+        "record the stop and push at several speeds: an object with inertia moves ahead of the rod and continues after the stop, a delayed sensor lags",
     )],
     confirmed_by: Some(
         "repeat the same contact at 10, 50 and 200 mm/s: quasi-static motion is the same at every speed",

@@ -1,8 +1,8 @@
 //! The library of effects of pushing: one file per effect, registered here by name.
 //!
-//! To add one: write `effects/my_effect.rs` on the pattern of its neighbours (a unit struct, a `static SPEC`, the field of
-//! [`Setting`] that it fills in), then name the file and add one line to the registry below. Model files and the tests that
-//! run over the registry find it there.
+//! To add one, write `effects/my_effect.rs` like its neighbours (a unit struct, a `static SPEC`, and the
+//! field of [`Setting`] that it sets), declare the module, and add one line to the registry below. Model
+//! files and the tests over the registry then find it.
 
 mod scatter;
 
@@ -34,7 +34,7 @@ pub use scatter::{SCATTER_KIND, SCATTER_SPEC};
 pub trait Effect<S: Scalar>: Send + Sync {
     /// Description of the effect: kind, place, parameters with units, sources.
     fn spec(&self) -> &'static EffectSpec;
-    /// Fills in what the effect changes; `p` holds its parameters in the order of its [`EffectSpec`].
+    /// Sets what the effect changes; `p` holds its parameters in the order of its [`EffectSpec`].
     fn apply(&self, p: &[S], setting: &mut Setting<S>);
 }
 

@@ -1,11 +1,11 @@
-//! Friction that differs by direction on the object's sole.
+//! Anisotropic friction fixed to the object.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Polar};
 use crate::push::setting::{Anisotropy, Setting};
 
-/// The law is D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the body.
+/// Dissipation `D = |A^(1/2) v|`, `A = R diag(ratio, 1/ratio) R'`, `R` by `angle` in the body frame.
 pub struct ObjectAnisotropy;
 
 static SPEC: EffectSpec = EffectSpec {

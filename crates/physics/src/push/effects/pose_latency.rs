@@ -1,11 +1,11 @@
-//! The pose of the object is reported late.
+//! Delay of the reported pose.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::Setting;
 
-/// The pose that is reported at t is that at t - delay.
+/// The pose reported at t is the true pose at t - delay.
 pub struct PoseLatency;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -1,11 +1,11 @@
-//! The tracked frame is not where it is taken to be in the body.
+//! Constant offset of the tracked frame in the body.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::Setting;
 
-/// The reported pose is the true one moved by (dx, dy) in the body and turned by dtheta.
+/// The reported pose is the true one moved by `(dx, dy)` in the body frame and rotated by `dtheta`.
 pub struct PoseOffset;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -1,11 +1,11 @@
-//! Centre of pressure, and of mass, that is not the centroid.
+//! Offset of the centre of pressure, and of the centre of mass, from the centroid.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// Friction acts about the body point (dx, dy).
+/// Friction acts about the point `(dx, dy)` of the body.
 pub struct PressureOffset;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -27,11 +27,11 @@ static SPEC: EffectSpec = EffectSpec {
         ),
         (
             Rival::Kind("table-tilt"),
-            "push from several start orientations, then on a surface of other friction: tilt acts as 1/friction",
+            "push from several start orientations, then on a surface with another friction: the effect of tilt is proportional to 1/friction",
         ),
         (
             Rival::Kind("pose-offset"),
-            "turn the object at rest and look at the traced circle: only an offset of the tracked frame shows",
+            "turn the object on the spot without the rod: its tracked position moves on a circle only if the tracked frame is offset",
         ),
     ],
     confirmed_by: Some("turn the object by 90 degrees under the same push: the deviation turns with it"),

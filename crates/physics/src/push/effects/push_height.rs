@@ -1,11 +1,11 @@
-//! The rod pushes above the support, and the pressure moves forward.
+//! Shift of the centre of pressure because the rod pushes above the support.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// The centre of pressure moves by z f / (m g) along the force f of the rod.
+/// The centre of pressure moves by `z f / (m g)` along the force `f` of the rod.
 pub struct PushHeight;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -1,11 +1,11 @@
-//! The rod and the arm that holds it yield to the force of the contact.
+//! Compliance of the rod and of the arm that holds it.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// The true rod is at the reported one less c F, F the force on the object.
+/// The true rod position is the reported one minus `c F`, with `F` the force on the object.
 pub struct RodCompliance;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -26,7 +26,7 @@ static SPEC: EffectSpec = EffectSpec {
     source: "fit of the gap to the force in one published record",
     separated_by: &[(
         Rival::Kind("pose-latency"),
-        "push at several speeds and record the stop: a delay grows with the speed and vanishes at rest, a bend does not",
+        "push at several speeds and record the stop: the effect of a delay grows with the speed and vanishes at rest, that of a deflection does not",
     )],
     costly: true,
     ..EffectSpec::PLAIN

@@ -1,7 +1,7 @@
-//! Friction that differs at random over the table, anew for each push.
+//! Random variation of friction over the table, as a random effect per push.
 //!
-//! Not an [`Effect`](super::Effect): its parameters are statistics of a draw. What poses can see of it is a centre of friction
-//! that is somewhere else in each push.
+//! This is not an [`Effect`](super::Effect), because its parameter is the standard deviation of a random
+//! draw. All that poses show of such a friction map is a centre of friction that differs between pushes.
 
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
 
@@ -19,7 +19,7 @@ pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     formula: "centre of friction normal about the declared one with standard deviation sd, drawn per push",
     source: "Yu et al. 2016, IROS, section VII (2,000 equal pushes)",
     confirmed_by: Some(
-        "repeat one push a hundred times, in half of them with table and object wiped and the marker left alone: dirt goes with the wiping, a marker or a contact place does not",
+        "repeat one push a hundred times, and in half of them wipe table and object without touching the marker: wiping removes scatter due to dirt, but not scatter due to the marker or the contact point",
     ),
     ..EffectSpec::PLAIN
 };

@@ -1,4 +1,4 @@
-//! Friction of the support that is higher at low sliding speed.
+//! Friction of the support that depends on the sliding speed (Stribeck).
 
 use super::Effect;
 use crate::Scalar;
@@ -6,7 +6,7 @@ use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::Setting;
 use crate::push::surface::patches::SpeedLaw;
 
-/// The law is mu = mu0 (1 + a exp(-(v/v0)^2)), integrated over the footprint.
+/// Friction `mu = mu0 (1 + a exp(-(v/v0)^2))`, integrated over the footprint.
 pub struct SpeedDependentFriction;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -1,11 +1,11 @@
-//! Limit surface with another exponent than the ellipsoid's.
+//! Superelliptic limit surface, with another exponent than the ellipsoid's 2.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::{Friction, Setting};
 
-/// The law is |f|^p + |m/c|^p = 1.
+/// Limit surface `|f|^p + |m/c|^p = 1`.
 pub struct SuperellipticSurface;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -18,7 +18,7 @@ static SPEC: EffectSpec = EffectSpec {
     formula: "|f|^p + |m/c|^p = 1",
     source: "Zhou, Paolini, Bagnell and Mason 2016, ICRA (shapes of limit surfaces)",
     confirmed_by: Some(
-        "put a sheet of paper under the object: its pressure becomes even; then push at two contact offsets",
+        "put a sheet of paper under the object, which evens out its pressure; then push at two contact offsets",
     ),
     costly: true,
     ..EffectSpec::PLAIN

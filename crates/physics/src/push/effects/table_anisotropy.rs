@@ -1,11 +1,11 @@
-//! Friction that differs by direction on the table: grain, sanding.
+//! Anisotropic friction fixed to the table, such as by grain or sanding.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Polar, Rival};
 use crate::push::setting::{Anisotropy, Setting};
 
-/// The law is D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the world.
+/// Dissipation `D = |A^(1/2) v|`, `A = R diag(ratio, 1/ratio) R'`, `R` by `angle` in the world frame.
 pub struct TableAnisotropy;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -25,10 +25,10 @@ static SPEC: EffectSpec = EffectSpec {
     polar: Some(Polar::Axis),
     separated_by: &[(
         Rival::Kind("object-anisotropy"),
-        "push from several start orientations: friction of the table stays in the world, friction of the object turns with it",
+        "push from several start orientations: anisotropy of the table is fixed in the world, anisotropy of the object turns with it",
     )],
     confirmed_by: Some(
-        "turn the sheet by 90 degrees: the sign of the deviation flips; forces tell an elliptic law from a friction tensor",
+        "turn the sheet by 90 degrees: the sign of the deviation changes; measured forces distinguish an elliptic law from a friction tensor",
     ),
     ..EffectSpec::PLAIN
 };

@@ -1,11 +1,11 @@
-//! The table is not level.
+//! Tilt of the table.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Polar};
 use crate::push::setting::Setting;
 
-/// A load m g sin(theta) acts at the centre of mass, downhill by direction.
+/// A load `m g sin(theta)` acts at the centre of mass, downhill along `direction`.
 pub struct TableTilt;
 
 static SPEC: EffectSpec = EffectSpec {

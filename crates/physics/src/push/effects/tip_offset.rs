@@ -1,11 +1,11 @@
-//! The rod is not where it is reported: calibration of robot against tracker.
+//! Constant offset of the reported rod position, from the calibration of robot against tracker.
 
 use super::Effect;
 use crate::Scalar;
 use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// The true rod is at the reported one plus (dx, dy), in the world.
+/// The true rod position is the reported one plus `(dx, dy)`, in the world frame.
 pub struct TipOffset;
 
 static SPEC: EffectSpec = EffectSpec {
@@ -22,10 +22,10 @@ static SPEC: EffectSpec = EffectSpec {
     source: "calibration of two frames",
     separated_by: &[(
         Rival::Kind("rod-compliance"),
-        "push in several directions with and without load: an offset stays in the world, a bend follows the force",
+        "push in several directions with and without load: an offset is fixed in the world, a deflection follows the force",
     )],
     confirmed_by: Some(
-        "bring the rod to marks all over the table and compare them with the tracker: no push is needed",
+        "move the rod to marks all over the table and compare its positions with the tracker; no push is needed",
     ),
     ..EffectSpec::PLAIN
 };

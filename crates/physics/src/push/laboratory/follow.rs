@@ -1,20 +1,24 @@
-//! One push along a path of the caller's: for planners, which choose their pushes one by one.
+//! Simulation of one push along a path given by the caller, for planners that choose pushes one by one.
 
 use super::generate::{LaboratoryError, Recipe, Truth};
 use super::map;
 use crate::push::{Object, Pose, Push, Recorded, Run, simulate};
 use augsim_data::random_stream;
 
-/// How far a friction map reaches beyond the object and the rod's way, m.
+/// Margin of the friction map beyond object and rod path, m.
 const MARGIN_M: f64 = 0.1;
 
 impl Recipe {
-    /// Poses of the object at `times` (s, increasing) while the rod is at `rod` (x and y, m) at these times, from `start`, on the
-    /// friction map of push `index` of `seed`: another map for each, and those of [`generate`](Recipe::generate) where the object starts at the
-    /// same place. The truth has inertia where the rod is anywhere faster than `inertia_above_m_s`. No sensor looks: poses are true.
+    /// Simulates one push along the rod path `rod` (x and y, m, at `times`, s) and returns the true poses at
+    /// `times`.
+    ///
+    /// The object begins at `start`. The friction map is that of push `index` of `seed`: each index has its
+    /// own, and it is the one of [`generate`](Recipe::generate) if the object starts at the same place. The
+    /// object has inertia if the rod is anywhere faster than `inertia_above_m_s`. No measurement noise is
+    /// added.
     ///
     /// # Errors
-    /// The object is unknown, times and path do not belong together, or the push cannot be simulated.
+    /// The object is unknown, the path is malformed, or the push cannot be simulated.
     pub fn pushed(
         &self,
         start: Pose<f64>,
@@ -32,11 +36,16 @@ impl Recipe {
             lengths.clone().zip(times.windows(2)).map(|(m, t)| m / (t[1] - t[0])).fold(0.0, f64::max);
         let truth = Truth::new(self, &object);
         let world = truth.world(fastest > self.inertia_above_m_s);
-        let reach_m = lengths.sum::<f64>() + world.object().outline.radius() + MARGIN_M;
-        let sheet = &self.support;
+        let half_width_m = lengths.sum::<f64>() + world.object().outline.radius() + MARGIN_M;
+        let support = &self.support;
         let mut stream = random_stream(seed, "push-map", index);
-        let field =
-            map::draw(sheet.friction_scatter, sheet.correlation_m, start.position, reach_m, &mut stream);
+        let field = map::draw(
+            support.friction_scatter,
+            support.correlation_m,
+            start.position,
+            half_width_m,
+            &mut stream,
+        );
         let push = Push {
             world,
             parameters: truth.parameters(),
@@ -54,7 +63,8 @@ impl Recipe {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a push along a caller's path ends elsewhere on every map, the same on the same one, and refuses what is no path.
+    //! Contract: pushes along the same path differ with the friction map and repeat with it; malformed paths
+    //! are errors.
     use super::super::{Protocol, SupportSheet};
     use super::*;
 
@@ -66,10 +76,10 @@ mod tests {
     }
 
     #[test]
-    fn pushes_differ_by_their_map_and_repeat_with_it() {
+    fn pushes_differ_between_friction_maps_and_repeat_on_the_same_map() {
         let object = Object::named("rect1").expect("an object");
-        let sheet = SupportSheet::named("pu").expect("a support");
-        let recipe = Recipe::new(Protocol::Random, &object, sheet, 1);
+        let support = SupportSheet::named("pu").expect("a support");
+        let recipe = Recipe::new(Protocol::Random, &object, support, 1);
         let start = Pose::new(0.35, -0.03, 0.0);
         let (times, x, y) = straight();
         let end = |seed, index| {
@@ -77,25 +87,26 @@ mod tests {
             assert_eq!(poses.len(), times.len());
             poses[poses.len() - 1]
         };
-        let (one, same, other, elsewhere) = (end(1, 0), end(1, 0), end(1, 1), end(2, 0));
-        assert!(one.position[0] > 0.37 && one.angle.abs() > 0.01, "it was pushed: {one:?}");
-        assert_eq!((one.position, one.angle), (same.position, same.angle));
-        // The scatter of 22 % over the map moves the end by tenths of a millimetre or of a degree at least.
-        for far in [other, elsewhere] {
-            let moved = (one.position[0] - far.position[0]).hypot(one.position[1] - far.position[1]);
-            assert!(moved + 0.045 * (one.angle - far.angle).abs() > 1e-4, "{one:?} {far:?}");
+        let (first, same, other, other_seed) = (end(1, 0), end(1, 0), end(1, 1), end(2, 0));
+        assert!(first.position[0] > 0.37 && first.angle.abs() > 0.01, "the object moved: {first:?}");
+        assert_eq!((first.position, first.angle), (same.position, same.angle));
+        // A friction scatter of 22 % moves the end by some tenths of a millimetre or of a degree at least.
+        for differing in [other, other_seed] {
+            let moved =
+                (first.position[0] - differing.position[0]).hypot(first.position[1] - differing.position[1]);
+            assert!(moved + 0.045 * (first.angle - differing.angle).abs() > 1e-4, "{first:?} {differing:?}");
         }
     }
 
     #[test]
-    fn what_is_no_path_is_refused() {
+    fn malformed_paths_are_errors() {
         let object = Object::named("rect1").expect("an object");
-        let sheet = SupportSheet::named("pu").expect("a support");
-        let recipe = Recipe::new(Protocol::Random, &object, sheet, 1);
+        let support = SupportSheet::named("pu").expect("a support");
+        let recipe = Recipe::new(Protocol::Random, &object, support, 1);
         let start = Pose::new(0.0, 0.0, 0.0);
         for (times, x) in [(vec![0.0, 0.0], vec![0.0; 2]), (vec![0.0, 1.0], vec![0.0]), (vec![], vec![])] {
-            let refused = recipe.pushed(start, &times, [&x, &vec![0.0; times.len()]], 1, 0);
-            assert!(matches!(refused, Err(LaboratoryError::Path)), "{times:?}");
+            let result = recipe.pushed(start, &times, [&x, &vec![0.0; times.len()]], 1, 0);
+            assert!(matches!(result, Err(LaboratoryError::Path)), "{times:?}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Pushes made: the truth runs, a sensor looks.
+//! Generation of synthetic pushes: true simulation and measurement noise.
 
 use super::layout::{Planned, Protocol, uniform};
 use super::{SupportSheet, map};
@@ -13,30 +13,30 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Columns of the data, beside `trajectory` and `t_s`.
+/// Columns of the data besides `trajectory` and `t_s`.
 pub const COLUMNS: [&str; 5] = ["pusher_x_m", "pusher_y_m", "x_m", "y_m", "theta_rad"];
 
-/// Rest before the push, s.
-const BEFORE_S: f64 = 0.05;
-/// Rest after it, s: the time in which a fast object coasts.
-const AFTER_S: f64 = 0.25;
-/// Standard deviations at which the scatter of the object's place is cut.
-const CUT: f64 = 3.3;
-/// Rates that a sensor may have: below the first a push is over between two samples, Hz.
-const LOWEST_RATE_HZ: f64 = 1.0;
-/// The simulation takes a step for each sample at least, Hz.
-const HIGHEST_RATE_HZ: f64 = 1e5;
-/// Patches across the object.
-const PATCHES: usize = 8;
+/// Time at rest before the push, s.
+const REST_BEFORE_S: f64 = 0.05;
+/// Time recorded after the push, s, in which a fast object coasts.
+const REST_AFTER_S: f64 = 0.25;
+/// Number of standard deviations at which the scatter of the start pose is truncated.
+const TRUNCATION_SD: f64 = 3.3;
+/// Lowest sampling rate, Hz; below it a push is over between two samples.
+const MIN_RATE_HZ: f64 = 1.0;
+/// Highest sampling rate, Hz; the simulation takes at least one step per sample.
+const MAX_RATE_HZ: f64 = 1e5;
+/// Number of patches across the object in the true simulation.
+const PATCHES_ACROSS: usize = 8;
 
-/// An order for pushes: layout, object, support, sampling, sensor noise.
+/// Specification of a set of pushes: design, object, support, sampling and measurement noise.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Recipe {
-    /// The layout.
+    /// The experiment design.
     pub protocol: Protocol,
     /// Name of the object, one of [`OBJECTS`](crate::push::OBJECTS).
     pub object: String,
-    /// The support.
+    /// The support surface.
     pub support: SupportSheet,
     /// Number of pushes.
     pub pushes: usize,
@@ -46,16 +46,16 @@ pub struct Recipe {
     pub position_sd_m: f64,
     /// Standard deviation of the measured angle, rad.
     pub angle_sd_rad: f64,
-    /// Standard deviation of the object's start position about its nominal place, m.
+    /// Standard deviation of the start position about its nominal value, m.
     pub place_sd_m: f64,
-    /// Standard deviation of its start angle, rad. A random layout draws any angle.
+    /// Standard deviation of the start angle, rad; a random design draws any angle.
     pub place_sd_rad: f64,
-    /// Rod speed above which the truth has inertia, m/s.
+    /// Speed of the rod above which the true object has inertia, m/s.
     pub inertia_above_m_s: f64,
 }
 
 impl Recipe {
-    /// The recipe of a protocol: motion-capture noise of 0.3 mm and 0.1 degrees.
+    /// A recipe with default sampling and motion-capture noise of 0.3 mm and 0.1 degrees.
     pub fn new(protocol: Protocol, object: &Object, support: SupportSheet, pushes: usize) -> Self {
         Self {
             protocol,
@@ -72,75 +72,77 @@ impl Recipe {
     }
 }
 
-/// The truth of one push that was made.
+/// The true values of one generated push.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Made {
-    /// The plan.
+    /// The commanded push.
     pub planned: Planned,
     /// True start of the object: x, y, m, and angle, rad.
     pub start: [f64; 3],
-    /// True end of the object.
+    /// True end of the object: x, y, m, and angle, rad.
     pub end: [f64; 3],
-    /// Whether the truth had inertia.
+    /// Whether the object had inertia.
     pub inertia: bool,
 }
 
-/// A set of pushes with what is declared and what is true.
+/// A generated set of pushes with its declared model and its true values.
 #[derive(Clone, Debug)]
 pub struct Generated {
-    /// `trajectory,t_s` and [`COLUMNS`]; the world frame, pose of the area centroid.
+    /// The data: [`COLUMNS`] in the world frame; the pose is that of the area centroid.
     pub data: Dataset,
-    /// The model that is declared.
+    /// The declared model.
     pub declared: PushModel,
-    /// The truth, push by push.
+    /// True values of each push.
     pub made: Vec<Made>,
 }
 
-/// Why a set cannot be made.
+/// Error of a set that cannot be generated.
 #[derive(Debug, thiserror::Error)]
 pub enum LaboratoryError {
-    /// No such object.
+    /// The object is not built in.
     #[error("there is no object `{name}`; choose one of {}", crate::push::OBJECTS.join(", "))]
     Object {
-        /// The name.
+        /// Name that was given.
         name: String,
     },
-    /// A setting that cannot be.
+    /// A setting is out of range.
     #[error("`{setting}` = {value} {rule}")]
     Setting {
-        /// The setting.
+        /// Name of the setting.
         setting: &'static str,
-        /// Its value.
+        /// Value that was given.
         value: f64,
-        /// Rule that the value breaks.
+        /// Rule that the value violates.
         rule: &'static str,
     },
-    /// A path of the rod that is none.
-    #[error("the rod's path: give as many x and y as times, finite, and times that increase")]
+    /// The path of the rod is malformed.
+    #[error(
+        "the path of the rod is malformed; give one finite x and y for each time, and strictly increasing times"
+    )]
     Path,
-    /// A push that cannot be simulated.
+    /// A push cannot be simulated.
     #[error("push {index}: {source}")]
     Push {
-        /// Its index.
+        /// Index of the push.
         index: usize,
-        /// The error of the simulation.
+        /// Error of the simulation.
         source: PushError,
     },
-    /// The data set refuses it.
+    /// The data set cannot be built.
     #[error(transparent)]
     Data(#[from] DataError),
 }
 
 impl Recipe {
-    /// Makes the set. Push i depends on the seed and i alone, whatever the threads.
+    /// Generates the set; push i depends only on the seed and i, for any number of threads.
     ///
     /// # Errors
-    /// The object is unknown or a setting makes no sense.
+    /// The object is unknown, a setting is out of range, a limit is exceeded, or a push cannot be simulated.
     pub fn generate(&self, seed: u64) -> Result<Generated, LaboratoryError> {
         let object = Object::named(&self.object)
             .ok_or_else(|| LaboratoryError::Object { name: self.object.clone() })?;
-        if !(LOWEST_RATE_HZ..=HIGHEST_RATE_HZ).contains(&self.rate_hz) {
-            let rule = "must lie between 1 and 100,000 Hz";
+        if !(MIN_RATE_HZ..=MAX_RATE_HZ).contains(&self.rate_hz) {
+            let rule = "must be between 1 and 100,000 Hz";
             return Err(LaboratoryError::Setting { setting: "rate_hz", value: self.rate_hz, rule });
         }
         for (setting, value) in [
@@ -150,26 +152,27 @@ impl Recipe {
             ("place_sd_rad", self.place_sd_rad),
         ] {
             if !(value >= 0.0 && value.is_finite()) {
-                let rule = "must be a finite number that is not negative";
+                let rule = "must be finite and not negative";
                 return Err(LaboratoryError::Setting { setting, value, rule });
             }
         }
-        let too_much = |cause| LaboratoryError::Data(DataError::Limit { origin: Source::Memory, cause });
-        Limit::Trajectories.check(self.pushes as u64).map_err(too_much)?;
+        let limit_error = |cause| LaboratoryError::Data(DataError::Limit { origin: Source::Memory, cause });
+        Limit::Trajectories.check(self.pushes as u64).map_err(limit_error)?;
         let mut declared = PushModel::textbook(object.clone());
         declared.parameters[SUPPORT_FRICTION].nominal = self.support.friction;
         declared.position_sd_m = (self.position_sd_m > 0.0).then_some(self.position_sd_m);
         declared.angle_sd_rad = (self.angle_sd_rad > 0.0).then_some(self.angle_sd_rad);
         let truth = Truth::new(self, &object);
         let plans = self.protocol.plan(&object, self.pushes, seed);
-        // Without the clearance, which is some millimetres: a limit need not be exact.
+        // The estimate leaves out the clearance of some millimetres; the limits need not be exact.
         let samples = plans.iter().map(|plan| {
             let push = path(&object, plan, &Pose::new(0.0, 0.0, 0.0), 0.0, 0.0);
-            (BEFORE_S + push.duration_s() + AFTER_S) * self.rate_hz + 2.0
+            (REST_BEFORE_S + push.duration_s() + REST_AFTER_S) * self.rate_hz + 2.0
         });
-        let (longest, all) = samples.fold((0.0, 0.0), |(longest, all), n| (f64::max(longest, n), all + n));
-        Limit::Samples.check(longest as u64).map_err(too_much)?;
-        Limit::Cells.check((all * COLUMNS.len() as f64) as u64).map_err(too_much)?;
+        let (longest, total) =
+            samples.fold((0.0, 0.0), |(longest, total), n| (f64::max(longest, n), total + n));
+        Limit::Samples.check(longest as u64).map_err(limit_error)?;
+        Limit::Cells.check((total * COLUMNS.len() as f64) as u64).map_err(limit_error)?;
         let rows: Vec<_> = plans
             .par_iter()
             .enumerate()
@@ -178,13 +181,14 @@ impl Recipe {
         let mut trajectories = Vec::with_capacity(rows.len());
         let mut made = Vec::with_capacity(rows.len());
         for row in rows {
-            let (trajectory, one) = row?;
+            let (trajectory, push_truth) = row?;
             trajectories.push(trajectory);
-            made.push(one);
+            made.push(push_truth);
         }
         Ok(Generated { data: Dataset::from_names(&COLUMNS, trajectories)?, declared, made })
     }
 
+    /// Plans, simulates and measures push `index`.
     fn make(
         &self,
         truth: &Truth,
@@ -194,17 +198,17 @@ impl Recipe {
         run: &mut Run<f64>,
     ) -> Result<(Trajectory, Made), LaboratoryError> {
         let stream = |purpose| random_stream(seed, purpose, index as u64);
-        let mut place = stream("push-place");
+        let mut place_rng = stream("push-place");
         let nominal = match self.protocol {
             Protocol::Random => {
-                let angle = uniform(&mut place, -std::f64::consts::PI, std::f64::consts::PI);
+                let angle = uniform(&mut place_rng, -std::f64::consts::PI, std::f64::consts::PI);
                 Pose::new(0.35, -0.03, angle)
             }
             _ => Pose::new(0.35, -0.03, 0.0),
         };
         let mut scattered = |sd: f64| {
-            let x: f64 = StandardNormal.sample(&mut place);
-            sd * x.clamp(-CUT, CUT)
+            let x: f64 = StandardNormal.sample(&mut place_rng);
+            sd * x.clamp(-TRUNCATION_SD, TRUNCATION_SD)
         };
         let start = Pose {
             position: [
@@ -215,11 +219,12 @@ impl Recipe {
         };
         let inertia = plan.speed_m_s > self.inertia_above_m_s;
         let world = truth.world(inertia);
-        // However the object's place is scattered, the rod starts clear of it.
+        // The clearance covers any truncated scatter of the start pose, so the rod never starts inside the
+        // object.
         let reach = world.object().outline.radius();
-        let clearance = CUT * (2.0_f64.sqrt() * self.place_sd_m + reach * self.place_sd_rad);
-        let off = truth.parameters[ROD_RADIUS] + clearance;
-        let path = path(world.object(), plan, &nominal, off, clearance);
+        let clearance = TRUNCATION_SD * (2.0_f64.sqrt() * self.place_sd_m + reach * self.place_sd_rad);
+        let start_distance = truth.parameters[ROD_RADIUS] + clearance;
+        let path = path(world.object(), plan, &nominal, start_distance, clearance);
         let field = map::draw(
             self.support.friction_scatter,
             self.support.correlation_m,
@@ -227,9 +232,9 @@ impl Recipe {
             plan.travel_m + reach + 0.1,
             &mut stream("push-map"),
         );
-        let duration = BEFORE_S + path.duration_s() + AFTER_S;
+        let duration = REST_BEFORE_S + path.duration_s() + REST_AFTER_S;
         let count = (duration * self.rate_hz).ceil() as usize + 1;
-        let times: Vec<f64> = (0..count).map(|i| i as f64 / self.rate_hz - BEFORE_S).collect();
+        let times: Vec<f64> = (0..count).map(|i| i as f64 / self.rate_hz - REST_BEFORE_S).collect();
         let rest_then_push = Delayed(path);
         let push = Push {
             world,
@@ -240,14 +245,14 @@ impl Recipe {
             steps: Truth::STEPS,
         };
         simulate(&push, &times, run).map_err(|source| LaboratoryError::Push { index, source })?;
-        let mut sensor = stream("push-noise");
+        let mut noise_rng = stream("push-noise");
         let mut noise = |sd: f64| {
-            let x: f64 = StandardNormal.sample(&mut sensor);
+            let x: f64 = StandardNormal.sample(&mut noise_rng);
             sd * x
         };
         let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(count); COLUMNS.len()];
         for (pose, &time) in run.poses.iter().zip(&times) {
-            let rod = rest_then_push.at(time);
+            let rod = rest_then_push.position(time);
             let row = [
                 rod[0],
                 rod[1],
@@ -258,14 +263,14 @@ impl Recipe {
             columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
         }
         let clock = (0..count).map(|i| i as f64 / self.rate_hz).collect();
-        let plain = |p: &Pose<f64>| [p.position[0], p.position[1], p.angle];
-        let end = run.poses.last().map_or(plain(&start), plain);
-        let made = Made { planned: *plan, start: plain(&start), end, inertia };
+        let as_array = |p: &Pose<f64>| [p.position[0], p.position[1], p.angle];
+        let end = run.poses.last().map_or(as_array(&start), as_array);
+        let made = Made { planned: *plan, start: as_array(&start), end, inertia };
         Ok((Trajectory::new(index.to_string(), clock, columns)?, made))
     }
 }
 
-/// The true worlds, which differ by inertia, and their parameters.
+/// The true worlds, with and without inertia, and their parameters.
 pub(super) struct Truth {
     quasi_static: World,
     dynamic: World,
@@ -273,7 +278,7 @@ pub(super) struct Truth {
 }
 
 impl Truth {
-    /// Steps of its simulations, twice those of the engine's default.
+    /// Sub-steps of the true simulations, twice as long as the default.
     pub(super) const STEPS: Steps = Steps { travel_m: 1e-3, duration_s: f64::INFINITY, inertial_s: 2e-3 };
 
     /// The world with inertia or without.
@@ -281,23 +286,24 @@ impl Truth {
         if has_inertia { &self.dynamic } else { &self.quasi_static }
     }
 
-    /// Parameters of both worlds.
+    /// Parameter values of both worlds.
     pub(super) fn parameters(&self) -> &[f64] {
         &self.parameters
     }
 
+    /// Builds the true worlds of a recipe.
     pub(super) fn new(recipe: &Recipe, object: &Object) -> Self {
-        let sheet = &recipe.support;
-        let mut quasi_static = World::new(object.clone()).with_patches(PATCHES, |_| 1.0);
-        if sheet.anisotropy_ratio != 1.0 {
+        let support = &recipe.support;
+        let mut quasi_static = World::new(object.clone()).with_patches(PATCHES_ACROSS, |_| 1.0);
+        if support.anisotropy_ratio != 1.0 {
             quasi_static.add_kind("table-anisotropy");
         }
         let mut parameters = quasi_static.nominal();
-        parameters[CONTACT_FRICTION] = sheet.contact_friction;
-        parameters[SUPPORT_FRICTION] = sheet.friction;
+        parameters[CONTACT_FRICTION] = support.contact_friction;
+        parameters[SUPPORT_FRICTION] = support.friction;
         if let Some(term) = quasi_static.terms().first() {
-            parameters[term.first] = sheet.anisotropy_ratio;
-            parameters[term.first + 1] = sheet.anisotropy_angle_rad;
+            parameters[term.first] = support.anisotropy_ratio;
+            parameters[term.first + 1] = support.anisotropy_angle_rad;
         }
         let mut dynamic = quasi_static.clone();
         dynamic.add_kind("inertia");
@@ -305,10 +311,18 @@ impl Truth {
     }
 }
 
-/// The rod's path for an object at its nominal place: it starts `off` its side and goes `clearance` further than planned.
-fn path(object: &Object, plan: &Planned, nominal: &Pose<f64>, off: f64, clearance: f64) -> StraightPush {
+/// Path of the rod for an object at its nominal pose.
+///
+/// It starts `start_distance` from the side and travels `clearance` further than planned.
+fn path(
+    object: &Object,
+    plan: &Planned,
+    nominal: &Pose<f64>,
+    start_distance: f64,
+    clearance: f64,
+) -> StraightPush {
     let (point, normal) = object.point_on_side(plan.side, plan.fraction);
-    let clear = scale(normal, off);
+    let clear = scale(normal, start_distance);
     let direction = Rotation::new(plan.angle_rad).to_world(scale(normal, -1.0));
     StraightPush {
         start_m: nominal.to_world(add(point, clear)),
@@ -319,12 +333,13 @@ fn path(object: &Object, plan: &Planned, nominal: &Pose<f64>, off: f64, clearanc
     }
 }
 
-/// A push that begins at time 0, at rest before.
+/// A straight push that begins at time 0, with the rod at rest before.
 #[derive(Clone, Copy, Debug)]
 struct Delayed(StraightPush);
 
 impl Delayed {
-    fn at(&self, time: f64) -> Vector<f64> {
+    /// Position of the rod at `time`, s, m.
+    fn position(&self, time: f64) -> Vector<f64> {
         Path::<f64>::piece(self, time).position(time)
     }
 }
@@ -343,7 +358,7 @@ impl Path<f64> for Delayed {
     }
 }
 
-/// Piece of a delayed motion: at rest at the start, then moving.
+/// One piece of a [`Delayed`] push.
 #[derive(Clone, Copy, Debug)]
 enum DelayedPiece {
     Rest(Vector<f64>),

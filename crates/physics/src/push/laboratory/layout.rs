@@ -1,33 +1,35 @@
-//! Which pushes are made.
+//! Experiment designs: contact, angle, speed and travel of each push.
 
 use crate::push::Object;
 use augsim_data::random_stream;
 use rand::Rng;
 use serde::Serialize;
 
-/// How a set of pushes is laid out.
+/// Experiment design of a set of pushes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Protocol {
-    /// The layout of the MIT set: 11 contacts a side (40 around an ellipse), 9 angles from -80 to 80 degrees, 10 speeds and 8
-    /// accelerations; 5 cm. 7,128 pushes of a rectangle, in random order.
+    /// The design of the MIT set, in random order.
+    ///
+    /// 11 contacts per side (40 around an ellipse), 9 angles from -80 to 80 degrees, 10 speeds and 8
+    /// accelerations, 5 cm of travel: 7,128 pushes of a rectangle.
     Mit,
-    /// One push again and again: side 0 at 0.7 of its length, along the normal, 20 mm/s, 15 cm.
+    /// The same push repeated: side 0 at 70 % of its length, along the normal, 20 mm/s, 15 cm.
     Repeat,
-    /// Contact, angle, start pose and speed (10 to 50 mm/s) at random; 10 cm.
+    /// Random contact, angle, start pose and speed (10 to 50 mm/s); 10 cm.
     Random,
 }
 
-/// One push as it is commanded.
+/// One commanded push.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Planned {
-    /// Side of the object.
+    /// Index of the side of the object.
     pub side: usize,
-    /// Place along the side, 0 to 1.
+    /// Position along the side, 0 to 1.
     pub fraction: f64,
     /// Angle of the push from the inward normal, rad.
     pub angle_rad: f64,
-    /// Speed, m/s; of an accelerated push the highest.
+    /// Constant speed, or highest speed if accelerated, m/s.
     pub speed_m_s: f64,
     /// Acceleration from rest, m/s²; 0 for constant speed.
     pub acceleration_m_s2: f64,
@@ -39,17 +41,19 @@ pub struct Planned {
 const SPEEDS: [f64; 10] = [0.01, 0.02, 0.05, 0.075, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
 /// Accelerations of the MIT set, m/s².
 const ACCELERATIONS: [f64; 8] = [0.1, 0.2, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5];
-/// Angles of the MIT set.
-const ANGLES: usize = 9;
+/// Number of push angles of the MIT set.
+const ANGLE_COUNT: usize = 9;
 
-/// Uniform on `[low, high)`; 53 random bits.
+/// A uniform random number in `[low, high)`, with 53 random bits.
 pub(super) fn uniform(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * ((rng.next_u64() >> 11) as f64 * 2.0_f64.powi(-53))
 }
 
 impl Protocol {
-    /// The pushes of this protocol on `object`. Push i of a random set depends on the seed and i alone; an MIT set of fewer
-    /// pushes is the beginning of a larger one, and one of more than there are cells goes round again.
+    /// The first `count` pushes of this design on `object`.
+    ///
+    /// Push i of a random set depends only on the seed and i. A smaller MIT set is the beginning of a larger
+    /// one; a set larger than the design repeats it.
     pub fn plan(self, object: &Object, count: usize, seed: u64) -> Vec<Planned> {
         match self {
             Protocol::Mit => mit(object, count, seed),
@@ -69,6 +73,7 @@ impl Protocol {
     }
 }
 
+/// Push `index` of the random design.
 fn random(object: &Object, seed: u64, index: u64) -> Planned {
     let mut rng = random_stream(seed, "push-layout", index);
     let side = (uniform(&mut rng, 0.0, object.sides() as f64) as usize).min(object.sides() - 1);
@@ -83,28 +88,29 @@ fn random(object: &Object, seed: u64, index: u64) -> Planned {
     }
 }
 
+/// The first `count` pushes of the MIT design, in an order given by the seed.
 fn mit(object: &Object, count: usize, seed: u64) -> Vec<Planned> {
     let contacts = if object.sides() == 1 { 40 } else { 11 };
-    let last = if object.sides() == 1 { contacts } else { contacts - 1 } as f64;
+    let fraction_divisor = if object.sides() == 1 { contacts } else { contacts - 1 } as f64;
     let mut cells = Vec::new();
     for side in 0..object.sides() {
         for contact in 0..contacts {
-            for angle in 0..ANGLES {
+            for angle in 0..ANGLE_COUNT {
                 let cell = |speed_m_s: f64, acceleration_m_s2: f64| Planned {
                     side,
-                    fraction: contact as f64 / last,
+                    fraction: contact as f64 / fraction_divisor,
                     angle_rad: (-80.0 + 20.0 * angle as f64).to_radians(),
                     speed_m_s,
                     acceleration_m_s2,
                     travel_m: 0.05,
                 };
                 cells.extend(SPEEDS.iter().map(|&v| cell(v, 0.0)));
-                // The speed that the acceleration reaches at the end of the travel.
+                // The speed that an acceleration reaches at the end of the travel.
                 cells.extend(ACCELERATIONS.iter().map(|&a| cell((2.0 * a * 0.05_f64).sqrt(), a)));
             }
         }
     }
-    // Fisher and Yates.
+    // Fisher-Yates shuffle.
     let mut rng = random_stream(seed, "push-order", 0);
     for i in (1..cells.len()).rev() {
         let j = (uniform(&mut rng, 0.0, (i + 1) as f64) as usize).min(i);

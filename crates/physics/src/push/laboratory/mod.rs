@@ -1,8 +1,9 @@
-//! A virtual laboratory: pushes laid out as in the MIT set, on tables that are not what the model declares.
+//! Synthetic pushes, laid out as in the MIT set, whose true physics differs from the declared model.
 //!
-//! The declared model is that of textbooks: ellipsoid, uniform pressure, friction of 0.25 at the contact, no inertia. The
-//! truth is Coulomb friction integrated over the footprint with a friction map that is new for each push, anisotropic on some
-//! supports, another friction at the contact, and inertia in pushes faster than 50 mm/s. The truth record says all of it.
+//! The declared model is the textbook one: ellipsoidal surface, uniform pressure, contact friction of 0.25,
+//! no inertia. The true one has Coulomb friction integrated over the footprint with a new random friction map
+//! for each push, anisotropy on some supports, another contact friction, and inertia in pushes faster than 50
+//! mm/s. The truth is returned with the data.
 
 mod follow;
 mod generate;

@@ -1,14 +1,15 @@
-//! The four supports of the MIT set.
+//! The four support surfaces of the MIT set.
 
 use serde::Serialize;
 
-/// A sheet on the table, with its statistics.
+/// Friction statistics of a support surface.
 ///
-/// Friction and its spatial scatter: Yu et al., IROS 2016, section V (means of new and used sheets). Correlation length,
-/// friction at the contact and the amount of anisotropy are ours: the paper gives curves, not numbers.
+/// Friction and its spatial scatter are from Yu et al., IROS 2016, section V (means of new and used sheets).
+/// Correlation length, contact friction and anisotropy ratio are chosen here, because the paper gives curves
+/// and no numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SupportSheet {
-    /// Its name.
+    /// Name of the surface.
     pub name: &'static str,
     /// Mean coefficient of friction.
     pub friction: f64,
@@ -16,15 +17,15 @@ pub struct SupportSheet {
     pub friction_scatter: f64,
     /// Correlation length of the friction map, m.
     pub correlation_m: f64,
-    /// Friction along a direction over friction across it.
+    /// Ratio of friction along the direction of anisotropy to friction across it; 1 for none.
     pub anisotropy_ratio: f64,
     /// Direction of the anisotropy, rad.
     pub anisotropy_angle_rad: f64,
-    /// Friction between rod and object as it is; 0.25 is declared.
+    /// True friction between rod and object; the declared one is 0.25.
     pub contact_friction: f64,
 }
 
-/// The supports.
+/// All support surfaces.
 pub const SUPPORTS: [SupportSheet; 4] = [
     SupportSheet {
         name: "abs",
@@ -65,7 +66,7 @@ pub const SUPPORTS: [SupportSheet; 4] = [
 ];
 
 impl SupportSheet {
-    /// The support of that name.
+    /// The support surface of this name, or `None`.
     pub fn named(name: &str) -> Option<Self> {
         SUPPORTS.into_iter().find(|s| s.name == name)
     }

@@ -1,9 +1,11 @@
-//! The ellipsoidal limit surface: Lynch, Maekawa and Tanie, IROS 1992; Howe and Cutkosky, IJRR 15:557, 1996.
+//! The ellipsoidal limit surface.
+//!
+//! Sources: Lynch, Maekawa and Tanie, IROS 1992; Howe and Cutkosky, IJRR 15:557, 1996.
 
 use crate::Scalar;
 use crate::push::planar::{Vector, Wrench, dot, scale};
 
-/// `D = √(|v|² + c² ω²)`.
+/// Friction wrench of the ellipsoid against a twist: the gradient of `D = √(|v|² + c² ω²)`; zero at rest.
 ///
 /// ```
 /// use augsim_physics::push::surface::ellipsoid::wrench;

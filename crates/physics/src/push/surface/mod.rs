@@ -1,16 +1,16 @@
-//! Limit surfaces: the friction of the support against a sliding object.
+//! Limit surfaces: friction force and moment of the support on a sliding object.
 //!
-//! Every surface answers one question, [`Surface::wrench`]: which friction, in units of the sliding force `mu_s m g`, does the
-//! support exert against a given twist? By the principle of maximum dissipation the answer is the gradient of the dissipation
-//! `D(v, ω)`, which is convex and homogeneous of degree one (Goyal, Ruina and Papadopoulos, Wear 143:307, 1991), so that
-//! contact can be solved for all surfaces by the same means.
+//! [`Surface::wrench`] returns the friction, in units of the sliding force `mu_s m g`, that the support
+//! exerts against a given twist. By the principle of maximum dissipation it is the gradient of the
+//! dissipation `D(v, ω)`, which is convex and homogeneous of degree one (Goyal, Ruina and Papadopoulos, Wear
+//! 143:307, 1991). Contacts can therefore be solved in the same way for all surfaces.
 
 pub mod ellipsoid;
 pub mod patches;
 pub mod quartic;
-mod sloped;
 pub mod superellipsoid;
 pub mod uniform;
+mod wrench_jacobian;
 
 use super::planar::{Vector, Wrench, rot90};
 use crate::Scalar;
@@ -18,7 +18,7 @@ use patches::{Patch, SpeedLaw};
 use quartic::Quartic;
 use uniform::UniformPolygon;
 
-/// A linear map of the plane, by rows.
+/// A linear map of the plane, stored by rows.
 pub type Matrix<S> = [[S; 2]; 2];
 
 /// A limit surface about the centre of friction.
@@ -38,21 +38,22 @@ pub enum Surface<'a, S> {
     },
     /// A level set of a convex polynomial of the fourth degree.
     Quartic {
-        /// The polynomial.
+        /// The polynomial whose level set is the surface.
         quartic: &'a Quartic,
     },
     /// Coulomb friction integrated over a uniformly pressed polygon, in closed form.
     Uniform {
-        /// The footprint.
+        /// Polygon on which the object rests.
         footprint: &'a UniformPolygon,
         /// Factor on all lengths of the footprint.
         scale: S,
     },
     /// Coulomb friction summed over patches.
     Patches {
-        /// The patches.
+        /// The patches of the footprint.
         patches: &'a [Patch],
-        /// Share of each patch in the sliding force; the shares sum to 1 where friction is what is declared.
+        /// Share of each patch in the sliding force; the shares sum to 1 if the mean friction is the declared
+        /// one.
         weights: &'a [f64],
         /// Factor on all lengths of the footprint.
         scale: S,
@@ -62,9 +63,10 @@ pub enum Surface<'a, S> {
 }
 
 impl<'a, S: Scalar> Surface<'a, S> {
-    /// Force and moment that keep the footprint moving with `velocity` (of the centre of friction, m/s) and `rotation`, rad/s.
+    /// Force and moment that keep the footprint moving with `velocity`, m/s, and `rotation`, rad/s.
     ///
-    /// `map` stretches the footprint, for anisotropic friction. Zero for no motion.
+    /// `velocity` is that of the centre of friction. `map` stretches the footprint, for anisotropic friction.
+    /// The wrench is zero at rest.
     #[inline]
     pub fn wrench(&self, velocity: Vector<S>, rotation: S, map: Option<&Matrix<S>>) -> Wrench<S> {
         match self {
@@ -74,14 +76,14 @@ impl<'a, S: Scalar> Surface<'a, S> {
             }
             Surface::Quartic { quartic } => {
                 let inputs = [velocity[0], velocity[1], rotation];
-                quartic.sloped(inputs.map(S::value)).through(inputs)
+                quartic.wrench_with_jacobian(inputs.map(S::value)).chain_rule(inputs)
             }
             Surface::Uniform { footprint, scale } => {
                 let turning = rotation * *scale;
                 let mut w = match map {
                     None if S::DIFFERENTIATES => {
                         let inputs = [velocity[0], velocity[1], turning];
-                        footprint.sloped(inputs.map(S::value)).through(inputs)
+                        footprint.wrench_with_jacobian(inputs.map(S::value)).chain_rule(inputs)
                     }
                     _ => footprint.wrench(velocity, turning, map),
                 };
@@ -93,11 +95,13 @@ impl<'a, S: Scalar> Surface<'a, S> {
                 let mut w = match (map, speed) {
                     (None, None) if S::DIFFERENTIATES => {
                         let inputs = [velocity[0], velocity[1], turning];
-                        patches::sloped(patches, weights, inputs.map(S::value)).through(inputs)
+                        patches::wrench_with_jacobian(patches, weights, inputs.map(S::value))
+                            .chain_rule(inputs)
                     }
                     (None, Some(law)) if S::DIFFERENTIATES => {
                         let inputs = [velocity[0], velocity[1], turning, law.rise, law.speed_m_s];
-                        patches::sloped_by_speed(patches, weights, inputs.map(S::value)).through(inputs)
+                        patches::wrench_with_jacobian_by_speed(patches, weights, inputs.map(S::value))
+                            .chain_rule(inputs)
                     }
                     _ => patches::wrench(patches, weights, velocity, turning, map, speed.as_ref()),
                 };
@@ -107,7 +111,7 @@ impl<'a, S: Scalar> Surface<'a, S> {
         }
     }
 
-    /// Copies the surface in another scalar.
+    /// Converts the surface to another scalar.
     pub fn map<T: Scalar>(&self, f: impl Fn(S) -> T) -> Surface<'a, T> {
         match *self {
             Surface::Ellipsoid { c } => Surface::Ellipsoid { c: f(c) },
@@ -125,7 +129,7 @@ impl<'a, S: Scalar> Surface<'a, S> {
         }
     }
 
-    /// The `c` of an ellipsoid like this surface, m: where to start looking for a twist.
+    /// The `c` of an ellipsoid that approximates this surface, m; used for initial guesses.
     pub fn nominal_c(&self) -> f64 {
         match self {
             Surface::Ellipsoid { c } | Surface::Superellipsoid { c, .. } => c.value(),
@@ -140,21 +144,24 @@ impl<'a, S: Scalar> Surface<'a, S> {
     }
 }
 
-/// `M a`.
+/// Matrix-vector product `M a`.
 #[inline(always)]
 pub(super) fn apply<S: Scalar>(m: &Matrix<S>, a: Vector<S>) -> Vector<S> {
     [m[0][0] * a[0] + m[0][1] * a[1], m[1][0] * a[0] + m[1][1] * a[1]]
 }
 
-/// `Mᵀ a`.
+/// Product `Mᵀ a` of the transposed matrix and a vector.
 #[inline(always)]
 pub(super) fn apply_transposed<S: Scalar>(m: &Matrix<S>, a: Vector<S>) -> Vector<S> {
     [m[0][0] * a[0] + m[1][0] * a[1], m[0][1] * a[0] + m[1][1] * a[1]]
 }
 
-/// `J⁻¹ M J` with J the rotation by 90 degrees: how the footprint is stretched when velocities are by `M`.
+/// The map `J⁻¹ M J` of the footprint that corresponds to the map `M` of velocities; `J` rotates by 90
+/// degrees.
+///
+/// The arm of a point enters the velocity rotated by 90 degrees, hence the conjugation.
 pub(super) fn footprint_map<S: Scalar>(m: &Matrix<S>) -> Matrix<S> {
-    // Columns: J⁻¹ M J e_x and J⁻¹ M J e_y; J⁻¹ = -J.
+    // The columns are J⁻¹ M J e_x and J⁻¹ M J e_y, with J⁻¹ = -J.
     let one = S::constant(1.0);
     let column = |e: Vector<S>| rot90(apply(m, rot90(e))).map(|x| -x);
     let (x, y) = (column([one, S::zero()]), column([S::zero(), one]));

@@ -1,38 +1,45 @@
-//! Limit surface of any pressure and any friction, as a sum over patches.
+//! Limit surface for any distribution of pressure and friction, as a sum over patches of the footprint.
 //!
-//! Each patch is a small ellipsoidal surface of its own: `D = Σ w_i √(|v_i|² + c_i² ω²)` with `c_i²` half the mean square
-//! radius of the patch. That is right to fourth order in the patch size away from the rotation centre, and smooth at it, where
-//! point patches would jump.
+//! Each patch is a small ellipsoidal surface:
+//!
+//! ```text
+//! D = Σ_i w_i √(|v_i|² + c_i² ω²)        (1)
+//! ```
+//!
+//! with `w_i` its share of the sliding force, `v_i` the velocity of its centroid, and `c_i²` half the mean
+//! square radius of the patch. This is exact to fourth order in the patch size away from the centre of
+//! rotation, and smooth at that centre, where point contacts would make the friction jump.
 
-use super::sloped::{Moving, Sloped};
+use super::wrench_jacobian::{MovingPatch, WrenchWithJacobian};
 use super::{Matrix, apply};
 use crate::Scalar;
 use crate::push::moments::Moments;
 use crate::push::outline::{Outline, Polygon};
 use crate::push::planar::{Vector, Wrench, constant, dot, rot90};
 
-/// A part of the footprint.
+/// A cell of the footprint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patch {
-    /// Its centroid in the body, m.
+    /// Centroid in the body frame, m.
     pub position: Vector<f64>,
-    /// Square of its own `c`, m².
+    /// Square of the patch's `c` in equation (1), m².
     pub c_squared: f64,
-    /// Its share of the area.
+    /// Share of the footprint's area.
     pub share: f64,
 }
 
-/// Friction that is higher at low sliding speed: `1 + rise exp(-(v/speed)²)`.
+/// Friction that depends on the sliding speed `v` by the factor `1 + rise exp(-(v/speed)²)`.
 #[derive(Clone, Copy, Debug)]
 pub struct SpeedLaw<S> {
-    /// Relative rise at rest.
+    /// Relative increase of the friction at rest.
     pub rise: S,
-    /// Speed at which it has gone down to 37 %, m/s.
+    /// Speed at which the increase has fallen to 37 % (1/e), m/s.
     pub speed_m_s: S,
 }
 
-/// Cuts an outline into the cells of a grid with `cells` cells across its larger extent. An ellipse is cut as a polygon of 96
-/// sides with its area.
+/// Divides an outline into the cells of a grid, `cells` of them across its larger extent.
+///
+/// An ellipse is approximated by a polygon with 96 sides and the same area.
 pub fn cut(outline: &Outline, cells: usize) -> Vec<Patch> {
     let polygon: Polygon = outline.polygon(96);
     let vertices = polygon.vertices();
@@ -49,7 +56,7 @@ pub fn cut(outline: &Outline, cells: usize) -> Vec<Patch> {
         for column in 0..count[0] {
             let size = [0, 1].map(|axis| (high[axis] - low[axis]) / count[axis] as f64);
             let corner = [low[0] + column as f64 * size[0], low[1] + row as f64 * size[1]];
-            let cell = clipped(vertices, corner, [corner[0] + size[0], corner[1] + size[1]]);
+            let cell = clip(vertices, corner, [corner[0] + size[0], corner[1] + size[1]]);
             if cell.len() < 3 {
                 continue;
             }
@@ -58,21 +65,27 @@ pub fn cut(outline: &Outline, cells: usize) -> Vec<Patch> {
                 continue;
             }
             let centroid = m.centroid_m;
-            let spread = (m.mean_square_radius() - dot(centroid, centroid)).max(0.0);
-            patches.push(Patch { position: centroid, c_squared: spread / 2.0, share: m.area_m2 / total });
+            let central_square_radius = (m.mean_square_radius() - dot(centroid, centroid)).max(0.0);
+            patches.push(Patch {
+                position: centroid,
+                c_squared: central_square_radius / 2.0,
+                share: m.area_m2 / total,
+            });
         }
     }
     patches
 }
 
-/// Sutherland and Hodgman 1974: the part of a polygon inside an axis-parallel rectangle.
-fn clipped(vertices: &[Vector<f64>], low: Vector<f64>, high: Vector<f64>) -> Vec<Vector<f64>> {
-    let mut kept = vertices.to_vec();
+/// The part of a polygon inside an axis-parallel rectangle.
+///
+/// Source: Sutherland and Hodgman, Communications of the ACM 17:32, 1974.
+fn clip(vertices: &[Vector<f64>], low: Vector<f64>, high: Vector<f64>) -> Vec<Vector<f64>> {
+    let mut clipped_vertices = vertices.to_vec();
     for (axis, bound, sign) in [(0, low[0], 1.0), (0, high[0], -1.0), (1, low[1], 1.0), (1, high[1], -1.0)] {
         let inside = |v: &Vector<f64>| sign * (v[axis] - bound);
-        let mut next = Vec::with_capacity(kept.len() + 4);
-        for i in 0..kept.len() {
-            let (a, b) = (kept[i], kept[(i + 1) % kept.len()]);
+        let mut next = Vec::with_capacity(clipped_vertices.len() + 4);
+        for i in 0..clipped_vertices.len() {
+            let (a, b) = (clipped_vertices[i], clipped_vertices[(i + 1) % clipped_vertices.len()]);
             let (da, db) = (inside(&a), inside(&b));
             if da >= 0.0 {
                 next.push(a);
@@ -82,12 +95,12 @@ fn clipped(vertices: &[Vector<f64>], low: Vector<f64>, high: Vector<f64>) -> Vec
                 next.push([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
             }
         }
-        kept = next;
+        clipped_vertices = next;
     }
-    kept
+    clipped_vertices
 }
 
-/// See [`Surface::wrench`](super::Surface::wrench).
+/// Friction wrench of the patches; see [`Surface::wrench`](super::Surface::wrench).
 pub fn wrench<S: Scalar>(
     patches: &[Patch],
     weights: &[f64],
@@ -117,11 +130,15 @@ pub fn wrench<S: Scalar>(
     w
 }
 
-/// The wrench of `twist` (velocity, rotation) with its slopes.
-pub(super) fn sloped(patches: &[Patch], weights: &[f64], twist: [f64; 3]) -> Sloped<3> {
-    let mut w = Sloped::zero();
+/// The friction wrench and its Jacobian with respect to `twist` (velocity x, velocity y, rotation).
+pub(super) fn wrench_with_jacobian(
+    patches: &[Patch],
+    weights: &[f64],
+    twist: [f64; 3],
+) -> WrenchWithJacobian<3> {
+    let mut w = WrenchWithJacobian::zero();
     for (patch, &weight) in patches.iter().zip(weights) {
-        let moving = Moving::new(rot90(patch.position), patch.c_squared, twist);
+        let moving = MovingPatch::new(rot90(patch.position), patch.c_squared, twist);
         let square = moving.square();
         if square > 0.0 {
             let k = weight / square.sqrt();
@@ -131,12 +148,18 @@ pub(super) fn sloped(patches: &[Patch], weights: &[f64], twist: [f64; 3]) -> Slo
     w
 }
 
-/// The wrench of a twist with its slopes under a speed law, whose rise and speed are the fourth and the fifth input.
-pub(super) fn sloped_by_speed(patches: &[Patch], weights: &[f64], inputs: [f64; 5]) -> Sloped<5> {
+/// The friction wrench under a speed law and its Jacobian.
+///
+/// The inputs are velocity x, velocity y, rotation, and the rise and speed of the [`SpeedLaw`].
+pub(super) fn wrench_with_jacobian_by_speed(
+    patches: &[Patch],
+    weights: &[f64],
+    inputs: [f64; 5],
+) -> WrenchWithJacobian<5> {
     let [x, y, rotation, rise, speed_m_s] = inputs;
-    let mut w = Sloped::zero();
+    let mut w = WrenchWithJacobian::zero();
     for (patch, &weight) in patches.iter().zip(weights) {
-        let moving = Moving::new(rot90(patch.position), patch.c_squared, [x, y, rotation]);
+        let moving = MovingPatch::new(rot90(patch.position), patch.c_squared, [x, y, rotation]);
         let square = moving.square();
         if square <= 0.0 {
             continue;
@@ -146,14 +169,14 @@ pub(super) fn sloped_by_speed(patches: &[Patch], weights: &[f64], inputs: [f64; 
         let decay = (-ratio).exp();
         let factor = 1.0 + rise * decay;
         let before = w.values;
-        let k_slope = plain * (-0.5 * factor / square - rise * decay / (speed_m_s * speed_m_s));
-        w.add_patch(&moving, [plain * factor, k_slope]);
-        // The patch's part is proportional to the factor.
-        let of_factor = [decay, 2.0 * rise * decay * ratio / speed_m_s];
+        let k_derivative = plain * (-0.5 * factor / square - rise * decay / (speed_m_s * speed_m_s));
+        w.add_patch(&moving, [plain * factor, k_derivative]);
+        // The contribution of the patch is proportional to `factor`, so its derivatives follow by scaling.
+        let factor_derivatives = [decay, 2.0 * rise * decay * ratio / speed_m_s];
         for (row, before) in before.into_iter().enumerate() {
-            let part = (w.values[row] - before) / factor;
-            w.slopes[row][3] += part * of_factor[0];
-            w.slopes[row][4] += part * of_factor[1];
+            let per_factor = (w.values[row] - before) / factor;
+            w.jacobian[row][3] += per_factor * factor_derivatives[0];
+            w.jacobian[row][4] += per_factor * factor_derivatives[1];
         }
     }
     w

@@ -1,11 +1,15 @@
 //! The superellipsoidal limit surface `|f|^p + |m/c|^p = 1`.
 //!
-//! p = 2 is the ellipsoid; p = 1.70 with the `c` of uniform pressure lies within 1 % of the exact surface of a square.
+//! With p = 2 it is the ellipsoid. With p = 1.70 and the `c` of uniform pressure it is within 1 % of the
+//! exact surface of a square.
 
 use crate::Scalar;
 use crate::push::planar::{Vector, Wrench, norm, scale};
 
-/// `D = (|v|^q + |c ω|^q)^(1/q)` with `q = p/(p-1)`.
+/// Friction wrench against a twist: the gradient of `D = (|v|^q + |c ω|^q)^(1/q)`, `q = p/(p-1)`.
+///
+/// Zero at rest. Both speeds are divided by the larger one before powers are taken, against overflow and
+/// underflow.
 pub fn wrench<S: Scalar>(c: S, p: S, velocity: Vector<S>, rotation: S) -> Wrench<S> {
     let speed = norm(velocity);
     let turning = c * rotation.abs();
@@ -27,7 +31,7 @@ pub fn wrench<S: Scalar>(c: S, p: S, velocity: Vector<S>, rotation: S) -> Wrench
     Wrench { force, moment: if rotation.value() < 0.0 { -moment } else { moment } }
 }
 
-/// `x^e` for `x >= 0` and `e > 0`.
+/// The power `x^e` for `x >= 0` and `e > 0`.
 fn power<S: Scalar>(x: S, e: S) -> S {
     if x.value() <= 0.0 { S::zero() } else { (x.ln() * e).exp() }
 }

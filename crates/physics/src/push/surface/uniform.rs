@@ -1,24 +1,38 @@
 //! The exact limit surface of a uniformly pressed polygon, in closed form.
 //!
-//! With the rotation centre z, the dissipation is `|ω| <|ρ-z|>`, a sum over the edges (see `moments.rs`), and so are its
-//! derivatives: force `sgn(ω) rot90(Σ n_e ΔF)/A` and moment about z `sgn(ω) Σ d ΔF/(3A)`. One square root per vertex and one
-//! logarithm per edge. Far from the rotation centre the sums cancel; there the integrand is smooth and a quadrature of degree
-//! five is exact to 1e-10.
+//! With the centre of rotation `z`, `ρ` a point of the footprint and `<>` the mean over its area `A`, the
+//! dissipation is
 //!
-//! Slopes need no further root or logarithm: with `F(u, d) = ∫ √(d² + u²) du` along an edge, `∂F/∂u = √(d² + u²)` and
-//! `∂F/∂d = d ln(u + √(d² + u²))`.
+//! ```text
+//! D = |ω| <|ρ - z|>        (1)
+//! ```
+//!
+//! Its integral is a sum over the edges (see `moments.rs`), and so are its derivatives. With the outward
+//! normal `n_e` of an edge, its signed distance `d` from `z` and the primitive `F` along it,
+//!
+//! ```text
+//! force  = sgn(ω) rot90(Σ n_e ΔF) / A        (2)
+//! moment = sgn(ω) Σ d ΔF / (3A)              (3), about z
+//! F(u, d) = ∫ √(d² + u²) du                  (4)
+//! ```
+//!
+//! This takes one square root per vertex and one logarithm per edge. The Jacobian needs no more of them,
+//! because `∂F/∂u = √(d² + u²)` and `∂F/∂d = d ln(u + √(d² + u²))`.
+//!
+//! Far from the centre of rotation the sums cancel. There the integrand is smooth, and a quadrature of degree
+//! five is exact to 1e-10.
 
-use super::sloped::{Moving, Sloped};
+use super::wrench_jacobian::{MovingPatch, WrenchWithJacobian};
 use super::{Matrix, apply};
 use crate::Scalar;
 use crate::push::moments::{Moments, mean_radius};
 use crate::push::outline::{Outline, Polygon};
 use crate::push::planar::{Vector, Wrench, constant, cross, dot, norm, rot90, scale, sub};
 
-/// Ratio of footprint radius to distance of the rotation centre below which the quadrature is used.
+/// Ratio of the footprint's radius to the distance of the centre of rotation below which quadrature is used.
 const NEAR_TRANSLATION: f64 = 1e-2;
 
-/// A polygon with what its limit surface needs.
+/// A polygon with the precomputed quantities of its limit surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UniformPolygon {
     vertices: Vec<Vector<f64>>,
@@ -26,18 +40,20 @@ pub struct UniformPolygon {
     area: f64,
     radius: f64,
     mean_radius: f64,
-    /// Points and shares of the area.
+    /// Quadrature points, m, and their weights, which sum to 1.
     quadrature: Vec<(Vector<f64>, f64)>,
 }
 
 /// An edge from a vertex to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Edge {
-    /// Unit vector along it.
+    /// Unit vector along the edge.
     along: Vector<f64>,
-    /// Signed distance of the origin, and places of both ends along it, m.
+    /// Signed distance of the origin from the line of the edge, m.
     distance: f64,
+    /// Positions of both ends along the edge, from the foot of the perpendicular from the origin, m.
     ends: [f64; 2],
+    /// Vertex at which the edge ends, m.
     end: Vector<f64>,
 }
 
@@ -50,7 +66,7 @@ impl Edge {
 }
 
 impl UniformPolygon {
-    /// The footprint `polygon`, about the centre of friction.
+    /// Precomputes the limit surface of `polygon`, whose origin is the centre of friction.
     pub fn new(polygon: &Polygon) -> Self {
         let vertices = polygon.vertices().to_vec();
         let area = Moments::of_polygon(&vertices).area_m2;
@@ -71,7 +87,7 @@ impl UniformPolygon {
         self.mean_radius
     }
 
-    /// See [`Surface::wrench`](super::Surface::wrench).
+    /// Friction wrench by equations (2) and (3); see [`Surface::wrench`](super::Surface::wrench).
     pub fn wrench<S: Scalar>(&self, velocity: Vector<S>, rotation: S, map: Option<&Matrix<S>>) -> Wrench<S> {
         let speed = norm(velocity.map(S::value));
         if rotation.value().abs() * self.radius <= NEAR_TRANSLATION * speed {
@@ -97,6 +113,7 @@ impl UniformPolygon {
             let mut integral = u2 * q_length - u1 * p_length;
             if d.value().abs() > 1e-9 * self.radius {
                 let square = d * d;
+                // u + r without cancellation for negative u, since (r - u)(r + u) = d².
                 let end = |u: S, r: S| if u.value() >= 0.0 { u + r } else { square / (r - u) };
                 integral += square * (end(u2, q_length) / end(u1, p_length)).ln();
             }
@@ -111,15 +128,16 @@ impl UniformPolygon {
         Wrench { force, moment: about_centre * (sign / 3.0) + cross(centre, force) }
     }
 
-    /// The wrench of `twist` (velocity, rotation) with its slopes, without a map.
-    pub(super) fn sloped(&self, twist: [f64; 3]) -> Sloped<3> {
+    /// The friction wrench and its Jacobian with respect to `twist` (velocity x, velocity y, rotation),
+    /// without a map.
+    pub(super) fn wrench_with_jacobian(&self, twist: [f64; 3]) -> WrenchWithJacobian<3> {
         let [x, y, rotation] = twist;
         let speed = norm([x, y]);
-        let mut w = Sloped::zero();
+        let mut w = WrenchWithJacobian::zero();
         if rotation.abs() * self.radius <= NEAR_TRANSLATION * speed {
             if speed > 0.0 {
                 for &(point, share) in &self.quadrature {
-                    let moving = Moving::new(rot90(point), 0.0, twist);
+                    let moving = MovingPatch::new(rot90(point), 0.0, twist);
                     let square = moving.square();
                     let k = share / square.sqrt();
                     w.add_patch(&moving, [k, -0.5 * k / square]);
@@ -129,51 +147,55 @@ impl UniformPolygon {
         }
         let Some(last) = self.edges.last() else { return w };
         let centre = scale(rot90([x, y]), 1.0 / rotation);
-        // Sums over the edges, and their slopes in both coordinates of the centre.
+        // Sums over the edges, and their derivatives with respect to both coordinates of the centre of
+        // rotation.
         let (mut sum, mut about_centre) = ([0.0; 2], 0.0);
-        let (mut sum_slopes, mut about_slopes) = ([[0.0; 2]; 2], [0.0; 2]);
+        let (mut sum_derivatives, mut moment_derivatives_about_centre) = ([[0.0; 2]; 2], [0.0; 2]);
         let mut from = norm(sub(last.end, centre));
         for edge in &self.edges {
             let to = norm(sub(edge.end, centre));
             let e = edge.along;
-            let (d, before) = (edge.distance - cross(centre, e), dot(centre, e));
-            let [u1, u2] = edge.ends.map(|u| u - before);
-            let (mut integral, mut d_slope) = (u2 * to - u1 * from, 0.0);
+            let (d, shift) = (edge.distance - cross(centre, e), dot(centre, e));
+            let [u1, u2] = edge.ends.map(|u| u - shift);
+            let (mut integral, mut log_term) = (u2 * to - u1 * from, 0.0);
             if d.abs() > 1e-9 * self.radius {
                 let square = d * d;
                 let end = |u: f64, r: f64| if u >= 0.0 { u + r } else { square / (r - u) };
                 let log = (end(u2, to) / end(u1, from)).ln();
                 integral += square * log;
-                d_slope = d * log;
+                log_term = d * log;
             }
             integral *= 0.5;
-            let slopes = [0, 1].map(|k| (from - to) * e[k] + d_slope * [-e[1], e[0]][k]);
+            let derivatives = [0, 1].map(|k| (from - to) * e[k] + log_term * [-e[1], e[0]][k]);
             sum = [sum[0] + e[1] * integral, sum[1] - e[0] * integral];
             about_centre += d * integral;
             for k in 0..2 {
-                sum_slopes[0][k] += e[1] * slopes[k];
-                sum_slopes[1][k] -= e[0] * slopes[k];
-                about_slopes[k] += [-e[1], e[0]][k] * integral + d * slopes[k];
+                sum_derivatives[0][k] += e[1] * derivatives[k];
+                sum_derivatives[1][k] -= e[0] * derivatives[k];
+                moment_derivatives_about_centre[k] += [-e[1], e[0]][k] * integral + d * derivatives[k];
             }
             from = to;
         }
         let sign = rotation.signum() / self.area;
         let force = scale(rot90(sum), sign);
         w.values = [force[0], force[1], about_centre * (sign / 3.0) + cross(centre, force)];
-        let force_slopes = [sum_slopes[1].map(|s| -s * sign), sum_slopes[0].map(|s| s * sign)];
-        let moment_slopes = [0, 1].map(|k| {
-            let moved = [force[1], -force[0]][k];
-            let turned = centre[0] * force_slopes[1][k] - centre[1] * force_slopes[0][k];
-            about_slopes[k] * (sign / 3.0) + moved + turned
+        let force_derivatives = [sum_derivatives[1].map(|s| -s * sign), sum_derivatives[0].map(|s| s * sign)];
+        let moment_derivatives = [0, 1].map(|k| {
+            let force_part = [force[1], -force[0]][k];
+            let arm_part = centre[0] * force_derivatives[1][k] - centre[1] * force_derivatives[0][k];
+            moment_derivatives_about_centre[k] * (sign / 3.0) + force_part + arm_part
         });
         let inverse = 1.0 / rotation;
-        for (to, of_centre) in w.slopes.iter_mut().zip([force_slopes[0], force_slopes[1], moment_slopes]) {
-            // The centre is (-y, x) / rotation.
-            *to = [of_centre[1] * inverse, -of_centre[0] * inverse, -dot(of_centre, centre) * inverse];
+        for (row, by_centre) in
+            w.jacobian.iter_mut().zip([force_derivatives[0], force_derivatives[1], moment_derivatives])
+        {
+            // The chain rule through the centre of rotation (-y, x) / rotation.
+            *row = [by_centre[1] * inverse, -by_centre[0] * inverse, -dot(by_centre, centre) * inverse];
         }
         w
     }
 
+    /// Friction wrench by quadrature, for motion that is nearly a translation.
     fn near_translation<S: Scalar>(
         &self,
         velocity: Vector<S>,
@@ -196,8 +218,10 @@ impl UniformPolygon {
     }
 }
 
-/// Seven-point rule of degree five on the triangles from the centre to each edge (Radon 1948). A triangle outside a concave
-/// polygon counts negative.
+/// Points and weights of a quadrature of degree five over a polygon (seven-point rule of Radon, 1948).
+///
+/// The rule is applied to the triangle between the origin and each edge. A triangle outside a concave polygon
+/// has a negative weight.
 fn quadrature(vertices: &[Vector<f64>], area: f64) -> Vec<(Vector<f64>, f64)> {
     let root = 15_f64.sqrt();
     let (near, far) = ((6.0 - root) / 21.0, (6.0 + root) / 21.0);
@@ -205,9 +229,9 @@ fn quadrature(vertices: &[Vector<f64>], area: f64) -> Vec<(Vector<f64>, f64)> {
     let mut points = Vec::with_capacity(7 * vertices.len());
     for (i, &a) in vertices.iter().enumerate() {
         let b = vertices[(i + 1) % vertices.len()];
-        let share = cross(a, b) / (2.0 * area);
+        let area_share = cross(a, b) / (2.0 * area);
         let mut push = |wa: f64, wb: f64, weight: f64| {
-            points.push(([wa * a[0] + wb * b[0], wa * a[1] + wb * b[1]], weight * share));
+            points.push(([wa * a[0] + wb * b[0], wa * a[1] + wb * b[1]], weight * area_share));
         };
         push(1.0 / 3.0, 1.0 / 3.0, 9.0 / 40.0);
         for (w, weight) in [(near, near_share), (far, far_share)] {

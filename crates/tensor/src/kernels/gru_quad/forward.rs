@@ -1,22 +1,23 @@
-//! Forward pass.
+//! Forward pass for four sequences.
 
 use super::super::gates::{SIGMOID_SCALE, TANH_SCALE, sigmoids, tanhs};
 use super::super::{GruForward, GruWeights};
 use super::{QUAD, quads, repeat, vectors, vectors_mut, width};
 use pulp::{Simd, f32x16, x86::V4};
 
-/// Scratch elements for layer extents `(input, hidden)`: weights, biases, initial state.
+/// Number of scratch elements of a layer: for weights, biases and the initial state.
 pub(super) const fn scratch(input: usize, hidden: usize) -> usize {
     QUAD * hidden * (3 * (input + hidden) + 4 + 1)
 }
 
+/// Packs the weights, then runs all steps.
 #[inline(always)]
 pub(super) fn run(simd: V4, g: GruForward<'_, f32>, scratch: &mut [f32]) {
     let (time, input, hidden) = (g.dims.time, g.dims.input, g.dims.hidden);
-    let (w_ih, rest) = scratch.split_at_mut(QUAD * 3 * hidden * input);
-    let (w_hh, rest) = rest.split_at_mut(QUAD * 3 * hidden * hidden);
-    let (bias, rest) = rest.split_at_mut(QUAD * 4 * hidden);
-    let h0 = &mut rest[..QUAD * hidden];
+    let (w_ih, remaining) = scratch.split_at_mut(QUAD * 3 * hidden * input);
+    let (w_hh, remaining) = remaining.split_at_mut(QUAD * 3 * hidden * hidden);
+    let (bias, remaining) = remaining.split_at_mut(QUAD * 4 * hidden);
+    let h0 = &mut remaining[..QUAD * hidden];
     pack(w_ih, g.weights.w_ih, hidden, input);
     pack(w_hh, g.weights.w_hh, hidden, hidden);
     pack_bias(bias, g.weights, hidden);
@@ -26,8 +27,8 @@ pub(super) fn run(simd: V4, g: GruForward<'_, f32>, scratch: &mut [f32]) {
     }
     let (h0, row) = (&*h0, QUAD * hidden);
     for t in 0..time {
-        let (done, now) = g.y.split_at_mut(t * row);
-        let h = if t == 0 { h0 } else { &done[(t - 1) * row..] };
+        let (past, now) = g.y.split_at_mut(t * row);
+        let h = if t == 0 { h0 } else { &past[(t - 1) * row..] };
         let saved = if g.saved.is_empty() { &mut [][..] } else { &mut g.saved[4 * t * row..][..4 * row] };
         let mut step =
             Step { w: [&*w_ih, &*w_hh], bias, x: &g.x[QUAD * t * input..][..QUAD * input], h, saved };
@@ -35,7 +36,9 @@ pub(super) fn run(simd: V4, g: GruForward<'_, f32>, scratch: &mut [f32]) {
     }
 }
 
-/// Spreads the weights of the three gates out: `[groups of rows][column][gate][row]` vectors, scaled for the gates.
+/// Packs one weight matrix, scaled for the gates, as vectors `[group of rows][column][gate][row]`.
+///
+/// Each weight is replicated for the four sequences.
 fn pack(packed: &mut [f32], w: &[f32], hidden: usize, columns: usize) {
     let (mut slots, mut first) = (packed.as_chunks_mut::<QUAD>().0.iter_mut(), 0);
     while first < hidden {
@@ -51,7 +54,7 @@ fn pack(packed: &mut [f32], w: &[f32], hidden: usize, columns: usize) {
     }
 }
 
-/// Biases of r and z, and of the input and the recurrent part of n, scaled for the gates.
+/// Packs the biases of r, z, n (input part) and n (recurrent part), scaled for the gates.
 fn pack_bias(packed: &mut [f32], w: GruWeights<'_, f32>, hidden: usize) {
     let slots = packed.as_chunks_mut::<QUAD>().0;
     for (unit, slot) in slots[..2 * hidden].iter_mut().enumerate() {
@@ -64,7 +67,7 @@ fn pack_bias(packed: &mut [f32], w: GruWeights<'_, f32>, hidden: usize) {
     }
 }
 
-/// One step.
+/// Operands of one step.
 struct Step<'a> {
     /// Weights of the inputs and of the states.
     w: [&'a [f32]; 2],
@@ -75,6 +78,7 @@ struct Step<'a> {
 }
 
 impl Step<'_> {
+    /// Computes the state `now` after the step.
     #[inline(always)]
     fn run(&mut self, simd: V4, now: &mut [f32]) {
         let (rows, mut first) = (self.h.len() / (QUAD * QUAD), 0);
@@ -89,7 +93,7 @@ impl Step<'_> {
         }
     }
 
-    /// `N` rows of units with all their gates.
+    /// Computes `N` rows of four units from row `first`, with all their gates.
     #[inline(always)]
     fn group<const N: usize>(&mut self, simd: V4, first: usize, now: &mut [f32]) {
         let h = vectors(self.h);
@@ -125,7 +129,7 @@ impl Step<'_> {
     }
 }
 
-/// Adds the products of packed weights with `v` to the sums of three gates, for `N` rows from row `first`.
+/// Adds products of packed weights and `v` to the sums of three gates, for `N` rows from row `first`.
 #[inline(always)]
 fn columns<const N: usize>(simd: V4, w: &[f32], first: usize, v: &[f32], sums: [&mut [f32x16; N]; 3]) {
     let v = quads(v);

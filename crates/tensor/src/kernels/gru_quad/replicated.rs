@@ -1,24 +1,24 @@
-//! A matrix times rows of four sequences, its weights spread out to vectors of four outputs.
+//! Product of a matrix with rows of four sequences; each weight is replicated for the sequences.
 
 use super::{QUAD, quads, repeat, vectors, width};
 use pulp::{Simd, f32x16, x86::V4};
 
-/// Partial sums of an output, so that products do not wait for one another.
-const CHAINS: usize = 4;
+/// Number of independent partial sums of an output, which hide the latency of the multiply-adds.
+const PARTIAL_SUMS: usize = 4;
 
-/// Floats that `outputs x inputs` weights take.
-pub(super) const fn spread_len(outputs: usize, inputs: usize) -> usize {
+/// Number of floats of the packed `outputs x inputs` weights.
+pub(super) const fn replicated_len(outputs: usize, inputs: usize) -> usize {
     outputs.next_multiple_of(QUAD) * inputs * QUAD
 }
 
-/// Packed weights `[groups of rows][input][row of four outputs]`; missing outputs are zero.
+/// Packed weights `[group of rows][input][row of four outputs]`, padded with zeros.
 #[derive(Clone, Copy)]
-pub(super) struct Spread<'a> {
+pub(super) struct ReplicatedWeights<'a> {
     packed: &'a [f32],
     inputs: usize,
 }
 
-impl<'a> Spread<'a> {
+impl<'a> ReplicatedWeights<'a> {
     /// Packs `weight(output, input)`.
     #[inline(always)]
     pub fn pack(
@@ -37,10 +37,10 @@ impl<'a> Spread<'a> {
             }
             first = end;
         }
-        Spread { packed, inputs }
+        ReplicatedWeights { packed, inputs }
     }
 
-    /// Adds the products with `x` to the vectors `out`, rows of four outputs.
+    /// Adds the products with `x` to `out`, one vector per row of four outputs.
     #[inline(always)]
     pub fn add(self, simd: V4, x: &[f32], out: &mut [f32x16]) {
         let mut first = 0;
@@ -55,22 +55,23 @@ impl<'a> Spread<'a> {
         }
     }
 
+    /// Computes `N` rows from row `first`.
     #[inline(always)]
     fn rows<const N: usize>(self, simd: V4, x: &[f32], first: usize, out: &mut [f32x16]) {
         let x = &quads(x)[..self.inputs];
         let w = vectors(self.packed)[first * self.inputs..][..N * self.inputs].as_chunks::<N>().0;
-        let mut sums = [[simd.splat_f32s(0.0); N]; CHAINS];
-        let (w, w_rest) = w.as_chunks::<CHAINS>();
-        let (x, x_rest) = x.as_chunks::<CHAINS>();
+        let mut sums = [[simd.splat_f32s(0.0); N]; PARTIAL_SUMS];
+        let (w, w_remainder) = w.as_chunks::<PARTIAL_SUMS>();
+        let (x, x_remainder) = x.as_chunks::<PARTIAL_SUMS>();
         for (w, x) in w.iter().zip(x) {
-            for chain in 0..CHAINS {
-                let v = repeat(simd, x[chain]);
+            for k in 0..PARTIAL_SUMS {
+                let v = repeat(simd, x[k]);
                 for j in 0..N {
-                    sums[chain][j] = simd.mul_add_e_f32s(w[chain][j], v, sums[chain][j]);
+                    sums[k][j] = simd.mul_add_e_f32s(w[k][j], v, sums[k][j]);
                 }
             }
         }
-        for (w, x) in w_rest.iter().zip(x_rest) {
+        for (w, x) in w_remainder.iter().zip(x_remainder) {
             let v = repeat(simd, *x);
             for j in 0..N {
                 sums[0][j] = simd.mul_add_e_f32s(w[j], v, sums[0][j]);

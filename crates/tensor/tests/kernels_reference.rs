@@ -1,10 +1,10 @@
-//! Contract: at every level of this machine the SIMD kernels compute what their plain twins compute, on
-//! random shapes that include tails in the batch and in the features, empty extents and single elements,
-//! with and without an initial state. The twin runs in f64, so the tolerance is single-precision rounding times the length
-//! of the longest sum (about eps * sqrt(T * B) * values of order 1).
+//! Contract: at every level of this machine the SIMD kernels agree with their reference kernels, with and
+//! without an initial state. Shapes include incomplete vectors in batch and features, empty extents and
+//! single elements. The reference runs in f64, so the tolerance is that of single-precision sums, about eps *
+//! sqrt(T * B).
 //!
-//! The file lies beside the kernels and not in `tests/`, so that `.ci/neon` builds one small crate to run it on
-//! an emulated AArch64 machine.
+//! The file is part of this crate and not of the workspace's `tests/`, so that `.ci/neon` has to build only
+//! one small crate for an emulated AArch64 machine.
 
 use augsim_tensor::kernels::*;
 use augsim_tensor::simd::Level;
@@ -17,10 +17,10 @@ fn normals_f32(seed: u64, n: usize) -> Vec<f32> {
     Distribution::<f64>::sample_iter(StandardNormal, rng).take(n).map(|v| v as f32).collect()
 }
 
-/// Without this the tests below would pass on a machine where the level is not found at all.
+/// The tests below compare the available levels, so they would pass if NEON were not detected.
 #[cfg(target_arch = "aarch64")]
 #[test]
-fn neon_is_among_the_levels_that_are_compared() {
+fn neon_is_available() {
     assert_eq!(Level::available().collect::<Vec<_>>(), [Level::Scalar, Level::Neon]);
 }
 
@@ -32,13 +32,13 @@ fn assert_close(what: &str, got: &[f32], want: &[f64], tolerance: f64) {
     assert_eq!(got.len(), want.len());
     for (i, (g, w)) in got.iter().zip(want).enumerate() {
         let bound = tolerance * w.abs().max(1.0);
-        assert!((f64::from(*g) - w).abs() <= bound, "{what}[{i}]: SIMD {g}, twin {w}");
+        assert!((f64::from(*g) - w).abs() <= bound, "{what}[{i}]: SIMD {g}, reference {w}");
     }
 }
 
 fn check_gru(level: Level, dims: GruDims, seed: u64, initial: bool) {
     let GruDims { time, input, hidden, batch } = dims;
-    // With an initial state, the last third of the inputs is not differentiated.
+    // The tests with an initial state do not differentiate the last third of the inputs.
     let wanted = if initial { input - input / 3 } else { input };
     let draw = |k: u64, n: usize, scale: f32| -> Vec<f32> {
         normals_f32(seed * 100 + k, n).into_iter().map(|v| v * scale).collect()
@@ -110,13 +110,13 @@ fn check_gru(level: Level, dims: GruDims, seed: u64, initial: bool) {
         &mut scratch,
     );
 
-    for (at, v) in grads[0].iter_mut().enumerate() {
-        if at / batch % input >= wanted {
+    for (index, v) in grads[0].iter_mut().enumerate() {
+        if index / batch % input >= wanted {
             *v = 0.0;
         }
     }
-    for (at, v) in want[0].iter_mut().enumerate() {
-        if at / batch % input >= wanted {
+    for (index, v) in want[0].iter_mut().enumerate() {
+        if index / batch % input >= wanted {
             *v = 0.0;
         }
     }
@@ -131,7 +131,7 @@ fn check_gru(level: Level, dims: GruDims, seed: u64, initial: bool) {
 }
 
 #[test]
-fn gru_simd_equals_its_twin() {
+fn gru_simd_equals_the_reference() {
     let shapes = [
         (7, 3, 4, 5),
         (1, 1, 1, 1),
@@ -156,17 +156,17 @@ fn gru_simd_equals_its_twin() {
     }
 }
 
-/// Extents drawn at random: `n` numbers of at most `limits`.
-fn extents<const N: usize>(seed: u64, limits: [usize; N]) -> [usize; N] {
+/// Random extents from 1 to `limits`.
+fn random_extents<const N: usize>(seed: u64, limits: [usize; N]) -> [usize; N] {
     let draws = normals_f32(seed, N);
     let mut draws = draws.into_iter();
     limits.map(|limit| ((draws.next().unwrap_or(0.0).abs() * 1e4) as usize) % limit + 1)
 }
 
 #[test]
-fn gru_simd_equals_its_twin_on_random_shapes() {
+fn gru_simd_equals_the_reference_on_random_shapes() {
     for seed in 100..120 {
-        let [time, input, hidden, batch] = extents(seed, [70, 20, 24, 40]);
+        let [time, input, hidden, batch] = random_extents(seed, [70, 20, 24, 40]);
         for level in Level::available() {
             check_gru(level, GruDims { time, input, hidden, batch }, seed, seed % 2 == 0);
         }
@@ -224,7 +224,7 @@ fn check_linear(level: Level, dims: LinearDims, seed: u64, fresh: bool, tanh: bo
 }
 
 #[test]
-fn linear_simd_equals_its_twin() {
+fn linear_simd_equals_the_reference() {
     let shapes = [
         [7, 3, 4, 5],
         [1, 1, 1, 1],
@@ -235,7 +235,7 @@ fn linear_simd_equals_its_twin() {
         [5, 0, 3, 4],
         [6, 3, 0, 4],
     ];
-    let random = (200..220).map(|seed| extents(seed, [70, 40, 40, 40]));
+    let random = (200..220).map(|seed| random_extents(seed, [70, 40, 40, 40]));
     for (seed, [time, input, output, batch]) in shapes.into_iter().chain(random).enumerate() {
         for level in Level::available() {
             let dims = LinearDims { time, input, output, batch };
@@ -245,9 +245,9 @@ fn linear_simd_equals_its_twin() {
     }
 }
 
-/// A sequence in pieces through packed weights is the sequence at once, bit for bit.
+/// A sequence in several calls with packed weights equals the whole sequence, bit for bit.
 #[test]
-fn a_packed_gru_continues_where_it_stopped() {
+fn packed_gru_continues_from_its_last_state() {
     for (level, batch) in Level::available().flat_map(|l| [1, 5, 16, 19].map(|b| (l, b))) {
         let (time, input, hidden) = (45, 6, 10);
         let (w_ih, w_hh) = (normals_f32(1, 3 * hidden * input), normals_f32(2, 3 * hidden * hidden));
@@ -272,9 +272,9 @@ fn a_packed_gru_continues_where_it_stopped() {
     }
 }
 
-/// The losses in lanes against their twins in f64, with every length of tail.
+/// Pointwise kernels against the reference in f64, for every length of the incomplete vector.
 #[test]
-fn pointwise_kernels_equal_their_twins() {
+fn pointwise_kernels_equal_the_reference() {
     for n in 0..40 {
         let [mq, mp, g] = [1, 2, 3].map(|k| normals_f32(k + 10 * n as u64, n));
         let [sq, sp] = [4, 5].map(|k| -> Vec<f32> {
@@ -294,7 +294,7 @@ fn pointwise_kernels_equal_their_twins() {
         pointwise::softplus(&mq, &mut y);
         pointwise_reference::softplus(&mq64, &mut y64);
         check("softplus", &y, &y64);
-        // Added to what is there, and then, where it counts as fresh, written over it.
+        // Gradients are first added to existing values, then, as fresh ones, overwritten.
         for fresh in [false, true] {
             let [a, b, c, e] = &mut d[..] else { unreachable!() };
             pointwise::gaussian_kl_vjp([&mq, &sq, &mp, &sp], &g, [a, b, c, e], [fresh; 4]);
@@ -316,16 +316,17 @@ fn pointwise_kernels_equal_their_twins() {
     }
 }
 
-/// Vector minimum and maximum may drop a NaN, depending on the order of their operands. A weight or a
-/// state that is not a number must reach the loss, or a diverged run would go on unnoticed.
+/// A NaN of a weight or a state must reach the loss, so that a diverged training run is noticed.
+///
+/// Vector minimum and maximum may drop a NaN, depending on the order of their operands.
 #[test]
-fn gru_simd_hands_nan_on() {
+fn gru_simd_propagates_nan() {
     let dims = GruDims { time: 3, input: 2, hidden: 5, batch: 19 };
     let draw = |seed: u64, n: usize| normals_f32(seed, n);
     let (w_ih, w_hh, b) = (draw(1, 30), draw(2, 75), draw(3, 15));
     let mut x = draw(4, 3 * 2 * 19);
-    let (at, sequence) = (1, 17);
-    x[(at * 2 + 1) * 19 + sequence] = f32::NAN;
+    let (step, sequence) = (1, 17);
+    x[(step * 2 + 1) * 19 + sequence] = f32::NAN;
     let mut scratch = vec![0.0; gru_simd::scratch(2, 5)];
     let weights = GruWeights { w_ih: &w_ih, w_hh: &w_hh, b_ih: &b, b_hh: &b };
     for level in Level::available() {
@@ -333,7 +334,7 @@ fn gru_simd_hands_nan_on() {
         let args = GruForward { dims, weights, x: &x, h0: &[], y: &mut y, saved: &mut [] };
         gru_simd::forward_at(level, args, &mut scratch);
         for (i, y) in y.iter().enumerate() {
-            let affected = i % 19 == sequence && i / (5 * 19) >= at;
+            let affected = i % 19 == sequence && i / (5 * 19) >= step;
             assert_eq!(y.is_nan(), affected, "{level:?}: element {i} is {y}");
         }
     }

@@ -1,0 +1,31 @@
+//! Initial guess of the contact solver, from the motion of the contact at the previous evaluation.
+//!
+//! Quasi-static motion is proportional to the speed of the rod, so the guess is scaled by it. The guess only
+//! changes where Newton's method starts, not what it converges to.
+
+use super::contact::Mode;
+use super::planar::{Vector, norm};
+
+/// Motion of the contact and of the rod at the previous evaluation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WarmStart {
+    /// Mode of the contact.
+    pub mode: Mode,
+    /// Slip velocity, see [`Response::slip`](super::contact::Response::slip), m/s.
+    pub slip: f64,
+    /// Angular velocity of the object, rad/s.
+    pub rotation: f64,
+    /// Velocity of the rod, m/s.
+    pub rod_velocity: Vector<f64>,
+}
+
+impl WarmStart {
+    /// Slip, m/s, and angular velocity, rad/s, scaled to a rod speed of `speed`, m/s.
+    ///
+    /// `None` if the contact was in another mode than `mode` or the rod was at rest.
+    pub fn scaled_motion(&self, mode: Mode, speed: f64) -> Option<[f64; 2]> {
+        let previous_speed = norm(self.rod_velocity);
+        let scale = |x: f64| x / previous_speed * speed;
+        (self.mode == mode && previous_speed > 0.0).then(|| [scale(self.slip), scale(self.rotation)])
+    }
+}
