@@ -1,4 +1,4 @@
-# Makes the recordings of docs/tutorial.md: a cart with dry friction, and measurement noise of 0.3 mm (standard deviation).
+# Makes the recordings of docs/tutorial.md, in this folder: a cart with dry friction, and measurement noise of 0.3 mm (standard deviation).
 set -eu
 make() { # FOLDER CENTIMETRES
     augsim simulate truth.toml --start x_m=0.$2 --duration-s 4 --out exact.csv --force -q > exact.log
