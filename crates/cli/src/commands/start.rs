@@ -160,7 +160,7 @@ fn next(recording: &Recording, data: &Path, model: Option<&Path>) -> String {
         }
         (_, Some(model)) => words(&["augsim", "discover", &model.display().to_string(), &data]),
         (_, None) => format!(
-            "write its equations: augsim model new pendulum --out my.toml (docs/systems.md), then {}",
+            "write its equations: augsim model new pendulum --out my.toml (docs/model-file.md), then {}",
             words(&["augsim", "discover", "my.toml", &data])
         ),
     }
