@@ -178,10 +178,16 @@ fn select_correlation_time(
         let rough = problem.rough_noise_model(disturbances.to_vec(), steps);
         problem.estimate_variances(rough, paths, intervals, &samples).0
     };
+    // Of process noise that lasts longer than a recording only the rate of change shows in the data, not the size: forecasts would begin with
+    // forces that no recording had. Errors of a sensor differ from recording to recording, which shows their size.
+    let longest = problem.records.iter().map(|r| r.times.len()).max().unwrap_or(0) as f64;
+    let is_of_sensor = disturbances.iter().all(|d| matches!(d, Disturbance::Reading(_)));
+    let is_possible = |steps: f64| is_of_sensor || steps <= longest;
     let mut fitted = vec![fit_with(0.0)];
     let mut highest = fitted[0].ln_likelihood;
     let mut worse = 0;
-    for steps in CORRELATION_TIMES.iter().filter(|_| !disturbances.is_empty()) {
+    let times = CORRELATION_TIMES.iter().filter(|steps| is_possible(**steps));
+    for steps in times.filter(|_| !disturbances.is_empty()) {
         let model = fit_with(*steps);
         worse = if model.ln_likelihood > highest { 0 } else { worse + 1 };
         highest = highest.max(model.ln_likelihood);
