@@ -200,7 +200,7 @@ fn figures_of_a_report_are_written_one_by_one() {
     let page = std::fs::read_to_string(d.join("found/report.html")).expect("a page");
     let first = |text: &str| page.find(text).unwrap_or_else(|| panic!("`{text}` is not on the page"));
     assert!(
-        first("Trajectories that no fit has seen") < first("What was found"),
+        first("Held-out trajectories") < first("What was found"),
         "what was measured is drawn first"
     );
     assert!(

@@ -6,5 +6,5 @@ mod discovery_page;
 // The examples of this crate run.
 mod examples;
 
-// Process noise that a discovery found is used by forecasts.
+// Estimated noise gives prediction bands with the nominal coverage.
 mod shaken;
