@@ -51,8 +51,7 @@ pub fn discover(
             };
             let calibrated = written::discovery::measured(model, data, &check)?;
             let set = select_groups(groups, data, calibrated.data)?;
-            let mut found =
-                augsim_discovery::discover(&calibrated.declared, &set, options, report_progress)?;
+            let mut found = augsim_discovery::discover(&calibrated.declared, &set, options, report_progress)?;
             found.notes.splice(0..0, calibrated.notes);
             written::discovery::complete(&mut found, &model.file, &set)?;
             Ok(found)

@@ -70,8 +70,8 @@ pub fn sentence(error: &anyhow::Error) -> String {
             let colon = if text.is_empty() { "" } else { ": " };
             text = text + colon + &cause;
         }
-        }
-        text
+    }
+    text
 }
 
 #[cfg(test)]

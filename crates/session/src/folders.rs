@@ -33,7 +33,9 @@ pub fn make(folder: &Path) -> anyhow::Result<()> {
             Err(e) if matches!(e.kind(), ErrorKind::AlreadyExists | ErrorKind::NotADirectory) => {
                 return Err(not_a_folder(folder));
             }
-            Err(e) => return Err(e).with_context(|| format!("{}: cannot create the folder", folder.display())),
+            Err(e) => {
+                return Err(e).with_context(|| format!("{}: cannot create the folder", folder.display()));
+            }
         }
     }
     Ok(())

@@ -154,7 +154,9 @@ fn step_s(dataset: &Dataset, data: &DataFrom) -> anyhow::Result<f64> {
         // Times in files are rounded decimals; rounding the mean to a picosecond restores the intended step.
         (step * 1e12).round() / 1e12
     });
-    step.with_context(|| format!("{data}: no trajectory has two samples; a net is trained on steps from sample to sample"))
+    step.with_context(|| {
+        format!("{data}: no trajectory has two samples; a net is trained on steps from sample to sample")
+    })
 }
 
 /// Median of all sampling steps, s.

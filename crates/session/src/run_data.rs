@@ -38,8 +38,8 @@ pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
     };
     if let Some(step_s) = engine.step_s() {
         check_rate(&generated, step_s)?;
-        }
-        Ok(generated)
+    }
+    Ok(generated)
 }
 
 /// Reads measured trajectories, and checks that they have the engine's step.

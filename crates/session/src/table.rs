@@ -97,9 +97,13 @@ pub fn long(set: &Dataset) -> Vec<(String, Cells)> {
     if trajectories().any(|t| t.group().is_some()) {
         columns.push((GROUP.to_owned(), labels(&|t| t.group().unwrap_or_default().to_owned())));
     }
-    columns.push((TIME.to_owned(), Cells::Numbers(trajectories().flat_map(|t| t.time_s()).copied().collect())));
+    columns
+        .push((TIME.to_owned(), Cells::Numbers(trajectories().flat_map(|t| t.time_s()).copied().collect())));
     columns.extend(set.columns().iter().enumerate().map(|(i, column)| {
-        (column.name().to_owned(), Cells::Numbers(trajectories().flat_map(|t| t.column(i)).copied().collect()))
+        (
+            column.name().to_owned(),
+            Cells::Numbers(trajectories().flat_map(|t| t.column(i)).copied().collect()),
+        )
     }));
     columns
 }

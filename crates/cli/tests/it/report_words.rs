@@ -90,14 +90,17 @@ fn established_effects_stand_with_their_resamples_and_the_null_rate() {
     let verb = if named == 1 { "names" } else { "name" };
     let rate = format!("{named} of 7 records like these, made without an effect, {verb} one");
     assert!(told.contains(&rate), "{told}");
-    assert!(html.contains(&format!("False alarms: an effect was found in {named} of 7 data sets like this one")));
+    assert!(
+        html.contains(&format!("False alarms: an effect was found in {named} of 7 data sets like this one"))
+    );
     // Enough trajectories for some to be kept out: the errors are those on them, and so are the examples.
     assert_eq!(
         result["heldout"].as_array().map(Vec::len).map(|n| n as u64),
         result["error"]["heldout_trajectories"].as_u64()
     );
     assert!(
-        html.contains("used neither for fitting nor for choosing effects") && html.contains("Held-out trajectories")
+        html.contains("used neither for fitting nor for choosing effects")
+            && html.contains("Held-out trajectories")
     );
 
     // Without records of this kind nothing is said of them.

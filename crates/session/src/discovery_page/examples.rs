@@ -92,8 +92,7 @@ fn examples_of(d: &Discovery) -> Vec<Example> {
         channels.flat_map(|c| c.measured.iter().zip(&c.declared)).map(|(m, f)| square(*m, *f)).sum()
     };
     let count = d.examples.first().map_or(0, |e| e.channels.len());
-    let worst =
-        (0..count).max_by(|&a, &b| residual_squares(a).total_cmp(&residual_squares(b))).unwrap_or(0);
+    let worst = (0..count).max_by(|&a, &b| residual_squares(a).total_cmp(&residual_squares(b))).unwrap_or(0);
     let has_effects = !d.effects.is_empty();
     d.examples.iter().filter_map(|e| Some(example(e, e.channels.get(worst)?, has_effects))).collect()
 }
@@ -207,8 +206,9 @@ fn residuals(e: &Example) -> Line {
     // The title of the figure beside this one states the error; a narrow page has no room for it twice.
     let name = e.trajectory.split(", error").next().unwrap_or_default();
     let title = format!("{name}, {label}");
-    let residuals =
-        |predicted: &[f64]| e.measured.iter().zip(predicted).map(|(m, f)| scale * (m - f)).collect::<Vec<_>>();
+    let residuals = |predicted: &[f64]| {
+        e.measured.iter().zip(predicted).map(|(m, f)| scale * (m - f)).collect::<Vec<_>>()
+    };
     let mut line =
         Line::new(&capitalised(&title), Axis::linear("time", "s"), Axis::linear(label, unit).with_zero());
     line.hide_legend = true;

@@ -164,7 +164,9 @@ fn probability(p: Option<f64>) -> Cell {
 /// The sentence on false alarms: in how many simulated null data sets an effect was found.
 fn null_rate(null: &NullRecords) -> String {
     let NullRecords { named, of } = null;
-    format!("False alarms: an effect was found in {named} of {of} data sets like this one, simulated without a missing effect.")
+    format!(
+        "False alarms: an effect was found in {named} of {of} data sets like this one, simulated without a missing effect."
+    )
 }
 
 /// Effects that the data suggest but do not establish.
@@ -253,7 +255,8 @@ pub(super) fn candidates(d: &Discovery) -> Vec<Block> {
             let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
             format!("`{name}` = {value}{interval}{unit}")
         };
-        let parameters = with_groups(&c.parameters).into_iter().map(parameter_text).collect::<Vec<_>>().join("; ");
+        let parameters =
+            with_groups(&c.parameters).into_iter().map(parameter_text).collect::<Vec<_>>().join("; ");
         Row {
             cells: vec![
                 Cell::text(kinds),
@@ -295,8 +298,9 @@ pub(super) fn correlations(d: &Discovery) -> Vec<Block> {
         columns: Columns::Two,
         legend: Vec::new(),
         figures: vec![figure.into()],
-        caption: "Near 1 or −1 the data determine only a combination of the two parameters, not each of them."
-            .to_owned(),
+        caption:
+            "Near 1 or −1 the data determine only a combination of the two parameters, not each of them."
+                .to_owned(),
     })]
 }
 
@@ -315,8 +319,7 @@ pub(super) fn noise(d: &Discovery, declared_sd: Option<f64>) -> Vec<Block> {
     let findings: Vec<_> = d.noise.findings.iter().map(finding).collect();
     blocks.push(if findings.is_empty() {
         Block::Prose(
-            "No other deviation from white, normally distributed measurement noise was found."
-                .to_owned(),
+            "No other deviation from white, normally distributed measurement noise was found.".to_owned(),
         )
     } else {
         Block::Definitions(findings)
@@ -328,22 +331,20 @@ pub(super) fn noise(d: &Discovery, declared_sd: Option<f64>) -> Vec<Block> {
 fn noise_text(kind: &str, d: &Discovery) -> String {
     let n = &d.noise;
     match kind {
-        "noise-autocorrelated" => {
-            n.correlation.map_or(String::new(), |r| format!("the noise of neighbouring samples has correlation {r:.2}"))
-        }
+        "noise-autocorrelated" => n
+            .correlation
+            .map_or(String::new(), |r| format!("the noise of neighbouring samples has correlation {r:.2}")),
         "timing-jitter" => {
             let scatter = n.jitter_s.map(|s| format!("time stamps scatter by {:.2} ms", 1e3 * s));
-            let frames = n
-                .frame_s
-                .map(|s| format!(" around a frame clock of {:.3} ms; the samples were moved onto it", 1e3 * s));
+            let frames = n.frame_s.map(|s| {
+                format!(" around a frame clock of {:.3} ms; the samples were moved onto it", 1e3 * s)
+            });
             scatter.unwrap_or_default() + &frames.unwrap_or_default()
         }
-        "outliers" => n
-            .outliers
-            .map_or(String::new(), |count| format!("{count} outliers were removed")),
-            "noise-scale" => {
-                format!("the standard deviation is {:.4} {}, different from the declared one", n.sd, n.unit)
-            }
+        "outliers" => n.outliers.map_or(String::new(), |count| format!("{count} outliers were removed")),
+        "noise-scale" => {
+            format!("the standard deviation is {:.4} {}, different from the declared one", n.sd, n.unit)
+        }
         _ => String::new(),
     }
 }

@@ -116,7 +116,11 @@ impl Writer<'_> {
             return latex_name(name);
         }
         let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-        if RESERVED_WORDS.contains(&plain.as_str()) || Function::named(&plain).is_some() { plain + "_" } else { plain }
+        if RESERVED_WORDS.contains(&plain.as_str()) || Function::named(&plain).is_some() {
+            plain + "_"
+        } else {
+            plain
+        }
     }
 
     fn symbol(&self, symbol: Symbol) -> String {
@@ -162,24 +166,27 @@ impl Writer<'_> {
             done.push(match &node.kind {
                 Kind::Number(v) => number(*v),
                 Kind::Symbol(s) => self.symbol(*s),
-                Kind::Negate(a) => format!("(-{})", at(a)),
-                Kind::Add(a, b) => format!("({} + {})", at(a), at(b)),
-                Kind::Subtract(a, b) => format!("({} - {})", at(a), at(b)),
-                Kind::Multiply(a, b) if latex => format!("{} \\, {}", at(a), at(b)),
-                Kind::Multiply(a, b) => format!("({} * {})", at(a), at(b)),
-                Kind::Divide(a, b) if latex => format!("\\frac{{{}}}{{{}}}", at(a), at(b)),
-                Kind::Divide(a, b) => format!("({} / {})", at(a), at(b)),
-                Kind::Power(a, b) if latex => format!("{{{}}}^{{{}}}", at(a), at(b)),
-                Kind::Power(a, b) => format!("pow_of({}, {})", at(a), at(b)),
+                Kind::Negate(a) => format!("(-{})", text_of(a)),
+                Kind::Add(a, b) => format!("({} + {})", text_of(a), text_of(b)),
+                Kind::Subtract(a, b) => format!("({} - {})", text_of(a), text_of(b)),
+                Kind::Multiply(a, b) if latex => format!("{} \\, {}", text_of(a), text_of(b)),
+                Kind::Multiply(a, b) => format!("({} * {})", text_of(a), text_of(b)),
+                Kind::Divide(a, b) if latex => format!("\\frac{{{}}}{{{}}}", text_of(a), text_of(b)),
+                Kind::Divide(a, b) => format!("({} / {})", text_of(a), text_of(b)),
+                Kind::Power(a, b) if latex => format!("{{{}}}^{{{}}}", text_of(a), text_of(b)),
+                Kind::Power(a, b) => format!("pow_of({}, {})", text_of(a), text_of(b)),
                 Kind::Call(f @ (Function::Sign | Function::Step), list) if width_of(&node.kind).is_some() => {
-                    let (z, width) = (list.first().map(at).unwrap_or_default(), width_of(&node.kind));
+                    let (z, width) = (list.first().map(text_of).unwrap_or_default(), width_of(&node.kind));
                     let sign = format!("tanh({z} / {})", width.unwrap_or_default());
                     if *f == Function::Sign { sign } else { format!("(0.5 + 0.5 * {sign})") }
                 }
                 Kind::Call(f, list) => {
-                    let list: Vec<String> = list.iter().map(at).collect();
-                    let name =
-                        if latex { format!("\\operatorname{{{}}}", f.name()) } else { program_name(*f).to_owned() };
+                    let list: Vec<String> = list.iter().map(text_of).collect();
+                    let name = if latex {
+                        format!("\\operatorname{{{}}}", f.name())
+                    } else {
+                        program_name(*f).to_owned()
+                    };
                     format!("{name}({})", list.join(", "))
                 }
                 Kind::If { comparison, left, right, then, otherwise } => {
@@ -191,7 +198,7 @@ impl Writer<'_> {
                         Comparison::GreaterOrEqual if latex => "\\ge",
                         Comparison::GreaterOrEqual => ">=",
                     };
-                    let [l, r, a, b] = [left, right, then, otherwise].map(at);
+                    let [l, r, a, b] = [left, right, then, otherwise].map(text_of);
                     let rises = matches!(comparison, Comparison::Greater | Comparison::GreaterOrEqual);
                     if let Some(width) = width_of(&node.kind) {
                         let above = if rises { format!("({l} - {r})") } else { format!("({r} - {l})") };
@@ -205,16 +212,16 @@ impl Writer<'_> {
                     }
                 }
                 Kind::Table { table, at: x } if latex => {
-                    format!("{}({})", latex_name(&self.model.tables[*table].name), at(x))
+                    format!("{}({})", latex_name(&self.model.tables[*table].name), text_of(x))
                 }
                 Kind::Table { table, at: x } => {
                     let (at_knots, values) = (format!("KNOTS_{table}"), format!("VALUES_{table}"));
                     match self.language {
                         Language::C => {
                             let count = self.model.tables[*table].at.len();
-                            format!("interpolate({}, {count}, {at_knots}, {values})", at(x))
+                            format!("interpolate({}, {count}, {at_knots}, {values})", text_of(x))
                         }
-                        _ => format!("interpolate({}, {at_knots}, {values})", at(x)),
+                        _ => format!("interpolate({}, {at_knots}, {values})", text_of(x)),
                     }
                 }
                 Kind::Slope { output } if latex => {

@@ -124,8 +124,12 @@ impl Writer<'_> {
         let m = self.model;
         let mut list = Vec::new();
         list.extend(m.parameters.iter().map(|p| Declare(self.name(&p.name), number(p.nominal))));
-        list.extend(m.states.iter().enumerate().map(|(i, s)| Declare(self.name(&s.name), format!("state[{i}]"))));
-        list.extend(m.inputs.iter().enumerate().map(|(i, u)| Declare(self.name(&u.name), format!("given[{i}]"))));
+        list.extend(
+            m.states.iter().enumerate().map(|(i, s)| Declare(self.name(&s.name), format!("state[{i}]"))),
+        );
+        list.extend(
+            m.inputs.iter().enumerate().map(|(i, u)| Declare(self.name(&u.name), format!("given[{i}]"))),
+        );
         for (i, input) in m.inputs.iter().enumerate() {
             self.changes(Target::Input(i), &self.name(&input.name), jump, &mut list)?;
         }

@@ -76,7 +76,8 @@ pub(super) fn foretelling(model: &Model, list: &[Drawn], seed: u64) -> Foretelli
     let (errors, mut squares): (Vec<_>, Vec<_>) =
         outputs.map(|(o, _)| error(model, o, &records, seed)).unzip();
     let squares = if squares.is_empty() { Vec::new() } else { squares.swap_remove(0) };
-    let mean_noise = |o: usize| list.iter().map(|drawn| drawn.noise[o]).sum::<f64>() / list.len().max(1) as f64;
+    let mean_noise =
+        |o: usize| list.iter().map(|drawn| drawn.noise[o]).sum::<f64>() / list.len().max(1) as f64;
     let noise_sd = (0..model.outputs.len()).map(mean_noise).collect();
     let start = "the first samples of each trajectory (--burn-in)".to_owned();
     Foretelling { records, errors, squares, noise_sd, start }

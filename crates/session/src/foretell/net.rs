@@ -135,7 +135,8 @@ impl<'a> NetPrediction<'a> {
         let action_count = actions.len() / samples.max(1);
         for _ in 0..START_ITERATIONS {
             let start = self.system.full_start(record, &begun.state);
-            let task = Task { start: &start, actions: &actions[..known * action_count], time: known, index: stream };
+            let task =
+                Task { start: &start, actions: &actions[..known * action_count], time: known, index: stream };
             let mean = self.mean_of(self.outputs(task, MEAN_DRAWS)?);
             let physics = free_run(&self.system, record, known, &values, &begun.state)?;
             let mut is_finite = true;

@@ -31,7 +31,9 @@ pub fn trajectories(forecasts: &Foretelling) -> Result<Dataset, DataError> {
     let values = |r: &Foretold| {
         let last = FORETOLD_LEVELS.len() - 1;
         let channels = r.channels.iter();
-        channels.flat_map(|c| [c.forecast.clone(), c.quantiles[0].clone(), c.quantiles[last].clone()]).collect()
+        channels
+            .flat_map(|c| [c.forecast.clone(), c.quantiles[0].clone(), c.quantiles[last].clone()])
+            .collect()
     };
     dataset(forecasts, names, values)
 }

@@ -120,8 +120,8 @@ pub(super) fn drawn_errors(
                 let decay = (-(time - times[k - 1]) / noise.correlation_time_s).exp();
                 correlated =
                     decay * correlated + noise.autocorrelated_sd * (1.0 - decay * decay).sqrt() * normal();
-                }
-                errors.push(correlated + noise.white_sd * normal());
+            }
+            errors.push(correlated + noise.white_sd * normal());
         }
         errors
     };
@@ -166,7 +166,8 @@ impl Prediction<'_> {
                 values.iter_mut().zip(errors).for_each(|(v, e)| *v -= e);
             }
             // Draws whose parameters are so far off that the model cannot be simulated are dropped.
-            let Ok(start) = fit_start(self.system, &noisy, known, &parameters, &begun.state, &declared) else {
+            let Ok(start) = fit_start(self.system, &noisy, known, &parameters, &begun.state, &declared)
+            else {
                 continue;
             };
             let path = match &self.process_noise {

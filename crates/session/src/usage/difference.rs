@@ -15,6 +15,6 @@ pub struct Difference {
 
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is {} there but {} here", self.key, self.there, self.here)
+        write!(f, "{} is {} there and {} here", self.key, self.there, self.here)
     }
 }

@@ -20,7 +20,10 @@ impl fmt::Display for Missing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Missing::MeasuredSets { scenario } => {
-                write!(f, "reproduce {scenario} needs measured data; give the folder of the data sets with --data")
+                write!(
+                    f,
+                    "reproduce {scenario} needs measured data; give the folder of the data sets with --data"
+                )
             }
             Missing::Model { data } => write!(
                 f,
@@ -31,7 +34,10 @@ impl fmt::Display for Missing {
                 f.write_str("the run has no configuration, so it cannot be saved; copy its folder instead")
             }
             Missing::Table { name } => {
-                write!(f, "this run was trained on a table in memory, {name}, which cannot be read again; give the data as a file")
+                write!(
+                    f,
+                    "this run was trained on a table in memory, {name}, which cannot be read again; give the data as a file"
+                )
             }
         }
     }

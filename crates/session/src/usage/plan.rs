@@ -44,7 +44,11 @@ impl fmt::Display for PlanFault {
         match self {
             PlanFault::NoStart => f.write_str("start: it is empty; give the initial value of every state"),
             PlanFault::StartCount { name, found, others } => {
-                write!(f, "start `{}`: it has {found} values, but the other states have {others}", shown(name))
+                write!(
+                    f,
+                    "start `{}`: it has {found} values, but the other states have {others}",
+                    shown(name)
+                )
             }
             PlanFault::StartValue { name, at, value } => {
                 write!(f, "start `{}`: value {at} is {value}; give a finite number", shown(name))
@@ -68,7 +72,11 @@ impl fmt::Display for PlanFault {
                 write!(f, "input `{name}`: the model has no such input; it has {inputs}")
             }
             PlanFault::MissingInput { name, inputs } => {
-                write!(f, "inputs: `{name}` is missing; the inputs of the model are {}", names_or_none(inputs))
+                write!(
+                    f,
+                    "inputs: `{name}` is missing; the inputs of the model are {}",
+                    names_or_none(inputs)
+                )
             }
             PlanFault::InputCount { name, found, times } => {
                 write!(f, "input `{name}`: it has {found} values for {times} times; give one value per time")
@@ -79,7 +87,9 @@ impl fmt::Display for PlanFault {
             PlanFault::Pose { found } => {
                 write!(f, "start: it has {found} numbers; give three: x_m, y_m, theta_rad")
             }
-            PlanFault::Shape => f.write_str("start and actions: their length does not match the stated shape"),
+            PlanFault::Shape => {
+                f.write_str("start and actions: their length does not match the stated shape")
+            }
         }
     }
 }

@@ -20,7 +20,9 @@ pub enum PrefixFault {
 impl fmt::Display for PrefixFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            PrefixFault::NoRow { seen } => write!(f, "--seen {seen}: the observed prefix is empty; give at least one row"),
+            PrefixFault::NoRow { seen } => {
+                write!(f, "--seen {seen}: the observed prefix is empty; give at least one row")
+            }
             PrefixFault::AllOfLongest { seen, samples } => write!(
                 f,
                 "--seen {seen}: the longest trajectory has only {samples} samples, so nothing is left to predict; give a shorter prefix"
@@ -31,7 +33,10 @@ impl fmt::Display for PrefixFault {
                  prefix, or remove the trajectory"
             ),
             PrefixFault::NotLonger { before, seen } => {
-                write!(f, "--seen {before},{seen}: the second prefix is not longer; give prefixes in increasing order")
+                write!(
+                    f,
+                    "--seen {before},{seen}: the second prefix is not longer; give prefixes in increasing order"
+                )
             }
         }
     }

@@ -86,7 +86,9 @@ fn examples_are_captioned_as_held_out_or_fitted() {
     let mut found = found().clone();
     assert!(!found.heldout.is_empty(), "every fifth drop is held out");
     let held_out = html(&found);
-    assert!(held_out.contains("Held-out trajectories.") && !held_out.contains("that the models were fitted to"));
+    assert!(
+        held_out.contains("Held-out trajectories.") && !held_out.contains("that the models were fitted to")
+    );
     found.heldout.clear();
     assert!(html(&found).contains("Trajectories that the models were fitted to."));
 }
