@@ -1,4 +1,5 @@
-//! Discovery of an effect that a model lacks, in twenty lines: `cargo run --release -p augsim-session --example discover`.
+//! Discovery of an effect that a model lacks, in twenty lines: `cargo run --release -p augsim-session
+//! --example discover`.
 
 use augsim_session::{DataFrom, Subject, Wanted, discover};
 use std::path::Path;

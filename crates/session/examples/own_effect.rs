@@ -1,7 +1,9 @@
-//! A user-defined candidate effect that discovery finds: `cargo run --release -p augsim-session --example own_effect`.
+//! A user-defined candidate effect that discovery finds: `cargo run --release -p augsim-session --example
+//! own_effect`.
 //!
-//! A pendulum swings over a magnet that its model does not contain (`docs/recipes/data`, simulated by a program that shares no code
-//! with augsim). The library has no magnet, so the model file declares it as a candidate.
+//! A pendulum swings over a magnet that its model does not contain (`docs/recipes/data`, simulated by a
+//! program that shares no code with augsim). The library has no magnet, so the model file declares it as a
+//! candidate.
 
 use augsim_session::{DataFrom, Subject, Wanted, discover};
 use std::path::PathBuf;

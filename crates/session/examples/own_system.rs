@@ -1,8 +1,9 @@
 //! A user-defined system in Rust, with discovery of its missing effect:
 //! `cargo run --release -p augsim-session --example own_system`.
 //!
-//! A tank drains through an outlet; its cross-section is a measured table. One effect may be missing, seepage through the wall.
-//! [`Equations`] implements the dynamics; [`Declaration`] tells discovery how to open the system and how to write the result.
+//! A tank drains through an outlet; its cross-section is a measured table. One effect may be missing, seepage
+//! through the wall. [`Equations`] implements the dynamics; [`Declaration`] tells discovery how to open the
+//! system and how to write the result.
 
 use augsim_data::checks::Expected;
 use augsim_data::{Dataset, Trajectory, random_stream};
@@ -34,7 +35,8 @@ fn section<S: Scalar>(level: S) -> S {
 
 /// Rate of the level, m/s, for an outlet area (m²) and a seepage coefficient (m²/s).
 fn rate<S: Scalar>(level: S, outlet: S, seepage: S) -> S {
-    // Torricelli's law for the outlet, Darcy's law for the wall, which is wet up to the level. An empty tank stays empty.
+    // Torricelli's law for the outlet, Darcy's law for the wall, which is wet up to the level. An empty tank
+    // stays empty.
     match level.value() > 0.0 {
         true => -(outlet * (level * (2.0 * GRAVITY_M_S2)).sqrt() + seepage * level) / section(level),
         false => S::zero(),
@@ -94,7 +96,8 @@ impl Equations for Tank {
     }
 
     fn derivative<S: Scalar>(&self, at: &At<'_, S>, rates: &mut [S]) {
-        // The effect's parameter follows the declared one; it is at its null value until the effect is added to the model.
+        // The effect's parameter follows the declared one; it is at its null value until the effect is added
+        // to the model.
         rates[0] = rate(at.states[0], at.parameters[0], at.parameters[1]);
     }
 

@@ -19,13 +19,15 @@ pub struct Wanted {
     pub options: Options,
 }
 
-/// Largest number of simulated null data sets: with 1000, a false-alarm rate of 1 % has a standard error of 0.3 %.
+/// Largest number of null data sets, which have no missing effect: with 1000, a false-alarm rate of 1 % has a
+/// standard error of 0.3 %.
 const MAX_NULL_RUNS: usize = 1000;
 
 /// Finds the effects that the model lacks; calls `report_progress` when each step begins.
 ///
 /// # Errors
-/// The data do not fit the model, the model cannot be simulated, an option is out of range, or a group is unknown.
+/// The data do not fit the model, the model cannot be simulated, an option is out of range, or a group is
+/// unknown.
 pub fn discover(
     subject: &Subject,
     data: &DataFrom,
@@ -43,7 +45,8 @@ pub fn discover(
     match subject {
         Subject::Written(model) => {
             report_progress(Progress::Calibration);
-            // Check the data before the fit: a clock in milliseconds, for example, would make the equations stiff and the fit slow.
+            // Check the data before the fit: a clock in milliseconds, for example, would make the equations
+            // stiff and the fit slow.
             let check = |read: &Dataset| -> anyhow::Result<()> {
                 let set = select_groups(groups, data, read.clone())?;
                 admit(set, &model.expected(), options.accepted).map_err(DataError::from)?;

@@ -76,7 +76,8 @@ pub fn sentence(error: &anyhow::Error) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: an error becomes one sentence that states each cause once; the first cause with a kind decides the kind.
+    //! Contract: an error becomes one sentence that states each cause once; the first cause with a kind
+    //! decides the kind.
     use super::*;
     use crate::usage::Missing;
     use anyhow::Context;

@@ -24,7 +24,8 @@ pub fn paper_engine() -> Engine {
 /// Reads or generates the data set of a source, and checks that it has the engine's step.
 ///
 /// # Errors
-/// The source cannot be read or generated, has another step, or was a table in memory, which cannot be read again.
+/// The source cannot be read or generated, has another step, or was a table in memory, which cannot be read
+/// again.
 pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
     let generated = match source {
         DataSource::File(path) => return read_measured(&DataFrom::File(path.clone()), engine),
@@ -44,8 +45,9 @@ pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
 
 /// Reads measured trajectories, and checks that they have the engine's step.
 ///
-/// For an equation model these are its inputs and outputs, with any step. If an engine with a ball model finds no states in the data,
-/// they are estimated from the positions. For pushes every stream may have its own clock, with gaps.
+/// For an equation model these are its inputs and outputs, with any step. If an engine with a ball model
+/// finds no states in the data, they are estimated from the positions. For pushes every stream may have its
+/// own clock, with gaps.
 ///
 /// # Errors
 /// The data cannot be read, or have another step.
@@ -69,8 +71,8 @@ pub fn read_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Dataset
 
 /// The engine's columns of a data set, as training sequences.
 ///
-/// Pushes are resampled to one clock and thinned. States of an equation model are smoothed estimates that use all samples: they are
-/// for training, not for predictions.
+/// Pushes are resampled to one clock and thinned. States of an equation model are smoothed estimates that use
+/// all samples: they are for training, not for predictions.
 ///
 /// # Errors
 /// A column is missing, or a sample has a gap.
@@ -86,7 +88,8 @@ pub fn sequences(data: &Dataset, engine: &Engine) -> anyhow::Result<Sequences> {
     Ok(pushes(resampled.as_ref().unwrap_or(data), Thinning::default())?)
 }
 
-/// Refuses equation models: their states are not measured, and smoothed estimates would use the samples to be predicted.
+/// Refuses equation models: their states are not measured, and smoothed estimates would use the samples to be
+/// predicted.
 fn check_states_are_measured(engine: &Engine) -> Result<(), Usage> {
     match engine.written() {
         Some(_) => Err(Usage::Inapplicable(Inapplicable::StartOfEquations)),

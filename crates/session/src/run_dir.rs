@@ -154,7 +154,8 @@ impl RunDir {
     /// Reads the trained model.
     ///
     /// # Errors
-    /// The checkpoint cannot be read, or the configuration was edited since and does not describe the weights.
+    /// The checkpoint cannot be read, or the configuration was edited since and does not describe the
+    /// weights.
     pub fn read_model(&self) -> anyhow::Result<TrainingState> {
         let state: TrainingState = checkpoint::load(&self.checkpoint())?;
         if self.file(CONFIG).exists() {
@@ -255,7 +256,8 @@ impl Metrics {
         let line = serde_json::to_string(losses)? + "\n";
         let written = self.file.write_all(line.as_bytes());
         if written.is_err() {
-            // A full disk may take part of the line, which is cut off again. The error to report is that of writing.
+            // A full disk may take part of the line, which is cut off again. The error to report is that of
+            // writing.
             let _ = self.file.set_len(self.length);
         }
         written.with_context(|| {

@@ -17,7 +17,8 @@ pub struct RunLock {
 impl RunLock {
     /// Creates the folder if it is absent, locks it, and removes temporary files of killed processes.
     ///
-    /// The lock is on the folder itself, so no lock file can stay behind. On file systems without locks nothing is locked.
+    /// The lock is on the folder itself, so no lock file can stay behind. On file systems without locks
+    /// nothing is locked.
     ///
     /// # Errors
     /// Another process holds the lock, or the folder cannot be created or written.

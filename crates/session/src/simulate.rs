@@ -1,4 +1,5 @@
-//! Simulation of a model from given initial states, with nominal parameters or with drawn parameters and noise.
+//! Simulation of a model from given initial states, with nominal parameters or with drawn parameters and
+//! noise.
 
 use crate::usage::{Oversized, PlanFault};
 use crate::{Subject, Usage, written};
@@ -16,7 +17,8 @@ use std::sync::Arc;
 /// Maximum number of drawn offsets per event; later events use the nominal value.
 const MAX_EVENT_DRAWS: usize = 1000;
 
-/// Largest number of values that is simulated on the calling thread; smaller tasks gain nothing from several threads.
+/// Largest number of values that is simulated on the calling thread; smaller tasks gain nothing from several
+/// threads.
 pub const BRIEF: usize = 20_000;
 
 /// A column of numbers with its name.
@@ -25,13 +27,15 @@ pub type Named = (String, Vec<f64>);
 /// Initial states, times and inputs of a simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Plan {
-    /// Initial value of every state and covariate (e.g. `spin_rad_s`) by name, with one value per trajectory of the batch.
+    /// Initial value of every state and covariate (e.g. `spin_rad_s`) by name, with one value per trajectory
+    /// of the batch.
     pub start: Vec<Named>,
     /// Times of the samples, s, increasing.
     pub times: Vec<f64>,
     /// Inputs at the sample times by name, shared by the batch.
     pub inputs: Vec<Named>,
-    /// Number of draws of parameters, random effects and measurement noise per trajectory; 0 means one noise-free nominal run.
+    /// Number of draws of parameters, random effects and measurement noise per trajectory; 0 means one
+    /// noise-free nominal run.
     pub samples: usize,
     /// Seed of the draws.
     pub seed: u64,
@@ -65,7 +69,8 @@ pub struct Trajectories {
 /// ```
 ///
 /// # Errors
-/// [`Usage`] if an initial state, an input or the times do not fit the model; otherwise an error of the engine.
+/// [`Usage`] if an initial state, an input or the times do not fit the model; otherwise an error of the
+/// engine.
 pub fn simulate(subject: &Subject, plan: &Plan) -> anyhow::Result<Trajectories> {
     check_times(&plan.times)?;
     let batch = plan.start.first().map_or(0, |(_, values)| values.len());
@@ -251,7 +256,8 @@ impl Simulation {
     }
 }
 
-/// A parameter drawn from the normal distribution of its 95 % interval, clamped to its bounds; nominal without an interval.
+/// A parameter drawn from the normal distribution of its 95 % interval, clamped to its bounds; nominal
+/// without an interval.
 fn drawn(p: &Parameter, normal: &mut dyn FnMut() -> f64) -> f64 {
     match p.standard_deviation() {
         Some(sd) => (p.nominal + sd * normal()).clamp(p.min, p.max),
@@ -261,8 +267,8 @@ fn drawn(p: &Parameter, normal: &mut dyn FnMut() -> f64) -> f64 {
 
 /// Names of the states of a built-in scenario in [`Plan::start`].
 ///
-/// A measured state has the name of its data column. The velocity of an axis is e.g. `velocity_x_m_s`, or `velocity_m_s` if there is
-/// only one position.
+/// A measured state has the name of its data column. The velocity of an axis is e.g. `velocity_x_m_s`, or
+/// `velocity_m_s` if there is only one position.
 fn built_in_states(schema: &Schema) -> Vec<String> {
     let has_one_channel = schema.channels.len() == 1;
     let name = |state: &augsim_physics::system::State| match state.begin {

@@ -56,7 +56,8 @@ pub struct Trained {
     pub parameters: usize,
 }
 
-/// Trains as configured, and writes the results to `run`; with `resume`, continues from a checkpoint if there is one.
+/// Trains as configured, and writes the results to `run`; with `resume`, continues from a checkpoint if there
+/// is one.
 ///
 /// # Errors
 /// The checkpoint does not fit the data, the training diverges, or a file cannot be written.
@@ -96,7 +97,8 @@ pub fn train(
         watch.step(&losses);
     }
     watch.ends();
-    // `finish` evaluates all training data once more, which may take longer than the grace period after a signal: save first.
+    // `finish` evaluates all training data once more, which may take longer than the grace period after a
+    // signal: save first.
     run.write_checkpoint(training.state())?;
     if watch.must_stop() {
         return Ok(Ended::Interrupted { iteration: training.iteration() });

@@ -7,7 +7,8 @@ use crate::page::{Block, Cell, Column, Columns, FigureBlock, Grid, Row, Table};
 use crate::plot::scale::{drawable, extent};
 use crate::plot::text::capitalised;
 
-/// Number of bins that a long learning curve is summarised in; curves up to twice this length are drawn point by point.
+/// Number of bins that a long learning curve is summarised in; curves up to twice this length are drawn point
+/// by point.
 const CURVE_BINS: usize = 160;
 
 pub(super) fn errors(report: &BenchmarkReport, tones: &Tones) -> Vec<Block> {
@@ -88,7 +89,8 @@ pub(super) fn learning(report: &BenchmarkReport, tones: &Tones) -> Vec<Block> {
         let mut x = Axis::linear("iteration", "").with_integers();
         let iterations = report.learning.iter().flat_map(|l| l.iteration.iter());
         if let Some((first, last)) = extent(iterations.copied()).filter(|(a, b)| a < b) {
-            // Counted from 0, the last of n iterations is n - 1: the axis ends at n, which is usually a round number.
+            // Counted from 0, the last of n iterations is n - 1: the axis ends at n, which is usually a round
+            // number.
             x = x.with_domain(first, last + if first == 0.0 { 1.0 } else { 0.0 });
         }
         let mut line = Line::new(&capitalised(name), x, y);

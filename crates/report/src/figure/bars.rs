@@ -32,7 +32,8 @@ pub struct BarGroup {
     pub bars: Vec<Bar>,
 }
 
-/// How a value is drawn. The length of a bar is meaningful only on an axis that contains zero; use dots on others.
+/// How a value is drawn. The length of a bar is meaningful only on an axis that contains zero; use dots on
+/// others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BarShape {
@@ -43,7 +44,8 @@ pub enum BarShape {
     Dot,
 }
 
-/// A bar chart. With one group each bar is labelled by its name; with several, groups are labelled and a legend names the bars.
+/// A bar chart. With one group each bar is labelled by its name; with several, groups are labelled and a
+/// legend names the bars.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bars {
     /// Title.
@@ -115,7 +117,8 @@ impl Bars {
         }
         let bottom = y;
         let (mut ticks, power) = scale.ticks(((right - left) / 70.0).round().clamp(3.0, 9.0) as usize);
-        // Next to long names the ticks of a logarithmic axis may be closer than their labels are wide: drop those that overlap.
+        // Next to long names the ticks of a logarithmic axis may be closer than their labels are wide: drop
+        // those that overlap.
         let mut free = f64::NEG_INFINITY;
         ticks.retain(|(value, text)| {
             let half = width(text, TICK) / 2.0;

@@ -216,7 +216,8 @@ fn equal_scale_axes(
 
 /// Whether the lines end far enough from each other for names beside them; otherwise a legend is drawn.
 fn has_room_for_labels(y: &Scale, drawn: &[&Series]) -> bool {
-    // The plot area is about 230 px high. `direct_labels` moves names to 15 px distance, so ends may be somewhat closer.
+    // The plot area is about 230 px high. `direct_labels` moves names to 15 px distance, so ends may be
+    // somewhat closer.
     let scale = y.on(0.0, 230.0);
     let mut ends: Vec<f64> =
         (drawn.iter()).filter_map(|s| s.y.iter().filter_map(|v| scale.at(*v)).next_back()).collect();

@@ -1,7 +1,7 @@
 //! Figures in a page: one over the whole width, or a grid of small multiples.
 //!
-//! A wide figure is drawn twice, for wide and for narrow screens, and the style shows one of them: the text of an SVG that is scaled
-//! down to a phone would be unreadable.
+//! A wide figure is drawn twice, for wide and for narrow screens, and the style shows one of them: the text
+//! of an SVG that is scaled down to a phone would be unreadable.
 
 use maud::{Markup, html};
 use serde::{Deserialize, Serialize};

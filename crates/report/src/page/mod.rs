@@ -1,7 +1,7 @@
 //! One self-contained HTML page: prose, tables, figures, commands, methods, provenance.
 //!
-//! Text may contain `code` between backticks; everything is escaped. The page has no script and loads nothing. Its style covers phones,
-//! dark mode and print.
+//! Text may contain `code` between backticks; everything is escaped. The page has no script and loads
+//! nothing. Its style covers phones, dark mode and print.
 
 mod figures;
 mod style;
@@ -186,7 +186,8 @@ impl Page {
 
 /// Names of figures, e.g. `error-over-time-2`.
 ///
-/// A name is the title up to a colon or comma, in lower case with hyphens, and a number if several figures have the same name.
+/// A name is the title up to a colon or comma, in lower case with hyphens, and a number if several figures
+/// have the same name.
 #[must_use]
 pub fn figure_names(figures: &[Figure]) -> Vec<String> {
     let mut plain: Vec<String> = Vec::new();

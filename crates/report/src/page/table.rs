@@ -159,14 +159,16 @@ impl Cell {
     }
 }
 
-/// Formats an estimate and its interval, with decimals that show one or two digits of the interval's half-width.
+/// Formats an estimate and its interval, with decimals that show one or two digits of the interval's
+/// half-width.
 pub fn estimate_text(value: f64, [low, high]: [f64; 2]) -> (String, String) {
     let half = (high - low).abs() / 2.0;
     let size = value.abs().max(low.abs()).max(high.abs());
     if !half.is_finite() || half == 0.0 || !value.is_finite() || !(1e-4..1e6).contains(&size) {
         return (significant(value, 3), format!("{}, {}", significant(low, 3), significant(high, 3)));
     }
-    // Two digits of the half-width if it begins with 1 to 4, otherwise one; but at least three, at most six digits of the value.
+    // Two digits of the half-width if it begins with 1 to 4, otherwise one; but at least three, at most six
+    // digits of the value.
     let mantissa = half / 10f64.powf(half.log10().floor());
     let digits = if mantissa < 4.95 { 2 } else { 1 };
     let decimals = decimals_for(half, digits).max(decimals_for(size, 3)).min(decimals_for(size, 6));

@@ -1,5 +1,5 @@
-//! Colours for light and dark mode. Tests check that the five series can be distinguished with every common kind of colour vision, and
-//! that contrasts suffice. Dashes and marker shapes also distinguish the series.
+//! Colours for light and dark mode. Tests check that the five series can be distinguished with every common
+//! kind of colour vision, and that contrasts suffice. Dashes and marker shapes also distinguish the series.
 
 /// Light mode: page background, text, muted text, rules, grid, panel, accent, and the five series.
 pub(crate) const LIGHT: [(&str, &str); 12] = [
@@ -40,7 +40,8 @@ fn variables(colours: &[(&str, &str)]) -> String {
     colours.iter().map(|(name, value)| format!("--{name}:{value};")).collect()
 }
 
-/// CSS custom properties under `selector`, with the dark colours for screens in dark mode; print is always light.
+/// CSS custom properties under `selector`, with the dark colours for screens in dark mode; print is always
+/// light.
 pub(crate) fn variables_css(selector: &str) -> String {
     format!(
         "{selector}{{color-scheme:light dark;{}}}\n@media screen and (prefers-color-scheme:dark){{{selector}{{{}}}}}\n",
@@ -76,9 +77,9 @@ pub(crate) fn figure_css() -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: contrasts of WCAG 2.2 (text 4.5:1, graphics 3:1) in both modes, and series that remain distinguishable with protanopia,
-    //! deuteranopia and tritanopia (matrices of Machado, Oliveira and Fernandes, IEEE TVCG 15, 2009; distance in CIELAB, where 2.3 is just
-    //! noticeable).
+    //! Contract: contrasts of WCAG 2.2 (text 4.5:1, graphics 3:1) in both modes, and series that remain
+    //! distinguishable with protanopia, deuteranopia and tritanopia (matrices of Machado, Oliveira and
+    //! Fernandes, IEEE TVCG 15, 2009; distance in CIELAB, where 2.3 is just noticeable).
     use super::*;
 
     type Rgb = [f64; 3];

@@ -78,7 +78,8 @@ impl Scale {
 
     /// The pixel of `value`; `None` if it cannot be drawn.
     ///
-    /// Values far outside the range are moved to one range width beyond it, so that clipped marks have no huge coordinates.
+    /// Values far outside the range are moved to one range width beyond it, so that clipped marks have no
+    /// huge coordinates.
     pub(crate) fn at(&self, value: f64) -> Option<f64> {
         if !drawable(value) || (self.kind == Kind::Log && value <= 0.0) {
             return None;

@@ -2,8 +2,8 @@
 
 /// Upper estimate of the width of `text` at font size `size`, px.
 ///
-/// The font is not known when a figure is drawn, so the widths are those of the widest common system font (DejaVu Sans), by class of
-/// character.
+/// The font is not known when a figure is drawn, so the widths are those of the widest common system font
+/// (DejaVu Sans), by class of character.
 pub(crate) fn width(text: &str, size: f64) -> f64 {
     let em: f64 = text
         .chars()

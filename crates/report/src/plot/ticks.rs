@@ -1,11 +1,12 @@
-//! Tick positions by the extended Wilkinson algorithm (Talbot, Lin and Hanrahan, "An Extension of Wilkinson's Algorithm for Positioning
-//! Tick Labels on Axes", IEEE TVCG 16, 2010).
+//! Tick positions by the extended Wilkinson algorithm (Talbot, Lin and Hanrahan, "An Extension of Wilkinson's
+//! Algorithm for Positioning Tick Labels on Axes", IEEE TVCG 16, 2010).
 //!
 //! It searches for the ticks with the largest score
 //!
 //! 1. score = 0.25 simplicity + 0.2 coverage + 0.5 density + 0.05 legibility, where legibility is always 1 here.
 //!
-//! The functions `*_max` are upper bounds of the terms, with which the search skips candidates that cannot be best.
+//! The functions `*_max` are upper bounds of the terms, with which the search skips candidates that cannot be
+//! best.
 
 /// Step mantissas in order of preference (the paper's Q).
 const STEPS: [f64; 6] = [1.0, 5.0, 2.0, 2.5, 4.0, 3.0];
@@ -115,8 +116,8 @@ pub(crate) fn linear(low: f64, high: f64, target: usize) -> Vec<f64> {
 
 /// Ticks of a logarithmic axis, ascending.
 ///
-/// Three or more decades: about `target` powers of ten. Fewer: 1, 2 and 5 times powers of ten, or, if these are fewer than three, round
-/// linear values.
+/// Three or more decades: about `target` powers of ten. Fewer: 1, 2 and 5 times powers of ten, or, if these
+/// are fewer than three, round linear values.
 pub(crate) fn logarithmic(low: f64, high: f64, target: usize) -> Vec<f64> {
     let (first, last) = (low.log10().ceil() as i32, high.log10().floor() as i32);
     let decades = last - first + 1;
@@ -146,8 +147,8 @@ pub(crate) fn decimals(ticks: &[f64]) -> usize {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: ticks are inside the range, ascending and about as many as requested, for any finite range; common ranges have the
-    //! expected ticks.
+    //! Contract: ticks are inside the range, ascending and about as many as requested, for any finite range;
+    //! common ranges have the expected ticks.
     use super::*;
     use proptest::prelude::*;
 

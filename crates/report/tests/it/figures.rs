@@ -1,5 +1,6 @@
-//! Contract: figures of valid, missing, constant and extreme data are valid XML without NaN, without overlapping or cut text, with units
-//! on the axes, deterministic and escaped. Small figures are also compared with snapshots, so that a review shows every change.
+//! Contract: figures of valid, missing, constant and extreme data are valid XML without NaN, without
+//! overlapping or cut text, with units on the axes, deterministic and escaped. Small figures are also
+//! compared with snapshots, so that a review shows every change.
 
 use crate::common::{self, check_svg};
 use augsim_report::figure::*;

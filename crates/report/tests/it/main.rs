@@ -1,4 +1,5 @@
-//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked
+//! once.
 
 // Checks that every figure and page must pass.
 mod common;

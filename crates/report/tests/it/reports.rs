@@ -1,5 +1,5 @@
-//! Contract: the report of a benchmark is a well-formed, self-contained, deterministic and escaped page, with full data and with none,
-//! and never compares different protocols.
+//! Contract: the report of a benchmark is a well-formed, self-contained, deterministic and escaped page, with
+//! full data and with none, and never compares different protocols.
 
 #[path = "../../examples/sample_report/training.rs"]
 mod training;

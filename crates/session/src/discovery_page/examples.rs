@@ -120,7 +120,8 @@ fn example(e: &augsim_discovery::Example, c: &ExampleChannel, has_effects: bool)
     }
 }
 
-/// Example of a push: its top view, and the distance between predicted and measured position instead of a channel.
+/// Example of a push: its top view, and the distance between predicted and measured position instead of a
+/// channel.
 fn push_example(base: Example, e: &augsim_discovery::Example, scene: &Scene, has_effects: bool) -> Example {
     let value = |c: usize, k: usize, values: fn(&ExampleChannel) -> &Vec<Option<f64>>| {
         values(&e.channels[c])[k].unwrap_or(f64::NAN)
@@ -132,8 +133,8 @@ fn push_example(base: Example, e: &augsim_discovery::Example, scene: &Scene, has
     };
     let distance = |predicted: fn(&ExampleChannel) -> &Vec<Option<f64>>| -> Vec<f64> {
         let residual = |c: usize, k: usize| value(c, k, |c| &c.measured) - value(c, k, predicted);
-        // The figure plots measured minus predicted. With 0 as the measured value, the negative distance is plotted as a
-        // positive error.
+        // The figure plots measured minus predicted. With 0 as the measured value, the negative distance is
+        // plotted as a positive error.
         (0..e.times_s.len()).map(|k| -residual(0, k).hypot(residual(1, k))).collect()
     };
     let last = e.times_s.len().saturating_sub(1);
@@ -199,7 +200,8 @@ fn overlay(e: &Example) -> Line {
     line
 }
 
-/// Figure of the residuals (measured - predicted), in mm if the channel is in m; for a push the position error.
+/// Figure of the residuals (measured - predicted), in mm if the channel is in m; for a push the position
+/// error.
 fn residuals(e: &Example) -> Line {
     let (unit, scale) = if e.unit == "m" { ("mm", 1e3) } else { (e.unit.as_str(), 1.0) };
     let label = if e.top_view.is_some() { "position error" } else { "measured minus predicted" };

@@ -161,11 +161,12 @@ fn probability(p: Option<f64>) -> Cell {
     }
 }
 
-/// The sentence on false alarms: in how many simulated null data sets an effect was found.
+/// The sentence on false alarms: in how many null data sets (generated without a missing effect) an effect
+/// was found.
 fn null_rate(null: &NullRecords) -> String {
     let NullRecords { named, of } = null;
     format!(
-        "False alarms: an effect was found in {named} of {of} data sets like this one, simulated without a missing effect."
+        "False alarms: an effect was found in {named} of {of} data sets like this one, generated without a missing effect."
     )
 }
 

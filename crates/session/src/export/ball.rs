@@ -153,7 +153,7 @@ fn title(model: &Model) -> String {
     let kinds: Vec<&str> = model.effects.iter().map(|b| b.kind.as_str()).collect();
     let with = if kinds.is_empty() { "no effect added".to_owned() } else { kinds.join(", ") };
     let scatters = kinds.contains(&SCATTER_KIND);
-    if scatters { format!("{with} (the scatter is left out: it is random)") } else { with }
+    if scatters { format!("{with} (without the random effects)") } else { with }
 }
 
 fn latex(model: &Model) -> String {
@@ -165,5 +165,5 @@ fn latex(model: &Model) -> String {
         number(base("restitution"))
     );
     body += &effect_paragraphs(&model.effects, |kind| spec_of(kind).map(|s| s.formula));
-    latex_document("The law of a ball", &body)
+    latex_document("Model of a ball", &body)
 }

@@ -1,4 +1,5 @@
-//! Export of a model with its parameter values: LaTeX formulas, or Python and C programs that run without augsim.
+//! Export of a model with its parameter values: LaTeX formulas, or Python and C programs that run without
+//! augsim.
 
 mod ball;
 mod equations;

@@ -75,8 +75,8 @@ fn title(model: &PushModel) -> String {
     let with = if kinds.is_empty() { String::new() } else { format!(" with {}", kinds.join(", ")) };
     let scatters = kinds.contains(&SCATTER_KIND);
     let grouped = model.parameters.iter().any(|p| !p.groups.is_empty());
-    let random = if scatters { " (the scatter is left out: it is random)" } else { "" };
-    let mean = if grouped { " (values by group are their means)" } else { "" };
+    let random = if scatters { " (without the random effects)" } else { "" };
+    let mean = if grouped { " (with the mean of values by group)" } else { "" };
     format!("{}{with}{random}{mean}", model.object.name)
 }
 
@@ -102,5 +102,5 @@ fn latex(model: &PushModel) -> String {
         }
     }
     body += &effect_paragraphs(&model.effects, |kind| spec_of(kind).map(|s| s.formula));
-    latex_document(&format!("The law of a pushed object: {}", model.object.name), &body)
+    latex_document(&format!("Model of a pushed object: {}", model.object.name), &body)
 }

@@ -1,4 +1,5 @@
-//! Filtered forecasts: a particle filter observes the beginning of each trajectory, and the model predicts the remainder.
+//! Filtered forecasts: a particle filter observes the beginning of each trajectory, and the model predicts
+//! the remainder.
 
 mod net;
 mod system;
@@ -33,7 +34,8 @@ impl Timed {
     /// Number of observed rows, `[trajectory][prefix]`.
     ///
     /// # Errors
-    /// A prefix without a row, one that is not longer than the previous one, or one that leaves no trajectory anything to predict.
+    /// A prefix without a row, one that is not longer than the previous one, or one that leaves no trajectory
+    /// anything to predict.
     pub fn lengths(&self, seen: &[Seen]) -> Result<Vec<Vec<usize>>, Usage> {
         let rows_of = |times: &Vec<f64>| seen.iter().map(|s| s.rows(times)).collect::<Vec<_>>();
         let lengths: Vec<Vec<usize>> = self.times.iter().map(rows_of).collect();

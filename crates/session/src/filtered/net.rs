@@ -23,7 +23,8 @@ pub struct OfNet {
 /// Prepares the net of a run directory for filtered forecasts of measured trajectories.
 ///
 /// # Errors
-/// The run or the data cannot be read, or the training data, from which the prior of unobserved initial states is estimated, are gone.
+/// The run or the data cannot be read, or the training data, from which the prior of unobserved initial
+/// states is estimated, are gone.
 pub fn of_net(run: &RunDir, from: &DataFrom, view: &View) -> anyhow::Result<OfNet> {
     let model = NetModel::new(run.read_model()?)?;
     let engine = &model.state().settings.engine;

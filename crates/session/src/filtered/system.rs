@@ -15,7 +15,8 @@ use augsim_written::WrittenSystem;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// The effect whose parameters are the centre of pressure, which varies between pushes if the model has friction scatter.
+/// The effect whose parameters are the centre of pressure, which varies between pushes if the model has
+/// friction scatter.
 const CENTRE_KIND: &str = "pressure-offset";
 
 /// Random effects: indices of parameters that differ between trajectories, with their standard deviations.
@@ -28,7 +29,8 @@ pub struct OfSystem {
     pub filter: SystemFilter,
     /// The measured trajectories.
     pub data: Timed,
-    /// Observed columns and their noise; 0 if neither given nor declared: then it is estimated from the observed rows.
+    /// Observed columns and their noise; 0 if neither given nor declared: then it is estimated from the
+    /// observed rows.
     pub sensor: Sensor,
     /// Prior of the initial state; not used, since the schema of a system has its own.
     pub start: StartLaw,
@@ -136,7 +138,8 @@ fn read(system: &dyn System, data: &Dataset) -> anyhow::Result<(Vec<Record>, Vec
             let i = data.column_index(column).ok()?;
             t.column(i).iter().copied().find(|v| v.is_finite())
         };
-        // Rows without a measurement are dropped here; their inputs are kept, since inputs have their own clock.
+        // Rows without a measurement are dropped here; their inputs are kept, since inputs have their own
+        // clock.
         let rows: Vec<usize> =
             (0..t.len()).filter(|&k| channels.iter().any(|&i| t.column(i)[k].is_finite())).collect();
         let at = |column: &[f64]| rows.iter().map(|&k| column[k]).collect::<Vec<_>>();

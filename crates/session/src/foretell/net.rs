@@ -1,6 +1,7 @@
 //! Predictions of nets that correct an equation model, from initial states fitted to the first samples.
 //!
-//! A net's mean prediction m(x0) differs from the free run p(x0) of the equations. The initial state is found by the fixed-point iteration
+//! A net's mean prediction m(x0) differs from the free run p(x0) of the equations. The initial state is found
+//! by the fixed-point iteration
 //!
 //! 1. x0 = argmin ‖y - p(x0)‖ over the first samples,
 //! 2. y' = y - (m(x0) - p(x0)),
@@ -43,8 +44,8 @@ pub struct Beside {
 /// Predicts all records by a net, from initial states fitted to the first `burn_in` samples.
 ///
 /// # Errors
-/// The net was not trained on an equation model, a column is missing, the sampling step differs from that of the training data, or a
-/// record cannot be simulated.
+/// The net was not trained on an equation model, a column is missing, the sampling step differs from that of
+/// the training data, or a record cannot be simulated.
 pub fn foretell_net(
     net: &NetModel,
     data: &DataFrom,

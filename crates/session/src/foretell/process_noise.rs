@@ -1,7 +1,8 @@
-//! Simulation of process noise: drawn inputs that are added to the rates of the states that have process noise.
+//! Simulation of process noise: drawn inputs that are added to the rates of the states that have process
+//! noise.
 //!
-//! The noise is an Ornstein-Uhlenbeck process with standard deviation s and correlation time T, sampled exactly at the times of the
-//! record (Gillespie, Physical Review E 54, 1996):
+//! The noise is an Ornstein-Uhlenbeck process with standard deviation s and correlation time T, sampled
+//! exactly at the times of the record (Gillespie, Physical Review E 54, 1996):
 //!
 //! 1. w(t + h) = a w(t) + s sqrt(1 - a^2) n, with a = exp(-h / T) and n standard normal; a = 0 for T = 0.
 
@@ -32,7 +33,8 @@ impl ProcessNoise {
 
     /// A copy of the record with drawn noise inputs.
     ///
-    /// The noise is 0 within the first `known` samples: the initial state was fitted to them and already accounts for it.
+    /// The noise is 0 within the first `known` samples: the initial state was fitted to them and already
+    /// accounts for it.
     pub fn drawn(&self, record: &Record, known: usize, normal: &mut dyn FnMut() -> f64) -> Record {
         let first = known.saturating_sub(1);
         let draw = |process: &Shaken| {

@@ -37,7 +37,8 @@ pub fn scored(name: &str, model: &Model, list: &[Drawn]) -> Vec<ScoredRow> {
         for drawn in list {
             for k in (drawn.known..drawn.times.len()).filter(|&k| drawn.measured[o][k].is_finite()) {
                 let truth = drawn.measured[o][k];
-                // Of a periodic output each draw is moved by whole periods to the value nearest to the measured one.
+                // Of a periodic output each draw is moved by whole periods to the value nearest to the
+                // measured one.
                 let unwrap = |v: &f64| match period {
                     Some(period) => v - period * ((v - truth) / period).round(),
                     None => *v,

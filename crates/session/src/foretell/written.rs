@@ -18,9 +18,9 @@ use rayon::prelude::*;
 
 /// Free runs of all records, from initial states fitted to the first `burn_in` samples.
 ///
-/// The bands come from draws. Each draw has parameters drawn within their 95 % intervals, an initial state refitted with these to
-/// perturbed first samples, process noise if the model has it, and measurement noise: as declared, as fitted, or else as estimated
-/// from the residual of the first samples.
+/// The bands come from draws. Each draw has parameters drawn within their 95 % intervals, an initial state
+/// refitted with these to perturbed first samples, process noise if the model has it, and measurement noise:
+/// as declared, as fitted, or else as estimated from the residual of the first samples.
 ///
 /// # Errors
 /// A column is missing, or a record cannot be simulated.
@@ -69,7 +69,8 @@ pub(super) struct Beginning {
 }
 
 impl Beginning {
-    /// Fits the initial state of a prepared record to its first `burn_in` samples, with the given parameter values.
+    /// Fits the initial state of a prepared record to its first `burn_in` samples, with the given parameter
+    /// values.
     pub fn of(
         model: &Model,
         system: &WrittenSystem,
@@ -158,8 +159,9 @@ impl Prediction<'_> {
                     (v + sd * normal()).clamp(p.min.min(*v), p.max.max(*v))
                 })
                 .collect();
-            // Subtracting drawn errors from the first samples gives the uncertainty of the initial state. The same error path is
-            // added to the outputs below, so that autocorrelated errors continue from the first samples into the prediction.
+            // Subtracting drawn errors from the first samples gives the uncertainty of the initial state. The
+            // same error path is added to the outputs below, so that autocorrelated errors continue from the
+            // first samples into the prediction.
             let errors = drawn_errors(&noise, &record.times, &mut normal);
             let mut noisy = early.clone();
             for (values, errors) in noisy.values.iter_mut().zip(&errors) {

@@ -1,6 +1,7 @@
 //! Error of an invalid request; every variant has the values that its message shows.
 //!
-//! The enums in the submodules are not errors themselves: only [`Usage`] is returned, and it decides the exit code.
+//! The enums in the submodules are not errors themselves: only [`Usage`] is returned, and it decides the exit
+//! code.
 
 mod difference;
 mod inapplicable;

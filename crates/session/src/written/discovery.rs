@@ -1,4 +1,5 @@
-//! Prepares an equation model for discovery: calibrates it, and chooses the length of the multiple-shooting windows.
+//! Prepares an equation model for discovery: calibrates it, and chooses the length of the multiple-shooting
+//! windows.
 
 use super::downsample::downsampled;
 use super::fit::{fit, gauge_finding, gauge_sentence, prepared, share_starts};
@@ -14,8 +15,8 @@ use augsim_written::{MeasuredModel, Model, WrittenSystem};
 ///
 /// With more windows, which would be shorter, the unmeasured initial states would add too many free values.
 const MIN_WINDOWS: f64 = 8.0;
-/// Maximum number of samples of a window in the search. The engine simulates many windows in one pass of SIMD lanes, and a few long
-/// windows leave lanes unused.
+/// Maximum number of samples of a window in the search. The engine simulates many windows in one pass of SIMD
+/// lanes, and a few long windows leave lanes unused.
 const MAX_WINDOW_SAMPLES: f64 = 500.0;
 
 /// Adds to a result the initial states shared by all trajectories and the noise of the augmented model.
@@ -27,7 +28,8 @@ pub fn complete(found: &mut Discovery, file: &str, data: &Dataset) -> anyhow::Re
     let records = records::records(data, &model, true)?;
     share_starts(&mut model, &records)?;
     if found.verdict != Verdict::NotThisSystem {
-        // If the model diverges over a whole record, the noise is not estimated, but the findings remain valid.
+        // If the model diverges over a whole record, the noise is not estimated, but the findings remain
+        // valid.
         match noise::find(&mut model, &records) {
             Ok(noise) => {
                 found.notes.extend(noise.sentence());
@@ -57,7 +59,8 @@ pub struct Against {
 
 /// Calibrates a model on data, and prepares both for the search for missing effects.
 ///
-/// Data that are sampled more finely than needed are downsampled. `check` refuses invalid data before the fit.
+/// Data that are sampled more finely than needed are downsampled. `check` refuses invalid data before the
+/// fit.
 ///
 /// # Errors
 /// A column is missing, `check` refuses the data, or the declared model cannot be simulated.
@@ -86,7 +89,8 @@ pub fn measured(
     let window_s = chosen.or(stages.first()).map(|stage| stage.window_s);
     let shortest_window_noise =
         fitted.calibration.stages.first().map_or_else(Vec::new, |stage| stage.noise.clone());
-    // Scales, steps and smoothing widths come from a simulation with the calibrated values; the declared values stay unchanged.
+    // Scales, steps and smoothing widths come from a simulation with the calibrated values; the declared
+    // values stay unchanged.
     let found = WrittenSystem::declared_only(&fitted.model)?.with_windows(window_s);
     let mut windows = prepared(&found, &records)?;
     let mut found = found.tuned(&windows)?;
@@ -105,9 +109,11 @@ pub fn measured(
     Ok(Against { declared, data, notes })
 }
 
-/// Removes a gauge freedom: fixes its last parameter at the declared value, and returns the model and a note for the user.
+/// Removes a gauge freedom: fixes its last parameter at the declared value, and returns the model and a note
+/// for the user.
 ///
-/// `None` if more than one parameter would have to be fixed, which is left to the user, or if a single parameter has no effect.
+/// `None` if more than one parameter would have to be fixed, which is left to the user, or if a single
+/// parameter has no effect.
 fn fix_gauge(model: &Model, gauge: &Gauge) -> Option<(Model, String)> {
     let [_, .., last] = gauge.parameters[..] else { return None };
     if gauge.combinations + 1 != gauge.parameters.len() {
@@ -122,7 +128,8 @@ fn fix_gauge(model: &Model, gauge: &Gauge) -> Option<(Model, String)> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: one parameter of a gauge is fixed if that makes the others identifiable; otherwise none is fixed.
+    //! Contract: one parameter of a gauge is fixed if that makes the others identifiable; otherwise none is
+    //! fixed.
     use super::*;
 
     #[test]

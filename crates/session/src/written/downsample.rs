@@ -27,7 +27,8 @@ impl Downsampled {
     }
 }
 
-/// Downsamples the data as far as no information is lost; `None` if all samples are needed, or if there are gaps.
+/// Downsamples the data as far as no information is lost; `None` if all samples are needed, or if there are
+/// gaps.
 ///
 /// `records` are those of the data, prepared by the tuned system.
 ///
@@ -63,7 +64,8 @@ pub fn downsampled(
 
 #[cfg(test)]
 mod tests {
-    //! Contract: samples are dropped only if the others determine them, and the averaged inputs have the same effect.
+    //! Contract: samples are dropped only if the others determine them, and the averaged inputs have the same
+    //! effect.
     use super::*;
     use crate::written::fit::prepared;
     use crate::written::records::records;
@@ -85,7 +87,8 @@ v_m_s = "push_m_s2 - damping_per_s * v_m_s"
 position_m = { value = "x_m", sd = "estimate" }
 "#;
 
-    /// Two seconds of that mass at 1 kHz under a slow push with a superposed ripple, from the exact solution over each sample interval.
+    /// Two seconds of that mass at 1 kHz under a slow push with a superposed ripple, from the exact solution
+    /// over each sample interval.
     ///
     /// Measurement errors are uniform up to `noise_m`.
     fn recorded(noise_m: f64) -> Dataset {

@@ -1,4 +1,5 @@
-//! Calibration of an equation model: the interpolation (hold) of its inputs, its parameters and its initial states.
+//! Calibration of an equation model: the interpolation (hold) of its inputs, its parameters and its initial
+//! states.
 
 use augsim_calibrate::{Calibration, Gauge, calibrate};
 use augsim_physics::model::NORMAL_95;
@@ -8,7 +9,8 @@ use augsim_written::{Model, WrittenSystem};
 
 /// Length of the shortest windows, in time constants of the fastest mode.
 const MIN_WINDOW_TIME_CONSTANTS: f64 = 2.0;
-/// Minimum number of samples of the shortest windows; from fewer the initial states could not be estimated against the noise.
+/// Minimum number of samples of the shortest windows; from fewer the initial states could not be estimated
+/// against the noise.
 const MIN_WINDOW_SAMPLES: f64 = 10.0;
 /// Maximum number of doublings of the shortest windows for the comparison of input interpolations.
 const HOLD_WINDOW_DOUBLINGS: i32 = 4;
@@ -30,8 +32,8 @@ pub struct Fitted {
 
 /// Calibrates a model.
 ///
-/// If the model does not declare the interpolation of its inputs, each is tried, and the one with the smallest residual over equal
-/// windows is chosen.
+/// If the model does not declare the interpolation of its inputs, each is tried, and the one with the
+/// smallest residual over equal windows is chosen.
 ///
 /// # Errors
 /// The declared model cannot be compiled, or cannot be simulated over the shortest windows.
@@ -42,10 +44,11 @@ pub fn fit(model: &Model, records: &[Record]) -> anyhow::Result<Fitted> {
     Ok(Fitted { model, calibration, holds, substeps })
 }
 
-/// Chooses the interpolation of the inputs by the residual over the longest windows that all candidates reached.
+/// Chooses the interpolation of the inputs by the residual over the longest windows that all candidates
+/// reached.
 ///
-/// Returns the model with the best one, and the residual norm of each, relative to the best. The norm is the geometric mean of the RMS
-/// residuals of the outputs.
+/// Returns the model with the best one, and the residual norm of each, relative to the best. The norm is the
+/// geometric mean of the RMS residuals of the outputs.
 fn choose_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Model, Vec<(Hold, f64)>)> {
     if model.inputs.iter().all(|input| input.hold.is_some()) {
         return Ok((model.clone(), Vec::new()));
@@ -66,7 +69,8 @@ fn choose_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Model, Vec<
     Ok((best.map_or_else(|| model.clone(), |(_, model, _)| model), holds))
 }
 
-/// Calibrates a model whose inputs have an interpolation; also returns the integration steps per sample interval.
+/// Calibrates a model whose inputs have an interpolation; also returns the integration steps per sample
+/// interval.
 ///
 /// `doublings` bounds the length of the windows.
 fn with_hold(
@@ -75,7 +79,8 @@ fn with_hold(
     doublings: Option<i32>,
 ) -> anyhow::Result<(Calibration, usize)> {
     let system = WrittenSystem::declared_only(model)?;
-    // Steps, smoothing widths and the fastest time constant are estimated over short windows all over the records.
+    // Steps, smoothing widths and the fastest time constant are estimated over short windows all over the
+    // records.
     let step = records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min);
     let system = system.with_windows(Some(10.0 * MIN_WINDOW_SAMPLES * step));
     let short_windows = prepared(&system, records)?;
@@ -119,7 +124,8 @@ fn write_values(model: &mut Model, calibration: &Calibration) {
     write_shared_starts(model, calibration);
 }
 
-/// Estimates the initial states shared by all trajectories, with fixed parameters, and writes them into the model.
+/// Estimates the initial states shared by all trajectories, with fixed parameters, and writes them into the
+/// model.
 ///
 /// # Errors
 /// The model cannot be compiled, or cannot be simulated over the shortest windows.

@@ -1,4 +1,5 @@
-//! Free runs of an equation model: simulation over a whole record from a fitted initial state, and the errors.
+//! Free runs of an equation model: simulation over a whole record from a fitted initial state, and the
+//! errors.
 
 use super::fit::prepared;
 use augsim_calibrate::fit_start;

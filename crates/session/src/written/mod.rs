@@ -13,7 +13,8 @@ pub mod states;
 use augsim_written::{Model, ModelError};
 use std::path::Path;
 
-/// Whether a file is an equation model; `false` for an unreadable file, which the reader of other models reports.
+/// Whether a file is an equation model; `false` for an unreadable file, which the reader of other models
+/// reports.
 pub fn is_model(path: &Path) -> bool {
     // Only regular files are read here: a pipe can be read only once, and its reader comes later.
     let text = path.is_file().then(|| augsim_data::read_text(path).ok()).flatten();
@@ -28,7 +29,8 @@ pub fn is_model_text(text: &str) -> bool {
     }
     match toml::from_str::<Head>(text) {
         Ok(head) => head.scenario.as_deref() == Some("system"),
-        // With a syntax error further down, the file still counts as an equation model, whose reader reports the error.
+        // With a syntax error further down, the file still counts as an equation model, whose reader reports
+        // the error.
         Err(_) => text.lines().any(|line| line.replace(' ', "").starts_with("scenario=\"system\"")),
     }
 }

@@ -26,7 +26,8 @@ pub fn smoothed(model: &Model, records: &[Record]) -> anyhow::Result<Smoothed> {
     Ok(smooth(&with_state_outputs, model.outputs.len(), &records, &values, &noisy_states, &declared)?)
 }
 
-/// Estimates the noise of a model, and writes it into the model: process noise to states, measurement noise to outputs.
+/// Estimates the noise of a model, and writes it into the model: process noise to states, measurement noise
+/// to outputs.
 ///
 /// Prediction bands use both.
 ///

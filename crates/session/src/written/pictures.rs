@@ -1,4 +1,5 @@
-//! Figures in the report on an equation model: free runs of both models over the first records, and curves of the added effects.
+//! Figures in the report on an equation model: free runs of both models over the first records, and curves of
+//! the added effects.
 
 use super::fit::prepared;
 use super::forecast::{FreeRun, free_runs};
@@ -15,7 +16,8 @@ use augsim_written::{Model, WrittenSystem};
 const MAX_POINTS: usize = 600;
 /// Number of first samples that the initial states of the free runs are fitted to.
 const BURN_IN: usize = 20;
-/// Largest RMS error of linear interpolation between plotted points, relative to the standard deviation of the curve.
+/// Largest RMS error of linear interpolation between plotted points, relative to the standard deviation of
+/// the curve.
 const MAX_INTERPOLATION_ERROR: f64 = 0.02;
 /// Samples of the windows from which the scales of quantities are estimated.
 const WINDOW_SAMPLES: usize = 400;
@@ -149,7 +151,8 @@ fn laws(augmented: &Model, list: &[Record]) -> anyhow::Result<Vec<LawCurve>> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: plotted points are as far apart as linear interpolation allows, and no farther than needed to reach the end.
+    //! Contract: plotted points are as far apart as linear interpolation allows, and no farther than needed
+    //! to reach the end.
     use super::*;
 
     fn wave(samples: usize, period: f64) -> Vec<f64> {

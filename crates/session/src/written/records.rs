@@ -65,8 +65,8 @@ pub fn read(from: impl Into<DataFrom>, model: &Model) -> anyhow::Result<Measured
 
 /// Converts trajectories to records of the model.
 ///
-/// With `within_range`, readings at or beyond the sensor range of their output become gaps, since the true value is unknown: use it for
-/// fits. Scores compare such readings with predictions clipped to the range.
+/// With `within_range`, readings at or beyond the sensor range of their output become gaps, since the true
+/// value is unknown: use it for fits. Scores compare such readings with predictions clipped to the range.
 pub fn records(data: &Dataset, model: &Model, within_range: bool) -> anyhow::Result<Vec<Record>> {
     let mut list = Vec::with_capacity(data.trajectories().len());
     let indices = |names: Vec<&str>| -> anyhow::Result<Vec<usize>> {

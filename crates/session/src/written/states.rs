@@ -19,7 +19,8 @@ const STEP_TOLERANCE: f64 = 0.02;
 const EXTRA_SAMPLES: usize = 8;
 /// Maximum number of short windows that are fitted.
 const MAX_WINDOWS: usize = 200;
-/// Ratio of the smoother's measurement noise to the residual over short windows below which the smoother is not trusted.
+/// Ratio of the smoother's measurement noise to the residual over short windows below which the smoother is
+/// not trusted.
 const MIN_NOISE_RATIO: f64 = 0.02;
 
 /// Records whose sampling does not suit a net.
@@ -115,9 +116,10 @@ pub fn engine(model: &Model, records: &[Record]) -> anyhow::Result<Engine> {
 
 /// Standard deviation of the measurement noise of each output, in its unit.
 ///
-/// As declared, or else as estimated by the smoother; where the smoother finds almost none, the RMS residual over short windows. White
-/// process noise can explain every reading without measurement noise, and a net trained on such states would learn the noise: on
-/// Silverbox the smoother alone gives 1e-14 V, and the net made the free run seven times worse.
+/// As declared, or else as estimated by the smoother; where the smoother finds almost none, the RMS residual
+/// over short windows. White process noise can explain every reading without measurement noise, and a net
+/// trained on such states would learn the noise: on Silverbox the smoother alone gives 1e-14 V, and the net
+/// made the free run seven times worse.
 fn sensor_sd(model: &Model, system: &WrittenSystem, records: &[Record]) -> anyhow::Result<Vec<f64>> {
     let known: Option<Vec<f64>> = model.outputs.iter().map(|output| output.sd).collect();
     if let Some(known) = known {
@@ -133,7 +135,8 @@ fn sensor_sd(model: &Model, system: &WrittenSystem, records: &[Record]) -> anyho
         .collect())
 }
 
-/// RMS residual of each output over short windows with fitted initial states: the median over windows all over the records.
+/// RMS residual of each output over short windows with fitted initial states: the median over windows all
+/// over the records.
 ///
 /// It is corrected for the degrees of freedom of the initial states.
 fn short_window_residuals(
@@ -222,7 +225,8 @@ pub fn sequences(data: &Dataset, engine: &WrittenEngine) -> anyhow::Result<Seque
 
 /// The engine's actions of an unprepared record, `[sample, action]`.
 ///
-/// These are the inputs, delayed where the model says so, then the second derivatives of spline inputs, and the time.
+/// These are the inputs, delayed where the model says so, then the second derivatives of spline inputs, and
+/// the time.
 pub fn actions(model: &Model, record: &Record) -> Vec<f64> {
     let nominals = model.nominals();
     let signals: Vec<(Signal, f64)> = (model.inputs.iter().zip(record.inputs.iter()))

@@ -1,5 +1,5 @@
-//! Contract: the page of a discovery shows findings, leads and errors in order, says whether its examples were held out, and escapes
-//! every text.
+//! Contract: the page of a discovery shows findings, leads and errors in order, says whether its examples
+//! were held out, and escapes every text.
 
 use augsim_data::random_stream;
 use augsim_discovery::{Discovery, Lead, NullRecords, Options};
@@ -71,7 +71,7 @@ fn unestablished_effects_follow_established_ones() {
     let place = |part: &str| text.find(part).unwrap_or_else(|| panic!("`{part}` is not on the page"));
     let places = [
         "Established effects",
-        "False alarms: an effect was found in 1 of 19 data sets like this one, simulated without a missing effect.",
+        "False alarms: an effect was found in 1 of 19 data sets like this one, generated without a missing effect.",
         "do not use them",
         "Findings that are not established",
         "not significant among so many candidates",

@@ -1,5 +1,5 @@
-//! Contract: the examples of this crate run and find the effects that they announce. Each is included as a module, so that a change
-//! of the library that breaks an example fails to compile here.
+//! Contract: the examples of this crate run and find the effects that they announce. Each is included as a
+//! module, so that a change of the library that breaks an example fails to compile here.
 
 #[path = "../../examples/discover.rs"]
 mod discover;

@@ -1,4 +1,5 @@
-//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked
+//! once.
 
 // The page of a discovery.
 mod discovery_page;

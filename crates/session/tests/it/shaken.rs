@@ -1,5 +1,6 @@
-//! Contract: noise that was estimated on some trajectories gives prediction bands with the nominal coverage on others. This holds for
-//! process noise (without it the bands are far too narrow), white and autocorrelated measurement noise.
+//! Contract: noise that was estimated on some trajectories gives prediction bands with the nominal coverage
+//! on others. This holds for process noise (without it the bands are far too narrow), white and
+//! autocorrelated measurement noise.
 
 use augsim_data::random_stream;
 use augsim_discovery::{ForetellOptions, ShakenBy};
@@ -71,7 +72,8 @@ fn quiet(seed: u64, trajectories: usize, autocorrelated: bool) -> DataFrom {
     DataFrom::Table { name: "quiet".into(), csv: csv.into_bytes().into() }
 }
 
-/// The initial state is fitted to the first samples only, which are too few to estimate the measurement noise from.
+/// The initial state is fitted to the first samples only, which are too few to estimate the measurement noise
+/// from.
 #[test]
 fn estimated_measurement_noise_gives_bands_with_nominal_coverage() {
     for (autocorrelated, cause) in [(false, ShakenBy::Sensor), (true, ShakenBy::LastingSensor)] {
