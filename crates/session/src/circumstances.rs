@@ -23,8 +23,9 @@ pub struct Circumstances {
 }
 
 impl Circumstances {
-    /// Collects them for a discovery whose page is written to the folder `out`; `model` is `None` if it is
-    /// not a file.
+    /// Collects them for a discovery whose page is written to the folder `out`.
+    ///
+    /// `model` is `None` if it is not a file.
     pub fn new(model: Option<&Path>, data: &DataFrom, wanted: &Wanted, out: &Path) -> Self {
         let source_of = |path: &Path| DataSource { path: shown(path, out), hash: fingerprint(path) };
         let mut sources: Vec<DataSource> = model.map(source_of).into_iter().collect();

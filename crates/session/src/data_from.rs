@@ -11,8 +11,7 @@ use std::sync::Arc;
 pub enum DataFrom {
     /// A file or folder in any layout that [`read_dataset`] knows.
     File(PathBuf),
-    /// A table in memory, as the CSV file that it would be written to, so that it is read by the same code as
-    /// files.
+    /// A table in memory, stored as CSV so that it is read by the same code as files.
     Table {
         /// Name in messages.
         name: String,

@@ -19,8 +19,9 @@ pub struct Wanted {
     pub options: Options,
 }
 
-/// Largest number of null data sets, which have no missing effect: with 1000, a false-alarm rate of 1 % has a
-/// standard error of 0.3 %.
+/// Maximum number of null data sets, which have no missing effect.
+///
+/// With 1000 of them, a false-alarm rate of 1 % has a standard error of 0.3 %.
 const MAX_NULL_RUNS: usize = 1000;
 
 /// Finds the effects that the model lacks; calls `report_progress` when each step begins.

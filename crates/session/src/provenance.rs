@@ -48,8 +48,9 @@ fn checksum(path: &Path) -> std::io::Result<(u32, u64)> {
     }
 }
 
-/// Collects path from `top` and size of the files below `folder`; links to folders are not followed, which
-/// avoids cycles.
+/// Collects path from `top` and size of the files below `folder`.
+///
+/// Links to folders are not followed, which avoids cycles.
 fn list(top: &Path, folder: &Path, files: &mut Vec<(String, u64)>) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten() {

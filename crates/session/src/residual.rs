@@ -20,8 +20,7 @@ pub struct NoModel {
 /// Name of the model file in the folder of a discovery.
 pub const MODEL: &str = "model.toml";
 
-/// The engine of the model in the discovery folder `run`, and notes for the user on parts of the model that
-/// are not used.
+/// The engine of the model in the discovery folder `run`, and notes on unused parts of the model.
 ///
 /// Its step is the sampling step of the data.
 ///
@@ -75,8 +74,7 @@ pub fn engine_of(
     engine_with_data_step(model, place, data, recipe)
 }
 
-/// The engine of a built-in model with the step of the data, and notes for the user on parts of model and
-/// data that are not used.
+/// The engine of a built-in model with the step of the data, and notes for the user.
 fn engine_with_data_step(
     model: &ModelFile,
     place: &str,

@@ -88,8 +88,9 @@ pub fn sequences(data: &Dataset, engine: &Engine) -> anyhow::Result<Sequences> {
     Ok(pushes(resampled.as_ref().unwrap_or(data), Thinning::default())?)
 }
 
-/// Refuses equation models: their states are not measured, and smoothed estimates would use the samples to be
-/// predicted.
+/// Refuses equation models, whose states are not measured.
+///
+/// Smoothed estimates of the states would use the samples to be predicted.
 fn check_states_are_measured(engine: &Engine) -> Result<(), Usage> {
     match engine.written() {
         Some(_) => Err(Usage::Inapplicable(Inapplicable::StartOfEquations)),

@@ -1,5 +1,4 @@
-//! Simulation of a model from given initial states, with nominal parameters or with drawn parameters and
-//! noise.
+//! Simulation of a model from given initial states, with nominal or drawn parameters.
 
 use crate::usage::{Oversized, PlanFault};
 use crate::{Subject, Usage, written};
@@ -17,8 +16,9 @@ use std::sync::Arc;
 /// Maximum number of drawn offsets per event; later events use the nominal value.
 const MAX_EVENT_DRAWS: usize = 1000;
 
-/// Largest number of values that is simulated on the calling thread; smaller tasks gain nothing from several
-/// threads.
+/// Largest number of values that is simulated on the calling thread.
+///
+/// Smaller tasks gain nothing from several threads.
 pub const BRIEF: usize = 20_000;
 
 /// A column of numbers with its name.
@@ -27,15 +27,17 @@ pub type Named = (String, Vec<f64>);
 /// Initial states, times and inputs of a simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Plan {
-    /// Initial value of every state and covariate (e.g. `spin_rad_s`) by name, with one value per trajectory
-    /// of the batch.
+    /// Initial value of every state and covariate (e.g. `spin_rad_s`) by name.
+    ///
+    /// Each has one value per trajectory of the batch.
     pub start: Vec<Named>,
     /// Times of the samples, s, increasing.
     pub times: Vec<f64>,
     /// Inputs at the sample times by name, shared by the batch.
     pub inputs: Vec<Named>,
-    /// Number of draws of parameters, random effects and measurement noise per trajectory; 0 means one
-    /// noise-free nominal run.
+    /// Number of draws per trajectory; 0 means one noise-free nominal run.
+    ///
+    /// A draw has its own parameters, random effects and measurement noise.
     pub samples: usize,
     /// Seed of the draws.
     pub seed: u64,
@@ -256,8 +258,9 @@ impl Simulation {
     }
 }
 
-/// A parameter drawn from the normal distribution of its 95 % interval, clamped to its bounds; nominal
-/// without an interval.
+/// A parameter drawn from the normal distribution of its 95 % interval, clamped to its bounds.
+///
+/// Without an interval it has its nominal value.
 fn drawn(p: &Parameter, normal: &mut dyn FnMut() -> f64) -> f64 {
     match p.standard_deviation() {
         Some(sd) => (p.nominal + sd * normal()).clamp(p.min, p.max),

@@ -56,8 +56,9 @@ pub struct Trained {
     pub parameters: usize,
 }
 
-/// Trains as configured, and writes the results to `run`; with `resume`, continues from a checkpoint if there
-/// is one.
+/// Trains as configured, and writes the results to `run`.
+///
+/// With `resume`, continues from a checkpoint if there is one.
 ///
 /// # Errors
 /// The checkpoint does not fit the data, the training diverges, or a file cannot be written.

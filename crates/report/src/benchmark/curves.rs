@@ -7,8 +7,9 @@ use crate::page::{Block, Cell, Column, Columns, FigureBlock, Grid, Row, Table};
 use crate::plot::scale::{drawable, extent};
 use crate::plot::text::capitalised;
 
-/// Number of bins that a long learning curve is summarised in; curves up to twice this length are drawn point
-/// by point.
+/// Number of bins that summarise a long learning curve.
+///
+/// Curves up to twice this length are drawn point by point.
 const CURVE_BINS: usize = 160;
 
 pub(super) fn errors(report: &BenchmarkReport, tones: &Tones) -> Vec<Block> {

@@ -1,5 +1,6 @@
-//! The report of a benchmark, as `reproduce` and `demo` write it: models scored on test sets. Empty sections
-//! are left out.
+//! The report of a benchmark, as `reproduce` and `demo` write it: models scored on test sets.
+//!
+//! Empty sections are left out.
 
 mod curves;
 mod page;

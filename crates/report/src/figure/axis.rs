@@ -67,8 +67,9 @@ impl Axis {
         Self { domain: Some([low, high]), ..self }
     }
 
-    /// Label with unit, e.g. "height (m)", or "height (10⁻³ m)" if the tick labels are scaled by a power of
-    /// ten.
+    /// Label with unit, e.g. "height (m)".
+    ///
+    /// If the tick labels are scaled by a power of ten, it is part of the unit: "height (10⁻³ m)".
     pub(crate) fn text(&self, power: i32) -> String {
         let factor = if power == 0 { String::new() } else { format!("10{}", text::superscript(power)) };
         match (factor.is_empty(), self.unit.is_empty()) {

@@ -32,8 +32,9 @@ pub struct BarGroup {
     pub bars: Vec<Bar>,
 }
 
-/// How a value is drawn. The length of a bar is meaningful only on an axis that contains zero; use dots on
-/// others.
+/// How a value is drawn.
+///
+/// The length of a bar is meaningful only on an axis that contains zero; use dots on others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BarShape {
@@ -44,8 +45,10 @@ pub enum BarShape {
     Dot,
 }
 
-/// A bar chart. With one group each bar is labelled by its name; with several, groups are labelled and a
-/// legend names the bars.
+/// A bar chart.
+///
+/// With one group each bar is labelled by its name; with several, groups are labelled and a legend names the
+/// bars.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bars {
     /// Title.

@@ -99,7 +99,7 @@ pub enum Block {
 pub struct Method {
     /// Name.
     pub name: String,
-    /// What it was used for.
+    /// Purpose in this analysis.
     pub purpose: String,
     /// Author, title, place, year.
     pub reference: String,

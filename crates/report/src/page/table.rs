@@ -159,8 +159,7 @@ impl Cell {
     }
 }
 
-/// Formats an estimate and its interval, with decimals that show one or two digits of the interval's
-/// half-width.
+/// Formats an estimate and its interval, with decimals chosen by the half-width of the interval.
 pub fn estimate_text(value: f64, [low, high]: [f64; 2]) -> (String, String) {
     let half = (high - low).abs() / 2.0;
     let size = value.abs().max(low.abs()).max(high.abs());

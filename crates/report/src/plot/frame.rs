@@ -1,5 +1,4 @@
-//! The frame of a figure with two numeric axes: title, legend, axes, grid, and the plot area that
-//! clips its marks.
+//! The frame of a figure with two numeric axes: title, legend, axes, grid, plot area.
 
 use maud::{Markup, PreEscaped, html};
 

@@ -1,5 +1,7 @@
-//! Colours for light and dark mode. Tests check that the five series can be distinguished with every common
-//! kind of colour vision, and that contrasts suffice. Dashes and marker shapes also distinguish the series.
+//! Colours of figures and pages for light and dark mode.
+//!
+//! Tests check that the five series can be distinguished with every common kind of colour vision, and that
+//! contrasts suffice. Dashes and marker shapes also distinguish the series.
 
 /// Light mode: page background, text, muted text, rules, grid, panel, accent, and the five series.
 pub(crate) const LIGHT: [(&str, &str); 12] = [
@@ -40,8 +42,7 @@ fn variables(colours: &[(&str, &str)]) -> String {
     colours.iter().map(|(name, value)| format!("--{name}:{value};")).collect()
 }
 
-/// CSS custom properties under `selector`, with the dark colours for screens in dark mode; print is always
-/// light.
+/// CSS custom properties under `selector`, with dark colours for screens in dark mode.
 pub(crate) fn variables_css(selector: &str) -> String {
     format!(
         "{selector}{{color-scheme:light dark;{}}}\n@media screen and (prefers-color-scheme:dark){{{selector}{{{}}}}}\n",

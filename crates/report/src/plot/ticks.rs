@@ -1,5 +1,7 @@
-//! Tick positions by the extended Wilkinson algorithm (Talbot, Lin and Hanrahan, "An Extension of Wilkinson's
-//! Algorithm for Positioning Tick Labels on Axes", IEEE TVCG 16, 2010).
+//! Tick positions by the extended Wilkinson algorithm.
+//!
+//! Source: Talbot, Lin and Hanrahan, "An Extension of Wilkinson's Algorithm for Positioning Tick Labels on Axes",
+//! IEEE TVCG 16, 2010.
 //!
 //! It searches for the ticks with the largest score
 //!

@@ -120,8 +120,7 @@ fn example(e: &augsim_discovery::Example, c: &ExampleChannel, has_effects: bool)
     }
 }
 
-/// Example of a push: its top view, and the distance between predicted and measured position instead of a
-/// channel.
+/// Example of a push: its top view, and its position error instead of a channel.
 fn push_example(base: Example, e: &augsim_discovery::Example, scene: &Scene, has_effects: bool) -> Example {
     let value = |c: usize, k: usize, values: fn(&ExampleChannel) -> &Vec<Option<f64>>| {
         values(&e.channels[c])[k].unwrap_or(f64::NAN)
@@ -200,8 +199,9 @@ fn overlay(e: &Example) -> Line {
     line
 }
 
-/// Figure of the residuals (measured - predicted), in mm if the channel is in m; for a push the position
-/// error.
+/// Figure of the residuals (measured - predicted); for a push of the position error.
+///
+/// Residuals in m are shown in mm.
 fn residuals(e: &Example) -> Line {
     let (unit, scale) = if e.unit == "m" { ("mm", 1e3) } else { (e.unit.as_str(), 1.0) };
     let label = if e.top_view.is_some() { "position error" } else { "measured minus predicted" };

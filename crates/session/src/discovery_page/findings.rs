@@ -161,8 +161,7 @@ fn probability(p: Option<f64>) -> Cell {
     }
 }
 
-/// The sentence on false alarms: in how many null data sets (generated without a missing effect) an effect
-/// was found.
+/// The sentence on false alarms: in how many null data sets an effect was found.
 fn null_rate(null: &NullRecords) -> String {
     let NullRecords { named, of } = null;
     format!(

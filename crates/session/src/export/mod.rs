@@ -1,5 +1,6 @@
-//! Export of a model with its parameter values: LaTeX formulas, or Python and C programs that run without
-//! augsim.
+//! Export of a model with its parameter values: LaTeX formulas, Python and C programs.
+//!
+//! The programs run without augsim.
 
 mod ball;
 mod equations;

@@ -142,8 +142,9 @@ impl Writer<'_> {
         Ok(list)
     }
 
-    /// Writes statements in the language; in C every variable is cast to void, so that unused ones give no
-    /// warning.
+    /// Writes statements in the language.
+    ///
+    /// In C every variable is cast to void, so that unused ones give no warning.
     fn lines(&self, list: &[Statement]) -> String {
         let mut text = String::new();
         let mut used = String::new();

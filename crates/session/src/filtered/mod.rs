@@ -1,5 +1,4 @@
-//! Filtered forecasts: a particle filter observes the beginning of each trajectory, and the model predicts
-//! the remainder.
+//! Filtered forecasts: predictions after a particle filter has observed the first samples.
 
 mod net;
 mod system;

@@ -15,8 +15,9 @@ use augsim_written::WrittenSystem;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// The effect whose parameters are the centre of pressure, which varies between pushes if the model has
-/// friction scatter.
+/// The effect whose parameters are the centre of pressure.
+///
+/// It varies between pushes if the model has friction scatter.
 const CENTRE_KIND: &str = "pressure-offset";
 
 /// Random effects: indices of parameters that differ between trajectories, with their standard deviations.
@@ -29,8 +30,9 @@ pub struct OfSystem {
     pub filter: SystemFilter,
     /// The measured trajectories.
     pub data: Timed,
-    /// Observed columns and their noise; 0 if neither given nor declared: then it is estimated from the
-    /// observed rows.
+    /// Observed columns and their noise.
+    ///
+    /// A standard deviation of 0, neither given nor declared, is estimated from the observed rows.
     pub sensor: Sensor,
     /// Prior of the initial state; not used, since the schema of a system has its own.
     pub start: StartLaw,

@@ -15,8 +15,9 @@ use crate::{DataFrom, Subject};
 use augsim_data::MissingCells;
 use augsim_discovery::{ForetellOptions, Foretelling};
 
-/// Default number of draws per trajectory: the ends of 90 % bands then have an error of a few per cent of the
-/// band width.
+/// Default number of draws per trajectory.
+///
+/// The ends of 90 % bands then have an error of a few per cent of the band width.
 pub const DRAWS: usize = 400;
 
 /// Predicts every trajectory of `data`.

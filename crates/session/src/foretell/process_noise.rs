@@ -1,5 +1,4 @@
-//! Simulation of process noise: drawn inputs that are added to the rates of the states that have process
-//! noise.
+//! Simulation of process noise as drawn inputs that are added to the rates.
 //!
 //! The noise is an Ornstein-Uhlenbeck process with standard deviation s and correlation time T, sampled
 //! exactly at the times of the record (Gillespie, Physical Review E 54, 1996):

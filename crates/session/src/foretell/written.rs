@@ -69,8 +69,7 @@ pub(super) struct Beginning {
 }
 
 impl Beginning {
-    /// Fits the initial state of a prepared record to its first `burn_in` samples, with the given parameter
-    /// values.
+    /// Fits the initial state of a prepared record to its first `burn_in` samples.
     pub fn of(
         model: &Model,
         system: &WrittenSystem,

@@ -1,5 +1,4 @@
-//! Prepares an equation model for discovery: calibrates it, and chooses the length of the multiple-shooting
-//! windows.
+//! Prepares an equation model for discovery: calibration, and length of the shooting windows.
 
 use super::downsample::downsampled;
 use super::fit::{fit, gauge_finding, gauge_sentence, prepared, share_starts};
@@ -15,8 +14,9 @@ use augsim_written::{MeasuredModel, Model, WrittenSystem};
 ///
 /// With more windows, which would be shorter, the unmeasured initial states would add too many free values.
 const MIN_WINDOWS: f64 = 8.0;
-/// Maximum number of samples of a window in the search. The engine simulates many windows in one pass of SIMD
-/// lanes, and a few long windows leave lanes unused.
+/// Maximum number of samples of a window in the search.
+///
+/// The engine simulates many windows in one pass of SIMD lanes, and a few long windows leave lanes unused.
 const MAX_WINDOW_SAMPLES: f64 = 500.0;
 
 /// Adds to a result the initial states shared by all trajectories and the noise of the augmented model.
@@ -109,8 +109,7 @@ pub fn measured(
     Ok(Against { declared, data, notes })
 }
 
-/// Removes a gauge freedom: fixes its last parameter at the declared value, and returns the model and a note
-/// for the user.
+/// Removes a gauge freedom: fixes its last parameter at the declared value.
 ///
 /// `None` if more than one parameter would have to be fixed, which is left to the user, or if a single
 /// parameter has no effect.

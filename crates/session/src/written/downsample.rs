@@ -27,8 +27,7 @@ impl Downsampled {
     }
 }
 
-/// Downsamples the data as far as no information is lost; `None` if all samples are needed, or if there are
-/// gaps.
+/// Downsamples the data as far as no information is lost; `None` if nothing can be dropped.
 ///
 /// `records` are those of the data, prepared by the tuned system.
 ///
@@ -87,8 +86,7 @@ v_m_s = "push_m_s2 - damping_per_s * v_m_s"
 position_m = { value = "x_m", sd = "estimate" }
 "#;
 
-    /// Two seconds of that mass at 1 kHz under a slow push with a superposed ripple, from the exact solution
-    /// over each sample interval.
+    /// Two seconds of that mass at 1 kHz under a slow push with a superposed ripple.
     ///
     /// Measurement errors are uniform up to `noise_m`.
     fn recorded(noise_m: f64) -> Dataset {

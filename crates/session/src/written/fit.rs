@@ -1,5 +1,4 @@
-//! Calibration of an equation model: the interpolation (hold) of its inputs, its parameters and its initial
-//! states.
+//! Calibration of an equation model: input interpolation (hold), parameters, initial states.
 
 use augsim_calibrate::{Calibration, Gauge, calibrate};
 use augsim_physics::model::NORMAL_95;
@@ -9,8 +8,9 @@ use augsim_written::{Model, WrittenSystem};
 
 /// Length of the shortest windows, in time constants of the fastest mode.
 const MIN_WINDOW_TIME_CONSTANTS: f64 = 2.0;
-/// Minimum number of samples of the shortest windows; from fewer the initial states could not be estimated
-/// against the noise.
+/// Minimum number of samples of the shortest windows.
+///
+/// From fewer samples the initial states could not be estimated against the noise.
 const MIN_WINDOW_SAMPLES: f64 = 10.0;
 /// Maximum number of doublings of the shortest windows for the comparison of input interpolations.
 const HOLD_WINDOW_DOUBLINGS: i32 = 4;
@@ -44,8 +44,9 @@ pub fn fit(model: &Model, records: &[Record]) -> anyhow::Result<Fitted> {
     Ok(Fitted { model, calibration, holds, substeps })
 }
 
-/// Chooses the interpolation of the inputs by the residual over the longest windows that all candidates
-/// reached.
+/// Chooses the interpolation of the inputs with the smallest residual.
+///
+/// Residuals are compared over the longest windows that all candidates reached.
 ///
 /// Returns the model with the best one, and the residual norm of each, relative to the best. The norm is the
 /// geometric mean of the RMS residuals of the outputs.
@@ -69,8 +70,9 @@ fn choose_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Model, Vec<
     Ok((best.map_or_else(|| model.clone(), |(_, model, _)| model), holds))
 }
 
-/// Calibrates a model whose inputs have an interpolation; also returns the integration steps per sample
-/// interval.
+/// Calibrates a model whose inputs have an interpolation.
+///
+/// Also returns the integration steps per sample interval.
 ///
 /// `doublings` bounds the length of the windows.
 fn with_hold(
@@ -124,8 +126,9 @@ fn write_values(model: &mut Model, calibration: &Calibration) {
     write_shared_starts(model, calibration);
 }
 
-/// Estimates the initial states shared by all trajectories, with fixed parameters, and writes them into the
-/// model.
+/// Writes the initial states shared by all trajectories into the model.
+///
+/// They are estimated with fixed parameters.
 ///
 /// # Errors
 /// The model cannot be compiled, or cannot be simulated over the shortest windows.

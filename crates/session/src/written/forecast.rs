@@ -1,5 +1,4 @@
-//! Free runs of an equation model: simulation over a whole record from a fitted initial state, and the
-//! errors.
+//! Free runs of an equation model from fitted initial states over whole records, and their errors.
 
 use super::fit::prepared;
 use augsim_calibrate::fit_start;

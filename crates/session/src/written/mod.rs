@@ -13,8 +13,9 @@ pub mod states;
 use augsim_written::{Model, ModelError};
 use std::path::Path;
 
-/// Whether a file is an equation model; `false` for an unreadable file, which the reader of other models
-/// reports.
+/// Whether a file is an equation model.
+///
+/// `false` for an unreadable file, which the reader of other models reports.
 pub fn is_model(path: &Path) -> bool {
     // Only regular files are read here: a pipe can be read only once, and its reader comes later.
     let text = path.is_file().then(|| augsim_data::read_text(path).ok()).flatten();

@@ -26,8 +26,7 @@ pub fn smoothed(model: &Model, records: &[Record]) -> anyhow::Result<Smoothed> {
     Ok(smooth(&with_state_outputs, model.outputs.len(), &records, &values, &noisy_states, &declared)?)
 }
 
-/// Estimates the noise of a model, and writes it into the model: process noise to states, measurement noise
-/// to outputs.
+/// Estimates process noise and measurement noise, and writes them into the model.
 ///
 /// Prediction bands use both.
 ///

@@ -1,5 +1,4 @@
-//! Figures in the report on an equation model: free runs of both models over the first records, and curves of
-//! the added effects.
+//! Figures in the report on an equation model: free runs and curves of the added effects.
 
 use super::fit::prepared;
 use super::forecast::{FreeRun, free_runs};
@@ -16,8 +15,9 @@ use augsim_written::{Model, WrittenSystem};
 const MAX_POINTS: usize = 600;
 /// Number of first samples that the initial states of the free runs are fitted to.
 const BURN_IN: usize = 20;
-/// Largest RMS error of linear interpolation between plotted points, relative to the standard deviation of
-/// the curve.
+/// Maximum RMS error of linear interpolation between plotted points.
+///
+/// Relative to the standard deviation of the curve.
 const MAX_INTERPOLATION_ERROR: f64 = 0.02;
 /// Samples of the windows from which the scales of quantities are estimated.
 const WINDOW_SAMPLES: usize = 400;

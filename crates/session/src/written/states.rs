@@ -19,8 +19,9 @@ const STEP_TOLERANCE: f64 = 0.02;
 const EXTRA_SAMPLES: usize = 8;
 /// Maximum number of short windows that are fitted.
 const MAX_WINDOWS: usize = 200;
-/// Ratio of the smoother's measurement noise to the residual over short windows below which the smoother is
-/// not trusted.
+/// Smallest ratio of the smoother's measurement noise to the residual over short windows.
+///
+/// Below it the smoother's estimate is not used.
 const MIN_NOISE_RATIO: f64 = 0.02;
 
 /// Records whose sampling does not suit a net.
@@ -135,8 +136,7 @@ fn sensor_sd(model: &Model, system: &WrittenSystem, records: &[Record]) -> anyho
         .collect())
 }
 
-/// RMS residual of each output over short windows with fitted initial states: the median over windows all
-/// over the records.
+/// Median RMS residual of each output over short windows with fitted initial states.
 ///
 /// It is corrected for the degrees of freedom of the initial states.
 fn short_window_residuals(
