@@ -108,7 +108,7 @@ pub fn page(circumstances: &Circumstances, subject: &Subject, d: &Discovery) -> 
             Section::new("Warnings about the data", prose(&warnings)),
             Section::new("Error on held-out data", errors::blocks(d, &declared.quantity)),
             Section::new("What was found", findings::found(d, &declared.parameters)),
-            Section::new("Suggested effects, not established", findings::leads(d)),
+            Section::new("Leads: suggested effects, not established", findings::leads(d)),
             Section::new("Added effects as curves", residuals::laws(&pictures.laws)),
             Section::new("Open questions", findings::open_questions(d)),
             Section::new("Residual, before and after", residuals::blocks(d)),

@@ -32,8 +32,7 @@ impl ProcessNoise {
 
     /// A copy of the record with drawn noise inputs.
     ///
-    /// The noise is 0 within the first `known` samples: the initial state was fitted to them and already
-    /// accounts for it.
+    /// No noise is drawn within the first `known` samples, to which the initial state was fitted.
     pub fn drawn(&self, record: &Record, known: usize, normal: &mut dyn FnMut() -> f64) -> Record {
         let first = known.saturating_sub(1);
         let draw = |process: &Shaken| {
