@@ -68,11 +68,11 @@ def test_every_form_of_a_table_is_read_alike(sealed, found):
 def test_a_notebook_shows_sentence_table_and_figures(found):
     shown = found._repr_html_()
     assert shown.startswith("<iframe srcdoc=") and "quadratic-drag" in shown
-    assert "Error on data that no fit has seen" in shown and "&lt;table" in shown and "&lt;svg" in shown
+    assert "Error on held-out data" in shown and "&lt;table" in shown and "&lt;svg" in shown
     assert "<script" not in shown and "&lt;script" not in shown
     figures = found.plot()
     assert len(figures) >= 3 and all(svg.startswith("<svg") for svg in figures)
-    assert any("that no fit has seen" in title for title in figures.titles)
+    assert any("held-out trajectories" in title for title in figures.titles)
 
 
 def test_figures_are_written(found, tmp_path):

@@ -94,13 +94,13 @@ def test_a_pendulum_swings_with_its_period():
 @pytest.mark.parametrize(
     ("start", "times", "inputs", "sentence"),
     [
-        ({}, [0.0], None, "give the first value of every state"),
-        ({"height_m": 1.0}, [0.0], None, "no `velocity_m_s`"),
+        ({}, [0.0], None, "give the initial value of every state"),
+        ({"height_m": 1.0}, [0.0], None, "`velocity_m_s` is missing"),
         ({"height_m": 1.0, "velocity_m_s": 0.0, "colour": 1.0}, [0.0], None, "no state of the model"),
-        ({"height_m": [1.0, 2.0], "velocity_m_s": [0.0, 0.0, 0.0]}, [0.0], None, "values, but others have"),
+        ({"height_m": [1.0, 2.0], "velocity_m_s": [0.0, 0.0, 0.0]}, [0.0], None, "values, but the other states have"),
         ({"height_m": np.nan, "velocity_m_s": 0.0}, [0.0], None, "give a finite number"),
         ({"height_m": 1.0, "velocity_m_s": 0.0}, [], None, "give the times of the samples"),
-        ({"height_m": 1.0, "velocity_m_s": 0.0}, [0.0, 0.0], None, "times are finite and increase"),
+        ({"height_m": 1.0, "velocity_m_s": 0.0}, [0.0, 0.0], None, "times must be finite and increasing"),
         ({"height_m": 1.0, "velocity_m_s": 0.0}, [[0.0]], None, "give one number, or one dimension"),
         ({"height_m": 1.0, "velocity_m_s": 0.0}, [0.0], {"force_N": [1.0]}, "the model has no such input"),
         ({"height_m": "high", "velocity_m_s": 0.0}, [0.0], None, "give numbers"),
@@ -138,7 +138,7 @@ def test_a_wrong_model_names_its_line(tmp_path):
 
 
 def test_fit_takes_equations(ball, sealed):
-    with pytest.raises(augsim.UsageError, match="fit takes models of equations"):
+    with pytest.raises(augsim.UsageError, match="fit needs an equation model"):
         ball.fit(sealed / "bounces.csv")
 
 

@@ -36,7 +36,7 @@ def test_the_weights_are_those_of_the_command_line(both, tmp_path):
     saved = run.save(tmp_path / "run")
     for name in ("weights.safetensors", "checkpoint.bin"):
         assert (saved / name).read_bytes() == (folder / name).read_bytes(), name
-    with pytest.raises(augsim.UsageError, match="holds a run already"):
+    with pytest.raises(augsim.UsageError, match="already contains a run"):
         run.save(saved)
     again = augsim.Run(saved)
     assert (again.recipe, again.iterations, again.seed) == (run.recipe, ITERATIONS, 3)
@@ -118,7 +118,7 @@ def test_progress_and_refusals_of_training(drops):
         columns = augsim.read(drops).to_dict()
         del columns["velocity_m_s"]
         augsim.train(columns, "hybrid", PAPER, progress=False)
-    with pytest.raises(augsim.UsageError, match="nothing says what moves here"):
+    with pytest.raises(augsim.UsageError, match="no physics model is given"):
         augsim.train(drops, progress=False)
 
 

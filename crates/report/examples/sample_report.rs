@@ -1,4 +1,4 @@
-//! Writes sample reports with made-up content, to look at in a browser.
+//! Writes sample reports with invented content, to be viewed in a browser.
 //!
 //! `cargo run -p augsim-report --example sample_report -- training out/training.html`
 //! (or `empty`).

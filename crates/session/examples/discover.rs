@@ -1,10 +1,11 @@
-//! Discovery of an effect that a model lacks, in twenty lines: `cargo run --release -p augsim-session --example discover`.
+//! Discovery of an effect that a model lacks, in twenty lines: `cargo run --release -p augsim-session
+//! --example discover`.
 
 use augsim_session::{DataFrom, Subject, Wanted, discover};
 use std::path::Path;
 
-/// Prints the sentence, the effects with values and intervals, and the model that has them.
-#[expect(clippy::print_stdout, reason = "an example talks to who runs it")]
+/// Prints the summary sentence, the effects with values and intervals, and the augmented model.
+#[expect(clippy::print_stdout, reason = "an example prints its result")]
 pub fn main() -> anyhow::Result<()> {
     let sealed = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/sealed"));
     let model = Subject::read(&sealed.join("model.toml"))?;

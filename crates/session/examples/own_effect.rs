@@ -1,12 +1,14 @@
-//! An effect of one's own, which the loop then finds: `cargo run --release -p augsim-session --example own_effect`.
+//! A user-defined candidate effect that discovery finds: `cargo run --release -p augsim-session --example
+//! own_effect`.
 //!
-//! A pendulum swings over a magnet that its model does not know (`docs/recipes/data`, made by a program that shares no code with
-//! augsim). No library has a magnet; here it is a candidate that is written down in the text of the model.
+//! A pendulum swings over a magnet that its model does not contain (`docs/recipes/data`, simulated by a
+//! program that shares no code with augsim). The library has no magnet, so the model file declares it as a
+//! candidate.
 
 use augsim_session::{DataFrom, Subject, Wanted, discover};
 use std::path::PathBuf;
 
-/// A pendulum as everybody writes it.
+/// The textbook model of a damped pendulum.
 const PENDULUM: &str = r#"
 scenario = "system"
 name = "pendulum"
@@ -28,7 +30,7 @@ omega_rad_s = "-gravity_m_s2 / length_m * sin(theta_rad) - damping_per_s * omega
 angle_rad = { value = "theta_rad", sd = "estimate" }
 "#;
 
-/// The suspected effect: a force towards the middle that ends within `w`. It vanishes at `k = 0`.
+/// The candidate effect: an attraction to the centre with range `w`. It vanishes at `k = 0`.
 const MAGNET: &str = r#"
 [[candidate]]
 kind = "magnet"
@@ -40,8 +42,8 @@ stands_for = ["a spring with a short reach"]
 source = "a bell-shaped attraction"
 "#;
 
-/// Prints what is found in the swings with the candidate.
-#[expect(clippy::print_stdout, reason = "an example talks to who runs it")]
+/// Prints the result of a discovery with the candidate.
+#[expect(clippy::print_stdout, reason = "an example prints its result")]
 pub fn main() -> anyhow::Result<()> {
     let swings = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/recipes/data/swings.csv"));
     let model = Subject::parse(&[PENDULUM, MAGNET].concat(), "pendulum over a magnet")?;

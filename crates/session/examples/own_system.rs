@@ -1,7 +1,9 @@
-//! A system of one's own in Rust, calibrated and asked what it lacks: `cargo run --release -p augsim-session --example own_system`.
+//! A user-defined system in Rust, with discovery of its missing effect:
+//! `cargo run --release -p augsim-session --example own_system`.
 //!
-//! A tank of surveyed shape drains through an outlet: its cross-section is a table, which no formula says. One effect may be
-//! missing, seepage through the wall. Equations say how it moves, a declaration says how the loop opens it and writes it down.
+//! A tank drains through an outlet; its cross-section is a measured table. One effect may be missing, seepage
+//! through the wall. [`Equations`] implements the dynamics; [`Declaration`] tells discovery how to open the
+//! system and how to write the result.
 
 use augsim_data::checks::Expected;
 use augsim_data::{Dataset, Trajectory, random_stream};
@@ -19,28 +21,29 @@ use std::sync::Arc;
 /// Cross-sections at every 0.1 m of height, m².
 const SURVEY_M2: [f64; 7] = [0.010, 0.014, 0.021, 0.024, 0.022, 0.017, 0.015];
 const GRAVITY_M_S2: f64 = 9.81;
-/// The outlet and the seepage of the tank that is measured here.
+/// True outlet area, m², and seepage coefficient, m²/s.
 pub const TRUTH: [f64; 2] = [2.1e-5, 3e-5];
-/// Standard deviation of the level's sensor, m.
+/// Standard deviation of the level measurement, m.
 const SENSOR_M: f64 = 5e-4;
 
-/// Cross-section at a level, in straight lines between the surveyed ones, m².
+/// Cross-section at a level, linearly interpolated, m².
 fn section<S: Scalar>(level: S) -> S {
-    let place = (level.value() / 0.1).clamp(0.0, 5.999);
-    let (below, above) = (SURVEY_M2[place as usize], SURVEY_M2[place as usize + 1]);
-    (level * 10.0 - place.floor()) * (above - below) + below
+    let position = (level.value() / 0.1).clamp(0.0, 5.999);
+    let (below, above) = (SURVEY_M2[position as usize], SURVEY_M2[position as usize + 1]);
+    (level * 10.0 - position.floor()) * (above - below) + below
 }
 
-/// Rate of the level, m/s, under an outlet (m²) and a seepage (m²/s).
+/// Rate of the level, m/s, for an outlet area (m²) and a seepage coefficient (m²/s).
 fn rate<S: Scalar>(level: S, outlet: S, seepage: S) -> S {
-    // Torricelli; Darcy for the wall, whose wet height is the level. An empty tank stays empty.
+    // Torricelli's law for the outlet, Darcy's law for the wall, which is wet up to the level. An empty tank
+    // stays empty.
     match level.value() > 0.0 {
         true => -(outlet * (level * (2.0 * GRAVITY_M_S2)).sqrt() + seepage * level) / section(level),
         false => S::zero(),
     }
 }
 
-/// The tank: what it is, its declared parameter, and the effect that it may lack.
+/// The tank: its schema, its declared parameter, and the candidate effect.
 #[derive(Debug)]
 struct Tank(Schema, Vec<Parameter>, Vec<Effect>);
 
@@ -93,7 +96,8 @@ impl Equations for Tank {
     }
 
     fn derivative<S: Scalar>(&self, at: &At<'_, S>, rates: &mut [S]) {
-        // Behind the declared parameter stands that of the effect, at its null until it is in the model.
+        // The effect's parameter follows the declared one; it is at its null value until the effect is added
+        // to the model.
         rates[0] = rate(at.states[0], at.parameters[0], at.parameters[1]);
     }
 
@@ -102,7 +106,7 @@ impl Equations for Tank {
     }
 }
 
-/// The tank as the loop sees it; a system in Rust has no model file, so its text is for readers only.
+/// The tank as discovery sees it. A system in Rust has no model file, so its text is for display only.
 #[derive(Debug)]
 struct Declared;
 
@@ -132,7 +136,7 @@ impl Declaration for Declared {
     }
 }
 
-/// Levels of twelve drainings, once a second for a minute, by small steps of Euler.
+/// Levels of twelve drainings, once a second for a minute, simulated with small Euler steps.
 fn measured() -> Result<Dataset, Box<dyn std::error::Error>> {
     const STEPS_PER_S: usize = 1000;
     let noise = Normal::new(0.0, SENSOR_M)?;
@@ -151,13 +155,13 @@ fn measured() -> Result<Dataset, Box<dyn std::error::Error>> {
     Ok(Dataset::from_names(&["level_m"], (0..12).map(draining).collect::<Result<_, _>>()?)?)
 }
 
-/// Discovery of the law that the tank's model lacks to explain its drainings.
+/// Runs the discovery of the effect that the tank's model lacks.
 pub fn found() -> Result<Discovery, Box<dyn std::error::Error>> {
     Ok(discover(&Declared, &measured()?, &Options::default(), &mut |_| {})?)
 }
 
-/// Prints it.
-#[expect(clippy::print_stdout, reason = "an example talks to who runs it")]
+/// Prints the result beside the true values.
+#[expect(clippy::print_stdout, reason = "an example prints its result")]
 pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let found = found()?;
     println!("{}", found.sentence);

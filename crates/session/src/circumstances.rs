@@ -1,4 +1,4 @@
-//! The circumstances of a discovery, as its page shows them.
+//! Name, seed, sources and command line of a discovery, as its page shows them.
 
 use crate::command_line::quoted;
 use crate::provenance::{fingerprint, shown};
@@ -7,29 +7,31 @@ use crate::{DataFrom, Wanted};
 use augsim_report::page::DataSource;
 use std::path::Path;
 
-/// The circumstances of a discovery.
+/// Name, seed, sources, command line and figures of a discovery.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Circumstances {
     /// Name of the data.
     pub name: String,
-    /// Seed.
+    /// Seed of every random draw.
     pub seed: u64,
-    /// The model file and the data.
+    /// The model file and the data, with their checksums.
     pub sources: Vec<DataSource>,
-    /// The command line that repeats it; empty where no file on disk would.
+    /// The command line that repeats the discovery; empty if model or data are not files.
     pub reproduce: String,
-    /// Runs of the models and laws, for systems of equations.
+    /// Free runs of the models and curves of the added effects; empty for built-in scenarios.
     pub pictures: Pictures,
 }
 
 impl Circumstances {
-    /// Collects the circumstances of a discovery whose page lies in the folder `out`. A `model` that is no file has no path.
+    /// Collects them for a discovery whose page is written to the folder `out`.
+    ///
+    /// `model` is `None` if it is not a file.
     pub fn new(model: Option<&Path>, data: &DataFrom, wanted: &Wanted, out: &Path) -> Self {
-        let of_file = |path: &Path| DataSource { path: shown(path, out), hash: fingerprint(path) };
-        let mut sources: Vec<DataSource> = model.map(of_file).into_iter().collect();
+        let source_of = |path: &Path| DataSource { path: shown(path, out), hash: fingerprint(path) };
+        let mut sources: Vec<DataSource> = model.map(source_of).into_iter().collect();
         let (name, reproduce) = match data {
             DataFrom::File(path) => {
-                sources.push(of_file(path));
+                sources.push(source_of(path));
                 (name_of(path), model.map_or_else(String::new, |model| command(model, path, wanted, out)))
             }
             DataFrom::Table { name, .. } => {
@@ -41,7 +43,7 @@ impl Circumstances {
     }
 }
 
-/// The name of data on a page: that of their file, or of its folder where the file has a name like any other (`data.csv`).
+/// The name of data on a page: the stem of the file, or the folder's name if the stem is just `data`.
 fn name_of(path: &Path) -> String {
     let text = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
     let file = text(path.file_name());
@@ -50,7 +52,7 @@ fn name_of(path: &Path) -> String {
     if stem == "data" && !folder.is_empty() { folder } else { stem.to_owned() }
 }
 
-/// The command that repeats the discovery; the folder of the results does not decide them.
+/// The command that repeats the discovery. `--out DIR` is a placeholder: it does not change the results.
 fn command(model: &Path, data: &Path, wanted: &Wanted, out: &Path) -> String {
     let Wanted { groups, accept, options } = wanted;
     let mut words = vec!["augsim".to_owned(), "discover".to_owned()];

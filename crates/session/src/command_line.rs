@@ -1,6 +1,6 @@
-//! Command lines that pages show, to be copied into a shell.
+//! Command lines that pages show, ready to be copied into a shell.
 
-/// The words, in quotes where a shell needs them.
+/// Joins words into a command line, quoted where a shell needs it.
 pub fn quoted(words: &[String]) -> String {
     let join = shlex::try_join(words.iter().map(String::as_str));
     // Only a zero byte cannot be quoted, and no argument holds one.

@@ -11,42 +11,42 @@ use augsim_physics::model::ModelFile;
 use augsim_trainer::{Engine, Recipe, Settings};
 use std::path::{Path, PathBuf};
 
-/// Iterations between checkpoints, where nobody says otherwise.
+/// Default number of iterations between checkpoints.
 pub const CHECKPOINT_EVERY: u64 = 500;
 
-/// The model that a net corrects.
+/// The physics model that a net corrects.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Corrected {
     /// The augmented model in the folder of a discovery.
     Folder(PathBuf),
-    /// This model.
+    /// A model in memory.
     Model(Box<ModelFile>),
     /// The model in a file.
     File(PathBuf),
-    /// The ball of the paper's experiment.
+    /// The bouncing ball of the paper's experiment.
     PybulletBall,
 }
 
-/// Wishes of a user about a training run.
+/// A user's request for a training run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WantedRun {
-    /// Net.
+    /// Kind of net, with its loss.
     pub recipe: Recipe,
-    /// The model that the net corrects; the paper's ball where there is none.
+    /// The model that the net corrects; `None` means the paper's ball.
     pub residual_of: Option<Corrected>,
     /// Iterations, at least 1.
     pub iterations: u64,
     /// Seed of every draw.
     pub seed: u64,
-    /// Checks of suspicious data that are not made.
+    /// Data checks to skip.
     pub accept: Vec<Check>,
 }
 
 impl Corrected {
-    /// Takes the model that the options of a command name, of which one at most is given; none is assumed.
+    /// Chooses the model from the options of a command, of which at most one is given.
     ///
     /// # Errors
-    /// None is given.
+    /// [`Usage::Missing`] if none is given: no model is assumed.
     pub fn of_options(
         residual_of: Option<&Path>,
         model: Option<&Path>,
@@ -61,7 +61,7 @@ impl Corrected {
         }
     }
 
-    /// The engine, and notes for people.
+    /// The physics engine, and notes for the user.
     ///
     /// # Errors
     /// As [`residual::engine`], [`residual::engine_of`] and [`residual::engine_of_file`].
@@ -74,7 +74,7 @@ impl Corrected {
         }
     }
 
-    /// The folder of the discovery, where one is named.
+    /// The folder of the discovery, if the model comes from one.
     pub fn residual_of(&self) -> Option<PathBuf> {
         match self {
             Corrected::Folder(folder) => Some(folder.clone()),
@@ -83,10 +83,10 @@ impl Corrected {
     }
 }
 
-/// The configuration for these data, and notes for people about what of the model takes no part.
+/// The configuration for these data, and notes for the user about parts of the model that are not used.
 ///
 /// # Errors
-/// The recipe reads no physics, or the discovery's model is no engine of the data.
+/// No iterations, a recipe that uses no physics, or a model that does not fit the data.
 pub fn configure(wanted: &WantedRun, data: &DataFrom) -> anyhow::Result<(Config, Vec<String>)> {
     if wanted.iterations == 0 {
         return Err(Usage::keyword("iterations", 0, Takes::AtLeastOne).into());

@@ -1,4 +1,4 @@
-//! Where trajectories come from: a file, or a table in memory that is read like one.
+//! The source of trajectories: a file, or a table in memory that is read like one.
 
 use crate::provenance::{fingerprint, fingerprint_of_bytes};
 use augsim_data::{DataError, Dataset, MissingCells, NamedCsv, read_dataset, read_table};
@@ -6,16 +6,16 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Where trajectories come from.
+/// The source of trajectories.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DataFrom {
     /// A file or folder in any layout that [`read_dataset`] knows.
     File(PathBuf),
-    /// A table in memory as the CSV file that it would be written to: whatever holds for files holds for it.
+    /// A table in memory, stored as CSV so that it is read by the same code as files.
     Table {
-        /// Its name, for messages.
+        /// Name in messages.
         name: String,
-        /// The file's bytes.
+        /// Bytes of the CSV file.
         csv: Arc<[u8]>,
     },
 }
@@ -33,12 +33,12 @@ impl From<&PathBuf> for DataFrom {
 }
 
 impl From<&DataFrom> for DataFrom {
-    fn from(there: &DataFrom) -> Self {
-        there.clone()
+    fn from(source: &DataFrom) -> Self {
+        source.clone()
     }
 }
 
-/// The path, or the name of the table.
+/// Writes the path, or the name of the table.
 impl fmt::Display for DataFrom {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -71,7 +71,7 @@ impl DataFrom {
         }
     }
 
-    /// The content in a few characters.
+    /// Checksum and size of the content, as text.
     pub fn fingerprint(&self) -> String {
         match self {
             DataFrom::File(path) => fingerprint(path),

@@ -1,4 +1,4 @@
-//! The loop on a model of any kind and data from anywhere.
+//! Discovery: calibrates a model on data and finds the effects that it lacks.
 
 use crate::usage::{Inapplicable, Takes, UnknownName};
 use crate::{DataFrom, Subject, Usage, written};
@@ -8,29 +8,32 @@ use augsim_discovery::{Discovery, Options, Progress};
 use augsim_physics::model::ModelFile;
 use std::collections::BTreeSet;
 
-/// Wishes of a user about a discovery.
+/// A user's request for a discovery.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Wanted {
-    /// Only trajectories of these groups; all where there is none.
+    /// Groups of trajectories to use; empty means all.
     pub groups: Vec<String>,
-    /// Checks of suspicious data that are not made: the same as in the options, in the order in which they were named.
+    /// Data checks to skip: the same as in the options, in the order in which the user named them.
     pub accept: Vec<Check>,
-    /// Choices of the loop.
+    /// Options of the discovery.
     pub options: Options,
 }
 
-/// Largest number of records without a missing effect: the standard error of a rate of 1 % is 0.3 % then.
+/// Maximum number of null data sets, which have no missing effect.
+///
+/// With 1000 of them, a false-alarm rate of 1 % has a standard error of 0.3 %.
 const MAX_NULL_RUNS: usize = 1000;
 
-/// Finds what the model lacks to explain the data; `told` hears of each step when it begins.
+/// Finds the effects that the model lacks; calls `report_progress` when each step begins.
 ///
 /// # Errors
-/// The model or the data do not allow an answer, or a group is not in the data.
+/// The data do not fit the model, the model cannot be simulated, an option is out of range, or a group is
+/// unknown.
 pub fn discover(
     subject: &Subject,
     data: &DataFrom,
     wanted: &Wanted,
-    told: &mut dyn FnMut(Progress),
+    report_progress: &mut dyn FnMut(Progress),
 ) -> anyhow::Result<Discovery> {
     if wanted.options.null_runs > MAX_NULL_RUNS {
         let takes = Takes::AtMost { most: MAX_NULL_RUNS };
@@ -42,34 +45,35 @@ pub fn discover(
     let Wanted { groups, options, .. } = wanted;
     match subject {
         Subject::Written(model) => {
-            told(Progress::Calibration);
-            // A mistake in the data is named before the model is fitted to it: a clock in milliseconds makes the equations stiff.
+            report_progress(Progress::Calibration);
+            // Check the data before the fit: a clock in milliseconds, for example, would make the equations
+            // stiff and the fit slow.
             let check = |read: &Dataset| -> anyhow::Result<()> {
-                let set = of_groups(groups, data, read.clone())?;
+                let set = select_groups(groups, data, read.clone())?;
                 admit(set, &model.expected(), options.accepted).map_err(DataError::from)?;
                 Ok(())
             };
-            let against = written::discovery::measured(model, data, &check)?;
-            let set = of_groups(groups, data, against.data)?;
-            let mut found = augsim_discovery::discover(&against.declared, &set, options, told)?;
-            found.notes.splice(0..0, against.notes);
+            let calibrated = written::discovery::measured(model, data, &check)?;
+            let set = select_groups(groups, data, calibrated.data)?;
+            let mut found = augsim_discovery::discover(&calibrated.declared, &set, options, report_progress)?;
+            found.notes.splice(0..0, calibrated.notes);
             written::discovery::complete(&mut found, &model.file, &set)?;
             Ok(found)
         }
         Subject::BuiltIn(model) => {
-            let set = of_groups(groups, data, data.read(MissingCells::AsGap)?)?;
+            let set = select_groups(groups, data, data.read(MissingCells::AsGap)?)?;
             let mut model = ModelFile::clone(model);
             if !groups.is_empty() {
-                // The model may have values for groups that were not asked for.
+                // The model may have parameter values for groups that were not requested.
                 model.keep_groups(groups);
             }
-            Ok(augsim_discovery::discover(model.declaration(), &set, options, told)?)
+            Ok(augsim_discovery::discover(model.declaration(), &set, options, report_progress)?)
         }
     }
 }
 
-/// The trajectories of the groups asked for; all without such a wish.
-fn of_groups(groups: &[String], from: &DataFrom, data: Dataset) -> anyhow::Result<Dataset> {
+/// Selects the trajectories of the requested groups; all if no group is requested.
+fn select_groups(groups: &[String], from: &DataFrom, data: Dataset) -> anyhow::Result<Dataset> {
     if groups.is_empty() {
         return Ok(data);
     }
@@ -80,7 +84,7 @@ fn of_groups(groups: &[String], from: &DataFrom, data: Dataset) -> anyhow::Resul
         return Err(Usage::Unknown(UnknownName::Group { name, data, known }).into());
     }
     let is_wanted = |t: &Trajectory| t.group().is_some_and(|g| groups.iter().any(|w| w == g));
-    let all = data.trajectories().iter().enumerate();
-    let indices: Vec<usize> = all.filter(|(_, t)| is_wanted(t)).map(|(i, _)| i).collect();
+    let trajectories = data.trajectories().iter().enumerate();
+    let indices: Vec<usize> = trajectories.filter(|(_, t)| is_wanted(t)).map(|(i, _)| i).collect();
     Ok(data.select(&indices))
 }

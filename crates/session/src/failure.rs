@@ -1,4 +1,4 @@
-//! Kinds of errors: exit codes and Python's exceptions follow from it.
+//! Kinds of failure, from which exit codes and Python exceptions follow.
 
 use crate::Usage;
 use augsim_data::push::PushError;
@@ -9,23 +9,23 @@ use augsim_trainer::{EngineError, TrainerError};
 /// The kind of a failure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Failure {
-    /// The request makes no sense, or not together with the files on disk.
+    /// The request is invalid, or contradicts the files on disk.
     Usage,
-    /// A model file is wrong.
+    /// A model file is invalid.
     Model,
-    /// Data are wrong, or do not go with the model.
+    /// Data are invalid, or do not fit the model.
     Data,
     /// Numbers overflowed, or a fit or a training diverged.
     Numerical,
 }
 
 impl Failure {
-    /// The kind of an error, by the first of its causes that says one.
+    /// The kind of an error: that of the first error in its chain that has one, else [`Failure::Data`].
     pub fn of(error: &anyhow::Error) -> Self {
-        error.chain().find_map(Self::of_cause).unwrap_or(Failure::Data)
+        error.chain().find_map(Self::kind_of_cause).unwrap_or(Failure::Data)
     }
 
-    fn of_cause(cause: &(dyn std::error::Error + 'static)) -> Option<Self> {
+    fn kind_of_cause(cause: &(dyn std::error::Error + 'static)) -> Option<Self> {
         if cause.is::<Usage>() {
             return Some(Failure::Usage);
         }
@@ -36,7 +36,7 @@ impl Failure {
             return Some(Failure::Model);
         }
         if let Some(e) = cause.downcast_ref::<DataError>() {
-            return asked_for(e).then_some(Failure::Usage);
+            return is_caused_by_option(e).then_some(Failure::Usage);
         }
         if cause.downcast_ref::<DiscoveryError>().is_some_and(DiscoveryError::is_numerical) {
             return Some(Failure::Numerical);
@@ -51,9 +51,10 @@ impl Failure {
     }
 }
 
-/// Whether data are refused for what an option asked for, not for what a file holds: a set in memory is as large as the
-/// options make it.
-fn asked_for(error: &DataError) -> bool {
+/// Whether the data error is caused by an option, not by the content of a file.
+///
+/// The size of generated data follows from the options.
+fn is_caused_by_option(error: &DataError) -> bool {
     matches!(
         error,
         DataError::Limit { origin: Source::Memory, .. }
@@ -61,32 +62,33 @@ fn asked_for(error: &DataError) -> bool {
     )
 }
 
-/// The error and its causes, each said once: many errors say their cause themselves.
+/// Joins the messages of an error and its causes, skipping any that an earlier message already contains.
 pub fn sentence(error: &anyhow::Error) -> String {
-    let mut told = String::new();
+    let mut text = String::new();
     for cause in error.chain().map(ToString::to_string) {
-        if !told.contains(&cause) {
-            let colon = if told.is_empty() { "" } else { ": " };
-            told = told + colon + &cause;
+        if !text.contains(&cause) {
+            let colon = if text.is_empty() { "" } else { ": " };
+            text = text + colon + &cause;
         }
     }
-    told
+    text
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: an error is one sentence, which says each cause once, and the first cause that has a kind decides.
+    //! Contract: an error becomes one sentence that states each cause once; the first cause with a kind
+    //! decides the kind.
     use super::*;
     use crate::usage::Missing;
     use anyhow::Context;
 
     #[test]
-    fn a_cause_is_not_said_twice() {
+    fn a_cause_is_not_stated_twice() {
         let full = || std::io::Error::from(std::io::ErrorKind::StorageFull);
-        let own =
+        let checkpoint_error =
             augsim_nn::checkpoint::CheckpointError::Io { path: "run/checkpoint.bin".into(), source: full() };
         let cause = full();
-        let error = Err::<(), _>(own).context("scoring").unwrap_err();
+        let error = Err::<(), _>(checkpoint_error).context("scoring").unwrap_err();
         assert_eq!(
             sentence(&error),
             format!("scoring: run/checkpoint.bin: cannot read the checkpoint: {cause}")

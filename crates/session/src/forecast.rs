@@ -1,4 +1,4 @@
-//! Forecasts of a trained run, summed up over their samples.
+//! Forecasts of a trained net, summarised over their samples.
 
 use crate::Usage;
 use crate::usage::{Oversized, Takes};
@@ -7,14 +7,15 @@ use augsim_trainer::score::quantile;
 use augsim_trainer::{Forecaster, NetModel, Samples, Sequences, Task, check_finite, in_order};
 use rayon::prelude::*;
 
-/// Statistics that are written of each column, in order.
+/// Statistics of each column, in the order of the output columns.
 const STATISTICS: [&str; 6] = ["mean", "median", "q05", "q25", "q75", "q95"];
 
-/// Forecasts from the first state of each trajectory alone, `samples` of each: mean, median, 50 and 90 % bands of every
-/// state column at the times `times[trajectory][sample]`, s.
+/// Mean, median, 50 % and 90 % bands of forecasts from the first state of each trajectory.
+///
+/// Draws `samples` forecasts of each trajectory at `times`, s, `[trajectory][sample]`.
 ///
 /// # Errors
-/// More samples than memory is allowed for, or a net that cannot be run on these trajectories.
+/// Too many samples for the memory limit, or a forecast that is not finite.
 pub fn bands(
     model: &NetModel,
     starts: &Sequences,
@@ -32,30 +33,31 @@ pub fn bands(
     summed(&starts.columns, in_order(rows)?)
 }
 
-/// Mean, median, 50 and 90 % bands of every column of forecasts: name, times in s, and samples `[time, S, sample]` of each
-/// trajectory.
+/// Mean, median, 50 % and 90 % bands of every column of sampled forecasts.
+///
+/// `rows` has name, times in s, and samples `[time, column, sample]` of each trajectory.
 ///
 /// # Errors
-/// A name that no column can have.
+/// An invalid column name.
 pub fn summed(columns: &[String], rows: Vec<(String, Vec<f64>, Samples)>) -> anyhow::Result<Dataset> {
     let row = |(id, times, samples): (String, Vec<f64>, Samples)| {
         let columns = summarise(&samples, times.len());
         Trajectory::new(id, times, columns)
     };
     let rows = in_order(rows.into_par_iter().map(row))?;
-    let of = |column: &String| {
-        // The unit of a column of equations may stand in the model alone.
+    let statistics = |column: &String| {
+        // A column of an equation model need not have a unit suffix; then the unit is unknown here.
         let unit = Column::new(column).map_or(Unit::DIMENSIONLESS, |c| c.unit());
         column_names(column).map(|name| Column::with_unit(&name, unit))
     };
-    let columns = columns.iter().flat_map(of).collect::<Result<Vec<_>, _>>()?;
+    let columns = columns.iter().flat_map(statistics).collect::<Result<Vec<_>, _>>()?;
     Ok(Dataset::new(columns, rows)?)
 }
 
-/// Checks that forecasts of so many trajectories, samples, times and columns have room in memory.
+/// Checks that forecasts of this size fit into the memory limit.
 ///
 /// # Errors
-/// [`Usage`], where they have not, or there is no sample.
+/// [`Usage`], if they do not, or if `samples` is 0.
 pub fn check_size(trajectories: usize, samples: usize, time: usize, columns: usize) -> Result<(), Usage> {
     if samples == 0 {
         return Err(Usage::option("--samples", 0, Takes::AtLeastOne));
@@ -66,12 +68,12 @@ pub fn check_size(trajectories: usize, samples: usize, time: usize, columns: usi
     Limit::Cells.check(cells).map_err(|exceeded| Usage::Limit { oversized, exceeded })
 }
 
-/// `velocity_m_s` to `mean_velocity_m_s` and so on: the unit stays the suffix.
+/// Column names of the statistics, e.g. `mean_velocity_m_s`: the unit stays the suffix.
 fn column_names(column: &str) -> [String; 6] {
     STATISTICS.map(|s| format!("{s}_{column}"))
 }
 
-/// The statistics of every column over the samples, at each time.
+/// The statistics over the samples, `[column and statistic][time]`.
 fn summarise(samples: &Samples, time: usize) -> Vec<Vec<f64>> {
     let columns = samples.values.len() / samples.count / time;
     let mut out = vec![Vec::with_capacity(time); columns * STATISTICS.len()];

@@ -1,8 +1,8 @@
-//! How much of the beginning of a trajectory is seen.
+//! Length of the observed beginning (prefix) of a trajectory.
 
 use std::fmt;
 
-/// The length of a prefix.
+/// Length of the prefix of a trajectory that a filter observes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Seen {
     /// A number of samples.
@@ -11,16 +11,16 @@ pub enum Seen {
     Seconds(f64),
 }
 
-/// Times that are equal but for rounding, s.
-const SAME_S: f64 = 1e-9;
+/// Rounding tolerance of times, s.
+const TIME_TOLERANCE_S: f64 = 1e-9;
 
 impl Seen {
-    /// Samples of a trajectory with these times that are seen.
+    /// Number of observed samples of a trajectory with these times, s.
     pub fn rows(self, times: &[f64]) -> usize {
         match self {
             Seen::Rows(n) => n,
             Seen::Seconds(s) => {
-                let until = times.first().map_or(0.0, |t| t + s + SAME_S);
+                let until = times.first().map_or(0.0, |t| t + s + TIME_TOLERANCE_S);
                 times.iter().take_while(|t| **t <= until).count()
             }
         }

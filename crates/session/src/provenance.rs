@@ -1,14 +1,15 @@
-//! Which inputs a result came from, in a few characters.
+//! Fingerprints of the inputs of a result.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-/// Stands for the content of a pipe, which cannot be looked at twice.
+/// Fingerprint of a pipe, which can be read only once.
 pub const STREAM: &str = "a stream";
 
-/// The content of a file in a few characters (CRC-32 and size); of a folder, the names and sizes of its files. A file that
-/// cannot be read gets its sentence from the reader of its format.
+/// CRC-32 and size of a file; for a folder, CRC-32 of the names and sizes of its files.
+///
+/// An unreadable file is no error here: the reader of its format reports it.
 pub fn fingerprint(path: &Path) -> String {
     match std::fs::metadata(path) {
         Ok(found) if found.is_file() => match checksum(path) {
@@ -47,7 +48,9 @@ fn checksum(path: &Path) -> std::io::Result<(u32, u64)> {
     }
 }
 
-/// Collects the files below `folder` by their path from `top`; links to folders are not followed, so that no circle is.
+/// Collects path from `top` and size of the files below `folder`.
+///
+/// Links to folders are not followed, which avoids cycles.
 fn list(top: &Path, folder: &Path, files: &mut Vec<(String, u64)>) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
@@ -62,12 +65,12 @@ fn list(top: &Path, folder: &Path, files: &mut Vec<(String, u64)>) {
     }
 }
 
-/// The fingerprint of bytes in memory, as [`fingerprint`] has it of the file that holds them.
+/// The fingerprint of bytes in memory, equal to that of a file with this content.
 pub fn fingerprint_of_bytes(bytes: &[u8]) -> String {
     format!("crc32:{:08x} of {} bytes", crc32fast::hash(bytes), bytes.len())
 }
 
-/// A path of a page: one inside the folder of the results does not depend on where that is.
+/// A path as shown on a page: one inside the results folder `out` is shown relative to `DIR`.
 pub fn shown(path: &Path, out: &Path) -> String {
     let inside = path.strip_prefix(out);
     inside.map_or_else(|_| path.display().to_string(), |inside| format!("DIR/{}", inside.display()))

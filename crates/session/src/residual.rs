@@ -1,4 +1,4 @@
-//! `train --residual-of` and `train --model`: the model that a net corrects, as an engine.
+//! `train --residual-of` and `train --model`: the physics engine of the model that a net corrects.
 
 use crate::usage::Inapplicable;
 use crate::{DataFrom, Usage, states, written};
@@ -10,23 +10,24 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// A folder that is to be of a discovery and holds no model.
+/// A folder given as the result of a discovery has no model.
 #[derive(Debug, Error)]
-#[error("{}: holds no {MODEL}; give the folder that `augsim discover` wrote its result to (--out)", folder.display())]
+#[error("{}: contains no {MODEL}; give the folder that `augsim discover` wrote (--out)", folder.display())]
 pub struct NoModel {
     folder: PathBuf,
 }
 
-/// The model file in the folder of a discovery.
+/// Name of the model file in the folder of a discovery.
 pub const MODEL: &str = "model.toml";
 
-/// The engine of the model in the discovery's folder `run`, with the step of the data, and notes for people about what of
-/// the model takes no part.
+/// The engine of the model in the discovery folder `run`, and notes on unused parts of the model.
+///
+/// Its step is the sampling step of the data.
 ///
 /// # Errors
-/// The recipe reads no physics, the folder holds no model, or the model is no engine of the data.
+/// The recipe uses no physics, the folder has no model, or the model does not fit the data.
 pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(Engine, Vec<String>)> {
-    reads_physics(recipe)?;
+    check_uses_physics(recipe)?;
     let path = run.join(MODEL);
     if !path.is_file() {
         return Err(NoModel { folder: run.to_owned() }.into());
@@ -37,19 +38,20 @@ pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(En
     engine_of(&ModelFile::read(&path)?, &path.display().to_string(), data, recipe)
 }
 
-/// The engine of a model file, which a net of any recipe may be trained beside: one that reads no physics has its states and
-/// its step from it.
+/// The engine of a model file, for a net of any recipe.
+///
+/// A net that uses no physics takes only its states and its step from the engine.
 ///
 /// # Errors
-/// The model is no engine of the data.
+/// The model does not fit the data.
 pub fn engine_of_file(path: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(Engine, Vec<String>)> {
     if written::is_model(path) {
         return equations(path, data);
     }
-    stepped(&ModelFile::read(path)?, &path.display().to_string(), data, recipe)
+    engine_with_data_step(&ModelFile::read(path)?, &path.display().to_string(), data, recipe)
 }
 
-/// The engine of a system of equations, with steps and noise that suit the data.
+/// The engine of an equation model, with steps and measurement noise estimated from the data.
 fn equations(path: &Path, data: &DataFrom) -> anyhow::Result<(Engine, Vec<String>)> {
     let model = written::read(path)?;
     let measured = written::records::read(data.clone(), &model)?;
@@ -58,7 +60,7 @@ fn equations(path: &Path, data: &DataFrom) -> anyhow::Result<(Engine, Vec<String
     Ok((engine, written::states::notes(&model)))
 }
 
-/// The engine of a model, which is called `place` in messages, with the step of the data, and notes as [`engine`] gives them.
+/// The engine of a model in memory, called `place` in messages, and notes as from [`engine`].
 ///
 /// # Errors
 /// As [`engine`].
@@ -68,13 +70,12 @@ pub fn engine_of(
     data: &DataFrom,
     recipe: Recipe,
 ) -> anyhow::Result<(Engine, Vec<String>)> {
-    reads_physics(recipe)?;
-    stepped(model, place, data, recipe)
+    check_uses_physics(recipe)?;
+    engine_with_data_step(model, place, data, recipe)
 }
 
-/// The engine of a model with the step of the data, and notes for people about what of the model takes no part and about what
-/// of the data is not as the net reads it.
-fn stepped(
+/// The engine of a built-in model with the step of the data, and notes for the user.
+fn engine_with_data_step(
     model: &ModelFile,
     place: &str,
     data: &DataFrom,
@@ -82,7 +83,7 @@ fn stepped(
 ) -> anyhow::Result<(Engine, Vec<String>)> {
     let dataset = data.read(MissingCells::AsGap)?;
     let groups: BTreeSet<Option<&str>> = dataset.trajectories().iter().map(Trajectory::group).collect();
-    // A net's engine is one for all trajectories: that of their group, if all are of one.
+    // One engine serves all trajectories, so group values can be used only if there is a single group.
     let model = match groups.first() {
         Some(Some(group)) if groups.len() == 1 => model.clone().of_group(group),
         _ => model.clone(),
@@ -99,38 +100,41 @@ fn stepped(
     let left_out = engine.left_out().iter();
     let mut notes: Vec<String> = left_out
         .map(|kind| {
-            format!("{kind} is left out: it changes what is measured, or is random, which the net learns")
+            format!("{kind} is left out of the physics: it changes the measurement or is random, and the net learns it")
         })
         .collect();
     notes.extend(model.parameters().filter(|p| p.per != Per::All).map(|p| {
-        format!("{} differs between trajectories: its nominal value {} is used for all", p.name, p.nominal)
+        format!(
+            "{} differs between trajectories, which a net does not support: its nominal value {} is used for all",
+            p.name, p.nominal
+        )
     }));
     if engine.step_s().is_some() && !states::are_there(&dataset, &engine) {
         notes.push(format!(
-            "the net reads {} every {step_s} s, made of the positions: polynomials over the flights between impacts, \
-             the first one from the part before the first impact",
+            "the net uses {} every {step_s} s, estimated from the positions by polynomials fitted to each flight between \
+             impacts",
             engine.columns().join(", ")
         ));
     }
-    // A clock that is not that of the pushes' own streams is the only one that contacts can be long against.
+    // The engine of pushes has no contact duration, so this concerns balls only.
     let long = engine.contact_s().filter(|tau| recipe == Recipe::HybridPlus && *tau > 0.5 * step_s);
     if let Some(tau) = long {
         notes.push(format!(
-            "contacts of {tau:.4} s against steps of {step_s:.4} s: single steps bounce in an instant, so samples of \
-             this recipe scatter too far at impacts; --recipe hybrid reads the roll-out, which follows contacts"
+            "contacts last {tau:.4} s, long against the step of {step_s:.4} s; this recipe simulates single steps with instantaneous \
+             impacts, so its samples scatter too much there; --recipe hybrid uses the full simulation, which resolves contacts"
         ));
     }
     Ok((engine, notes))
 }
 
-fn reads_physics(recipe: Recipe) -> Result<(), Usage> {
+fn check_uses_physics(recipe: Recipe) -> Result<(), Usage> {
     if recipe.is_blind() {
         return Err(Usage::Inapplicable(Inapplicable::PhysicsOfBlind { recipe: recipe.label() }));
     }
     Ok(())
 }
 
-/// In which coordinates a ball was measured: none where its height is alone.
+/// The measured coordinates of a ball; `None` if only its height was measured.
 fn room(data: &Dataset) -> Option<Room> {
     match ["x_m", "y_m", "z_m"].map(|column| data.has_column(column)) {
         [true, true, true] => Some(Room::Space),
@@ -139,7 +143,7 @@ fn room(data: &Dataset) -> Option<Room> {
     }
 }
 
-/// Seconds between the samples of the first trajectory; of one whose clock is not regular, the median of all steps.
+/// Sampling step of the first trajectory, s; the median of all steps if its clock is irregular.
 fn step_s(dataset: &Dataset, data: &DataFrom) -> anyhow::Result<f64> {
     let step = dataset.trajectories().iter().find(|t| t.len() > 1).map(|t| {
         let clock = t.time_s();
@@ -147,13 +151,15 @@ fn step_s(dataset: &Dataset, data: &DataFrom) -> anyhow::Result<f64> {
         let regular =
             (clock.iter().enumerate()).all(|(k, s)| (s - clock[0] - k as f64 * mean).abs() < 0.1 * mean);
         let step = if regular { mean } else { median_step(dataset) };
-        // Times are decimal numbers: to a picosecond the mean is what was meant.
+        // Times in files are rounded decimals; rounding the mean to a picosecond restores the intended step.
         (step * 1e12).round() / 1e12
     });
-    step.with_context(|| format!("{data}: no trajectory has two samples; nets learn steps"))
+    step.with_context(|| {
+        format!("{data}: no trajectory has two samples; a net is trained on steps from sample to sample")
+    })
 }
 
-/// Median of all steps from sample to sample, s.
+/// Median of all sampling steps, s.
 fn median_step(dataset: &Dataset) -> f64 {
     let steps = dataset.trajectories().iter().flat_map(|t| t.time_s().windows(2).map(|w| w[1] - w[0]));
     let mut steps: Vec<f64> = steps.collect();

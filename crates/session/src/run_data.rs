@@ -1,4 +1,4 @@
-//! Data as the engine of a run needs them.
+//! Reads training and test data in the form that the engine of a run needs.
 
 use crate::run_dir::{Config, DataSource};
 use crate::usage::{Inapplicable, Missing, UnknownName};
@@ -13,20 +13,21 @@ use augsim_physics::push::{OBJECTS, Object};
 use augsim_trainer::push::{Thinning, pushes};
 use augsim_trainer::{Engine, Sequences};
 
-/// Rate at which published recordings are brought onto one clock, Hz: that of their sensors.
+/// Rate to which published recordings are resampled, Hz: the rate of their sensors.
 pub const PUBLISHED_RATE_HZ: f64 = 250.0;
 
-/// The engine of the paper's experiment with drops: restitution 0.65, Bullet's damping, 60 Hz.
+/// The engine of the paper's bouncing-ball experiment: restitution 0.65, Bullet's damping, 60 Hz.
 pub fn paper_engine() -> Engine {
     Engine::PybulletBall(paper_law::paper_engine())
 }
 
-/// The data set of a source, checked to have the engine's step.
+/// Reads or generates the data set of a source, and checks that it has the engine's step.
 ///
 /// # Errors
-/// It cannot be read or made, its step is another, or it was a table in memory, which no file can bring back.
+/// The source cannot be read or generated, has another step, or was a table in memory, which cannot be read
+/// again.
 pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
-    let made = match source {
+    let generated = match source {
         DataSource::File(path) => return read_measured(&DataFrom::File(path.clone()), engine),
         DataSource::Table { name, .. } => {
             return Err(Usage::Missing(Missing::Table { name: name.clone() }).into());
@@ -37,17 +38,19 @@ pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
         }
     };
     if let Some(step_s) = engine.step_s() {
-        check_rate(&made, step_s)?;
+        check_rate(&generated, step_s)?;
     }
-    Ok(made)
+    Ok(generated)
 }
 
-/// Measured trajectories, checked to have the engine's step, of a system of equations its inputs and outputs; where an engine with a model finds no such states, they are made of
-/// the positions. Where the actions have a clock, streams may have each its own,
-/// with gaps between.
+/// Reads measured trajectories, and checks that they have the engine's step.
+///
+/// For an equation model these are its inputs and outputs, with any step. If an engine with a ball model
+/// finds no states in the data, they are estimated from the positions. For pushes every stream may have its
+/// own clock, with gaps.
 ///
 /// # Errors
-/// They cannot be read, or their step is another.
+/// The data cannot be read, or have another step.
 pub fn read_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Dataset> {
     if let Some(system) = engine.written() {
         return Ok(written::records::read(from.clone(), system.equations())?.data);
@@ -66,8 +69,10 @@ pub fn read_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Dataset
     Ok(data)
 }
 
-/// The engine's columns of a data set: at its step, or on one clock and thinned; states of a system of equations are estimated from all
-/// samples, to learn from and for no forecast.
+/// The engine's columns of a data set, as training sequences.
+///
+/// Pushes are resampled to one clock and thinned. States of an equation model are smoothed estimates that use
+/// all samples: they are for training, not for predictions.
 ///
 /// # Errors
 /// A column is missing, or a sample has a gap.
@@ -78,32 +83,34 @@ pub fn sequences(data: &Dataset, engine: &Engine) -> anyhow::Result<Sequences> {
     if engine.step_s().is_some() {
         return Ok(Sequences::with_actions(data, &engine.columns(), &engine.action_columns())?);
     }
-    let streams = data.columns().iter().any(|c| c.name().ends_with("_new"));
-    let resampled = streams.then(|| resample(data, PUBLISHED_RATE_HZ)).transpose()?;
+    let has_streams = data.columns().iter().any(|c| c.name().ends_with("_new"));
+    let resampled = has_streams.then(|| resample(data, PUBLISHED_RATE_HZ)).transpose()?;
     Ok(pushes(resampled.as_ref().unwrap_or(data), Thinning::default())?)
 }
 
-/// Refuses systems of equations, whose states no data have: those that are estimated have seen what is to be forecast.
-fn starts_are_measured(engine: &Engine) -> Result<(), Usage> {
+/// Refuses equation models, whose states are not measured.
+///
+/// Smoothed estimates of the states would use the samples to be predicted.
+fn check_states_are_measured(engine: &Engine) -> Result<(), Usage> {
     match engine.written() {
         Some(_) => Err(Usage::Inapplicable(Inapplicable::StartOfEquations)),
         None => Ok(()),
     }
 }
 
-/// The engine's columns of a source, to forecast and to score.
+/// The engine's columns of a source, for prediction and scoring.
 ///
 /// # Errors
-/// As [`read`] and [`sequences`]; a system of equations.
+/// As [`read`] and [`sequences`], or the engine is an equation model.
 pub fn load(source: &DataSource, engine: &Engine) -> anyhow::Result<Sequences> {
-    starts_are_measured(engine)?;
+    check_states_are_measured(engine)?;
     sequences(&read(source, engine)?, engine)
 }
 
-/// The recipe of a set of the laboratory.
+/// The recipe of a data set of the virtual laboratory.
 ///
 /// # Errors
-/// There is no such object or support.
+/// An unknown object or surface.
 pub fn recipe(
     protocol: Protocol,
     object: &str,
@@ -114,10 +121,10 @@ pub fn recipe(
     Ok(laboratory::Recipe::new(protocol, &known, sheet, pushes))
 }
 
-/// A pushed object and the sheet that it lies on, by their names.
+/// Looks up a pushed object and its support sheet by name.
 ///
 /// # Errors
-/// [`Usage`], with the names that there are.
+/// [`Usage`], with the known names.
 pub fn object_on_surface(object: &str, surface: &str) -> Result<(Object, SupportSheet), Usage> {
     let known = Object::named(object)
         .ok_or_else(|| Usage::Unknown(UnknownName::Object { name: object.to_owned(), known: &OBJECTS }))?;
@@ -133,22 +140,22 @@ pub fn object_on_surface(object: &str, surface: &str) -> Result<(Object, Support
 /// # Errors
 /// As [`read_measured`] and [`sequences`].
 pub fn load_timed(from: &DataFrom, engine: &Engine) -> anyhow::Result<(Sequences, Vec<Vec<f64>>)> {
-    starts_are_measured(engine)?;
+    check_states_are_measured(engine)?;
     let data = read_measured(from, engine)?;
-    let all = sequences(&data, engine)?;
-    // Where the actions have a clock, it is the last of them, and samples may have been left out.
+    let sequences = sequences(&data, engine)?;
+    // For pushes the time is the last action, since thinning may have dropped samples.
     let times = match engine.step_s() {
         Some(_) => data.trajectories().iter().map(|t| t.time_s().to_vec()).collect(),
-        None => all
+        None => sequences
             .items
             .iter()
             .map(|q| (0..q.time).filter_map(|t| q.action(t).last().copied()).collect())
             .collect(),
     };
-    Ok((all, times))
+    Ok((sequences, times))
 }
 
-/// Trajectories of a run to train on: those of a file after every check of suspicious data, with what these warn of.
+/// Training trajectories of a run, and the warnings of the data checks; generated data are not checked.
 ///
 /// # Errors
 /// As [`read`] and [`admit_measured`].
@@ -161,13 +168,13 @@ pub fn admitted(config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
     }
 }
 
-/// Measured trajectories to train on as a run is configured, after every check of suspicious data, with what these warn of.
+/// Checks measured trajectories, and returns them as training sequences with the warnings.
 ///
 /// # Errors
-/// Data that cannot be right, or lack columns that the engine needs.
+/// The data fail a check, or lack columns that the engine needs.
 pub fn admit_measured(data: Dataset, config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
     let engine = &config.settings.engine;
-    // A net without physics may learn any world: nothing is expected of its gravity.
+    // A net without physics may be trained on any system, so no gravity is expected.
     let expected = if config.settings.recipe.is_blind() { Expected::default() } else { engine.expected() };
     let accepted = config.accept.iter().copied().collect();
     let Admitted { data, warnings } = admit(data, &expected, accepted).map_err(DataError::from)?;

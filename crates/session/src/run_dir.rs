@@ -18,11 +18,11 @@ use std::path::{Path, PathBuf};
 pub enum DataSource {
     /// A file.
     File(PathBuf),
-    /// A table in memory, of which its name and content in a few characters stay.
+    /// A table in memory, of which only name and fingerprint are stored.
     Table {
         /// Name.
         name: String,
-        /// Checksum and size.
+        /// Fingerprint: checksum and size.
         content: String,
     },
     /// Generated from the paper's law.
@@ -36,9 +36,9 @@ pub enum DataSource {
     PushLaboratory {
         /// Object.
         object: String,
-        /// Support.
+        /// Support sheet.
         surface: String,
-        /// Pushes that were made, for training and tests.
+        /// Number of pushes, for training and tests.
         pushes: usize,
         /// Seed of the draws.
         seed: u64,
@@ -50,10 +50,10 @@ pub enum DataSource {
 pub struct Config {
     /// Iterations between checkpoints.
     pub checkpoint_every: u64,
-    /// Checks of suspicious data that the user did without.
+    /// Data checks that the user skipped.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub accept: Vec<Check>,
-    /// Folder of the discovery whose augmented model is corrected.
+    /// Folder of the discovery whose augmented model the net corrects.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_of: Option<PathBuf>,
     /// Training data.
@@ -64,12 +64,12 @@ pub struct Config {
 
 /// Name of the file with the settings.
 pub const CONFIG: &str = "config.resolved.toml";
-/// Name of the file that training goes on from.
+/// Name of the file from which training resumes.
 pub const CHECKPOINT: &str = "checkpoint.bin";
 const WEIGHTS: &str = "weights.safetensors";
 /// Name of the file with the losses.
 pub const METRICS: &str = "metrics.jsonl";
-/// Everything that training writes.
+/// Names of all files that training writes.
 pub const FILES: [&str; 4] = [CONFIG, CHECKPOINT, WEIGHTS, METRICS];
 
 /// A run directory.
@@ -77,12 +77,12 @@ pub const FILES: [&str; 4] = [CONFIG, CHECKPOINT, WEIGHTS, METRICS];
 pub struct RunDir(PathBuf);
 
 impl RunDir {
-    /// A directory.
+    /// A run directory at a path; nothing is read.
     pub fn open(path: &Path) -> Self {
         RunDir(path.to_owned())
     }
 
-    /// A file in it.
+    /// Path of a file in the directory.
     pub fn file(&self, name: &str) -> PathBuf {
         self.0.join(name)
     }
@@ -92,13 +92,15 @@ impl RunDir {
         self.file(CHECKPOINT)
     }
 
-    /// Removes what an earlier run wrote, the checkpoint first: without it nothing else is gone on with.
+    /// Removes the files of an earlier run.
+    ///
+    /// The checkpoint goes first, so that an interrupted removal leaves nothing that could be resumed.
     pub fn clear(&self) -> anyhow::Result<()> {
         for name in [CHECKPOINT, WEIGHTS, METRICS, CONFIG] {
             let path = self.file(name);
             match std::fs::remove_file(&path) {
                 Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(e).with_context(|| format!("{}: cannot remove it", path.display()));
+                    return Err(e).with_context(|| format!("{}: cannot be removed", path.display()));
                 }
                 _ => {}
             }
@@ -113,7 +115,7 @@ impl RunDir {
         Ok(())
     }
 
-    /// Writes the weights for other programs.
+    /// Writes the weights as safetensors, for other programs.
     pub fn write_weights(&self, params: &Params<f32>) -> anyhow::Result<()> {
         let bytes = weights::encode(params)?;
         atomic_write(&self.file(WEIGHTS), |w| w.write_all(&bytes))?;
@@ -131,17 +133,17 @@ impl RunDir {
     pub fn read_config(&self) -> anyhow::Result<Config> {
         let path = self.file(CONFIG);
         let text = std::fs::read_to_string(&path).with_context(|| {
-            format!("{}: cannot read it; give the run directory of `train`", path.display())
+            format!("{}: cannot be read; give the run directory that `train` wrote", path.display())
         })?;
         toml::from_str(&text).with_context(|| {
             format!(
-                "{}: not a configuration of this augsim; one of an earlier augsim is trained again",
+                "{}: is not a configuration of this version of augsim; train a run of an earlier version again",
                 path.display()
             )
         })
     }
 
-    /// The last checkpoint, if there is one.
+    /// Reads the last checkpoint; `None` if there is none.
     pub fn read_checkpoint(&self) -> anyhow::Result<Option<TrainingState>> {
         if !self.checkpoint().exists() {
             return Ok(None);
@@ -149,10 +151,11 @@ impl RunDir {
         self.read_model().map(Some)
     }
 
-    /// The trained model.
+    /// Reads the trained model.
     ///
     /// # Errors
-    /// The checkpoint cannot be read, or the configuration beside it was edited since: it would not describe the weights.
+    /// The checkpoint cannot be read, or the configuration was edited since and does not describe the
+    /// weights.
     pub fn read_model(&self) -> anyhow::Result<TrainingState> {
         let state: TrainingState = checkpoint::load(&self.checkpoint())?;
         if self.file(CONFIG).exists() {
@@ -161,17 +164,17 @@ impl RunDir {
         Ok(state)
     }
 
-    /// Checks that a run that is gone on with has this configuration.
+    /// Checks that a run to be resumed has this configuration.
     ///
     /// # Errors
-    /// It has another one; the key that differs is named.
+    /// It has another one; the message names the first key that differs.
     pub fn check_config(&self, wanted: &Config) -> anyhow::Result<()> {
-        let there = self.read_config()?;
-        if there == *wanted {
+        let stored = self.read_config()?;
+        if stored == *wanted {
             return Ok(());
         }
-        let [there, wanted] = [&there, wanted].map(toml::Value::try_from);
-        let (key, there, here) = difference("", &there?, &wanted?);
+        let [stored, wanted] = [&stored, wanted].map(toml::Value::try_from);
+        let (key, there, here) = difference("", &stored?, &wanted?);
         let key = key.trim_start_matches('.').to_owned();
         let difference = Difference { key, there, here };
         Err(Usage::path(&self.file(CONFIG), PathFault::OtherSettings { difference }).into())
@@ -188,18 +191,19 @@ impl RunDir {
         Err(Usage::path(&self.file(CONFIG), PathFault::EditedSettings { difference }).into())
     }
 
-    /// Opens the metrics file for appending, after dropping what comes after `iteration`: lines that a
-    /// killed process wrote beyond its last checkpoint are written again, the same.
+    /// Opens the metrics file for appending, and drops the lines after `iteration`.
+    ///
+    /// Lines that a killed process wrote after its last checkpoint are written again, with identical content.
     pub fn metrics_after(&self, iteration: u64) -> anyhow::Result<Metrics> {
         let path = self.file(METRICS);
-        let kept = read_metrics(&path)?.into_iter().filter(|l| l.iteration <= iteration);
+        let valid_lines = read_metrics(&path)?.into_iter().filter(|l| l.iteration <= iteration);
         let mut text = String::new();
-        for losses in kept {
+        for losses in valid_lines {
             text.push_str(&serde_json::to_string(&losses)?);
             text.push('\n');
         }
         atomic_write(&path, |w| w.write_all(text.as_bytes()))?;
-        let unwritable = || format!("{}: cannot write to it", path.display());
+        let unwritable = || format!("{}: cannot be written", path.display());
         let file = File::options().append(true).open(&path).with_context(unwritable)?;
         Ok(Metrics { file, path, length: text.len() as u64 })
     }
@@ -210,7 +214,7 @@ impl RunDir {
     }
 }
 
-/// Path and both values of the first key that differs, in the order of the file.
+/// Key and both values of the first difference, in the order of the file.
 pub fn difference(key: &str, one: &toml::Value, other: &toml::Value) -> (String, String, String) {
     if let (Some(one), Some(other)) = (one.as_table(), other.as_table()) {
         let absent = toml::Value::String("absent".to_owned());
@@ -224,39 +228,40 @@ pub fn difference(key: &str, one: &toml::Value, other: &toml::Value) -> (String,
     (key.to_owned(), one.to_string(), other.to_string())
 }
 
-/// Whole lines of a metrics file; a last line that was cut short is left out.
+/// Complete lines of a metrics file; a truncated last line is dropped.
 fn read_metrics(path: &Path) -> anyhow::Result<Vec<Losses>> {
     let Ok(file) = File::open(path) else { return Ok(Vec::new()) };
-    let mut all = Vec::new();
+    let mut lines = Vec::new();
     for line in BufReader::new(file).lines() {
         match serde_json::from_str(&line?) {
-            Ok(losses) => all.push(losses),
+            Ok(losses) => lines.push(losses),
             Err(_) => break,
         }
     }
-    Ok(all)
+    Ok(lines)
 }
 
-/// The metrics file, one JSON object a line.
+/// The metrics file, one JSON object per line.
 #[derive(Debug)]
 pub struct Metrics {
     file: File,
     path: PathBuf,
-    /// Bytes of the whole lines in it.
+    /// Size of the complete lines, bytes.
     length: u64,
 }
 
 impl Metrics {
-    /// Appends a line, or leaves the file as it was.
+    /// Appends a line; on failure the file is left unchanged.
     pub fn push(&mut self, losses: &Losses) -> anyhow::Result<()> {
         let line = serde_json::to_string(losses)? + "\n";
         let written = self.file.write_all(line.as_bytes());
         if written.is_err() {
-            // A full disk takes the first half of a line; the error to report is that of the line.
+            // A full disk may take part of the line, which is cut off again. The error to report is that of
+            // writing.
             let _ = self.file.set_len(self.length);
         }
         written.with_context(|| {
-            format!("{}: cannot write to it; free some space and resume", self.path.display())
+            format!("{}: cannot be written; free some disk space and resume", self.path.display())
         })?;
         self.length += line.len() as u64;
         Ok(())

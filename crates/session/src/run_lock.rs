@@ -1,4 +1,4 @@
-//! The lock of a folder: one process at a time writes there.
+//! Lock of a folder, so that only one process at a time writes in it.
 
 use crate::usage::PathFault;
 use crate::{Usage, folders};
@@ -7,21 +7,21 @@ use augsim_data::{check_writable, remove_stale};
 use std::fs::{File, TryLockError};
 use std::path::Path;
 
-/// The right to write in a folder, until it is dropped or the process ends in whatever way.
+/// An exclusive lock on a folder, released when it is dropped or the process ends.
 #[derive(Debug)]
 pub struct RunLock {
-    /// The open folder, whose lock ends when it is closed.
+    /// The open folder; closing it releases the lock.
     _held: Option<File>,
 }
 
 impl RunLock {
-    /// Makes the folder if it is absent and locks it; removes temporary files that killed processes left there.
+    /// Creates the folder if it is absent, locks it, and removes temporary files of killed processes.
     ///
-    /// The lock is on the folder itself, so no file of it can stay behind. Where the file system knows no locks, nobody is
-    /// kept out.
+    /// The lock is on the folder itself, so no lock file can stay behind. On file systems without locks
+    /// nothing is locked.
     ///
     /// # Errors
-    /// Another process holds the lock, or the folder cannot be made or written to.
+    /// Another process holds the lock, or the folder cannot be created or written.
     pub fn take(folder: &Path) -> anyhow::Result<Self> {
         folders::make(folder)?;
         let opened = open(folder).with_context(|| format!("{}: cannot open the folder", folder.display()))?;
@@ -45,7 +45,7 @@ fn open(folder: &Path) -> std::io::Result<Option<File>> {
     File::open(folder).map(Some)
 }
 
-/// Other systems do not open folders.
+/// Other operating systems cannot open folders as files.
 #[cfg(not(unix))]
 fn open(_folder: &Path) -> std::io::Result<Option<File>> {
     Ok(None)

@@ -1,4 +1,4 @@
-//! Simulations of a model from given starts: one trajectory with the nominal values, or samples of what is not known.
+//! Simulation of a model from given initial states, with nominal or drawn parameters.
 
 use crate::usage::{Oversized, PlanFault};
 use crate::{Subject, Usage, written};
@@ -13,26 +13,31 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Draws of an event's parameter: events beyond them take its nominal value.
-const MOST_EVENTS: usize = 1000;
+/// Maximum number of drawn offsets per event; later events use the nominal value.
+const MAX_EVENT_DRAWS: usize = 1000;
 
-/// Values up to which a simulation stays on the calling thread: handing it to others would take longer on a busy machine.
+/// Largest number of values that is simulated on the calling thread.
+///
+/// Smaller tasks gain nothing from several threads.
 pub const BRIEF: usize = 20_000;
 
 /// A column of numbers with its name.
 pub type Named = (String, Vec<f64>);
 
-/// Starts, times and inputs of a simulation.
+/// Initial states, times and inputs of a simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Plan {
-    /// First value of every state, and of what is known of a whole trajectory (`spin_rad_s`), by name: one for each trajectory
-    /// of the batch.
+    /// Initial value of every state and covariate (e.g. `spin_rad_s`) by name.
+    ///
+    /// Each has one value per trajectory of the batch.
     pub start: Vec<Named>,
     /// Times of the samples, s, increasing.
     pub times: Vec<f64>,
-    /// Inputs at these times by name, the same for the whole batch.
+    /// Inputs at the sample times by name, shared by the batch.
     pub inputs: Vec<Named>,
-    /// Draws of parameters within their intervals, scatter and sensor noise for each trajectory; 0: the nominal values, once.
+    /// Number of draws per trajectory; 0 means one noise-free nominal run.
+    ///
+    /// A draw has its own parameters, random effects and measurement noise.
     pub samples: usize,
     /// Seed of the draws.
     pub seed: u64,
@@ -43,13 +48,15 @@ pub struct Plan {
 pub struct Trajectories {
     /// Names of the columns.
     pub columns: Vec<String>,
-    /// Trajectories, samples of each, times.
+    /// Number of trajectories, of samples (draws) per trajectory, and of times.
     pub shape: [usize; 3],
     /// Values `[trajectory, sample, time, column]`, in the units of the columns.
     pub values: Vec<f64>,
 }
 
-/// Simulates a model from given starts. Each draw has a random stream of its own: the values do not depend on threads.
+/// Simulates a model from given initial states.
+///
+/// Each draw has its own random stream, so the values do not depend on the number of threads.
 ///
 /// ```
 /// use augsim_session::Subject;
@@ -64,7 +71,8 @@ pub struct Trajectories {
 /// ```
 ///
 /// # Errors
-/// [`Usage`], where a start, an input or the times do not fit the model; an error of the engine otherwise.
+/// [`Usage`] if an initial state, an input or the times do not fit the model; otherwise an error of the
+/// engine.
 pub fn simulate(subject: &Subject, plan: &Plan) -> anyhow::Result<Trajectories> {
     check_times(&plan.times)?;
     let batch = plan.start.first().map_or(0, |(_, values)| values.len());
@@ -81,22 +89,22 @@ pub fn simulate(subject: &Subject, plan: &Plan) -> anyhow::Result<Trajectories> 
             return Err(Usage::Plan(PlanFault::StartValue { name, at, value }).into());
         }
     }
-    let opened = Opened::new(subject, plan, batch)?;
+    let opened = Simulation::new(subject, plan, batch)?;
     let (schema, samples) = (opened.system.schema(), plan.samples.max(1));
     let columns: Vec<String> = schema.channels.iter().map(|c| c.column.clone()).collect();
-    let each = plan.times.len() * columns.len();
-    let cells = (batch as u64).saturating_mul(samples as u64).saturating_mul(each as u64);
+    let run_size = plan.times.len() * columns.len();
+    let cells = (batch as u64).saturating_mul(samples as u64).saturating_mul(run_size as u64);
     let oversized = Oversized::Simulation { trajectories: batch, samples };
     Limit::Cells.check(cells).map_err(|exceeded| Usage::Limit { oversized, exceeded })?;
-    let mut values = vec![0.0; batch * samples * each];
-    let simulated = |(trajectory, values): (usize, &mut [f64])| {
+    let mut values = vec![0.0; batch * samples * run_size];
+    let simulate_samples = |(trajectory, values): (usize, &mut [f64])| {
         let mut out = Simulated::default();
-        let mut all = values.chunks_exact_mut(each).enumerate();
-        all.try_for_each(|(sample, values)| opened.one(plan, trajectory, sample, &mut out, values))
+        let mut runs = values.chunks_exact_mut(run_size).enumerate();
+        runs.try_for_each(|(sample, values)| opened.simulate(plan, trajectory, sample, &mut out, values))
     };
     match values.len() <= BRIEF {
-        true => values.chunks_mut(samples * each).enumerate().try_for_each(simulated)?,
-        false => values.par_chunks_mut(samples * each).enumerate().try_for_each(simulated)?,
+        true => values.chunks_mut(samples * run_size).enumerate().try_for_each(simulate_samples)?,
+        false => values.par_chunks_mut(samples * run_size).enumerate().try_for_each(simulate_samples)?,
     }
     Ok(Trajectories { columns, shape: [batch, samples, plan.times.len()], values })
 }
@@ -111,16 +119,16 @@ fn check_times(times: &[f64]) -> Result<(), Usage> {
     }
 }
 
-/// A model that is ready to be simulated.
-struct Opened {
+/// A model with the records and initial states to simulate.
+struct Simulation {
     system: Arc<dyn System>,
-    /// One record for each trajectory: the clock, the inputs, and what is known of the whole.
+    /// One record for each trajectory: times, inputs and covariates.
     records: Vec<Record>,
-    /// States at the first sample of each.
+    /// Initial states, `[trajectory][state]`.
     starts: Vec<Vec<f64>>,
 }
 
-impl Opened {
+impl Simulation {
     fn new(subject: &Subject, plan: &Plan, batch: usize) -> anyhow::Result<Self> {
         match subject {
             Subject::BuiltIn(model) => {
@@ -147,8 +155,8 @@ impl Opened {
                 for (record, start) in records.iter_mut().zip(&opened.starts) {
                     record.windows.iter_mut().for_each(|window| window.start.clone_from(start));
                 }
-                // Steps are chosen by what is simulated.
-                Ok(Opened { system: Arc::new(system.tuned(&records)?), records, ..opened })
+                // The integration steps are chosen from the trajectories to be simulated.
+                Ok(Simulation { system: Arc::new(system.tuned(&records)?), records, ..opened })
             }
         }
     }
@@ -161,17 +169,17 @@ impl Opened {
     ) -> anyhow::Result<Self> {
         let schema = system.schema();
         let known = |name: &str| plan.start.iter().find(|(n, _)| n == name).map(|(_, values)| values);
-        // A covariate goes by the columns of data that its system reads it from.
-        let read = std::cell::RefCell::new(Vec::new());
+        // Covariates are named by the data columns that the system asks for; the closure records these names.
+        let covariate_columns = std::cell::RefCell::new(Vec::new());
         let mut covariates = Vec::with_capacity(batch);
         for trajectory in 0..batch {
             covariates.push(system.covariates(&|name| {
-                read.borrow_mut().push(name.to_owned());
+                covariate_columns.borrow_mut().push(name.to_owned());
                 known(name).map(|values| values[trajectory])
             }));
         }
-        let read = read.into_inner();
-        let is_known = |name: &String| names.contains(name) || read.contains(name);
+        let covariate_columns = covariate_columns.into_inner();
+        let is_known = |name: &String| names.contains(name) || covariate_columns.contains(name);
         if let Some((name, _)) = plan.start.iter().find(|(name, _)| !is_known(name)) {
             let (name, states) = (name.clone(), names.to_vec());
             return Err(Usage::Plan(PlanFault::UnknownState { name, states }).into());
@@ -198,11 +206,11 @@ impl Opened {
             covariates,
             ..Record::default()
         });
-        Ok(Opened { records: records.collect(), system, starts })
+        Ok(Simulation { records: records.collect(), system, starts })
     }
 
-    /// One sample of one trajectory, `[time, column]`.
-    fn one(
+    /// Simulates one sample of one trajectory into `values`, `[time, column]`.
+    fn simulate(
         &self,
         plan: &Plan,
         trajectory: usize,
@@ -221,7 +229,7 @@ impl Opened {
             for (value, p) in parameters.iter_mut().zip(system.parameters()) {
                 *value = drawn(p, &mut normal);
             }
-            let draws = scatter.map_or(0, |s| if s.per == ScatterPer::Event { MOST_EVENTS } else { 1 });
+            let draws = scatter.map_or(0, |s| if s.per == ScatterPer::Event { MAX_EVENT_DRAWS } else { 1 });
             offsets.extend((0..draws).map(|_| scatter.map_or(0.0, |s| s.sd) * normal()));
         }
         let offsets = match (&offsets[..], scatter.map(|s| s.per)) {
@@ -250,7 +258,9 @@ impl Opened {
     }
 }
 
-/// A parameter drawn from the normal law of its interval, within its bounds; its nominal value where it has none.
+/// A parameter drawn from the normal distribution of its 95 % interval, clamped to its bounds.
+///
+/// Without an interval it has its nominal value.
 fn drawn(p: &Parameter, normal: &mut dyn FnMut() -> f64) -> f64 {
     match p.standard_deviation() {
         Some(sd) => (p.nominal + sd * normal()).clamp(p.min, p.max),
@@ -258,14 +268,16 @@ fn drawn(p: &Parameter, normal: &mut dyn FnMut() -> f64) -> f64 {
     }
 }
 
-/// Names of a built-in scenario's states as a start has them: of a measured one its data column, of the velocity of `x_m`
-/// `velocity_x_m_s`, of that of the only position `velocity_m_s`.
+/// Names of the states of a built-in scenario in [`Plan::start`].
+///
+/// A measured state has the name of its data column. The velocity of an axis is e.g. `velocity_x_m_s`, or
+/// `velocity_m_s` if there is only one position.
 fn built_in_states(schema: &Schema) -> Vec<String> {
-    let single = schema.channels.len() == 1;
+    let has_one_channel = schema.channels.len() == 1;
     let name = |state: &augsim_physics::system::State| match state.begin {
         Begin::Measured(channel) => schema.channels[channel].column.clone(),
         _ => match state.quantity.name.strip_prefix("velocity of ") {
-            Some(_) if single => "velocity_m_s".to_owned(),
+            Some(_) if has_one_channel => "velocity_m_s".to_owned(),
             Some(axis) => format!("velocity_{axis}_m_s"),
             None => state.quantity.name.clone(),
         },
@@ -273,7 +285,7 @@ fn built_in_states(schema: &Schema) -> Vec<String> {
     schema.states.iter().map(name).collect()
 }
 
-/// The inputs on the clock of the samples.
+/// The inputs of the schema, sampled at the times of the plan.
 fn streams(schema: &Schema, plan: &Plan) -> Result<Vec<Stream>, Usage> {
     let wanted: Vec<&String> = schema.inputs.iter().flat_map(|input| &input.columns).collect();
     let names = || wanted.iter().map(|name| (*name).clone()).collect::<Vec<String>>();

@@ -1,4 +1,4 @@
-//! States that nets read, made of positions alone, on any clock.
+//! States that nets use, estimated from positions at any sampling.
 
 use crate::DataFrom;
 use anyhow::Context;
@@ -8,20 +8,21 @@ use augsim_physics::ball::paper_law::check_rate;
 use augsim_physics::model::ModelFile;
 use augsim_trainer::Engine;
 
-/// Whether data have the engine's columns, without gaps, at the engine's step.
+/// Whether the data have the engine's columns at the engine's step without gaps.
 pub fn are_there(data: &Dataset, engine: &Engine) -> bool {
     let Some(step_s) = engine.step_s() else { return true };
-    let places: Option<Vec<usize>> = engine.columns().iter().map(|c| data.column_index(c).ok()).collect();
-    let Some(places) = places else { return false };
-    let whole = |t: &Trajectory| places.iter().all(|&i| t.column(i).iter().all(|v| v.is_finite()));
-    data.trajectories().iter().all(whole) && check_rate(data, step_s).is_ok()
+    let indices: Option<Vec<usize>> = engine.columns().iter().map(|c| data.column_index(c).ok()).collect();
+    let Some(indices) = indices else { return false };
+    let is_complete = |t: &Trajectory| indices.iter().all(|&i| t.column(i).iter().all(|v| v.is_finite()));
+    data.trajectories().iter().all(is_complete) && check_rate(data, step_s).is_ok()
 }
 
-/// The engine's columns at the engine's step, from the positions of trajectories; none where the engine has no model by which
-/// impacts would be found.
+/// Estimates the engine's columns at the engine's step from the positions of the trajectories.
+///
+/// `None` if the engine has no ball model, with which impacts are found.
 ///
 /// # Errors
-/// Model and data do not go together, or no trajectory can be used.
+/// The data do not fit the model, or no trajectory can be used.
 pub fn made_of_positions(
     data: &Dataset,
     engine: &Engine,
@@ -37,6 +38,5 @@ pub fn made_of_positions(
             None => row,
         });
     }
-    let made = Dataset::from_names(&engine.columns(), rows)?;
-    Ok(Some(made))
+    Ok(Some(Dataset::from_names(&engine.columns(), rows)?))
 }

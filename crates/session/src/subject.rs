@@ -7,14 +7,14 @@ use std::path::Path;
 /// A model file of any kind.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Subject {
-    /// A scenario that is built in: the ball, or pushing.
+    /// A built-in scenario: the ball, or pushing.
     BuiltIn(Box<ModelFile>),
-    /// A system of equations that its file writes out.
+    /// A system of equations written in the model file.
     Written(Box<augsim_written::Model>),
 }
 
 impl Subject {
-    /// Reads a model file.
+    /// Reads a model file of any kind.
     ///
     /// # Errors
     /// The first mistake, with file, line and remedy.
@@ -36,7 +36,7 @@ impl Subject {
         }
     }
 
-    /// The scenario, as the file has it: `ball`, `push` or `system`.
+    /// The scenario named in the file: `ball`, `push` or `system`.
     pub fn scenario(&self) -> &'static str {
         match self {
             Subject::BuiltIn(model) => match **model {
@@ -65,7 +65,7 @@ impl Subject {
     /// The text of the model file.
     ///
     /// # Errors
-    /// The text of a changed model cannot be read back to the same model.
+    /// The text of a changed model cannot be parsed back to the same model.
     pub fn to_toml(&self) -> anyhow::Result<String> {
         match self {
             Subject::BuiltIn(model) => Ok(model.readable()?),

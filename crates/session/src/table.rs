@@ -1,9 +1,9 @@
-//! A table in memory as the CSV file that it would be written to.
+//! Conversion of a table in memory to a CSV file, and of a data set to a table.
 
 use augsim_data::{Dataset, GROUP, TIME, TRAJECTORY, Trajectory, shown};
 use thiserror::Error;
 
-/// A table in memory that is no file of measurements.
+/// A table in memory that cannot be written as measurements.
 #[derive(Debug, Error)]
 pub enum TableFault {
     /// It has no columns.
@@ -14,16 +14,16 @@ pub enum TableFault {
     Lengths {
         /// The column.
         name: String,
-        /// Its length.
+        /// Its number of values.
         found: usize,
         /// The first column.
         first: String,
-        /// The length of the first column.
+        /// Number of values of the first column.
         rows: usize,
     },
     /// A number is infinite.
     #[error(
-        "the table's column `{}`, row {row}: {value} is no measurement; leave the cell empty (NaN)",
+        "the table's column `{}`, row {row}: {value} is no measurement; use NaN for a missing value",
         shown(name)
     )]
     Infinite {
@@ -39,7 +39,7 @@ pub enum TableFault {
 /// Cells of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cells {
-    /// Labels: of trajectories and groups.
+    /// Labels of trajectories and groups.
     Text(Vec<String>),
     /// Numbers; NaN is a gap.
     Numbers(Vec<f64>),
@@ -54,10 +54,10 @@ impl Cells {
     }
 }
 
-/// The bytes of the file with these columns by name. Numbers are written to the last digit that tells them apart.
+/// Writes named columns as a CSV file; numbers are written with all digits needed to read them back exactly.
 ///
 /// # Errors
-/// No column, no row, columns of different lengths, or an infinite number.
+/// No column, columns of different lengths, or an infinite number.
 pub fn csv(columns: &[(String, Cells)]) -> anyhow::Result<Vec<u8>> {
     let Some((first, rows)) = columns.first().map(|(name, cells)| (name, cells.len())) else {
         return Err(TableFault::NoColumns.into());
@@ -87,26 +87,30 @@ pub fn csv(columns: &[(String, Cells)]) -> anyhow::Result<Vec<u8>> {
     Ok(writer.into_inner()?)
 }
 
-/// The columns of a data set in long form.
+/// The columns of a data set in long format.
 pub fn long(set: &Dataset) -> Vec<(String, Cells)> {
-    let all = || set.trajectories().iter();
+    let trajectories = || set.trajectories().iter();
     let labels = |label: &dyn Fn(&Trajectory) -> String| {
-        Cells::Text(all().flat_map(|t| std::iter::repeat_n(label(t), t.len())).collect())
+        Cells::Text(trajectories().flat_map(|t| std::iter::repeat_n(label(t), t.len())).collect())
     };
     let mut columns = vec![(TRAJECTORY.to_owned(), labels(&|t| t.id().to_owned()))];
-    if all().any(|t| t.group().is_some()) {
+    if trajectories().any(|t| t.group().is_some()) {
         columns.push((GROUP.to_owned(), labels(&|t| t.group().unwrap_or_default().to_owned())));
     }
-    columns.push((TIME.to_owned(), Cells::Numbers(all().flat_map(|t| t.time_s()).copied().collect())));
+    columns
+        .push((TIME.to_owned(), Cells::Numbers(trajectories().flat_map(|t| t.time_s()).copied().collect())));
     columns.extend(set.columns().iter().enumerate().map(|(i, column)| {
-        (column.name().to_owned(), Cells::Numbers(all().flat_map(|t| t.column(i)).copied().collect()))
+        (
+            column.name().to_owned(),
+            Cells::Numbers(trajectories().flat_map(|t| t.column(i)).copied().collect()),
+        )
     }));
     columns
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: what is read back from the bytes is what was in the table, to the last bit.
+    //! Contract: numbers read back from the CSV file are equal to those of the table, bit for bit.
     use super::*;
     use crate::DataFrom;
     use augsim_data::MissingCells;
@@ -133,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_that_is_none_is_refused() {
+    fn invalid_tables_are_refused() {
         let refused = |columns: &[(&str, Cells)]| {
             let owned: Vec<_> = columns.iter().map(|(n, c)| ((*n).to_owned(), c.clone())).collect();
             csv(&owned).unwrap_err().to_string()

@@ -1,35 +1,35 @@
-//! A training run into a run directory: metrics, checkpoints, interruption, resumption.
+//! Runs a training into a run directory, with metrics, checkpoints, interruption and resumption.
 
 use crate::run_dir::{Config, RunDir};
 use anyhow::Context;
 use augsim_trainer::{Losses, NetModel, Sequences, Settings, Training, TrainingState};
 use std::time::Instant;
 
-/// Iterations between lines of the metrics file.
+/// Number of iterations between lines of the metrics file.
 const LOG_EVERY: u64 = 10;
 
-/// Whoever watches a training run, and may stop it.
+/// Observer of a training run, which may stop it.
 pub trait Watch {
-    /// Asked after each iteration: whether to write a checkpoint and stop.
+    /// Whether to write a checkpoint and stop; asked before each iteration and before the final evaluation.
     fn must_stop(&mut self) -> bool;
-    /// Training begins, or goes on.
+    /// Called when training begins or resumes.
     fn begins(&mut self, from: Begin);
-    /// An iteration is done.
+    /// Called after each iteration.
     fn step(&mut self, losses: &Losses);
-    /// No iteration comes any more.
+    /// Called after the last iteration.
     fn ends(&mut self);
 }
 
-/// The size of a training run.
+/// Size and progress of a training run when it begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Begin {
     /// Number of parameters.
     pub parameters: usize,
     /// Number of training trajectories.
     pub trajectories: usize,
-    /// Iterations that are done already.
+    /// Iterations that are already done.
     pub iteration: u64,
-    /// Iterations in all.
+    /// Total number of iterations.
     pub total: u64,
 }
 
@@ -38,7 +38,7 @@ pub struct Begin {
 pub enum Ended {
     /// All iterations are done.
     Trained(Box<Trained>),
-    /// The user stopped it; the checkpoint holds everything.
+    /// The observer stopped it; the checkpoint has the full state.
     Interrupted {
         /// Iterations done.
         iteration: u64,
@@ -48,18 +48,20 @@ pub enum Ended {
 /// A finished run.
 #[derive(Debug)]
 pub struct Trained {
-    /// The model.
+    /// The trained model.
     pub model: NetModel,
-    /// Wall-clock seconds per iteration of this session; absent if nothing was left to do.
+    /// Wall-clock seconds per iteration of this session; `None` if no iteration was left to do.
     pub seconds_per_iteration: Option<f64>,
     /// Number of parameters.
     pub parameters: usize,
 }
 
-/// Trains as `config` says, into `run`. With `resume` an existing checkpoint is continued.
+/// Trains as configured, and writes the results to `run`.
+///
+/// With `resume`, continues from a checkpoint if there is one.
 ///
 /// # Errors
-/// The checkpoint is that of other settings or data, the training diverges, or a file cannot be written.
+/// The checkpoint does not fit the data, the training diverges, or a file cannot be written.
 pub fn train(
     run: &RunDir,
     config: &Config,
@@ -96,7 +98,8 @@ pub fn train(
         watch.step(&losses);
     }
     watch.ends();
-    // What follows looks at all training data once more, which may take longer than a signal leaves.
+    // `finish` evaluates all training data once more, which may take longer than the grace period after a
+    // signal: save first.
     run.write_checkpoint(training.state())?;
     if watch.must_stop() {
         return Ok(Ended::Interrupted { iteration: training.iteration() });
@@ -113,8 +116,9 @@ pub fn train(
     })))
 }
 
-/// Trains in memory, without files: `None` if the watcher stopped it. The same settings and data give the same net as
-/// [`train`].
+/// Trains in memory, without files; the net is identical to that of [`train`].
+///
+/// `None` if the observer stopped the training.
 ///
 /// # Errors
 /// The settings do not fit the data, or the training diverges.

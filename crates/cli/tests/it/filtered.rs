@@ -181,9 +181,13 @@ fn a_wrong_prefix_is_one_sentence() {
         3,
         &["trajectory `0`", "2 measured values", "observe more rows"],
     );
-    refused(&["--data", "drops.csv", "--seen", "0"], 2, &["--seen 0", "one at least"]);
-    refused(&["--data", "drops.csv", "--seen", "110"], 2, &["--seen 110", "110 samples", "see fewer"]);
-    refused(&["--data", "drops.csv", "--seen", "9s"], 2, &["--seen 9s", "see fewer"]);
+    refused(&["--data", "drops.csv", "--seen", "0"], 2, &["--seen 0", "at least one row"]);
+    refused(
+        &["--data", "drops.csv", "--seen", "110"],
+        2,
+        &["--seen 110", "110 samples", "give a shorter prefix"],
+    );
+    refused(&["--data", "drops.csv", "--seen", "9s"], 2, &["--seen 9s", "give a shorter prefix"]);
     refused(&["--data", "drops.csv", "--seen", "0.5"], 2, &["--seen 0.5", "0.5s"]);
     refused(&["--data", "drops.csv", "--seen", "60", "--seen-columns", "z_m"], 2, &["z_m", "height_m"]);
     refused(&["--data", "drops.csv", "--seen", "60", "--sensor-sd=-1"], 2, &["--sensor-sd -1"]);

@@ -135,7 +135,7 @@ fn a_net_on_positions_alone_is_trained_on_what_a_discovery_leaves_and_does_not_h
         2,
         &[&train[..], &["--out", "none"]].concat(),
         d,
-        &["throws.csv", "nothing says what moves", "--model FILE", "--residual-of RUN"],
+        &["throws.csv", "no physics model is given", "--model FILE", "--residual-of RUN"],
     );
     assert!(!d.join("none/config.resolved.toml").exists());
 }
@@ -201,10 +201,7 @@ fn figures_of_a_report_are_written_one_by_one() {
     fail(2, &["report", "found", "--figure", "worst", "--out", "worst.gif"], d, &[".svg"]);
     let page = std::fs::read_to_string(d.join("found/report.html")).expect("a page");
     let first = |text: &str| page.find(text).unwrap_or_else(|| panic!("`{text}` is not on the page"));
-    assert!(
-        first("Trajectories that no fit has seen") < first("What was found"),
-        "what was measured is drawn first"
-    );
+    assert!(first("Held-out trajectories") < first("What was found"), "what was measured is drawn first");
     assert!(
         page.contains("augsim predict model.toml --data DATA") && page.contains("throws: what"),
         "names of commands, of data"

@@ -143,7 +143,7 @@ fn a_reproduction_keeps_its_nets_and_names_the_setting_that_differs() {
         ["neural", "hybrid-plus"].map(|net| std::fs::read(d.join("ball").join(net).join("checkpoint.bin")))
     };
     let first = nets().map(|net| net.expect("a net"));
-    refused(&run, d, &["a net of this run already", "--resume"]);
+    refused(&run, d, &["already contains a net of this run", "--resume"]);
     refused(&with(&["--resume", "--seed", "2"]), d, &["seed is 1 there and 2 here"]);
     refused(
         &["reproduce", "ball", "--iterations", "4", "--test-drops", "3", "--out", "ball", "--resume"],
@@ -184,7 +184,7 @@ fn only_regular_files_and_folders_are_written_to() {
         ("/dev/null", "only regular files"),
         ("null.csv", "only regular files"),
         ("pipe.csv", "only regular files"),
-        ("dangling.csv", "leads to no file"),
+        ("dangling.csv", "link to a file that does not exist"),
         ("folder.csv", "is a folder"),
         ("d.csv/new.csv", "is not a folder"),
     ] {

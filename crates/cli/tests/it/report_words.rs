@@ -46,7 +46,7 @@ fn declared_noise_units_and_order_are_as_they_are() {
     }
     assert!(html.contains("error with the effects added") && !html.contains(">score"));
     // The chosen set, then the others by gain less penalty; all of them were fitted.
-    let rows = table(&html, "All candidates that were fitted, by gain less penalty");
+    let rows = table(&html, "All fitted candidates, by gain minus penalty");
     let candidates = result["candidates"].as_array().expect("a list");
     assert!(rows.len() > 1 && rows.len() == candidates.len(), "{rows:?}");
     assert!(candidates.iter().all(|c| c["fitted"] == true));
@@ -89,21 +89,25 @@ fn established_effects_stand_with_their_resamples_and_the_null_rate() {
     let named = result["null_records"]["named"].as_u64().expect("a count");
     let verb = if named == 1 { "names" } else { "name" };
     let rate = format!("{named} of 7 records like these, made without an effect, {verb} one");
-    assert!(html.contains(&rate) && told.contains(&rate), "{told}");
+    assert!(told.contains(&rate), "{told}");
+    assert!(
+        html.contains(&format!("False alarms: an effect was found in {named} of 7 data sets like this one"))
+    );
     // Enough trajectories for some to be kept out: the errors are those on them, and so are the examples.
     assert_eq!(
         result["heldout"].as_array().map(Vec::len).map(|n| n as u64),
         result["error"]["heldout_trajectories"].as_u64()
     );
     assert!(
-        html.contains("kept out from the beginning") && html.contains("Trajectories that no fit has seen")
+        html.contains("used neither for fitting nor for choosing effects")
+            && html.contains("Held-out trajectories")
     );
 
     // Without records of this kind nothing is said of them.
     let told = succeed(&["discover", "model.toml", "bounces.csv", "--out", "none", "--null-runs", "0"], d);
     let (html, result) = page(d, "none");
     assert!(result["null_records"].is_null());
-    assert!(!told.contains("records like these") && !html.contains("records like these"));
+    assert!(!told.contains("records like these") && !html.contains("False alarms"));
     let many = ["discover", "model.toml", "bounces.csv", "--out", "many", "--null-runs", "1001"];
     fail(2, &many, d, &["--null-runs 1001: give at most 1000"]);
 }

@@ -81,7 +81,7 @@ fn runs_of_an_earlier_format_are_refused_by_a_sentence_that_says_so() {
     let config = std::fs::read_to_string(&path).expect("a configuration");
     assert!(config.contains("correction = \"step\"\n"), "{config}");
     std::fs::write(&path, config.replace("correction = \"step\"\n", "")).expect("it can be written");
-    let texts = ["config.resolved.toml", "earlier augsim", "trained again", "correction"];
+    let texts = ["config.resolved.toml", "earlier version", "train a run", "correction"];
     refused(&["train", "--resume", "--out", "run"], d, &texts);
 }
 
@@ -94,7 +94,7 @@ fn a_second_training_in_the_same_directory_is_refused() {
         let args =
             [&["train", "--pybullet-ball", "--data", "d.csv", "--iterations", "2", "--out", "busy"], more]
                 .concat();
-        refused(&args, d, &["busy", "another augsim is writing there"]);
+        refused(&args, d, &["busy", "another augsim process is writing there"]);
     }
     first.kill().expect("it can be killed");
     first.wait().expect("it ends");

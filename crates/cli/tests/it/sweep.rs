@@ -111,7 +111,7 @@ fn a_bad_sweep_is_refused_in_a_sentence_before_anything_is_written() {
             "`seed` is an option's name",
         ),
         // The parser takes it, and the command would refuse it.
-        ("command = \"train\"\n[options]\ndata = \"drops.csv\"", "nothing says what moves here"),
+        ("command = \"train\"\n[options]\ndata = \"drops.csv\"", "no physics model is given"),
         ("command = \"evaluate\"\n[options]\ndata = \"drops.csv\"", "<MODEL|RUN>"),
         // Each value is right, and one combination of flags is not.
         (
@@ -150,7 +150,7 @@ fn names_of_tasks_follow_from_their_content_and_survive_a_move() {
     // More seeds: another plan, which is asked for by --force and keeps the results of the tasks that both have.
     std::fs::write(d.join("moved/sweep.toml"), TRAININGS.replace("to = 3", "to = 4")).expect("a file");
     let error = fail(2, &["sweep", "plan", "moved/sweep.toml", "--out", "plan"], d, &[]);
-    assert!(error.contains("holds another run") && error.contains("--force"), "{error}");
+    assert!(error.contains("contains another run") && error.contains("--force"), "{error}");
     succeed(&["sweep", "plan", "moved/sweep.toml", "--out", "plan", "--force"], d);
     let said = succeed(&["sweep", "run", "plan", "--all"], d);
     assert!(said.contains("8 of 8 tasks are done (1 of them before)"), "{said}");

@@ -38,7 +38,7 @@ fn every_example_is_written_simulated_and_checked() {
         assert!(header.starts_with("trajectory,t_s,"), "{header:.60}");
     }
     let text = refused(&["model", "new", "pendulum", "--out", "servo.toml"], 2, d);
-    assert!(text.contains("holds another model"), "{text}");
+    assert!(text.contains("contains another model"), "{text}");
 }
 
 #[test]
@@ -128,7 +128,7 @@ fn a_scale_that_is_free_is_named() {
         "k4_per_s = { nominal = 0.05, min = 0.0, max = 1.0 }",
     );
     let answer = json(&["fit", "tanks.toml", "run.csv", "--out", "fit", "--json"], d);
-    let expected = "parameters `k1`, `k2`, `k4_per_s`: only two combinations can be found (scale of the unseen state \
+    let expected = "parameters `k1`, `k2`, `k4_per_s`: only two combinations can be identified (scale of the unmeasured state \
                     `upper_V`); freeze one";
     assert_eq!(answer["gauges"][0].as_str(), Some(expected));
 }
@@ -149,7 +149,7 @@ fn columns_and_commands_that_do_not_fit_are_refused() {
     assert!(text.contains("unknown name `q`; did you mean `t`?"), "{text}");
     std::fs::write(d.join("ball.toml"), "scenario = \"ball\"\n[parameters]\nrestitution = 0.6\n").unwrap();
     let text = refused(&["fit", "ball.toml", "data.csv"], 2, d);
-    assert!(text.contains("fit takes models of equations"), "{text}");
+    assert!(text.contains("fit needs an equation model"), "{text}");
 }
 
 #[test]
@@ -187,11 +187,11 @@ fn one_effect_is_listed_as_it_would_be_tried_on_a_model() {
     let knees = json(&["effects", "input-knee", "--for", "servo.toml", "--json"], d);
     assert_eq!(knees["effects"].as_array().map(Vec::len), Some(1));
     let text = refused(&["effects", "coulom", "--for", "servo.toml"], 2, d);
-    let expected = "no effect that may be tried on servo.toml is called `coulom`; did you mean coulomb? \
+    let expected = "no effect for servo.toml is called `coulom`; did you mean coulomb? \
                     augsim effects --for servo.toml lists all";
     assert!(text.contains(expected), "{text}");
     let text = refused(&["effects", "overflow", "--for", "servo.toml"], 2, d);
-    assert!(text.contains("servo.toml has no place for `overflow`"), "{text}");
+    assert!(text.contains("the effect `overflow` cannot be applied to servo.toml"), "{text}");
     std::fs::write(d.join("ball.toml"), "scenario = \"ball\"\n[parameters]\nrestitution = 0.6\n").unwrap();
     let ball = json(&["effects", "quadratic-drag", "--for", "ball.toml", "--json"], d);
     assert_eq!(ball["effects"].as_array().map(Vec::len), Some(1));
@@ -300,7 +300,7 @@ fn with_the_library_emptied_a_pendulum_gets_a_formula() {
     succeed(&["evaluate", "found/model.toml", "--data", "drag.csv", "--burn-in", "20"], d);
     std::fs::write(d.join("ball.toml"), "scenario = \"ball\"\n[parameters]\nrestitution = 0.6\n").unwrap();
     let text = refused(&["discover", "ball.toml", "drag.csv", "--library", "none"], 2, d);
-    assert!(text.contains("formulas are looked for in models of equations only"), "{text}");
+    assert!(text.contains("formulas are searched for equation models only"), "{text}");
 }
 
 #[test]
@@ -353,7 +353,7 @@ fn tanks_have_a_free_scale_and_an_overflow() {
     std::fs::write(d.join("tanks.toml"), free).unwrap();
     let found = json(&["discover", "tanks.toml", "tanks.csv", "--out", "found", "--json"], d);
     let notes = found["notes"].as_array().unwrap();
-    let gauge = "only two combinations can be found (scale of the unseen state `upper`): `k4_per_s` is held at 0.05 1/s";
+    let gauge = "only two combinations can be identified (scale of the unmeasured state `upper`): `k4_per_s` is fixed at 0.05 1/s";
     assert!(notes.iter().any(|note| note.as_str().unwrap().ends_with(gauge)), "{found}");
     let written = std::fs::read_to_string(d.join("found/model.toml")).unwrap();
     assert!(
@@ -381,7 +381,7 @@ fn benchmark_sets_that_are_not_there_are_told() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     let text = refused(&["reproduce", "systems"], 2, d);
-    assert!(text.contains("give the folder of the sets with --data"), "{text}");
+    assert!(text.contains("give the folder of the data sets with --data"), "{text}");
     std::fs::create_dir(d.join("sets")).unwrap();
     let text = refused(&["reproduce", "systems", "--data", "sets"], 3, d);
     assert!(text.contains("none of the folders `silverbox`, `emps`, `cascaded-tanks` is in it"), "{text}");

@@ -1,4 +1,4 @@
-//! A training report with made-up but plausible content.
+//! A training report with invented, plausible content.
 
 use augsim_report::BenchmarkReport;
 use augsim_report::benchmark::{
@@ -6,7 +6,7 @@ use augsim_report::benchmark::{
 };
 use augsim_report::page::{Best, Column, DataSource, Method, Provenance};
 
-/// Numbers that look random and are the same everywhere.
+/// A deterministic pseudo-random number generator (xorshift).
 pub struct Noise(u64);
 
 impl Noise {
@@ -22,7 +22,7 @@ impl Noise {
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// About normal, variance 1.
+    /// Approximately standard normal: the sum of twelve uniform numbers, minus 6.
     pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }
@@ -193,6 +193,7 @@ fn rows() -> Vec<ResultRow> {
     ]
 }
 
+/// The sample report.
 pub fn sample() -> BenchmarkReport {
     BenchmarkReport {
         kind: "training report · ball".into(),

@@ -1,4 +1,4 @@
-//! Curves of a benchmark: errors over time, over parts of the duration and over training-set sizes, and losses.
+//! Figures of a benchmark: errors over time, duration and training-set size, and training losses.
 
 use super::tones::{Tones, distinct};
 use super::{BenchmarkReport, Curve, ErrorCurve, LearningCurve, Protocol, TrainingRun};
@@ -7,13 +7,15 @@ use crate::page::{Block, Cell, Column, Columns, FigureBlock, Grid, Row, Table};
 use crate::plot::scale::{drawable, extent};
 use crate::plot::text::capitalised;
 
-/// Longest learning curve that is drawn as it is; longer ones are summarised in this many bins.
+/// Number of bins that summarise a long learning curve.
+///
+/// Curves up to twice this length are drawn point by point.
 const CURVE_BINS: usize = 160;
 
 pub(super) fn errors(report: &BenchmarkReport, tones: &Tones) -> Vec<Block> {
-    let mut cut = false;
+    let mut is_cut = false;
     let mut figures = Vec::new();
-    // The floor belongs beside the forecasts; a reconstruction has a figure of its own.
+    // The floor is drawn with the forecasts, which it bounds; reconstructions have their own figure.
     for (shown, name) in [
         (&[Protocol::Forecast, Protocol::Floor][..], "forecast"),
         (&[Protocol::Reconstruction][..], "reconstruction"),
@@ -37,22 +39,22 @@ pub(super) fn errors(report: &BenchmarkReport, tones: &Tones) -> Vec<Block> {
                 };
                 line = line.with(Series::line(&name, tone, curve.t_s.clone(), curve.error.clone()));
             }
-            if let Some(top) = crowded_below(&line.series) {
+            if let Some(top) = axis_end_without_outlier(&line.series) {
                 line.y = line.y.with_domain(0.0, top);
-                cut = true;
+                is_cut = true;
             }
             figures.push(Figure::from(line));
         }
     }
-    let mut caption = "Mean absolute error over the test trajectories at each time after the start. The floor is the least error that any predictor from the initial state can have.".to_owned();
-    if cut {
-        caption.push_str(" One model is so far off that its curve is cut at the top.");
+    let mut caption = "Mean absolute error over the test trajectories at each time after the start. The floor is the smallest possible error of a prediction from the initial state.".to_owned();
+    if is_cut {
+        caption.push_str(" The curve of one model, with a much larger error, is cut off at the top.");
     }
     grid(figures, &caption)
 }
 
-/// The end of an axis that shows all curves but one which would press the others to the bottom.
-fn crowded_below(series: &[Series]) -> Option<f64> {
+/// Upper end of the axis if one curve is far above all others, so that these remain readable.
+fn axis_end_without_outlier(series: &[Series]) -> Option<f64> {
     let mut peaks: Vec<f64> =
         (series.iter()).filter_map(|s| extent(s.y.iter().copied()).map(|range| range.1)).collect();
     peaks.sort_by(f64::total_cmp);
@@ -71,27 +73,25 @@ fn grid(figures: Vec<Figure>, caption: &str) -> Vec<Block> {
 }
 
 pub(super) fn learning(report: &BenchmarkReport, tones: &Tones) -> Vec<Block> {
-    let parts: Vec<&str> = {
-        let mut seen: Vec<&str> = Vec::new();
-        for part in report.learning.iter().flat_map(|l| &l.parts) {
-            if !seen.contains(&part.name.as_str()) {
-                seen.push(&part.name);
-            }
+    let mut parts: Vec<&str> = Vec::new();
+    for part in report.learning.iter().flat_map(|l| &l.parts) {
+        if !parts.contains(&part.name.as_str()) {
+            parts.push(&part.name);
         }
-        seen
-    };
+    }
     let mut figures = Vec::new();
     for name in parts {
         let find = |l: &LearningCurve| l.parts.iter().position(|p| p.name == name);
-        let all = || report.learning.iter().flat_map(|l| l.parts.iter().filter(|p| p.name == name));
-        let unit = all().next().map_or("", |p| p.unit.as_str());
-        let log = extent(all().flat_map(|p| p.values.iter().copied()))
+        let named_parts = || report.learning.iter().flat_map(|l| l.parts.iter().filter(|p| p.name == name));
+        let unit = named_parts().next().map_or("", |p| p.unit.as_str());
+        let is_log = extent(named_parts().flat_map(|p| p.values.iter().copied()))
             .is_some_and(|(low, high)| low > 0.0 && high / low > 50.0);
-        let y = if log { Axis::log("loss", unit) } else { Axis::linear("loss", unit) };
+        let y = if is_log { Axis::log("loss", unit) } else { Axis::linear("loss", unit) };
         let mut x = Axis::linear("iteration", "").with_integers();
         let iterations = report.learning.iter().flat_map(|l| l.iteration.iter());
         if let Some((first, last)) = extent(iterations.copied()).filter(|(a, b)| a < b) {
-            // To the end of the last iteration, which is a round number more often than its start.
+            // Counted from 0, the last of n iterations is n - 1: the axis ends at n, which is usually a round
+            // number.
             x = x.with_domain(first, last + if first == 0.0 { 1.0 } else { 0.0 });
         }
         let mut line = Line::new(&capitalised(name), x, y);
@@ -109,7 +109,7 @@ pub(super) fn learning(report: &BenchmarkReport, tones: &Tones) -> Vec<Block> {
     }
     let mut blocks = grid(
         figures,
-        "Loss parts over the iterations. Long runs are drawn as the mean of neighbouring iterations, with a band that holds 90 % of them.",
+        "Loss parts over the iterations. Long runs are drawn as means of neighbouring iterations, with a band that contains 90 % of them.",
     );
     if !blocks.is_empty() && !report.training.is_empty() {
         blocks.push(Block::Table(runs(&report.training)));
@@ -141,7 +141,7 @@ fn runs(runs: &[TrainingRun]) -> Table {
     }
 }
 
-/// A curve as it is, or, where it is long, the mean and the 5 and 95 % quantiles of equal runs.
+/// A curve point by point, or, if it is long, the mean and the 5 % and 95 % quantiles of each bin.
 fn summarised(name: &str, tone: Tone, iteration: &[f64], values: &[f64]) -> Series {
     let n = iteration.len().min(values.len());
     if n <= 2 * CURVE_BINS {
@@ -149,7 +149,7 @@ fn summarised(name: &str, tone: Tone, iteration: &[f64], values: &[f64]) -> Seri
     }
     let (mut x, mut mean, mut lower, mut upper) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let size = n.div_ceil(CURVE_BINS);
-    for (at, chunk) in iteration.chunks(size).zip(values.chunks(size)) {
+    for (iterations, chunk) in iteration.chunks(size).zip(values.chunks(size)) {
         let mut sorted: Vec<f64> = chunk.iter().copied().filter(|v| drawable(*v)).collect();
         sorted.sort_by(f64::total_cmp);
         let quantile = |q: f64| {
@@ -158,7 +158,7 @@ fn summarised(name: &str, tone: Tone, iteration: &[f64], values: &[f64]) -> Seri
                 .copied()
                 .unwrap_or(f64::NAN)
         };
-        x.push(at.iter().sum::<f64>() / at.len() as f64);
+        x.push(iterations.iter().sum::<f64>() / iterations.len() as f64);
         mean.push(sorted.iter().sum::<f64>() / sorted.len() as f64);
         lower.push(quantile(0.05));
         upper.push(quantile(0.95));
@@ -166,18 +166,25 @@ fn summarised(name: &str, tone: Tone, iteration: &[f64], values: &[f64]) -> Seri
     Series::line(name, tone, x, mean).with_band(0.9, lower, upper)
 }
 
-/// Curves of one measure each, over the abscissae of `x`.
-fn of_measures(curves: &[Curve], title: &str, x: &Axis, y: &str, mark: Mark, tones: &Tones) -> Vec<Figure> {
+/// One figure for each measure; `{}` in `title` and `y` stands for the measure.
+fn measure_figures(
+    curves: &[Curve],
+    title: &str,
+    x: &Axis,
+    y: &str,
+    mark: Mark,
+    tones: &Tones,
+) -> Vec<Figure> {
     let figure = |measure: &str| {
-        let of = || curves.iter().filter(|c| c.measure == measure);
-        let unit = of().next().map_or("", |c| c.unit.as_str());
+        let measured = || curves.iter().filter(|c| c.measure == measure);
+        let unit = measured().next().map_or("", |c| c.unit.as_str());
         let title = title.replace("{}", measure);
         let mut line = Line::new(
             &title,
             x.clone(),
             Axis::linear(&y.replace("{}", &measure.to_lowercase()), unit).with_zero(),
         );
-        for c in of() {
+        for c in measured() {
             let series = Series::line(&c.model, tones.get(&c.model), c.x.clone(), c.y.clone());
             line = line.with(series.with_mark(mark));
         }
@@ -192,15 +199,15 @@ pub(super) fn sizes(report: &BenchmarkReport, tones: &Tones) -> Vec<Block> {
     }
     let many = &report.words[1];
     let x = Axis::log(&format!("training {many}"), "");
-    let figures = of_measures(&report.sizes, "{}", &x, "error", Mark::LinePoints, tones);
-    grid(figures, &format!("Error on the test {many} against the number of training {many}."))
+    let figures = measure_figures(&report.sizes, "{}", &x, "error", Mark::LinePoints, tones);
+    grid(figures, &format!("Error on the test {many} over the number of training {many}."))
 }
 
 pub(super) fn parts(report: &BenchmarkReport, tones: &Tones) -> Vec<Block> {
     let x = Axis::linear("part of the duration", "");
     let [one, many] = &report.words;
     let title = format!("{{}} error over the {one}");
-    let figures = of_measures(&report.parts, &title, &x, "{} error", Mark::Line, tones);
+    let figures = measure_figures(&report.parts, &title, &x, "{} error", Mark::Line, tones);
     let caption = format!("Mean over the test {many}; {}", report.parts_caption);
     let block = |figure| Block::Figure(Box::new(FigureBlock { figure, caption: caption.clone() }));
     figures.into_iter().map(block).collect()

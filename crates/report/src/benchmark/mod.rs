@@ -1,5 +1,6 @@
-//! The report of a benchmark: models scored on test sets, what `reproduce` and `demo` write. Sections that have nothing to
-//! show are left out.
+//! The report of a benchmark, as `reproduce` and `demo` write it: models scored on test sets.
+//!
+//! Empty sections are left out.
 
 mod curves;
 mod page;
@@ -10,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::page::{Column, KeyFigure, Method, Provenance};
 
-/// Everything that the report of a benchmark shows.
+/// Content of the report of a benchmark.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BenchmarkReport {
     /// Kind of report, e.g. `training report · ball`.
@@ -19,23 +20,23 @@ pub struct BenchmarkReport {
     pub title: String,
     /// The outcome in one or two sentences.
     pub summary: String,
-    /// The model that the report is about, e.g. `Hybrid`: it keeps the first colour.
+    /// The model that the report is about, e.g. `Hybrid`; it has the first colour.
     pub subject: String,
-    /// One trajectory and many, e.g. `push`, `pushes`.
+    /// Word for one and for several trajectories, e.g. `push`, `pushes`.
     #[serde(default)]
     pub words: [String; 2],
-    /// Numbers in large type.
+    /// Key figures, shown in large type.
     #[serde(default)]
     pub key_figures: Vec<KeyFigure>,
     /// One table for each test set.
     pub results: Vec<Results>,
-    /// Error against the size of the training set: one entry per model and measure.
+    /// Error over the size of the training set: one entry per model and measure.
     #[serde(default)]
     pub sizes: Vec<Curve>,
-    /// The repeated experiment: clouds of displacements, the truth first.
+    /// Displacements in a repeated experiment, one cloud each for the truth (first) and the models.
     #[serde(default)]
     pub clouds: Vec<Cloud>,
-    /// The clouds in words.
+    /// Caption of the clouds.
     #[serde(default)]
     pub clouds_caption: String,
     /// Forecasts over true trajectories: one entry per model, trajectory and channel.
@@ -47,7 +48,7 @@ pub struct BenchmarkReport {
     /// Error of a measure over equal parts of the duration: one entry per model.
     #[serde(default)]
     pub parts: Vec<Curve>,
-    /// Remarks about the parts.
+    /// Caption of the errors over parts of the duration.
     #[serde(default)]
     pub parts_caption: String,
     /// Fitted parameters: name, declared value, fitted value, 95 % interval.
@@ -62,30 +63,30 @@ pub struct BenchmarkReport {
     /// Remarks, one paragraph each.
     #[serde(default)]
     pub notes: Vec<String>,
-    /// Commands, one per line.
+    /// Commands that reproduce the results.
     pub reproduce: Vec<String>,
     /// Methods with references.
     #[serde(default)]
     pub methods: Vec<Method>,
-    /// Where it comes from.
+    /// Version, seed and data.
     pub provenance: Provenance,
 }
 
-/// How a number came about. Protocols are never compared with each other.
+/// How a prediction was made. Numbers of different protocols are never compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Protocol {
-    /// Samples of the prior given the initial state only: a prediction.
+    /// Prediction from the initial state alone, with samples from the prior.
     #[default]
     Forecast,
-    /// The encoder saw the trajectory: not a prediction.
+    /// Reconstruction of a trajectory that the encoder has seen; not a prediction.
     Reconstruction,
-    /// The best that any predictor can do from the initial state, from the known law.
+    /// Smallest possible error of a prediction from the initial state, computed from the known equations.
     Floor,
 }
 
 impl Protocol {
-    /// The word for it.
+    /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -99,7 +100,7 @@ impl Protocol {
 /// Models on one test set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    /// The meaning of the numbers, and the set that was tested on.
+    /// Meaning of the numbers, and the test set.
     pub caption: String,
     /// Columns of the numbers.
     pub columns: Vec<Column>,
@@ -110,14 +111,16 @@ pub struct Results {
     pub footnotes: Vec<String>,
 }
 
-/// A model under a protocol. Absent values are shown as "–".
+/// Results of a model under a protocol; absent values are shown as "–".
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ResultRow {
     /// Model, e.g. `Hybrid`.
     pub model: String,
     /// Protocol.
     pub protocol: Protocol,
-    /// How samples became one prediction, e.g. `mean of 10`. Protocols and predictions are shown where any row has one.
+    /// How samples were combined into one prediction, e.g. `mean of 10`.
+    ///
+    /// The columns for protocol and prediction are shown if any row has this.
     #[serde(default)]
     pub estimator: String,
     /// One number per column, in its unit.
@@ -133,7 +136,7 @@ pub struct Curve {
     pub measure: String,
     /// Its unit.
     pub unit: String,
-    /// Abscissae, ascending.
+    /// Horizontal values, ascending.
     #[serde(with = "crate::nullable")]
     pub x: Vec<f64>,
     /// Errors.
@@ -223,15 +226,15 @@ pub struct ErrorCurve {
 pub struct TrainingRun {
     /// Model.
     pub model: String,
-    /// The recipe in a few words.
+    /// Short description of the recipe.
     pub recipe: String,
-    /// Parameters that were trained.
+    /// Number of trained parameters.
     pub parameters: Option<u64>,
-    /// Iterations.
+    /// Number of iterations.
     pub iterations: Option<u64>,
 }
 
-/// A cloud of displacements, and how far it is from the truth.
+/// A cloud of displacements, with its distance from the truth.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cloud {
     /// Name.

@@ -1,4 +1,4 @@
-//! From the results of a benchmark to a page.
+//! Builds the page of a benchmark from its results.
 
 use super::curves::{errors, learning, parts, sizes};
 use super::sections::{clouds, parameters};
@@ -21,8 +21,8 @@ pub(super) fn page(report: &BenchmarkReport) -> Page {
         sections: vec![
             Section::new("Results", results(report)),
             Section::new(&format!("Training {many}"), sizes(report, &tones)),
-            Section::new(&format!("The same {one} again and again"), clouds(report)),
-            Section::new("Forecasts over what happened", forecasts(report, &tones)),
+            Section::new(&format!("One {one} repeated many times"), clouds(report)),
+            Section::new("Forecasts and true trajectories", forecasts(report, &tones)),
             Section::new("Error over time", errors(report, &tones)),
             Section::new(&format!("Error over the {one}"), parts(report, &tones)),
             Section::new("Fitted parameters", parameters(report)),
@@ -52,7 +52,7 @@ fn names_protocols(results: &Results) -> bool {
 }
 
 impl Results {
-    /// The table of them, rows by protocol.
+    /// The table of the results, with rows sorted by protocol.
     #[must_use]
     pub fn table(&self) -> Table {
         let named = names_protocols(self);
@@ -83,9 +83,9 @@ impl Results {
 
 fn protocols() -> Vec<(String, String)> {
     [
-        ("forecast", "The model sees the initial state and nothing else, draws samples from its prior, and is judged on the whole trajectory. This is a prediction."),
-        ("reconstruction", "The encoder has seen the very trajectory that is then decoded. This shows what the latent variables can carry. It is not a prediction, and no forecast can be expected to reach it."),
-        ("floor", "The best that any predictor can do from the initial state, computed by Monte Carlo from the known law. What is drawn per trajectory and cannot be seen at the start, such as the restitution, no model can know: a forecast below the floor would be luck or a mistake."),
+        ("forecast", "The model is given only the initial state, draws samples from its prior, and is scored on the whole trajectory. This is a prediction."),
+        ("reconstruction", "The encoder is given the trajectory that is then decoded. This shows how much information the latent variables carry. It is not a prediction, and its error is not attainable by a forecast."),
+        ("floor", "The smallest possible error of a prediction from the initial state, computed by Monte Carlo simulation of the known equations. Quantities that are drawn per trajectory and not measurable at its start, such as the restitution, are unknown to every model: a forecast below the floor would be chance or an error."),
     ]
     .map(|(term, meaning)| (term.to_owned(), meaning.to_owned()))
     .to_vec()
@@ -105,7 +105,7 @@ fn forecasts(report: &BenchmarkReport, tones: &Tones) -> Vec<Block> {
             };
             fans.extend(models.iter().filter_map(|model| find(model)).map(|f| fan(f, tones.get(&f.model))));
         }
-        // One range for all panels of a channel, so that they can be compared.
+        // All panels of a channel share one range, so that they can be compared.
         if let Some((low, high)) = extent(fans.iter().flat_map(Fan::values)).filter(|(low, high)| low < high)
         {
             let margin = (high - low) * 0.04;

@@ -7,7 +7,7 @@ use crate::page::{Best, Block, Cell, Column, Columns, Grid, LegendEntry, Row, Ta
 pub(super) fn clouds(report: &BenchmarkReport) -> Vec<Block> {
     let Some(truth) = report.clouds.first() else { return Vec::new() };
     let cloud = |c: &Points, tone| Cloud { name: c.name.clone(), tone, x: c.x_mm.clone(), y: c.y_mm.clone() };
-    // Each model over the truth, on one range.
+    // One figure per model, drawn over the truth.
     let figures = report.clouds[1..]
         .iter()
         .map(|c| {
@@ -33,7 +33,7 @@ pub(super) fn clouds(report: &BenchmarkReport) -> Vec<Block> {
             Cell::number(c.over_floor),
             Cell::number(c.energy_mm),
         ];
-        // The truth against itself is no competitor.
+        // The second set of truths defines the floor (ratio 1) and is not compared with the models.
         Row { cells, compare: (c.over_floor != Some(1.0)).then(|| "model".to_owned()), strong: false }
     };
     let table = Table {
@@ -46,7 +46,7 @@ pub(super) fn clouds(report: &BenchmarkReport) -> Vec<Block> {
         ],
         rows: report.clouds[1..].iter().map(row).collect(),
         footnotes: vec![
-            "The floor is the Chamfer distance of a second, independent set of truths. It hardly sees a shift; the energy distance does, and is zero on average for two sets of one law.".to_owned(),
+            "The floor is the Chamfer distance of a second, independent set of true displacements. The Chamfer distance is insensitive to a shift; the energy distance is sensitive to it, and near zero for two sets from the same distribution.".to_owned(),
         ],
     };
     vec![
@@ -79,6 +79,6 @@ pub(super) fn parameters(report: &BenchmarkReport) -> Vec<Block> {
             Column::number("fitted, 95 % interval", ""),
         ],
         rows: report.parameters.iter().map(row).collect(),
-        footnotes: vec!["Intervals take each run as one observation.".to_owned()],
+        footnotes: vec!["Intervals count each run as one observation.".to_owned()],
     })]
 }

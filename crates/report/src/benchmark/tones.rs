@@ -1,9 +1,9 @@
-//! Which colour a model has through a report.
+//! Assignment of colours to the models of a report.
 
 use super::{BenchmarkReport, Protocol};
 use crate::figure::Tone;
 
-/// The colour of each model through the report: the subject first, floors muted.
+/// Colours of the models: the subject has the first one, floors are muted.
 pub(super) struct Tones<'a>(Vec<&'a str>);
 
 impl<'a> Tones<'a> {
@@ -12,7 +12,7 @@ impl<'a> Tones<'a> {
         let forecasts = report.forecasts.iter().map(|f| &f.model);
         let learning = report.learning.iter().map(|l| &l.model);
         let mut names = vec![report.subject.as_str()];
-        // Trained models come before baselines, so that they get the clearest colours.
+        // Trained models come before baselines, so that they get the most distinct colours.
         for name in learning.chain(forecasts).chain(curves) {
             if !names.contains(&name.as_str()) {
                 names.push(name);
@@ -22,18 +22,18 @@ impl<'a> Tones<'a> {
     }
 
     pub(super) fn get(&self, model: &str) -> Tone {
-        let at = self.0.iter().position(|name| *name == model);
-        at.and_then(|i| u8::try_from(i).ok()).map_or(Tone::Muted, Tone::Series)
+        let index = self.0.iter().position(|name| *name == model);
+        index.and_then(|i| u8::try_from(i).ok()).map_or(Tone::Muted, Tone::Series)
     }
 }
 
 /// Distinct values of a key, in order of appearance.
 pub(super) fn distinct<'a, T>(items: &'a [T], key: impl Fn(&'a T) -> &'a str) -> Vec<&'a str> {
-    let mut seen = Vec::new();
+    let mut distinct = Vec::new();
     for item in items.iter().map(key) {
-        if !seen.contains(&item) {
-            seen.push(item);
+        if !distinct.contains(&item) {
+            distinct.push(item);
         }
     }
-    seen
+    distinct
 }

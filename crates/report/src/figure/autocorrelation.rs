@@ -1,4 +1,4 @@
-//! Autocorrelation of a residual against lag, with the band that white noise stays in.
+//! Autocorrelation of a residual over lag, with the 95 % band of white noise.
 
 use maud::{Markup, html};
 use serde::{Deserialize, Serialize};
@@ -52,13 +52,13 @@ impl Autocorrelation {
         };
         let series: Vec<(&Correlogram, Vec<(f64, f64)>)> =
             self.series.iter().map(|s| (s, points(s))).filter(|(_, p)| !p.is_empty()).collect();
-        let all = || series.iter().flat_map(|(_, p)| p.iter().copied());
+        let all_points = || series.iter().flat_map(|(_, p)| p.iter().copied());
         let band = white.into_iter().flat_map(|w| [-w, w]).filter(|_| !series.is_empty());
         let (Some(x), Some(y)) = (
-            Scale::fit(&x_axis, all().map(|p| p.0), 0.04, (0.0, 1.0)),
-            Scale::fit(&y_axis, all().map(|p| p.1).chain(band), 0.08, (1.0, 0.0)),
+            Scale::fit(&x_axis, all_points().map(|p| p.0), 0.04, (0.0, 1.0)),
+            Scale::fit(&y_axis, all_points().map(|p| p.1).chain(band), 0.08, (1.0, 0.0)),
         ) else {
-            return no_data(target, &self.title, "autocorrelation against lag");
+            return no_data(target, &self.title, "autocorrelation over lag");
         };
         let mut keys: Vec<Key> = (series.iter())
             .map(|(s, _)| Key { name: s.name.clone(), tone: s.tone, swatch: Swatch::Point })
@@ -73,7 +73,7 @@ impl Autocorrelation {
         let spec = Spec { title: &self.title, x: &x_axis, y: &y_axis, keys, right: 8.0, aspect: Some(0.66) };
         let frame = Frame::new(target, &spec, x, y);
         let zero = frame.y.at(0.0).unwrap_or(frame.plot.bottom);
-        // Stems of several series stand side by side around their lag.
+        // Stems of several series are drawn next to each other around their lag.
         let shift = |i: usize| (i as f64 - (series.len() as f64 - 1.0) / 2.0) * 3.0;
         let marks = html! {
             @if let Some((high, low)) = white.and_then(|w| Some((frame.y.at(w)?, frame.y.at(-w)?))) {

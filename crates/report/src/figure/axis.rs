@@ -1,10 +1,10 @@
-//! Axes, tones, reference lines and event markers: what all figures share.
+//! Axes, tones, reference lines and event markers, which all figures share.
 
 use serde::{Deserialize, Serialize};
 
 use crate::plot::{palette, text};
 
-/// Linear or logarithmic.
+/// Linear or logarithmic scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
@@ -25,13 +25,13 @@ pub struct Axis {
     /// Linear or logarithmic.
     #[serde(default)]
     pub scale: Scale,
-    /// Range to show; from the data where absent. Marks outside are clipped.
+    /// Range to show; `None` uses the range of the data. Marks outside are clipped.
     #[serde(default)]
     pub domain: Option<[f64; 2]>,
     /// Whether a linear axis must show zero.
     #[serde(default)]
     pub include_zero: bool,
-    /// Whether only whole numbers make sense, e.g. iterations.
+    /// Whether ticks are at whole numbers only, e.g. for iterations.
     #[serde(default)]
     pub integer: bool,
 }
@@ -67,7 +67,9 @@ impl Axis {
         Self { domain: Some([low, high]), ..self }
     }
 
-    /// "height (m)", with a power of ten where the tick labels leave one out: "height (10⁻³ m)".
+    /// Label with unit, e.g. "height (m)".
+    ///
+    /// If the tick labels are scaled by a power of ten, it is part of the unit: "height (10⁻³ m)".
     pub(crate) fn text(&self, power: i32) -> String {
         let factor = if power == 0 { String::new() } else { format!("10{}", text::superscript(power)) };
         match (factor.is_empty(), self.unit.is_empty()) {
@@ -78,14 +80,14 @@ impl Axis {
         }
     }
 
-    /// A value of this axis in words, to three digits, with the unit.
+    /// A value with three significant digits and the unit.
     pub(crate) fn value(&self, value: f64) -> String {
         let number = text::significant(value, 3);
         if self.unit.is_empty() { number } else { format!("{number} {}", self.unit) }
     }
 }
 
-/// Colour, dash and marker shape of a series. The same thing keeps its tone through a whole report.
+/// Colour, dash and marker shape of a series; a model has the same tone in a whole report.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tone {
@@ -99,7 +101,7 @@ pub enum Tone {
 }
 
 impl Tone {
-    /// The CSS class that sets this tone.
+    /// CSS class of this tone.
     pub(crate) fn class(self) -> String {
         match self {
             Self::Ink => "ki".to_owned(),
@@ -118,10 +120,10 @@ pub struct Reference {
     pub label: String,
 }
 
-/// A vertical marker at a place on the horizontal axis, e.g. an impact.
+/// A vertical marker at a position on the horizontal axis, e.g. an impact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
-    /// Place on the horizontal axis, in its unit.
+    /// Position on the horizontal axis, in its unit.
     pub at: f64,
     /// Name of the event; empty for no label. Labels that do not fit are left out.
     #[serde(default)]

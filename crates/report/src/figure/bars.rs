@@ -26,13 +26,15 @@ pub struct Bar {
 /// Bars under one label.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BarGroup {
-    /// Label; empty where each bar's own name is label enough.
+    /// Label; empty if the names of the bars suffice.
     pub label: String,
     /// The bars, top to bottom.
     pub bars: Vec<Bar>,
 }
 
-/// How a value is drawn. The length of a bar says something only where the axis holds zero: on others draw dots.
+/// How a value is drawn.
+///
+/// The length of a bar is meaningful only on an axis that contains zero; use dots on others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BarShape {
@@ -43,7 +45,10 @@ pub enum BarShape {
     Dot,
 }
 
-/// A bar chart. One group: each bar is labelled by its name; several: by group, with a legend.
+/// A bar chart.
+///
+/// With one group each bar is labelled by its name; with several, groups are labelled and a legend names the
+/// bars.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bars {
     /// Title.
@@ -60,25 +65,28 @@ pub struct Bars {
     pub shape: BarShape,
 }
 
-const THICK: f64 = 13.0;
-const STEP: f64 = 20.0;
+/// Thickness of a bar, px.
+const BAR_THICKNESS: f64 = 13.0;
+/// Distance between the centres of neighbouring bars, px.
+const ROW_HEIGHT: f64 = 20.0;
 /// Radius of a dot, px.
 const RADIUS: f64 = 4.0;
 
 impl Bars {
     pub(crate) fn draw(&self, target: &Target) -> Markup {
-        let all = || self.groups.iter().flat_map(|g| &g.bars);
-        let ends = all().flat_map(|b| b.value.into_iter().chain(b.interval.into_iter().flatten()));
-        let any = all().any(|b| b.value.is_some_and(drawable));
+        let all_bars = || self.groups.iter().flat_map(|g| &g.bars);
+        let ends = all_bars().flat_map(|b| b.value.into_iter().chain(b.interval.into_iter().flatten()));
+        let has_value = all_bars().any(|b| b.value.is_some_and(drawable));
         let from_zero = self.shape == BarShape::Bar && self.value.scale == super::Scale::Linear;
         let axis = Axis { include_zero: from_zero, ..self.value.clone() };
         let references = self.references.iter().map(|r| r.value);
-        let Some(scale) = Scale::fit(&axis, ends.chain(references).filter(|_| any), 0.04, (0.0, 1.0)) else {
+        let Some(scale) = Scale::fit(&axis, ends.chain(references).filter(|_| has_value), 0.04, (0.0, 1.0))
+        else {
             return no_data(target, &self.title, &self.value.label);
         };
         let grouped = self.groups.len() > 1;
         let mut keys: Vec<Key> = Vec::new();
-        for bar in all().filter(|_| grouped) {
+        for bar in all_bars().filter(|_| grouped) {
             if keys.iter().all(|k| k.name != bar.name) {
                 keys.push(Key { name: bar.name.clone(), tone: bar.tone, swatch: Swatch::Bar });
             }
@@ -91,7 +99,7 @@ impl Bars {
         };
         let widest = names().map(|n| width(n, LABEL)).fold(0.0, f64::max).min(target.width * 0.42);
         let value_width =
-            all().filter_map(|b| b.value).map(|v| width(&significant(v, 3), TICK)).fold(0.0, f64::max);
+            all_bars().filter_map(|b| b.value).map(|v| width(&significant(v, 3), TICK)).fold(0.0, f64::max);
         let (left, right) = (widest + 10.0, target.width - value_width - 12.0);
         let scale = scale.on(left, right);
         let top = head_height + if self.references.is_empty() { 10.0 } else { 26.0 };
@@ -100,19 +108,20 @@ impl Bars {
         let mut rows = Vec::new();
         for group in &self.groups {
             if grouped {
-                let middle = y + group.bars.len() as f64 * STEP / 2.0;
+                let middle = y + group.bars.len() as f64 * ROW_HEIGHT / 2.0;
                 rows.push(label("", 0.0, middle + 3.8, LABEL, &shorten(&group.label, LABEL, widest)));
             }
             for bar in &group.bars {
                 let name = if grouped { "" } else { bar.name.as_str() };
-                rows.push(self.row(&scale, bar, name, y + STEP / 2.0, [widest, target.width]));
-                y += STEP;
+                rows.push(self.row(&scale, bar, name, y + ROW_HEIGHT / 2.0, [widest, target.width]));
+                y += ROW_HEIGHT;
             }
             y += 8.0;
         }
         let bottom = y;
         let (mut ticks, power) = scale.ticks(((right - left) / 70.0).round().clamp(3.0, 9.0) as usize);
-        // Beside long names decades may stand closer than their labels are wide.
+        // Next to long names the ticks of a logarithmic axis may be closer than their labels are wide: drop
+        // those that overlap.
         let mut free = f64::NEG_INFINITY;
         ticks.retain(|(value, text)| {
             let half = width(text, TICK) / 2.0;
@@ -157,7 +166,7 @@ impl Bars {
         words
     }
 
-    /// One value with name and interval, and the number itself at the right.
+    /// One bar or dot with its name, its interval, and the number at the right.
     fn row(
         &self,
         scale: &Scale,
@@ -171,7 +180,7 @@ impl Bars {
         let value = bar.value.filter(|v| drawable(*v));
         let drawn = |zero: f64, end: f64| match self.shape {
             BarShape::Bar => html! {
-                rect class={ "br " (tone) } x=(c(zero.min(end))) y=(c(middle - THICK / 2.0)) width=(c((end - zero).abs().max(0.5))) height=(c(THICK)) rx="1" {}
+                rect class={ "br " (tone) } x=(c(zero.min(end))) y=(c(middle - BAR_THICKNESS / 2.0)) width=(c((end - zero).abs().max(0.5))) height=(c(BAR_THICKNESS)) rx="1" {}
             },
             BarShape::Dot => html! {
                 path class="gr" d={ "M" (c(zero)) " " (c(middle)) "H" (c(end)) } {}

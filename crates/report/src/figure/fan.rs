@@ -1,4 +1,4 @@
-//! Fan chart: median and 50 and 90 % bands of a forecast over the trajectory that happened.
+//! Fan chart: median, 50 % and 90 % bands of a forecast, with the true trajectory.
 
 use maud::{Markup, html};
 use serde::{Deserialize, Serialize};
@@ -43,7 +43,7 @@ pub struct Fan {
     /// Vertical markers, e.g. impacts.
     #[serde(default)]
     pub events: Vec<Event>,
-    /// Leaves out the legend, where a grid has one for all its figures.
+    /// Omits the legend, for figures in a grid with a common legend.
     #[serde(default)]
     pub hide_legend: bool,
 }
@@ -69,9 +69,9 @@ impl Fan {
     }
 
     pub(crate) fn draw(&self, target: &Target) -> Markup {
-        let any = self.values().any(drawable);
+        let has_data = self.values().any(drawable);
         let (Some(x), Some(y)) = (
-            Scale::fit(&self.x, self.t.iter().copied().filter(|_| any), 0.0, (0.0, 1.0)),
+            Scale::fit(&self.x, self.t.iter().copied().filter(|_| has_data), 0.0, (0.0, 1.0)),
             Scale::fit(&self.y, self.values(), 0.05, (1.0, 0.0)),
         ) else {
             return no_data(target, &self.title, &format!("{} against {}", self.y.label, self.x.label));
@@ -104,18 +104,18 @@ impl Fan {
         let inside = (self.truth.iter().zip(self.lower90.iter().zip(&self.upper90)))
             .filter(|(t, (l, u))| drawable(**t) && drawable(**l) && drawable(**u))
             .map(|(t, (l, u))| (l..=u).contains(&t));
-        let (mut held, mut all) = (0_u32, 0_u32);
-        for yes in inside {
-            all += 1;
-            held += u32::from(yes);
+        let (mut covered, mut total) = (0_u32, 0_u32);
+        for is_inside in inside {
+            total += 1;
+            covered += u32::from(is_inside);
         }
         let mut words = format!(
             "Forecast of {} against {}: median and bands over the true trajectory.",
             self.y.text(0),
             self.x.text(0)
         );
-        if all > 0 {
-            let share = f64::from(held) / f64::from(all) * 100.0;
+        if total > 0 {
+            let share = f64::from(covered) / f64::from(total) * 100.0;
             words.push_str(&format!(" The 90 % band holds the truth at {share:.0} % of the times."));
         }
         words

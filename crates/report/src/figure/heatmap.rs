@@ -1,4 +1,4 @@
-//! Heat map of a correlation matrix: the number in each cell, colour and depth as a second cue.
+//! Heat map of a correlation matrix: a number in each cell, with sign and size also shown by colour.
 
 use maud::{Markup, html};
 use serde::{Deserialize, Serialize};
@@ -28,7 +28,7 @@ impl Heatmap {
         let (head, top) = header(target.width, &self.title, &[]);
         let names: Vec<String> =
             (self.names.iter()).map(|name| shorten(name, LABEL, target.width * 0.45)).collect();
-        // Rows 1.. and columns ..n-1: the diagonal says nothing.
+        // Rows 1.. and columns ..n-1: the diagonal, which is always 1, is not drawn.
         let left = names.iter().skip(1).map(|s| width(s, LABEL)).fold(0.0, f64::max) + 10.0;
         let cell = ((target.width - left) / (n as f64 - 1.0)).min(72.0);
         let height = cell.min(34.0);
@@ -80,9 +80,9 @@ impl Heatmap {
             }
         }
         let name = |i: usize| self.names.get(i).map_or("", String::as_str);
-        let most = strongest.map_or_else(String::new, |(v, i, j)| {
+        let strongest_text = strongest.map_or_else(String::new, |(v, i, j)| {
             format!(" Strongest: {} with {}, {}.", name(i), name(j), fixed(v, 2))
         });
-        format!("Correlations of {n} parameters.{most}")
+        format!("Correlations of {n} parameters.{strongest_text}")
     }
 }

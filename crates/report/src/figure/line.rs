@@ -26,7 +26,7 @@ pub enum Mark {
 /// An interval around a series.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Band {
-    /// Probability that it holds, e.g. `0.9`.
+    /// Coverage probability, e.g. `0.9`.
     pub level: f64,
     /// Lower ends, one per x.
     #[serde(with = "crate::nullable")]
@@ -99,10 +99,10 @@ pub struct Line {
     /// Vertical event markers.
     #[serde(default)]
     pub events: Vec<Event>,
-    /// Leaves out the legend, where a grid has one for all its figures.
+    /// Omits the legend, for figures in a grid with a common legend.
     #[serde(default)]
     pub hide_legend: bool,
-    /// Draws both axes to one scale: a map.
+    /// Whether both axes have the same scale, as on a map.
     #[serde(default)]
     pub to_scale: bool,
 }
@@ -131,7 +131,7 @@ impl Line {
         });
         let references = self.references.iter().map(|r| r.value);
         let (x_axis, y_axis) = match self.to_scale {
-            true => map(&self.x, &self.y, extent(xs.clone()), extent(ys.clone()), target.width),
+            true => equal_scale_axes(&self.x, &self.y, extent(xs.clone()), extent(ys.clone()), target.width),
             false => (self.x.clone(), self.y.clone()),
         };
         let (Some(x), Some(y)) = (
@@ -144,7 +144,7 @@ impl Line {
             && target.width >= 440.0
             && (2..=5).contains(&drawn.len())
             && drawn.iter().all(|s| s.mark != Mark::Points)
-            && ends_apart(&y, &drawn);
+            && has_room_for_labels(&y, &drawn);
         let room = target.width * 0.3;
         let widest = drawn.iter().map(|s| width(&s.name, LABEL)).fold(0.0, f64::max).min(room);
         let spec = Spec {
@@ -190,16 +190,23 @@ impl Line {
     }
 }
 
-/// Height that a plot area has at most, and what is left of the width beside it, in pixels.
-const MOST_HEIGHT: f64 = 360.0;
-const BESIDE: f64 = 54.0;
+/// Maximum height of the plot area of a map, px.
+const MAX_HEIGHT: f64 = 360.0;
+/// Width of the figure outside the plot area, px.
+const MARGIN_WIDTH: f64 = 54.0;
 
-/// The axes of a map: their ranges are wide enough that one scale serves both.
-fn map(x: &Axis, y: &Axis, xs: Option<(f64, f64)>, ys: Option<(f64, f64)>, width: f64) -> (Axis, Axis) {
+/// The axes of a map: widens their ranges so that both have the same scale.
+fn equal_scale_axes(
+    x: &Axis,
+    y: &Axis,
+    xs: Option<(f64, f64)>,
+    ys: Option<(f64, f64)>,
+    width: f64,
+) -> (Axis, Axis) {
     let (Some((left, right)), Some((low, high))) = (xs, ys) else { return (x.clone(), y.clone()) };
     let margin = 0.04 * (right - left).max(high - low).max(1e-9);
     let [x_span, y_span] = [right - left + 2.0 * margin, high - low + 2.0 * margin];
-    let x_span = x_span.max(y_span * (width - BESIDE).max(1.0) / MOST_HEIGHT);
+    let x_span = x_span.max(y_span * (width - MARGIN_WIDTH).max(1.0) / MAX_HEIGHT);
     let middle = 0.5 * (left + right);
     (
         x.clone().with_domain(middle - 0.5 * x_span, middle + 0.5 * x_span),
@@ -207,9 +214,10 @@ fn map(x: &Axis, y: &Axis, xs: Option<(f64, f64)>, ys: Option<(f64, f64)>, width
     )
 }
 
-/// Whether the lines end far enough apart for names beside them; else a legend reads better.
-fn ends_apart(y: &Scale, drawn: &[&Series]) -> bool {
-    // The plot area is about 230 pixels high, a name needs 15.
+/// Whether the lines end far enough from each other for names beside them; otherwise a legend is drawn.
+fn has_room_for_labels(y: &Scale, drawn: &[&Series]) -> bool {
+    // The plot area is about 230 px high. `direct_labels` moves names to 15 px distance, so ends may be
+    // somewhat closer.
     let scale = y.on(0.0, 230.0);
     let mut ends: Vec<f64> =
         (drawn.iter()).filter_map(|s| s.y.iter().filter_map(|v| scale.at(*v)).next_back()).collect();
@@ -224,7 +232,7 @@ fn keys(drawn: &[&Series]) -> Vec<Key> {
     drawn.iter().map(|s| Key { name: s.name.clone(), tone: s.tone, swatch: swatch(s) }).collect()
 }
 
-/// The area of a band; the two usual levels differ in depth.
+/// The area of a band; bands of up to 70 % are darker than wider ones.
 fn draw_band(frame: &Frame, series: &Series, band: &Band) -> Markup {
     let area = path::area(series.x.iter().zip(band.lower.iter().zip(&band.upper)).map(|(x, (l, u))| {
         let (px, low) = frame.at(*x, *l)?;
@@ -247,7 +255,7 @@ fn draw_series(frame: &Frame, series: &Series) -> Markup {
     }
 }
 
-/// Names at the ends of the lines, moved apart where the ends are close, tied to them by a hair line.
+/// Names at the ends of the lines, at least 15 px from each other, each connected to its line.
 fn direct_labels(frame: &Frame, drawn: &[&Series], room: f64) -> Markup {
     let plot = frame.plot;
     let mut ends: Vec<((f64, f64), &Series)> = (drawn.iter())

@@ -1,5 +1,4 @@
-//! Figures as plain data, and their drawing as SVG: deterministic text, no script, no external
-//! resource, light and dark.
+//! Figures as plain data, and their drawing as SVG, deterministic and without scripts or external resources.
 //!
 //! ```
 //! use augsim_report::figure::{Axis, Figure, Line, Series, Tone};
@@ -39,7 +38,7 @@ use serde::{Deserialize, Serialize};
 pub enum Figure {
     /// Named series over a numeric axis.
     Line(Line),
-    /// Forecast bands over what happened.
+    /// Forecast bands with the true trajectory.
     Fan(Fan),
     /// Clouds of points.
     Scatter(Scatter),
@@ -55,13 +54,13 @@ pub enum Figure {
     Heatmap(Heatmap),
 }
 
-/// The surroundings that a figure is drawn for: width, names, style.
+/// Where a figure is drawn: its width, the prefix of its ids, and its style.
 pub(crate) struct Target<'a> {
     /// Width in pixels; the height follows.
     pub(crate) width: f64,
     /// Prefix of the element ids, unique in the page.
     pub(crate) id: &'a str,
-    /// Whether the SVG carries its own style (a file) or uses the page's.
+    /// Whether the SVG has its own style (a file) or uses that of the page.
     pub(crate) standalone: bool,
 }
 

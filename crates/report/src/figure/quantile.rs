@@ -19,12 +19,12 @@ pub struct QuantileSeries {
     /// Quantiles of the standard normal distribution.
     #[serde(with = "crate::nullable")]
     pub normal: Vec<f64>,
-    /// Quantiles of the sample in units of the sensor's standard deviation, in the same order.
+    /// Quantiles of the sample in units of the measurement noise's standard deviation, in the same order.
     #[serde(with = "crate::nullable")]
     pub sample: Vec<f64>,
 }
 
-/// A quantile plot, with the diagonal on which pure noise lies.
+/// A quantile plot, with the diagonal that normal noise follows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quantile {
     /// Title.
@@ -43,10 +43,10 @@ impl Quantile {
         };
         let series: Vec<(&QuantileSeries, Vec<(f64, f64)>)> =
             self.series.iter().map(|s| (s, points(s))).filter(|(_, p)| !p.is_empty()).collect();
-        let all = || series.iter().flat_map(|(_, p)| p.iter().copied());
+        let all_points = || series.iter().flat_map(|(_, p)| p.iter().copied());
         let (Some(x), Some(y)) = (
-            Scale::fit(&x_axis, all().map(|p| p.0), 0.04, (0.0, 1.0)),
-            Scale::fit(&y_axis, all().flat_map(|p| [p.0, p.1]), 0.05, (1.0, 0.0)),
+            Scale::fit(&x_axis, all_points().map(|p| p.0), 0.04, (0.0, 1.0)),
+            Scale::fit(&y_axis, all_points().flat_map(|p| [p.0, p.1]), 0.05, (1.0, 0.0)),
         ) else {
             return no_data(target, &self.title, "quantiles of the residual");
         };

@@ -37,7 +37,7 @@ pub struct Scatter {
     /// Horizontal reference lines.
     #[serde(default)]
     pub references: Vec<Reference>,
-    /// Leaves out the legend, where a grid has one for all its figures.
+    /// Omits the legend, for figures in a grid with a common legend.
     #[serde(default)]
     pub hide_legend: bool,
 }
@@ -50,10 +50,10 @@ impl Scatter {
         };
         let clouds: Vec<(&Cloud, Vec<(f64, f64)>)> =
             self.clouds.iter().map(|cloud| (cloud, points(cloud))).filter(|(_, p)| !p.is_empty()).collect();
-        let all = || clouds.iter().flat_map(|(_, p)| p.iter().copied());
+        let all_points = || clouds.iter().flat_map(|(_, p)| p.iter().copied());
         let (Some(x), Some(y)) = (
-            Scale::fit(&self.x, all().map(|p| p.0), 0.04, (0.0, 1.0)),
-            Scale::fit(&self.y, all().map(|p| p.1), 0.06, (1.0, 0.0)),
+            Scale::fit(&self.x, all_points().map(|p| p.0), 0.04, (0.0, 1.0)),
+            Scale::fit(&self.y, all_points().map(|p| p.1), 0.06, (1.0, 0.0)),
         ) else {
             return no_data(target, &self.title, &format!("{} against {}", self.y.label, self.x.label));
         };
@@ -66,10 +66,10 @@ impl Scatter {
         let spec = Spec { title: &self.title, x: &self.x, y: &self.y, keys, right: 8.0, aspect: Some(0.72) };
         let frame = Frame::new(target, &spec, x, y);
         let (guides, labels) = frame.guides(&self.references, &[]);
-        let most = clouds.iter().map(|(_, p)| p.len()).max().unwrap_or(0);
-        let r = if most > 300 {
+        let max_points = clouds.iter().map(|(_, p)| p.len()).max().unwrap_or(0);
+        let r = if max_points > 300 {
             1.8
-        } else if most > 80 {
+        } else if max_points > 80 {
             2.4
         } else {
             3.2

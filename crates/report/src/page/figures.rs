@@ -1,7 +1,7 @@
 //! Figures in a page: one over the whole width, or a grid of small multiples.
 //!
-//! A wide figure is drawn twice, for wide and for narrow screens, and the style shows one of them:
-//! text in an SVG that is scaled down to a telephone could not be read.
+//! A wide figure is drawn twice, for wide and for narrow screens, and the style shows one of them: the text
+//! of an SVG that is scaled down to a phone would be unreadable.
 
 use maud::{Markup, html};
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use super::rich;
 use crate::figure::{Fan, Figure, Target, Tone};
 use crate::plot::frame::{Key, Swatch, swatch};
 
-/// Width of every figure on a narrow screen.
+/// Width of every figure on a narrow screen, px.
 const NARROW: f64 = 360.0;
 
 /// A figure over the whole width of the page.
@@ -18,7 +18,7 @@ const NARROW: f64 = 360.0;
 pub struct FigureBlock {
     /// The figure.
     pub figure: Figure,
-    /// Words on how to read it; may be empty.
+    /// How to read the figure; may be empty.
     pub caption: String,
 }
 
@@ -33,17 +33,17 @@ pub enum Columns {
     Three,
 }
 
-/// Figures side by side, with one legend and one caption.
+/// Figures in columns, with one legend and one caption.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
     /// Columns on a wide screen.
     pub columns: Columns,
-    /// Legend for all figures (which then hide theirs); may be empty.
+    /// Common legend of all figures, which then hide theirs; may be empty.
     #[serde(default)]
     pub legend: Vec<LegendEntry>,
     /// The figures, row by row.
     pub figures: Vec<Figure>,
-    /// Words on how to read them; may be empty.
+    /// How to read the figures; may be empty.
     pub caption: String,
 }
 
@@ -51,9 +51,9 @@ pub struct Grid {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LegendEntry {
-    /// A line of this name and tone.
+    /// A line with name and tone.
     Line(String, Tone),
-    /// A marker of this name and tone.
+    /// A marker with name and tone.
     Points(String, Tone),
     /// The median and the two bands of a fan chart, and the truth.
     Fan(Tone),
@@ -84,14 +84,14 @@ impl Ids {
     }
 }
 
-fn one(figure: &Figure, width: f64, ids: &mut Ids) -> Markup {
+fn draw(figure: &Figure, width: f64, ids: &mut Ids) -> Markup {
     figure.draw(&Target { width, id: &ids.next(), standalone: false })
 }
 
-fn both(figure: &Figure, width: f64, ids: &mut Ids) -> Markup {
+fn draw_for_both_widths(figure: &Figure, width: f64, ids: &mut Ids) -> Markup {
     html! {
-        div class="wide" { (one(figure, width, ids)) }
-        div class="narrow" { (one(figure, NARROW, ids)) }
+        div class="wide" { (draw(figure, width, ids)) }
+        div class="narrow" { (draw(figure, NARROW, ids)) }
     }
 }
 
@@ -99,7 +99,7 @@ impl FigureBlock {
     pub(super) fn draw(&self, ids: &mut Ids) -> Markup {
         html! {
             figure {
-                (both(&self.figure, 960.0, ids))
+                (draw_for_both_widths(&self.figure, 960.0, ids))
                 @if !self.caption.is_empty() { figcaption { (rich(&self.caption)) } }
             }
         }
@@ -121,8 +121,8 @@ impl Grid {
                     }
                 }
                 @match self.columns {
-                    Columns::Two => div class="grid c2" { @for f in &self.figures { div { (both(f, 500.0, ids)) } } },
-                    Columns::Three => div class="grid c3" { @for f in &self.figures { div { (one(f, 336.0, ids)) } } },
+                    Columns::Two => div class="grid c2" { @for f in &self.figures { div { (draw_for_both_widths(f, 500.0, ids)) } } },
+                    Columns::Three => div class="grid c3" { @for f in &self.figures { div { (draw(f, 336.0, ids)) } } },
                 }
                 @if !self.caption.is_empty() { figcaption { (rich(&self.caption)) } }
             }

@@ -1,7 +1,7 @@
 //! One self-contained HTML page: prose, tables, figures, commands, methods, provenance.
 //!
-//! Text may carry `code` between backticks; everything is escaped. The page has no script and loads
-//! nothing; it reads on a telephone, in the dark and on paper.
+//! Text may contain `code` between backticks; everything is escaped. The page has no script and loads
+//! nothing. Its style covers phones, dark mode and print.
 
 mod figures;
 mod style;
@@ -25,17 +25,17 @@ pub struct Page {
     pub overline: String,
     /// Title.
     pub title: String,
-    /// One word for the outcome, e.g. `explained`; empty for none.
+    /// Short verdict, e.g. `explained`; empty for none.
     #[serde(default)]
     pub verdict: String,
     /// The outcome in one or two sentences.
     pub summary: String,
-    /// The few numbers to remember.
+    /// Key figures.
     #[serde(default)]
     pub key_figures: Vec<KeyFigure>,
     /// The body.
     pub sections: Vec<Section>,
-    /// Where it all comes from; the last section.
+    /// Version, seed and data, shown at the end.
     #[serde(default)]
     pub provenance: Provenance,
 }
@@ -49,7 +49,7 @@ pub struct KeyFigure {
     pub unit: String,
     /// Name of the quantity.
     pub label: String,
-    /// The quantity to compare it with.
+    /// Note under the number, e.g. what to compare it with.
     #[serde(default)]
     pub note: String,
 }
@@ -71,11 +71,11 @@ pub enum Block {
     Prose(String),
     /// A smaller heading.
     Heading(String),
-    /// Terms and what they mean.
+    /// Terms with their meanings.
     Definitions(Vec<(String, String)>),
     /// An unordered list.
     List(Vec<String>),
-    /// A paragraph set apart, e.g. the next experiment.
+    /// A highlighted paragraph, e.g. the next experiment.
     Callout(String),
     /// A table.
     Table(Table),
@@ -90,22 +90,22 @@ pub enum Block {
         /// The text, kept line by line.
         text: String,
     },
-    /// Methods with their sources.
+    /// Methods with references.
     Methods(Vec<Method>),
 }
 
-/// A method that was used, and where it comes from.
+/// A method that was used, with its reference.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Method {
     /// Name.
     pub name: String,
-    /// Its use here.
+    /// Purpose in this analysis.
     pub purpose: String,
     /// Author, title, place, year.
     pub reference: String,
 }
 
-/// Where a report comes from. All of it is passed in, so that a report is a function of its input.
+/// Origin of a report. The caller passes all of it, so that a report depends on its input alone.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Version of the program.
@@ -148,7 +148,7 @@ impl Section {
 /// Escaped text with `code` between backticks.
 pub(crate) fn rich(text: &str) -> Markup {
     let pieces: Vec<&str> = text.split('`').collect();
-    // An odd number of backticks is not markup.
+    // With an odd number of backticks the text is shown unchanged.
     if pieces.len().is_multiple_of(2) {
         return html! { (text) };
     }
@@ -159,11 +159,11 @@ pub(crate) fn rich(text: &str) -> Markup {
     }
 }
 
-/// Sections of an excerpt.
+/// Number of sections of an excerpt.
 const EXCERPT_SECTIONS: usize = 3;
 
 impl Page {
-    /// The beginning of the page, for where there is little room: title, outcome and the first sections that have content.
+    /// A short version of the page: title, outcome and the first non-empty sections.
     #[must_use]
     pub fn excerpt(mut self) -> Self {
         self.sections.retain(|section| !section.blocks.is_empty());
@@ -171,7 +171,7 @@ impl Page {
         self
     }
 
-    /// All figures of the page in its order.
+    /// All figures of the page, in order.
     #[must_use]
     pub fn into_figures(self) -> Vec<Figure> {
         let blocks = self.sections.into_iter().flat_map(|section| section.blocks);
@@ -184,8 +184,10 @@ impl Page {
     }
 }
 
-/// Names of figures, in their order: the words of each title before a colon or comma, in small letters with
-/// hyphens, and a number where several have the same.
+/// Names of figures, e.g. `error-over-time-2`.
+///
+/// A name is the title up to a colon or comma, in lower case with hyphens, and a number if several figures
+/// have the same name.
 #[must_use]
 pub fn figure_names(figures: &[Figure]) -> Vec<String> {
     let mut plain: Vec<String> = Vec::new();
@@ -195,8 +197,8 @@ pub fn figure_names(figures: &[Figure]) -> Vec<String> {
         let words: Vec<&str> =
             title.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()).collect();
         let name = words.join("-");
-        let same = plain.iter().filter(|n| **n == name).count();
-        names.push(if same == 0 { name.clone() } else { format!("{name}-{}", same + 1) });
+        let same_count = plain.iter().filter(|n| **n == name).count();
+        names.push(if same_count == 0 { name.clone() } else { format!("{name}-{}", same_count + 1) });
         plain.push(name);
     }
     names

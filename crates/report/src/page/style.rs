@@ -1,6 +1,6 @@
 //! The style of the page. Sizes follow a scale of 4 px; the text column is about 70 characters wide.
 
-/// Rules beside those of the figures.
+/// CSS of the page, without that of the figures.
 pub(super) const PAGE: &str = "
 *{box-sizing:border-box}
 html{-webkit-text-size-adjust:100%;text-size-adjust:100%}

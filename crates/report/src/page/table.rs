@@ -1,4 +1,4 @@
-//! Tables: units in the head, numbers aligned on the decimal point, the best of each column marked.
+//! Tables, with units in the head and the best value of each column marked.
 
 use maud::{Markup, html};
 use serde::{Deserialize, Serialize};
@@ -46,7 +46,7 @@ pub struct Column {
     /// Decimals of plain numbers; absent: three significant digits, cell by cell.
     #[serde(default)]
     pub decimals: Option<usize>,
-    /// Direction in which a value is better, if there is one.
+    /// Which value is best, if the column has a best one.
     #[serde(default)]
     pub best: Option<Best>,
 }
@@ -82,10 +82,10 @@ impl Column {
 pub struct Row {
     /// One cell per column.
     pub cells: Vec<Cell>,
-    /// Rows with the same word here compete for the best value; without one, a row does not compete.
+    /// Group within which the best value is marked; a row without a group is not compared.
     #[serde(default)]
     pub compare: Option<String>,
-    /// Whether the whole row is what the table is about.
+    /// Whether the row is highlighted.
     #[serde(default)]
     pub strong: bool,
 }
@@ -100,7 +100,7 @@ impl From<Vec<Cell>> for Row {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Cell {
-    /// Nothing to say, shown as "–".
+    /// No value, shown as "–".
     #[default]
     Missing,
     /// Words.
@@ -125,13 +125,13 @@ impl Cell {
         Self::Text(text.into())
     }
 
-    /// A number, or nothing.
+    /// A number, or a missing value.
     #[must_use]
     pub fn number(value: Option<f64>) -> Self {
         value.map_or(Self::Missing, Self::Number)
     }
 
-    /// An estimate with an interval where there is one.
+    /// An estimate, with an interval if there is one.
     #[must_use]
     pub fn estimate(value: f64, interval: Option<[f64; 2]>) -> Self {
         interval.map_or(Self::Number(value), |[low, high]| Self::Interval { value, low, high })
@@ -159,14 +159,15 @@ impl Cell {
     }
 }
 
-/// An estimate and its interval, with decimals that show two digits of the interval's half width.
+/// Formats an estimate and its interval, with decimals chosen by the half-width of the interval.
 pub fn estimate_text(value: f64, [low, high]: [f64; 2]) -> (String, String) {
     let half = (high - low).abs() / 2.0;
     let size = value.abs().max(low.abs()).max(high.abs());
     if !half.is_finite() || half == 0.0 || !value.is_finite() || !(1e-4..1e6).contains(&size) {
         return (significant(value, 3), format!("{}, {}", significant(low, 3), significant(high, 3)));
     }
-    // Two digits of the half width where they matter (10 to 49), else one; three of the value.
+    // Two digits of the half-width if it begins with 1 to 4, otherwise one; but at least three, at most six
+    // digits of the value.
     let mantissa = half / 10f64.powf(half.log10().floor());
     let digits = if mantissa < 4.95 { 2 } else { 1 };
     let decimals = decimals_for(half, digits).max(decimals_for(size, 3)).min(decimals_for(size, 6));
@@ -174,28 +175,28 @@ pub fn estimate_text(value: f64, [low, high]: [f64; 2]) -> (String, String) {
 }
 
 impl Table {
-    /// Whether the cell holds the best value of its column among the rows it competes with.
-    fn is_best(&self, row: &Row, at: usize) -> bool {
-        let Some((column, group)) = self.columns.get(at).zip(row.compare.as_ref()) else {
+    /// Whether a cell has the best value of its column within its group.
+    fn is_best(&self, row: &Row, index: usize) -> bool {
+        let Some((column, group)) = self.columns.get(index).zip(row.compare.as_ref()) else {
             return false;
         };
         let Some(best) = column.best else {
             return false;
         };
         let badness = |row: &Row| {
-            let value = row.cells.get(at)?.value()?;
+            let value = row.cells.get(index)?.value()?;
             Some(match best {
                 Best::Lowest => value,
                 Best::Highest => -value,
                 Best::Nearest(target) => (value - target).abs(),
             })
         };
-        let rivals: Vec<f64> =
+        let group_values: Vec<f64> =
             self.rows.iter().filter(|r| r.compare.as_ref() == Some(group)).filter_map(badness).collect();
-        rivals.len() > 1 && badness(row).is_some_and(|mine| rivals.iter().all(|r| mine <= *r))
+        group_values.len() > 1 && badness(row).is_some_and(|own| group_values.iter().all(|v| own <= *v))
     }
 
-    /// Whether a rule sets this row apart from the one above: another group begins.
+    /// Whether a new group begins at this row, so that a line is drawn above it.
     fn starts_group(&self, i: usize) -> bool {
         i > 0 && self.rows.get(i).map(|r| &r.compare) != self.rows.get(i - 1).map(|r| &r.compare)
     }
@@ -203,7 +204,7 @@ impl Table {
     pub(super) fn draw(&self) -> Markup {
         let class = |column: &Column, cell: &Cell| match cell {
             _ if column.numeric => Some("num"),
-            // Short words stay on one line; sentences wrap.
+            // Short texts stay on one line; sentences wrap.
             Cell::Text(text) if text.chars().count() <= 18 => Some("nw"),
             Cell::Text(_) => Some("tx"),
             _ => None,
@@ -258,11 +259,11 @@ impl Table {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the best value is marked among rows that may be compared, and only there.
+    //! Contract: the best value is marked within each group of comparable rows only.
     use super::*;
 
     #[test]
-    fn best_is_sought_within_a_group_only() {
+    fn best_value_is_marked_within_its_group() {
         let row = |group: Option<&str>, value: f64| Row {
             cells: vec![Cell::text("model"), Cell::Number(value)],
             compare: group.map(str::to_owned),
@@ -283,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interval_sets_the_digits_of_its_estimate() {
+    fn digits_of_an_estimate_follow_its_interval() {
         assert_eq!(estimate_text(0.013_21, [0.012_7, 0.013_8]), ("0.0132".into(), "0.0127, 0.0138".into()));
         assert_eq!(estimate_text(-4.0, [-5.5, -2.5]), ("−4.00".into(), "−5.50, −2.50".into()));
         assert_eq!(estimate_text(3.0, [3.0, 3.0]), ("3.00".into(), "3.00, 3.00".into()));

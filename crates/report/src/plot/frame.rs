@@ -1,5 +1,4 @@
-//! The frame of a figure with two numeric axes: title, legend, axes, grid, and the plot area that
-//! clips its marks.
+//! The frame of a figure with two numeric axes: title, legend, axes, grid, plot area.
 
 use maud::{Markup, PreEscaped, html};
 
@@ -8,11 +7,13 @@ use super::text::{coordinate as c, shorten, width, wrap};
 use super::{marker::marker, palette};
 use crate::figure::{Axis, Event, Reference, Target, Tone};
 
-/// Font sizes in pixels: title, axis labels and legend, tick labels.
+/// Font size of the title, px.
 pub(crate) const TITLE: f64 = 13.0;
+/// Font size of axis labels and legends, px.
 pub(crate) const LABEL: f64 = 11.5;
+/// Font size of tick labels, px.
 pub(crate) const TICK: f64 = 11.0;
-/// Width of a bold text in that of a plain one: DejaVu Sans Bold is wider by 10 to 14 %.
+/// Width of bold text relative to regular text: DejaVu Sans Bold is 10 to 14 % wider.
 const BOLD: f64 = 1.15;
 
 /// How a legend entry is drawn.
@@ -20,13 +21,13 @@ const BOLD: f64 = 1.15;
 pub(crate) enum Swatch {
     /// A line with its dash.
     Line,
-    /// A line without one.
+    /// A solid line.
     Solid,
     /// A marker with its shape.
     Point,
-    /// A filled box of a band: 50 % (dark) or 90 % (light).
+    /// The darker box of a 50 % band.
     Band50,
-    /// The lighter box.
+    /// The lighter box of a 90 % band.
     Band90,
     /// A filled bar.
     Bar,
@@ -51,12 +52,12 @@ pub(crate) struct Rect {
     pub(crate) bottom: f64,
 }
 
-/// A text element: font size and place are attributes, so that tests can measure it.
+/// A text element; font size and position are attributes, so that tests can check for overlaps.
 pub(crate) fn label(class: &str, x: f64, y: f64, size: f64, content: &str) -> Markup {
     html! { text class=(class) x=(c(x)) y=(c(y)) font-size=(c(size)) { (content) } }
 }
 
-/// The whole `<svg>`, with title and description for readers who do not see it.
+/// The whole `<svg>`, with title and description for screen readers.
 pub(crate) fn svg(target: &Target, height: f64, title: &str, description: &str, body: &Markup) -> Markup {
     let (w, h) = (c(target.width), c(height));
     let (title_id, desc_id) = (format!("{}-t", target.id), format!("{}-d", target.id));
@@ -74,7 +75,7 @@ pub(crate) fn svg(target: &Target, height: f64, title: &str, description: &str, 
     }
 }
 
-/// Title and legend at the top of a figure; returns them and the height they take.
+/// Title and legend at the top of a figure, and their height, px.
 pub(crate) fn header(width_px: f64, title: &str, keys: &[Key]) -> (Markup, f64) {
     let mut y = 2.0;
     let mut parts = Vec::new();
@@ -90,7 +91,7 @@ pub(crate) fn header(width_px: f64, title: &str, keys: &[Key]) -> (Markup, f64) 
     (html! { @for part in &parts { (part) } }, y)
 }
 
-/// Legend entries in rows of at most `width_px`; returns them and their height.
+/// Legend entries in rows of at most `width_px`, and their height, px.
 pub(crate) fn legend(keys: &[Key], left: f64, top: f64, width_px: f64) -> (Markup, f64) {
     let (mut x, mut y) = (left, top + 12.0);
     let mut parts = Vec::new();
@@ -110,7 +111,7 @@ pub(crate) fn legend(keys: &[Key], left: f64, top: f64, width_px: f64) -> (Marku
     (html! { @for part in &parts { (part) } }, y - top + 5.0)
 }
 
-/// The sample of a legend entry, 20 pixels wide, centred on `y`.
+/// The symbol of a legend entry, 20 px wide, centred on `y`.
 pub(crate) fn swatch(key: &Key, x: f64, y: f64) -> Markup {
     let tone = key.tone.class();
     let rect = |class: &str| html! { rect class={ (class) " " (tone) } x=(c(x + 2.0)) y=(c(y - 5.0)) width="16" height="10" rx="1.5" {} };
@@ -127,7 +128,7 @@ pub(crate) fn swatch(key: &Key, x: f64, y: f64) -> Markup {
     }
 }
 
-/// A figure that says that there is nothing to draw, and for which axes.
+/// A figure with the text "no data" and the reason.
 pub(crate) fn no_data(target: &Target, title: &str, reason: &str) -> Markup {
     let (head, top) = header(target.width, title, &[]);
     let height = top + 96.0;
@@ -140,19 +141,19 @@ pub(crate) fn no_data(target: &Target, title: &str, reason: &str) -> Markup {
     svg(target, height, title, &format!("No data: {reason}."), &body)
 }
 
-/// Everything that a frame needs before anything is drawn.
+/// Description of a frame.
 pub(crate) struct Spec<'a> {
     pub(crate) title: &'a str,
     pub(crate) x: &'a Axis,
     pub(crate) y: &'a Axis,
     pub(crate) keys: Vec<Key>,
-    /// Width kept free to the right of the plot area for direct labels.
+    /// Width reserved to the right of the plot area for direct labels, px.
     pub(crate) right: f64,
-    /// Height of the plot area over its width; `None` for the usual shape.
+    /// Ratio of height to width of the plot area; `None` for the default.
     pub(crate) aspect: Option<f64>,
 }
 
-/// A laid-out frame: where the plot area is, and the scales into it.
+/// A frame with its layout: the plot area, and the scales from data to pixels.
 pub(crate) struct Frame {
     pub(crate) plot: Rect,
     pub(crate) x: Scale,
@@ -163,7 +164,7 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// Lays out a frame for scales that were fitted to the data (their pixels are set here).
+    /// Lays out a frame for scales fitted to the data, and sets the pixels of these scales.
     pub(crate) fn new(target: &Target, spec: &Spec, x: Scale, y: Scale) -> Self {
         let (head, head_height) = header(target.width, spec.title, &spec.keys);
         let plot_guess = target.width - 46.0 - spec.right;
@@ -203,7 +204,7 @@ impl Frame {
         Self { plot, x, y, height: plot.bottom + 40.0, head, axes }
     }
 
-    /// The pixel of a data point; none where it cannot be drawn.
+    /// The pixel of a data point; `None` if it cannot be drawn.
     pub(crate) fn at(&self, x: f64, y: f64) -> Option<(f64, f64)> {
         Some((self.x.at(x)?, self.y.at(y)?))
     }
@@ -232,15 +233,15 @@ impl Frame {
                 free_from = end + 6.0;
             }
         }
-        let mut taken: Vec<f64> = Vec::new();
+        let mut occupied: Vec<f64> = Vec::new();
         let mut reference_labels = Vec::new();
         for (y, reference) in &shown {
             let above = y - 5.0;
             let base = if above - 10.0 < plot.top + 14.0 { y + 13.0 } else { above };
             let fits = width(&reference.label, TICK) < plot.right - plot.left;
-            if !reference.label.is_empty() && fits && taken.iter().all(|t| (t - base).abs() > 13.0) {
+            if !reference.label.is_empty() && fits && occupied.iter().all(|t| (t - base).abs() > 13.0) {
                 reference_labels.push(label("en ha", plot.right - 3.0, base, TICK, &reference.label));
-                taken.push(base);
+                occupied.push(base);
             }
         }
         (marks, html! { @for l in event_labels.iter().chain(&reference_labels) { (l) } })
@@ -256,7 +257,7 @@ impl Frame {
         labels: &Markup,
     ) -> Markup {
         let p = self.plot;
-        // A nested viewport clips without needing an id that is unique in the page.
+        // A nested viewport clips its content; a clip path would need an id that is unique in the page.
         let (w, h) = (p.right - p.left, p.bottom - p.top);
         let view = format!("{} {} {} {}", c(p.left), c(p.top), c(w), c(h));
         let body = html! {
@@ -273,12 +274,12 @@ fn shorten_to(text: &str, width_px: f64) -> String {
     shorten(text, LABEL, width_px)
 }
 
-/// Keeps a tick label inside the figure at its right edge.
+/// CSS class of a tick label: right-aligned if it would leave the figure at the right edge.
 fn tick_anchor(px: f64, text: &str, right: f64) -> &'static str {
     if px + width(text, TICK) / 2.0 > right { "mu en" } else { "mu mi" }
 }
 
-/// Drops tick labels that would touch their neighbour.
+/// Drops tick labels that would touch the previous one.
 fn thin_ticks(x: &Scale, ticks: &[(f64, String)], right: f64) -> Vec<(f64, String)> {
     let mut end = f64::NEG_INFINITY;
     let mut kept = Vec::new();
@@ -296,12 +297,12 @@ fn thin_ticks(x: &Scale, ticks: &[(f64, String)], right: f64) -> Vec<(f64, Strin
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a title stays within its figure, so that it does not run into the one beside it.
+    //! Contract: a title stays within its figure.
     use super::*;
 
     #[test]
-    fn bold_titles_break_before_they_leave_their_figure() {
-        // Some 547 pixels in DejaVu Sans Bold: it ran into the title of the residuals on pages of pushes.
+    fn long_bold_titles_are_wrapped() {
+        // About 547 px wide in DejaVu Sans Bold.
         let title = "Median: 1023_SinglePerturbationsBlackDark from 0.000 s, error 0.467 mm";
         let (head, height) = header(500.0, title, &[]);
         assert_eq!(head.into_string().matches("<text").count(), 2);

@@ -1,11 +1,11 @@
-//! Point markers: a shape for each series, so that colour is never the only difference.
+//! Point markers with a shape for each series, so that colour is never the only difference.
 
 use maud::{Markup, html};
 
 use super::text::coordinate;
 use crate::figure::Tone;
 
-/// A marker of `tone` centred at `(x, y)`, about `r` pixels in radius.
+/// A marker of `tone` centred at `(x, y)` with a radius of about `r` px.
 pub(crate) fn marker(tone: Tone, x: f64, y: f64, r: f64) -> Markup {
     let class = format!("pt {}", tone.class());
     let c = coordinate;

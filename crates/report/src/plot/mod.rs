@@ -1,4 +1,4 @@
-//! The parts that every figure is drawn from: scales, ticks, paths, text, colours, the frame.
+//! Elements that all figures share: scales, ticks, paths, text, colours, the frame.
 
 pub(crate) mod frame;
 pub(crate) mod marker;

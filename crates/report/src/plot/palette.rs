@@ -1,8 +1,9 @@
-//! Colours for light and dark, chosen so that the five series differ for every common kind of colour
-//! vision and stand out from the background (both are tested); dashes and marker shapes repeat the
-//! difference.
+//! Colours of figures and pages for light and dark mode.
+//!
+//! Tests check that the five series can be distinguished with every common kind of colour vision, and that
+//! contrasts suffice. Dashes and marker shapes also distinguish the series.
 
-/// Page background, text, muted text, hair lines, grid, panel, and the five series; light.
+/// Light mode: page background, text, muted text, rules, grid, panel, accent, and the five series.
 pub(crate) const LIGHT: [(&str, &str); 12] = [
     ("bg", "#fcfcfa"),
     ("ink", "#1d2127"),
@@ -18,7 +19,7 @@ pub(crate) const LIGHT: [(&str, &str); 12] = [
     ("s4", "#629a2a"),
 ];
 
-/// Colours of the dark page, by the names of [`LIGHT`].
+/// Dark mode, with the names of [`LIGHT`].
 pub(crate) const DARK: [(&str, &str); 12] = [
     ("bg", "#16181c"),
     ("ink", "#e8e9ea"),
@@ -41,8 +42,7 @@ fn variables(colours: &[(&str, &str)]) -> String {
     colours.iter().map(|(name, value)| format!("--{name}:{value};")).collect()
 }
 
-/// The custom properties under `selector`, with the dark set for readers who prefer it on a screen
-/// (paper is always light).
+/// CSS custom properties under `selector`, with dark colours for screens in dark mode.
 pub(crate) fn variables_css(selector: &str) -> String {
     format!(
         "{selector}{{color-scheme:light dark;{}}}\n@media screen and (prefers-color-scheme:dark){{{selector}{{{}}}}}\n",
@@ -51,7 +51,7 @@ pub(crate) fn variables_css(selector: &str) -> String {
     )
 }
 
-/// Rules for the classes that figures use.
+/// CSS of the classes that figures use.
 pub(crate) fn figure_css() -> String {
     let mut css = String::from(
         ".fig{display:block;width:100%;height:auto;overflow:visible;font-family:system-ui,-apple-system,'Segoe UI',Roboto,'Helvetica Neue',Arial,sans-serif;font-variant-numeric:tabular-nums}\n\
@@ -78,16 +78,16 @@ pub(crate) fn figure_css() -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: WCAG 2.2 contrast (text 4.5:1, graphics 3:1) in both modes, and series that stay
-    //! apart under protanopia, deuteranopia and tritanopia (matrices of Machado, Oliveira and
+    //! Contract: contrasts of WCAG 2.2 (text 4.5:1, graphics 3:1) in both modes, and series that remain
+    //! distinguishable with protanopia, deuteranopia and tritanopia (matrices of Machado, Oliveira and
     //! Fernandes, IEEE TVCG 15, 2009; distance in CIELAB, where 2.3 is just noticeable).
     use super::*;
 
     type Rgb = [f64; 3];
 
     fn rgb(hex: &str) -> Rgb {
-        let linear = |at: usize| {
-            let c = f64::from(u8::from_str_radix(&hex[at..at + 2], 16).expect("hex colour")) / 255.0;
+        let linear = |start: usize| {
+            let c = f64::from(u8::from_str_radix(&hex[start..start + 2], 16).expect("hex colour")) / 255.0;
             if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
         };
         [linear(1), linear(3), linear(5)]
@@ -114,21 +114,21 @@ mod tests {
     }
 
     #[test]
-    fn text_and_marks_stand_out_from_the_background() {
+    fn text_and_marks_have_enough_contrast() {
         for colours in [&LIGHT, &DARK] {
-            for ground in ["bg", "panel"].map(|name| get(colours, name)) {
+            for background in ["bg", "panel"].map(|name| get(colours, name)) {
                 for text in ["ink", "muted", "accent"] {
-                    assert!(contrast(get(colours, text), ground) >= 4.5, "{text}");
+                    assert!(contrast(get(colours, text), background) >= 4.5, "{text}");
                 }
                 for i in 0..SERIES {
-                    assert!(contrast(get(colours, &format!("s{i}")), ground) >= 3.0, "s{i}");
+                    assert!(contrast(get(colours, &format!("s{i}")), background) >= 3.0, "s{i}");
                 }
             }
         }
     }
 
     #[test]
-    fn series_stay_apart_for_every_kind_of_colour_vision() {
+    fn series_are_distinguishable_with_every_kind_of_colour_vision() {
         let views = [
             [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             [
@@ -149,14 +149,14 @@ mod tests {
         ];
         for colours in [&LIGHT, &DARK] {
             for view in views {
-                let seen: Vec<Rgb> = (0..SERIES)
+                let perceived: Vec<Rgb> = (0..SERIES)
                     .map(|i| get(colours, &format!("s{i}")))
                     .map(|c| lab(view.map(|row: Rgb| row.iter().zip(c).map(|(a, b)| a * b).sum())))
                     .collect();
-                for (i, a) in seen.iter().enumerate() {
-                    for b in &seen[i + 1..] {
-                        let apart = a.iter().zip(b).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt();
-                        assert!(apart > 12.0, "{apart}");
+                for (i, a) in perceived.iter().enumerate() {
+                    for b in &perceived[i + 1..] {
+                        let distance = a.iter().zip(b).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt();
+                        assert!(distance > 12.0, "{distance}");
                     }
                 }
             }

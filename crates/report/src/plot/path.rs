@@ -1,14 +1,14 @@
-//! Path data: polylines with gaps, areas between two lines, thinned to what a screen can show.
+//! SVG path data of polylines with gaps and of areas between two lines, simplified to screen resolution.
 
 use super::text::coordinate;
 
 /// A point in pixels.
 pub(crate) type Point = (f64, f64);
 
-/// Largest distance in pixels that thinning may move a line.
+/// Maximum distance by which simplification may move a line, px.
 const TOLERANCE: f64 = 0.12;
 
-/// Splits points at the gaps (missing values) into runs.
+/// Splits points at gaps (missing values) into runs.
 pub(crate) fn runs(points: impl IntoIterator<Item = Option<Point>>) -> Vec<Vec<Point>> {
     let mut runs = vec![Vec::new()];
     for point in points {
@@ -71,12 +71,12 @@ fn push(d: &mut String, points: &[Point]) {
     }
 }
 
-/// Keeps the extremes of each pixel column, then drops what a straight line explains.
+/// Reduces points to the extremes of each pixel column, then drops points on straight lines.
 fn thin(points: &[Point]) -> Vec<Point> {
     simplify(&columns(points))
 }
 
-/// First, lowest, highest and last point of each pixel column, in their order.
+/// First, lowest, highest and last point of each pixel column, in order.
 fn columns(points: &[Point]) -> Vec<Point> {
     let mut kept: Vec<Point> = Vec::with_capacity(points.len());
     let mut column: Vec<Point> = Vec::new();
@@ -102,7 +102,9 @@ fn columns(points: &[Point]) -> Vec<Point> {
     kept
 }
 
-/// Ramer's algorithm (Computer Graphics and Image Processing 1, 1972), with an explicit stack.
+/// Simplifies a polyline by the Ramer-Douglas-Peucker algorithm, with an explicit stack.
+///
+/// Source: Ramer, Computer Graphics and Image Processing 1, 1972.
 fn simplify(points: &[Point]) -> Vec<Point> {
     let mut keep = vec![false; points.len()];
     let mut stack = vec![(0, points.len().saturating_sub(1))];
@@ -141,7 +143,7 @@ fn distance(p: Point, a: Point, b: Point) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: thinning keeps ends, extremes and gaps, and moves nothing visibly.
+    //! Contract: simplification keeps ends, extremes and gaps, and moves nothing visibly.
     use super::*;
 
     #[test]
@@ -157,14 +159,14 @@ mod tests {
     }
 
     #[test]
-    fn a_spike_in_a_dense_line_survives() {
+    fn a_spike_in_a_dense_line_is_kept() {
         let points: Vec<Point> =
             (0..10_000).map(|i| (f64::from(i) * 0.02, if i == 5003 { 50.0 } else { 0.0 })).collect();
         assert!(line(&[points]).contains(" 50"));
     }
 
     #[test]
-    fn areas_close_run_by_run() {
+    fn areas_are_closed_at_gaps() {
         let d = area([Some((0.0, 0.0, 2.0)), Some((4.0, 0.0, 2.0)), None, Some((6.0, 0.0, 1.0))]);
         assert_eq!(d, "M0 2L4 2L4 0L0 0z");
     }

@@ -1,17 +1,17 @@
-//! From data values to pixels, linear or logarithmic, with ranges that are always usable.
+//! Maps from data values to pixels, linear or logarithmic.
 
 use super::{text, ticks};
 use crate::figure::{Axis, Scale as Kind};
 
-/// Larger magnitudes count as missing: their differences would overflow.
-const LARGEST: f64 = 1e150;
+/// Magnitudes from here on count as missing, since their differences could overflow.
+const MAX_MAGNITUDE: f64 = 1e150;
 
 /// Whether a value can be drawn at all.
 pub(crate) fn drawable(value: f64) -> bool {
-    value.is_finite() && value.abs() < LARGEST
+    value.is_finite() && value.abs() < MAX_MAGNITUDE
 }
 
-/// Smallest and largest drawable value; none for no data.
+/// Smallest and largest drawable value; `None` without data.
 pub(crate) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     values.into_iter().filter(|v| drawable(*v)).fold(None, |range, v| match range {
         None => Some((v, v)),
@@ -31,8 +31,9 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
-    /// The scale of `axis` for data in `extent`, padded by `pad` of the range unless the axis has its
-    /// own domain. None where nothing can be drawn: no data, or no positive data on a log axis.
+    /// Fits the scale of an axis to data, padded by `pad` of their range unless the axis has its own domain.
+    ///
+    /// `None` if nothing can be drawn: no data, or no positive data on a logarithmic axis.
     pub(crate) fn fit(
         axis: &Axis,
         values: impl IntoIterator<Item = f64>,
@@ -40,8 +41,8 @@ impl Scale {
         pixels: (f64, f64),
     ) -> Option<Self> {
         let log = axis.scale == Kind::Log;
-        let kept = values.into_iter().filter(|v| !log || *v > 0.0);
-        let (mut low, mut high) = extent(kept)?;
+        let valid = values.into_iter().filter(|v| !log || *v > 0.0);
+        let (mut low, mut high) = extent(valid)?;
         if axis.include_zero && !log {
             (low, high) = (low.min(0.0), high.max(0.0));
         }
@@ -55,7 +56,7 @@ impl Scale {
             (low, high) = (low / margin, high * margin);
         } else {
             let margin = (high - low) * pad;
-            // A zero that is the natural end of the axis stays the end of the axis.
+            // If the axis ends at zero because it must include it, no padding is added at that end.
             low = if low == 0.0 && axis.include_zero { 0.0 } else { low - margin };
             high = if high == 0.0 && axis.include_zero { 0.0 } else { high + margin };
         }
@@ -70,13 +71,15 @@ impl Scale {
         Some(Self { kind: axis.scale, low, high, start: pixels.0, end: pixels.1, integer: axis.integer })
     }
 
-    /// Moves the data range to other pixels.
+    /// Maps the same data range to other pixels.
     pub(crate) fn on(self, start: f64, end: f64) -> Self {
         Self { start, end, ..self }
     }
 
-    /// The pixel of `value`; none where it cannot be drawn. Values outside the range are held near
-    /// it, so that what the plot area clips never has huge coordinates.
+    /// The pixel of `value`; `None` if it cannot be drawn.
+    ///
+    /// Values far outside the range are moved to one range width beyond it, so that clipped marks have no
+    /// huge coordinates.
     pub(crate) fn at(&self, value: f64) -> Option<f64> {
         if !drawable(value) || (self.kind == Kind::Log && value <= 0.0) {
             return None;
@@ -97,24 +100,25 @@ impl Scale {
     pub(crate) fn ticks(&self, target: usize) -> (Vec<(f64, String)>, i32) {
         match self.kind {
             Kind::Linear => {
-                let whole = |at: &Vec<f64>| !self.integer || at.iter().all(|t| t.fract() == 0.0);
-                let at = (2..=target.max(2))
+                let is_allowed =
+                    |positions: &Vec<f64>| !self.integer || positions.iter().all(|t| t.fract() == 0.0);
+                let positions = (2..=target.max(2))
                     .rev()
                     .map(|target| ticks::linear(self.low, self.high, target))
-                    .find(whole)
+                    .find(is_allowed)
                     .unwrap_or_else(|| ticks::linear(self.low, self.high, target));
                 let power = common_power(self.low.abs().max(self.high.abs()));
-                let shown: Vec<f64> = at.iter().map(|t| t / 10f64.powi(power)).collect();
+                let shown: Vec<f64> = positions.iter().map(|t| t / 10f64.powi(power)).collect();
                 let decimals = ticks::decimals(&shown);
                 let labels = shown.iter().map(|t| text::fixed(*t, decimals));
-                (at.iter().copied().zip(labels).collect(), power)
+                (positions.iter().copied().zip(labels).collect(), power)
             }
             Kind::Log => {
-                let at = ticks::logarithmic(self.low, self.high, target);
-                let plain = at.iter().all(|t| (0.0009..20_000.0).contains(t));
+                let positions = ticks::logarithmic(self.low, self.high, target);
+                let is_plain = positions.iter().all(|t| (0.0009..20_000.0).contains(t));
                 let label = |t: f64| {
                     let mantissa = t / 10f64.powi(t.log10().floor() as i32);
-                    if plain {
+                    if is_plain {
                         text::fixed(t, ticks::decimals(&[t]))
                     } else if (mantissa - 1.0).abs() < 1e-6 || (mantissa - 10.0).abs() < 1e-6 {
                         format!("10{}", text::superscript(t.log10().round() as i32))
@@ -122,13 +126,13 @@ impl Scale {
                         text::significant(t, 1)
                     }
                 };
-                (at.iter().map(|t| (*t, label(*t))).collect(), 0)
+                (positions.iter().map(|t| (*t, label(*t))).collect(), 0)
             }
         }
     }
 }
 
-/// The power of ten, a multiple of three, that brings very small or very large labels near one.
+/// The power of ten, a multiple of three, by which very small or large tick labels are scaled; 0 for others.
 fn common_power(largest: f64) -> i32 {
     if largest > 0.0 && !(0.01..1e6).contains(&largest) {
         (largest.log10() / 3.0).floor() as i32 * 3
@@ -139,7 +143,7 @@ fn common_power(largest: f64) -> i32 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: whatever the data, a scale maps to finite pixels or says that there is nothing.
+    //! Contract: for any data, a scale maps to finite pixels, or there is no scale.
     use super::*;
 
     #[test]
@@ -153,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn far_outliers_do_not_get_huge_coordinates() {
+    fn far_outliers_have_bounded_coordinates() {
         let axis = Axis::linear("height", "m").with_domain(0.0, 1.0);
         let scale = Scale::fit(&axis, [0.0, 1e9], 0.0, (0.0, 100.0)).expect("data");
         assert_eq!(scale.at(1e9), Some(200.0));

@@ -1,9 +1,9 @@
-//! Text in figures: widths without a font engine, wrapping, and numbers as people print them.
+//! Text in figures: estimated widths, wrapping, and formatting of numbers.
 
-/// Width of `text` in pixels at font size `size`, on the wide side.
+/// Upper estimate of the width of `text` at font size `size`, px.
 ///
-/// No font is known when the figure is drawn, so the advance widths are those of the widest common
-/// system face (DejaVu Sans) by class of character; narrower faces leave a little air.
+/// The font is not known when a figure is drawn, so the widths are those of the widest common system font
+/// (DejaVu Sans), by class of character.
 pub(crate) fn width(text: &str, size: f64) -> f64 {
     let em: f64 = text
         .chars()
@@ -22,7 +22,7 @@ pub(crate) fn width(text: &str, size: f64) -> f64 {
     em * size
 }
 
-/// Breaks `text` into at most `max_lines` lines of `max_width` pixels; what is left over ends in "…".
+/// Breaks `text` into at most `max_lines` lines of `max_width` px; the last line is cut with "…" if needed.
 pub(crate) fn wrap(text: &str, size: f64, max_width: f64, max_lines: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     let mut line = String::new();
@@ -38,8 +38,8 @@ pub(crate) fn wrap(text: &str, size: f64, max_width: f64, max_lines: usize) -> V
         lines.push(line);
     }
     if lines.len() > max_lines {
-        let rest = lines.split_off(max_lines.max(1) - 1).join(" ");
-        lines.push(rest);
+        let last = lines.split_off(max_lines.max(1) - 1).join(" ");
+        lines.push(last);
     }
     for line in &mut lines {
         *line = shorten(line, size, max_width);
@@ -47,7 +47,7 @@ pub(crate) fn wrap(text: &str, size: f64, max_width: f64, max_lines: usize) -> V
     lines
 }
 
-/// `text`, cut with "…" where it is wider than `max_width` pixels.
+/// Cuts `text` with "…" if it is wider than `max_width` px.
 pub(crate) fn shorten(text: &str, size: f64, max_width: f64) -> String {
     if width(text, size) <= max_width {
         return text.to_owned();
@@ -63,7 +63,7 @@ pub(crate) fn shorten(text: &str, size: f64, max_width: f64) -> String {
     format!("{}…", cut.trim_end())
 }
 
-/// A coordinate with at most one decimal: a tenth of a pixel is below what a screen shows.
+/// A coordinate with at most one decimal; a tenth of a pixel is not visible.
 pub(crate) fn coordinate(value: f64) -> String {
     let rounded = (value * 10.0).round() / 10.0;
     if rounded == 0.0 || !rounded.is_finite() {
@@ -97,7 +97,7 @@ pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     out
 }
 
-/// A number to `digits` significant digits; powers of ten outside 10⁻³ to 10⁶.
+/// A number with `digits` significant digits; as a power of ten outside 10⁻³ to 10⁶.
 #[must_use]
 pub fn significant(value: f64, digits: usize) -> String {
     if !value.is_finite() {
@@ -116,7 +116,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     fixed(value, decimals_for(value, digits))
 }
 
-/// The decimals that show `value` to `digits` significant digits.
+/// Number of decimals that show `value` with `digits` significant digits.
 pub(crate) fn decimals_for(value: f64, digits: usize) -> usize {
     if value == 0.0 || !value.is_finite() {
         return digits.saturating_sub(1);
@@ -125,7 +125,7 @@ pub(crate) fn decimals_for(value: f64, digits: usize) -> usize {
     usize::try_from(i32::try_from(digits).unwrap_or(3) - 1 - exponent).unwrap_or(0)
 }
 
-/// The decimal exponent after rounding to `digits` digits (so that 9.996 to three digits has 1).
+/// Decimal exponent after rounding to `digits` digits, e.g. 1 for 9.996 and three digits.
 fn exponent_of(value: f64, digits: usize) -> i32 {
     let printed = format!("{:.*e}", digits.saturating_sub(1), value.abs());
     printed.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0)
@@ -161,7 +161,7 @@ pub(crate) fn superscript(value: i32) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: numbers print as people write them, and never as NaN, "-0" or "1e3".
+    //! Contract: numbers have typographic signs and spaces, and are never printed as NaN, "-0" or "1e3".
     use super::*;
 
     #[test]
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn significant_digits_survive_rounding_up() {
+    fn significant_digits_are_right_after_rounding_up() {
         assert_eq!(significant(9.996, 3), "10.0");
         assert_eq!(significant(0.016_04, 3), "0.0160");
         assert_eq!(significant(1.5e-7, 2), "1.5·10⁻⁷");

@@ -1,9 +1,18 @@
-//! Tick positions: the extension of Wilkinson's algorithm (Talbot, Lin and Hanrahan,
-//! "An Extension of Wilkinson's Algorithm for Positioning Tick Labels on Axes", IEEE TVCG 16, 2010).
+//! Tick positions by the extended Wilkinson algorithm.
+//!
+//! Source: Talbot, Lin and Hanrahan, "An Extension of Wilkinson's Algorithm for Positioning Tick Labels on Axes",
+//! IEEE TVCG 16, 2010.
+//!
+//! It searches for the ticks with the largest score
+//!
+//! 1. score = 0.25 simplicity + 0.2 coverage + 0.5 density + 0.05 legibility, where legibility is always 1 here.
+//!
+//! The functions `*_max` are upper bounds of the terms, with which the search skips candidates that cannot be
+//! best.
 
 /// Step mantissas in order of preference (the paper's Q).
 const STEPS: [f64; 6] = [1.0, 5.0, 2.0, 2.5, 4.0, 3.0];
-/// Weights of simplicity, coverage and density (the paper's w; legibility is constant here).
+/// Weights of simplicity, coverage and density (the paper's w).
 const WEIGHTS: [f64; 3] = [0.25, 0.2, 0.5];
 
 fn score(simplicity: f64, coverage: f64, density: f64) -> f64 {
@@ -41,9 +50,9 @@ fn density_max(count: f64, target: f64) -> f64 {
     if count >= target { 2.0 - (count - 1.0) / (target - 1.0) } else { 1.0 }
 }
 
-/// About `target` round values inside `[low, high]`, ascending; both ends for a range too odd to tick.
+/// About `target` round values inside `[low, high]`, ascending; both ends if the search finds none.
 ///
-/// Unlike the paper's default, no tick lies outside the range: the frame ends where the data end.
+/// Unlike in the paper's default, no tick is outside the range, since the frame ends where the data end.
 pub(crate) fn linear(low: f64, high: f64, target: usize) -> Vec<f64> {
     if !(low.is_finite() && high.is_finite()) || high - low <= f64::EPSILON * low.abs().max(high.abs()) {
         return if low.is_finite() { vec![low] } else { Vec::new() };
@@ -75,11 +84,11 @@ pub(crate) fn linear(low: f64, high: f64, target: usize) -> Vec<f64> {
                     }
                     let first = (high / step).floor() * skip - (count - 1.0) * skip;
                     let last = (low / step).ceil() * skip;
-                    let mut at = first.min(last);
-                    while at <= first.max(last) {
-                        let start = at * step / skip;
+                    let mut position = first.min(last);
+                    while position <= first.max(last) {
+                        let start = position * step / skip;
                         let end = start + step * (count - 1.0);
-                        at += 1.0;
+                        position += 1.0;
                         if start < low - slack || end > high + slack {
                             continue;
                         }
@@ -107,8 +116,10 @@ pub(crate) fn linear(low: f64, high: f64, target: usize) -> Vec<f64> {
     }
 }
 
-/// Ticks of a logarithmic axis: decades, thinned to about `target`; with 2 and 5 in between where
-/// there are fewer than three decades; round linear values within one decade.
+/// Ticks of a logarithmic axis, ascending.
+///
+/// Three or more decades: about `target` powers of ten. Fewer: 1, 2 and 5 times powers of ten, or, if these
+/// are fewer than three, round linear values.
 pub(crate) fn logarithmic(low: f64, high: f64, target: usize) -> Vec<f64> {
     let (first, last) = (low.log10().ceil() as i32, high.log10().floor() as i32);
     let decades = last - first + 1;
@@ -123,7 +134,7 @@ pub(crate) fn logarithmic(low: f64, high: f64, target: usize) -> Vec<f64> {
     if dense.len() >= 3 { dense } else { linear(low, high, target) }
 }
 
-/// Decimals that tell neighbouring ticks apart.
+/// Smallest number of decimals that shows all ticks without rounding, at most 9.
 pub(crate) fn decimals(ticks: &[f64]) -> usize {
     (0..9)
         .find(|&d| {
@@ -138,13 +149,13 @@ pub(crate) fn decimals(ticks: &[f64]) -> usize {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: ticks are round, inside the range, ascending and near the wanted number, for any
-    //! finite range (property), with the textbook cases exact.
+    //! Contract: ticks are inside the range, ascending and about as many as requested, for any finite range;
+    //! common ranges have the expected ticks.
     use super::*;
     use proptest::prelude::*;
 
     #[test]
-    fn textbook_ranges_get_the_obvious_ticks() {
+    fn common_ranges_have_the_expected_ticks() {
         assert_eq!(linear(0.0, 100.0, 5), [0.0, 25.0, 50.0, 75.0, 100.0]);
         assert_eq!(linear(-0.02, 1.03, 5), [0.0, 0.25, 0.5, 0.75, 1.0]);
         assert_eq!(linear(0.0, 6.65, 7), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);

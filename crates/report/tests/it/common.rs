@@ -1,4 +1,4 @@
-//! Rules that every drawing must satisfy, whatever its data.
+//! Checks that every figure and page must pass, for any data.
 
 #![allow(dead_code, reason = "each test binary uses a part")]
 
@@ -9,7 +9,7 @@ const SVG: &str = "http://www.w3.org/2000/svg";
 /// Left, top, right, bottom in pixels.
 type Box4 = (f64, f64, f64, f64);
 
-/// Numbers in an attribute such as path data.
+/// Parses the numbers of an attribute such as path data.
 pub fn numbers(text: &str) -> Vec<f64> {
     text.split(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-'))
         .filter(|s| !s.is_empty())
@@ -26,7 +26,7 @@ fn has_class(node: Node, class: &str) -> bool {
     node.attribute("class").is_some_and(|c| c.split(' ').any(|c| c == class))
 }
 
-/// A box around a text, for a face of middling width (half an em per character on average).
+/// Estimated bounding box of a text, for a font of medium width (half an em per character on average).
 fn text_box(node: Node) -> Box4 {
     let size = attribute(node, "font-size");
     let width = node.text().unwrap_or_default().chars().count() as f64 * size * 0.5;
@@ -41,7 +41,7 @@ fn text_box(node: Node) -> Box4 {
     (left, y - size * 0.7, left + width, y + size * 0.15)
 }
 
-/// Asserts the rules for one `<svg>` that is a figure.
+/// Checks one `<svg>` that is a figure.
 pub fn check_figure(svg: Node) {
     let view = numbers(svg.attribute("viewBox").expect("viewBox"));
     let (width, height) = (view[2], view[3]);
@@ -79,7 +79,7 @@ pub fn check_figure(svg: Node) {
     check_plot(svg, &boxes, title);
 }
 
-/// The plot area lies inside the figure, clips its marks, and only labels with a halo reach into it.
+/// Checks that the plot area clips its marks, and that only labels with a halo reach into it.
 fn check_plot(svg: Node, boxes: &[(Node, Box4)], title: &str) {
     let Some(plot) = svg.descendants().find(|n| has_class(*n, "plot")) else { return };
     let (left, top) = (attribute(plot, "x"), attribute(plot, "y"));
@@ -101,8 +101,9 @@ pub fn check_svg(svg: &str) {
     check_figure(document.root_element());
 }
 
-/// Parses a page as XML (its only void elements are `meta`) and checks it and its figures; returns
-/// the number of figures.
+/// Parses a page as XML, checks it and its figures, and returns the number of figures.
+///
+/// The only void elements of a page are `meta`; they are closed before parsing.
 pub fn check_page(html: &str) -> usize {
     let close_meta = |piece: &str| match piece.rfind("<meta ") {
         Some(at) if piece.ends_with('>') => format!("{}{}/>", &piece[..at], &piece[at..piece.len() - 1]),

@@ -1,6 +1,6 @@
-//! Every figure, with good, missing, constant and hostile data: valid XML, no NaN, no text over
-//! text or outside the figure, units on the axes, the same bytes twice, escaped. Small figures are
-//! also kept as snapshots, so that a change of any pixel is seen in review.
+//! Contract: figures of valid, missing, constant and extreme data are valid XML without NaN, without
+//! overlapping or cut text, with units on the axes, deterministic and escaped. Small figures are also
+//! compared with snapshots, so that a review shows every change.
 
 use crate::common::{self, check_svg};
 use augsim_report::figure::*;
@@ -32,7 +32,7 @@ fn bars(y: &[f64], name: &str) -> Bars {
     }
 }
 
-/// The same as dots on an axis without zero.
+/// The same values as dots, on an axis without zero.
 fn dots(y: &[f64], name: &str) -> Bars {
     Bars { value: Axis::log("height", "m"), references: Vec::new(), shape: BarShape::Dot, ..bars(y, name) }
 }
@@ -102,7 +102,7 @@ fn all(x: &[f64], y: &[f64], name: &str) -> Vec<Figure> {
 }
 
 #[test]
-fn every_figure_is_sound_for_any_data_and_width() {
+fn every_figure_passes_the_checks_for_any_data_and_width() {
     let (x, y) = wave(80, 2.0);
     let cases: Vec<(Vec<f64>, Vec<f64>)> = vec![
         (x.clone(), y.clone()),
@@ -130,16 +130,16 @@ fn every_figure_is_sound_for_any_data_and_width() {
 }
 
 #[test]
-fn missing_data_say_so() {
+fn figures_without_data_say_no_data() {
     for figure in all(&[], &[], "Height") {
         let svg = figure.svg_document(360.0);
-        let keeps_its_cells = matches!(figure, Figure::Heatmap(_));
-        assert!(keeps_its_cells || svg.contains("no data: "), "{svg}");
+        let is_heatmap = matches!(figure, Figure::Heatmap(_));
+        assert!(is_heatmap || svg.contains("no data: "), "{svg}");
     }
 }
 
 #[test]
-fn axes_carry_their_units() {
+fn axis_labels_have_units() {
     let (x, y) = wave(20, 1.0);
     for figure in all(&x, &y, "Height") {
         let svg = figure.svg_document(500.0);
@@ -166,7 +166,7 @@ fn text_is_escaped_everywhere() {
 }
 
 #[test]
-fn the_same_figure_has_the_same_bytes_and_survives_json() {
+fn figures_are_deterministic_and_survive_json() {
     let (x, mut y) = wave(30, 1.0);
     y[3] = f64::NAN;
     for figure in all(&x, &y, "Height") {
@@ -177,7 +177,7 @@ fn the_same_figure_has_the_same_bytes_and_survives_json() {
 }
 
 #[test]
-fn marks_outside_a_given_range_are_clipped_and_stay_near() {
+fn marks_outside_the_domain_have_bounded_coordinates() {
     let axis = Axis::linear("height", "m").with_domain(0.0, 1.0);
     let series = Series::line("ball", tone(0), vec![0.0, 1.0], vec![0.5, 1e12]);
     let svg =
@@ -188,7 +188,7 @@ fn marks_outside_a_given_range_are_clipped_and_stay_near() {
 }
 
 #[test]
-fn small_figures_look_as_reviewed() {
+fn small_figures_equal_their_snapshots() {
     let (x, y) = ([0.0, 1.0, 2.0, 3.0], [0.0, 1.0, 0.5, 0.8]);
     let kinds = [
         "line",
@@ -203,10 +203,10 @@ fn small_figures_look_as_reviewed() {
         "dots",
     ];
     for (figure, kind) in all(&x, &y, "Small").into_iter().zip(kinds) {
-        // The style is the same everywhere and has its own tests.
+        // The style is the same in all figures and is tested elsewhere, so it is left out of the snapshots.
         let svg = figure.svg_document(320.0);
-        let (head, rest) = svg.split_once("<style>").expect("a document has a style");
-        let body = rest.split_once("</style>").expect("closed").1;
+        let (head, after_head) = svg.split_once("<style>").expect("a document has a style");
+        let body = after_head.split_once("</style>").expect("closed").1;
         let drawn = format!("{head}{body}\n").replace("><", ">\n<");
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/it/snapshots/{kind}.svg"));
         if std::env::var_os("AUGSIM_RENEW").is_some() {
@@ -216,7 +216,7 @@ fn small_figures_look_as_reviewed() {
         let difference = reviewed.lines().zip(drawn.lines()).find(|(old, new)| old != new);
         assert!(
             reviewed == drawn,
-            "{} differs, first in {difference:?}; if that was meant, renew it by AUGSIM_RENEW=1 and look at it",
+            "{} differs, first in {difference:?}; if this is intended, renew it with AUGSIM_RENEW=1 and review it",
             path.display()
         );
     }

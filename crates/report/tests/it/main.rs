@@ -1,6 +1,7 @@
-//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked
+//! once.
 
-// Rules that every drawing satisfies.
+// Checks that every figure and page must pass.
 mod common;
 
 // Figures, and whole pages.

@@ -1,5 +1,5 @@
-//! The report of an experiment as a whole page: well-formed, self-contained, deterministic, escaped, complete
-//! with full data and with none, and honest about protocols.
+//! Contract: the report of a benchmark is a well-formed, self-contained, deterministic and escaped page, with
+//! full data and with none, and never compares different protocols.
 
 #[path = "../../examples/sample_report/training.rs"]
 mod training;
@@ -9,12 +9,12 @@ use augsim_report::benchmark::Protocol;
 use augsim_report::{BenchmarkReport, benchmark_report};
 
 #[test]
-fn full_reports_are_sound() {
+fn full_reports_pass_the_checks() {
     assert!(check_page(&benchmark_report(&training::sample())) > 30);
 }
 
 #[test]
-fn empty_reports_are_sound_and_say_what_is_missing() {
+fn empty_reports_pass_the_checks_and_say_what_is_missing() {
     let training = benchmark_report(&BenchmarkReport::default());
     check_page(&training);
     assert!(training.contains("No model was evaluated."));
@@ -28,15 +28,15 @@ fn reports_are_deterministic_and_survive_json() {
     assert!(benchmark_report(&report) == benchmark_report(&back));
 }
 
-/// Replaces every text that is not an enumeration's word.
-fn poison(value: &mut serde_json::Value, text: &str) {
+/// Replaces every string that is not the name of an enum variant.
+fn replace_texts(value: &mut serde_json::Value, text: &str) {
     match value {
         serde_json::Value::String(s) => text.clone_into(s),
-        serde_json::Value::Array(items) => items.iter_mut().for_each(|v| poison(v, text)),
+        serde_json::Value::Array(items) => items.iter_mut().for_each(|v| replace_texts(v, text)),
         serde_json::Value::Object(fields) => {
             let words = ["protocol", "verdict", "best"];
             let texts = fields.iter_mut().filter(|(k, _)| !words.contains(&k.as_str()));
-            texts.for_each(|(_, v)| poison(v, text));
+            texts.for_each(|(_, v)| replace_texts(v, text));
         }
         _ => {}
     }
@@ -44,9 +44,9 @@ fn poison(value: &mut serde_json::Value, text: &str) {
 
 #[test]
 fn every_text_is_escaped() {
-    const EVIL: &str = "<script>alert(1)</script>&\"'";
+    const MARKUP: &str = "<script>alert(1)</script>&\"'";
     let mut json = serde_json::to_value(training::sample()).expect("serialises");
-    poison(&mut json, EVIL);
+    replace_texts(&mut json, MARKUP);
     let report: BenchmarkReport = serde_json::from_value(json).expect("still a report");
     let html = benchmark_report(&report);
     check_page(&html);
@@ -54,7 +54,7 @@ fn every_text_is_escaped() {
 }
 
 #[test]
-fn every_row_of_the_table_names_its_protocol_and_best_is_within_it() {
+fn best_value_is_marked_within_each_protocol() {
     let report = training::sample();
     let html = benchmark_report(&report);
     let body = html.split_once("<tbody>").and_then(|(_, b)| b.split_once("</tbody>")).expect("a table").0;
@@ -64,12 +64,12 @@ fn every_row_of_the_table_names_its_protocol_and_best_is_within_it() {
         let names = [Protocol::Forecast, Protocol::Reconstruction, Protocol::Floor].map(Protocol::name);
         assert_eq!(names.iter().filter(|n| row.contains(&format!(">{n}<"))).count(), 1, "{row}");
     }
-    // The reconstruction error is the smallest of all, and must not take the forecast's mark.
+    // The reconstruction error is the smallest of all, but the best forecast is marked too.
     let best = |protocol: &str, value: &str| {
         let mark = format!("<span class=\"best\">{value}</span>");
         rows.iter().any(|r| r.contains(&format!(">{protocol}<")) && r.contains(&mark))
     };
     assert!(best("forecast", "0.110"));
     assert!(best("reconstruction", "0.013"));
-    assert!(!best("floor", "0.107"), "a single floor has no rival");
+    assert!(!best("floor", "0.107"), "a single row is not compared");
 }

@@ -1,11 +1,11 @@
-//! Error before and after: the key figures in the head of the page, and its section on errors.
+//! Error before and after: the key figures at the top of the page, and its section on errors.
 
 use super::{AFTER, BEFORE, display_unit};
 use augsim_discovery::{Discovery, Rmse, Verdict};
 use augsim_report::figure::{Axis, Bar, BarGroup, BarShape, Bars, Tone};
 use augsim_report::page::{Block, Cell, Column, FigureBlock, KeyFigure, Row, Table, significant};
 
-/// The few numbers to remember.
+/// Key figures at the top of the page: error before, error after, share of the removable error removed.
 pub(super) fn key_figures(d: &Discovery) -> Vec<KeyFigure> {
     let (e, (unit, scale)) = (&d.error, display_unit(&d.error.unit));
     let figure = |label: &str, value: f64, unit: &str, note: String| KeyFigure {
@@ -20,7 +20,7 @@ pub(super) fn key_figures(d: &Discovery) -> Vec<KeyFigure> {
     let after = if d.adds() { e.augmented } else { e.calibrated };
     let share_note = match d.verdict {
         Verdict::NothingToAdd => "by calibration",
-        _ => "of what noise does not explain",
+        _ => "of the error that noise does not explain",
     };
     let mut figures = vec![
         figure("error as declared", scale * e.declared.rmse, unit, "root mean square".to_owned()),
@@ -42,13 +42,13 @@ pub(super) fn blocks(d: &Discovery, quantity: &str) -> Vec<Block> {
     if d.adds() {
         stages.push(("augmented", e.augmented, AFTER, "with the effects added"));
     }
-    stages.push(("noise floor", e.noise_floor, Tone::Muted, "what the sensor alone gives"));
+    stages.push(("noise floor", e.noise_floor, Tone::Muted, "error from measurement noise alone"));
     let bar = |(name, error, tone, _): &(&str, Rmse, Tone, &str)| {
         let (value, interval) = scaled(*error);
         Bar { name: (*name).to_owned(), tone: *tone, value: Some(value), interval: Some(interval) }
     };
     let figure = Bars {
-        title: format!("Error on {} trajectories that no fit has seen: {quantity}", e.heldout_trajectories),
+        title: format!("Error on {} held-out trajectories: {quantity}", e.heldout_trajectories),
         value: Axis::linear("root mean square error", unit),
         groups: vec![BarGroup { label: String::new(), bars: stages.iter().map(bar).collect() }],
         references: Vec::new(),
@@ -66,26 +66,26 @@ pub(super) fn blocks(d: &Discovery, quantity: &str) -> Vec<Block> {
     };
     let table = Table {
         caption: format!(
-            "Error of the {quantity} on {} trajectories that no fit has seen",
+            "Error of the {quantity} on {} held-out trajectories",
             e.heldout_trajectories
         ),
         columns: vec![
             Column::text("model"),
-            Column::text("which is"),
+            Column::text("meaning"),
             Column::number("root mean square error [95 %]", unit),
         ],
         rows: stages.iter().chain(&gain).map(row).collect(),
         footnotes: vec![match e.folds {
-            None => "These trajectories were kept out from the beginning. Intervals by bootstrap over trajectories.".to_owned(),
+            None => "These trajectories were used neither for fitting nor for choosing effects. Intervals by bootstrap over trajectories.".to_owned(),
             Some(n) => format!(
-                "Too few trajectories to keep any out: fits and choice were repeated without each of {n} folds, and every trajectory \
-                 is forecast by a model that has not seen it. Intervals by bootstrap over trajectories."
+                "Too few trajectories to hold any out: nested cross-validation with {n} folds. Every trajectory is predicted by a model \
+                 that was fitted and chosen without it. Intervals by bootstrap over trajectories."
             ),
         }],
     };
     let share = e.explained_share.map(|s| {
         Block::Prose(format!(
-            "Of the error that noise does not explain, {} % was removed.",
+            "The added effects and the calibration removed {} % of the error that noise does not explain.",
             significant(s * 100.0, 3)
         ))
     });

@@ -1,4 +1,4 @@
-//! Findings: effects, parameters, leads, candidates, noise, open questions.
+//! Sections on findings: effects, parameters, unconfirmed effects, candidates, noise, open questions.
 
 use super::{DeclaredParameter, display_unit};
 use augsim_data::Unit;
@@ -15,7 +15,7 @@ fn unit_cell(unit: &str) -> Cell {
     if unit.is_empty() { Cell::Missing } else { Cell::text(unit) }
 }
 
-/// Estimates with their names; those with values by group are followed by the values of the groups.
+/// Estimates with their names; an estimate with group values is followed by those values.
 fn with_groups(estimates: &BTreeMap<String, Estimate>) -> Vec<(String, &Estimate)> {
     let mut list = Vec::new();
     for (name, estimate) in estimates {
@@ -26,21 +26,21 @@ fn with_groups(estimates: &BTreeMap<String, Estimate>) -> Vec<(String, &Estimate
     list
 }
 
-/// The candidates: the chosen one, then the others by gain less penalty.
+/// The candidates: the chosen one first, then the fitted ones, each by decreasing gain minus penalty.
 fn sorted(candidates: &[Candidate]) -> Vec<&Candidate> {
     let mut sorted: Vec<&Candidate> = candidates.iter().collect();
-    let place = |c: &Candidate| (!c.chosen, !c.fitted, -(c.gain - c.penalty));
-    sorted.sort_by(|a, b| place(a).partial_cmp(&place(b)).unwrap_or(std::cmp::Ordering::Equal));
+    let sort_key = |c: &Candidate| (!c.chosen, !c.fitted, -(c.gain - c.penalty));
+    sorted.sort_by(|a, b| sort_key(a).partial_cmp(&sort_key(b)).unwrap_or(std::cmp::Ordering::Equal));
     sorted
 }
 
-/// Established effects, the null rate and the declared parameters.
+/// Established effects, the false-alarm rate on null data and the declared parameters.
 pub(super) fn found(d: &Discovery, declared: &[DeclaredParameter]) -> Vec<Block> {
     let mut blocks = Vec::new();
     if d.effects.is_empty() {
         let text = match d.verdict {
             Verdict::NothingToAdd => {
-                "No effect was added: what the calibrated model leaves looks like noise."
+                "No effect was added: the residual of the calibrated model is consistent with noise."
             }
             _ => "No effect is established.",
         };
@@ -66,7 +66,7 @@ pub(super) fn found(d: &Discovery, declared: &[DeclaredParameter]) -> Vec<Block>
     blocks
 }
 
-/// The row of a declared parameter; none where it was not fitted although it is free.
+/// The table row of a declared parameter; `None` if it is free but was not fitted.
 fn calibrated(declared: &DeclaredParameter, fitted: Option<&Estimate>) -> Option<Row> {
     let name = &declared.name;
     let unit = match fitted {
@@ -94,26 +94,26 @@ fn established(d: &Discovery) -> Table {
     let has_folds = effects.iter().any(|e| e.folds.is_some());
     let mut rows = Vec::new();
     for effect in effects {
-        let mut of_effect = Vec::new();
+        let mut effect_cells = Vec::new();
         if has_removed {
-            of_effect.push(Cell::number(effect.removed.map(|r| scale * r)));
+            effect_cells.push(Cell::number(effect.removed.map(|r| scale * r)));
         }
-        of_effect.push(Cell::Number(effect.share * 100.0));
+        effect_cells.push(Cell::Number(effect.share * 100.0));
         if has_inclusion {
-            of_effect.push(Cell::number(effect.inclusion.map(|s| s * 100.0)));
+            effect_cells.push(Cell::number(effect.inclusion.map(|s| s * 100.0)));
         }
         if has_q_value {
-            of_effect.push(probability(effect.q_value));
+            effect_cells.push(probability(effect.q_value));
         }
         if has_folds {
-            of_effect.push(effect.folds.map_or(Cell::Missing, |[k, n]| Cell::text(format!("{k} of {n}"))));
+            effect_cells.push(effect.folds.map_or(Cell::Missing, |[k, n]| Cell::text(format!("{k} of {n}"))));
         }
-        let blank = vec![Cell::text(""); of_effect.len()];
+        let blank = vec![Cell::text(""); effect_cells.len()];
         let name = [Cell::text(format!("`{}`", effect.kind)), Cell::text(effect.stands_for.join(", "))];
         let row = |is_first: bool, parameter: [Cell; 3]| {
             let name = if is_first { name.clone() } else { [Cell::text(""), Cell::text("")] };
-            let own = if is_first { of_effect.clone() } else { blank.clone() };
-            Row::from(name.into_iter().chain(parameter).chain(own).collect::<Vec<_>>())
+            let cells = if is_first { effect_cells.clone() } else { blank.clone() };
+            Row::from(name.into_iter().chain(parameter).chain(cells).collect::<Vec<_>>())
         };
         if effect.parameters.is_empty() {
             rows.push(row(true, [Cell::Missing, Cell::Missing, Cell::Missing]));
@@ -147,12 +147,12 @@ fn established(d: &Discovery) -> Table {
 }
 
 /// Meaning of the columns of the table of established effects.
-const FOOTNOTE: &str = "Error removed: by how much the forecast error grows when this effect alone is left out and the rest is fitted again. \
-                        Share of the gain: how much of the gain in predictions of left-out blocks is lost then. In resamples: share of the \
-                        resamples of the data in which the effect, or another reading of it, comes back. q-value: share of false findings to \
-                        be expected among those that are as significant.";
+const FOOTNOTE: &str = "Error removed: increase of the prediction error when this effect alone is removed and the others are fitted again. \
+                        Share of the gain: share of the gain in cross-validated log-likelihood that is lost then. In resamples: share of \
+                        the resampled data sets in which the effect, or an equivalent one, is found again. q-value: expected share of \
+                        false findings among all that are at least as significant.";
 
-/// A probability in print: small ones as a bound.
+/// The cell of a probability; values below 0.001 are shown as a bound.
 fn probability(p: Option<f64>) -> Cell {
     match p {
         None => Cell::Missing,
@@ -161,16 +161,15 @@ fn probability(p: Option<f64>) -> Cell {
     }
 }
 
-/// The share of records without an effect that name one, in a sentence.
+/// The sentence on false alarms: in how many null data sets an effect was found.
 fn null_rate(null: &NullRecords) -> String {
     let NullRecords { named, of } = null;
     format!(
-        "{named} of {of} records like these, made without an effect, {} one.",
-        if *named == 1 { "names" } else { "name" }
+        "False alarms: an effect was found in {named} of {of} data sets like this one, generated without a missing effect."
     )
 }
 
-/// Findings that are not established.
+/// Effects that the data suggest but do not establish.
 pub(super) fn leads(d: &Discovery) -> Vec<Block> {
     if d.leads.is_empty() {
         return Vec::new();
@@ -190,30 +189,30 @@ pub(super) fn leads(d: &Discovery) -> Vec<Block> {
             Column::text("kind"),
             Column::number("in resamples", "%").decimals(0),
             Column::text("chance"),
-            Column::text("what it is short of"),
+            Column::text("why it is not established"),
             Column::text("what would establish it"),
         ],
         rows: d.leads.iter().map(row).collect(),
         footnotes: vec![
-            "In resamples: share of the resamples of the data that select the effect. Chance: probability that chance alone moves its amount as \
-             far from none; missing where no fitted model has the effect."
+            "In resamples: share of the resampled data sets in which the effect is selected. Chance: p-value of its parameters being zero; \
+             missing if no fitted model has the effect."
                 .to_owned(),
         ],
     };
-    let text = "The data hint at these effects and do not establish them. The verdict, the augmented model and its predictions do not rest on them.";
+    let text = "The data suggest these effects but do not establish them. The verdict, the augmented model and its predictions do not use them.";
     vec![Block::Prose(text.to_owned()), Block::Table(table)]
 }
 
-/// Open questions: unexplained structure, alternatives, the next experiment.
+/// Open questions: unexplained structure in the residual, equivalent alternatives, the next experiment.
 pub(super) fn open_questions(d: &Discovery) -> Vec<Block> {
     let mut blocks = Vec::new();
     if let Some(u) = &d.unexplained {
         let mut text = format!(
-            "A residual remains that no effect in the library explains. It lives {}, and depends on {}.",
+            "A residual remains that no effect in the library explains. It is {}, and depends on {}.",
             match u.place.as_str() {
                 "flight" => "in flight".to_owned(),
                 "impact" => "at impacts".to_owned(),
-                "sensor" => "in what the sensor reports".to_owned(),
+                "sensor" => "in the sensor readings".to_owned(),
                 "rate" => format!("in the rate of {}", u.target),
                 "output" => format!("in the output {}", u.target),
                 other => other.to_owned(),
@@ -227,7 +226,7 @@ pub(super) fn open_questions(d: &Discovery) -> Vec<Block> {
     }
     if !d.alternatives.is_empty() {
         blocks.push(Block::Prose(
-            "These explanations fit equally well; the data cannot tell them apart:".to_owned(),
+            "These explanations fit equally well and cannot be distinguished with these data:".to_owned(),
         ));
         let name =
             |kinds: &Vec<String>| kinds.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(" with ");
@@ -239,7 +238,7 @@ pub(super) fn open_questions(d: &Discovery) -> Vec<Block> {
     blocks
 }
 
-/// All sets of effects that were fitted.
+/// The table of all sets of effects that were fitted.
 pub(super) fn candidates(d: &Discovery) -> Vec<Block> {
     if d.candidates.is_empty() {
         return Vec::new();
@@ -250,13 +249,14 @@ pub(super) fn candidates(d: &Discovery) -> Vec<Block> {
         } else {
             c.kinds.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(" + ")
         };
-        let one = |(name, p): (String, &Estimate)| {
+        let parameter_text = |(name, p): (String, &Estimate)| {
             let (value, interval) = estimate_text(p.value, p.ci95);
             let interval = if interval.is_empty() { interval } else { format!(" [{interval}]") };
             let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
             format!("`{name}` = {value}{interval}{unit}")
         };
-        let parameters = with_groups(&c.parameters).into_iter().map(one).collect::<Vec<_>>().join("; ");
+        let parameters =
+            with_groups(&c.parameters).into_iter().map(parameter_text).collect::<Vec<_>>().join("; ");
         Row {
             cells: vec![
                 Cell::text(kinds),
@@ -270,20 +270,20 @@ pub(super) fn candidates(d: &Discovery) -> Vec<Block> {
         }
     });
     vec![Block::Table(Table {
-        caption: "All candidates that were fitted, by gain less penalty".to_owned(),
+        caption: "All fitted candidates, by gain minus penalty".to_owned(),
         columns: vec![
             Column::text("effect"),
             Column::number("rank", "").decimals(0),
-            Column::number("gain less penalty", "nats").decimals(1),
+            Column::number("gain minus penalty", "nats").decimals(1),
             Column::text("parameters [95 %]"),
             Column::text("why it won or lost"),
         ],
         rows: rows.collect(),
-        footnotes: vec!["Bold row: chosen. Gain is that over the calibrated model in predictions of left-out blocks; the penalty grows with the number of candidates and of effects.".to_owned()],
+        footnotes: vec!["Bold row: chosen. Gain: increase of the cross-validated log-likelihood over the calibrated model. The penalty grows with the number of candidates and of effects.".to_owned()],
     })]
 }
 
-/// Correlations of the estimates.
+/// Correlation matrix of the parameter estimates.
 pub(super) fn correlations(d: &Discovery) -> Vec<Block> {
     let (names, values) = &d.correlations;
     if names.len() < 2 {
@@ -298,12 +298,13 @@ pub(super) fn correlations(d: &Discovery) -> Vec<Block> {
         columns: Columns::Two,
         legend: Vec::new(),
         figures: vec![figure.into()],
-        caption: "Near 1 or −1 the data determine a combination of two parameters, not each of them."
-            .to_owned(),
+        caption:
+            "Near 1 or −1 the data determine only a combination of the two parameters, not each of them."
+                .to_owned(),
     })]
 }
 
-/// The noise that was found in the data, beside the standard deviation that the model declares.
+/// The noise estimated from the data, beside the standard deviation that the model declares.
 pub(super) fn noise(d: &Discovery, declared_sd: Option<f64>) -> Vec<Block> {
     let (sd, unit) = (d.noise.sd, &d.noise.unit);
     let declared = declared_sd.map_or_else(
@@ -312,14 +313,13 @@ pub(super) fn noise(d: &Discovery, declared_sd: Option<f64>) -> Vec<Block> {
     );
     let sd = significant(sd, 3);
     let mut blocks = vec![Block::Prose(format!(
-        "Standard deviation of the sensor, estimated from the data: {sd} {unit}; {declared}."
+        "Standard deviation of the measurement noise, estimated from the data: {sd} {unit}; {declared}."
     ))];
     let finding = |kind: &String| (format!("`{kind}`"), noise_text(kind, d));
     let findings: Vec<_> = d.noise.findings.iter().map(finding).collect();
     blocks.push(if findings.is_empty() {
         Block::Prose(
-            "Nothing else about the noise was found to differ from what a white, normal sensor gives."
-                .to_owned(),
+            "No other deviation from white, normally distributed measurement noise was found.".to_owned(),
         )
     } else {
         Block::Definitions(findings)
@@ -327,35 +327,35 @@ pub(super) fn noise(d: &Discovery, declared_sd: Option<f64>) -> Vec<Block> {
     blocks
 }
 
-/// A property of the noise that is not as declared, in words.
+/// Describes a property of the noise that differs from the declared one.
 fn noise_text(kind: &str, d: &Discovery) -> String {
     let n = &d.noise;
     match kind {
-        "noise-autocorrelated" => {
-            n.correlation.map_or(String::new(), |r| format!("neighbouring samples correlate with {r:.2}"))
-        }
+        "noise-autocorrelated" => n
+            .correlation
+            .map_or(String::new(), |r| format!("the noise of neighbouring samples has correlation {r:.2}")),
         "timing-jitter" => {
             let scatter = n.jitter_s.map(|s| format!("time stamps scatter by {:.2} ms", 1e3 * s));
-            let frames = n
-                .frame_s
-                .map(|s| format!(" about frames of {:.3} ms, on which the samples were put", 1e3 * s));
+            let frames = n.frame_s.map(|s| {
+                format!(" around a frame clock of {:.3} ms; the samples were moved onto it", 1e3 * s)
+            });
             scatter.unwrap_or_default() + &frames.unwrap_or_default()
         }
-        "outliers" => n
-            .outliers
-            .map_or(String::new(), |count| format!("{count} samples lie too far off and were left out")),
-        "noise-scale" => format!("the sensor scatters by {:.4} {}, not as declared", n.sd, n.unit),
+        "outliers" => n.outliers.map_or(String::new(), |count| format!("{count} outliers were removed")),
+        "noise-scale" => {
+            format!("the standard deviation is {:.4} {}, different from the declared one", n.sd, n.unit)
+        }
         _ => String::new(),
     }
 }
 
-/// The augmented model file.
+/// The text of the augmented model file.
 pub(super) fn model(d: &Discovery) -> Vec<Block> {
     if d.model_toml.is_empty() {
         return Vec::new();
     }
     vec![Block::Code {
-        caption: "The model file with what was found. `augsim simulate model.toml --like DATA` and `augsim predict model.toml --data DATA` run it, `augsim evaluate DIR --data DATA` scores it beside the declared model, `augsim train --residual-of DIR --data DATA` trains a net on what it leaves; DIR is the folder of this page.".to_owned(),
+        caption: "The model file with the effects that were found. `augsim simulate model.toml --like DATA` and `augsim predict model.toml --data DATA` run it, `augsim evaluate DIR --data DATA` scores it beside the declared model, `augsim train --residual-of DIR --data DATA` trains a net on its residual; DIR is the folder of this page.".to_owned(),
         text: d.model_toml.clone(),
     }]
 }

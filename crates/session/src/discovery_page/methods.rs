@@ -1,9 +1,9 @@
-//! Remarks below the tables of a page, and the methods behind them with their references.
+//! Remarks at the end of a page, and the methods used with their references.
 
 use augsim_discovery::Discovery;
 use augsim_report::page::Method;
 
-/// Remarks: windows that were left out, autocorrelated residuals, further measured quantities, forecast horizons.
+/// Remarks: windows left out, autocorrelated residuals, further measured quantities, prediction horizons.
 pub(super) fn notes(d: &Discovery) -> Vec<String> {
     let mut notes = Vec::new();
     if let Some(windows) = &d.windows {
@@ -15,7 +15,7 @@ pub(super) fn notes(d: &Discovery) -> Vec<String> {
     }
     notes.extend(d.independent.map(|share| {
         format!(
-            "Residuals of the answer are autocorrelated as if {:.0} % of them were independent: gains count so many.",
+            "Residuals of the chosen model are autocorrelated; the effective sample size is {:.0} % of the samples, and gains are scaled by it.",
             100.0 * share
         )
     }));
@@ -23,7 +23,7 @@ pub(super) fn notes(d: &Discovery) -> Vec<String> {
         let (declared, calibrated) = (e.declared.rmse, e.calibrated.rmse);
         let (augmented, floor) = (e.augmented.rmse, e.noise_floor.rmse);
         format!(
-            "Error of {measure} on the same forecasts, {}: declared {declared:.3}, calibrated {calibrated:.3}, augmented {augmented:.3}, noise floor {floor:.3}.",
+            "Error of {measure} on the same predictions, {}: declared {declared:.3}, calibrated {calibrated:.3}, augmented {augmented:.3}, noise floor {floor:.3}.",
             e.unit
         )
     }));
@@ -31,7 +31,7 @@ pub(super) fn notes(d: &Discovery) -> Vec<String> {
         h.errors.iter().map(|(measure, e)| {
             let gain = e.reduction;
             format!(
-                "After {} s from a measured state ({} forecasts), {measure}, {}: declared {:.3}, calibrated {:.3}, augmented {:.3}; gain over calibration {:.3}, 95 % interval {:.3} to {:.3}.",
+                "Error {} s after a measured state ({} predictions), {measure}, {}: declared {:.3}, calibrated {:.3}, augmented {:.3}; gain over calibration {:.3}, 95 % interval {:.3} to {:.3}.",
                 h.horizon_s, h.forecasts, e.unit, e.declared.rmse, e.calibrated.rmse, e.augmented.rmse, gain.rmse,
                 gain.ci95[0], gain.ci95[1]
             )
@@ -47,10 +47,10 @@ pub(super) fn methods(d: &Discovery) -> Vec<Method> {
         purpose: purpose.to_owned(),
         reference: reference.to_owned(),
     };
-    let mut all = vec![
+    let mut methods = vec![
         method(
             "Variable projection",
-            "initial states are eliminated from every fit",
+            "eliminates the initial states from every fit",
             "Golub, Pereyra: The Differentiation of Pseudo-Inverses and Nonlinear Least Squares, 1973",
         ),
         method(
@@ -60,12 +60,12 @@ pub(super) fn methods(d: &Discovery) -> Vec<Method> {
         ),
         method(
             "Block cross-validation in one Gauss-Newton step",
-            "how well a set of effects predicts what it was not fitted to",
+            "how well a set of effects predicts data that it was not fitted to",
             "Beirami, Razaviyayn, Shahrampour, Tarokh: On Optimal Generalizability in Parametric Learning, 2017",
         ),
         method(
             "Block jackknife",
-            "whether an effect is away from none, whatever the correlation of the residuals",
+            "tests whether an effect differs from zero, valid for correlated residuals",
             "Kuensch: The Jackknife and the Bootstrap for General Stationary Observations, 1989",
         ),
         method(
@@ -75,37 +75,37 @@ pub(super) fn methods(d: &Discovery) -> Vec<Method> {
         ),
         method(
             "Bayesian bootstrap over blocks",
-            "share of the resamples in which a finding comes back",
+            "share of the resampled data sets in which a finding is found again",
             "Rubin: The Bayesian Bootstrap, 1981",
         ),
         method(
             "q-values under dependence",
-            "share of false findings among those that are as significant",
+            "expected share of false findings among all that are at least as significant",
             "Benjamini, Yekutieli: The Control of the False Discovery Rate in Multiple Testing under Dependency, 2001",
         ),
     ];
     if d.tests.periodicity.is_some() {
-        all.push(method(
+        methods.push(method(
             "Laplace approximation, evidence fixed point",
-            "a parameter of the events that scatters",
+            "random effects: a parameter that differs from event to event",
             "MacKay: Bayesian Interpolation, Neural Computation 1992",
         ));
     }
     if d.null_records.is_some() {
-        all.push(method(
+        methods.push(method(
             "Wild cluster bootstrap",
-            "how often records like these name an effect where none is missing",
+            "false-alarm rate: how often an effect is found in data like these when none is missing",
             "Cameron, Gelbach, Miller: Bootstrap-Based Improvements for Inference with Clustered Errors, 2008",
         ));
     }
     if d.error.folds.is_some() {
-        all.push(method(
+        methods.push(method(
             "Nested cross-validation",
-            "errors on data that neither a fit nor the choice of the model has seen",
+            "errors on data used neither for fitting nor for choosing the model",
             "Varma, Simon: Bias in Error Estimation When Using Cross-Validation for Model Selection, 2006",
         ));
     }
-    all.extend([
+    methods.extend([
         method(
             "Sandwich covariance",
             "intervals of the parameters",
@@ -113,9 +113,9 @@ pub(super) fn methods(d: &Discovery) -> Vec<Method> {
         ),
         method(
             "Bootstrap over records",
-            "intervals of the errors on data that no fit has seen",
+            "intervals of the errors on held-out data",
             "Efron, Tibshirani: An Introduction to the Bootstrap, 1993",
         ),
     ]);
-    all
+    methods
 }

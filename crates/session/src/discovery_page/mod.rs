@@ -1,4 +1,4 @@
-//! The page of a discovery: what the model lacks, the evidence, and the error before and after.
+//! The HTML report of a discovery: what the model lacks, the evidence, and the error before and after.
 
 mod errors;
 mod examples;
@@ -15,7 +15,7 @@ use augsim_physics::model::{ModelFile, Parameter};
 use augsim_report::figure::Tone;
 use augsim_report::page::{Block, Page, Provenance, Section};
 
-/// Colours of the stages, the same on the whole page.
+/// Colours of the models before and after the effects were added, the same on the whole page.
 const BEFORE: Tone = Tone::Series(1);
 const AFTER: Tone = Tone::Series(0);
 
@@ -30,12 +30,12 @@ struct DeclaredParameter {
 /// The parts of the declared model that the page shows.
 #[derive(Debug)]
 struct DeclaredModel {
-    /// Kind of system, or name of the model.
+    /// Built-in scenario, or name of the model.
     scenario: String,
-    /// Quantity that is predicted.
+    /// Quantity whose error is reported.
     quantity: String,
     parameters: Vec<DeclaredParameter>,
-    /// Declared standard deviation of the sensor, in the unit of the noise.
+    /// Declared standard deviation of the measurement noise, in its unit.
     sensor_sd: Option<f64>,
 }
 
@@ -84,13 +84,13 @@ impl DeclaredModel {
     }
 }
 
-/// The page of a discovery that was made under these circumstances.
+/// The report of a discovery.
 pub fn page(circumstances: &Circumstances, subject: &Subject, d: &Discovery) -> Page {
     let declared = DeclaredModel::of(subject);
     let pictures = &circumstances.pictures;
     let runs = match (pictures.examples.is_empty(), d.heldout.is_empty()) {
         (false, _) => "Runs of both models",
-        (true, false) => "Trajectories that no fit has seen",
+        (true, false) => "Held-out trajectories",
         (true, true) => "Trajectories and both models",
     };
     let prose = |list: &[String]| list.iter().cloned().map(Block::Prose).collect::<Vec<_>>();
@@ -100,20 +100,20 @@ pub fn page(circumstances: &Circumstances, subject: &Subject, d: &Discovery) -> 
     Page {
         overline: format!("augsim · discovery report · {}", declared.scenario),
         title: format!("{}: what the model lacks", circumstances.name),
-        verdict: verdict_in_words(d.verdict).to_owned(),
+        verdict: verdict_text(d.verdict).to_owned(),
         summary: without_intervals(&d.sentence),
         key_figures: errors::key_figures(d),
         sections: vec![
             Section::new(runs, examples::blocks(d, &pictures.examples)),
             Section::new("Warnings about the data", prose(&warnings)),
-            Section::new("Error on data that no fit has seen", errors::blocks(d, &declared.quantity)),
+            Section::new("Error on held-out data", errors::blocks(d, &declared.quantity)),
             Section::new("What was found", findings::found(d, &declared.parameters)),
-            Section::new("Leads", findings::leads(d)),
-            Section::new("The laws as curves", residuals::laws(&pictures.laws)),
-            Section::new("What remains open", findings::open_questions(d)),
+            Section::new("Leads: suggested effects, not established", findings::leads(d)),
+            Section::new("Added effects as curves", residuals::laws(&pictures.laws)),
+            Section::new("Open questions", findings::open_questions(d)),
             Section::new("Residual, before and after", residuals::blocks(d)),
             Section::new("Candidates", findings::candidates(d)),
-            Section::new("How well the parameters are told apart", findings::correlations(d)),
+            Section::new("Correlation of the parameter estimates", findings::correlations(d)),
             Section::new("Noise", findings::noise(d, declared.sensor_sd)),
             Section::new("Augmented model", findings::model(d)),
             Section::new("Remarks", prose(&methods::notes(d))),
@@ -129,8 +129,8 @@ pub fn page(circumstances: &Circumstances, subject: &Subject, d: &Discovery) -> 
     }
 }
 
-/// The word for a verdict in the head of the page.
-fn verdict_in_words(verdict: Verdict) -> &'static str {
+/// The verdict as shown at the top of the page.
+fn verdict_text(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::NothingToAdd => "nothing to add",
         Verdict::Explained => "explained",
@@ -140,12 +140,12 @@ fn verdict_in_words(verdict: Verdict) -> &'static str {
     }
 }
 
-/// Display unit of an error, and the factor by which a value in the unit of the result is multiplied: as in sentences, mm for m.
+/// Display unit and conversion factor of an error: mm for m, as in the sentences of a result.
 fn display_unit(unit: &str) -> (&str, f64) {
     if unit == "m" { ("mm", 1e3) } else { (unit, 1.0) }
 }
 
-/// The sentence of a result without its intervals, which are in the tables.
+/// Removes the intervals from the sentence of a result; the tables have them.
 fn without_intervals(sentence: &str) -> String {
     let mut out = String::new();
     let mut remaining = sentence;
@@ -168,11 +168,11 @@ fn without_intervals(sentence: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the head of the page leaves out intervals and nothing else.
+    //! Contract: the summary of the page omits intervals and nothing else.
     use super::without_intervals;
 
     #[test]
-    fn intervals_are_left_out_and_groups_are_kept() {
+    fn intervals_are_removed_and_other_brackets_are_kept() {
         assert_eq!(
             without_intervals("lacks drag (k = 0.3 [0.2, 0.4]) and x [a, b]; gain"),
             "lacks drag (k = 0.3) and x [a, b]; gain"

@@ -1,4 +1,4 @@
-//! Residuals before and after, and the laws that were added, as figures.
+//! Figures of the residuals before and after, and of the added effects.
 
 use super::{AFTER, BEFORE};
 use augsim_discovery::{Bin, Discovery};
@@ -8,33 +8,33 @@ use augsim_report::figure::{
 };
 use augsim_report::page::{Block, Columns, Grid};
 
-/// Percentiles that a discovery lists, as quantiles of a normal law: 1, 5, 25, 50, 75, 95, 99 %.
+/// Standard normal quantiles at the percentiles that a discovery lists: 1, 5, 25, 50, 75, 95, 99 %.
 const NORMAL_QUANTILES: [f64; 7] = [-2.326_348, -1.644_854, -0.674_490, 0.0, 0.674_490, 1.644_854, 2.326_348];
 const BEFORE_NAME: &str = "before";
 const AFTER_NAME: &str = "after";
-/// Quantities that are counted, and have no halves.
+/// Quantities that take whole numbers only.
 const COUNTED: [&str; 1] = ["bounce"];
 
-/// A law that was added, over the values that its quantity takes in the data.
+/// The curve of an added effect over the range of its argument in the data.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LawCurve {
-    /// Its name.
+    /// Name of the effect.
     pub title: String,
-    /// The quantity that the law changes, e.g. `d(speed)/dt`.
+    /// The quantity that the effect changes, e.g. `d(speed)/dt`.
     pub adds: String,
-    /// Unit of the addition.
+    /// Unit of the added value.
     pub unit: String,
-    /// The quantity that it depends on.
+    /// The quantity that the effect depends on.
     pub of: String,
     /// Unit of that quantity.
     pub of_unit: String,
     /// Values of the quantity.
     pub x: Vec<f64>,
-    /// The addition at each place of `x`.
+    /// Added value at each `x`.
     pub y: Vec<f64>,
 }
 
-/// Mean residuals against each quantity, autocorrelation and quantiles, before and after.
+/// Mean residuals over each quantity, autocorrelation and quantiles, before and after.
 pub(super) fn blocks(d: &Discovery) -> Vec<Block> {
     let a = &d.anatomy;
     let none = Vec::new();
@@ -71,7 +71,7 @@ pub(super) fn blocks(d: &Discovery) -> Vec<Block> {
         ],
     }));
     vec![
-        Block::Prose("What the calibrated model leaves (before) and what remains with the effects added (after). A residual that is only noise is zero on average against everything, is not correlated with itself, and has normal quantiles.".to_owned()),
+        Block::Prose("Residual of the calibrated model (before) and with the effects added (after). A residual that is pure noise has mean zero over every quantity, no autocorrelation, and normal quantiles.".to_owned()),
         Block::Grid(Grid { columns: Columns::Two, legend: Vec::new(), figures, caption: "Bands and whiskers: 95 % intervals.".to_owned() }),
     ]
 }
@@ -94,12 +94,12 @@ fn profile(name: &str, before: &[Bin], after: &[Bin]) -> Line {
     line
 }
 
-/// Half of the 95 % interval of a bin's mean.
+/// Half-width of the 95 % interval of a bin's mean.
 fn half_interval(b: &Bin) -> f64 {
     1.96 * (b.rms * b.rms - b.mean * b.mean).max(0.0).sqrt() / (b.count.max(1) as f64).sqrt()
 }
 
-/// Words and unit of a quantity that residuals are binned by.
+/// Display name and unit of a quantity that residuals are binned by.
 pub(super) fn quantity_of(name: &str) -> (&str, &str) {
     match name {
         "time_s" => ("time", "s"),
@@ -112,7 +112,7 @@ pub(super) fn quantity_of(name: &str) -> (&str, &str) {
     }
 }
 
-/// Curves of the laws that were added, over the range of the data.
+/// Curves of the added effects over the range of the data.
 pub(super) fn laws(laws: &[LawCurve]) -> Vec<Block> {
     if laws.is_empty() {
         return Vec::new();
@@ -124,12 +124,12 @@ pub(super) fn laws(laws: &[LawCurve]) -> Vec<Block> {
             Axis::linear(&format!("added to {}", law.adds), &law.unit).with_zero(),
         );
         line.hide_legend = true;
-        Figure::from(line.with(Series::line("law", AFTER, law.x.clone(), law.y.clone())))
+        Figure::from(line.with(Series::line("effect", AFTER, law.x.clone(), law.y.clone())))
     };
     vec![Block::Grid(Grid {
         columns: Columns::Two,
         legend: Vec::new(),
         figures: laws.iter().map(figure).collect(),
-        caption: "Over the values that occur in the data; outside nothing is known.".to_owned(),
+        caption: "Over the range of the data; nothing is known outside it.".to_owned(),
     })]
 }

@@ -1,4 +1,4 @@
-//! The law of a ball.
+//! Export of the ball model as LaTeX, Python or C.
 
 use super::{Language, effect_paragraphs, latex_document, number};
 use crate::Usage;
@@ -9,7 +9,7 @@ use augsim_physics::model::{EffectBlock, Model};
 const PYTHON: &str = include_str!("ball.py.txt");
 const C: &str = include_str!("ball.c.txt");
 
-/// The place of a program that an effect changes.
+/// The part of a program that an effect changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
     /// The velocity of the air.
@@ -26,8 +26,9 @@ enum Place {
     Constant(&'static str),
 }
 
-/// Statements of an effect, which are the same in Python and in C; `{0}` is its first parameter. None for an effect whose law
-/// is more than such statements.
+/// Statements of an effect, valid in Python and in C; `{0}` stands for its first parameter.
+///
+/// `None` for an effect that cannot be written as such statements.
 fn statements(kind: &str) -> Option<(Place, &'static [&'static str])> {
     const DRAG: &[&str] =
         &["a[0] = a[0] - {0} * s * u[0];", "a[1] = a[1] - {0} * s * u[1];", "a[2] = a[2] - {0} * s * u[2];"];
@@ -85,13 +86,13 @@ fn statements(kind: &str) -> Option<(Place, &'static [&'static str])> {
     })
 }
 
-/// The text of a ball's law.
+/// The text of the model in the language.
 pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage> {
     if language == Language::Latex {
         return Ok(latex(model));
     }
     let mut blocks: Vec<&EffectBlock> = model.effects.iter().filter(|b| b.kind != SCATTER_KIND).collect();
-    // Additive laws of restitution act before multiplicative ones, whatever their order in the file.
+    // Additive changes of the restitution act before multiplicative ones, whatever their order in the file.
     blocks.sort_by_key(|b| index_of(&b.kind));
     let mut lines: Vec<(Place, String)> = Vec::new();
     let mut set: Vec<(&str, f64)> = Vec::new();
@@ -123,15 +124,15 @@ pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage>
         }
         _ => (PYTHON, constants.iter().map(|(n, v)| format!("{n} = {}", number(*v))).collect()),
     };
-    let of = |place: Place| -> String {
-        let own = lines.iter().filter(|(p, _)| *p == place);
-        let text: Vec<String> = own
+    let statements_at = |place: Place| -> String {
+        let statements = lines.iter().filter(|(p, _)| *p == place);
+        let text: Vec<String> = statements
             .map(|(_, line)| match language {
                 Language::C => format!("    {line}"),
                 _ => format!("    {}", line.trim_end_matches(';')),
             })
             .collect();
-        // A line that is there for no effect would be an empty one.
+        // Without statements the whole line of the template is removed.
         if text.is_empty() { String::new() } else { text.join("\n") + "\n" }
     };
     let mut text = form.replace("@TITLE@", &title(model)).replace("@CONSTANTS@", &constants.join("\n"));
@@ -142,17 +143,17 @@ pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage>
         ("@FRICTION@\n", Place::Friction),
         ("@SIGHT@\n", Place::Sight),
     ] {
-        text = text.replace(mark, &of(place));
+        text = text.replace(mark, &statements_at(place));
     }
     Ok(text)
 }
 
-/// Kinds of the effects, and what no program draws.
+/// Comment at the top of a program: the kinds of the effects, and that random effects are omitted.
 fn title(model: &Model) -> String {
     let kinds: Vec<&str> = model.effects.iter().map(|b| b.kind.as_str()).collect();
     let with = if kinds.is_empty() { "no effect added".to_owned() } else { kinds.join(", ") };
     let scatters = kinds.contains(&SCATTER_KIND);
-    if scatters { format!("{with} (the scatter is left out: it is random)") } else { with }
+    if scatters { format!("{with} (without the random effects)") } else { with }
 }
 
 fn latex(model: &Model) -> String {
@@ -164,5 +165,5 @@ fn latex(model: &Model) -> String {
         number(base("restitution"))
     );
     body += &effect_paragraphs(&model.effects, |kind| spec_of(kind).map(|s| s.formula));
-    latex_document("The law of a ball", &body)
+    latex_document("Model of a ball", &body)
 }

@@ -1,4 +1,4 @@
-//! The law of a system of equations.
+//! Export of a system of equations: names, expressions, and the LaTeX document.
 
 use super::{Language, latex_document, latex_name, number};
 use crate::Usage;
@@ -7,8 +7,8 @@ use augsim_written::Model;
 use augsim_written::model::{Direction, How, Target};
 use augsim_written::text::{Comparison, Function, Kind, Symbol, Tree};
 
-/// Words that mean something in Python, in C or in the programs, and cannot name a quantity there.
-const TAKEN: [&str; 74] = [
+/// Reserved words of Python, C or the generated programs, which cannot name a quantity.
+const RESERVED_WORDS: [&str; 74] = [
     "False",
     "None",
     "True",
@@ -85,22 +85,22 @@ const TAKEN: [&str; 74] = [
     "_",
 ];
 
-/// How a jump of an expression is written.
+/// How discontinuous functions (`sign`, `step`, `if`) are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Jump {
-    /// Writes the jump as it is.
+    /// Discontinuous, as in outputs, events and tables.
     Sharp,
-    /// Over the width that the file declares for it, as the engine runs rates.
+    /// Smoothed by a tanh of the width that the model file declares, as the engine evaluates rates.
     Smooth,
 }
 
-/// A model with the names of a program.
+/// Writes a model in one language.
 pub(super) struct Writer<'a> {
     pub model: &'a Model,
     pub language: Language,
 }
 
-/// The text of a system's law.
+/// The text of the model in the language.
 pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage> {
     let w = Writer { model, language };
     if language == Language::Latex {
@@ -116,7 +116,11 @@ impl Writer<'_> {
             return latex_name(name);
         }
         let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-        if TAKEN.contains(&plain.as_str()) || Function::named(&plain).is_some() { plain + "_" } else { plain }
+        if RESERVED_WORDS.contains(&plain.as_str()) || Function::named(&plain).is_some() {
+            plain + "_"
+        } else {
+            plain
+        }
     }
 
     fn symbol(&self, symbol: Symbol) -> String {
@@ -126,7 +130,7 @@ impl Writer<'_> {
             Symbol::Input(i) => self.name(&m.inputs[i].name),
             Symbol::Parameter(i) => self.name(&m.parameters[i].name),
             Symbol::Let(i) => self.name(&m.lets[i].name),
-            // An effect that changes an output sees its value before.
+            // An effect on an output reads its value before the change.
             Symbol::Output(i) if self.language == Language::Latex => self.name(&m.outputs[i].name),
             Symbol::Output(i) => self.output(i),
             Symbol::Time => "t".to_owned(),
@@ -138,16 +142,19 @@ impl Writer<'_> {
         format!("o_{}", self.name(&self.model.outputs[index].name))
     }
 
-    /// The width that the file declares for a jump where this part of an expression passes 0.
+    /// The smoothing width that the file declares for a discontinuity where this subexpression passes 0.
     fn width(&self, tree: &Tree, argument: usize) -> Option<String> {
         self.model.numerics.widths.get(tree.text_of(argument)).map(|width| number(*width))
     }
 
-    /// An expression in the language, every operation in brackets.
+    /// Writes an expression in the language, every operation in brackets.
+    ///
+    /// # Errors
+    /// A program cannot contain the slope of an output.
     pub fn expression(&self, tree: &Tree, jump: Jump) -> Result<String, Usage> {
         let latex = self.language == Language::Latex;
         let mut done: Vec<String> = Vec::with_capacity(tree.nodes.len());
-        // The width that the file declares for a jump.
+        // Smoothing width of a discontinuity, if it has one and `jump` asks for smoothing.
         let width_of = |kind: &Kind| match kind {
             _ if latex || jump == Jump::Sharp => None,
             Kind::Call(_, list) => self.width(tree, *list.first()?),
@@ -155,28 +162,31 @@ impl Writer<'_> {
             _ => None,
         };
         for node in &tree.nodes {
-            let at = |i: &usize| done[*i].clone();
+            let text_of = |i: &usize| done[*i].clone();
             done.push(match &node.kind {
                 Kind::Number(v) => number(*v),
                 Kind::Symbol(s) => self.symbol(*s),
-                Kind::Negate(a) => format!("(-{})", at(a)),
-                Kind::Add(a, b) => format!("({} + {})", at(a), at(b)),
-                Kind::Subtract(a, b) => format!("({} - {})", at(a), at(b)),
-                Kind::Multiply(a, b) if latex => format!("{} \\, {}", at(a), at(b)),
-                Kind::Multiply(a, b) => format!("({} * {})", at(a), at(b)),
-                Kind::Divide(a, b) if latex => format!("\\frac{{{}}}{{{}}}", at(a), at(b)),
-                Kind::Divide(a, b) => format!("({} / {})", at(a), at(b)),
-                Kind::Power(a, b) if latex => format!("{{{}}}^{{{}}}", at(a), at(b)),
-                Kind::Power(a, b) => format!("pow_of({}, {})", at(a), at(b)),
+                Kind::Negate(a) => format!("(-{})", text_of(a)),
+                Kind::Add(a, b) => format!("({} + {})", text_of(a), text_of(b)),
+                Kind::Subtract(a, b) => format!("({} - {})", text_of(a), text_of(b)),
+                Kind::Multiply(a, b) if latex => format!("{} \\, {}", text_of(a), text_of(b)),
+                Kind::Multiply(a, b) => format!("({} * {})", text_of(a), text_of(b)),
+                Kind::Divide(a, b) if latex => format!("\\frac{{{}}}{{{}}}", text_of(a), text_of(b)),
+                Kind::Divide(a, b) => format!("({} / {})", text_of(a), text_of(b)),
+                Kind::Power(a, b) if latex => format!("{{{}}}^{{{}}}", text_of(a), text_of(b)),
+                Kind::Power(a, b) => format!("pow_of({}, {})", text_of(a), text_of(b)),
                 Kind::Call(f @ (Function::Sign | Function::Step), list) if width_of(&node.kind).is_some() => {
-                    let (z, width) = (list.first().map(at).unwrap_or_default(), width_of(&node.kind));
+                    let (z, width) = (list.first().map(text_of).unwrap_or_default(), width_of(&node.kind));
                     let sign = format!("tanh({z} / {})", width.unwrap_or_default());
                     if *f == Function::Sign { sign } else { format!("(0.5 + 0.5 * {sign})") }
                 }
                 Kind::Call(f, list) => {
-                    let list: Vec<String> = list.iter().map(at).collect();
-                    let name =
-                        if latex { format!("\\operatorname{{{}}}", f.name()) } else { called(*f).to_owned() };
+                    let list: Vec<String> = list.iter().map(text_of).collect();
+                    let name = if latex {
+                        format!("\\operatorname{{{}}}", f.name())
+                    } else {
+                        program_name(*f).to_owned()
+                    };
                     format!("{name}({})", list.join(", "))
                 }
                 Kind::If { comparison, left, right, then, otherwise } => {
@@ -188,7 +198,7 @@ impl Writer<'_> {
                         Comparison::GreaterOrEqual if latex => "\\ge",
                         Comparison::GreaterOrEqual => ">=",
                     };
-                    let [l, r, a, b] = [left, right, then, otherwise].map(at);
+                    let [l, r, a, b] = [left, right, then, otherwise].map(text_of);
                     let rises = matches!(comparison, Comparison::Greater | Comparison::GreaterOrEqual);
                     if let Some(width) = width_of(&node.kind) {
                         let above = if rises { format!("({l} - {r})") } else { format!("({r} - {l})") };
@@ -202,16 +212,16 @@ impl Writer<'_> {
                     }
                 }
                 Kind::Table { table, at: x } if latex => {
-                    format!("{}({})", latex_name(&self.model.tables[*table].name), at(x))
+                    format!("{}({})", latex_name(&self.model.tables[*table].name), text_of(x))
                 }
                 Kind::Table { table, at: x } => {
                     let (at_knots, values) = (format!("KNOTS_{table}"), format!("VALUES_{table}"));
                     match self.language {
                         Language::C => {
                             let count = self.model.tables[*table].at.len();
-                            format!("interpolate({}, {count}, {at_knots}, {values})", at(x))
+                            format!("interpolate({}, {count}, {at_knots}, {values})", text_of(x))
                         }
-                        _ => format!("interpolate({}, {at_knots}, {values})", at(x)),
+                        _ => format!("interpolate({}, {at_knots}, {values})", text_of(x)),
                     }
                 }
                 Kind::Slope { output } if latex => {
@@ -234,15 +244,15 @@ impl Writer<'_> {
             line(latex_name(&l.name), expression(&l.value.tree)?);
         }
         for (i, state) in m.states.iter().enumerate() {
-            let right = self.changed(Target::Rate(i), expression(&state.rate.tree)?)?;
+            let right = self.with_changes(Target::Rate(i), expression(&state.rate.tree)?)?;
             line(format!("\\tfrac{{d}}{{dt}} {}", latex_name(&state.name)), right);
         }
         for (i, output) in m.outputs.iter().enumerate() {
-            let right = self.changed(Target::Output(i), expression(&output.value.tree)?)?;
+            let right = self.with_changes(Target::Output(i), expression(&output.value.tree)?)?;
             line(latex_name(&output.name), right);
         }
         for (i, p) in m.parameters.iter().enumerate() {
-            let right = self.changed(Target::Parameter(i), number(p.nominal))?;
+            let right = self.with_changes(Target::Parameter(i), number(p.nominal))?;
             line(latex_name(&p.name), right);
         }
         body += "\\end{align*}\n";
@@ -250,7 +260,7 @@ impl Writer<'_> {
             let name = latex_name(&state.name);
             for (bound, sign) in [(state.min, "\\ge"), (state.max, "\\le")] {
                 if let Some(bound) = bound {
-                    body += &format!("\\noindent A wall: ${name} {sign} {}$.\n\n", number(bound));
+                    body += &format!("\\noindent State bound: ${name} {sign} {}$.\n\n", number(bound));
                 }
             }
         }
@@ -286,16 +296,16 @@ impl Writer<'_> {
                 .zip(&table.values)
                 .map(|(x, y)| format!("{} & {}\\\\\n", number(*x), number(*y)));
             body += &format!(
-                "\\noindent ${}(z)$, straight between its knots:\n\n\\begin{{tabular}}{{rr}}\n$z$ & value\\\\\n{}\\end{{tabular}}\n\n",
+                "\\noindent ${}(z)$, linear between its knots:\n\n\\begin{{tabular}}{{rr}}\n$z$ & value\\\\\n{}\\end{{tabular}}\n\n",
                 latex_name(&table.name),
                 knots.collect::<String>()
             );
         }
-        Ok(latex_document(&format!("The law of {}", m.name), &body))
+        Ok(latex_document(&format!("Equations of {}", m.name), &body))
     }
 
-    /// A formula with what was added to it.
-    fn changed(&self, target: Target, mut right: String) -> Result<String, Usage> {
+    /// A formula with the changes by the added effects.
+    fn with_changes(&self, target: Target, mut right: String) -> Result<String, Usage> {
         for change in self.model.additions.iter().flat_map(|a| &a.changes).filter(|c| c.target == target) {
             let value = self.expression(&change.value.tree, Jump::Sharp)?;
             right = match change.how {
@@ -308,8 +318,8 @@ impl Writer<'_> {
     }
 }
 
-/// Name of a function in both programs.
-fn called(f: Function) -> &'static str {
+/// Name of a function in the generated programs.
+fn program_name(f: Function) -> &'static str {
     match f {
         Function::Ln => "log_of",
         Function::Sqrt => "sqrt_of",

@@ -1,4 +1,6 @@
-//! A model written out as a law with its values: formulas for a paper, programs that run without augsim.
+//! Export of a model with its parameter values: LaTeX formulas, Python and C programs.
+//!
+//! The programs run without augsim.
 
 mod ball;
 mod equations;
@@ -8,21 +10,21 @@ mod push;
 use crate::{Subject, Usage};
 use augsim_physics::model::{EffectBlock, ModelFile};
 
-/// Languages that a law can be written in.
+/// Languages that a model can be exported to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Language {
     /// A LaTeX document.
     Latex,
-    /// A Python 3 program that needs nothing but Python.
+    /// A Python 3 program without dependencies.
     Python,
-    /// A C99 program that needs nothing but the C library.
+    /// A C99 program that needs only the C library.
     C,
 }
 
-/// The text of the law of a model.
+/// Exports a model to a language.
 ///
 /// # Errors
-/// [`Usage`] names the part of the model that cannot be written out, and what can.
+/// [`Usage`] names the part of the model that cannot be exported, and an alternative.
 pub fn export(subject: &Subject, language: Language) -> Result<String, Usage> {
     match subject {
         Subject::Written(model) => equations::export(model, language),
@@ -33,17 +35,17 @@ pub fn export(subject: &Subject, language: Language) -> Result<String, Usage> {
     }
 }
 
-/// A number with all of its digits, as Python, C and LaTeX read it.
+/// A number with all its digits, valid in Python, C and LaTeX.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// A name as LaTeX sets it.
+/// A name in upright type, with escaped underscores.
 fn latex_name(name: &str) -> String {
     format!("\\mathrm{{{}}}", name.replace('_', "\\_"))
 }
 
-/// A document around lines of text and formulas.
+/// A LaTeX document with a title and a body.
 fn latex_document(title: &str, body: &str) -> String {
     let title = title.replace('_', "\\_");
     format!(
@@ -51,7 +53,7 @@ fn latex_document(title: &str, body: &str) -> String {
     )
 }
 
-/// Effects of a library in LaTeX, each with its formula and its values.
+/// One LaTeX paragraph for each effect, with its formula, values and intervals.
 fn effect_paragraphs(effects: &[EffectBlock], formula: impl Fn(&str) -> Option<&'static str>) -> String {
     let mut text = String::new();
     for block in effects {

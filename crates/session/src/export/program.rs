@@ -1,4 +1,4 @@
-//! A system of equations as a program that runs without augsim.
+//! Export of a system of equations as a Python or C program that runs without augsim.
 
 use super::equations::{Jump, Writer};
 use super::{Language, number};
@@ -7,9 +7,9 @@ use augsim_written::model::{Direction, Event, How, Target};
 use augsim_written::text::Tree;
 
 const PYTHON: &str = include_str!("system.py.txt");
-const PYTHON_SUDDEN: &str = include_str!("sudden.py.txt");
+const PYTHON_EVENTS: &str = include_str!("sudden.py.txt");
 const C: &str = include_str!("system.c.txt");
-const C_SUDDEN: &str = include_str!("sudden.c.txt");
+const C_EVENTS: &str = include_str!("sudden.c.txt");
 
 const PYTHON_INTERPOLATE: &str = "
 
@@ -30,18 +30,18 @@ static double interpolate(double x, int n, const double *knots, const double *va
 }
 ";
 
-/// Seconds of a step of the programs.
+/// Integration step of the programs, s.
 const STEP_S: f64 = 2e-4;
 
-/// A statement of a program.
+/// A statement of a program: name and value.
 enum Statement {
-    /// A new variable: name, value.
-    New(String, String),
-    /// A new value of one that is there.
-    Again(String, String),
+    /// Declares a variable.
+    Declare(String, String),
+    /// Assigns to a declared variable.
+    Assign(String, String),
 }
 
-use Statement::{Again, New};
+use Statement::{Assign, Declare};
 
 impl Writer<'_> {
     fn is_c(&self) -> bool {
@@ -55,17 +55,17 @@ impl Writer<'_> {
             .chain(m.inputs.iter().map(|i| self.name(&i.name)))
             .collect();
         let usage = format!("usage: law {} time [time ...]", names.join(" "));
-        let walls = m.states.iter().any(|s| s.min.is_some() || s.max.is_some());
-        let is_sudden = walls || !m.events.is_empty();
-        let (form, sudden, begin, advance) = match (self.is_c(), is_sudden) {
+        let has_bounds = m.states.iter().any(|s| s.min.is_some() || s.max.is_some());
+        let has_events = has_bounds || !m.events.is_empty();
+        let (form, event_code, begin, advance) = match (self.is_c(), has_events) {
             (false, false) => (PYTHON, "", "", "advance(t, y, h, given)"),
-            (false, true) => (PYTHON, PYTHON_SUDDEN, PYTHON_BEGIN, "sudden.step(t, y, h)"),
+            (false, true) => (PYTHON, PYTHON_EVENTS, PYTHON_BEGIN, "sudden.step(t, y, h)"),
             (true, false) => (C, "", "", "advance(t, y, h, given, NULL, end)"),
-            (true, true) => (C, C_SUDDEN, "    begin(y, given);\n", "step(t, y, h, given, end)"),
+            (true, true) => (C, C_EVENTS, "    begin(y, given);\n", "step(t, y, h, given, end)"),
         };
         let mut text = form.to_owned();
         for (mark, value) in [
-            ("@SUDDEN@\n", sudden),
+            ("@SUDDEN@\n", event_code),
             ("@BEGIN@", begin),
             ("@ADVANCE@", advance),
             ("@TITLE@", &m.name),
@@ -81,10 +81,10 @@ impl Writer<'_> {
         ] {
             text = text.replace(mark, value);
         }
-        if is_sudden { self.with_sudden(text) } else { Ok(text) }
+        if has_events { self.with_events(text) } else { Ok(text) }
     }
 
-    /// Knots and values of the tables, and what reads them.
+    /// Knots and values of the tables, and the function that interpolates them.
     fn tables(&self) -> String {
         let tables = &self.model.tables;
         let list = |values: &[f64]| values.iter().map(|v| number(*v)).collect::<Vec<_>>().join(", ");
@@ -105,7 +105,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Appends the statements that change a quantity in place by what was added to the model.
+    /// Appends the statements by which the added effects change a quantity.
     fn changes(&self, target: Target, name: &str, jump: Jump, to: &mut Vec<Statement>) -> Result<(), Usage> {
         for change in self.model.additions.iter().flat_map(|a| &a.changes).filter(|c| c.target == target) {
             let value = self.expression(&change.value.tree, jump)?;
@@ -114,18 +114,22 @@ impl Writer<'_> {
                 How::Factor => format!("{name} * {value}"),
                 How::Replace => value,
             };
-            to.push(Again(name.to_owned(), value));
+            to.push(Assign(name.to_owned(), value));
         }
         Ok(())
     }
 
-    /// Names of parameters, states, inputs and intermediate values.
+    /// Declarations of parameters, states, inputs and intermediate values.
     fn names(&self, jump: Jump) -> Result<Vec<Statement>, Usage> {
         let m = self.model;
         let mut list = Vec::new();
-        list.extend(m.parameters.iter().map(|p| New(self.name(&p.name), number(p.nominal))));
-        list.extend(m.states.iter().enumerate().map(|(i, s)| New(self.name(&s.name), format!("state[{i}]"))));
-        list.extend(m.inputs.iter().enumerate().map(|(i, u)| New(self.name(&u.name), format!("given[{i}]"))));
+        list.extend(m.parameters.iter().map(|p| Declare(self.name(&p.name), number(p.nominal))));
+        list.extend(
+            m.states.iter().enumerate().map(|(i, s)| Declare(self.name(&s.name), format!("state[{i}]"))),
+        );
+        list.extend(
+            m.inputs.iter().enumerate().map(|(i, u)| Declare(self.name(&u.name), format!("given[{i}]"))),
+        );
         for (i, input) in m.inputs.iter().enumerate() {
             self.changes(Target::Input(i), &self.name(&input.name), jump, &mut list)?;
         }
@@ -133,30 +137,32 @@ impl Writer<'_> {
             self.changes(Target::Parameter(i), &self.name(&p.name), jump, &mut list)?;
         }
         for l in &m.lets {
-            list.push(New(self.name(&l.name), self.expression(&l.value.tree, jump)?));
+            list.push(Declare(self.name(&l.name), self.expression(&l.value.tree, jump)?));
         }
         Ok(list)
     }
 
-    /// Statements in the language; those that no line uses count as used in C.
+    /// Writes statements in the language.
+    ///
+    /// In C every variable is cast to void, so that unused ones give no warning.
     fn lines(&self, list: &[Statement]) -> String {
         let mut text = String::new();
         let mut used = String::new();
         for statement in list {
             text += &match (statement, self.is_c()) {
-                (New(name, value), true) => {
+                (Declare(name, value), true) => {
                     used += &format!(" (void){name};");
                     format!("    double {name} = {value};\n")
                 }
-                (Again(name, value), true) => format!("    {name} = {value};\n"),
-                (New(name, value) | Again(name, value), false) => format!("    {name} = {value}\n"),
+                (Assign(name, value), true) => format!("    {name} = {value};\n"),
+                (Declare(name, value) | Assign(name, value), false) => format!("    {name} = {value}\n"),
             };
         }
         if self.is_c() { format!("{text}    (void)t; (void)state; (void)given;{used}\n") } else { text }
     }
 
-    /// The lines that hand out values: `to[0] = …` in C, `return […]` in Python.
-    fn handed_out(&self, values: &[String], to: &str) -> String {
+    /// The lines that return values: `to[0] = …` in C, `return […]` in Python.
+    fn return_values(&self, values: &[String], to: &str) -> String {
         match self.is_c() {
             true => values.iter().enumerate().map(|(i, v)| format!("    {to}[{i}] = {v};\n")).collect(),
             false => format!("    return [{}]\n", values.join(", ")),
@@ -165,60 +171,60 @@ impl Writer<'_> {
 
     fn rates(&self) -> Result<String, Usage> {
         let mut list = self.names(Jump::Smooth)?;
-        let mut handed = Vec::new();
+        let mut results = Vec::new();
         for (i, state) in self.model.states.iter().enumerate() {
             let name = format!("d_{}", self.name(&state.name));
-            list.push(New(name.clone(), self.expression(&state.rate.tree, Jump::Smooth)?));
+            list.push(Declare(name.clone(), self.expression(&state.rate.tree, Jump::Smooth)?));
             self.changes(Target::Rate(i), &name, Jump::Smooth, &mut list)?;
-            handed.push(name);
+            results.push(name);
         }
-        Ok(self.lines(&list) + &self.handed_out(&handed, "rate"))
+        Ok(self.lines(&list) + &self.return_values(&results, "rate"))
     }
 
     fn outputs(&self) -> Result<String, Usage> {
         let mut list = self.names(Jump::Sharp)?;
-        let mut handed = Vec::new();
+        let mut results = Vec::new();
         for (i, output) in self.model.outputs.iter().enumerate() {
             let name = self.output(i);
-            list.push(New(name.clone(), self.expression(&output.value.tree, Jump::Sharp)?));
+            list.push(Declare(name.clone(), self.expression(&output.value.tree, Jump::Sharp)?));
             self.changes(Target::Output(i), &name, Jump::Sharp, &mut list)?;
-            handed.push(name);
+            results.push(name);
         }
-        Ok(self.lines(&list) + &self.handed_out(&handed, "out"))
+        Ok(self.lines(&list) + &self.return_values(&results, "out"))
     }
 
-    /// The program with its events and walls.
-    fn with_sudden(&self, mut text: String) -> Result<String, Usage> {
+    /// Fills in the events and state bounds.
+    fn with_events(&self, mut text: String) -> Result<String, Usage> {
         let m = self.model;
         let names = self.lines(&self.names(Jump::Sharp)?);
-        let all = |of: &dyn Fn(&Event) -> String| m.events.iter().map(of).collect::<String>();
-        let list = |of: &[usize]| of.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+        let join_events = |text: &dyn Fn(&Event) -> String| m.events.iter().map(text).collect::<String>();
+        let list = |states: &[usize]| states.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
         let sets = |e: &Event| e.set.iter().map(|(state, _)| *state).collect::<Vec<_>>();
         let holds = |e: &Event| e.rest.as_ref().map_or(Vec::new(), |r| r.hold.clone());
         let below = |e: &Event| number(e.rest.as_ref().map_or(0.0, |r| r.below));
-        let flags = |of: Vec<usize>| {
-            let each = (0..m.states.len()).map(|i| if of.contains(&i) { "1" } else { "0" });
-            format!("{{{}}}, ", each.collect::<Vec<_>>().join(", "))
+        let flags = |states: Vec<usize>| {
+            let flags = (0..m.states.len()).map(|i| if states.contains(&i) { "1" } else { "0" });
+            format!("{{{}}}, ", flags.collect::<Vec<_>>().join(", "))
         };
         let infinity = if self.is_c() { "INFINITY" } else { "inf" };
-        let least = |bound: Option<f64>| bound.map_or(format!("-{infinity}"), number);
-        let largest = |bound: Option<f64>| bound.map_or(infinity.to_owned(), number);
-        let events = all(&|e: &Event| {
+        let lower = |bound: Option<f64>| bound.map_or(format!("-{infinity}"), number);
+        let upper = |bound: Option<f64>| bound.map_or(infinity.to_owned(), number);
+        let events = join_events(&|e: &Event| {
             format!("({}, [{}], [{}], {}), ", direction(e), list(&sets(e)), list(&holds(e)), below(e))
         });
-        let walls: Vec<String> =
-            m.states.iter().map(|s| format!("({}, {})", least(s.min), largest(s.max))).collect();
+        let state_bounds: Vec<String> =
+            m.states.iter().map(|s| format!("({}, {})", lower(s.min), upper(s.max))).collect();
         let bounds =
-            |of: &dyn Fn(usize) -> String| (0..m.states.len()).map(|i| of(i) + ", ").collect::<String>();
+            |text: &dyn Fn(usize) -> String| (0..m.states.len()).map(|i| text(i) + ", ").collect::<String>();
         for (mark, value) in [
             ("@EVENTS@", events.trim_end_matches(", ").to_owned()),
-            ("@WALLS@", walls.join(", ")),
-            ("@DIRECTIONS@", all(&|e: &Event| format!("{}, ", direction(e)))),
-            ("@SETS@", all(&|e: &Event| flags(sets(e)))),
-            ("@HOLDS@", all(&|e: &Event| flags(holds(e)))),
-            ("@BELOW@", all(&|e: &Event| below(e) + ", ")),
-            ("@LEAST@", bounds(&|i| least(m.states[i].min))),
-            ("@LARGEST@", bounds(&|i| largest(m.states[i].max))),
+            ("@WALLS@", state_bounds.join(", ")),
+            ("@DIRECTIONS@", join_events(&|e: &Event| format!("{}, ", direction(e)))),
+            ("@SETS@", join_events(&|e: &Event| flags(sets(e)))),
+            ("@HOLDS@", join_events(&|e: &Event| flags(holds(e)))),
+            ("@BELOW@", join_events(&|e: &Event| below(e) + ", ")),
+            ("@LEAST@", bounds(&|i| lower(m.states[i].min))),
+            ("@LARGEST@", bounds(&|i| upper(m.states[i].max))),
             ("@CONDITIONS@\n", names.clone() + &self.conditions()?),
             ("@RESETS@\n", names + &self.resets()?),
         ] {
@@ -227,7 +233,7 @@ impl Writer<'_> {
         Ok(text)
     }
 
-    /// The lines that hand out each event's condition and whether the rest after it ends.
+    /// The lines that return each event's condition and whether the rest state after it ends.
     fn conditions(&self) -> Result<String, Usage> {
         let (mut when, mut ends) = (Vec::new(), Vec::new());
         for event in &self.model.events {
@@ -240,7 +246,7 @@ impl Writer<'_> {
         Ok(match self.is_c() {
             true => {
                 let unused = if when.is_empty() { "    (void)when; (void)ends;\n" } else { "" };
-                self.handed_out(&when, "when") + &self.handed_out(&ends, "ends") + unused
+                self.return_values(&when, "when") + &self.return_values(&ends, "ends") + unused
             }
             false => format!("    return [{}], [{}]\n", when.join(", "), ends.join(", ")),
         })
@@ -278,7 +284,7 @@ const PYTHON_BEGIN: &str = "    y = [min(max(value, low), high) for value, (low,
     sudden = Sudden(y, given)
 ";
 
-/// The sense in which the condition of an event passes 0, as the programs write it.
+/// Direction of the zero crossing of an event, as the programs write it.
 fn direction(event: &Event) -> &'static str {
     match event.direction {
         Direction::Rising => "1",

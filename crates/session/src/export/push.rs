@@ -1,4 +1,4 @@
-//! The law of an object that is pushed.
+//! Export of the pushing model as LaTeX, Python or C.
 
 use super::{Language, effect_paragraphs, latex_document, number};
 use crate::Usage;
@@ -9,10 +9,12 @@ use augsim_physics::push::effects::{SCATTER_KIND, spec_of};
 const PYTHON: &str = include_str!("push.py.txt");
 const C: &str = include_str!("push.c.txt");
 
-/// Sides of the polygon that a program has for an ellipse.
-const SIDES_OF_AN_ELLIPSE: usize = 360;
+/// Number of sides of the polygon that approximates an ellipse in a program.
+const ELLIPSE_SIDES: usize = 360;
 
-/// Constants of the programs that an effect sets, by the order of its parameters; none for one whose law is more than that.
+/// Constants of the programs that an effect sets, in the order of its parameters.
+///
+/// `None` for an effect that cannot be expressed by constants.
 fn constants_of(kind: &str) -> Option<&'static [&'static str]> {
     Some(match kind {
         "frame-registration" => &["FRAME_SCALE", "FRAME_RAD", "FRAME_X", "FRAME_Y"],
@@ -22,7 +24,7 @@ fn constants_of(kind: &str) -> Option<&'static [&'static str]> {
     })
 }
 
-/// The text of a pushed object's law.
+/// The text of the model in the language.
 pub(super) fn export(model: &PushModel, language: Language) -> Result<String, Usage> {
     if language == Language::Latex {
         return Ok(latex(model));
@@ -49,7 +51,7 @@ pub(super) fn export(model: &PushModel, language: Language) -> Result<String, Us
             constants.iter_mut().filter(|(n, _)| n == name).for_each(|(_, value)| *value = p.nominal);
         }
     }
-    let polygon = model.object.outline.polygon(SIDES_OF_AN_ELLIPSE);
+    let polygon = model.object.outline.polygon(ELLIPSE_SIDES);
     let vertex = |[x, y]: &[f64; 2]| match language {
         Language::C => format!("{{{}, {}}}", number(*x), number(*y)),
         _ => format!("({}, {})", number(*x), number(*y)),
@@ -67,14 +69,14 @@ pub(super) fn export(model: &PushModel, language: Language) -> Result<String, Us
         .replace("@CONSTANTS@", &constants.iter().map(set).collect::<Vec<_>>().join("\n")))
 }
 
-/// The object, its effects, and what no program has.
+/// Comment at the top of a program: the object, its effects, and what is omitted.
 fn title(model: &PushModel) -> String {
     let kinds: Vec<&str> = model.effects.iter().map(|b: &EffectBlock| b.kind.as_str()).collect();
     let with = if kinds.is_empty() { String::new() } else { format!(" with {}", kinds.join(", ")) };
     let scatters = kinds.contains(&SCATTER_KIND);
     let grouped = model.parameters.iter().any(|p| !p.groups.is_empty());
-    let random = if scatters { " (the scatter is left out: it is random)" } else { "" };
-    let mean = if grouped { " (values by group are their means)" } else { "" };
+    let random = if scatters { " (without the random effects)" } else { "" };
+    let mean = if grouped { " (with the mean of values by group)" } else { "" };
     format!("{}{with}{random}{mean}", model.object.name)
 }
 
@@ -100,5 +102,5 @@ fn latex(model: &PushModel) -> String {
         }
     }
     body += &effect_paragraphs(&model.effects, |kind| spec_of(kind).map(|s| s.formula));
-    latex_document(&format!("The law of a pushed object: {}", model.object.name), &body)
+    latex_document(&format!("Model of a pushed object: {}", model.object.name), &body)
 }

@@ -1,13 +1,13 @@
-//! Filtered forecasts of whatever was given: the beginning of each trajectory is seen, the rest is forecast.
+//! Filtered forecasts: predictions after a particle filter has observed the first samples.
 
 mod net;
-mod seen;
 mod system;
+mod view;
 
 pub use crate::prefix_length::Seen;
 pub use net::{OfNet, of_net};
-pub use seen::View;
 pub use system::{OfSystem, of_built_in, of_system};
+pub use view::View;
 
 use crate::Usage;
 use crate::forecast::{check_size, summed};
@@ -17,27 +17,27 @@ use augsim_trainer::filter::{FilterSettings, Prefix, PrefixForecaster, Sensor, S
 use augsim_trainer::{Samples, Sequences, TrainerError, in_order};
 use rayon::prelude::*;
 
-/// Particles where no number is asked for.
+/// Default number of particles.
 pub const PARTICLES: usize = 256;
 
 /// Measured trajectories with the times of their samples, s.
 #[derive(Debug, Clone)]
 pub struct Timed {
-    /// The trajectories; a value that was not measured is not a number.
+    /// The trajectories; NaN where a value was not measured.
     pub set: Sequences,
-    /// `[trajectory][sample]`.
+    /// Times, s, `[trajectory][sample]`.
     pub times: Vec<Vec<f64>>,
 }
 
 impl Timed {
-    /// Rows of each trajectory for each of the prefixes, `[trajectory][prefix]`, and a prefix that leaves nothing to forecast of
-    /// any trajectory refused.
+    /// Number of observed rows, `[trajectory][prefix]`.
     ///
     /// # Errors
-    /// A prefix of no row, one that is not longer than the one before, or one as long as the longest trajectory.
+    /// A prefix without a row, one that is not longer than the previous one, or one that leaves no trajectory
+    /// anything to predict.
     pub fn lengths(&self, seen: &[Seen]) -> Result<Vec<Vec<usize>>, Usage> {
-        let of = |times: &Vec<f64>| seen.iter().map(|s| s.rows(times)).collect::<Vec<_>>();
-        let lengths: Vec<Vec<usize>> = self.times.iter().map(of).collect();
+        let rows_of = |times: &Vec<f64>| seen.iter().map(|s| s.rows(times)).collect::<Vec<_>>();
+        let lengths: Vec<Vec<usize>> = self.times.iter().map(rows_of).collect();
         let longest = self.times.iter().map(Vec::len).max().unwrap_or(0);
         for (k, prefix) in seen.iter().enumerate() {
             let rows = |lengths: &Vec<usize>| lengths[k];
@@ -56,10 +56,10 @@ impl Timed {
     }
 }
 
-/// Mean, median and bands of every column behind the first rows of each trajectory, at the later times.
+/// Mean, median and bands of every column after the observed rows of each trajectory.
 ///
 /// # Errors
-/// A trajectory that is not longer than the prefix, or a model that cannot be run.
+/// A trajectory that is not longer than the prefix, or a model that cannot be simulated.
 pub fn bands(
     model: &dyn PrefixForecaster,
     data: &Timed,
@@ -78,11 +78,11 @@ pub fn bands(
                 let fault = PrefixFault::AllOf { seen, trajectory: q.id.clone(), samples: q.time };
                 return Err(Usage::Prefix(fault).into());
             }
-            let hidden = |(i, v): (usize, &f64)| match sensor.sd()[i % columns] {
+            let observed = |(i, v): (usize, &f64)| match sensor.sd()[i % columns] {
                 Some(_) => *v,
                 None => f64::NAN,
             };
-            let rows: Vec<f64> = q.states[..n * columns].iter().enumerate().map(hidden).collect();
+            let rows: Vec<f64> = q.states[..n * columns].iter().enumerate().map(observed).collect();
             let prefix = Prefix {
                 id: &q.id,
                 rows: &rows,
@@ -92,13 +92,14 @@ pub fn bands(
                 time: q.time,
                 index: index as u64,
             };
-            let samples = first(model.forecasts(prefix, &[n], settings)?)?;
+            let samples = only_forecast(model.forecasts(prefix, &[n], settings)?)?;
             anyhow::Ok((q.id.clone(), times[n..].to_vec(), samples))
         },
     );
     summed(&set.columns, in_order(rows)?)
 }
 
-fn first(mut all: Vec<Samples>) -> Result<Samples, TrainerError> {
-    all.pop().ok_or(TrainerError::NoTrajectories { what: "the forecast" })
+/// The forecast of the only prefix.
+fn only_forecast(mut forecasts: Vec<Samples>) -> Result<Samples, TrainerError> {
+    forecasts.pop().ok_or(TrainerError::NoTrajectories { what: "the forecast" })
 }

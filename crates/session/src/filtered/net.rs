@@ -1,4 +1,4 @@
-//! A trained net behind a prefix.
+//! Filtered forecasts by a trained net.
 
 use super::{Timed, View};
 use crate::run_dir::RunDir;
@@ -7,34 +7,36 @@ use anyhow::Context;
 use augsim_trainer::NetModel;
 use augsim_trainer::filter::{Sensor, StartLaw};
 
-/// A trained net with what it is shown.
+/// A trained net, with the data and sensor of a filtered forecast.
 #[derive(Debug)]
 pub struct OfNet {
-    /// The net.
+    /// The trained net.
     pub model: NetModel,
-    /// The trajectories.
+    /// The measured trajectories.
     pub data: Timed,
-    /// The sensor.
+    /// Observed columns and their noise.
     pub sensor: Sensor,
-    /// The law of first states.
+    /// Prior distribution of the initial state.
     pub start: StartLaw,
 }
 
-/// The net of a run directory for measured trajectories.
+/// Prepares the net of a run directory for filtered forecasts of measured trajectories.
 ///
 /// # Errors
-/// The run or the data cannot be read; the training data, whose first states say what is not seen of a start, are gone.
+/// The run or the data cannot be read, or the training data, from which the prior of unobserved initial
+/// states is estimated, are gone.
 pub fn of_net(run: &RunDir, from: &DataFrom, view: &View) -> anyhow::Result<OfNet> {
     let model = NetModel::new(run.read_model()?)?;
     let engine = &model.state().settings.engine;
     let (set, times) = run_data::load_timed(from, engine)?;
     let sensor = view.sensor(&set.columns)?;
     let start = if sensor.is_exact() {
-        // The first row says all.
+        // The first row is the exact initial state.
         StartLaw::of(&set.first_row())
     } else {
         let train = run_data::load(&run.read_config()?.data, engine).context(
-            "what is not seen of a first state is known from the training data; put them back, or see every column exactly",
+            "the prior of unobserved initial states is estimated from the training data, which cannot be read; restore them, or \
+             observe every column exactly (leave out --seen-columns and --sensor-sd)",
         )?;
         StartLaw::of(&train)
     };

@@ -1,4 +1,4 @@
-//! A model file of any kind behind a prefix.
+//! Filtered forecasts by a model file of any kind.
 
 use super::{Timed, View};
 use crate::written::fit::prepared;
@@ -15,29 +15,33 @@ use augsim_written::WrittenSystem;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// The effect whose parameters the centre of pressure is: it differs from push to push where friction scatters.
+/// The effect whose parameters are the centre of pressure.
+///
+/// It varies between pushes if the model has friction scatter.
 const CENTRE_KIND: &str = "pressure-offset";
 
-/// Places of parameters that differ from trajectory to trajectory, and their standard deviations.
-type Own = Vec<(usize, f64)>;
+/// Random effects: indices of parameters that differ between trajectories, with their standard deviations.
+type RandomEffects = Vec<(usize, f64)>;
 
-/// A model file with what it is shown.
+/// A model, with the data and sensor of a filtered forecast.
 #[derive(Debug)]
 pub struct OfSystem {
-    /// The model.
+    /// The particle filter of the model.
     pub filter: SystemFilter,
-    /// The trajectories.
+    /// The measured trajectories.
     pub data: Timed,
-    /// The sensor: 0 where its noise is neither stated nor declared, and is estimated from the rows seen.
+    /// Observed columns and their noise.
+    ///
+    /// A standard deviation of 0, neither given nor declared, is estimated from the observed rows.
     pub sensor: Sensor,
-    /// Not used by a system, whose schema says what is known of a start.
+    /// Prior of the initial state; not used, since the schema of a system has its own.
     pub start: StartLaw,
 }
 
-/// A model as it stands for measured trajectories, for those of `only` where they are named.
+/// Prepares a model for filtered forecasts of measured trajectories; of those named in `only`, if given.
 ///
 /// # Errors
-/// Model and data do not go together, or the data cannot be read.
+/// The data do not fit the model, or cannot be read.
 pub fn of_system(
     model: &Subject,
     from: &DataFrom,
@@ -53,7 +57,7 @@ pub fn of_system(
             let windows = prepared(&system, &list)?;
             let system = system.tuned(&windows)?;
             let groups = vec![None; list.len()];
-            together(Arc::new(system), list, &groups, view)
+            with_filter(Arc::new(system), list, &groups, view)
         }
         Subject::BuiltIn(model) => {
             let data = from.read(MissingCells::AsGap)?;
@@ -62,7 +66,7 @@ pub fn of_system(
     }
 }
 
-/// A model of a built-in scenario as it stands for trajectories that were read.
+/// Prepares a built-in model for filtered forecasts of trajectories in memory.
 ///
 /// # Errors
 /// As [`of_system`].
@@ -72,7 +76,7 @@ pub fn of_built_in(
     view: &View,
     only: Option<&BTreeSet<String>>,
 ) -> anyhow::Result<OfSystem> {
-    let (system, reference, own): (Arc<dyn System>, _, _) = match model {
+    let (system, reference, random_effects): (Arc<dyn System>, _, _) = match model {
         ModelFile::Ball(model) => {
             let opened = model as &dyn Declaration;
             let system = opened
@@ -82,27 +86,27 @@ pub fn of_built_in(
             (system, Some(opened.clock_reference_s()), Vec::new())
         }
         ModelFile::Push(model) => {
-            let (system, own) = pushing(model)?;
-            (system, None, own)
+            let (system, random_effects) = pushing(model)?;
+            (system, None, random_effects)
         }
     };
     let (list, groups) = read(&*system, data)?;
-    let is_asked = |r: &Record| only.is_none_or(|only| only.contains(&r.id));
-    let asked = list.into_iter().zip(&groups).filter(|(r, _)| is_asked(r));
-    let (mut list, groups): (Vec<Record>, Vec<_>) = asked.unzip();
+    let is_selected = |r: &Record| only.is_none_or(|only| only.contains(&r.id));
+    let selected = list.into_iter().zip(&groups).filter(|(r, _)| is_selected(r));
+    let (mut list, groups): (Vec<Record>, Vec<_>) = selected.unzip();
     if let (Some(reference), Some(clock)) = (reference, system.schema().clock) {
-        count_from(&mut list, clock, reference);
+        shift_clocks(&mut list, clock, reference);
     }
     let groups: Vec<Option<&str>> = groups.into_iter().map(|g| g.as_deref()).collect();
-    let mut of = together(system, list, &groups, view)?;
-    for (parameter, sd) in own {
-        of.filter = of.filter.with_own(parameter, sd);
+    let mut prepared = with_filter(system, list, &groups, view)?;
+    for (parameter, sd) in random_effects {
+        prepared.filter = prepared.filter.with_own(parameter, sd);
     }
-    Ok(of)
+    Ok(prepared)
 }
 
-/// The declared pushing, and the parameters that differ from push to push with their standard deviations.
-fn pushing(model: &PushModel) -> anyhow::Result<(Arc<dyn System>, Own)> {
+/// The pushing system, with the random effects that its friction scatter gives.
+fn pushing(model: &PushModel) -> anyhow::Result<(Arc<dyn System>, RandomEffects)> {
     let system: Arc<dyn System> = Arc::new(model.open());
     let scatter = model.effects.iter().find(|b| b.kind == SCATTER_KIND);
     let Some(sd_m) = scatter.and_then(|b| b.parameters.first()).map(|p| p.nominal) else {
@@ -118,11 +122,11 @@ fn pushing(model: &PushModel) -> anyhow::Result<(Arc<dyn System>, Own)> {
     let Some(index) = index_of(CENTRE_KIND) else { return Ok((system, Vec::new())) };
     let before = system.parameters().len();
     let system = system.augmented(&[Law::Effect(index)])?;
-    let own = (before..system.parameters().len()).map(|i| (i, sd_m)).collect();
-    Ok((system, own))
+    let random_effects = (before..system.parameters().len()).map(|i| (i, sd_m)).collect();
+    Ok((system, random_effects))
 }
 
-/// Records of the columns that a system names, and the group of each.
+/// Records with the channels and inputs of a system, and the group of each.
 fn read(system: &dyn System, data: &Dataset) -> anyhow::Result<(Vec<Record>, Vec<Option<String>>)> {
     let schema = system.schema();
     let places = |columns: &mut dyn Iterator<Item = &String>| {
@@ -136,7 +140,8 @@ fn read(system: &dyn System, data: &Dataset) -> anyhow::Result<(Vec<Record>, Vec
             let i = data.column_index(column).ok()?;
             t.column(i).iter().copied().find(|v| v.is_finite())
         };
-        // A row in which nothing was measured brings inputs alone, which have their own clock.
+        // Rows without a measurement are dropped here; their inputs are kept, since inputs have their own
+        // clock.
         let rows: Vec<usize> =
             (0..t.len()).filter(|&k| channels.iter().any(|&i| t.column(i)[k].is_finite())).collect();
         let at = |column: &[f64]| rows.iter().map(|&k| column[k]).collect::<Vec<_>>();
@@ -154,7 +159,7 @@ fn read(system: &dyn System, data: &Dataset) -> anyhow::Result<(Vec<Record>, Vec
     Ok((records, groups))
 }
 
-/// An input on its own clock: the rows in which all of its columns have a value.
+/// An input on its own clock: the rows in which all its columns have a value.
 fn stream(t: &Trajectory, columns: &[usize]) -> Stream {
     let rows: Vec<usize> =
         (0..t.len()).filter(|&k| columns.iter().all(|&i| t.column(i)[k].is_finite())).collect();
@@ -162,8 +167,8 @@ fn stream(t: &Trajectory, columns: &[usize]) -> Stream {
     Stream { times: at(t.time_s()), values: columns.iter().map(|&i| at(t.column(i))).collect() }
 }
 
-/// Lets the session clocks of the records count from the model's reference or, without one, from their mean.
-fn count_from(list: &mut [Record], clock: usize, reference: Option<f64>) {
+/// Shifts the session clocks of the records so that the model's reference, or else their mean, is 0.
+fn shift_clocks(list: &mut [Record], clock: usize, reference: Option<f64>) {
     let starts: Option<Vec<f64>> = list.iter().map(|r| r.covariate(clock)).collect();
     let Some(starts) = starts.filter(|s| !s.is_empty()) else { return };
     let mean = starts.iter().sum::<f64>() / starts.len() as f64;
@@ -171,8 +176,8 @@ fn count_from(list: &mut [Record], clock: usize, reference: Option<f64>) {
     list.iter_mut().for_each(|r| r.covariates[clock] -= reference);
 }
 
-/// System and records as a filter and the trajectories that it is shown.
-fn together(
+/// Builds the particle filter of a system and the trajectories that it observes.
+fn with_filter(
     system: Arc<dyn System>,
     mut list: Vec<Record>,
     groups: &[Option<&str>],
@@ -203,7 +208,7 @@ fn together(
     Ok(OfSystem { filter, data: Timed { set, times }, sensor, start })
 }
 
-/// Takes the jumps by a period out of an angle: each value goes to where it is nearest to the one measured before.
+/// Unwraps an angle: moves each value by whole periods to the one nearest to the previous measured value.
 fn unwrap(values: &mut [f64], period: f64) {
     let mut before: Option<f64> = None;
     for v in values.iter_mut().filter(|v| v.is_finite()) {

@@ -1,13 +1,13 @@
-//! Forecasts of a model as it stands, with bands.
+//! Predictions of a model or net with bands.
 
-mod drawn;
+mod draws;
 mod net;
-mod pushes;
+mod process_noise;
 mod scored;
 pub mod table;
 mod written;
 
-pub use drawn::Drawn;
+pub use draws::Drawn;
 pub use net::{Beside, beside, foretell_net, net_scores};
 pub use scored::{ScoredRow, scored};
 
@@ -15,13 +15,17 @@ use crate::{DataFrom, Subject};
 use augsim_data::MissingCells;
 use augsim_discovery::{ForetellOptions, Foretelling};
 
-/// Draws of each trajectory where none are asked for: the ends of 90 % bands are then good to a few per cent of their width.
+/// Default number of draws per trajectory.
+///
+/// The ends of 90 % bands then have an error of a few per cent of the band width.
 pub const DRAWS: usize = 400;
 
-/// Forecasts every trajectory of `data`. Starts of equations are fitted to the first `burn_in` samples.
+/// Predicts every trajectory of `data`.
+///
+/// Initial states of equation models are fitted to the first `burn_in` samples.
 ///
 /// # Errors
-/// Model and data do not go together, or the data cannot be read.
+/// The data do not fit the model, or cannot be read.
 pub fn foretell(
     model: &Subject,
     data: &DataFrom,

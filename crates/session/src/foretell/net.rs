@@ -1,6 +1,15 @@
-//! Forecasts of nets on what the equations of a system leave, from starts that the first samples tell.
+//! Predictions of nets that correct an equation model, from initial states fitted to the first samples.
+//!
+//! A net's mean prediction m(x0) differs from the free run p(x0) of the equations. The initial state is found
+//! by the fixed-point iteration
+//!
+//! 1. x0 = argmin ‖y - p(x0)‖ over the first samples,
+//! 2. y' = y - (m(x0) - p(x0)),
+//! 3. x0 = argmin ‖y' - p(x0)‖; repeat from 2.
+//!
+//! At its fixed point m(x0) fits the measured samples y.
 
-use super::drawn::{Drawn, foretelling};
+use super::draws::{Drawn, foretelling};
 use super::scored::{ScoredRow, scored};
 use super::written::{Beginning, free_run, known_noise, run_all, sd_of};
 use crate::DataFrom;
@@ -18,35 +27,36 @@ use augsim_written::{Model, WrittenSystem};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-/// Rounds in which the start is fitted to the net's own motion.
-const ROUNDS: usize = 3;
-/// Draws whose mean is that motion.
-const MEAN_OF: usize = 32;
+/// Iterations of the fit of the initial state to the net's predictions.
+const START_ITERATIONS: usize = 3;
+/// Draws that the net's mean prediction is computed from.
+const MEAN_DRAWS: usize = 32;
 
-/// Draws of one data set by a net, and by the physics that it corrects alone.
+/// Draws of one data set by a net, and by the physics without the net.
 #[derive(Debug)]
 pub struct Beside {
-    /// By the physics.
+    /// Draws by the physics without the net.
     pub physics: Vec<Drawn>,
-    /// By the net.
+    /// Draws by the net.
     pub net: Vec<Drawn>,
 }
 
-/// Forecasts of all records of a file by a net, from starts that are fitted to the first `burn_in` samples.
+/// Predicts all records by a net, from initial states fitted to the first `burn_in` samples.
 ///
 /// # Errors
-/// The net corrects no system of equations, a column is missing, the clock is another, or a record cannot be simulated.
+/// The net was not trained on an equation model, a column is missing, the sampling step differs from that of
+/// the training data, or a record cannot be simulated.
 pub fn foretell_net(
     net: &NetModel,
     data: &DataFrom,
     burn_in: usize,
     options: &ForetellOptions,
 ) -> anyhow::Result<Foretelling> {
-    let run = Run::new(net, data, burn_in, options)?;
-    Ok(foretelling(run.model, &run.all()?, options.seed))
+    let run = NetPrediction::new(net, data, burn_in, options)?;
+    Ok(foretelling(run.model, &run.predict_all()?, options.seed))
 }
 
-/// Draws of all records by a net and by the physics alone.
+/// Draws of all records by a net and by the physics without it.
 ///
 /// # Errors
 /// As [`foretell_net`].
@@ -56,12 +66,12 @@ pub fn beside(
     burn_in: usize,
     options: &ForetellOptions,
 ) -> anyhow::Result<Beside> {
-    let run = Run::new(net, data, burn_in, options)?;
+    let run = NetPrediction::new(net, data, burn_in, options)?;
     let physics = run_all(run.model, &run.system, &run.prepared, burn_in, options)?;
-    Ok(Beside { physics, net: run.all()? })
+    Ok(Beside { physics, net: run.predict_all()? })
 }
 
-/// Scores of a net on all records of a file, output by output.
+/// Scores of a net on all records, one row per output.
 ///
 /// # Errors
 /// As [`foretell_net`].
@@ -71,24 +81,24 @@ pub fn net_scores(
     burn_in: usize,
     options: &ForetellOptions,
 ) -> anyhow::Result<Vec<ScoredRow>> {
-    let run = Run::new(net, data, burn_in, options)?;
-    Ok(scored(net.name(), run.model, &run.all()?))
+    let run = NetPrediction::new(net, data, burn_in, options)?;
+    Ok(scored(net.name(), run.model, &run.predict_all()?))
 }
 
-/// A net and records that it forecasts.
-struct Run<'a> {
+/// A net and the records that it predicts.
+struct NetPrediction<'a> {
     net: &'a NetModel,
     engine: &'a WrittenEngine,
     model: &'a Model,
     system: WrittenSystem,
-    /// The records as they were read, and prepared.
+    /// The records as read; `prepared` has the same ones prepared by the system.
     read: Vec<Record>,
     prepared: Vec<Record>,
     burn_in: usize,
     options: &'a ForetellOptions,
 }
 
-impl<'a> Run<'a> {
+impl<'a> NetPrediction<'a> {
     fn new(
         net: &'a NetModel,
         data: &DataFrom,
@@ -105,37 +115,37 @@ impl<'a> Run<'a> {
         states::check_clock_of(engine, &read).with_context(|| data.to_string())?;
         let system = WrittenSystem::declared_only(model)?;
         let prepared = prepared(&system, &read)?;
-        Ok(Run { net, engine, model, system, read, prepared, burn_in: burn_in.max(1), options })
+        Ok(NetPrediction { net, engine, model, system, read, prepared, burn_in: burn_in.max(1), options })
     }
 
-    fn all(&self) -> anyhow::Result<Vec<Drawn>> {
+    fn predict_all(&self) -> anyhow::Result<Vec<Drawn>> {
         let pairs = self.read.par_iter().zip(&self.prepared).enumerate();
         in_order(pairs.map(|(i, (read, prepared))| {
-            self.one(read, prepared, i as u64).with_context(|| format!("trajectory `{}`", read.id))
+            self.predict(read, prepared, i as u64).with_context(|| format!("trajectory `{}`", read.id))
         }))
     }
 
-    /// Starts are fitted by the physics to the first samples less what the net's motion differs by there from that of the physics: so
-    /// the start is one from which the net follows them.
-    fn one(&self, read: &Record, record: &Record, stream: u64) -> anyhow::Result<Drawn> {
+    /// Predicts one record; the initial state is found by the iteration at the head of this file.
+    fn predict(&self, read: &Record, record: &Record, stream: u64) -> anyhow::Result<Drawn> {
         let (outputs, samples) = (self.model.outputs.len(), record.times.len());
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
         let Beginning { known, mut early, mut begun, .. } =
             Beginning::of(self.model, &self.system, record, self.burn_in, &values)?;
         let (declared, measured) = (sd_of(&known_noise(self.model)), early.values.clone());
         let actions = states::actions(self.model, read);
-        let a = actions.len() / samples.max(1);
-        for _ in 0..ROUNDS {
+        let action_count = actions.len() / samples.max(1);
+        for _ in 0..START_ITERATIONS {
             let start = self.system.full_start(record, &begun.state);
-            let task = Task { start: &start, actions: &actions[..known * a], time: known, index: stream };
-            let mean = self.mean_of(self.outputs(task, MEAN_OF)?);
+            let task =
+                Task { start: &start, actions: &actions[..known * action_count], time: known, index: stream };
+            let mean = self.mean_of(self.outputs(task, MEAN_DRAWS)?);
             let physics = free_run(&self.system, record, known, &values, &begun.state)?;
             let mut is_finite = true;
             for o in 0..outputs {
                 for k in 0..known {
-                    let differs = mean[o][k] - physics[o][k];
-                    is_finite &= differs.is_finite();
-                    early.values[o][k] = measured[o][k] - differs;
+                    let correction = mean[o][k] - physics[o][k];
+                    is_finite &= correction.is_finite();
+                    early.values[o][k] = measured[o][k] - correction;
                 }
             }
             if !is_finite {
@@ -153,10 +163,10 @@ impl<'a> Run<'a> {
             for (values, sd) in noisy.values.iter_mut().zip(&noise) {
                 values.iter_mut().for_each(|v| *v += sd * normal());
             }
-            // A start that cannot be fitted to other noise stays where it is.
-            let drawn = fit_start(&self.system, &noisy, known, &values, &begun.state, &declared);
-            let drawn = drawn.map_or_else(|_| begun.state.clone(), |drawn| drawn.state);
-            starts.extend(self.system.full_start(record, &drawn));
+            // An initial state that cannot be fitted to the perturbed samples is left unchanged.
+            let start = fit_start(&self.system, &noisy, known, &values, &begun.state, &declared);
+            let start = start.map_or_else(|_| begun.state.clone(), |start| start.state);
+            starts.extend(self.system.full_start(record, &start));
         }
         let task = Task { start: &starts, actions: &actions, time: samples, index: stream };
         let paths = self.outputs(task, self.options.draws)?;
@@ -170,30 +180,30 @@ impl<'a> Run<'a> {
             }
         }
         if let Some(k) = draws.iter().flat_map(|lists| lists.iter().position(Vec::is_empty)).min() {
-            anyhow::bail!(RunsAway { time_s: record.times[k] });
+            anyhow::bail!(Diverged { time_s: record.times[k] });
         }
         Ok(Drawn::new(record, known, forecast, draws, noise))
     }
 
-    /// Outputs without noise of draws of the net, `[output][sample][draw]`.
+    /// Noise-free outputs of draws of the net, `[output][sample][draw]`.
     fn outputs(&self, task: Task<'_>, draws: usize) -> anyhow::Result<Vec<Vec<Vec<f64>>>> {
         let samples = self.net.forecast(task, draws)?;
-        let (s, outputs) = (self.model.states.len(), self.model.outputs.len());
-        let (n, time) = (samples.count, task.time);
-        let mut all = vec![vec![Vec::with_capacity(n); time]; outputs];
-        let mut states = vec![0.0; time * s];
-        for draw in 0..n {
-            states.iter_mut().enumerate().for_each(|(i, x)| *x = f64::from(samples.values[i * n + draw]));
-            let read = self.engine.outputs(&states, task.actions);
-            for (i, v) in read.into_iter().enumerate() {
-                all[i % outputs][i / outputs].push(v);
+        let (state_count, outputs) = (self.model.states.len(), self.model.outputs.len());
+        let (count, time) = (samples.count, task.time);
+        let mut paths = vec![vec![Vec::with_capacity(count); time]; outputs];
+        let mut states = vec![0.0; time * state_count];
+        for draw in 0..count {
+            states.iter_mut().enumerate().for_each(|(i, x)| *x = f64::from(samples.values[i * count + draw]));
+            let output_values = self.engine.outputs(&states, task.actions);
+            for (i, v) in output_values.into_iter().enumerate() {
+                paths[i % outputs][i / outputs].push(v);
             }
         }
-        Ok(all)
+        Ok(paths)
     }
 
-    /// Means of the draws, as the sensor reads them.
-    fn mean_of(&self, all: Vec<Vec<Vec<f64>>>) -> Vec<Vec<f64>> {
+    /// Means of the draws, clipped to the range of the sensor.
+    fn mean_of(&self, paths: Vec<Vec<Vec<f64>>>) -> Vec<Vec<f64>> {
         let mean = |list: &Vec<f64>| {
             let (sum, n) =
                 list.iter().filter(|v| v.is_finite()).fold((0.0, 0.0), |a, v| (a.0 + v, a.1 + 1.0));
@@ -202,15 +212,16 @@ impl<'a> Run<'a> {
         let read = |(o, lists): (usize, Vec<Vec<f64>>)| -> Vec<f64> {
             lists.iter().map(|list| read_by_sensor(&self.model.outputs[o], mean(list))).collect()
         };
-        all.into_iter().enumerate().map(read).collect()
+        paths.into_iter().enumerate().map(read).collect()
     }
 }
 
-/// No draw stays finite.
+/// All draws of a net diverged.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "no draw of the forecast is a number from {time_s} s on; train longer, on data that go as far, or use the physics alone"
+    "all draws of the net diverge from {time_s} s on (non-finite values); train longer, on data that cover this range, or use the physics \
+     model without the net"
 )]
-struct RunsAway {
+struct Diverged {
     time_s: f64,
 }

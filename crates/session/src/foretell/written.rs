@@ -1,7 +1,7 @@
-//! Free runs of a system of equations with bands.
+//! Free runs of an equation model with prediction bands.
 
-use super::drawn::{Drawn, foretelling};
-use super::pushes::Pushes;
+use super::draws::{Drawn, foretelling};
+use super::process_noise::ProcessNoise;
 use crate::DataFrom;
 use crate::written::fit::prepared;
 use crate::written::forecast::read_by_sensor;
@@ -16,11 +16,11 @@ use augsim_written::{Model, WrittenSystem};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-/// Free runs of all records of a file, from starts that are fitted to the first `burn_in` samples.
+/// Free runs of all records, from initial states fitted to the first `burn_in` samples.
 ///
-/// Bands are those of draws: parameters from their 95 % intervals, the start fitted anew at them to the first samples with
-/// other noise, process noise where the model has it, and measurement noise: as the model declares it, as a fit found it, or
-/// else as the first samples scatter.
+/// The bands come from draws. Each draw has parameters drawn within their 95 % intervals, an initial state
+/// refitted with these to perturbed first samples, process noise if the model has it, and measurement noise:
+/// as declared, as fitted, or else as estimated from the residual of the first samples.
 ///
 /// # Errors
 /// A column is missing, or a record cannot be simulated.
@@ -40,7 +40,7 @@ pub(super) fn foretell(
     Ok(foretelling(model, &drawn, options.seed))
 }
 
-/// Draws of all records, which are prepared.
+/// Draws of all records, which must be prepared.
 ///
 /// # Errors
 /// A record cannot be simulated.
@@ -51,24 +51,25 @@ pub(super) fn run_all(
     burn_in: usize,
     options: &ForetellOptions,
 ) -> anyhow::Result<Vec<Drawn>> {
-    let run = Run { model, system, pushes: Pushes::on(system)?, burn_in: burn_in.max(1), options };
-    in_order(records.par_iter().enumerate().map(|(i, record)| run.one(record, i as u64)))
+    let process_noise = ProcessNoise::on(system)?;
+    let run = Prediction { model, system, process_noise, burn_in: burn_in.max(1), options };
+    in_order(records.par_iter().enumerate().map(|(i, record)| run.predict(record, i as u64)))
 }
 
-/// The beginning of a record, and the start that it tells.
+/// The first samples of a record, and the initial state fitted to them.
 pub(super) struct Beginning {
-    /// Samples that were used.
+    /// Number of first samples.
     pub known: usize,
-    /// The record, of which nothing behind these is there.
+    /// The record with all later samples set to NaN.
     pub early: Record,
-    /// The start.
+    /// The fitted initial state.
     pub begun: Begun,
-    /// Measurement noise of each output: declared, or found by a fit, or else estimated from the first samples.
+    /// Measurement noise of each output: declared, fitted, or else estimated from the first samples.
     pub noise: Vec<SensorNoise>,
 }
 
 impl Beginning {
-    /// Fits the start of a prepared record to its first `burn_in` samples at these values of the parameters.
+    /// Fits the initial state of a prepared record to its first `burn_in` samples.
     pub fn of(
         model: &Model,
         system: &WrittenSystem,
@@ -81,21 +82,21 @@ impl Beginning {
         let known_noise = known_noise(model);
         let declared = sd_of(&known_noise);
         let mut early = record.clone();
-        // Nothing behind the burn-in may reach the start, not even its rough guess.
+        // Later samples are removed first, since the initial guess of `prepare` must not use them either.
         early.values.iter_mut().for_each(|v| v.iter_mut().skip(known).for_each(|x| *x = f64::NAN));
         system.prepare(&mut early, &[])?;
         let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
         let begun = fit_start(system, &early, known, values, &from, &declared)?;
-        // A start takes one degree of freedom for each of its states.
-        let freedom = (known * outputs).saturating_sub(begun.state.len()).max(1) as f64;
-        let widen = ((known * outputs) as f64 / freedom).sqrt();
+        // The estimate is corrected for the degrees of freedom that the initial state takes.
+        let degrees_of_freedom = (known * outputs).saturating_sub(begun.state.len()).max(1) as f64;
+        let widen = ((known * outputs) as f64 / degrees_of_freedom).sqrt();
         let estimated = |o: usize| SensorNoise::white(widen * begun.rms[o]);
         let noise = (0..outputs).map(|o| known_noise[o].unwrap_or_else(|| estimated(o))).collect();
         Ok(Beginning { known, early, begun, noise })
     }
 }
 
-/// Measurement noise of each output that the model file states: declared by the user, or else written by a fit.
+/// Measurement noise of each output from the model file: declared by the user, or else written by a fit.
 pub(super) fn known_noise(model: &Model) -> Vec<Option<SensorNoise>> {
     model.outputs.iter().map(|o| o.sd.map(SensorNoise::white).or(o.noise)).collect()
 }
@@ -105,39 +106,41 @@ pub(super) fn sd_of(noise: &[Option<SensorNoise>]) -> Vec<Option<f64>> {
     noise.iter().map(|n| n.map(|n| n.sd())).collect()
 }
 
-/// Draws the measurement error of each output at each time, `[output][sample]`.
+/// Draws the measurement errors, `[output][sample]`: white noise plus an Ornstein-Uhlenbeck process.
 pub(super) fn drawn_errors(
     noise: &[SensorNoise],
     times: &[f64],
     normal: &mut dyn FnMut() -> f64,
 ) -> Vec<Vec<f64>> {
     let mut draw = |noise: &SensorNoise| {
-        let mut slow = noise.autocorrelated_sd * normal();
+        let mut correlated = noise.autocorrelated_sd * normal();
         let mut errors = Vec::with_capacity(times.len());
         for (k, time) in times.iter().enumerate() {
             if k > 0 && noise.autocorrelated_sd > 0.0 {
-                let kept = (-(time - times[k - 1]) / noise.correlation_time_s).exp();
-                slow = kept * slow + noise.autocorrelated_sd * (1.0 - kept * kept).sqrt() * normal();
+                let decay = (-(time - times[k - 1]) / noise.correlation_time_s).exp();
+                correlated =
+                    decay * correlated + noise.autocorrelated_sd * (1.0 - decay * decay).sqrt() * normal();
             }
-            errors.push(slow + noise.white_sd * normal());
+            errors.push(correlated + noise.white_sd * normal());
         }
         errors
     };
     noise.iter().map(&mut draw).collect()
 }
 
-/// Model and options that the forecasts of all records share.
-struct Run<'a> {
+/// Model and options shared by the predictions of all records.
+struct Prediction<'a> {
     model: &'a Model,
     system: &'a WrittenSystem,
-    /// Noise of the motion, where the model has one.
-    pushes: Option<Pushes>,
+    /// Process noise, if the model has any.
+    process_noise: Option<ProcessNoise>,
     burn_in: usize,
     options: &'a ForetellOptions,
 }
 
-impl Run<'_> {
-    fn one(&self, record: &Record, stream: u64) -> anyhow::Result<Drawn> {
+impl Prediction<'_> {
+    /// Predicts one record; `stream` is the number of its random stream.
+    fn predict(&self, record: &Record, stream: u64) -> anyhow::Result<Drawn> {
         let outputs = self.model.outputs.len();
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
         let Beginning { known, early, begun, noise } =
@@ -149,28 +152,31 @@ impl Run<'_> {
         let samples = record.times.len();
         let mut draws = vec![vec![Vec::with_capacity(self.options.draws); samples]; outputs];
         for _ in 0..self.options.draws {
-            let drawn: Vec<f64> = (self.system.parameters().iter().zip(&values))
+            let parameters: Vec<f64> = (self.system.parameters().iter().zip(&values))
                 .map(|(p, v)| {
                     let sd = p.standard_deviation().unwrap_or(0.0);
                     (v + sd * normal()).clamp(p.min.min(*v), p.max.max(*v))
                 })
                 .collect();
-            // The start is as uncertain as it would be with other errors of the first samples; these go on into the forecast.
+            // Subtracting drawn errors from the first samples gives the uncertainty of the initial state. The
+            // same error path is added to the outputs below, so that autocorrelated errors continue from the
+            // first samples into the prediction.
             let errors = drawn_errors(&noise, &record.times, &mut normal);
             let mut noisy = early.clone();
             for (values, errors) in noisy.values.iter_mut().zip(&errors) {
                 values.iter_mut().zip(errors).for_each(|(v, e)| *v -= e);
             }
-            // What cannot be simulated at values this far off says nothing.
-            let Ok(start) = fit_start(self.system, &noisy, known, &drawn, &begun.state, &declared) else {
+            // Draws whose parameters are so far off that the model cannot be simulated are dropped.
+            let Ok(start) = fit_start(self.system, &noisy, known, &parameters, &begun.state, &declared)
+            else {
                 continue;
             };
-            let path = match &self.pushes {
-                Some(pushes) => {
-                    let pushed = pushes.drawn(record, known, &mut normal);
-                    self.run(&pushes.system, &pushed, &drawn, &start.state)
+            let path = match &self.process_noise {
+                Some(noise) => {
+                    let noisy_record = noise.drawn(record, known, &mut normal);
+                    self.run(&noise.system, &noisy_record, &parameters, &start.state)
                 }
-                None => self.run(self.system, record, &drawn, &start.state),
+                None => self.run(self.system, record, &parameters, &start.state),
             };
             let Ok(path) = path else { continue };
             for (o, (values, list)) in path.iter().zip(&mut draws).enumerate() {
@@ -184,7 +190,7 @@ impl Run<'_> {
         Ok(Drawn::new(record, known, forecast, draws, noise_sd))
     }
 
-    /// A free run of a record, `[output][sample]`.
+    /// A free run of a record, clipped to the ranges of the sensors, `[output][sample]`.
     fn run(
         &self,
         system: &WrittenSystem,
@@ -200,7 +206,7 @@ impl Run<'_> {
     }
 }
 
-/// Outputs without a sensor of the first `samples` of a record, `[output][sample]`.
+/// Noise-free outputs, not clipped, of the first `samples` of a record, `[output][sample]`.
 pub(super) fn free_run(
     system: &WrittenSystem,
     record: &Record,

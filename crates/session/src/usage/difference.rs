@@ -1,8 +1,8 @@
-//! A setting that has one value on disk and another in the request.
+//! A setting whose value on disk differs from that of the request.
 
 use std::fmt;
 
-/// A setting with its two values.
+/// A setting with two different values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
     /// Name of the setting.

@@ -1,12 +1,12 @@
-//! Settings that mean nothing for what was asked.
+//! Settings that do not apply to the request.
 
 use std::fmt;
 
-/// A setting that has nothing to act on.
+/// A setting that does not apply to the request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum Inapplicable {
-    /// `--data` of `effects`, for a model that is built in.
+    /// `effects --data` for a built-in model.
     SizesOfBuiltIn,
     /// `--seen` without `--protocol filtered`.
     SeenUnfiltered,
@@ -16,31 +16,31 @@ pub enum Inapplicable {
     PositionOfEquations,
     /// `--require-pos-m` for a system that measures no position.
     PositionUnmeasured,
-    /// `--net` for a reproduction that does not train one alone.
+    /// `--net` for a reproduction that cannot train a single net.
     NetAlone,
-    /// `--scenario` for a reproduction that has one only.
+    /// `--scenario` for a reproduction with only one.
     OneScenario,
     /// `--scenario flights` of the league.
     FlightsOfLeague,
     /// `--scenario flights` without measured flights.
     FlightsUnmeasured { folder: &'static str },
-    /// `--frame-clock` for stamps that tell no frames.
+    /// `--frame-clock` for time stamps without a constant frame period.
     NoFrames { input: String },
     /// `--start` or `--check` for a ball or a push.
     StartOfBuiltIn,
     /// `--library none` for a ball or a push.
     FormulasOfBuiltIn,
-    /// `--residual-of` for a recipe that reads no physics.
+    /// `--residual-of` for a recipe that uses no physics.
     PhysicsOfBlind { recipe: &'static str },
     /// `--sensor-sd` of a column that `--seen-columns` leaves out.
     SensorOfUnseen { word: String, column: String },
-    /// A net beside a model of equations in memory.
+    /// A net for an equation model in memory.
     NetOfEquations,
-    /// A net of a ball or of pushes where equations are needed.
+    /// A net of a ball or of pushes where an equation model is needed.
     NoEquations,
-    /// A reconstruction by a net of equations.
+    /// A reconstruction by a net of an equation model.
     ReconstructedEquations,
-    /// A net of equations where a start is measured.
+    /// A net of an equation model where measured initial states are needed.
     StartOfEquations,
 }
 
@@ -48,14 +48,14 @@ impl fmt::Display for Inapplicable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Inapplicable::SizesOfBuiltIn => {
-                "--data gives sizes to models of equations; effects of the ball and of pushing have their own"
+                "--data sets the scales of effects for equation models only; the effects of the ball and of pushing have fixed scales; leave it out"
             }
-            Inapplicable::SeenUnfiltered => "--seen is for --protocol filtered; add it, or leave --seen out",
+            Inapplicable::SeenUnfiltered => "--seen is for --protocol filtered; add that option, or leave --seen out",
             Inapplicable::ReconstructedPushes => {
-                "nets of pushes only forecast; leave out --protocol reconstruction"
+                "nets of pushes can only forecast; leave out --protocol reconstruction"
             }
             Inapplicable::PositionOfEquations => {
-                "--require-pos-m is for runs of nets; a system of equations may measure no position"
+                "--require-pos-m is for runs of nets; an equation model need not measure a position"
             }
             Inapplicable::PositionUnmeasured => "--require-pos-m: this system measures no position in m",
             Inapplicable::NetAlone => "--net: only `reproduce push` trains one net alone; leave it out",
@@ -63,45 +63,50 @@ impl fmt::Display for Inapplicable {
                 "--scenario: only `reproduce league` and `reproduce filtered` have several; leave it out"
             }
             Inapplicable::FlightsOfLeague => {
-                "--scenario flights: the league is of ball and push; leave it out, or choose one of these"
+                "--scenario flights: the league has only ball and push; choose one of these, or leave it out"
             }
             Inapplicable::StartOfBuiltIn => {
-                "--start and --check are for models of equations (scenario = \"system\")"
+                "--start and --check are for equation models (scenario = \"system\")"
             }
             Inapplicable::FormulasOfBuiltIn => {
-                "--library none: formulas are looked for in models of equations only; leave it out"
+                "--library none: formulas are searched for equation models only; leave it out"
             }
-            Inapplicable::NoEquations => "the net corrects no system of equations; its start is measured",
+            Inapplicable::NoEquations => {
+                "this net was not trained on an equation model, so it needs measured initial states"
+            }
             Inapplicable::ReconstructedEquations => {
-                "--protocol reconstruction: nets of equations only forecast; leave it out"
+                "--protocol reconstruction: nets of equation models can only forecast; leave it out"
             }
             Inapplicable::StartOfEquations => {
-                "states of a system of equations are not measured: `augsim evaluate RUN` and `augsim predict RUN` start its nets from \
-                 the first samples (--burn-in)"
+                "the states of an equation model are not measured; use `augsim evaluate RUN` or `augsim predict RUN`, which fit the \
+                 initial state to the first samples (--burn-in)"
             }
             Inapplicable::NetOfEquations => {
-                "a net corrects a system of equations from its file: write the model, and give the path"
+                "a net for an equation model needs the model file: write the model to a file, and give its path"
             }
             Inapplicable::PhysicsOfBlind { recipe } => {
                 return write!(
                     f,
-                    "the recipe of {recipe} reads no physics; leave out --residual-of, or choose a hybrid"
+                    "the recipe of {recipe} uses no physics; leave out --residual-of, or choose a hybrid recipe"
                 );
             }
             Inapplicable::FlightsUnmeasured { folder } => {
                 return write!(
                     f,
-                    "--scenario flights: these are measured; give the folder of `{folder}` with --data"
+                    "--scenario flights: these are measured data; give the folder that contains `{folder}` with --data"
                 );
             }
             Inapplicable::NoFrames { input } => {
                 return write!(
                     f,
-                    "--frame-clock: the time stamps of {input} lie on no frames of one length; leave it out"
+                    "--frame-clock: the time stamps of {input} have no constant frame period; leave it out"
                 );
             }
             Inapplicable::SensorOfUnseen { word, column } => {
-                return write!(f, "--sensor-sd {word}: --seen-columns leaves {column} out");
+                return write!(
+                    f,
+                    "--sensor-sd {word}: {column} is not observed; add it to --seen-columns, or leave this option out"
+                );
             }
         })
     }

@@ -1,16 +1,16 @@
-//! Settings, data and files that a request needs and does not name.
+//! Settings, data and files that a request needs but does not give.
 
 use std::fmt;
 
-/// Something without which a request cannot be done.
+/// Something that a request needs but does not give.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum Missing {
-    /// The folder of the measured sets that a reproduction reads.
+    /// The folder of the measured data sets of a reproduction.
     MeasuredSets { scenario: &'static str },
-    /// The model of the things that move in the data.
+    /// The model of the system in the data.
     Model { data: String },
-    /// The configuration of a run that is to be saved.
+    /// The configuration of a run to be saved.
     Configuration,
     /// The table in memory that a run was trained on.
     Table { name: String },
@@ -20,16 +20,24 @@ impl fmt::Display for Missing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Missing::MeasuredSets { scenario } => {
-                write!(f, "reproduce {scenario} reads measured data: give the folder of the sets with --data")
+                write!(
+                    f,
+                    "reproduce {scenario} needs measured data; give the folder of the data sets with --data"
+                )
             }
             Missing::Model { data } => write!(
                 f,
-                "{data}: nothing says what moves here; name the model file (--model FILE) or the folder of a discovery \
-                 (--residual-of RUN); --pybullet-ball is the ball of the paper's experiment"
+                "{data}: no physics model is given; give a model file (--model FILE), the folder of a discovery (--residual-of RUN), or \
+                 --pybullet-ball for the bouncing ball of the paper"
             ),
-            Missing::Configuration => f.write_str("the run has no configuration; copy its folder"),
+            Missing::Configuration => {
+                f.write_str("the run has no configuration, so it cannot be saved; copy its folder instead")
+            }
             Missing::Table { name } => {
-                write!(f, "the data of this run were a table in memory, {name}; it cannot be read again")
+                write!(
+                    f,
+                    "this run was trained on a table in memory, {name}, which cannot be read again; give the data as a file"
+                )
             }
         }
     }

@@ -1,6 +1,7 @@
-//! The error of a request that cannot be done: every variant carries the values of its message.
+//! Error of an invalid request; every variant has the values that its message shows.
 //!
-//! The families below are no errors by themselves: only a [`Usage`] can be returned, and it decides the exit code.
+//! The enums in the submodules are not errors themselves: only [`Usage`] is returned, and it decides the exit
+//! code.
 
 mod difference;
 mod inapplicable;
@@ -29,68 +30,68 @@ use augsim_physics::push::laboratory::LaboratoryError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// A request that makes no sense, or not together with what is on disk.
+/// A request that is invalid, or that contradicts the files on disk.
 #[derive(Debug, Error)]
 #[expect(missing_docs, reason = "the message of each explains its values")]
 pub enum Usage {
-    /// A setting has a value that it does not take.
+    /// A setting has an invalid value.
     #[error("{setting}: {takes}")]
     Value { setting: Setting, takes: Takes },
-    /// A duration and a rate that make no samples, or too many.
+    /// A duration and a rate that give no samples, or too many.
     #[error(
         "--duration-s and --rate-hz must be positive, with 1 to {most} samples between them; {duration_s} s at {rate_hz} Hz were \
          given"
     )]
     Clock { duration_s: f64, rate_hz: f64, most: u64 },
-    /// Nothing has the name that was asked for.
+    /// A name is unknown.
     #[error("{0}")]
     Unknown(UnknownName),
-    /// The request needs a setting, data or a file that it does not name.
+    /// The request lacks a setting, data or a file.
     #[error("{0}")]
     Missing(Missing),
-    /// A setting means nothing for what was asked.
+    /// A setting does not apply to the request.
     #[error("{0}")]
     Inapplicable(Inapplicable),
-    /// A model is of a kind that the request does not take.
+    /// The request does not support this kind of model.
     #[error("{model}: {fault}")]
     Model { model: String, fault: ModelFault },
-    /// A path leads to what cannot be read or must not be written.
+    /// A path cannot be read or must not be written.
     #[error("{}: {fault}", path.display())]
     Path { path: PathBuf, fault: PathFault },
-    /// The starts, times or inputs of a simulation do not fit the model.
+    /// The initial states, times or inputs of a simulation do not fit the model.
     #[error("{0}")]
     Plan(PlanFault),
-    /// The rows seen of a trajectory leave nothing to forecast, or are none.
+    /// The observed prefix is empty, or leaves nothing to predict.
     #[error("{0}")]
     Prefix(PrefixFault),
-    /// The request would make more values than a limit allows.
+    /// The request would produce more values than a limit allows.
     #[error("{oversized} {exceeded}")]
     Limit { oversized: Oversized, exceeded: LimitExceeded },
-    /// An input as a function of time is not one.
+    /// An input given as a function of time is invalid.
     #[error("{0}")]
     Waveform(augsim_written::ModelError),
-    /// The virtual laboratory does not take a setting.
+    /// The virtual laboratory refuses a setting.
     #[error("{0}")]
     Laboratory(LaboratoryError),
 }
 
 impl Usage {
-    /// The refusal of an option `--name` with a value.
+    /// Error of an option `--name` with its value.
     pub fn option(name: &'static str, value: impl ToString, takes: Takes) -> Self {
         Usage::Value { setting: Setting::Option { name, value: value.to_string() }, takes }
     }
 
-    /// The refusal of a keyword of a call, `name = value`.
+    /// Error of a keyword argument `name = value`.
     pub fn keyword(name: &'static str, value: impl ToString, takes: Takes) -> Self {
         Usage::Value { setting: Setting::Keyword { name, value: value.to_string() }, takes }
     }
 
-    /// The refusal of a path.
+    /// Error of a path.
     pub fn path(path: &Path, fault: PathFault) -> Self {
         Usage::Path { path: path.to_owned(), fault }
     }
 
-    /// The refusal of a model file, or of a model in memory by the name that the caller gave it.
+    /// Error of a model file, or of a model in memory with the name that the caller gave it.
     pub fn model(model: impl ToString, fault: ModelFault) -> Self {
         Usage::Model { model: model.to_string(), fault }
     }

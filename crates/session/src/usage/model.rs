@@ -1,58 +1,59 @@
-//! Models of a kind that a request does not take.
+//! Kinds of models that a request does not support.
 
 use std::fmt;
 
-/// Why a request does not take a model.
+/// Why a request does not support a model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum ModelFault {
-    /// A net, of which no law can be written out.
+    /// A net, which cannot be exported as formulas.
     NetExported,
-    /// A net, which is not simulated.
+    /// A net, which cannot be simulated.
     NetSimulated,
-    /// A ball or a push where `simulate` takes equations.
+    /// A ball or a push where `simulate` needs an equation model.
     BuiltInSimulated,
-    /// A ball or a push without starts and times.
+    /// A ball or a push without initial states and times.
     BuiltInWithoutTimes,
-    /// A ball or a push where `fit` takes equations.
+    /// A ball or a push where `fit` needs an equation model.
     BuiltInFitted,
-    /// An effect of a ball without a short law.
+    /// An effect of a ball that has no short formula.
     BallEffectExported { kind: String },
-    /// An effect of pushing without a short law.
+    /// An effect of pushing that has no short formula.
     PushEffectExported { kind: String },
-    /// The slope of an output, which no program can know.
+    /// The slope of an output, which needs later samples and cannot be programmed.
     SlopeExported,
 }
 
 impl fmt::Display for ModelFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            ModelFault::NetExported => "is a trained net, which has no law to write out",
+            ModelFault::NetExported => "is a trained net, which cannot be exported as formulas",
             ModelFault::NetSimulated => "is a trained net; `augsim predict` gives its forecasts",
             ModelFault::BuiltInSimulated => {
-                "simulate takes models of equations (scenario = \"system\"); drops and pushes come by --scenario"
+                "simulate needs an equation model (scenario = \"system\"); use --scenario to generate drops and pushes"
             }
             ModelFault::BuiltInWithoutTimes => {
-                "a ball or a push needs starts and times; name trajectories that have them: --like DATA"
+                "a ball or a push needs initial states and times; give trajectories that have them: --like DATA"
             }
             ModelFault::BuiltInFitted => {
-                "fit takes models of equations (scenario = \"system\"); use augsim discover for a ball or pushes"
+                "fit needs an equation model (scenario = \"system\"); use augsim discover for a ball or pushes"
             }
             ModelFault::SlopeExported => {
-                "the slope of an output cannot be written out as a program; `--as latex` writes the formulas, and `augsim \
-                 simulate` runs them"
+                "the slope of an output cannot be exported as a program; use `--as latex` for the formulas, or `augsim simulate` to run \
+                 the model"
             }
             ModelFault::BallEffectExported { kind } => {
                 return write!(
                     f,
-                    "the effect `{kind}` has no short law to write out; `--as latex` names it, and `augsim simulate` runs it"
+                    "the effect `{kind}` has no short formula to export; use `--as latex`, which names it, or `augsim simulate`, which \
+                     runs it"
                 );
             }
             ModelFault::PushEffectExported { kind } => {
                 return write!(
                     f,
-                    "the effect `{kind}` has no short law to write out; `--as latex` has its formula, and `augsim simulate` \
-                     and `augsim predict` run it"
+                    "the effect `{kind}` cannot be exported as a program; use `--as latex` for its formula, or `augsim simulate` and \
+                     `augsim predict`, which run it"
                 );
             }
         })

@@ -1,18 +1,18 @@
-//! Requests that would make more values than a limit allows.
+//! Requests that would produce more values than a limit allows.
 
 use std::fmt;
 
-/// A request that is too large, by the settings that make it so.
+/// The settings that make a request too large.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum Oversized {
-    /// Forecasts with so many samples of each.
+    /// Forecasts, with this many samples of each.
     Forecasts { samples: usize },
-    /// Simulated trajectories with so many samples of each.
+    /// Simulated trajectories, with this many samples of each.
     Simulation { trajectories: usize, samples: usize },
-    /// A generated set of so many trajectories.
+    /// A generated data set with this many trajectories.
     Trajectories { count: usize },
-    /// A generated set of so many samples of each trajectory.
+    /// A generated data set with this many samples of each trajectory.
     Samples { count: usize },
 }
 

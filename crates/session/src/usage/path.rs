@@ -1,44 +1,44 @@
-//! Paths that lead to what cannot be read or must not be written.
+//! Paths that cannot be read or must not be written.
 
 use super::Difference;
 use std::fmt;
 use std::path::PathBuf;
 
-/// Why a path cannot be what the request makes of it.
+/// Why a path cannot be used as requested.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum PathFault {
-    /// No ending of data.
+    /// The file extension is of no data format.
     NoDataEnding,
-    /// Not the ending of a figure.
+    /// The file extension is not that of a figure.
     NoFigureEnding,
-    /// A link to nothing.
+    /// A dangling symbolic link.
     DanglingLink,
     /// A folder where a file is to be written.
     Folder,
     /// Neither file nor folder.
     Special,
-    /// Something else where a folder is to be written.
+    /// Not a folder, where a folder is to be written.
     NoFolder,
-    /// The input.
+    /// The input itself.
     Input { input: PathBuf },
-    /// A file inside a folder that is read.
+    /// A file inside an input folder.
     FileInInput { input: PathBuf },
-    /// A folder inside a folder that is read.
+    /// A folder inside an input folder.
     FolderInInput { input: PathBuf },
-    /// Another process writes there.
+    /// Another process is writing there.
     Busy,
-    /// A model with another text.
+    /// A different model.
     OtherModel,
-    /// Results of other settings.
+    /// Results with other settings.
     OtherRun { difference: Difference },
-    /// A result whose settings are not known.
+    /// A result with unknown settings.
     UnknownRun { file: String },
-    /// A run of `train`, which can be gone on with where it has a checkpoint.
+    /// A run of `train`, which can be resumed if it has a checkpoint.
     Run { has_checkpoint: bool },
-    /// A run of `train`, found by a caller without options.
+    /// A run of `train`, for callers without command-line options.
     RunSaved,
-    /// A net of the same reproduction.
+    /// A trained net of the same reproduction.
     NetOfReproduction,
     /// The settings of the run differ from those of the request.
     OtherSettings { difference: Difference },
@@ -46,22 +46,22 @@ pub enum PathFault {
     EditedSettings { difference: Difference },
     /// Neither a run nor a model.
     NeitherRunNorModel { config: &'static str, model: &'static str },
-    /// No result of a discovery.
+    /// A folder without the result of a discovery.
     NoDiscovery,
 }
 
-/// The end of a sentence about results that would be replaced.
+/// Remedy for results that would be replaced.
 const REPLACE: &str = "add --force to replace its results, or choose another --out";
 
 impl fmt::Display for PathFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             PathFault::NoDataEnding => {
-                "the ending says no format of data; call the file .csv, .csv.gz or .npz"
+                "the file extension is of no data format; use .csv, .csv.gz or .npz"
             }
-            PathFault::NoFigureEnding => "figures are written as SVG; call the file .svg",
+            PathFault::NoFigureEnding => "figures are written as SVG; use the file extension .svg",
             PathFault::DanglingLink => {
-                "is a link that leads to no file; remove it, or choose another --out"
+                "is a link to a file that does not exist; remove it, or choose another --out"
             }
             PathFault::Folder => "is a folder; give the name of a file to write",
             PathFault::Special => "is a device, pipe or socket; only regular files are written",
@@ -69,23 +69,23 @@ impl fmt::Display for PathFault {
                 "is not a folder, so nothing can be written in it; choose another --out"
             }
             PathFault::Busy => {
-                "another augsim is writing there; wait until it has ended, or choose another --out"
+                "another augsim process is writing there; wait until it has ended, or choose another --out"
             }
             PathFault::OtherModel => {
-                "holds another model; add --force to replace it, or choose another --out"
+                "contains another model; add --force to replace it, or choose another --out"
             }
             PathFault::Run { has_checkpoint: true } => {
-                "holds a run already; add --resume to go on with it, add --force to replace it, or choose another --out"
+                "already contains a run; add --resume to continue it, add --force to replace it, or choose another --out"
             }
             PathFault::Run { has_checkpoint: false } => {
-                "holds a run already; add --force to replace it, or choose another --out"
+                "already contains a run; add --force to replace it, or choose another --out"
             }
-            PathFault::RunSaved => "holds a run already; choose another folder",
+            PathFault::RunSaved => "already contains a run; choose another folder",
             PathFault::NetOfReproduction => {
-                "holds a net of this run already; add --resume to go on, or --force to train anew"
+                "already contains a net of this run; add --resume to continue, or --force to train again from the start"
             }
             PathFault::NoDiscovery => {
-                "holds no result.json of this augsim's discover; give the folder that it wrote (--out)"
+                "contains no result.json of this version of `augsim discover`; give the folder that it wrote (--out)"
             }
             PathFault::Input { input } => {
                 let input = input.display();
@@ -93,32 +93,32 @@ impl fmt::Display for PathFault {
             }
             PathFault::FileInInput { input } => {
                 let input = input.display();
-                return write!(f, "lies in the input {input}; write it elsewhere, or remove it first");
+                return write!(f, "is inside the input {input}; write it elsewhere, or remove it first");
             }
             PathFault::FolderInInput { input } => {
-                return write!(f, "lies in the input {}; choose another --out", input.display());
+                return write!(f, "is inside the input {}; choose another --out", input.display());
             }
             PathFault::OtherRun { difference } => {
-                return write!(f, "holds another run: {difference}; {REPLACE}");
+                return write!(f, "contains another run: {difference}; {REPLACE}");
             }
-            PathFault::UnknownRun { file } => return write!(f, "holds {file} of another run; {REPLACE}"),
+            PathFault::UnknownRun { file } => return write!(f, "contains {file} of another run; {REPLACE}"),
             PathFault::OtherSettings { difference } => {
                 return write!(
                     f,
-                    "{difference}; repeat the settings of the run, or leave out --resume and add --force to throw it away"
+                    "{difference}; repeat the settings of the run, or leave out --resume and add --force to replace it"
                 );
             }
             PathFault::EditedSettings { difference: Difference { key, there, here } } => {
                 return write!(
                     f,
-                    "{key} is {there}, but the checkpoint was trained with {here}; restore the line, or train anew with \
+                    "{key} is {there}, but the checkpoint was trained with {here}; restore the line, or train again with \
                      another --out"
                 );
             }
             PathFault::NeitherRunNorModel { config, model } => {
                 return write!(
                     f,
-                    "holds neither {config} nor {model}; give a run directory of `train`, a folder that `discover` wrote, \
+                    "contains neither {config} nor {model}; give a run directory of `train`, a folder that `discover` wrote, \
                      or a model file"
                 );
             }

@@ -1,37 +1,42 @@
-//! Prefixes that cannot be forecast from.
+//! Invalid lengths of the observed prefix.
 
 use crate::prefix_length::Seen;
 use std::fmt;
 
-/// Why nothing can be forecast behind the rows seen.
+/// Why the length of the observed prefix is invalid.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum PrefixFault {
-    /// No row of any trajectory.
+    /// The prefix has no row in any trajectory.
     NoRow { seen: Seen },
-    /// All rows of the longest trajectory.
+    /// The prefix covers the longest trajectory completely.
     AllOfLongest { seen: Seen, samples: usize },
-    /// All rows of one trajectory.
+    /// The prefix covers one trajectory completely.
     AllOf { seen: Seen, trajectory: String, samples: usize },
-    /// No more rows than the prefix before.
+    /// The prefix is not longer than the previous one.
     NotLonger { before: Seen, seen: Seen },
 }
 
 impl fmt::Display for PrefixFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            PrefixFault::NoRow { seen } => write!(f, "--seen {seen}: no row is seen; see one at least"),
+            PrefixFault::NoRow { seen } => {
+                write!(f, "--seen {seen}: the observed prefix is empty; give at least one row")
+            }
             PrefixFault::AllOfLongest { seen, samples } => write!(
                 f,
-                "--seen {seen}: the longest trajectory has {samples} samples, and nothing is left to forecast; see fewer"
+                "--seen {seen}: the longest trajectory has only {samples} samples, so nothing is left to predict; give a shorter prefix"
             ),
             PrefixFault::AllOf { seen, trajectory, samples } => write!(
                 f,
-                "--seen {seen}: trajectory `{trajectory}` has {samples} samples, and nothing is left to forecast; see fewer, \
-                 or take it out"
+                "--seen {seen}: trajectory `{trajectory}` has only {samples} samples, so nothing is left to predict; give a shorter \
+                 prefix, or remove the trajectory"
             ),
             PrefixFault::NotLonger { before, seen } => {
-                write!(f, "--seen {before},{seen}: give prefixes from short to long")
+                write!(
+                    f,
+                    "--seen {before},{seen}: the second prefix is not longer; give prefixes in increasing order"
+                )
             }
         }
     }

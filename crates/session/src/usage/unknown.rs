@@ -1,40 +1,40 @@
-//! Names that nothing has, with the names that there are.
+//! Unknown names, with the known ones.
 
 use augsim_data::shown;
 use std::fmt;
 use std::path::PathBuf;
 
-/// A name that nothing has.
+/// An unknown name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum UnknownName {
-    /// A converter of measured sets.
+    /// A converter of published data sets.
     Converter { name: String, known: Vec<&'static str> },
     /// A library of effects, or an effect.
     Effect { name: String, nearest: Vec<&'static str> },
-    /// An effect that may be tried on a model.
+    /// A candidate effect of a model.
     EffectOn { name: String, model: PathBuf, nearest: Vec<String> },
-    /// A place in a model for an effect that there is.
+    /// A known effect that cannot be applied to a model.
     PlaceOfEffect { kind: String, model: PathBuf },
-    /// A model file that is built in.
+    /// A built-in model file.
     Model { name: String },
     /// A figure of a discovery.
     Figure { folder: PathBuf, name: String, known: Vec<String> },
     /// A pushed object.
     Object { name: String, known: &'static [&'static str] },
-    /// A sheet that pushed objects lie on.
+    /// A support sheet for pushed objects.
     Surface { name: String, known: Vec<&'static str> },
     /// An input of a model of equations, named by an option.
     OptionInput { name: String, known: Vec<String> },
     /// A state of a model of equations, named by an option.
     OptionState { name: String, known: Vec<String> },
-    /// A state column.
+    /// A state column, named by an option.
     Column { option: &'static str, name: String, known: Vec<String> },
     /// A group of trajectories.
     Group { name: String, data: String, known: Vec<String> },
     /// A recipe of a net.
     Recipe { name: String, known: Vec<&'static str> },
-    /// A check of suspicious data.
+    /// A data check.
     Check { name: String, known: Vec<&'static str> },
 }
 
@@ -44,7 +44,7 @@ impl fmt::Display for UnknownName {
         match self {
             Name::Converter { name, known } => write!(
                 f,
-                "no converter is called `{name}`; known are {}: augsim data convert SET IN OUT.csv",
+                "no converter is called `{name}`; there are {}; use it as: augsim data convert SET IN OUT.csv",
                 known.join(", ")
             ),
             Name::Effect { name, nearest } => write!(
@@ -55,7 +55,7 @@ impl fmt::Display for UnknownName {
             ),
             Name::EffectOn { name, model, nearest } => {
                 let (name, model) = (shown(name), model.display());
-                write!(f, "no effect that may be tried on {model} is called `{name}`; ")?;
+                write!(f, "no effect for {model} is called `{name}`; ")?;
                 if !nearest.is_empty() {
                     write!(f, "did you mean {}? ", nearest.join(" or "))?;
                 }
@@ -63,7 +63,7 @@ impl fmt::Display for UnknownName {
             }
             Name::PlaceOfEffect { kind, model } => write!(
                 f,
-                "{0} has no place for `{kind}`; augsim effects --for {0} lists the effects that have one",
+                "the effect `{kind}` cannot be applied to {0}; augsim effects --for {0} lists the effects that can",
                 model.display()
             ),
             Name::Model { name } => write!(f, "no model is called {name}"),
@@ -77,10 +77,10 @@ impl fmt::Display for UnknownName {
                 write!(f, "there is no surface `{}`; choose one of {}", shown(name), known.join(", "))
             }
             Name::OptionInput { name, known } => {
-                write!(f, "--input {name}: the model has no such input; it has {}", all_or_none(known))
+                write!(f, "--input {name}: the model has no such input; it has {}", names_or_none(known))
             }
             Name::OptionState { name, known } => {
-                write!(f, "--start {name}: the model has no such state; it has {}", all_or_none(known))
+                write!(f, "--start {name}: the model has no such state; it has {}", names_or_none(known))
             }
             Name::Column { option, name, known } => {
                 write!(f, "{option} {name}: there is no such column; the columns are {}", known.join(", "))
@@ -100,7 +100,7 @@ impl fmt::Display for UnknownName {
     }
 }
 
-/// The names, or `none`.
-pub(super) fn all_or_none(names: &[String]) -> String {
+/// Joins the names; `none` if there are none.
+pub(super) fn names_or_none(names: &[String]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }

@@ -1,14 +1,14 @@
-//! Settings with values that they do not take.
+//! Settings with invalid values.
 
 use std::fmt;
 
-/// A setting and its value as they were given.
+/// A setting with its value as given.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum Setting {
     /// An option of the command line: `--samples 0`.
     Option { name: &'static str, value: String },
-    /// A keyword of a call: `iterations = 0`.
+    /// A keyword argument of a call: `iterations = 0`.
     Keyword { name: &'static str, value: String },
 }
 
@@ -21,7 +21,7 @@ impl fmt::Display for Setting {
     }
 }
 
-/// The values that a setting takes.
+/// Valid values of a setting.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum Takes {
@@ -33,11 +33,11 @@ pub enum Takes {
     AtLeastOne,
     /// A count up to a limit.
     AtMost { most: usize },
-    /// Pushes for training, of which there are so many.
+    /// Pushes for training, of which this many exist.
     TrainingPushes { there: usize },
-    /// A finite number, which a word is not.
+    /// A finite number, which the given word is not.
     Finite { word: String },
-    /// A name and a value, such as in the example.
+    /// A name and a value, as in the example.
     Assignment { example: &'static str },
     /// The length of a prefix.
     PrefixLength,
@@ -53,7 +53,7 @@ impl fmt::Display for Takes {
             Takes::AtLeastOne => f.write_str("give at least one"),
             Takes::AtMost { most } => write!(f, "give at most {most}"),
             Takes::TrainingPushes { there } => write!(f, "there are {there} training pushes"),
-            Takes::Finite { word } => write!(f, "{word} is no finite number"),
+            Takes::Finite { word } => write!(f, "{word} is not a finite number"),
             Takes::Assignment { example } => write!(f, "write a name, = and a value, such as {example}"),
             Takes::PrefixLength => {
                 f.write_str("give a number of samples, such as 65, or seconds, such as 0.5s")

@@ -1,4 +1,4 @@
-//! Calibration of a written system: the hold of its inputs, its parameters and its starts.
+//! Calibration of an equation model: input interpolation (hold), parameters, initial states.
 
 use augsim_calibrate::{Calibration, Gauge, calibrate};
 use augsim_physics::model::NORMAL_95;
@@ -6,30 +6,34 @@ use augsim_physics::system::{Record, System};
 use augsim_written::model::Hold;
 use augsim_written::{Model, WrittenSystem};
 
-/// Shortest windows, in time constants of the fastest mode.
-const SHORTEST: f64 = 2.0;
-/// Samples that the shortest windows have at least: fewer could not tell the states of their start from noise.
-const FEWEST_SAMPLES: f64 = 10.0;
-/// Doublings of the shortest windows over which holds are compared.
-const HOLD_WINDOWS: i32 = 4;
-/// Share of the misfit by which another hold has to be better to be worth telling.
+/// Length of the shortest windows, in time constants of the fastest mode.
+const MIN_WINDOW_TIME_CONSTANTS: f64 = 2.0;
+/// Minimum number of samples of the shortest windows.
+///
+/// From fewer samples the initial states could not be estimated against the noise.
+const MIN_WINDOW_SAMPLES: f64 = 10.0;
+/// Maximum number of doublings of the shortest windows for the comparison of input interpolations.
+const HOLD_WINDOW_DOUBLINGS: i32 = 4;
+/// Relative difference of the residual above which another interpolation of the inputs is reported.
 pub const TELLING: f64 = 0.05;
 
 /// A calibrated model.
 #[derive(Debug)]
 pub struct Fitted {
-    /// The model with the values that were found, and the hold of its inputs.
+    /// The model with the calibrated values and the chosen input interpolation.
     pub model: Model,
     /// Values, errors and windows of the fit.
     pub calibration: Calibration,
-    /// Misfit of every hold that was tried, in that of the best.
+    /// Residual norm of every interpolation that was tried, relative to the best.
     pub holds: Vec<(Hold, f64)>,
-    /// Steps of a sample interval.
+    /// Integration steps per sample interval.
     pub substeps: usize,
 }
 
-/// Calibrates a model. Where the model leaves the hold of inputs open, each is tried and the one with the smallest misfit
-/// over equal windows is kept.
+/// Calibrates a model.
+///
+/// If the model does not declare the interpolation of its inputs, each is tried, and the one with the
+/// smallest residual over equal windows is chosen.
 ///
 /// # Errors
 /// The declared model cannot be compiled, or cannot be simulated over the shortest windows.
@@ -40,8 +44,12 @@ pub fn fit(model: &Model, records: &[Record]) -> anyhow::Result<Fitted> {
     Ok(Fitted { model, calibration, holds, substeps })
 }
 
-/// The model with the hold of its inputs, and the misfit of each that was tried in that of the best: windows as long as
-/// these tell one from another.
+/// Chooses the interpolation of the inputs with the smallest residual.
+///
+/// Residuals are compared over the longest windows that all candidates reached.
+///
+/// Returns the model with the best one, and the residual norm of each, relative to the best. The norm is the
+/// geometric mean of the RMS residuals of the outputs.
 fn choose_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Model, Vec<(Hold, f64)>)> {
     if model.inputs.iter().all(|input| input.hold.is_some()) {
         return Ok((model.clone(), Vec::new()));
@@ -50,42 +58,47 @@ fn choose_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Model, Vec<
     for hold in [Hold::Zero, Hold::Linear, Hold::Spline] {
         let mut model = model.clone();
         model.inputs.iter_mut().for_each(|input| input.hold = input.hold.or(Some(hold)));
-        let (calibration, _) = with_hold(&model, records, Some(HOLD_WINDOWS))?;
+        let (calibration, _) = with_hold(&model, records, Some(HOLD_WINDOW_DOUBLINGS))?;
         tried.push((hold, model, calibration));
     }
     let stage = tried.iter().map(|(_, _, c)| c.stages.len()).min().unwrap_or(1).saturating_sub(1);
     let outputs = model.outputs.len().max(1) as f64;
-    let misfit = |c: &Calibration| c.stages[stage].rms.iter().map(|r| r.ln()).sum::<f64>() / outputs;
-    let least = tried.iter().map(|(_, _, c)| misfit(c)).fold(f64::INFINITY, f64::min);
-    let holds = tried.iter().map(|(hold, _, c)| (*hold, (misfit(c) - least).exp())).collect();
-    let best = tried.into_iter().min_by(|a, b| misfit(&a.2).total_cmp(&misfit(&b.2)));
+    let log_residual = |c: &Calibration| c.stages[stage].rms.iter().map(|r| r.ln()).sum::<f64>() / outputs;
+    let smallest = tried.iter().map(|(_, _, c)| log_residual(c)).fold(f64::INFINITY, f64::min);
+    let holds = tried.iter().map(|(hold, _, c)| (*hold, (log_residual(c) - smallest).exp())).collect();
+    let best = tried.into_iter().min_by(|a, b| log_residual(&a.2).total_cmp(&log_residual(&b.2)));
     Ok((best.map_or_else(|| model.clone(), |(_, model, _)| model), holds))
 }
 
-/// Calibration and steps of a model whose inputs have their holds; `doublings` bound the length of windows.
+/// Calibrates a model whose inputs have an interpolation.
+///
+/// Also returns the integration steps per sample interval.
+///
+/// `doublings` bounds the length of the windows.
 fn with_hold(
     model: &Model,
     records: &[Record],
     doublings: Option<i32>,
 ) -> anyhow::Result<(Calibration, usize)> {
     let system = WrittenSystem::declared_only(model)?;
-    // Steps, widths and the time constant are looked at over windows of some samples at many places.
+    // Steps, smoothing widths and the fastest time constant are estimated over short windows all over the
+    // records.
     let step = records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min);
-    let system = system.with_windows(Some(10.0 * FEWEST_SAMPLES * step));
-    let looked_at = prepared(&system, records)?;
-    let system = system.tuned(&looked_at)?;
-    let constant = system.fastest_s(&looked_at).unwrap_or(0.0);
-    let window_s = (SHORTEST * constant).max(FEWEST_SAMPLES * step);
+    let system = system.with_windows(Some(10.0 * MIN_WINDOW_SAMPLES * step));
+    let short_windows = prepared(&system, records)?;
+    let system = system.tuned(&short_windows)?;
+    let time_constant_s = system.fastest_s(&short_windows).unwrap_or(0.0);
+    let window_s = (MIN_WINDOW_TIME_CONSTANTS * time_constant_s).max(MIN_WINDOW_SAMPLES * step);
     let system = system.with_windows(Some(window_s));
     let records = prepared(&system, records)?;
     let longest_s = doublings.map(|n| window_s * 2.0_f64.powi(n));
     Ok((calibrate(&system, &records, longest_s)?, system.options().substeps))
 }
 
-/// Records prepared by a system.
+/// Copies of records, prepared by a system: cut into windows, with initial guesses.
 ///
 /// # Errors
-/// Nothing can be made of one of them.
+/// A record cannot be prepared, e.g. because it has no samples.
 pub fn prepared(system: &WrittenSystem, records: &[Record]) -> anyhow::Result<Vec<Record>> {
     let mut records = records.to_vec();
     let noise = vec![1.0; system.schema().channels.len()];
@@ -95,7 +108,7 @@ pub fn prepared(system: &WrittenSystem, records: &[Record]) -> anyhow::Result<Ve
     Ok(records)
 }
 
-/// Puts what was found into the model: values, intervals, and the start that all trajectories share.
+/// Writes calibrated values, intervals and shared initial states into the model.
 fn write_values(model: &mut Model, calibration: &Calibration) {
     let found = calibration.values.iter().zip(&calibration.standard_errors);
     for (index, (p, (value, error))) in model.parameters.iter_mut().zip(found).enumerate() {
@@ -107,13 +120,15 @@ fn write_values(model: &mut Model, calibration: &Calibration) {
         p.ci95 = error
             .filter(|e| e.is_finite() && *e > 0.0 && !in_gauge && !calibration.at_bound[index])
             .map(|error| [value - NORMAL_95 * error, value + NORMAL_95 * error])
-            // Data without noise leave no interval that could be written.
+            // With noise-free data the interval may have zero width, which a model file cannot state.
             .filter(|[low, high]| low < high);
     }
     write_shared_starts(model, calibration);
 }
 
-/// Puts the start that all trajectories share into a model, from the starts of the records at the values of the model.
+/// Writes the initial states shared by all trajectories into the model.
+///
+/// They are estimated with fixed parameters.
 ///
 /// # Errors
 /// The model cannot be compiled, or cannot be simulated over the shortest windows.
@@ -128,7 +143,7 @@ pub fn share_starts(model: &mut Model, records: &[Record]) -> anyhow::Result<()>
 
 fn write_shared_starts(model: &mut Model, calibration: &Calibration) {
     for (index, state) in model.states.iter_mut().enumerate().filter(|(_, s)| s.shared) {
-        // Weighted by what each record says of it.
+        // Mean weighted by the inverse variance of each record's estimate.
         let starts = calibration.starts.iter().filter_map(|(x, e)| Some((*x.get(index)?, *e.get(index)?)));
         let known: Vec<(f64, f64)> = starts.filter(|(_, e)| *e > 0.0 && e.is_finite()).collect();
         let weight: f64 = known.iter().map(|(_, e)| 1.0 / (e * e)).sum();
@@ -139,14 +154,14 @@ fn write_shared_starts(model: &mut Model, calibration: &Calibration) {
     }
 }
 
-/// The sentence for parameters that cannot be found one by one, with the remedy.
+/// Sentence on parameters that are not identifiable individually, with the remedy.
 pub fn gauge_sentence(model: &Model, gauge: &Gauge) -> String {
     let remedy = if gauge.parameters.len() == 1 { "freeze it" } else { "freeze one" };
-    format!("{}; {remedy}", gauge_untold(model, gauge))
+    format!("{}; {remedy}", gauge_finding(model, gauge))
 }
 
-/// How many combinations can be found of parameters that cannot be found one by one, in words.
-pub fn gauge_untold(model: &Model, gauge: &Gauge) -> String {
+/// Sentence on how many combinations of the parameters of a gauge are identifiable.
+pub(super) fn gauge_finding(model: &Model, gauge: &Gauge) -> String {
     let names: Vec<String> = gauge
         .parameters
         .iter()
@@ -159,17 +174,17 @@ pub fn gauge_untold(model: &Model, gauge: &Gauge) -> String {
         2 => "only two combinations".to_owned(),
         n => format!("only {n} combinations"),
     };
-    let unseen: Vec<String> = model
+    let unmeasured: Vec<String> = model
         .states
         .iter()
         .filter(|s| !s.start.tree.symbols().any(|x| matches!(x, augsim_written::text::Symbol::Output(_))))
         .map(|s| format!("`{}`", s.name))
         .collect();
-    let scale = match &unseen[..] {
+    let scale = match &unmeasured[..] {
         [] => String::new(),
-        [one] => format!(" (scale of the unseen state {one})"),
-        many => format!(" (scale of the unseen states {})", many.join(", ")),
+        [one] => format!(" (scale of the unmeasured state {one})"),
+        many => format!(" (scale of the unmeasured states {})", many.join(", ")),
     };
     let parameters = if names.len() == 1 { "parameter" } else { "parameters" };
-    format!("{parameters} {}: {combinations} can be found{scale}", names.join(", "))
+    format!("{parameters} {}: {combinations} can be identified{scale}", names.join(", "))
 }

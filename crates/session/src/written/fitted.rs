@@ -1,4 +1,4 @@
-//! Result of the fit of a written system, as `result.json` has it.
+//! The `fit` command: calibration of an equation model, with its result in the format of `result.json`.
 
 use super::fit::{Fitted, fit, gauge_sentence};
 use super::{noise, records, unit_text};
@@ -8,87 +8,87 @@ use augsim_discovery::NoiseCause;
 use augsim_written::Model;
 use serde::Serialize;
 
-/// Results of `fit`.
+/// Result of `fit`.
 #[derive(Debug, Serialize)]
 pub struct Answer {
     /// Version of the format.
     pub schema: &'static str,
     /// Declared parameters.
     pub parameters: Vec<Parameter>,
-    /// Misfit of each output over the longest windows.
+    /// Residual of each output over the longest windows.
     pub rows: Vec<Row>,
-    /// Windows, shortest first.
+    /// Stages of the fit, shortest windows first.
     pub windows: Vec<Stage>,
-    /// Why windows ended there, where they did not reach the whole recording.
+    /// Why the windows were not made longer, if they did not reach the whole recording.
     pub stopped: Option<&'static str>,
-    /// Sentences about parameters that cannot be found one by one.
+    /// Sentences on parameters that are not identifiable individually.
     pub gauges: Vec<String>,
-    /// Holds of the inputs that were tried.
+    /// Input interpolations that were tried.
     pub holds: Vec<HoldTried>,
-    /// Steps of a sample interval.
+    /// Integration steps per sample interval.
     pub substeps: usize,
-    /// Noise by which records differ from runs of the calibrated model.
+    /// Process noise and measurement noise of the calibrated model.
     pub noise: NoiseCause,
-    /// Columns of the data that the model does not name.
+    /// Columns of the data that the model does not use.
     pub unnamed_columns: Vec<String>,
 }
 
-/// A parameter.
+/// A declared parameter and its calibrated value.
 #[derive(Debug, Serialize)]
 pub struct Parameter {
     /// Name.
     pub name: String,
-    /// Unit; empty for a pure number.
+    /// Unit; empty if dimensionless.
     pub unit: String,
     /// Value in the model file.
     pub declared: f64,
-    /// Value that was found.
+    /// Calibrated value.
     pub value: f64,
     /// 95 % interval.
     pub ci95: Option<[f64; 2]>,
-    /// Whether it was held.
+    /// Whether it was fixed.
     pub frozen: bool,
-    /// Whether it came to lie on a bound.
+    /// Whether the fit ended at one of its bounds.
     pub at_bound: bool,
 }
 
-/// Misfit of an output.
+/// Residual of an output.
 #[derive(Debug, Serialize)]
 pub struct Row {
-    /// Output.
+    /// Name of the output.
     pub output: String,
-    /// Root mean square misfit, in the unit.
+    /// RMS of the residual, in the unit of the output.
     pub rmse: f64,
-    /// Unit; empty for a pure number.
+    /// Unit; empty if dimensionless.
     pub unit: String,
 }
 
-/// Windows of one length.
+/// Fit with windows of one length.
 #[derive(Debug, Serialize)]
 pub struct Stage {
-    /// Length, s.
+    /// Length of the windows, s.
     pub window_s: f64,
     /// Number of windows.
     pub windows: usize,
-    /// Root mean square misfit of each output.
+    /// RMS of the residual of each output.
     pub rmse: Vec<f64>,
     /// Whether the fit converged.
     pub converged: bool,
 }
 
-/// A hold of the inputs that was tried.
+/// An input interpolation that was tried.
 #[derive(Debug, Serialize)]
 pub struct HoldTried {
-    /// Hold in a word.
+    /// Name of the interpolation: `zero`, `linear` or `spline`.
     pub hold: &'static str,
-    /// Misfit in that of the best.
+    /// Residual norm relative to the best.
     pub misfit_of_best: f64,
 }
 
-/// Calibrates the declared parameters of a model of equations: the model with the values that were found, and the result.
+/// Calibrates an equation model; returns the model with the calibrated values, and the result.
 ///
 /// # Errors
-/// [`Usage`] for another kind of model; data that do not go with the model, or a model that cannot be simulated.
+/// [`Usage`] for another kind of model; data that do not fit the model, or a model that cannot be simulated.
 pub fn calibrate(subject: &Subject, file: &str, data: &DataFrom) -> anyhow::Result<(Model, Answer)> {
     let Subject::Written(model) = subject else {
         return Err(Usage::model(file, ModelFault::BuiltInFitted).into());
@@ -103,7 +103,7 @@ pub fn calibrate(subject: &Subject, file: &str, data: &DataFrom) -> anyhow::Resu
 
 fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns: Vec<String>) -> Answer {
     let calibration = &fitted.calibration;
-    let of = |(index, p): (usize, &augsim_written::model::Parameter)| Parameter {
+    let parameter = |(index, p): (usize, &augsim_written::model::Parameter)| Parameter {
         name: p.name.clone(),
         unit: unit_text(p.unit).trim().to_owned(),
         declared: declared.parameters[index].nominal,
@@ -125,7 +125,7 @@ fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns:
     });
     Answer {
         schema: "augsim.fit/1",
-        parameters: fitted.model.parameters.iter().enumerate().map(of).collect(),
+        parameters: fitted.model.parameters.iter().enumerate().map(parameter).collect(),
         rows: fitted.model.outputs.iter().zip(calibration.rms()).map(row).collect(),
         windows: stages.collect(),
         stopped: calibration.stopped,
@@ -133,7 +133,7 @@ fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns:
         holds: fitted
             .holds
             .iter()
-            .map(|(hold, misfit)| HoldTried { hold: hold.word(), misfit_of_best: *misfit })
+            .map(|(hold, residual)| HoldTried { hold: hold.word(), misfit_of_best: *residual })
             .collect(),
         substeps: fitted.substeps,
         noise,

@@ -1,4 +1,4 @@
-//! Free runs: from the start of a record, with its inputs, and nothing else of it.
+//! Free runs of an equation model from fitted initial states over whole records, and their errors.
 
 use super::fit::prepared;
 use augsim_calibrate::fit_start;
@@ -6,49 +6,49 @@ use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
 use augsim_written::{Model, WrittenSystem};
 use serde::Serialize;
 
-/// Horizons of the table of errors, s; the whole record is added.
+/// Prediction horizons of the error table, s; the whole record is added.
 const HORIZONS_S: [f64; 3] = [0.1, 0.5, 2.0];
 
-/// A record with the outputs that the model foretells at its samples.
+/// A record with the predicted outputs at its samples.
 #[derive(Debug)]
 pub struct FreeRun {
     /// Times, s.
     pub times: Vec<f64>,
-    /// Measured, `[output][sample]`.
+    /// Measured values, `[output][sample]`.
     pub measured: Vec<Vec<f64>>,
-    /// Foretold, `[output][sample]`.
+    /// Predicted values, `[output][sample]`.
     pub foretold: Vec<Vec<f64>>,
-    /// First sample that was not used for the start.
+    /// Index of the first sample that was not used to fit the initial state.
     pub first: usize,
 }
 
-/// Error of an output.
+/// Errors of an output.
 #[derive(Debug, Serialize)]
 pub struct Row {
-    /// Output.
+    /// Name of the output.
     pub output: String,
-    /// Root mean square error over everything behind the burn-in.
+    /// Root mean square error over all samples after the burn-in.
     pub rmse: f64,
     /// Unit.
     pub unit: String,
-    /// Errors up to a time behind the burn-in.
+    /// Errors up to several times after the burn-in.
     pub horizons: Vec<Horizon>,
-    /// Share of the variance that is explained.
+    /// Coefficient of determination: share of the variance that is explained.
     pub r2: f64,
-    /// Samples that were compared.
+    /// Number of samples compared.
     pub samples: usize,
 }
 
 /// Error up to a horizon.
 #[derive(Debug, Serialize)]
 pub struct Horizon {
-    /// Seconds behind the burn-in.
+    /// Seconds after the burn-in.
     pub horizon_s: f64,
     /// Root mean square error.
     pub rmse: f64,
 }
 
-/// Free runs of all records. The start of each comes from its first `burn_in` samples.
+/// Free runs of all records, with initial states fitted to the first `burn_in` samples.
 ///
 /// # Errors
 /// A record cannot be simulated.
@@ -60,7 +60,7 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
     let mut runs = Vec::with_capacity(records.len());
     for record in &records {
         let mut early = record.clone();
-        // Nothing behind the burn-in may reach the start, not even its rough guess.
+        // Later samples are removed first, since the initial guess of `prepare` must not use them either.
         early.values.iter_mut().for_each(|v| v.iter_mut().skip(burn_in.max(1)).for_each(|x| *x = f64::NAN));
         system.prepare(&mut early, &[])?;
         let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
@@ -89,7 +89,7 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
     Ok(runs)
 }
 
-/// The reading of a sensor with the range of an output.
+/// Clips a value to the range of an output's sensor.
 pub fn read_by_sensor(output: &augsim_written::model::Output, value: f64) -> f64 {
     match output.range {
         Some([low, high]) => value.clamp(low, high),
@@ -97,10 +97,10 @@ pub fn read_by_sensor(output: &augsim_written::model::Output, value: f64) -> f64
     }
 }
 
-/// Errors of all outputs.
+/// RMSE, horizons and R² of all outputs.
 pub fn rows(model: &Model, runs: &[FreeRun]) -> Vec<Row> {
     let row = |(index, output): (usize, &augsim_written::model::Output)| {
-        let until = |horizon_s: f64| {
+        let squares_until = |horizon_s: f64| {
             let mut sum = 0.0;
             let mut count = 0_usize;
             for run in runs {
@@ -116,16 +116,16 @@ pub fn rows(model: &Model, runs: &[FreeRun]) -> Vec<Row> {
             (sum, count)
         };
         let rmse = |(sum, count): (f64, usize)| (sum / count.max(1) as f64).sqrt();
-        let (sum, count) = until(f64::INFINITY);
+        let (sum, count) = squares_until(f64::INFINITY);
         let measured = || {
-            let of = |run: &FreeRun| run.measured[index][run.first..].to_vec();
-            runs.iter().flat_map(of).filter(|v| v.is_finite())
+            let after_burn_in = |run: &FreeRun| run.measured[index][run.first..].to_vec();
+            runs.iter().flat_map(after_burn_in).filter(|v| v.is_finite())
         };
         let mean = measured().sum::<f64>() / count.max(1) as f64;
         let variance: f64 = measured().map(|v| (v - mean) * (v - mean)).sum();
         let longest =
             runs.iter().filter_map(|r| Some(r.times.last()? - r.times.get(r.first)?)).fold(0.0, f64::max);
-        // A horizon of a few samples says nothing of the motion.
+        // Horizons of fewer than four samples are left out: over these even a wrong model has a small error.
         let steps = runs.iter().filter_map(|r| Some(r.times.get(r.first + 1)? - r.times.get(r.first)?));
         let step = steps.fold(0.0, f64::max);
         let horizons = HORIZONS_S.into_iter().filter(|h| *h < longest && *h >= 4.0 * step);
@@ -133,7 +133,7 @@ pub fn rows(model: &Model, runs: &[FreeRun]) -> Vec<Row> {
             output: output.name.clone(),
             rmse: rmse((sum, count)),
             unit: output.unit.map_or_else(String::new, |u| u.symbol()),
-            horizons: horizons.map(|h| Horizon { horizon_s: h, rmse: rmse(until(h)) }).collect(),
+            horizons: horizons.map(|h| Horizon { horizon_s: h, rmse: rmse(squares_until(h)) }).collect(),
             r2: 1.0 - sum / variance,
             samples: count,
         }

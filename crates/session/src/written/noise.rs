@@ -1,4 +1,4 @@
-//! Noise by which records differ from runs of a model whose parameters are known, and states under it.
+//! Estimates process noise and measurement noise of a calibrated model, and the smoothed states.
 
 use super::fit::prepared;
 use augsim_calibrate::{Cause, Smoothed, smooth};
@@ -7,35 +7,37 @@ use augsim_physics::system::{Record, System};
 use augsim_written::model::{SensorNoise, Shaken};
 use augsim_written::{Model, WrittenSystem};
 
-/// Samples that the noise of a model is found on, at most.
-const MOST_SAMPLES: usize = 6_000;
+/// Maximum number of samples from which the noise is estimated.
+const MAX_SAMPLES: usize = 6_000;
 
-/// States of records at every sample, and the noise by which the records differ from runs of the model. Readings of later samples are
-/// used as well: states are estimates of the past, no forecasts.
+/// Smoothed states at every sample, and the noise under which the model explains the records.
+///
+/// The states at a sample also use later samples, so they are not predictions.
 ///
 /// # Errors
-/// The model cannot be compiled, nothing was measured, or a record cannot be simulated.
+/// The model cannot be compiled, there are no measurements, or a record cannot be simulated.
 pub fn smoothed(model: &Model, records: &[Record]) -> anyhow::Result<Smoothed> {
     let system = WrittenSystem::declared_only(model)?;
     let records = prepared(&system, records)?;
     let system = system.tuned(&records)?;
     let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let declared: Vec<Option<f64>> = model.outputs.iter().map(|output| output.sd).collect();
-    let (shown, pushed) = (system.showing_states()?, system.pushed_states());
-    Ok(smooth(&shown, model.outputs.len(), &records, &values, &pushed, &declared)?)
+    let (with_state_outputs, noisy_states) = (system.showing_states()?, system.pushed_states());
+    Ok(smooth(&with_state_outputs, model.outputs.len(), &records, &values, &noisy_states, &declared)?)
 }
 
-/// Estimates the noise by which records differ from runs of a model, and writes it into the model: process noise to the states, measurement
-/// noise to the outputs. Forecasts draw their bands with both.
+/// Estimates process noise and measurement noise, and writes them into the model.
+///
+/// Prediction bands use both.
 ///
 /// # Errors
 /// As [`smoothed`].
 pub fn find(model: &mut Model, records: &[Record]) -> anyhow::Result<NoiseCause> {
-    let found = smoothed(model, &beginnings(records))?;
-    let pushed = WrittenSystem::declared_only(model)?.pushed_states();
+    let found = smoothed(model, &first_samples(records))?;
+    let noisy_states = WrittenSystem::declared_only(model)?.pushed_states();
     model.states.iter_mut().for_each(|state| state.shaken = None);
     if found.cause == Cause::Motion {
-        for (state, sd) in pushed.iter().zip(&found.drive_sd) {
+        for (state, sd) in noisy_states.iter().zip(&found.drive_sd) {
             model.states[*state].shaken = Some(Shaken { sd: *sd, memory_s: found.memory_s });
         }
     }
@@ -51,11 +53,11 @@ pub fn find(model: &mut Model, records: &[Record]) -> anyhow::Result<NoiseCause>
             false => white,
         });
     }
-    Ok(told(model, &pushed, &found))
+    Ok(noise_result(model, &noisy_states, &found))
 }
 
-/// The noise that was found in the words of a result.
-fn told(model: &Model, pushed: &[usize], found: &Smoothed) -> NoiseCause {
+/// The estimated noise in the format of a result.
+fn noise_result(model: &Model, noisy_states: &[usize], found: &Smoothed) -> NoiseCause {
     let symbol = |unit: Option<augsim_data::Unit>| unit.map_or_else(String::new, |u| u.symbol());
     let outputs = || model.outputs.iter().map(|o| (o.name.clone(), symbol(o.unit)));
     let row = |((name, unit), sd): ((String, String), &f64)| NoiseRow { name, sd: *sd, unit };
@@ -70,7 +72,9 @@ fn told(model: &Model, pushed: &[usize], found: &Smoothed) -> NoiseCause {
     let (by, lasting) = match found.cause {
         Cause::Sensor => (ShakenBy::Sensor, Vec::new()),
         Cause::LastingSensor => (ShakenBy::LastingSensor, outputs().zip(&found.drive_sd).map(row).collect()),
-        Cause::Motion => (ShakenBy::Motion, pushed.iter().map(rate).zip(&found.drive_sd).map(row).collect()),
+        Cause::Motion => {
+            (ShakenBy::Motion, noisy_states.iter().map(rate).zip(&found.drive_sd).map(row).collect())
+        }
     };
     NoiseCause {
         by,
@@ -80,20 +84,20 @@ fn told(model: &Model, pushed: &[usize], found: &Smoothed) -> NoiseCause {
     }
 }
 
-/// The first samples of records, not too many of them together.
-fn beginnings(records: &[Record]) -> Vec<Record> {
-    let mut left = MOST_SAMPLES;
-    let mut begun = Vec::new();
+/// The first records and samples, [`MAX_SAMPLES`] in total at most.
+fn first_samples(records: &[Record]) -> Vec<Record> {
+    let mut remaining = MAX_SAMPLES;
+    let mut parts = Vec::new();
     for record in records.iter().filter(|r| r.times.len() > 1) {
-        let samples = record.times.len().min(left);
+        let samples = record.times.len().min(remaining);
         if samples < 2 {
             break;
         }
-        left -= samples;
+        remaining -= samples;
         let mut part = record.clone();
         part.times.truncate(samples);
         part.values.iter_mut().for_each(|values| values.truncate(samples));
-        begun.push(part);
+        parts.push(part);
     }
-    begun
+    parts
 }

@@ -1,4 +1,4 @@
-//! Measured data as the columns of a model.
+//! Reads measured data in the columns of an equation model.
 
 use crate::DataFrom;
 use anyhow::Context;
@@ -7,10 +7,10 @@ use augsim_physics::system::{Record, Stream};
 use augsim_written::Model;
 use thiserror::Error;
 
-/// Names of the long form that no model names.
-const OF_THE_FORM: [&str; 4] = ["trajectory", "t_s", "group", "start_time_s"];
+/// Columns of the long data format that are not model quantities.
+const FORMAT_COLUMNS: [&str; 4] = ["trajectory", "t_s", "group", "start_time_s"];
 
-/// Columns of data and model that do not go together.
+/// The data lack a column of the model.
 #[derive(Debug, Error)]
 #[error(
     "{} has no column `{}`, {what} of {model}; its columns are {}",
@@ -26,19 +26,19 @@ struct NoColumn {
     header: Vec<String>,
 }
 
-/// Data with the columns of a model.
+/// Data in the columns of a model.
 #[derive(Debug)]
 pub struct Measured {
-    /// Inputs, then outputs, by their names.
+    /// Inputs, then outputs, by name.
     pub data: Dataset,
-    /// Columns of the file that the model does not name.
+    /// Columns of the file that the model does not use.
     pub unnamed: Vec<String>,
 }
 
-/// Reads the columns that a model names.
+/// Reads the columns of a model's inputs and outputs.
 ///
 /// # Errors
-/// One of them is missing, or the file cannot be read.
+/// A column is missing, or the file cannot be read.
 pub fn read(from: impl Into<DataFrom>, model: &Model) -> anyhow::Result<Measured> {
     let from = from.into();
     let csv = from.named()?;
@@ -50,12 +50,12 @@ pub fn read(from: impl Into<DataFrom>, model: &Model) -> anyhow::Result<Measured
         let (data, model) = (from.to_string(), model.file.clone());
         return Err(NoColumn { data, column: (*column).to_owned(), what, model, header }.into());
     }
-    let is_named = |h: &str| named.iter().any(|(name, ..)| *name == h) || OF_THE_FORM.contains(&h);
+    let is_named = |h: &str| named.iter().any(|(name, ..)| *name == h) || FORMAT_COLUMNS.contains(&h);
     let unnamed = header.iter().filter(|h| !is_named(h)).cloned().collect();
-    // A file may have a column that is an input and an output: it is read once.
+    // A column may be both an input and an output; it is read once.
     let mut wanted: Vec<(&str, Unit)> = Vec::new();
     for (name, unit, _) in &named {
-        if !wanted.iter().any(|(there, _)| there == name) {
+        if !wanted.iter().any(|(other, _)| other == name) {
             wanted.push((name, unit.unwrap_or(Unit::DIMENSIONLESS)));
         }
     }
@@ -63,17 +63,19 @@ pub fn read(from: impl Into<DataFrom>, model: &Model) -> anyhow::Result<Measured
     Ok(Measured { data, unnamed })
 }
 
-/// The trajectories as records of the model. For a fit, readings at or beyond the range of their output say only that it was
-/// left: they are gaps (`within_range`). Scores compare them with what such a sensor would have read.
+/// Converts trajectories to records of the model.
+///
+/// With `within_range`, readings at or beyond the sensor range of their output become gaps, since the true
+/// value is unknown: use it for fits. Scores compare such readings with predictions clipped to the range.
 pub fn records(data: &Dataset, model: &Model, within_range: bool) -> anyhow::Result<Vec<Record>> {
     let mut list = Vec::with_capacity(data.trajectories().len());
-    let places = |names: Vec<&str>| -> anyhow::Result<Vec<usize>> {
+    let indices = |names: Vec<&str>| -> anyhow::Result<Vec<usize>> {
         names.into_iter().map(|name| Ok(data.column_index(name)?)).collect()
     };
-    let outputs = places(model.outputs.iter().map(|o| o.name.as_str()).collect())?;
-    let inputs = places(model.inputs.iter().map(|i| i.name.as_str()).collect())?;
+    let outputs = indices(model.outputs.iter().map(|o| o.name.as_str()).collect())?;
+    let inputs = indices(model.inputs.iter().map(|i| i.name.as_str()).collect())?;
     for trajectory in data.trajectories() {
-        // Rows without any output bring inputs alone: the engine has them on their own clock.
+        // Rows without an output are dropped here; their inputs are kept, since inputs have their own clock.
         let rows: Vec<usize> = (0..trajectory.len())
             .filter(|&k| outputs.iter().any(|&o| trajectory.column(o)[k].is_finite()))
             .collect();

@@ -1,5 +1,4 @@
-//! States of measured records of a system of equations, as nets learn from them: a net corrects the rates of the states, and sensors
-//! show outputs.
+//! Estimated states of measured records as training data for nets, which correct the rates of the states.
 
 use super::fit::prepared;
 use super::noise::smoothed;
@@ -14,23 +13,24 @@ use augsim_written::model::{Hold, Model};
 use rayon::prelude::*;
 use thiserror::Error;
 
-/// Deviation of one step of a clock from the mean of all, in that, up to which times are taken for rounded.
-const ROUNDED: f64 = 0.02;
+/// Relative deviation of a sampling step from the mean that is accepted as rounding of the times.
+const STEP_TOLERANCE: f64 = 0.02;
+/// Samples of a short window in addition to two for each state.
+const EXTRA_SAMPLES: usize = 8;
+/// Maximum number of short windows that are fitted.
+const MAX_WINDOWS: usize = 200;
+/// Smallest ratio of the smoother's measurement noise to the residual over short windows.
+///
+/// Below it the smoother's estimate is not used.
+const MIN_NOISE_RATIO: f64 = 0.02;
 
-/// Samples of a short window beyond two for each state.
-const SAMPLES: usize = 8;
-/// Short windows that are looked at, at most.
-const WINDOWS: usize = 200;
-/// Share of the misfit over short windows below which the smoother's noise of a sensor is not believed.
-const LEAST: f64 = 0.02;
-
-/// Records whose samples have no regular clock.
+/// Records whose sampling does not suit a net.
 #[derive(Debug, Error)]
 pub enum Clock {
-    /// A step of another length.
+    /// The sampling step is not constant.
     #[error(
-        "trajectory `{id}`: {found} s from the sample at {at} s to the next, but {step_s} s elsewhere; nets of equations learn steps of \
-         one length: bring the data onto a regular clock with an output in every row"
+        "trajectory `{id}`: the step at {at} s is {found} s, but the other steps are {step_s} s; nets need a constant sampling step: \
+         resample the data so that every row has an output"
     )]
     Irregular {
         /// Trajectory.
@@ -39,52 +39,54 @@ pub enum Clock {
         at: f64,
         /// Seconds to the next one.
         found: f64,
-        /// Seconds of a step elsewhere.
+        /// Sampling step elsewhere, s.
         step_s: f64,
     },
-    /// Another clock than that of the training data.
+    /// The sampling step differs from that of the training data.
     #[error(
         "trajectory `{id}`: samples every {found} s, but the net was trained on steps of {step_s} s; resample the data"
     )]
     Other {
         /// Trajectory.
         id: String,
-        /// Seconds of its steps.
+        /// Its sampling step, s.
         found: f64,
-        /// Seconds of the steps of the training data.
+        /// Sampling step of the training data, s.
         step_s: f64,
     },
     /// No trajectory has two samples.
-    #[error("no trajectory has two samples; nets learn steps")]
+    #[error("no trajectory has two samples; a net is trained on steps from sample to sample")]
     None,
 }
 
-/// Seconds between the samples of all records.
+/// The constant sampling step of all records, s.
 ///
 /// # Errors
-/// The clock is not regular.
+/// The sampling step is not constant.
 pub fn step_s(records: &[Record]) -> Result<f64, Clock> {
     let mean = |r: &Record| {
         let (first, last) = (r.times.first()?, r.times.last()?);
         (r.times.len() > 1).then(|| (last - first) / (r.times.len() - 1) as f64)
     };
     let step_s = records.iter().find_map(mean).ok_or(Clock::None)?;
-    // Times are decimal numbers: to a picosecond the mean is what was meant.
+    // Times in files are rounded decimals; rounding the mean to a picosecond restores the intended step.
     let step_s = (step_s * 1e12).round() / 1e12;
     check_clock(records, step_s, |id, at, found| Clock::Irregular { id, at, found, step_s })?;
     Ok(step_s)
 }
 
-/// Checks that records have the steps that an engine was trained on.
+/// Checks that records have the sampling step of an engine.
 ///
 /// # Errors
-/// They have not.
+/// They have another one.
 pub fn check_clock_of(engine: &WrittenEngine, records: &[Record]) -> Result<(), Clock> {
     let step_s = engine.step_s();
     check_clock(records, step_s, |id, _, found| Clock::Other { id, found, step_s })
 }
 
-/// Checks that records have this step; `fault` takes a trajectory, the time of a sample, s, and the seconds to the next.
+/// Checks that records have this sampling step.
+///
+/// `fault` makes the error from the trajectory, the time of the sample, s, and the step found there, s.
 fn check_clock(
     records: &[Record],
     step_s: f64,
@@ -92,18 +94,18 @@ fn check_clock(
 ) -> Result<(), Clock> {
     for record in records {
         let steps = record.times.windows(2).map(|w| (w[0], w[1] - w[0]));
-        let off = |(_, step): &(f64, f64)| (step - step_s).abs() > ROUNDED * step_s;
-        if let Some((at, found)) = steps.clone().find(off) {
+        let deviates = |(_, step): &(f64, f64)| (step - step_s).abs() > STEP_TOLERANCE * step_s;
+        if let Some((at, found)) = steps.clone().find(deviates) {
             return Err(fault(record.id.clone(), at, (found * 1e9).round() / 1e9));
         }
     }
     Ok(())
 }
 
-/// The engine of a model for these records, which are not prepared.
+/// The engine of a model for these records, which need not be prepared.
 ///
 /// # Errors
-/// The clock is not regular, or the model cannot be simulated over the records.
+/// The sampling step is not constant, or the model cannot be simulated over the records.
 pub fn engine(model: &Model, records: &[Record]) -> anyhow::Result<Engine> {
     let step_s = step_s(records)?;
     let system = WrittenSystem::declared_only(model)?;
@@ -113,37 +115,45 @@ pub fn engine(model: &Model, records: &[Record]) -> anyhow::Result<Engine> {
     Ok(Engine::Written(WrittenEngine::new(&system, step_s, sensor_sd)?))
 }
 
-/// Standard deviation of the sensor of each output, in its unit: as the model declares it, or else as the smoother tells it from what moves,
-/// and that of misfits over short windows where the smoother finds next to none. A motion that is pushed anew at every sample explains every reading of
-/// a sensor without noise; a net that learned from such states would learn the noise (on Silverbox the smoother alone says 1e-14 V, and
-/// the net made the free run seven times worse).
+/// Standard deviation of the measurement noise of each output, in its unit.
+///
+/// As declared, or else as estimated by the smoother; where the smoother finds almost none, the RMS residual
+/// over short windows. White process noise can explain every reading without measurement noise, and a net
+/// trained on such states would learn the noise: on Silverbox the smoother alone gives 1e-14 V, and the net
+/// made the free run seven times worse.
 fn sensor_sd(model: &Model, system: &WrittenSystem, records: &[Record]) -> anyhow::Result<Vec<f64>> {
     let known: Option<Vec<f64>> = model.outputs.iter().map(|output| output.sd).collect();
     if let Some(known) = known {
         return Ok(known);
     }
-    let (found, short) = (smoothed(model, records)?.sensor_sd, short_misfits(model, system, records)?);
-    let each = model.outputs.iter().zip(found.into_iter().zip(short));
-    Ok(each
+    let (found, short) =
+        (smoothed(model, records)?.sensor_sd, short_window_residuals(model, system, records)?);
+    let outputs = model.outputs.iter().zip(found.into_iter().zip(short));
+    Ok(outputs
         .map(|(output, (found, short))| {
-            output.sd.unwrap_or(if found < LEAST * short { short } else { found })
+            output.sd.unwrap_or(if found < MIN_NOISE_RATIO * short { short } else { found })
         })
         .collect())
 }
 
-/// Root mean square misfit of each output over short windows from starts that are fitted to them, spread over the records; corrected for
-/// what the starts take.
-fn short_misfits(model: &Model, system: &WrittenSystem, records: &[Record]) -> anyhow::Result<Vec<f64>> {
+/// Median RMS residual of each output over short windows with fitted initial states.
+///
+/// It is corrected for the degrees of freedom of the initial states.
+fn short_window_residuals(
+    model: &Model,
+    system: &WrittenSystem,
+    records: &[Record],
+) -> anyhow::Result<Vec<f64>> {
     let (outputs, values) = (model.outputs.len(), model.nominals());
-    let length = SAMPLES + 2 * model.states.len();
-    let places: Vec<(&Record, usize)> = records
+    let length = EXTRA_SAMPLES + 2 * model.states.len();
+    let windows: Vec<(&Record, usize)> = records
         .iter()
         .flat_map(|r| {
             (0..(r.times.len() + 1).saturating_sub(length)).step_by(length).map(move |first| (r, first))
         })
         .collect();
-    let stride = places.len().div_ceil(WINDOWS).max(1);
-    let one = |(record, first): (&Record, usize)| -> Option<Vec<f64>> {
+    let stride = windows.len().div_ceil(MAX_WINDOWS).max(1);
+    let mean_squares = |(record, first): (&Record, usize)| -> Option<Vec<f64>> {
         let samples = first..first + length;
         let mut part = Record { times: record.times[samples.clone()].to_vec(), ..record.clone() };
         part.values.iter_mut().for_each(|v| *v = v[samples.clone()].to_vec());
@@ -151,12 +161,12 @@ fn short_misfits(model: &Model, system: &WrittenSystem, records: &[Record]) -> a
         let from = part.windows.first()?.start.clone();
         let declared = vec![None; outputs];
         let begun = fit_start(system, &part, length, &values, &from, &declared).ok()?;
-        let seen = (length * outputs) as f64;
-        let widen = seen / (seen - begun.state.len() as f64).max(1.0);
+        let readings = (length * outputs) as f64;
+        let widen = readings / (readings - begun.state.len() as f64).max(1.0);
         Some(begun.rms.into_iter().map(|rms| widen * rms * rms).collect())
     };
-    let chosen: Vec<(&Record, usize)> = places.into_iter().step_by(stride).collect();
-    let squares: Vec<Vec<f64>> = chosen.into_par_iter().filter_map(one).collect();
+    let chosen: Vec<(&Record, usize)> = windows.into_iter().step_by(stride).collect();
+    let squares: Vec<Vec<f64>> = chosen.into_par_iter().filter_map(mean_squares).collect();
     let median = |o: usize| {
         let mut list: Vec<f64> = squares.iter().map(|s| s[o]).filter(|v| v.is_finite()).collect();
         list.sort_by(f64::total_cmp);
@@ -165,19 +175,19 @@ fn short_misfits(model: &Model, system: &WrittenSystem, records: &[Record]) -> a
     Ok((0..outputs).map(median).collect())
 }
 
-/// Notes for people about what of a model's inputs a net takes in another way.
+/// Notes for the user on inputs of a model that a net treats differently.
 pub fn notes(model: &Model) -> Vec<String> {
     let mut notes = Vec::new();
     for input in &model.inputs {
         let name = &input.name;
         if input.hold.is_none() {
             notes.push(format!(
-                "{name}: the model says nothing of how it runs between samples (hold), and it is taken for straight; `augsim fit` finds \
-                 it from data"
+                "{name}: the model does not declare its interpolation between samples (hold), so linear interpolation is used; `augsim fit` \
+                 chooses it from data"
             ));
         }
         if input.delay.is_some() {
-            notes.push(format!("{name}: the net reads the delayed signal at the samples"));
+            notes.push(format!("{name}: the net uses the delayed signal at the samples"));
         }
     }
     notes
@@ -186,14 +196,14 @@ pub fn notes(model: &Model) -> Vec<String> {
 /// Estimated states of measured trajectories with the inputs at their samples.
 ///
 /// # Errors
-/// The clock is another than the engine's, or the model cannot be simulated over the records.
+/// The sampling step differs from the engine's, or the model cannot be simulated over the records.
 pub fn sequences(data: &Dataset, engine: &WrittenEngine) -> anyhow::Result<Sequences> {
     let model = engine.equations();
     let records = records(data, model, true)?;
     let columns = model.states.iter().map(|s| s.name.clone()).collect();
     let action_columns = engine.action_columns().to_vec();
     check_clock_of(engine, &records)?;
-    // The sensors have the noise that the engine was made with.
+    // The measurement noise is that of the engine, not estimated again.
     let mut known = model.clone();
     known
         .outputs
@@ -213,8 +223,10 @@ pub fn sequences(data: &Dataset, engine: &WrittenEngine) -> anyhow::Result<Seque
     Ok(Sequences { columns, action_columns, items: items.collect() })
 }
 
-/// Inputs of a record, which is not prepared, at its samples, those with a delay delayed, then the second derivatives of those that run as
-/// splines, and the times: the engine's actions, `[sample, A]`.
+/// The engine's actions of an unprepared record, `[sample, action]`.
+///
+/// These are the inputs, delayed where the model says so, then the second derivatives of spline inputs, and
+/// the time.
 pub fn actions(model: &Model, record: &Record) -> Vec<f64> {
     let nominals = model.nominals();
     let signals: Vec<(Signal, f64)> = (model.inputs.iter().zip(record.inputs.iter()))

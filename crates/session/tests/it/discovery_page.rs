@@ -1,5 +1,5 @@
-//! Contract: the page of a discovery shows findings, leads and errors where they belong, says whether fits have seen its examples, and
-//! escapes every text.
+//! Contract: the page of a discovery shows findings, leads and errors in order, says whether its examples
+//! were held out, and escapes every text.
 
 use augsim_data::random_stream;
 use augsim_discovery::{Discovery, Lead, NullRecords, Options};
@@ -15,7 +15,7 @@ fn subject() -> Subject {
     Subject::parse(MODEL, "model.toml").expect("a model")
 }
 
-/// Thirty drops under a quadratic drag of 0.03 per metre, seen at 60 Hz with an error of 2 mm.
+/// Thirty drops with a quadratic drag of 0.03 per metre, measured at 60 Hz with 2 mm of noise.
 fn drops() -> DataFrom {
     let (g, k) = (9.81_f64, 0.03_f64);
     let mut csv = "trajectory,t_s,height_m\n".to_owned();
@@ -45,7 +45,7 @@ fn html(found: &Discovery) -> String {
 }
 
 #[test]
-fn errors_effects_and_the_model_are_on_the_page() {
+fn page_shows_errors_effects_and_the_model() {
     let found = found();
     let text = html(found);
     let share = format!("{:.1}", 100.0 * found.error.explained_share.expect("most of the error was removed"));
@@ -53,11 +53,11 @@ fn errors_effects_and_the_model_are_on_the_page() {
         assert!(text.contains(expected), "{expected}");
     }
     assert!(text.contains("[[effect]]\nkind = &quot;quadratic-drag&quot;\n"), "shown line by line");
-    assert!(!text.contains("not established") && !text.contains("records like these"));
+    assert!(!text.contains("not established") && !text.contains("False alarms"));
 }
 
 #[test]
-fn leads_come_after_established_effects() {
+fn unestablished_effects_follow_established_ones() {
     let mut found = found().clone();
     found.null_records = Some(NullRecords { named: 1, of: 19 });
     found.leads = vec![Lead {
@@ -71,8 +71,8 @@ fn leads_come_after_established_effects() {
     let place = |part: &str| text.find(part).unwrap_or_else(|| panic!("`{part}` is not on the page"));
     let places = [
         "Established effects",
-        "1 of 19 records like these, made without an effect, names one.",
-        "do not rest on them",
+        "False alarms: an effect was found in 1 of 19 data sets like this one, generated without a missing effect.",
+        "do not use them",
         "Findings that are not established",
         "not significant among so many candidates",
         "more drops like these",
@@ -82,16 +82,18 @@ fn leads_come_after_established_effects() {
 }
 
 #[test]
-fn examples_say_whether_fits_have_seen_them() {
+fn examples_are_captioned_as_held_out_or_fitted() {
     let mut found = found().clone();
-    assert!(!found.heldout.is_empty(), "every fifth drop is kept out");
-    let unseen = html(&found);
-    assert!(unseen.contains("Trajectories that no fit has seen.") && !unseen.contains("were fitted to"));
+    assert!(!found.heldout.is_empty(), "every fifth drop is held out");
+    let held_out = html(&found);
+    assert!(
+        held_out.contains("Held-out trajectories.") && !held_out.contains("that the models were fitted to")
+    );
     found.heldout.clear();
     assert!(html(&found).contains("Trajectories that the models were fitted to."));
 }
 
-/// Replaces every text that is not the word of an enumeration.
+/// Replaces every string that is not the name of an enum variant.
 fn replace_texts(value: &mut serde_json::Value, text: &str) {
     const WORDS: [&str; 3] = ["verdict", "by", "code"];
     match value {

@@ -1,5 +1,5 @@
-//! Contract (issue 20, item 3): the examples of this crate run, and find what they say. Each is included as a module: a change of
-//! the library that breaks an example breaks this file.
+//! Contract: the examples of this crate run and find the effects that they announce. Each is included as a
+//! module, so that a change of the library that breaks an example fails to compile here.
 
 #[path = "../../examples/discover.rs"]
 mod discover;
@@ -9,13 +9,13 @@ mod own_effect;
 mod own_system;
 
 #[test]
-fn discovery_of_twenty_lines_runs() {
+fn minimal_discovery_runs() {
     discover::main().expect("an answer");
 }
 
 #[test]
 fn own_effect_is_found() {
-    // It fails by itself where the magnet is not among the effects.
+    // The example returns an error if the magnet is not among the effects.
     own_effect::main().expect("the magnet");
 }
 

@@ -1,4 +1,5 @@
-//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked
+//! once.
 
 // The page of a discovery.
 mod discovery_page;
@@ -6,5 +7,5 @@ mod discovery_page;
 // The examples of this crate run.
 mod examples;
 
-// Process noise that a discovery found is used by forecasts.
+// Estimated noise gives prediction bands with the nominal coverage.
 mod shaken;

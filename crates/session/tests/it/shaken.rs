@@ -1,5 +1,6 @@
-//! Contract: noise that was found on some trajectories makes the bands of forecasts of others hold what they promise: process noise, without
-//! which they are far too narrow; white measurement noise, and autocorrelated measurement noise.
+//! Contract: noise that was estimated on some trajectories gives prediction bands with the nominal coverage
+//! on others. This holds for process noise (without it the bands are far too narrow), white and
+//! autocorrelated measurement noise.
 
 use augsim_data::random_stream;
 use augsim_discovery::{ForetellOptions, ShakenBy};
@@ -15,10 +16,10 @@ const MODEL: &str = "scenario = \"system\"\n[states]\nexcess_K = { start = \"rea
     [outputs]\nreading_K = { value = \"excess_K\", sd = \"estimate\" }\n";
 const STEP_S: f64 = 0.5;
 const SAMPLES: usize = 200;
-/// Samples that a start is fitted to: so few that they alone say little of the noise.
+/// Samples that an initial state is fitted to: too few to estimate the noise from them alone.
 const BURN_IN: usize = 5;
 
-/// Trajectories that a wandering rate of 1 K/s pushes for some 2 s at a time, read with 0.1 K.
+/// Trajectories with coloured process noise of 1 K/s (correlation time 2 s) and measurement noise of 0.1 K.
 fn table(seed: u64, trajectories: usize) -> DataFrom {
     let mut csv = "trajectory,t_s,reading_K\n".to_owned();
     for j in 0..trajectories {
@@ -36,8 +37,8 @@ fn table(seed: u64, trajectories: usize) -> DataFrom {
     DataFrom::Table { name: "shaken".into(), csv: csv.into_bytes().into() }
 }
 
-/// Share of what is measured after the burn-in that is in the 90 % bands.
-fn cover(model: &Model, data: &DataFrom) -> f64 {
+/// Share of the measured values after the burn-in that lie in the 90 % bands.
+fn coverage(model: &Model, data: &DataFrom) -> f64 {
     let options = ForetellOptions { draws: 200, seed: 3, ..ForetellOptions::default() };
     let subject = Subject::Written(Box::new(model.clone()));
     let found = foretell(&subject, data, BURN_IN, &options).expect("forecasts");
@@ -53,13 +54,13 @@ fn cover(model: &Model, data: &DataFrom) -> f64 {
     f64::from(inside as u32) / f64::from(count as u32)
 }
 
-/// Trajectories without process noise, read with 0.1 K of white noise, or with an error of 0.1 K that lasts for some 2 s.
-fn quiet(seed: u64, trajectories: usize, lasting: bool) -> DataFrom {
+/// Trajectories without process noise, with 0.1 K of white or autocorrelated (2 s) measurement noise.
+fn quiet(seed: u64, trajectories: usize, autocorrelated: bool) -> DataFrom {
     let mut csv = "trajectory,t_s,reading_K\n".to_owned();
     for j in 0..trajectories {
         let mut rng = random_stream(seed, "measurement noise", j as u64);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-        let kept = if lasting { (-STEP_S / 2.0_f64).exp() } else { 0.0 };
+        let kept = if autocorrelated { (-STEP_S / 2.0_f64).exp() } else { 0.0 };
         let mut error = 0.1 * normal();
         for k in 0..SAMPLES {
             let time = STEP_S * k as f64;
@@ -71,19 +72,20 @@ fn quiet(seed: u64, trajectories: usize, lasting: bool) -> DataFrom {
     DataFrom::Table { name: "quiet".into(), csv: csv.into_bytes().into() }
 }
 
-/// The start is fitted to the first samples alone: bands have to hold although these few say little of the sensor.
+/// The initial state is fitted to the first samples only, which are too few to estimate the measurement noise
+/// from.
 #[test]
-fn measurement_noise_that_a_fit_found_makes_bands_that_hold() {
-    for (lasting, cause) in [(false, ShakenBy::Sensor), (true, ShakenBy::LastingSensor)] {
+fn estimated_measurement_noise_gives_bands_with_nominal_coverage() {
+    for (autocorrelated, cause) in [(false, ShakenBy::Sensor), (true, ShakenBy::LastingSensor)] {
         let mut model = model::parse(MODEL, "lag.toml").unwrap_or_else(|e| panic!("{e}"));
-        let read = records::read(quiet(1, 8, lasting), &model).expect("data");
+        let read = records::read(quiet(1, 8, autocorrelated), &model).expect("data");
         let list = records::records(&read.data, &model, true).expect("records");
         assert_eq!(noise::find(&mut model, &list).expect("an answer").by, cause);
         let noise = model.outputs[0].noise.expect("it is written into the model");
         assert!((0.085..0.115).contains(&noise.sd()), "{noise:?}");
-        assert_eq!(noise.autocorrelated_sd > 0.05, lasting, "{noise:?}");
-        let held = cover(&model, &quiet(2, 30, lasting));
-        assert!((0.87..0.93).contains(&held), "{held} with {noise:?}");
+        assert_eq!(noise.autocorrelated_sd > 0.05, autocorrelated, "{noise:?}");
+        let covered = coverage(&model, &quiet(2, 30, autocorrelated));
+        assert!((0.87..0.93).contains(&covered), "{covered} with {noise:?}");
         let text = model.to_toml().expect("a model file");
         assert_eq!(
             model::parse(&text, "again.toml").expect("it is read again").outputs[0].noise,
@@ -93,16 +95,16 @@ fn measurement_noise_that_a_fit_found_makes_bands_that_hold() {
 }
 
 #[test]
-fn noise_of_the_motion_makes_bands_as_wide_as_forecasts_miss() {
+fn estimated_process_noise_gives_bands_with_nominal_coverage() {
     let mut model = model::parse(MODEL, "lag.toml").unwrap_or_else(|e| panic!("{e}"));
     let read = records::read(table(1, 8), &model).expect("data");
     let list = records::records(&read.data, &model, true).expect("records");
-    let narrow = cover(&model, &table(2, 20));
+    let narrow = coverage(&model, &table(2, 20));
     let found = noise::find(&mut model, &list).expect("an answer");
     assert_eq!(found.by, ShakenBy::Motion);
     let pushed = model.states[0].shaken.expect("it is written into the model");
     assert!((0.8..1.25).contains(&pushed.sd) && (1.2..3.5).contains(&pushed.memory_s), "{pushed:?}");
     assert_eq!(found.lasting[0].unit, "K/s");
-    let wide = cover(&model, &table(2, 20));
+    let wide = coverage(&model, &table(2, 20));
     assert!(narrow < 0.6 && (0.85..0.95).contains(&wide), "{narrow} without, {wide} with");
 }

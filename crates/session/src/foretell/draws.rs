@@ -1,30 +1,30 @@
-//! Draws of the outputs of a record, whoever made them, and their bands.
+//! Draws of the outputs of a record by a model or a net, and the prediction bands computed from them.
 
 use augsim_discovery::{FORETOLD_LEVELS, Foretelling, Foretold, ForetoldChannel, ForetoldError};
 use augsim_physics::system::Record;
 use augsim_written::Model;
 
-/// Draws of a record from a start that its first samples tell.
+/// Draws of a record from an initial state fitted to its first samples.
 #[derive(Debug)]
 pub struct Drawn {
     /// Name in the data.
     pub id: String,
     /// Times, s.
     pub times: Vec<f64>,
-    /// Measured, `[output][sample]`.
+    /// Measured values, `[output][sample]`.
     pub measured: Vec<Vec<f64>>,
-    /// Samples that the start was fitted to.
+    /// Number of first samples that the initial state was fitted to.
     pub known: usize,
-    /// One forecast without noise, `[output][sample]`.
+    /// Prediction without noise, `[output][sample]`.
     pub forecast: Vec<Vec<f64>>,
-    /// Draws with the sensor's noise, `[output][sample]` in rising order; those that are no numbers are left out.
+    /// Draws with measurement noise, `[output][sample][draw]`, sorted; non-finite draws are dropped.
     pub draws: Vec<Vec<Vec<f64>>>,
-    /// Standard deviation of that noise, by output.
+    /// Standard deviation of the measurement noise of each output.
     pub noise: Vec<f64>,
 }
 
 impl Drawn {
-    /// Puts the draws in order.
+    /// Draws of a record; sorts them.
     pub fn new(
         record: &Record,
         known: usize,
@@ -56,7 +56,7 @@ impl Drawn {
     }
 }
 
-/// Forecasts with bands and errors of all records; `seed` is that of the errors' intervals.
+/// Predictions with bands, and errors, of all records; `seed` is that of the bootstrap of the errors.
 pub(super) fn foretelling(model: &Model, list: &[Drawn], seed: u64) -> Foretelling {
     let records: Vec<Foretold> = list
         .iter()
@@ -76,13 +76,14 @@ pub(super) fn foretelling(model: &Model, list: &[Drawn], seed: u64) -> Foretelli
     let (errors, mut squares): (Vec<_>, Vec<_>) =
         outputs.map(|(o, _)| error(model, o, &records, seed)).unzip();
     let squares = if squares.is_empty() { Vec::new() } else { squares.swap_remove(0) };
-    let mean = |o: usize| list.iter().map(|drawn| drawn.noise[o]).sum::<f64>() / list.len().max(1) as f64;
-    let noise_sd = (0..model.outputs.len()).map(mean).collect();
+    let mean_noise =
+        |o: usize| list.iter().map(|drawn| drawn.noise[o]).sum::<f64>() / list.len().max(1) as f64;
+    let noise_sd = (0..model.outputs.len()).map(mean_noise).collect();
     let start = "the first samples of each trajectory (--burn-in)".to_owned();
     Foretelling { records, errors, squares, noise_sd, start }
 }
 
-/// Root mean square error of an output behind the burn-in, and the sum and number of squares of each record.
+/// RMSE of an output after the burn-in, and sum and number of squared errors of each record.
 fn error(model: &Model, o: usize, records: &[Foretold], seed: u64) -> (ForetoldError, Vec<(f64, f64)>) {
     let output = &model.outputs[o];
     let mut squares = Vec::new();

@@ -1,50 +1,55 @@
-//! Data that are sampled far more finely than the motion asks for.
+//! Downsampling of data that are sampled more finely than the dynamics need.
 
 use anyhow::Context;
 use augsim_data::{Dataset, Trajectory};
 use augsim_physics::system::Record;
 use augsim_written::WrittenSystem;
 
-/// Most samples of which one is kept.
-const MOST: usize = 8;
+/// Maximum downsampling factor.
+const MAX_FACTOR: usize = 8;
 
-/// Data of which every so many samples are kept, because these tell as much as all.
+/// Data of which only every n-th sample is kept, without loss of information.
 #[derive(Debug)]
-pub struct Thinned {
-    /// Every `every`th row: outputs as they were measured, inputs averaged.
+pub struct Downsampled {
+    /// Every `every`-th row, with outputs as measured and inputs averaged.
     pub data: Dataset,
-    /// Of how many samples one is kept.
+    /// Downsampling factor.
     pub every: usize,
 }
 
-impl Thinned {
-    /// The sentence for a result.
+impl Downsampled {
+    /// Note for the user.
     pub fn sentence(&self) -> String {
         format!(
-            "every {}th sample was fitted to, with inputs averaged: the outputs are smooth enough that these tell as much as all",
+            "every {}th sample was fitted, with averaged inputs: the outputs are so smooth that the other samples add no information",
             self.every
         )
     }
 }
 
-/// The data with as few samples as tell as much as all; nothing where all are needed, or where there are gaps. `seen` are the
-/// records of the data prepared by the system, whose parameters and steps suit them.
+/// Downsamples the data as far as no information is lost; `None` if nothing can be dropped.
+///
+/// `records` are those of the data, prepared by the tuned system.
 ///
 /// # Errors
-/// The data have no such columns.
-pub fn thinned(system: &WrittenSystem, data: &Dataset, seen: &[Record]) -> anyhow::Result<Option<Thinned>> {
+/// The data lack a column of the model.
+pub fn downsampled(
+    system: &WrittenSystem,
+    data: &Dataset,
+    records: &[Record],
+) -> anyhow::Result<Option<Downsampled>> {
     let model = system.model();
-    let is_both = |name: &str| model.outputs.iter().any(|o| o.name == name);
+    let is_output = |name: &str| model.outputs.iter().any(|o| o.name == name);
     let is_complete = |t: &Trajectory| t.values().iter().flatten().all(|v| v.is_finite());
-    if model.inputs.iter().any(|i| is_both(&i.name)) || !data.trajectories().iter().all(is_complete) {
+    if model.inputs.iter().any(|i| is_output(&i.name)) || !data.trajectories().iter().all(is_complete) {
         return Ok(None);
     }
-    let every = system.told_by_every(MOST, seen);
+    let every = system.told_by_every(MAX_FACTOR, records);
     if every == 1 {
         return Ok(None);
     }
     let mut trajectories = Vec::new();
-    for (trajectory, record) in data.trajectories().iter().zip(seen) {
+    for (trajectory, record) in data.trajectories().iter().zip(records) {
         let picked = |values: &[f64]| -> Vec<f64> { values.iter().copied().step_by(every).collect() };
         let mut values: Vec<Vec<f64>> = trajectory.values().iter().map(|column| picked(column)).collect();
         for (input, averaged) in model.inputs.iter().zip(system.thinned_inputs(record, every)) {
@@ -53,12 +58,13 @@ pub fn thinned(system: &WrittenSystem, data: &Dataset, seen: &[Record]) -> anyho
         trajectories.push(trajectory.with_samples(picked(trajectory.time_s()), values)?);
     }
     let data = data.with_trajectories(trajectories).context("data with fewer samples")?;
-    Ok(Some(Thinned { data, every }))
+    Ok(Some(Downsampled { data, every }))
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: samples are left out only where the others tell what they were, and with inputs that push as much.
+    //! Contract: samples are dropped only if the others determine them, and the averaged inputs have the same
+    //! effect.
     use super::*;
     use crate::written::fit::prepared;
     use crate::written::records::records;
@@ -80,8 +86,9 @@ v_m_s = "push_m_s2 - damping_per_s * v_m_s"
 position_m = { value = "x_m", sd = "estimate" }
 "#;
 
-    /// Two seconds of that mass at 1 kHz under a slow push that is written with ripples, by its exact solution from sample to sample,
-    /// with readings off by up to `noise_m`.
+    /// Two seconds of that mass at 1 kHz under a slow push with a superposed ripple.
+    ///
+    /// Measurement errors are uniform up to `noise_m`.
     fn recorded(noise_m: f64) -> Dataset {
         let (count, step_s, damping_per_s) = (2000, 1e-3, 2.0_f64);
         let decay = (-damping_per_s * step_s).exp();
@@ -89,33 +96,33 @@ position_m = { value = "x_m", sd = "estimate" }
         let (mut times, mut pushes, mut positions) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..count {
             let t = step_s * f64::from(k);
-            // The ripple pushes as much in the first half of four samples as in the second.
+            // The ripple has the same sum over the first and the second half of four samples.
             let push = (3.0 * t).sin() + 0.1 * f64::from(u8::from(matches!(k % 4, 1 | 2)));
             let scrambled = (f64::from(k) * 12.9898 + 4.1).sin() * 43_758.545_3;
-            let off = noise_m * 2.0 * (scrambled - scrambled.floor() - 0.5);
+            let error = noise_m * 2.0 * (scrambled - scrambled.floor() - 0.5);
             times.push(t);
             pushes.push(push);
-            positions.push(x + off);
-            let rest = push / damping_per_s;
-            x += rest * step_s + (v - rest) * (1.0 - decay) / damping_per_s;
-            v = rest + (v - rest) * decay;
+            positions.push(x + error);
+            let final_v = push / damping_per_s;
+            x += final_v * step_s + (v - final_v) * (1.0 - decay) / damping_per_s;
+            v = final_v + (v - final_v) * decay;
         }
         let trajectory = Trajectory::new("1", times, vec![pushes, positions]).unwrap();
         Dataset::from_names(&["push_m_s2", "position_m"], vec![trajectory]).unwrap()
     }
 
-    fn thinned_from(data: &Dataset) -> Option<Thinned> {
+    fn downsampled_from(data: &Dataset) -> Option<Downsampled> {
         let model = augsim_written::model::parse(MODEL, "mass.toml").unwrap();
         let system = WrittenSystem::declared_only(&model).unwrap();
-        let seen = prepared(&system, &records(data, &model, true).unwrap()).unwrap();
-        let system = system.tuned(&seen).unwrap();
-        thinned(&system, data, &seen).unwrap()
+        let windows = prepared(&system, &records(data, &model, true).unwrap()).unwrap();
+        let system = system.tuned(&windows).unwrap();
+        downsampled(&system, data, &windows).unwrap()
     }
 
     #[test]
-    fn a_slow_motion_keeps_every_eighth_sample_and_the_mean_of_its_pushes() {
+    fn slow_motion_keeps_every_eighth_sample_and_averaged_inputs() {
         let data = recorded(1e-6);
-        let thinned = thinned_from(&data).unwrap();
+        let thinned = downsampled_from(&data).unwrap();
         assert_eq!(thinned.every, 8);
         let (all, kept) = (&data.trajectories()[0], &thinned.data.trajectories()[0]);
         assert_eq!(kept.column(1), all.column(1).iter().copied().step_by(8).collect::<Vec<_>>());
@@ -125,8 +132,8 @@ position_m = { value = "x_m", sd = "estimate" }
     }
 
     #[test]
-    fn readings_with_noise_that_counts_are_all_kept() {
-        assert!(thinned_from(&recorded(1e-2)).is_none());
+    fn noisy_readings_are_all_kept() {
+        assert!(downsampled_from(&recorded(1e-2)).is_none());
     }
 
     #[test]
@@ -136,6 +143,6 @@ position_m = { value = "x_m", sd = "estimate" }
         let mut values = whole.values().to_vec();
         values[1][100] = f64::NAN;
         let gap = whole.with_samples(whole.time_s().to_vec(), values).unwrap();
-        assert!(thinned_from(&data.with_trajectories(vec![gap]).unwrap()).is_none());
+        assert!(downsampled_from(&data.with_trajectories(vec![gap]).unwrap()).is_none());
     }
 }

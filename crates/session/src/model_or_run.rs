@@ -1,4 +1,4 @@
-//! An argument that may be a model or a run: a model file, the folder of a discovery, a trained net.
+//! Tells whether an argument names a model file, the folder of a discovery or a trained net.
 
 use crate::Usage;
 use crate::residual::MODEL;
@@ -7,25 +7,25 @@ use crate::usage::PathFault;
 use augsim_discovery::Discovery;
 use std::path::{Path, PathBuf};
 
-/// The result in the folder of a discovery.
+/// Name of the result file in the folder of a discovery.
 const RESULT: &str = "result.json";
 
-/// The model or run that an argument names.
+/// A model or run that an argument names.
 #[derive(Debug)]
 pub enum Given {
     /// The run directory of a trained net.
     Net,
-    /// A model file, and the folder of the discovery or fit that it lies in, where the folder was given.
+    /// A model file.
     Model {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// The folder.
+        /// Folder of the discovery or fit, if that was given instead of the file.
         folder: Option<PathBuf>,
     },
 }
 
 impl Given {
-    /// Looks at what was given.
+    /// Determines what the path is.
     ///
     /// # Errors
     /// A folder without a trained net or a model in it.
@@ -40,7 +40,7 @@ impl Given {
         if file.is_file() {
             return Ok(Given::Model { file, folder: Some(path.to_owned()) });
         }
-        // A run directory that was begun and lost its configuration is best told by its own reader.
+        // A run directory without its configuration: the reader of run directories reports what is missing.
         if path.join(CHECKPOINT).exists() {
             return Ok(Given::Net);
         }
@@ -49,7 +49,9 @@ impl Given {
     }
 }
 
-/// The result in the folder of a discovery; none where the folder is none of one, or of one of an earlier version.
+/// Reads the result in the folder of a discovery.
+///
+/// `None` if the folder has no readable result or one of an earlier version.
 pub fn discovery_in(folder: &Path) -> Option<Discovery> {
     let text = std::fs::read_to_string(folder.join(RESULT)).ok()?;
     let found: Discovery = serde_json::from_str(&text).ok()?;

@@ -1,4 +1,4 @@
-//! The view of a prefix: how many rows, which columns, how well.
+//! Options of the observed prefix: its length, the observed columns and their measurement noise.
 
 use crate::Usage;
 use crate::prefix_length::Seen;
@@ -21,29 +21,29 @@ impl FromStr for Seen {
     }
 }
 
-/// Columns that are seen, and their noise.
+/// Observed columns, and their measurement noise.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct View {
-    /// The columns; all where none is named.
+    /// Names of the columns; empty means all.
     pub columns: Vec<String>,
-    /// Standard deviations: one number for every column, or `column=number` each.
+    /// Standard deviations: one number for all columns, or `column=number` for one.
     pub sensor_sd: Vec<String>,
 }
 
 impl View {
-    /// The sensor of a model with these columns; 0 where no deviation is stated.
+    /// The sensor of a model with these columns; standard deviations that are not given are 0.
     ///
     /// # Errors
-    /// A column that is not there, or a deviation that is no number of 0 or more.
+    /// An unknown column, or a standard deviation that is not a number of at least 0.
     pub fn sensor(&self, columns: &[String]) -> anyhow::Result<Sensor> {
-        let place = |option: &'static str, name: &str| {
+        let index_of = |option: &'static str, name: &str| {
             let known = || UnknownName::Column { option, name: name.to_owned(), known: columns.to_vec() };
             columns.iter().position(|c| c == name).ok_or_else(|| Usage::Unknown(known()))
         };
-        let all = self.columns.is_empty();
-        let mut sd: Vec<Option<f64>> = vec![all.then_some(0.0); columns.len()];
+        let is_all = self.columns.is_empty();
+        let mut sd: Vec<Option<f64>> = vec![is_all.then_some(0.0); columns.len()];
         for name in &self.columns {
-            sd[place("--seen-columns", name)?] = Some(0.0);
+            sd[index_of("--seen-columns", name)?] = Some(0.0);
         }
         for word in &self.sensor_sd {
             let (name, number) = word.split_once('=').map_or((None, word.as_str()), |(n, v)| (Some(n), v));
@@ -52,12 +52,12 @@ impl View {
             match name {
                 None => sd.iter_mut().flatten().for_each(|sd| *sd = value),
                 Some(name) => {
-                    let seen = &mut sd[place("--sensor-sd", name)?];
-                    if seen.is_none() {
+                    let column_sd = &mut sd[index_of("--sensor-sd", name)?];
+                    if column_sd.is_none() {
                         let (word, column) = (word.clone(), name.to_owned());
                         return Err(Usage::Inapplicable(Inapplicable::SensorOfUnseen { word, column }).into());
                     }
-                    *seen = Some(value);
+                    *column_sd = Some(value);
                 }
             }
         }
@@ -67,11 +67,11 @@ impl View {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: what is typed means one thing, or is refused with what may be typed.
+    //! Contract: option values are parsed unambiguously, or refused with a list of valid forms.
     use super::*;
 
     #[test]
-    fn samples_are_counted_and_seconds_are_measured_from_the_first_sample() {
+    fn prefix_is_a_sample_count_or_seconds_from_the_first_sample() {
         let times = [0.5, 0.6, 0.7, 0.8];
         let rows = |word: &str| word.parse::<Seen>().map(|s| s.rows(&times)).map_err(|e| e.to_string());
         assert_eq!((rows("3"), rows("0.2s"), rows("0s"), rows("9s")), (Ok(3), Ok(3), Ok(1), Ok(4)));
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn deviations_belong_to_columns_that_are_seen() {
+    fn standard_deviations_are_accepted_for_observed_columns_only() {
         let columns = ["height_m".to_owned(), "velocity_m_s".to_owned()];
         let sensor = |seen: &[&str], sd: &[&str]| {
             let words = |list: &[&str]| list.iter().map(|w| (*w).to_owned()).collect();
