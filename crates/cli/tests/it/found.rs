@@ -86,7 +86,7 @@ fn a_discovery_is_simulated_predicted_and_scored_beside_what_was_declared() {
         let reported = found["error"][name]["rmse"].as_f64().expect("an error");
         assert!((error(row) / reported - 1.0).abs() < 0.08, "{name}: {} and {reported}", error(row));
     }
-    assert!(scored["verdict"].as_str().is_some_and(|v| v.starts_with("what was found helps")), "{scored}");
+    assert!(scored["verdict"].as_str().is_some_and(|v| v.starts_with("the discovered model improves the forecasts")), "{scored}");
     // On other data all trajectories count.
     throws(&d.join("fresh.csv"), DRAG, 0.0, 77);
     let scored = succeed_json(&["evaluate", "found", "--data", "fresh.csv", "--require-pos-m", "0.02"], d);

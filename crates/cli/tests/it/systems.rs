@@ -211,7 +211,7 @@ fn data_are_inspected_by_the_columns_of_a_model() {
     let text = succeed(&["data", "inspect", "data.csv", "--model", "tanks.toml"], d);
     assert!(text.contains("100 values at 0.2500 Hz"), "{text}");
     assert!(text.contains("columns that the model does not name: note"), "{text}");
-    assert!(text.contains("12 readings stand at 10 V: a range that ends there"), "{text}");
+    assert!(text.contains("12 values are equal to 10 V: a range with this limit"), "{text}");
 }
 
 /// Ten swings of a pendulum of 0.153 m with viscous friction of 0.05 1/s and, beside it, quadratic friction `c`.

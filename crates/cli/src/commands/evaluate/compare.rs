@@ -18,20 +18,20 @@ pub(super) fn verdict(what: &str, than: &str, reduction: ErrorReduction, unit: &
     let interval = |[a, b]: [f64; 2]| format!("95 % interval {} to {} {unit}", display(a), display(b));
     if low > 0.0 {
         format!(
-            "{what} helps: {figures} of {than}, {} less ({})",
+            "{what} improves the forecasts: {figures} for {than}, {} less ({})",
             display(before - after),
             interval([low, high])
         )
     } else if high < 0.0 {
         let (worse, bounds) = (after - before, [-high, -low]);
         format!(
-            "{what} makes forecasts worse: {figures} of {than}, {} more ({})",
+            "{what} makes the forecasts worse: {figures} for {than}, {} more ({})",
             display(worse),
             interval(bounds)
         )
     } else {
         format!(
-            "{what} does not help: {figures} of {than}; the difference may be chance ({})",
+            "{what} does not change the forecasts significantly: {figures} for {than} ({} of the difference)",
             interval([low, high])
         )
     }
@@ -48,8 +48,8 @@ mod tests {
             verdict("the net", "the physics", ErrorReduction { before, after, ci95 }, "mm", 1e3)
         };
         assert!(sentence(0.02, 0.01, [0.005, 0.015]).starts_with("the net improves the forecasts: 10.000 mm against 20.000 mm"));
-        assert!(sentence(0.02, 0.019, [-0.001, 0.003]).starts_with("the net does not help"));
-        assert!(sentence(0.01, 0.02, [-0.02, -0.005]).starts_with("the net makes forecasts worse"));
-        assert!(sentence(0.01, 0.02, [f64::NAN; 2]).starts_with("the net does not help"));
+        assert!(sentence(0.02, 0.019, [-0.001, 0.003]).starts_with("the net does not change the forecasts significantly"));
+        assert!(sentence(0.01, 0.02, [-0.02, -0.005]).starts_with("the net makes the forecasts worse"));
+        assert!(sentence(0.01, 0.02, [f64::NAN; 2]).starts_with("the net does not change the forecasts significantly"));
     }
 }
