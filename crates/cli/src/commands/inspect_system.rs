@@ -110,7 +110,7 @@ impl fmt::Display for Inspection {
         let trajectories = if self.trajectories == 1 { "trajectory" } else { "trajectories" };
         writeln!(
             f,
-            "{} {trajectories}, {} rows, the longest duration {:.3} s",
+            "{} {trajectories}, {} rows, the longest one takes {:.3} s",
             self.trajectories, self.samples, self.duration_s
         )?;
         for c in &self.columns {
