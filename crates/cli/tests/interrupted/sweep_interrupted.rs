@@ -97,7 +97,7 @@ fn a_task_that_is_killed_goes_on_from_its_checkpoint() {
     let out = child.wait_with_output().expect("it ends");
     let said = String::from_utf8_lossy(&out.stderr).into_owned();
     assert!(
-        out.status.success() && said.contains("was killed by SIGKILL") && said.contains("trying again"),
+        out.status.success() && said.contains("killed by SIGKILL") && said.contains("retrying"),
         "{said}"
     );
     assert!(collected("disturbed", d) == whole, "a kill changes the bytes");
@@ -115,7 +115,7 @@ fn a_sweep_that_is_told_to_stop_leaves_checkpoints_and_goes_on() {
     assert!(sent.elapsed() < Duration::from_secs(3), "it took {:?}", sent.elapsed());
     let said = String::from_utf8_lossy(&out.stderr).into_owned();
     assert!(
-        out.status.code() == Some(143) && said.contains("of 4 tasks are done; the same command goes on"),
+        out.status.code() == Some(143) && said.contains("of 4 tasks are done; run the same command to continue"),
         "{said}"
     );
     let status = done(&["sweep", "status", "disturbed"], d);

@@ -89,7 +89,7 @@ fn a_bad_sweep_is_refused_in_a_sentence_before_anything_is_written() {
     let dir = workplace();
     let d = dir.path();
     for (text, says) in [
-        ("command = \"simulate\"", "sweeps are made of train, discover, evaluate, reproduce"),
+        ("command = \"simulate\"", "cannot be swept; use one of train, discover, evaluate, reproduce"),
         (
             "command = \"train\"\n[options]\nrecipy = 1",
             "[options] recipy: `augsim train` has no option `recipy`",
@@ -101,11 +101,11 @@ fn a_bad_sweep_is_refused_in_a_sentence_before_anything_is_written() {
         ("command = \"train\"\n[cross]\nseed = [1, 2, 1]", "[cross] seed: has 1 twice"),
         ("command = \"train\"\n[cross]\nseed = 3", "[cross] seed: give a list"),
         ("command = \"train\"\n[cross]\nseed = { from = 3, to = 1 }", "{ from = 1, to = 5 }"),
-        ("command = \"train\"\n[cross]\ndata = [\"nope.csv\"]", "nope.csv: there is no such input"),
+        ("command = \"train\"\n[cross]\ndata = [\"nope.csv\"]", "nope.csv: the input does not exist"),
         ("command = \"train\"\n[cross]\ndata = [\"*.npz\"]", "*.npz: no file matches"),
         ("command = \"train\"\n[cross]\ndata = [\"-\"]", "standard input"),
         ("command = \"train\"\n[options]\nresidual_of = \".\"", "--data"),
-        ("command = \"train\"\n[scores]\nloss = \"loss\"", "[scores] loss = \"loss\": no JSONPath"),
+        ("command = \"train\"\n[scores]\nloss = \"loss\"", "[scores] loss = \"loss\": not a valid JSONPath"),
         (
             "command = \"train\"\n[scores]\nseed = \"$.loss\"\n[cross]\nseed = [1]",
             "`seed` is an option's name",
@@ -131,7 +131,7 @@ fn a_bad_sweep_is_refused_in_a_sentence_before_anything_is_written() {
     plan("plan", d);
     let error = fail(2, &["sweep", "run", "plan", "--index", "6"], d, &[]);
     assert!(error.contains("has no task 6; its 6 tasks are 0 to 5"), "{error}");
-    assert!(fail(2, &["sweep", "run", "plan"], d, &[]).contains("which task? give --index N"));
+    assert!(fail(2, &["sweep", "run", "plan"], d, &[]).contains("no task is given; use --index N"));
 }
 
 #[test]
@@ -209,7 +209,7 @@ fn a_task_that_fails_is_told_and_the_rest_is_collected_on_request() {
         "{error}"
     );
     let said = succeed(&["sweep", "status", "plan"], d);
-    assert!(said.contains("2 of 4 tasks are done; 0 run, 2 failed, 0 stopped on the way, 0 wait"), "{said}");
+    assert!(said.contains("2 of 4 tasks are done; 0 running, 2 failed, 0 stopped, 0 waiting"), "{said}");
     assert!(said.contains("task 2 failed (code 3): ") && said.contains("rubbish.csv"), "{said}");
     let error = fail(1, &["sweep", "collect", "plan"], d, &[]);
     assert!(error.contains("2 of 4 tasks have no result") && error.contains("--partial"), "{error}");
