@@ -1,4 +1,4 @@
-//! `augsim reproduce`.
+//! Runs `augsim reproduce`: one function per scenario.
 
 use crate::absent::Absent;
 use crate::args::{NetArg, Reproduce, Scenario};
@@ -17,9 +17,9 @@ use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::Recipe;
 use std::path::{Path, PathBuf};
 
-/// The paper's number of training trajectories.
+/// Number of training trajectories of the paper.
 const TRAIN: usize = 800;
-/// Added to the seed of generated training data, so that test data are other draws.
+/// Offset of the seed between training and test data, so that their random draws differ.
 const TEST_SEED_OFFSET: u64 = 1_000_000;
 
 /// Runs the subcommand.
@@ -89,7 +89,7 @@ fn drops(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::R
     let Some(finished) = experiment.run(&data, Some(&truth), &claim, output)? else {
         return Ok(Outcome::Interrupted);
     };
-    finished.tell(output)?;
+    finished.print(output)?;
     Ok(Outcome::Done)
 }
 
@@ -140,7 +140,7 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let data = match &published {
         Some(folder) => Data::published(folder, &plan, seed)?,
         None => {
-            output.note("no published files: making pushes in the virtual laboratory");
+            output.note("no published files; generating pushes in the virtual laboratory");
             Data::laboratory(&plan, seed)?
         }
     };
@@ -153,11 +153,11 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let Some(finished) = experiment.run(&data, None, &claim, output)? else {
         return Ok(Outcome::Interrupted);
     };
-    finished.tell(output)?;
+    finished.print(output)?;
     Ok(Outcome::Done)
 }
 
-/// The net that a word on the command line means.
+/// Returns the recipe of a network option.
 fn recipe(net: NetArg) -> Recipe {
     match net {
         NetArg::Neural => Recipe::Neural,

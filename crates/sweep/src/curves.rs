@@ -42,7 +42,7 @@ pub struct Point {
     pub summary: Summary,
 }
 
-/// A score over several tasks.
+/// Statistics of a score over several tasks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// Number of tasks.
@@ -131,7 +131,8 @@ fn curve(rows: &[Row], crossed: &[String], score: &str, over: &str) -> Option<Cu
     Some(Curve { score: score.to_owned(), over: over.to_owned(), by, series: series.collect() })
 }
 
-/// Settings that get a series for each of their values: as many of the crossed ones, seeds apart, as one figure holds.
+/// Chooses the settings with a series per value: crossed settings except seeds, as many as fit in one
+/// figure.
 fn split<'a>(rows: &[(&Row, f64)], crossed: &'a [String], over: &str) -> Vec<&'a String> {
     let mut by = Vec::new();
     let mut series = 1;

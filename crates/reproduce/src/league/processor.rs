@@ -1,4 +1,4 @@
-//! Processor time.
+//! Processor time of this process.
 
 use rustix::time::{ClockId, clock_gettime};
 
