@@ -39,7 +39,7 @@ pub struct ResultFile {
     /// `virtual laboratory` or `published MIT Push files`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub data: Option<&'static str>,
-    /// The tables; each row says what it was measured on.
+    /// Rows of the tables; each names its test set.
     pub rows: Vec<Row>,
     /// Learning curve.
     #[serde(skip_serializing_if = "Vec::is_empty")]

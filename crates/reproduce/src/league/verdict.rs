@@ -18,7 +18,7 @@ pub struct Verdict {
     pub set: String,
     /// Model with the smallest CRPS.
     pub best: String,
-    /// Models that are significantly better than Hybrid+, and those that chance cannot tell from it.
+    /// Models that are significantly better than Hybrid+, and those whose difference is not significant.
     pub better_than_ours: Vec<String>,
     pub tied_with_ours: Vec<String>,
     pub sentence: String,
