@@ -212,7 +212,7 @@ fn scored(
 /// Prefix lengths of the drop on the page, with heights of 2 mm noise.
 const SHOWN: [usize; 4] = [30, 60, 65, 90];
 
-/// Forecasts of the first test drop behind more and more rows.
+/// Draws forecasts of the first test drop with increasing prefix lengths.
 fn narrowing(model: &NetModel, start: &StartLaw, test: &Sequences, seed: u64) -> anyhow::Result<Block> {
     let (name, sd) = SENSORS[1];
     let sensor = Sensor::new(sd.to_vec())?;
