@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Name of the ball of the paper's experiment, where a model could stand.
+/// Name of the ball of the experiment of the paper, in place of a model.
 const PYBULLET_BALL: &str = "pybullet-ball";
 
 /// Number of iterations between two progress reports.

@@ -80,7 +80,9 @@ impl Runner {
         if let Some(done) = kept() {
             return Ok(done);
         }
-        let TaskLock::Acquired(lock) = self.store.lock_task(&task.id)? else { return Ok(Ended::RunsElsewhere) };
+        let TaskLock::Acquired(lock) = self.store.lock_task(&task.id)? else {
+            return Ok(Ended::RunsElsewhere);
+        };
         // The previous lock holder may have completed the task.
         if let Some(done) = kept() {
             return Ok(done);

@@ -151,7 +151,9 @@ impl SweptCommand {
         }
         line.push("--".to_owned());
         line.extend(self.words[1..].iter().cloned());
-        line.extend(self.positional.iter().filter_map(|name| positional_values.remove(name.as_str())).flatten());
+        line.extend(
+            self.positional.iter().filter_map(|name| positional_values.remove(name.as_str())).flatten(),
+        );
         line
     }
 

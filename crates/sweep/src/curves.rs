@@ -118,7 +118,8 @@ fn curve(rows: &[Row], crossed: &[String], score: &str, over: &str) -> Option<Cu
     let mut series: BTreeMap<Vec<SortKey>, BTreeMap<SortKey, PointScores>> = BTreeMap::new();
     for (row, number) in numbers {
         let Some(at) = row.settings.get(over) else { continue };
-        let values: Vec<SortKey> = by.iter().filter_map(|name| row.settings.get(*name)).map(SortKey::of).collect();
+        let values: Vec<SortKey> =
+            by.iter().filter_map(|name| row.settings.get(*name)).map(SortKey::of).collect();
         let place = series.entry(values).or_default().entry(SortKey::of(at));
         place.or_insert_with(|| PointScores { at: at.clone(), scores: Vec::new() }).scores.push(number);
     }
@@ -227,7 +228,11 @@ mod tests {
         let over_size = all.iter().find(|c| c.over == "size").unwrap();
         assert_eq!(over_size.by, ["net"]);
         let points = |k: usize| -> Vec<(String, usize, f64)> {
-            over_size.series[k].points.iter().map(|p| (p.at.to_string(), p.summary.tasks, p.summary.mean)).collect()
+            over_size.series[k]
+                .points
+                .iter()
+                .map(|p| (p.at.to_string(), p.summary.tasks, p.summary.mean))
+                .collect()
         };
         assert_eq!((over_size.series[0].name.as_str(), over_size.series[1].name.as_str()), ("a", "b"));
         assert_eq!(points(0), [("250".to_owned(), 2, 2.0), ("1000".to_owned(), 1, 4.0)]);

@@ -205,7 +205,9 @@ impl fmt::Display for InputFault {
                 f.write_str("`-` (standard input) cannot be read by many tasks; name a file")
             }
             InputFault::Absent { path } => write!(f, "{}: the input does not exist", path.display()),
-            InputFault::Pattern { path, cause } => write!(f, "{}: not a valid pattern: {cause}", path.display()),
+            InputFault::Pattern { path, cause } => {
+                write!(f, "{}: not a valid pattern: {cause}", path.display())
+            }
             InputFault::Unreadable { path, cause } => write!(f, "{}: {cause}", path.display()),
             InputFault::NotUtf8 { pattern, path } => {
                 write!(f, "{}: the file name {} is not UTF-8", pattern.display(), path.display())

@@ -22,10 +22,12 @@ pub fn page(c: &Collected) -> Page {
     let mut tabled: Vec<Vec<&String>> = Vec::new();
     let mut sections: Vec<Section> = (c.crossed.iter())
         .map(|over| {
-            let over_setting: Vec<&Curve> = curves.iter().copied().filter(|curve| curve.over == *over).collect();
+            let over_setting: Vec<&Curve> =
+                curves.iter().copied().filter(|curve| curve.over == *over).collect();
             let mut blocks = figures(&over_setting);
             // The table over A for each B repeats that over B for each A, so it is shown once.
-            let mut settings: Vec<&String> = over_setting.iter().flat_map(|c| c.by.iter().chain([&c.over])).collect();
+            let mut settings: Vec<&String> =
+                over_setting.iter().flat_map(|c| c.by.iter().chain([&c.over])).collect();
             settings.sort_unstable();
             settings.dedup();
             if !tabled.contains(&settings) {

@@ -106,7 +106,11 @@ fn text(s: &Status) -> String {
             out.push_str(&format!("\nexpected end: in {left}{}, at {hour:02}:{minute:02} UTC", each()));
         }
         (Some(left), None) => {
-            out.push_str(&format!("\nno task is running; the remaining tasks take one worker {}{}", duration(left), each()));
+            out.push_str(&format!(
+                "\nno task is running; the remaining tasks take one worker {}{}",
+                duration(left),
+                each()
+            ));
         }
         _ => {}
     }

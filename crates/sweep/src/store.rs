@@ -73,7 +73,9 @@ impl Store {
     /// # Errors
     /// A folder cannot be made.
     pub fn prepare(&self) -> anyhow::Result<()> {
-        ["results", "failed", "work"].into_iter().try_for_each(|name| make_permanent_folder(&self.0.join(name)))
+        ["results", "failed", "work"]
+            .into_iter()
+            .try_for_each(|name| make_permanent_folder(&self.0.join(name)))
     }
 
     fn result_path(&self, id: &str) -> PathBuf {

@@ -48,7 +48,12 @@ struct Submitted {
 ///
 /// # Errors
 /// The plan or Slurm is missing, or Slurm rejects the jobs.
-pub fn submit(plan: &Path, wishes: &SubmitOptions<'_>, dry_run: bool, output: &Output) -> anyhow::Result<Outcome> {
+pub fn submit(
+    plan: &Path,
+    wishes: &SubmitOptions<'_>,
+    dry_run: bool,
+    output: &Output,
+) -> anyhow::Result<Outcome> {
     let plan = Plan::open(plan)?;
     let slurm = is_installed("sbatch");
     let left = remaining_tasks(&plan)?;

@@ -135,7 +135,8 @@ fn list_for_equations(path: &Path, kind: Option<&str>, data: Option<&Path>) -> a
         Some(data) => measured_candidates(&model, data)?,
     };
     let is_requested = |c: &&Candidate| kind.is_none_or(|kind| kind == c.kind || kind == c.name);
-    let chosen: Vec<Listed> = all.iter().filter(is_requested).map(|c| from_candidate(c, data.is_some())).collect();
+    let chosen: Vec<Listed> =
+        all.iter().filter(is_requested).map(|c| from_candidate(c, data.is_some())).collect();
     match kind {
         Some(kind) if chosen.is_empty() && is_a_kind(kind, &model) => {
             let (kind, model) = (kind.to_owned(), path.to_owned());

@@ -61,7 +61,8 @@ pub fn inspect(file: &Path, model: &Path) -> anyhow::Result<Inspection> {
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let count_at = |limit: f64| values.iter().filter(|v| **v == limit).count();
-        let (limit, samples_at_limit) = if count_at(least) > count_at(most) { (least, count_at(least)) } else { (most, count_at(most)) };
+        let (limit, samples_at_limit) =
+            if count_at(least) > count_at(most) { (least, count_at(least)) } else { (most, count_at(most)) };
         let is_output = model.outputs.iter().any(|o| o.name == column.name());
         ColumnSummary {
             name: column.name().to_owned(),
@@ -71,12 +72,15 @@ pub fn inspect(file: &Path, model: &Path) -> anyhow::Result<Inspection> {
             rate_hz: 1.0 / step,
             least,
             most,
-            at_limit: (is_output && samples_at_limit >= MIN_SAMPLES_AT_LIMIT && samples_at_limit * 5 < values.len())
-                .then_some((limit, samples_at_limit)),
+            at_limit: (is_output
+                && samples_at_limit >= MIN_SAMPLES_AT_LIMIT
+                && samples_at_limit * 5 < values.len())
+            .then_some((limit, samples_at_limit)),
             step: is_output.then(|| quantisation(&values)).flatten(),
         }
     };
-    let duration = |t: &augsim_data::Trajectory| t.time_s().last().zip(t.time_s().first()).map(|(b, a)| b - a);
+    let duration =
+        |t: &augsim_data::Trajectory| t.time_s().last().zip(t.time_s().first()).map(|(b, a)| b - a);
     let findings = run_checks(data, &model.expected());
     let findings = findings.into_iter().flat_map(|o| o.findings).map(|f| f.to_string());
     Ok(Inspection {
@@ -127,7 +131,10 @@ impl fmt::Display for Inspection {
                 )?;
             }
             if let Some(step) = c.step {
-                writeln!(f, "    values are multiples of {step:.4e}{unit}: declare step = {step:.4e} in the model")?;
+                writeln!(
+                    f,
+                    "    values are multiples of {step:.4e}{unit}: declare step = {step:.4e} in the model"
+                )?;
             }
         }
         if !self.unnamed_columns.is_empty() {

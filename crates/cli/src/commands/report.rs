@@ -32,7 +32,11 @@ pub struct ReportArgs {
 /// Parses a figure width in pixels.
 fn width(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| format!("{text} is not a number"))?;
-    if (240.0..=4000.0).contains(&value) { Ok(value) } else { Err("the width must be between 240 and 4000 pixels".to_owned()) }
+    if (240.0..=4000.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err("the width must be between 240 and 4000 pixels".to_owned())
+    }
 }
 
 #[derive(Serialize)]

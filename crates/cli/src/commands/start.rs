@@ -131,7 +131,9 @@ fn model(recording: Recording, floor: Option<f64>, source: &str) -> Option<Strin
             let suggested = "# floor_height_m = { nominal = 0.0, min = -0.5, max = 0.5 }";
             match floor {
                 // The restitution cannot be calibrated without impacts.
-                None => text = text.replace("\nrestitution = ", "\n# No impacts were found.\n# restitution = "),
+                None => {
+                    text = text.replace("\nrestitution = ", "\n# No impacts were found.\n# restitution = ")
+                }
                 Some(z) if z.abs() > MIN_DECLARED_FLOOR_M => {
                     let (low, high) = (z - 0.5, z + 0.5);
                     let line =
@@ -153,10 +155,7 @@ fn next(recording: &Recording, data: &Path, model: Option<&Path>) -> String {
     match (recording, model) {
         (Recording::Pushes, Some(model)) => {
             let model = model.display().to_string();
-            format!(
-                "set the object in {model}, then {}",
-                words(&["augsim", "discover", &model, &data])
-            )
+            format!("set the object in {model}, then {}", words(&["augsim", "discover", &model, &data]))
         }
         (_, Some(model)) => words(&["augsim", "discover", &model.display().to_string(), &data]),
         (_, None) => format!(
@@ -196,7 +195,10 @@ fn start_text(result: &StartResult, data: &Dataset, recording: &Recording) -> St
         _ => {}
     }
     if result.trajectories == 1 {
-        lines.push("differences between trajectories cannot be estimated from one trajectory; record more".to_owned());
+        lines.push(
+            "differences between trajectories cannot be estimated from one trajectory; record more"
+                .to_owned(),
+        );
     }
     let model = result.model.as_ref().map_or(String::new(), |m| format!(" and {}", m.display()));
     lines.push(format!("written: {}{model}", result.data.display()));

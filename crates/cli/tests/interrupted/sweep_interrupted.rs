@@ -115,7 +115,8 @@ fn a_sweep_that_is_told_to_stop_leaves_checkpoints_and_goes_on() {
     assert!(sent.elapsed() < Duration::from_secs(3), "it took {:?}", sent.elapsed());
     let said = String::from_utf8_lossy(&out.stderr).into_owned();
     assert!(
-        out.status.code() == Some(143) && said.contains("of 4 tasks are done; run the same command to continue"),
+        out.status.code() == Some(143)
+            && said.contains("of 4 tasks are done; run the same command to continue"),
         "{said}"
     );
     let status = done(&["sweep", "status", "disturbed"], d);

@@ -154,7 +154,9 @@ impl Row {
             let explanation = match self.protocol {
                 Protocol::Forecast => self.layout.sees,
                 Protocol::Reconstruction => "the encoder uses the whole trajectory: not a prediction",
-                Protocol::Floor => "the lowest possible error from the first state, computed from the generating model",
+                Protocol::Floor => {
+                    "the lowest possible error from the first state, computed from the generating model"
+                }
             };
             format!("{} ({explanation})", self.protocol.label())
         })

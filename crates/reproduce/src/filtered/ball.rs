@@ -269,12 +269,7 @@ fn page_of(result: &ResultFile, fan: Block) -> augsim_report::page::Page {
         result.trajectories
     );
     let tables = SENSORS.map(|(name, sd)| table((name, sd))).into_iter().collect();
-    page::page(
-        ("Drops with a measured prefix", summary),
-        vec![fan],
-        tables,
-        (&result.command, result.seed),
-    )
+    page::page(("Drops with a measured prefix", summary), vec![fan], tables, (&result.command, result.seed))
 }
 
 /// Formats the full table by sensor.

@@ -118,7 +118,8 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     let (_, convert) = CONVERTERS.iter().find(|(name, _)| *name == super::FLIGHTS).context("a converter")?;
     let converted = convert(data)?;
     let declared = converted.model_toml.context("flights come with a model")?;
-    let clock = FrameClock::of(&converted.data).context("the time stamps of the flights have no common frame period")?;
+    let clock = FrameClock::of(&converted.data)
+        .context("the time stamps of the flights have no common frame period")?;
     let steady = until_they_turn(&clock.steady(&converted.data)?)?;
     let held_out = |t: &Trajectory| t.id().parse::<u32>().is_ok_and(|n| n % HELD_OUT_EVERY == 0);
     let places = |held: bool| -> Vec<usize> {
@@ -150,7 +151,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     let (correction, net_spread) = believed::correction(&of_train, &sensor, &learned, (&seen, seed))?;
     let in_flight = before_the_rebound(&test)?;
     let near = PREFIXES_S.iter().map(|seen_s| near(&test, *seen_s)).collect::<anyhow::Result<Vec<_>>>()?;
-    // Returns the number of measured rows of each flight for each prefix length in s.
+    // Measured rows of each flight, also for the flights that are cut before the rebound.
     let lengths = seen_of(&test, &PREFIXES_S);
     let mut rows = Vec::new();
     for (name, text, kind) in [

@@ -78,7 +78,9 @@ fn scored(
     // The poses are already measured, so no noise is added, and the scores include the noise of the
     // sensor.
     let settings = FilterSettings { is_measured: true, ..FilterSettings::new(PARTICLES, seed) };
-    let behind = |time: usize| MEASURED_FRACTIONS.iter().map(|share| ((share * time as f64) as usize).max(1)).collect();
+    let behind = |time: usize| {
+        MEASURED_FRACTIONS.iter().map(|share| ((share * time as f64) as usize).max(1)).collect()
+    };
     let lengths: Vec<Vec<usize>> = test.items.iter().map(|q| behind(q.time)).collect();
     let scores = evaluate_filtered(model, test, known, &lengths, settings)?;
     let each = scores.into_iter().zip(MEASURED_FRACTIONS);

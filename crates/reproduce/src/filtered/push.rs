@@ -147,12 +147,7 @@ fn page_of(result: &ResultFile) -> augsim_report::page::Page {
         .to_owned();
     let tables =
         vec![page::table(caption, &numbers, of("repeat")), page::table(different, &numbers, of("mit"))];
-    page::page(
-        ("Pushes with a measured prefix", summary),
-        Vec::new(),
-        tables,
-        (&result.command, result.seed),
-    )
+    page::page(("Pushes with a measured prefix", summary), Vec::new(), tables, (&result.command, result.seed))
 }
 
 fn table(result: &ResultFile) -> String {

@@ -64,16 +64,21 @@ fn sentence(set: &str, best: &str, worse: usize, tied: &[String], better: &[Stri
     let (tied, better) = (tied.join(", "), better.join(", "));
     if best != REFERENCE_MODEL {
         let mut parts = vec![format!("On {set} {best} has the least CRPS")];
-        parts.extend((!better.is_empty()).then(|| format!("{REFERENCE_MODEL} is significantly worse than {better}")));
         parts.extend(
-            (!tied.is_empty()).then(|| format!("the difference of {REFERENCE_MODEL} to {tied} is not significant")),
+            (!better.is_empty()).then(|| format!("{REFERENCE_MODEL} is significantly worse than {better}")),
+        );
+        parts.extend(
+            (!tied.is_empty())
+                .then(|| format!("the difference of {REFERENCE_MODEL} to {tied} is not significant")),
         );
         parts.push(format!("{REFERENCE_MODEL} is significantly better than the other {worse}"));
         return parts.join("; ") + ".";
     }
     match tied.is_empty() {
         true => {
-            format!("On {set} {REFERENCE_MODEL} has the least CRPS, significantly less than each of the other {worse}.")
+            format!(
+                "On {set} {REFERENCE_MODEL} has the least CRPS, significantly less than each of the other {worse}."
+            )
         }
         false => format!(
             "On {set} {REFERENCE_MODEL} has the least CRPS; the difference to {tied} is not significant, that to each of the other {worse} is."

@@ -221,8 +221,7 @@ fn text(result: &ResultFile) -> String {
         let _ = writeln!(out, "  declared {}, calibrated {}", shown(s.declared), shown(s.calibrated));
         let _ = writeln!(out, "  augmented {}: {}", shown(s.augmented.error), s.augmented.kinds.join(" + "));
         if let Some(formula) = &s.formula {
-            let _ =
-                writeln!(out, "  formulas only {}: {}", shown(formula.error), formula.kinds.join(" + "));
+            let _ = writeln!(out, "  formulas only {}: {}", shown(formula.error), formula.kinds.join(" + "));
         }
         if let Some(net) = &s.hybrid {
             let _ = writeln!(

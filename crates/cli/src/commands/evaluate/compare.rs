@@ -47,9 +47,18 @@ mod tests {
         let sentence = |before: f64, after: f64, ci95: [f64; 2]| {
             verdict("the net", "the physics", ErrorReduction { before, after, ci95 }, "mm", 1e3)
         };
-        assert!(sentence(0.02, 0.01, [0.005, 0.015]).starts_with("the net improves the forecasts: 10.000 mm against 20.000 mm"));
-        assert!(sentence(0.02, 0.019, [-0.001, 0.003]).starts_with("the net does not change the forecasts significantly"));
+        assert!(
+            sentence(0.02, 0.01, [0.005, 0.015])
+                .starts_with("the net improves the forecasts: 10.000 mm against 20.000 mm")
+        );
+        assert!(
+            sentence(0.02, 0.019, [-0.001, 0.003])
+                .starts_with("the net does not change the forecasts significantly")
+        );
         assert!(sentence(0.01, 0.02, [-0.02, -0.005]).starts_with("the net makes the forecasts worse"));
-        assert!(sentence(0.01, 0.02, [f64::NAN; 2]).starts_with("the net does not change the forecasts significantly"));
+        assert!(
+            sentence(0.01, 0.02, [f64::NAN; 2])
+                .starts_with("the net does not change the forecasts significantly")
+        );
     }
 }

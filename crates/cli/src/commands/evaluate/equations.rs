@@ -62,7 +62,8 @@ fn score_text(score: &Score) -> String {
         score.trajectories, score.burn_in, score.samples
     );
     if let Some(Trust { gain, spread, memory_s }) = score.trust {
-        let correlation = if memory_s > 0.0 { format!(" and a correlation time of {memory_s} s") } else { String::new() };
+        let correlation =
+            if memory_s > 0.0 { format!(" and a correlation time of {memory_s} s") } else { String::new() };
         // Writing to a string cannot fail.
         let _ = match gain > 0.0 {
             true => write!(

@@ -153,7 +153,8 @@ fn record_without_data(args: &Simulate, model: &Model, output: &Output) -> anyho
         let wave = match given.iter().find(|(name, _)| *name == input.name) {
             Some((_, wave)) => wave.clone(),
             None => {
-                let text = format!("sin({} * t)", 2.0 * std::f64::consts::PI * DEFAULT_INPUT_PERIODS / duration_s);
+                let text =
+                    format!("sin({} * t)", 2.0 * std::f64::consts::PI * DEFAULT_INPUT_PERIODS / duration_s);
                 output.note(format!(
                     "input {} is set to {text}; use --input {}=… to change it",
                     input.name, input.name
@@ -171,7 +172,12 @@ fn record_without_data(args: &Simulate, model: &Model, output: &Output) -> anyho
 
 /// Sets the initial state: from the options, else from the data, else a deflection if the model has no
 /// inputs.
-fn set_initial_state(args: &Simulate, model: &Model, record: &mut Record, output: &Output) -> anyhow::Result<()> {
+fn set_initial_state(
+    args: &Simulate,
+    model: &Model,
+    record: &mut Record,
+    output: &Output,
+) -> anyhow::Result<()> {
     let parameters = model.nominals();
     let mut start = record.windows.first().map(|w| w.start.clone()).unwrap_or_default();
     if args.like.is_none() {
