@@ -154,7 +154,7 @@ fn a_reproduction_keeps_its_networks_and_names_changed_settings() {
     assert!(nets().map(|net| net.expect("a net")) == first);
     succeed(&with(&["--resume"]), d);
     assert!(nets().map(|net| net.expect("a net")) == first);
-    // An edited run directory inside is no reason to throw it away.
+    // An edited run directory inside is not a reason to delete it.
     let config = d.join("ball/neural/config.resolved.toml");
     let text = std::fs::read_to_string(&config).expect("a configuration");
     std::fs::write(&config, text.replace("hidden = 16", "hidden = 17")).expect("it can be written");
