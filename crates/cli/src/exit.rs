@@ -1,5 +1,5 @@
-//! Exit codes: 0 done, 1 done but the asked-for criterion is not met, 2 usage, 3 bad data, 4 numerical
-//! failure, 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
+//! Exit codes: 0 success, 1 success but the requested criterion is not met, 2 usage error, 3 bad data, 4
+//! numerical failure, 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
 
 use augsim_data::{LimitSetting, printable};
 use augsim_session::{Failure, sentence};

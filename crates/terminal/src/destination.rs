@@ -158,7 +158,7 @@ impl Results<'_> {
     }
 }
 
-/// The folder holds nothing, or what the same command made of the same inputs.
+/// Checks that the folder is empty or has results of the same command on the same inputs.
 fn check_results(folder: &Path, files: &[&str], record: &Record) -> anyhow::Result<()> {
     let refused = |fault: PathFault| Err(Usage::path(folder, fault).into());
     if let Some(there) = Record::read(folder)? {

@@ -1,4 +1,4 @@
-//! Arguments and options of `augsim start`.
+//! Options of `start`.
 
 use augsim_data::Renamed;
 use clap::Args as ClapArgs;

@@ -1,4 +1,4 @@
-//! `augsim data inspect` and `augsim data convert`.
+//! `augsim data`: inspects data files and converts published data sets.
 
 use super::inspect::inspect;
 use super::inspect_system;

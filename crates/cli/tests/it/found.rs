@@ -129,7 +129,7 @@ fn a_network_on_the_residual_does_not_improve_a_complete_model() {
     let error = |row: usize| scored["rows"][row]["pos_m"].as_f64().expect("an error");
     assert!(error(2) < 0.5 * error(1) && error(2) < 0.03, "{scored}");
     let verdict = scored["verdict"].as_str().expect("a verdict");
-    assert!(!verdict.starts_with("the net helps"), "the model is complete, but {verdict}");
+    assert!(!verdict.starts_with("the net improves"), "the model is complete, but {verdict}");
     succeed(&["predict", "net", "--data", "fresh.csv", "--samples", "8", "--out", "forecast.csv"], d);
 
     // The declared model alone, and no model.

@@ -186,7 +186,7 @@ fn rejects_a_changed_input() {
     std::fs::write(d.join("drops.csv"), drops.replacen(",4", ",5", 1)).expect("it can be written");
     let error = fail(3, &["sweep", "run", "plan", "--index", "2"], d, &[]);
     assert!(
-        error.contains("drops.csv: the input data is not what it was")
+        error.contains("drops.csv: the input data has changed since")
             && error.contains("plan the sweep again")
     );
     std::fs::write(d.join("drops.csv"), drops).expect("it can be written");

@@ -48,7 +48,7 @@ fn summary(result: &ResultFile) -> String {
     format!(
         "From the first state alone, Hybrid+ predicts the height to {:.3} m (mean of 10 samples), physics alone to \
          {:.3} m. Ten samples of the law that made the data give {:.3} m: the restitution differs from drop to drop \
-         and cannot be seen at release, so no forecast can do much better.",
+         and is unknown at release, so no forecast can do much better.",
         best.number("pos_m"),
         physics.number("pos_m"),
         law.number("pos_m")

@@ -235,7 +235,7 @@ fn narrowing(model: &NetModel, start: &StartLaw, test: &Sequences, seed: u64) ->
     let heights: Vec<f64> = q.states.iter().step_by(columns).copied().collect();
     let caption = format!(
         "Hybrid+ forecasts drop `{id}` of the test set from its first heights, measured with {name}. Before the rebound the restitution \
-         is that of any drop; a few samples behind it the drop is known."
+         is that of any drop; a few samples after it the restitution is known."
     );
     let forecasts: Vec<_> = SHOWN.into_iter().zip(samples).collect();
     Ok(page::fans(("height", "m"), (&times, &heights), &forecasts, (0, columns), caption))

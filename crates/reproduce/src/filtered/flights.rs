@@ -314,7 +314,7 @@ fn page_of(result: &ResultFile) -> augsim_report::page::Page {
     };
     let caption = format!(
         "Median over {} held-out flights of the mean error of the median of {SAMPLES} samples, and of the mean CRPS; {ahead}: \
-         of the rest that far behind the prefix; in flight: before the first rebound; mean: over all rows.",
+         of the rows up to that time after the prefix; in flight: before the first rebound; mean: over all rows.",
         result.held_out
     );
     let summary = format!(

@@ -18,7 +18,7 @@ pub fn page(
         sections.push(Section::new("Forecasts with increasing prefixes", blocks));
     }
     sections.push(Section::new(
-        "Every model behind the same prefixes",
+        "All models with the same prefixes",
         tables.into_iter().map(Block::Table).collect(),
     ));
     let code = Block::Code { caption: String::new(), text: command.to_owned() };

@@ -133,7 +133,7 @@ fn page_of(result: &ResultFile) -> augsim_report::page::Page {
     let row = |r: &Row| {
         let errors = [r.pushes as f64, r.position_mm, r.rotation_deg, r.crps_mm, r.crps_deg].map(Some);
         let bands = [r.coverage50, r.coverage90].map(page::percent);
-        (format!("{}, {} seen", r.model, r.prefix()), errors.into_iter().chain(bands).collect())
+        (format!("{}, {} measured", r.model, r.prefix()), errors.into_iter().chain(bands).collect())
     };
     let caption = "Errors of the median of 100 samples over the rest, mean over pushes.".to_owned();
     let summary = format!(

@@ -13,7 +13,7 @@ pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
         overline: "systems of equations".to_owned(),
         title: "Benchmark sets with textbook models".to_owned(),
         summary: "Each model was calibrated and augmented on the training record alone; the errors are those of free runs on \
-                  the test record, in the benchmark's own metric, beside what others published."
+                  the test record, in the benchmark's own metric, next to published results."
             .to_owned(),
         sections,
         provenance: Provenance {

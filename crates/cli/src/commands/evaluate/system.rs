@@ -1,4 +1,4 @@
-//! `augsim evaluate MODEL.toml`: the free run of a system of equations on held-out data.
+//! `augsim evaluate MODEL.toml`: scores the free run of a model of equations.
 
 use crate::args::Evaluate;
 use augsim_session::usage::Inapplicable;

@@ -1,4 +1,4 @@
-//! `augsim simulate --scenario ball`.
+//! `augsim simulate --scenario ball`: generates ball drops.
 
 use super::prepared;
 use crate::args::Simulate;

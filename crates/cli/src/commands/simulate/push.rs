@@ -1,4 +1,4 @@
-//! `augsim simulate --scenario push`.
+//! `augsim simulate --scenario push`: generates pushes.
 
 use super::prepared;
 use crate::args::{PushProtocolArg, Simulate};
