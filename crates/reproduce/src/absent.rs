@@ -5,7 +5,7 @@ use thiserror::Error;
 
 /// Data folder without the required files.
 #[derive(Debug, Error)]
-pub enum Absent {
+pub enum MissingData {
     /// No benchmark data set was found.
     #[error("{}: the folder contains none of the data sets `{}`", data.display(), sets.join("`, `"))]
     Systems {

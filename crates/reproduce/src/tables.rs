@@ -1,6 +1,6 @@
 //! Runs `augsim reproduce`: one function per scenario.
 
-use crate::absent::Absent;
+use crate::absent::MissingData;
 use crate::args::{NetArg, Reproduce, Scenario};
 use crate::chain;
 use crate::experiment::data::Data;
@@ -44,7 +44,7 @@ fn drops(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::R
     let out = args.out.clone().unwrap_or_else(|| "out/ball".into());
     let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
     if let Some(dir) = args.data.as_ref().filter(|dir| !dir.is_dir()) {
-        return Err(Absent::Drops { folder: dir.clone() }.into());
+        return Err(MissingData::Drops { folder: dir.clone() }.into());
     }
     let mut record = Record::new("reproduce ball").setting("seed", seed).setting("iterations", iterations);
     let mut words = words(&["ball", "--iterations", &iterations.to_string(), "--seed", &seed.to_string()]);
@@ -99,7 +99,7 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         published = Data::is_published(folder).then(|| folder.clone());
         runs = runs_folder(folder);
         if published.is_none() && runs.is_none() {
-            return Err(Absent::Pushes { folder: folder.clone() }.into());
+            return Err(MissingData::Pushes { folder: folder.clone() }.into());
         }
     }
     let plan = if args.quick { Sizes::quick() } else { Sizes::full() };

@@ -5,7 +5,7 @@
 //! memory of an idle program only. Starting a process costs a few milliseconds.
 
 use super::clap_options::{Program, SweptCommand};
-use super::fault::{Spoilt, SweepFault};
+use super::fault::{SweepDataError, SweepFault};
 use super::inputs::Hasher;
 use super::plan::Plan;
 use super::store::{Failure, Store, TaskLock};
@@ -116,7 +116,7 @@ impl Runner {
             let found = self.hasher.hash(&path)?;
             if found != input.sha256 {
                 let (name, planned) = (name.clone(), input.sha256.clone());
-                return Err(Spoilt::Input { path, name, planned, found }.into());
+                return Err(SweepDataError::Input { path, name, planned, found }.into());
             }
         }
         Ok(())

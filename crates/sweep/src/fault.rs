@@ -90,7 +90,7 @@ pub enum SweepFault {
 
 /// Invalid content of a plan, its inputs, its results, or a rejection by the cluster: exit code 3.
 #[derive(Debug, Error)]
-pub enum Spoilt {
+pub enum SweepDataError {
     /// An input has changed since the plan was made.
     #[error(
         "{}: the input {name} has changed since the sweep was planned (SHA-256 {} then, {} now); restore it, or plan the \

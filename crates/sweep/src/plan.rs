@@ -1,7 +1,7 @@
 //! `sweep plan`: writes the tasks of a sweep into a folder and reads them back.
 
 use super::clap_options::{Program, SweptCommand};
-use super::fault::{OptionFault, Spoilt, SweepFault};
+use super::fault::{OptionFault, SweepDataError, SweepFault};
 use super::file::{SweepFile, Value, dashed, value};
 use super::inputs::{Hasher, Input, expand, sha256};
 use super::scores::Score;
@@ -379,6 +379,6 @@ fn parse_task(index: usize, line: &str, folder: &Path) -> anyhow::Result<Task> {
     let named = Task::new(task.content.clone())?;
     match named.id == task.id {
         true => Ok(task),
-        false => Err(Spoilt::Task { plan, line: at, id: task.id }.into()),
+        false => Err(SweepDataError::Task { plan, line: at, id: task.id }.into()),
     }
 }

@@ -1,6 +1,6 @@
 //! Scores: values from a task's result that fill a row of the table.
 
-use super::fault::{Spoilt, SweepFault};
+use super::fault::{SweepDataError, SweepFault};
 use serde_json::Value;
 use serde_json_path::JsonPath;
 use std::collections::BTreeMap;
@@ -35,12 +35,12 @@ impl Score {
             [] | [Value::Null] => Ok(None),
             [Value::Array(_) | Value::Object(_)] => {
                 let (column, path) = (self.column.clone(), self.path.clone());
-                Err(Spoilt::ScoreOfMany { column, path }.into())
+                Err(SweepDataError::ScoreOfMany { column, path }.into())
             }
             [one] => Ok(Some((*one).clone())),
             several => {
                 let (column, path, values) = (self.column.clone(), self.path.clone(), several.len());
-                Err(Spoilt::ScoreTwice { column, path, values }.into())
+                Err(SweepDataError::ScoreTwice { column, path, values }.into())
             }
         }
     }

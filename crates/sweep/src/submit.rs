@@ -3,7 +3,7 @@
 //! Slurm runs the sweep: an array job runs the remaining tasks, one or several per job, and a second job
 //! collects the results after the first has ended. The script contains all commands.
 
-use super::fault::{Spoilt, SweepFault};
+use super::fault::{SweepDataError, SweepFault};
 use super::plan::Plan;
 use super::store::Store;
 use anyhow::Context;
@@ -80,7 +80,7 @@ pub fn submit(
     let run = Command::new("sh").arg(&path).output().context("cannot start `sh`")?;
     let (said, told) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
     if !run.status.success() {
-        return Err(Spoilt::Refused { script: path, stderr: told.into_owned() }.into());
+        return Err(SweepDataError::Refused { script: path, stderr: told.into_owned() }.into());
     }
     output.note(told.trim());
     let job = |name: &str| {

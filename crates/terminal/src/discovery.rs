@@ -17,7 +17,7 @@ const MODEL: &str = "model.toml";
 
 /// Runs the discovery and writes `result.json`, `model.toml` and `report.html`. `force` replaces the
 /// results of another run in the folder.
-pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Discovery> {
+pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Discovery> {
     let claim = claim(args, seed, force)?;
     let accept = args.accept.accept.clone();
     let accepted = accept.iter().copied().collect();

@@ -32,7 +32,7 @@ impl Times {
 ///
 /// # Errors
 /// With `resume`: the existing run has another configuration. It is not overwritten.
-pub fn train_again(
+pub fn train_or_resume(
     folder: &Path,
     config: &Config,
     data: &Sequences,

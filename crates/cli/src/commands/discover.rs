@@ -4,14 +4,14 @@ use augsim_discovery::{Discovery, DiscoveryError, Rmse, SCHEMA, Verdict};
 use augsim_session::sentence;
 use augsim_terminal::Outcome;
 use augsim_terminal::discover_args::Discover;
-use augsim_terminal::discovery::close_loop;
+use augsim_terminal::discovery::run_discovery;
 use augsim_terminal::output::Output;
 use serde::Serialize;
 use std::fmt::Write as _;
 
 /// Runs the subcommand.
 pub fn run(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    let found = match close_loop(args, seed, force, output) {
+    let found = match run_discovery(args, seed, force, output) {
         Err(error) if is_system_rejection(&error) => {
             // Without a calibration there is no result to write, only the verdict.
             let (verdict, sentence) =

@@ -91,7 +91,7 @@ impl Chain<'_> {
                 residual_of: None,
                 settings,
             };
-            match training::train_again(&out.join(folder), &config, self.train, resume, output)? {
+            match training::train_or_resume(&out.join(folder), &config, self.train, resume, output)? {
                 Some(trained) => nets.push((label, trained.model)),
                 None => return Ok(None),
             }

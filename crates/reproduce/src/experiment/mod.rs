@@ -220,7 +220,7 @@ impl Experiment {
             residual_of: None,
             settings,
         };
-        training::train_again(&self.run_dir(claim, recipe, size), &config, &train, self.resume, output)
+        training::train_or_resume(&self.run_dir(claim, recipe, size), &config, &train, self.resume, output)
     }
 
     /// Returns the run directory of a network for a training-set size.

@@ -132,7 +132,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let config =
         Config { checkpoint_every: 500, data: train, accept: Vec::new(), residual_of: None, settings };
     let folder = claim.folder().join("hybrid-plus");
-    let Some(net) = training::train_again(&folder, &config, &data.train, args.resume, output)? else {
+    let Some(net) = training::train_or_resume(&folder, &config, &data.train, args.resume, output)? else {
         return Ok(Outcome::Interrupted);
     };
     let mut items = data.tests[0].items.clone();

@@ -43,7 +43,7 @@ pub fn rows(
         settings: Settings::new(Recipe::HybridPlus, ITERATIONS[quick], plan.seed, test.engine.clone()),
     };
     let folder = claim.folder().join("hybrid-plus");
-    let Some(net) = training::train_again(&folder, &config, &train, plan.args.resume, output)? else {
+    let Some(net) = training::train_or_resume(&folder, &config, &train, plan.args.resume, output)? else {
         return Ok(None);
     };
     let items = &test.items;

@@ -296,7 +296,8 @@ impl Runs<'_> {
         let shown = folder.file_name().unwrap_or_default().to_string_lossy();
         self.output.note(format!("{}: {shown} ({} iterations)", self.scenario.name(), settings.iterations));
         let before = processor_s();
-        let Some(trained) = training::train_again(&folder, &config, train, self.resume, self.output)? else {
+        let Some(trained) = training::train_or_resume(&folder, &config, train, self.resume, self.output)?
+        else {
             return Ok(None);
         };
         let cpu = folder.join(CPU_TIME_FILE);

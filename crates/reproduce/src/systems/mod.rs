@@ -5,7 +5,7 @@ mod net;
 mod page;
 mod sets;
 
-use crate::absent::Absent;
+use crate::absent::MissingData;
 use crate::args::Reproduce;
 use crate::reproduction::{claim, repeat};
 use anyhow::Context;
@@ -18,7 +18,7 @@ use augsim_session::written::records::records;
 use augsim_session::{folders, written};
 use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::discover_args::{Accept, Discover, Library};
-use augsim_terminal::discovery::close_loop;
+use augsim_terminal::discovery::run_discovery;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
@@ -77,7 +77,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let there: Vec<&Set> = SETS.iter().filter(|set| data.join(set.name).is_dir()).collect();
     if there.is_empty() {
         let sets = SETS.map(|set| set.name).to_vec();
-        return Err(Absent::Systems { data: data.to_owned(), sets }.into());
+        return Err(MissingData::Systems { data: data.to_owned(), sets }.into());
     }
     let out = args.out.clone().unwrap_or_else(|| "out/systems".into());
     let plan = Plan { iterations: args.iterations.unwrap_or(ITERATIONS), seed, resume: args.resume };
@@ -159,7 +159,7 @@ fn one(
             accept: Accept::default(),
         };
         // The claim of the outer folder has already decided what may be overwritten.
-        let found: Discovery = close_loop(&args, plan.seed, true, output)?;
+        let found: Discovery = run_discovery(&args, plan.seed, true, output)?;
         output.note(format!("{}: {}", set.name, found.sentence));
         let augmented = sub.join("model.toml");
         let model = written::read(&augmented).with_context(|| augmented.display().to_string())?;

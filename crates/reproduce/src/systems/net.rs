@@ -8,7 +8,7 @@ use augsim_session::foretell::net_scores;
 use augsim_session::run_data;
 use augsim_session::run_dir::{Config, DataSource};
 use augsim_terminal::output::Output;
-use augsim_terminal::training::train_again;
+use augsim_terminal::training::train_or_resume;
 use augsim_trainer::{Recipe, SAMPLES, Settings};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -55,7 +55,7 @@ pub fn net(set: &Set, found: &Path, test: &Path, plan: Plan, output: &Output) ->
     };
     let (records, warnings) = run_data::admitted(&config)?;
     output.warn(&warnings);
-    let Some(trained) = train_again(&found.join("net"), &config, &records, plan.resume, output)? else {
+    let Some(trained) = train_or_resume(&found.join("net"), &config, &records, plan.resume, output)? else {
         return Ok(None);
     };
     let options = ForetellOptions { seed: plan.seed, draws: SAMPLES, only: None };
