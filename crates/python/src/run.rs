@@ -121,7 +121,7 @@ pub fn train(
 }
 
 fn parse_recipe(recipe: &str) -> anyhow::Result<Recipe> {
-    Recipe::parse_recipe(recipe).ok_or_else(|| {
+    Recipe::named(recipe).ok_or_else(|| {
         let known = Recipe::all().map(Recipe::name).collect();
         Usage::Unknown(UnknownName::Recipe { name: recipe.to_owned(), known }).into()
     })
