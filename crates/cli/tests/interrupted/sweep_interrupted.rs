@@ -121,7 +121,7 @@ fn a_stopped_sweep_leaves_checkpoints_and_resumes() {
         "{said}"
     );
     let status = done(&["sweep", "status", "disturbed"], d);
-    assert!(status.contains("; 0 run, 0 failed, "), "{status}");
+    assert!(status.contains("; 0 running, 0 failed, "), "{status}");
     done(&["sweep", "run", "disturbed", "--all", "--threads", "2"], d);
     assert!(collected("disturbed", d) == whole, "a stop changes the bytes");
 }
@@ -136,11 +136,11 @@ fn tasks_end_when_their_sweep_is_killed() {
     let mut child = start(d);
     wait_for(|| (checkpoints(d) > 1).then_some(()));
     let running = || done(&["sweep", "status", "disturbed"], d);
-    assert!(running().contains("; 2 run,"), "{}", running());
+    assert!(running().contains("; 2 running,"), "{}", running());
     kill("KILL", child.id());
     let killed = Instant::now();
     child.wait().expect("it ends");
-    wait_for(|| running().contains("; 0 run,").then_some(()));
+    wait_for(|| running().contains("; 0 running,").then_some(()));
     assert!(killed.elapsed() < Duration::from_secs(4), "tasks outlive their sweep by {:?}", killed.elapsed());
 }
 

@@ -101,7 +101,7 @@ fn a_forecast_uses_only_the_prefix_on_any_number_of_threads() {
         let args =
             ["predict", "model.toml", "--data", data, "--seen", "60", "--threads", threads, "--out", out];
         let told = succeed(&args, d);
-        assert!(told.contains("behind the first 60 samples"), "{told}");
+        assert!(told.contains("from the first 60 samples"), "{told}");
         std::fs::read(d.join(out)).expect("a forecast")
     };
     let first = bytes("drops.csv", "a.csv", "1");

@@ -167,7 +167,7 @@ fn a_reproduction_keeps_its_networks_and_names_changed_settings() {
 fn rejects_a_missing_data_folder_of_a_reproduction() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let args = ["reproduce", "ball", "--data", "nowhere", "--quick", "-q", "--out", "ball"];
-    refused_with(3, &args, dir.path(), &["nowhere", "no such folder", "without --data"]);
+    refused_with(3, &args, dir.path(), &["nowhere", "the folder does not exist", "omit --data"]);
     assert!(names(dir.path()).is_empty());
 }
 

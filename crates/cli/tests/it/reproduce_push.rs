@@ -121,7 +121,7 @@ fn rejects_a_folder_without_pushes_with_a_remedy() {
         let out = augsim(&["reproduce", "push", "--data", folder, "--out", "out"], dir.path());
         let error = String::from_utf8_lossy(&out.stderr).into_owned();
         assert_eq!(out.status.code(), Some(3), "{error}");
-        assert!(error.contains(folder) && error.contains("without --data"), "{error}");
+        assert!(error.contains(folder) && error.contains("omit --data"), "{error}");
         assert!(!dir.path().join("out").exists());
     }
 }

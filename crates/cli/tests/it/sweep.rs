@@ -96,7 +96,7 @@ fn rejects_a_bad_sweep_before_any_output() {
         ),
         ("command = \"train\"\n[options]\nrecipe = \"hybrd\"", "invalid value 'hybrd' for '--recipe"),
         ("command = \"train\"\n[options]\niterations = -3", "invalid value '-3' for '--iterations"),
-        ("command = \"train\"\n[options]\nout = \"x\"", "`out` is not for a sweep"),
+        ("command = \"train\"\n[options]\nout = \"x\"", "`out` cannot be set in a sweep"),
         ("command = \"train\"\n[cross]\nseed = []", "[cross] seed: the list is empty"),
         ("command = \"train\"\n[cross]\nseed = [1, 2, 1]", "[cross] seed: has 1 twice"),
         ("command = \"train\"\n[cross]\nseed = 3", "[cross] seed: give a list"),
@@ -108,7 +108,7 @@ fn rejects_a_bad_sweep_before_any_output() {
         ("command = \"train\"\n[scores]\nloss = \"loss\"", "[scores] loss = \"loss\": not a valid JSONPath"),
         (
             "command = \"train\"\n[scores]\nseed = \"$.loss\"\n[cross]\nseed = [1]",
-            "`seed` is an option's name",
+            "`seed` is the name of an option",
         ),
         // The parser accepts this, but the command rejects it.
         ("command = \"train\"\n[options]\ndata = \"drops.csv\"", "nothing says what moves here"),
