@@ -72,7 +72,7 @@ pub fn submit(
         write!(std::io::stdout(), "{script}").context("standard output: cannot write the script")?;
         return Ok(Outcome::Done);
     }
-    if !slurm && !dry_run {
+    if !slurm {
         return Err(SweepFault::NoSlurm.into());
     }
     let path = plan.folder.join("submit.sh");
