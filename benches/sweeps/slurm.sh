@@ -146,14 +146,14 @@ training() { # Process of a task on a node that is up.
 }
 # A task that ends by itself at this very moment is not killed; then it is the next one.
 killed() {
-    victim=$(training) && kill -KILL "$victim" 2>/dev/null && sleep 1 && grep -qs "was killed by SIGKILL" there/slurm/*.log
+    victim=$(training) && kill -KILL "$victim" 2>/dev/null && sleep 1 && grep -qs "killed by SIGKILL" there/slurm/*.log
 }
 wait_for "a task is killed" killed
 echo "killed process $victim of a task, with $(done_now) of $tasks done"
 
 wait_for "all jobs have ended" ended
 "$augsim" sweep status there
-grep -h "^  task .* was killed" there/slurm/*.log
+grep -h "^  task .* killed by" there/slurm/*.log
 
 # The same tasks without a cluster, and without anything going wrong.
 "$augsim" sweep run here --all --threads 2

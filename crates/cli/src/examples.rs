@@ -1,4 +1,4 @@
-//! Examples that `--help` ends with, one constant a command.
+//! Examples at the end of each `--help` text, one constant per command.
 
 macro_rules! examples {
     ($($name:ident: $($line:literal),+;)+) => {

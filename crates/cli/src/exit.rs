@@ -1,5 +1,5 @@
-//! Exit codes: 0 done, 1 done but the asked-for criterion is not met, 2 usage, 3 bad data, 4 numerical
-//! failure, 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
+//! Exit codes: 0 success, 1 success but the requested criterion is not met, 2 usage error, 3 bad data, 4
+//! numerical failure, 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
 
 use augsim_data::{LimitSetting, printable};
 use augsim_session::{Failure, sentence};
@@ -7,15 +7,15 @@ use augsim_tensor::TensorError;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Prints the error in one paragraph and gives its exit code.
+/// Prints the error as one paragraph and returns its exit code.
 pub fn report(error: &anyhow::Error) -> ExitCode {
     // Nothing can be done when standard error is closed.
     let _ = writeln!(std::io::stderr(), "augsim: error: {}", printable(&sentence(error)));
     ExitCode::from(code(error))
 }
 
-/// Whether a cause is a mistake of use that only the command line knows.
-fn is_mistake_of_use(cause: &(dyn std::error::Error + 'static)) -> bool {
+/// Whether a cause is a usage error that only the command line can detect.
+fn is_usage_error(cause: &(dyn std::error::Error + 'static)) -> bool {
     cause.is::<LimitSetting>() || matches!(cause.downcast_ref(), Some(TensorError::Simd { .. }))
 }
 
@@ -23,7 +23,7 @@ fn code(error: &anyhow::Error) -> u8 {
     if let Some(code) = augsim_sweep::exit_code(error) {
         return code;
     }
-    if error.chain().any(is_mistake_of_use) {
+    if error.chain().any(is_usage_error) {
         return 2;
     }
     match Failure::of(error) {

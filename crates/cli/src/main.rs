@@ -18,9 +18,9 @@ fn main() -> ExitCode {
     let output = Output::new(args.global.json, args.global.quiet, args.global.verbose);
     let result = interrupt::install()
         .and_then(|()| interrupt::end_with_parent())
-        .and_then(|()| instruction_set())
-        .and_then(|()| limits())
-        .and_then(|()| threads(args.global.threads))
+        .and_then(|()| check_instruction_set())
+        .and_then(|()| check_limits())
+        .and_then(|()| set_threads(args.global.threads))
         .and_then(|()| commands::run(&args, &output));
     augsim_session::folders::remove_empty();
     match result {
@@ -29,18 +29,18 @@ fn main() -> ExitCode {
     }
 }
 
-/// Refuses an instruction set that the environment asks for and this machine does not have.
-fn instruction_set() -> anyhow::Result<()> {
+/// Checks that this machine has the instruction set that the environment asks for.
+fn check_instruction_set() -> anyhow::Result<()> {
     Ok(Level::requested().map(drop)?)
 }
 
-/// Refuses an environment variable `AUGSIM_LIMIT_…` that would not do what its user thinks.
-fn limits() -> anyhow::Result<()> {
+/// Checks the environment variables `AUGSIM_LIMIT_…` for unknown names and values.
+fn check_limits() -> anyhow::Result<()> {
     Ok(Limit::check_environment()?)
 }
 
-/// Sets the number of worker threads; results do not depend on it.
-fn threads(count: Option<u16>) -> anyhow::Result<()> {
+/// Sets the number of worker threads. Results do not depend on it.
+fn set_threads(count: Option<u16>) -> anyhow::Result<()> {
     if let Some(n) = count {
         rayon::ThreadPoolBuilder::new().num_threads(usize::from(n)).build_global()?;
     }

@@ -1,4 +1,4 @@
-//! Long work on a thread of its own: the interpreter's lock is free meanwhile, progress is told, Ctrl-C stops it.
+//! Runs long work on a separate thread: releases the GIL, reports progress, stops on Ctrl-C.
 
 use crate::error::{defect, raised, unlocked};
 use pyo3::prelude::*;
@@ -9,33 +9,33 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::Duration;
 
-/// Longest time between two looks for signals.
-const PATIENCE: Duration = Duration::from_millis(50);
-/// Bytes of the thread's stack: that of a program's main thread.
+/// Maximum time between two checks for signals.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
+/// Stack size of the thread in bytes, as for a main thread.
 const STACK: usize = 8 << 20;
 
-/// Messages of the work to the caller.
-enum Heard<T> {
-    /// The step that it is at, and the share of the whole that is done, where it knows.
+/// Messages of the worker to the caller.
+enum Message<T> {
+    /// Current step and completed fraction, if known.
     Step(String, Option<f64>),
-    /// How it ended.
+    /// Result of the work.
     Done(thread::Result<anyhow::Result<T>>),
 }
 
-/// The worker's end of the line.
+/// Connection of the worker to the caller.
 pub struct Line<T> {
-    tell: Sender<Heard<T>>,
+    tell: Sender<Message<T>>,
     stop: Arc<AtomicBool>,
 }
 
-/// Unwinds a worker that nobody waits for.
+/// Panic payload that stops a worker whose caller was interrupted.
 struct Stopped;
 
 impl<T> Line<T> {
-    /// Tells a step.
+    /// Reports a step.
     pub fn step(&self, step: String, share: Option<f64>) {
-        // Nobody listens any more once the caller was interrupted.
-        let _ = self.tell.send(Heard::Step(step, share));
+        // The receiver is closed if the caller was interrupted.
+        let _ = self.tell.send(Message::Step(step, share));
     }
 
     /// Whether the caller was interrupted.
@@ -43,7 +43,7 @@ impl<T> Line<T> {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Ends work that cannot be asked to stop, if the caller was interrupted; no message is printed.
+    /// Stops work without a stop check if the caller was interrupted; prints no message.
     pub fn end_if_stopped(&self) {
         if self.must_stop() {
             resume_unwind(Box::new(Stopped));
@@ -51,11 +51,11 @@ impl<T> Line<T> {
     }
 }
 
-/// Does `work` on another thread and waits for it; `progress` is called with each step and share.
+/// Runs `work` on another thread and waits for it; calls `progress` with each step and fraction.
 ///
 /// # Errors
-/// The exception for the error or the panic of the work; `KeyboardInterrupt`, or what `progress` raises, at once: the work
-/// then ends at its next step.
+/// The exception of an error or panic of the work. `KeyboardInterrupt`, or an exception of `progress`,
+/// is raised at once, and the work then ends at its next step.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -67,19 +67,20 @@ pub fn run<T: Send + 'static>(
     let builder = thread::Builder::new().name("augsim".to_owned()).stack_size(STACK);
     builder.spawn(move || {
         let result = catch_unwind(AssertUnwindSafe(|| work(&line)));
-        let _ = line.tell.send(Heard::Done(result));
+        let _ = line.tell.send(Message::Done(result));
     })?;
     let outcome = loop {
         let waited;
         (hear, waited) = py.detach(move || wait(hear));
-        let heard = match waited {
-            Ok(Heard::Done(result)) => break Ok(result),
-            Ok(Heard::Step(step, share)) => progress.map_or(Ok(()), |p| p.call1((step, share)).map(drop)),
+        let message = match waited {
+            Ok(Message::Done(result)) => break Ok(result),
+            Ok(Message::Step(step, share)) => progress.map_or(Ok(()), |p| p.call1((step, share)).map(drop)),
             Err(RecvTimeoutError::Timeout) => Ok(()),
             Err(RecvTimeoutError::Disconnected) => Err(defect(Box::new("the worker is gone"))),
         };
-        // Steps of a training come faster than the wait lasts: signals are looked for after each, too.
-        if let Err(e) = heard.and_then(|()| py.check_signals()) {
+        // Training reports steps faster than the polling interval, so signals are also checked after
+        // each step.
+        if let Err(e) = message.and_then(|()| py.check_signals()) {
             break Err(e);
         }
     };
@@ -93,7 +94,8 @@ pub fn run<T: Send + 'static>(
     }
 }
 
-/// Does brief work on the calling thread, where waiting for another would take longer, and any other as [`run`] does.
+/// Runs short work on the calling thread, which is faster than a thread switch, and other work as
+/// [`run`] does.
 ///
 /// # Errors
 /// As [`run`].
@@ -105,7 +107,7 @@ pub fn run_unless_brief<T: Send + 'static>(
     if is_brief { unlocked(py, work) } else { run(py, None, move |_| work()) }
 }
 
-fn wait<T>(hear: Receiver<Heard<T>>) -> (Receiver<Heard<T>>, Result<Heard<T>, RecvTimeoutError>) {
-    let heard = hear.recv_timeout(PATIENCE);
-    (hear, heard)
+fn wait<T>(hear: Receiver<Message<T>>) -> (Receiver<Message<T>>, Result<Message<T>, RecvTimeoutError>) {
+    let message = hear.recv_timeout(POLL_INTERVAL);
+    (hear, message)
 }

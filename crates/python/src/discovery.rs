@@ -1,4 +1,4 @@
-//! A discovery, and what is shown of it.
+//! Python class of discoveries and their reports.
 
 use crate::background;
 use crate::error::{raised, unlocked};
@@ -11,10 +11,10 @@ use augsim_session::{Circumstances, DataFrom, Subject, Wanted};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// Width of a figure on its own, pixels.
+/// Width of a single figure in pixels.
 const FIGURE_WIDTH: f64 = 640.0;
 
-/// Result of a discovery, with the model and data that it was made of.
+/// Result of a discovery, with its model and data.
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Discovery {
     found: augsim_discovery::Discovery,
@@ -24,7 +24,7 @@ pub struct Discovery {
     wanted: Wanted,
 }
 
-/// Closes the loop on a model and data.
+/// Searches for the effects that a model lacks.
 #[pyfunction]
 #[pyo3(signature = (model, data, *, seed, groups, null_runs, accept, progress))]
 #[expect(clippy::too_many_arguments, reason = "all but two are keywords of Python")]
@@ -44,11 +44,11 @@ pub fn discover(
     let wanted = Wanted { groups, accept, options };
     let (subject, path, data) = (model.subject.clone(), model.path.clone(), data.from.clone());
     background::run(py, progress.as_ref(), move |line| {
-        let mut told = |step: augsim_discovery::Progress| {
+        let mut report = |step: augsim_discovery::Progress| {
             line.end_if_stopped();
             line.step(step.describe().to_owned(), Some(step.fraction()));
         };
-        let found = augsim_session::discover(&subject, &data, &wanted, &mut told)?;
+        let found = augsim_session::discover(&subject, &data, &wanted, &mut report)?;
         Ok(Discovery { found, subject, model: path, data, wanted })
     })
 }
@@ -62,27 +62,27 @@ impl Discovery {
 
 #[pymethods]
 impl Discovery {
-    /// The bytes of `result.json`.
+    /// Returns the text of `result.json`.
     fn json(&self, py: Python<'_>) -> PyResult<String> {
         unlocked(py, || Ok(serde_json::to_string_pretty(&self.found)?))
     }
 
-    /// The text of the augmented model.
+    /// Returns the text of the augmented model.
     fn model_toml(&self) -> &str {
         &self.found.model_toml
     }
 
-    /// The page as it is in a folder.
+    /// Returns the report page for a folder.
     fn page(&self, py: Python<'_>, folder: PathBuf) -> PyResult<String> {
         unlocked(py, || Ok(self.report(&folder).render()))
     }
 
-    /// The beginning of the page.
+    /// Returns the first part of the report page.
     fn excerpt(&self, py: Python<'_>) -> PyResult<String> {
         unlocked(py, || Ok(self.report(Path::new("")).excerpt().render()))
     }
 
-    /// Titles and SVG documents of all figures.
+    /// Returns the titles and SVG documents of all figures.
     fn figures(&self, py: Python<'_>) -> PyResult<Vec<(String, String)>> {
         let drawn = |figure: &augsim_report::figure::Figure| {
             (figure.title().to_owned(), figure.svg_document(FIGURE_WIDTH))

@@ -1,4 +1,4 @@
-//! Trajectories that our generators make: for examples, and for trying things out.
+//! Generated trajectories for examples and tests.
 
 use crate::background;
 use crate::error::unlocked;
@@ -16,7 +16,7 @@ use augsim_session::{Subject, Usage};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 
-/// Refuses more trajectories than the limit of data sets.
+/// Checks the number of trajectories against the limit of data sets.
 fn check(trajectories: usize) -> Result<(), Usage> {
     if trajectories == 0 {
         return Err(Usage::keyword("trajectories", 0, Takes::AtLeastOne));
@@ -26,7 +26,7 @@ fn check(trajectories: usize) -> Result<(), Usage> {
     checked.map_err(|exceeded| Usage::Limit { oversized, exceeded })
 }
 
-/// Drops of the paper's law.
+/// Generates drops with the random restitution of the paper.
 #[pyfunction]
 pub fn drops(py: Python<'_>, trajectories: usize, samples: usize, seed: u64) -> PyResult<Data> {
     let made = background::run(py, None, move |_| {
@@ -40,7 +40,7 @@ pub fn drops(py: Python<'_>, trajectories: usize, samples: usize, seed: u64) -> 
     Data::of(py, made)
 }
 
-/// Pushes of the virtual laboratory, laid out as the MIT set, and the model that is declared for them.
+/// Generates pushes in the layout of the MIT set in the virtual laboratory, and their declared model.
 #[pyfunction]
 pub fn pushes(
     py: Python<'_>,
@@ -57,7 +57,7 @@ pub fn pushes(
     Ok((Data::of(py, made.data)?, Model { subject, path: None }))
 }
 
-/// The virtual laboratory, for pushes that are chosen one by one.
+/// The virtual laboratory, for single pushes.
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Laboratory {
     recipe: Recipe,
@@ -72,7 +72,8 @@ impl Laboratory {
         Ok(Laboratory { recipe, seed })
     }
 
-    /// Memory of poses `[time, 3]` from a pose `[3]`, with the rod at `x` and `y` at `times`.
+    /// Simulates a push; returns poses `[time, 3]` from a start pose `[3]` with the pusher at `x` and
+    /// `y` at `times`.
     fn pushed<'py>(
         &self,
         py: Python<'py>,

@@ -1,5 +1,5 @@
 #![doc = include_str!("../README.md")]
-// Without the feature nothing is compiled, so that commands for the whole workspace need no Python.
+// Without the feature the crate is empty, so that workspace commands need no Python.
 #![cfg(feature = "extension-module")]
 
 mod background;
@@ -14,7 +14,7 @@ mod stepper;
 
 use pyo3::prelude::*;
 
-/// The functions and classes that the package `augsim` is made of; not to be used directly.
+/// Functions and classes behind the package `augsim`. Do not use them directly.
 #[pymodule]
 mod _augsim {
     #[pymodule_export]

@@ -1,4 +1,4 @@
-//! Model files.
+//! Python class of model files.
 
 use crate::background;
 use crate::error::unlocked;
@@ -11,21 +11,21 @@ use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use std::path::PathBuf;
 
-/// A model file of any kind.
+/// A model file of any scenario.
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Model {
     pub subject: Subject,
-    /// Where it was read from; nothing for a text.
+    /// Path of the model file; `None` for a text.
     pub path: Option<PathBuf>,
 }
 
-/// Name, value, lower and upper bound, whether it is frozen, and 95 % interval of a parameter.
+/// Name, value, lower and upper bound, frozen flag, and 95 % interval of a parameter.
 type Parameter = (String, f64, f64, f64, bool, Option<(f64, f64)>);
 
 /// Columns by name.
-type Named = Vec<(String, Numbers)>;
+type NamedColumns = Vec<(String, Numbers)>;
 
-fn owned(columns: Named) -> Vec<(String, Vec<f64>)> {
+fn owned(columns: NamedColumns) -> Vec<(String, Vec<f64>)> {
     columns.into_iter().map(|(name, values)| (name, values.into_vec())).collect()
 }
 
@@ -45,12 +45,12 @@ impl Model {
         Ok(Model { subject, path: None })
     }
 
-    /// The scenario: `ball`, `push` or `system`.
+    /// Returns the scenario: `ball`, `push` or `system`.
     fn scenario(&self) -> &'static str {
         self.subject.scenario()
     }
 
-    /// Declared parameters, then those of the effects in the model.
+    /// Returns the declared parameters, then those of the effects.
     fn parameters(&self) -> Vec<Parameter> {
         self.subject
             .parameters()
@@ -59,12 +59,12 @@ impl Model {
             .collect()
     }
 
-    /// The text of the model file.
+    /// Returns the text of the model file.
     fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
         unlocked(py, || self.subject.to_toml())
     }
 
-    /// The model with its declared parameters calibrated, and the fit as JSON.
+    /// Calibrates the declared parameters; returns the fitted model and the result as JSON.
     fn fit(&self, py: Python<'_>, data: &Source) -> PyResult<(Model, String)> {
         let (subject, data) = (self.subject.clone(), data.from.clone());
         let file = self.path.as_ref().map_or_else(|| "model".to_owned(), |path| path.display().to_string());
@@ -75,14 +75,14 @@ impl Model {
         Ok((Model { subject: Subject::Written(Box::new(fitted)), path: None }, json))
     }
 
-    /// Simulated trajectories: memory of the values `[trajectory, sample, time, column]`, the first three extents, and the
-    /// columns.
+    /// Simulates trajectories; returns the values `[trajectory, sample, time, column]`, the first three
+    /// sizes, and the column names.
     fn simulate<'py>(
         &self,
         py: Python<'py>,
-        start: Named,
+        start: NamedColumns,
         times: Numbers,
-        inputs: Named,
+        inputs: NamedColumns,
         samples: usize,
         seed: u64,
     ) -> PyResult<(Bound<'py, PyByteArray>, [usize; 3], Vec<String>)> {

@@ -1,14 +1,14 @@
-//! Numbers in from and out to numpy, by the buffer protocol.
+//! Numeric arrays to and from numpy through the buffer protocol.
 
 use pyo3::buffer::{Element, PyBuffer};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 
-/// Numbers of a contiguous array of any shape, in the order of its rows.
+/// Values of a contiguous array of any shape, in row-major order.
 pub struct Numbers(Vec<f64>);
 
 impl Numbers {
-    /// The numbers.
+    /// Returns the values.
     pub fn into_vec(self) -> Vec<f64> {
         self.0
     }
@@ -23,9 +23,9 @@ impl<'py> FromPyObject<'_, 'py> for Numbers {
     }
 }
 
-/// A number with bytes.
+/// A number that can be written as bytes.
 pub trait Bytes: Copy + Element {
-    /// Writes it where an array of numpy's reads it.
+    /// Writes the number in native byte order.
     fn put(self, to: &mut [u8]);
 }
 
@@ -41,7 +41,7 @@ impl Bytes for f32 {
     }
 }
 
-/// Memory of the interpreter's that holds these numbers, for `numpy.frombuffer`.
+/// Copies values into a `bytearray` for `numpy.frombuffer`.
 pub fn memory<'py, T: Bytes>(py: Python<'py>, values: &[T]) -> PyResult<Bound<'py, PyByteArray>> {
     let size = size_of::<T>();
     PyByteArray::new_with(py, size_of_val(values), |bytes| {

@@ -1,4 +1,4 @@
-//! Trained nets.
+//! Python class of trained networks.
 
 use crate::background::{self, Line};
 use crate::error::{raised, unlocked};
@@ -20,13 +20,13 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Name of the ball of the paper's experiment, where a model could stand.
+/// Name of the ball of the experiment of the paper, in place of a model.
 const PYBULLET_BALL: &str = "pybullet-ball";
 
-/// Iterations between two reports of progress.
-const TELL_EVERY: u64 = 10;
+/// Number of iterations between two progress reports.
+const PROGRESS_INTERVAL: u64 = 10;
 
-/// A trained net.
+/// A trained network.
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Run {
     config: Option<Config>,
@@ -35,13 +35,13 @@ pub struct Run {
     notes: Vec<String>,
 }
 
-/// Tells a training run's steps, and stops it when the caller was interrupted.
-struct Telling<'a, T> {
+/// Reports the progress of a training, and stops it if the caller was interrupted.
+struct ProgressReporter<'a, T> {
     line: &'a Line<T>,
     total: u64,
 }
 
-impl<T> Watch for Telling<'_, T> {
+impl<T> Watch for ProgressReporter<'_, T> {
     fn must_stop(&mut self) -> bool {
         self.line.must_stop()
     }
@@ -51,7 +51,7 @@ impl<T> Watch for Telling<'_, T> {
     }
 
     fn step(&mut self, losses: &Losses) {
-        if losses.iteration.is_multiple_of(TELL_EVERY) {
+        if losses.iteration.is_multiple_of(PROGRESS_INTERVAL) {
             let Losses { iteration, loss, .. } = losses;
             let text = format!("iteration {iteration} of {}, loss {loss:.1} nats", self.total);
             self.line.step(text, Some(*iteration as f64 / self.total.max(1) as f64));
@@ -61,7 +61,7 @@ impl<T> Watch for Telling<'_, T> {
     fn ends(&mut self) {}
 }
 
-/// The model that a net is to correct.
+/// The model that a network corrects.
 #[derive(FromPyObject)]
 pub enum Corrects {
     Model(Py<Model>),
@@ -82,7 +82,7 @@ impl Corrects {
     }
 }
 
-/// Trains a net.
+/// Trains a network.
 #[pyfunction]
 #[pyo3(signature = (data, *, recipe, residual_of, iterations, seed, accept, progress))]
 #[expect(clippy::too_many_arguments, reason = "all but one are keywords of Python")]
@@ -96,48 +96,48 @@ pub fn train(
     accept: Vec<String>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Run> {
-    let wanted = || {
+    let request = || {
         let accept = accepted(&accept)?;
         let residual_of = match residual_of {
             Some(corrects) => corrects.corrected()?,
             None => Corrected::of_options(None, None, false, &data.from)?,
         };
         let residual_of = Some(residual_of);
-        Ok(WantedRun { recipe: named(recipe)?, residual_of, iterations, seed, accept })
+        Ok(WantedRun { recipe: parse_recipe(recipe)?, residual_of, iterations, seed, accept })
     };
-    let wanted = wanted().map_err(|e| raised(py, &e))?;
+    let request = request().map_err(|e| raised(py, &e))?;
     let data = data.from.clone();
     background::run(py, progress.as_ref(), move |line| {
-        let (config, mut notes) = configure(&wanted, &data)?;
+        let (config, mut notes) = configure(&request, &data)?;
         let set = read_measured(&data, &config.settings.engine)?;
         let (train, warnings) = admit_measured(set, &config)?;
         notes.extend(warnings.into_iter().map(|Warning { text, .. }| text));
-        let mut watch = Telling { line, total: 0 };
+        let mut watch = ProgressReporter { line, total: 0 };
         let state = train_in_memory(&config.settings, &train, &mut watch)?;
-        // Only an interrupted caller, who does not wait any more, stops it.
+        // Only an interrupted caller stops the training, and it no longer waits.
         let state = state.ok_or_else(|| anyhow::anyhow!("the training was stopped"))?;
         Ok(Run { config: Some(config), model: Arc::new(NetModel::new(state)?), notes })
     })
 }
 
-fn named(recipe: &str) -> anyhow::Result<Recipe> {
+fn parse_recipe(recipe: &str) -> anyhow::Result<Recipe> {
     Recipe::named(recipe).ok_or_else(|| {
         let known = Recipe::all().map(Recipe::name).collect();
         Usage::Unknown(UnknownName::Recipe { name: recipe.to_owned(), known }).into()
     })
 }
 
-/// Samples side by side that are turned over together: a cache line of the source.
-const BESIDE: usize = 16;
+/// Number of samples that are transposed together: one cache line of the source.
+const TRANSPOSE_BLOCK: usize = 16;
 
 /// Writes an array `[row, sample]` as the bytes of `[sample, row]`.
 fn transpose(from: &[f32], samples: usize, to: &mut [u8]) {
     const SIZE: usize = size_of::<f32>();
     let rows = from.len() / samples.max(1);
-    for first in (0..samples).step_by(BESIDE) {
+    for first in (0..samples).step_by(TRANSPOSE_BLOCK) {
         for row in 0..rows {
-            let beside = &from[row * samples..][first..(first + BESIDE).min(samples)];
-            for (i, value) in beside.iter().enumerate() {
+            let block = &from[row * samples..][first..(first + TRANSPOSE_BLOCK).min(samples)];
+            for (i, value) in block.iter().enumerate() {
                 value.put(&mut to[((first + i) * rows + row) * SIZE..][..SIZE]);
             }
         }
@@ -156,21 +156,21 @@ pub fn read_run(py: Python<'_>, folder: PathBuf) -> PyResult<Run> {
 
 #[pymethods]
 impl Run {
-    /// State columns, then action columns.
+    /// Returns the state columns and the action columns.
     fn columns(&self) -> (Vec<String>, Vec<String>) {
         let engine = &self.model.state().settings.engine;
         let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
         (owned(engine.columns()), owned(engine.action_columns()))
     }
 
-    /// Name of the net in tables, iterations, seed, and number of parameters.
+    /// Returns the recipe label, iterations, seed, and number of parameters.
     fn settings(&self) -> (String, u64, u64, usize) {
         let state = self.model.state();
         let settings = &state.settings;
         (settings.recipe.label().to_owned(), state.iteration, settings.seed, state.params.len())
     }
 
-    /// Writes a run directory as `augsim train` does, without its losses.
+    /// Writes a run directory as `augsim train` does, without the losses.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         unlocked(py, || {
             let config = self.config.as_ref();
@@ -186,7 +186,7 @@ impl Run {
         })
     }
 
-    /// Bands of every trajectory, forecast from its first state.
+    /// Forecasts each trajectory from its first state: mean, median and bands.
     fn predict(&self, py: Python<'_>, data: &Source, samples: usize) -> PyResult<Data> {
         let (model, data) = (Arc::clone(&self.model), data.from.clone());
         let set = background::run(py, None, move |_| {
@@ -196,8 +196,8 @@ impl Run {
         Data::of(py, set)
     }
 
-    /// Memory of samples `[trajectory, sample, time, state]` of `shape` trajectories and samples in time, from first states
-    /// `[trajectory, S]` under actions `[trajectory or 1, time, A]`.
+    /// Draws samples `[trajectory, sample, time, state]` for `shape` trajectories and times, from first
+    /// states `[trajectory, S]` with actions `[trajectory or 1, time, A]`.
     #[expect(clippy::too_many_arguments, reason = "the package hands its arguments on")]
     fn sample<'py>(
         &self,
@@ -236,7 +236,8 @@ impl Run {
             }
         })?;
         let size = drawn.iter().map(Vec::len).sum::<usize>() * size_of::<f32>();
-        // Straight into the interpreter's memory: a copy between would cost a tenth of the forecast.
+        // Writing directly into the `bytearray` saves a copy, which would take 10 % of the forecast
+        // time.
         PyByteArray::new_with(py, size, |bytes| {
             let each = (size / drawn.len().max(1)).max(1);
             py.detach(|| {

@@ -1,4 +1,4 @@
-//! Data of a caller: a file, or columns of a table.
+//! Data from Python: a file, or columns of a table.
 
 use crate::error::unlocked;
 use crate::numbers::{Numbers, memory};
@@ -9,13 +9,13 @@ use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use std::path::PathBuf;
 
-/// Where trajectories come from.
+/// Source of trajectories.
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Source {
     pub from: DataFrom,
 }
 
-/// A column of a table, as the package hands it over: checked, of one dimension, contiguous.
+/// A column of a table. The Python package has checked that it is one-dimensional and contiguous.
 #[derive(FromPyObject)]
 enum Column {
     Text(Vec<String>),
@@ -24,13 +24,13 @@ enum Column {
 
 #[pymethods]
 impl Source {
-    /// A file or folder.
+    /// Makes a source from a file or folder.
     #[staticmethod]
     fn file(path: PathBuf) -> Self {
         Source { from: DataFrom::File(path) }
     }
 
-    /// A table of columns by name; NaN is a gap.
+    /// Makes a source from named columns; NaN is a missing value.
     #[staticmethod]
     fn columns(py: Python<'_>, name: String, columns: Vec<(String, Column)>) -> PyResult<Self> {
         let owned = columns
@@ -47,7 +47,7 @@ impl Source {
         Ok(Source { from: DataFrom::Table { name, csv: csv.into() } })
     }
 
-    /// Name of the source in messages.
+    /// Returns the name of the source for messages.
     fn name(&self) -> String {
         self.from.to_string()
     }
@@ -60,7 +60,7 @@ pub struct Data {
     set: Dataset,
 }
 
-/// Reads trajectories, whose columns end in their unit.
+/// Reads trajectories; column names end in their unit.
 #[pyfunction]
 pub fn read(py: Python<'_>, source: Py<Source>) -> PyResult<Data> {
     let from = source.get().from.clone();
@@ -69,7 +69,7 @@ pub fn read(py: Python<'_>, source: Py<Source>) -> PyResult<Data> {
 }
 
 impl Data {
-    /// Trajectories that were made here, as if read from a table.
+    /// Wraps generated trajectories as if they were read from a table.
     pub fn of(py: Python<'_>, set: Dataset) -> PyResult<Self> {
         let csv = unlocked(py, || table::csv(&table::long(&set)))?;
         let from = DataFrom::Table { name: "table".to_owned(), csv: csv.into() };
@@ -79,23 +79,23 @@ impl Data {
 
 #[pymethods]
 impl Data {
-    /// Where it came from.
+    /// Returns the source of the data.
     fn source(&self, py: Python<'_>) -> Py<Source> {
         self.source.clone_ref(py)
     }
 
-    /// Names of the columns and the symbols of their units.
+    /// Returns the column names and the symbols of their units.
     fn columns(&self) -> Vec<(String, String)> {
         self.set.columns().iter().map(|c| (c.name().to_owned(), c.unit().symbol())).collect()
     }
 
-    /// Identifier, group and number of samples of each trajectory.
+    /// Returns the identifier, group and number of samples of each trajectory.
     fn trajectories(&self) -> Vec<(String, Option<String>, usize)> {
         let each = |t: &Trajectory| (t.id().to_owned(), t.group().map(str::to_owned), t.len());
         self.set.trajectories().iter().map(each).collect()
     }
 
-    /// Memory of the times (`t_s`) or the values of a column over all trajectories, one after the other.
+    /// Returns the times (`t_s`) or a column, concatenated over all trajectories.
     fn series<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyByteArray>> {
         let all = self.set.trajectories().iter();
         let values: Vec<f64> = if name == augsim_data::TIME {
@@ -108,10 +108,10 @@ impl Data {
     }
 }
 
-/// The names of checks that a caller does without.
+/// Parses the names of data checks to ignore.
 ///
 /// # Errors
-/// There is no such check.
+/// A name is not that of a check.
 pub fn accepted(names: &[String]) -> anyhow::Result<Vec<augsim_data::checks::Check>> {
     use augsim_data::checks::Check;
     let check = |name: &String| {

@@ -1,4 +1,4 @@
-//! A net in a control loop: numbers go in and out through arrays that are made once.
+//! Step-by-step forecasts of a network through preallocated arrays.
 
 use crate::error::{defect, raised};
 use crate::run::Run;
@@ -7,11 +7,11 @@ use pyo3::buffer::PyBuffer;
 use pyo3::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// A trained net that goes step by step.
+/// A trained network that forecasts step by step.
 #[pyclass(module = "augsim._augsim")]
 pub struct Stepper {
     inner: augsim_trainer::Stepper,
-    /// Arrays `[S]` of the caller's: the state to step from, mean and standard deviation of the next.
+    /// Arrays `[S]` of the caller: current state, mean and standard deviation of the next state.
     state: PyBuffer<f64>,
     mean: PyBuffer<f64>,
     sd: PyBuffer<f64>,
@@ -19,7 +19,7 @@ pub struct Stepper {
 }
 
 impl Stepper {
-    /// Does `work` without letting a panic out. Steps are too short to give the interpreter's lock away.
+    /// Runs `work` and converts panics. Steps are too short to release the GIL.
     fn guarded(
         &mut self,
         py: Python<'_>,
@@ -35,7 +35,8 @@ impl Stepper {
 
 #[pymethods]
 impl Stepper {
-    /// Of a run, with arrays `[S]` for the state, and for mean and standard deviation of the next.
+    /// Makes a stepper of a run with arrays `[S]` for the state, and for the mean and standard deviation
+    /// of the next state.
     #[new]
     fn new(
         py: Python<'_>,
@@ -49,13 +50,14 @@ impl Stepper {
         Ok(Stepper { inner, state, mean, sd, now })
     }
 
-    /// Begins trajectory number `index` at the state in the array.
+    /// Starts trajectory number `index` at the state in the array.
     fn begin(&mut self, py: Python<'_>, index: u64) -> PyResult<()> {
         self.state.copy_to_slice(py, &mut self.now)?;
         self.guarded(py, |s| s.inner.begin(&s.now, index).map(Ok))
     }
 
-    /// One step, from the state in the array or, without it, from that which was given last.
+    /// Forecasts one step, from the state in the array if `from_state`, otherwise from the latest given
+    /// state.
     fn step(&mut self, py: Python<'_>, from_state: bool) -> PyResult<()> {
         if from_state {
             self.state.copy_to_slice(py, &mut self.now)?;

@@ -1,4 +1,4 @@
-"""Places that the tests share. The command line that results are compared with is built by cargo, where AUGSIM_BINARY names none."""
+"""Shared fixtures. Cargo builds the command line program for comparisons unless AUGSIM_BINARY names one."""
 
 import os
 import subprocess
@@ -11,19 +11,19 @@ ROOT = Path(__file__).resolve().parents[3]
 
 @pytest.fixture(scope="session")
 def root() -> Path:
-    """The repository."""
+    """Root folder of the repository."""
     return ROOT
 
 
 @pytest.fixture(scope="session")
 def sealed() -> Path:
-    """Throws with a drag that their model file does not declare."""
+    """Folder of throws with drag that their model file does not declare."""
     return ROOT / "fixtures" / "sealed"
 
 
 @pytest.fixture(scope="session")
 def augsim_command():
-    """Runs the command line and gives what it printed."""
+    """Runs the command line and returns its output."""
     binary = os.environ.get("AUGSIM_BINARY")
     if binary is None:
         subprocess.run(["cargo", "build", "--release", "--workspace", "--bins"], cwd=ROOT, check=True)

@@ -1,4 +1,4 @@
-"""Contract (issue 20): whatever a caller passes, there is a result of the promised shape or one exception with a sentence. Arguments are
+"""Contract (issue 20): any arguments give a result of the documented shape or one exception of augsim. Arguments are
 drawn at random from right ones and from each kind of wrong one: shapes, types, NaN, strides, empty arrays, numbers out of range. A
 panic of Rust would be a RuntimeError, and fails here."""
 
@@ -23,7 +23,7 @@ def run():
 
 
 def array_or_not(random, size):
-    """Mostly a right array of this many numbers, else something that is none."""
+    """Mostly a valid array of this size, otherwise an invalid value."""
     right = random.normal(size=size) + 2.0
     wrong = [
         lambda: right.astype(np.float32),
@@ -55,7 +55,7 @@ def array_or_not(random, size):
 
 
 def number_or_not(random, right):
-    """Mostly a right number, else one that is none or out of range."""
+    """Mostly a valid number, otherwise an invalid one or one out of range."""
     wrong = [0, -1, 2**31, 2**63, 2**64, 2**70, 1.5, np.nan, "3", None, True, np.int8(3), np.float32(3.0), [3]]
     return right if random.random() < 0.6 else wrong[random.integers(len(wrong))]
 
@@ -66,7 +66,7 @@ def times_or_not(random):
 
 
 def answered(call, shape_of):
-    """Whether there was a result, which then has its shape; a refusal has a sentence."""
+    """Whether the call returned a result, whose shape is checked; exceptions must have a message."""
     try:
         made = call()
     except REFUSED as error:

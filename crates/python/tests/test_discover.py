@@ -1,5 +1,5 @@
-"""Contract: `discover` finds from a frame what the command line finds from the file, byte for byte, says how far it is, lets other
-threads run, and stops when its caller does."""
+"""Contract: `discover` gives the same bytes from a frame as the command line from the file, reports progress, lets other threads
+run, and stops when its caller is interrupted."""
 
 import json
 import threading
@@ -20,7 +20,7 @@ def found(sealed):
 
 @pytest.fixture(scope="module")
 def folder(sealed, augsim_command, tmp_path_factory):
-    """What the command line writes."""
+    """Output folder of the command line."""
     out = tmp_path_factory.mktemp("discover")
     augsim_command("discover", sealed / "model.toml", sealed / "bounces.csv", "--seed", 1, "--out", out)
     return out
@@ -81,7 +81,7 @@ def test_figures_are_written(found, tmp_path):
     assert paths[1].read_text() == found.plot()[1]
 
 
-def test_progress_is_told_step_by_step(sealed):
+def test_progress_is_reported_step_by_step(sealed):
     told = []
     augsim.discover(
         sealed / "model.toml", sealed / "bounces.csv", progress=lambda step, share: told.append((step, share))
@@ -90,7 +90,7 @@ def test_progress_is_told_step_by_step(sealed):
     assert steps[0] == "finding events and estimating the noise" and "fitting candidate effects" in steps
 
 
-def test_what_progress_raises_comes_back(sealed):
+def test_exceptions_of_progress_are_raised(sealed):
     def refuse(step, share):
         raise KeyError(step)
 
@@ -131,7 +131,7 @@ def test_an_interrupted_search_comes_back_at_once_and_ends_soon(sealed):
         time.sleep(0.2)
         return time.process_time() - used < 0.05
 
-    # The search goes on until it next tells how far it is; nothing of it may be left.
+    # The search runs until its next progress report; then no thread may remain.
     while not is_idle():
         assert time.monotonic() - begun < 60, "the search still runs"
 

@@ -1,4 +1,4 @@
-"""Contract: the examples run, print what they promise, and each notebook has the cells of its script."""
+"""Contract: the examples run, print the expected text, and each notebook has the cells of its script."""
 
 import json
 import os
@@ -12,7 +12,7 @@ import pytest
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
 
-#: What each example has to print, with short settings.
+#: Expected text of each example, with short settings.
 PRINTS = {
     "closing_the_loop": r"The model lacks quadratic-drag.*declared: ([\d.]+) mm.*augmented: ([\d.]+) mm.*90 % band of the height",
     "forecasting_pushes": r"Hybrid\+: [\d.]+ mm from the measured position, \d+ % within the 90 % band.*declared physics: [\d.]+ mm",
@@ -21,7 +21,7 @@ PRINTS = {
 
 
 def cells(script: str) -> list[tuple[str, str]]:
-    """Kind and text of the cells of a script whose cells begin with `# %%`."""
+    """Kind and text of the cells of a script; cells begin with `# %%`."""
     parts = re.split(r"^# %%(.*)\n", script, flags=re.M)[1:]
     made = []
     for kind, text in zip(parts[::2], parts[1::2]):
@@ -38,7 +38,7 @@ def test_every_example_is_tested():
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda s: s.stem)
-def test_an_example_prints_what_it_promises(script):
+def test_an_example_prints_the_expected_text(script):
     run = subprocess.run(
         [sys.executable, str(script)], capture_output=True, text=True, env=os.environ | {"AUGSIM_EXAMPLES_QUICK": "1"}
     )

@@ -1,6 +1,6 @@
-"""Contract (issue 20): Ctrl-C ends whatever takes long, promptly: the caller looks for signals at least twenty times a second, whether
-the work says how far it is often (training), seldom (a search) or never (a fit). Each runs in a process of its own, because
-the signal is for the whole process."""
+"""Contract (issue 20): Ctrl-C stops long work promptly: the caller checks for signals at least twenty times a second, whether the work
+reports progress often (training), rarely (a search) or never (a fit). Each case runs in a separate process, because the signal is for
+the whole process."""
 
 import signal
 import subprocess

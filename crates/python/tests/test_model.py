@@ -1,4 +1,4 @@
-"""Contract: a model is simulated as physics says, from starts by name, and refuses what does not fit it in one sentence."""
+"""Contract: simulations follow the physics from named initial states, and wrong arguments raise one exception."""
 
 import json
 
@@ -107,7 +107,7 @@ def test_a_pendulum_swings_with_its_period():
         ({"height_m": np.ones((2, 2)), "velocity_m_s": 0.0}, [0.0], None, "give one number, or one dimension"),
     ],
 )
-def test_what_does_not_fit_the_model_is_refused(ball, start, times, inputs, sentence):
+def test_wrong_arguments_are_rejected(ball, start, times, inputs, sentence):
     with pytest.raises(augsim.Error, match=sentence) as raised:
         ball.simulate(start, times, inputs)
     assert isinstance(raised.value, ValueError)
@@ -122,7 +122,7 @@ def test_what_does_not_fit_the_model_is_refused(ball, start, times, inputs, sent
         ({"seed": 2**64}, "seed = "),
     ],
 )
-def test_numbers_out_of_range_are_refused(ball, options, sentence):
+def test_numbers_out_of_range_are_rejected(ball, options, sentence):
     with pytest.raises(augsim.UsageError, match=sentence):
         ball.simulate({"height_m": 1.0, "velocity_m_s": 0.0}, [0.0], **options)
 

@@ -1,4 +1,4 @@
-"""Contract: tables are read as files are; whatever they hold, there is data or one clear exception, and never a panic."""
+"""Contract: tables are read like files; any content gives data or one clear exception, and never a panic."""
 
 import random
 
@@ -82,7 +82,7 @@ def test_missing_values_are_gaps():
         (pandas.DataFrame([[1.0, 2.0]], columns=["t_s", "t_s"]), "twice"),
     ],
 )
-def test_what_is_no_data_is_refused(data, sentence):
+def test_invalid_data_are_rejected(data, sentence):
     with pytest.raises(augsim.DataError, match=sentence):
         augsim.read(data)
 
@@ -93,7 +93,7 @@ def test_a_file_that_is_not_there_is_named(tmp_path):
 
 
 def random_cells(draw):
-    """A column of anything."""
+    """A column of random content."""
     rows = draw.choice([0, 1] + [6] * 12)
     kinds = [
         lambda: [draw.uniform(-2, 2) for _ in range(rows)],
@@ -110,7 +110,7 @@ def random_cells(draw):
     return draw.choice(kinds)()
 
 
-def test_no_table_brings_the_border_down():
+def test_no_table_causes_a_panic():
     names = ["trajectory", "group", "t_s", "height_m", "velocity_m_s", "x_m", "theta_rad", "height", "", "a b", "ß_m", "spin_rad_s"]
     draw = random.Random(20261122)
     outcomes = {"data": 0, "refused": 0}

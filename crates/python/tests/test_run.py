@@ -1,5 +1,4 @@
-"""Contract: a net that Python trains is that of the command line, and so is every sample and band; batches and threads do not
-change them."""
+"""Contract: weights, samples and bands from Python are those of the command line, for any batch and number of threads."""
 
 import json
 import threading
@@ -15,7 +14,7 @@ PAPER = "pybullet-ball"
 
 @pytest.fixture(scope="module")
 def drops(augsim_command, tmp_path_factory):
-    """Drops of the paper's law."""
+    """Simulated drops."""
     path = tmp_path_factory.mktemp("drops") / "drops.csv"
     augsim_command("simulate", "--trajectories", 24, "--seed", 7, "--out", path)
     return path
@@ -23,7 +22,7 @@ def drops(augsim_command, tmp_path_factory):
 
 @pytest.fixture(scope="module", params=["hybrid-plus", "hybrid", "neural"])
 def both(request, drops, augsim_command, tmp_path_factory):
-    """A run of Python's, and the folder of the same run of the command line."""
+    """A run from Python, and the folder of the same run from the command line."""
     run = augsim.train(augsim.read(drops), request.param, PAPER, iterations=ITERATIONS, seed=3, progress=False)
     folder = tmp_path_factory.mktemp("run")
     words = ["train", "--data", drops, "--pybullet-ball", "--recipe", request.param, "--iterations", ITERATIONS, "--seed", 3]
@@ -101,7 +100,7 @@ def test_eight_threads_at_once_get_what_one_gets(both):
         ("high", 10, 1, "give numbers"),
     ],
 )
-def test_what_does_not_fit_the_net_is_refused(both, start, actions, n, sentence):
+def test_wrong_arguments_are_rejected(both, start, actions, n, sentence):
     with pytest.raises(augsim.Error, match=sentence):
         both[0].sample(start, actions, n)
 
@@ -122,7 +121,7 @@ def test_progress_and_refusals_of_training(drops):
         augsim.train(drops, progress=False)
 
 
-def test_a_net_corrects_what_a_discovery_leaves(drops, augsim_command, tmp_path):
+def test_a_network_corrects_a_discovered_model(drops, augsim_command, tmp_path):
     model = tmp_path / "model.toml"
     text = augsim.Model('scenario = "ball"\n[parameters]\ngravity_m_s2 = 9.81\nrestitution = 0.65\n').to_toml()
     model.write_text(text)

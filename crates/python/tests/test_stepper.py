@@ -1,4 +1,4 @@
-"""Contract: a stepper says step by step what samples say at once, its memory stays where it is, and threads have one each."""
+"""Contract: steps match samples, arrays are not reallocated, and each thread has a separate stepper."""
 
 import gc
 import resource
@@ -85,7 +85,7 @@ def test_eight_threads_step_at_once(run):
 
 
 @pytest.mark.parametrize("state", [[1.0], [1.0, 2.0, 3.0], 4.5, "high", [np.nan, 0.0], [[1.0, 2.0]], [None, 1.0], []])
-def test_what_is_no_state_is_refused(run, state):
+def test_invalid_states_are_rejected(run, state):
     stepper = run.stepper()
     with pytest.raises(augsim.UsageError, match="give 2 numbers: height_m, velocity_m_s|give finite ones"):
         stepper.step(state)

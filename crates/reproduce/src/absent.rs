@@ -1,35 +1,35 @@
-//! Folders of data that a reproduction was given and that do not hold what it reads.
+//! Errors of data folders that lack the files of a reproduction.
 
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// A folder without the data of a reproduction.
+/// Data folder without the required files.
 #[derive(Debug, Error)]
-pub enum Absent {
-    /// No benchmark set of systems.
-    #[error("{}: none of the folders `{}` is in it", data.display(), sets.join("`, `"))]
+pub enum MissingData {
+    /// No benchmark data set was found.
+    #[error("{}: the folder contains none of the data sets `{}`", data.display(), sets.join("`, `"))]
     Systems {
-        /// The folder.
+        /// Data folder.
         data: PathBuf,
-        /// Folders of the sets that are known.
+        /// Folder names of the known data sets.
         sets: Vec<&'static str>,
     },
-    /// No folder at all where drops were to be read.
+    /// The folder with drops does not exist.
     #[error(
-        "{}: there is no such folder; give the one of `train.csv.gz` and `test_1000.csv.gz`; without --data drops of the same \
-         law are generated", folder.display()
+        "{}: the folder does not exist; give the folder with `train.csv.gz` and `test_1000.csv.gz`, or omit --data to \
+         generate drops", folder.display()
     )]
     Drops {
-        /// The folder.
+        /// Data folder.
         folder: PathBuf,
     },
-    /// No push files.
+    /// No push files were found.
     #[error(
-        "{}: neither published MIT Push files (folders `abs`, `delrin`, `plywood`, `pu`) nor `mit-pusher-slider-runs` in it; \
-         without --data pushes are made in the virtual laboratory", folder.display()
+        "{}: contains neither published MIT Push files (folders `abs`, `delrin`, `plywood`, `pu`) nor \
+         `mit-pusher-slider-runs`; omit --data to generate pushes in the virtual laboratory", folder.display()
     )]
     Pushes {
-        /// The folder.
+        /// Data folder.
         folder: PathBuf,
     },
 }

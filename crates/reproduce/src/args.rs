@@ -3,27 +3,27 @@
 use clap::{Args as ClapArgs, ValueEnum};
 use std::path::PathBuf;
 
-/// Tables that can be reproduced.
+/// Reproductions of published results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Scenario {
     /// The bouncing ball.
     Ball,
     /// Planar pushing.
     Push,
-    /// The loop on measured sets, and the chain from the declared model to the net on the augmented one, for the ball and for
-    /// pushing.
+    /// Discovery on measured data sets, and networks on the declared and on the augmented model, for the
+    /// ball and for pushing.
     Loop,
-    /// Systems of equations on benchmark sets, with formulas where the library is emptied and a net on what is left, beside
-    /// published figures.
+    /// Models of equations on identification benchmarks, with formula search, a network on the residual,
+    /// and published results for comparison.
     Systems,
-    /// Drops, a push that is repeated, and measured flights of which the beginning is seen: every model behind the same
-    /// prefixes.
+    /// Forecasts from a measured prefix, with the same prefixes for every model: ball drops, a repeated
+    /// push and measured flights.
     Filtered,
-    /// Every model class that `train` knows, and the baselines, under one protocol in one table.
+    /// All model classes of `train` and the baselines under one protocol, in one table.
     League,
 }
 
-/// Scenarios of the league.
+/// Scenarios of the comparison of all model classes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LeagueScenario {
     /// The bouncing ball.
@@ -33,7 +33,7 @@ pub enum LeagueScenario {
 }
 
 impl LeagueScenario {
-    /// The word in files.
+    /// Returns the name in files.
     pub fn name(self) -> &'static str {
         match self {
             LeagueScenario::Ball => "ball",
@@ -42,19 +42,19 @@ impl LeagueScenario {
     }
 }
 
-/// Scenarios of reproductions that have several.
+/// Scenario of a reproduction that has several.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Part {
     /// The bouncing ball.
     Ball,
     /// Planar pushing.
     Push,
-    /// Measured flights of table-tennis balls, of filtered forecasts.
+    /// Measured flights of table-tennis balls, for forecasts from a prefix
     Flights,
 }
 
 impl Part {
-    /// The word in files.
+    /// Returns the name in files.
     pub fn name(self) -> &'static str {
         match self {
             Part::Ball => "ball",
@@ -64,52 +64,55 @@ impl Part {
     }
 }
 
-/// Nets of the pushing tables.
+/// Networks of the pushing tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum NetArg {
-    /// DCVRNN without physics.
+    /// DCVRNN without physics
     Neural,
-    /// Hybrid+ without physics.
+    /// Hybrid+ without physics
     NeuralPlus,
-    /// DCVRNN on the physics roll-out, as published.
+    /// DCVRNN on the physics roll-out, as published
     Hybrid,
-    /// Corrects the physics roll-out by its dimensionless features.
+    /// Network that corrects the physics roll-out, with dimensionless features of the roll-out as inputs
     HybridPlus,
 }
 
 /// Options of `reproduce`.
 #[derive(Debug, ClapArgs)]
 pub struct Reproduce {
-    /// Which.
+    /// Result to reproduce.
     pub scenario: Scenario,
-    /// Ball: directory with `train.csv.gz` and `test_1000.csv.gz`; without it drops of the same law are generated. Push:
-    /// directory with published MIT Push files (folders `abs`, `plywood`, …), with `mit-pusher-slider-runs`, or both; what
-    /// is not there is generated. The table says which. Loop and systems: the folder of all sets.
+    /// Data folder. Ball: folder with `train.csv.gz` and `test_1000.csv.gz`; without it drops with the
+    /// same random restitution are generated. Push: folder with published MIT Push files (folders `abs`,
+    /// `plywood`, …), with `mit-pusher-slider-runs`, or both; missing data are generated, and the table
+    /// shows which. Loop and systems: folder with all data sets.
     #[arg(long)]
     pub data: Option<PathBuf>,
-    /// Ball: test drops, where they are generated.
+    /// Ball: number of generated test drops.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
     pub test_drops: u32,
-    /// Directory for runs, `result.json` and `report.html` (default: `out/ball`, `out/push`, `out/loop`, `out/systems`,
-    /// `out/filtered`, `out/league`).
+    /// Output folder for training runs, `result.json` and `report.html` (default: `out/ball`,
+    /// `out/push`, `out/loop`, `out/systems`, `out/filtered`, `out/league`).
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// A tenth of the iterations; of pushes, also fewer and on fewer sets; of systems, no formulas and no nets; of the league, fewer of all.
+    /// Run a reduced version: a tenth of the iterations. Push: also fewer pushes and fewer data sets.
+    /// Systems: no formulas and no networks. League: less of everything.
     #[arg(long)]
     pub quick: bool,
-    /// Iterations of each net.
+    /// Number of training iterations of each network.
     #[arg(long, conflicts_with = "quick", value_parser = clap::value_parser!(u64).range(1..))]
     pub iterations: Option<u64>,
-    /// Push: this net alone, scored on every set: a point of the size curve, for sweeps.
+    /// Push: train only this network and score it on every set, as one point of the curve over
+    /// training-set sizes.
     #[arg(long, value_enum)]
     pub net: Option<NetArg>,
-    /// Push: train that net on the first pushes of the training set only.
+    /// Push: train this network only on the given number of first pushes of the training set.
     #[arg(long, requires = "net", value_parser = clap::value_parser!(u32).range(1..))]
     pub train_size: Option<u32>,
-    /// League and filtered: this scenario alone (default: all).
+    /// League and filtered: run only this scenario (default: all).
     #[arg(long = "scenario", id = "part", value_name = "SCENARIO", value_enum)]
     pub part: Option<Part>,
-    /// Go on with what is in `--out`, which the same settings must have made.
+    /// Resume the run in `--out`, which must have the same settings.
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
 }

@@ -1,4 +1,4 @@
-//! The frame of all reproductions: their size, the folder of their results, the command that repeats them.
+//! Code that all reproductions share: number of iterations, results folder, command line.
 
 use augsim_session::command_line::quoted;
 use augsim_session::run_dir::CHECKPOINT;
@@ -8,17 +8,18 @@ use augsim_terminal::destination::{Claim, REPORT, RESULT, Results};
 use augsim_terminal::record::Record;
 use std::path::{Path, PathBuf};
 
-/// The paper's number of iterations.
+/// Number of training iterations of the paper.
 pub const ITERATIONS: u64 = 10_000;
 
-/// The command that repeats a reproduction, as a shell reads it; the folder of the results does not decide them.
+/// Returns the command line that repeats a reproduction, quoted for a shell, with `DIR` as its results
+/// folder.
 pub fn repeat(words: Vec<String>) -> String {
     let head = ["augsim", "reproduce"].map(str::to_owned);
     let all: Vec<String> = head.into_iter().chain(words).chain(["--out", "DIR"].map(str::to_owned)).collect();
     quoted(&all)
 }
 
-/// Claims the folder of a reproduction. Nets that are there are gone on with or, with `force`, thrown away.
+/// Claims the results folder. Existing trained networks need `resume` (continue) or `force` (overwrite).
 pub fn claim(
     folder: &Path,
     record: Record,
@@ -33,7 +34,7 @@ pub fn claim(
     Ok(claim)
 }
 
-/// A run directory with a checkpoint at most `depth` folders below `folder`.
+/// Returns a run directory with a checkpoint at most `depth` folders below `folder`.
 fn trained_net(folder: &Path, depth: u32) -> Option<PathBuf> {
     if depth == 0 {
         return None;

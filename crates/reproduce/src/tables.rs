@@ -1,6 +1,6 @@
-//! `augsim reproduce`.
+//! Runs `augsim reproduce`: one function per scenario.
 
-use crate::absent::Absent;
+use crate::absent::MissingData;
 use crate::args::{NetArg, Reproduce, Scenario};
 use crate::chain;
 use crate::experiment::data::Data;
@@ -17,9 +17,9 @@ use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::Recipe;
 use std::path::{Path, PathBuf};
 
-/// The paper's number of training trajectories.
+/// Number of training trajectories of the paper.
 const TRAIN: usize = 800;
-/// Added to the seed of generated training data, so that test data are other draws.
+/// Offset of the seed between training and test data, so that their random draws differ.
 const TEST_SEED_OFFSET: u64 = 1_000_000;
 
 /// Runs the subcommand.
@@ -44,7 +44,7 @@ fn drops(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::R
     let out = args.out.clone().unwrap_or_else(|| "out/ball".into());
     let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
     if let Some(dir) = args.data.as_ref().filter(|dir| !dir.is_dir()) {
-        return Err(Absent::Drops { folder: dir.clone() }.into());
+        return Err(MissingData::Drops { folder: dir.clone() }.into());
     }
     let mut record = Record::new("reproduce ball").setting("seed", seed).setting("iterations", iterations);
     let mut words = words(&["ball", "--iterations", &iterations.to_string(), "--seed", &seed.to_string()]);
@@ -89,7 +89,7 @@ fn drops(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::R
     let Some(finished) = experiment.run(&data, Some(&truth), &claim, output)? else {
         return Ok(Outcome::Interrupted);
     };
-    finished.tell(output)?;
+    finished.print(output)?;
     Ok(Outcome::Done)
 }
 
@@ -99,7 +99,7 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         published = Data::is_published(folder).then(|| folder.clone());
         runs = runs_folder(folder);
         if published.is_none() && runs.is_none() {
-            return Err(Absent::Pushes { folder: folder.clone() }.into());
+            return Err(MissingData::Pushes { folder: folder.clone() }.into());
         }
     }
     let plan = if args.quick { Sizes::quick() } else { Sizes::full() };
@@ -140,7 +140,7 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let data = match &published {
         Some(folder) => Data::published(folder, &plan, seed)?,
         None => {
-            output.note("no published files: making pushes in the virtual laboratory");
+            output.note("no published files; generating pushes in the virtual laboratory");
             Data::laboratory(&plan, seed)?
         }
     };
@@ -153,11 +153,11 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let Some(finished) = experiment.run(&data, None, &claim, output)? else {
         return Ok(Outcome::Interrupted);
     };
-    finished.tell(output)?;
+    finished.print(output)?;
     Ok(Outcome::Done)
 }
 
-/// The net that a word on the command line means.
+/// Returns the recipe of a network option.
 fn recipe(net: NetArg) -> Recipe {
     match net {
         NetArg::Neural => Recipe::Neural,

@@ -6,69 +6,72 @@ use std::path::PathBuf;
 /// Options of `sweep`.
 #[derive(Debug, ClapArgs)]
 pub struct Sweep {
-    /// The part of a sweep that is done.
+    /// Action of the sweep.
     #[command(subcommand)]
     pub action: SweepAction,
 }
 
-/// Parts of a sweep.
+/// Actions of `augsim sweep`.
 #[derive(Debug, Subcommand)]
 pub enum SweepAction {
-    /// Write the tasks of a sweep: every combination of the lists in a file.
+    /// Write the tasks of a sweep: one for each combination of the listed values.
     Plan {
-        /// The command, its options and the lists to cross (TOML; grammar in docs/sweeps.md).
+        /// Sweep file (TOML) with the command, its options and the lists of values to combine (grammar
+        /// in docs/sweeps.md).
         sweep: PathBuf,
-        /// Folder for the tasks and, later, their results.
+        /// Output folder for the tasks and, later, their results.
         #[arg(long, default_value = "out/sweep")]
         out: PathBuf,
     },
-    /// Run one task, or all of them. A task that is done is not run again.
+    /// Run one task, several tasks or all of them. Completed tasks are skipped.
     Run {
-        /// Folder of `sweep plan`.
+        /// Output folder of `sweep plan`.
         plan: PathBuf,
-        /// Place of the task, from 0; without it `SLURM_ARRAY_TASK_ID`, else `JOB_COMPLETION_INDEX` counts.
+        /// Index of the task, from 0 (default: the environment variable `SLURM_ARRAY_TASK_ID`, else
+        /// `JOB_COMPLETION_INDEX`).
         #[arg(long, conflicts_with = "all")]
         index: Option<usize>,
-        /// Tasks to run one after another, from that place on.
+        /// Number of tasks to run one after another, beginning at this index.
         #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "all")]
         count: u32,
-        /// All tasks, as many at a time as `--threads` says.
+        /// Run all tasks, as many in parallel as `--threads` allows.
         #[arg(long)]
         all: bool,
     },
-    /// Submit what is not done to Slurm: an array job, and a job that collects when it has ended.
+    /// Submit the remaining tasks to Slurm as an array job, followed by a job that collects the results.
     Submit {
-        /// Folder of `sweep plan`.
+        /// Output folder of `sweep plan`.
         plan: PathBuf,
-        /// Tasks that may run at a time.
+        /// Maximum number of jobs that run at the same time.
         #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
         max_parallel: Option<u32>,
-        /// Partition of the cluster.
+        /// Slurm partition.
         #[arg(long)]
         partition: Option<String>,
-        /// Time limit of a job, as `sbatch` reads it (`30` minutes, `2:00:00`, `1-12`).
+        /// Time limit of a job in the format of `sbatch` (`30` minutes, `2:00:00`, `1-12`).
         #[arg(long)]
         time: Option<String>,
-        /// Tasks that a job runs one after another; without it one, or as many as the cluster's largest array asks for.
+        /// Number of tasks that each job runs one after another (default: 1, or more if the array would
+        /// exceed the limit of the cluster).
         #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
         tasks_per_job: Option<u32>,
-        /// Print the script instead of running it; it may be edited and run with `sh`.
+        /// Print the script instead of submitting it. You can edit it and run it with `sh`.
         #[arg(long)]
         dry_run: bool,
     },
-    /// Say how many tasks are done, run, failed and why, and when the sweep will end.
+    /// Show how many tasks are done, running and failed, the reasons of failures, and the expected end.
     Status {
-        /// Folder of `sweep plan`.
+        /// Output folder of `sweep plan`.
         plan: PathBuf,
     },
-    /// Put the results together: `result.json`, `table.csv`, `report.html`.
+    /// Collect the results in `result.json`, `table.csv` and `report.html`.
     Collect {
-        /// Folder of `sweep plan`.
+        /// Output folder of `sweep plan`.
         plan: PathBuf,
-        /// Folder for them (default: `collected` in the plan's folder).
+        /// Output folder (default: `collected` in the plan's folder).
         #[arg(long)]
         out: Option<PathBuf>,
-        /// Go on although tasks are missing or failed: with the rest.
+        /// Collect the available results even if tasks are missing or failed.
         #[arg(long)]
         partial: bool,
     },

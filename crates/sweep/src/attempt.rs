@@ -1,14 +1,14 @@
-//! One attempt at a task: the command as a process of its own, its result in the plan's folder.
+//! Runs one attempt at a task: the command as a separate process, with its result in the plan folder.
 //!
-//! A process of its own and not a call: a task may be killed for its memory, overflow its stack or be stopped without the
-//! others noticing, its threads and its global state end with it, and whoever runs it needs the memory of an idle program.
-//! It costs some milliseconds.
+//! A separate process isolates tasks: if one is killed for its memory, overflows its stack or is
+//! stopped, the others continue. Its threads and global state end with it, and the parent needs the
+//! memory of an idle program only. Starting a process costs a few milliseconds.
 
 use super::clap_options::{Program, SweptCommand};
-use super::fault::{Spoilt, SweepFault};
+use super::fault::{SweepDataError, SweepFault};
 use super::inputs::Hasher;
 use super::plan::Plan;
-use super::store::{Failure, Store, Turn};
+use super::store::{Failure, Store, TaskLock};
 use super::task::Task;
 use anyhow::Context;
 use augsim_session::run_dir::{CONFIG, METRICS};
@@ -21,25 +21,25 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// How an attempt ended.
+/// Outcome of an attempt.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ended {
-    /// The result is there; whether the criterion is met that the task asked for.
+    /// The task has a result.
     Done {
-        /// Always so without a criterion.
+        /// Whether the criterion of the task is met; `true` without a criterion.
         criterion_met: bool,
-        /// Whether it was there before.
+        /// Whether the result existed before.
         kept: bool,
     },
-    /// The attempt failed, which is written down.
+    /// The attempt failed, and the failure was recorded.
     Failed(Failure),
-    /// The user stopped it; the next attempt goes on.
+    /// The user stopped it; the next attempt resumes.
     Stopped,
     /// Another process runs it.
     RunsElsewhere,
 }
 
-/// Runs tasks of a plan.
+/// Runs the tasks of a plan.
 #[derive(Debug)]
 pub struct Runner {
     plan: Plan,
@@ -62,15 +62,16 @@ impl Runner {
         Ok(Runner { plan, store, command, program, hasher: Hasher::default() })
     }
 
-    /// The plan.
+    /// Returns the plan.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// Runs a task on that many threads (all cores without a number), unless its result is there or it runs elsewhere.
+    /// Runs a task on `threads` threads (all cores if `None`), unless it has a result or another process
+    /// runs it.
     ///
     /// # Errors
-    /// The plan's folder cannot be written to; everything that is wrong with the task itself is its failure.
+    /// The plan folder is not writable. Errors of the task itself are recorded as its failure.
     pub fn attempt(&self, task: &Task, threads: Option<u16>, keeper: &Keeper) -> anyhow::Result<Ended> {
         let kept = || {
             let result = self.store.result(&task.id);
@@ -79,8 +80,10 @@ impl Runner {
         if let Some(done) = kept() {
             return Ok(done);
         }
-        let Turn::Ours(lock) = self.store.take_turn(&task.id)? else { return Ok(Ended::RunsElsewhere) };
-        // Whoever had the lock before may have finished it.
+        let TaskLock::Acquired(lock) = self.store.lock_task(&task.id)? else {
+            return Ok(Ended::RunsElsewhere);
+        };
+        // The previous lock holder may have completed the task.
         if let Some(done) = kept() {
             return Ok(done);
         }
@@ -102,7 +105,7 @@ impl Runner {
         Ok(Ended::Failed(failure))
     }
 
-    /// Checks that this program is the one that the task was planned for, and that its inputs are as they were.
+    /// Checks that the version of augsim and the inputs are those of the plan.
     fn check(&self, task: &Task) -> anyhow::Result<()> {
         let (here, planned) = (env!("CARGO_PKG_VERSION"), &task.content.augsim);
         if here != planned {
@@ -113,7 +116,7 @@ impl Runner {
             let found = self.hasher.hash(&path)?;
             if found != input.sha256 {
                 let (name, planned) = (name.clone(), input.sha256.clone());
-                return Err(Spoilt::Input { path, name, planned, found }.into());
+                return Err(SweepDataError::Input { path, name, planned, found }.into());
             }
         }
         Ok(())
@@ -130,11 +133,11 @@ impl Runner {
         let work = self.store.work(&task.id);
         let out = work.join("out");
         let out_text = out.to_str().with_context(|| format!("{}: is not UTF-8", out.display()))?;
-        let (said, log) = (work.join("stdout.json"), work.join("stderr.log"));
+        let (stdout_path, log) = (work.join("stdout.json"), work.join("stderr.log"));
         let create =
             |path: &Path| File::create(path).with_context(|| format!("{}: cannot write", path.display()));
-        // An attempt that was killed left its settings; the command goes on from its checkpoint.
-        let resume = is_begun(&out);
+        // If an earlier attempt left its settings, the command resumes from its checkpoint.
+        let resume = has_settings(&out);
         let content = &task.content;
         let arguments =
             self.command.arguments(&content.settings, &task.paths(), content.seed, out_text, resume);
@@ -145,12 +148,12 @@ impl Runner {
             .args(arguments)
             .current_dir(&self.plan.shared.folder)
             .env(PARENT, std::process::id().to_string())
-            // The child holds the task's lock as long as it lives: it needs a moment for its checkpoint when this process is
-            // killed.
+            // The child inherits the task's lock as standard input, so the task stays locked until its
+            // checkpoint is written, even if this process is killed.
             .stdin(Stdio::from(lock.try_clone().context("cannot hand the task's lock on")?))
-            .stdout(create(&said)?)
+            .stdout(create(&stdout_path)?)
             .stderr(create(&log)?);
-        apart(&mut command);
+        set_process_group(&mut command);
         let begun = Instant::now();
         let mut child =
             command.spawn().with_context(|| format!("{}: cannot start", self.program.display()))?;
@@ -158,7 +161,7 @@ impl Runner {
         self.store.add_seconds(&task.id, begun.elapsed());
         let end = match status.code() {
             Some(code @ (0 | 1)) => {
-                CommandEnd::Result { criterion_met: code == 0, result: result(&out, &said)? }
+                CommandEnd::Result { criterion_met: code == 0, result: result(&out, &stdout_path)? }
             }
             _ if keeper.must_stop() => CommandEnd::Stopped,
             Some(code) => {
@@ -166,17 +169,17 @@ impl Runner {
             }
             None => {
                 let (code, signal) = killed_by(status);
-                let error = format!("was killed by {signal}; run it again to go on from what it has");
+                let error = format!("killed by {signal}; run the task again to resume it");
                 CommandEnd::Failed { code, error }
             }
         };
-        // What it printed is in the result now, or was no result.
-        let _ = std::fs::remove_file(&said);
+        // The standard output is part of the result now, or was not a result.
+        let _ = std::fs::remove_file(&stdout_path);
         Ok(end)
     }
 }
 
-/// How the command of a task ended.
+/// Outcome of the command of a task.
 enum CommandEnd {
     Result { criterion_met: bool, result: Value },
     Failed { code: u8, error: String },
@@ -184,42 +187,43 @@ enum CommandEnd {
 }
 
 /// Whether a command has written its settings into its folder.
-fn is_begun(out: &Path) -> bool {
+fn has_settings(out: &Path) -> bool {
     [RECORD, CONFIG].iter().any(|name| out.join(name).exists())
 }
 
-/// Keeps a signal that a terminal sends to all its processes from the child: this process passes it on.
+/// Starts the child in a separate process group: this process forwards signals of the terminal.
 #[cfg(unix)]
-fn apart(command: &mut Command) {
+fn set_process_group(command: &mut Command) {
     use std::os::unix::process::CommandExt;
     command.process_group(0);
 }
 
 #[cfg(not(unix))]
-fn apart(_command: &mut Command) {}
+fn set_process_group(_command: &mut Command) {}
 
-/// Waits for the child, and stops it when the user asks to.
+/// Waits for the child and forwards a stop request of the user.
 fn wait(child: &mut Child, keeper: &Keeper) -> anyhow::Result<ExitStatus> {
-    // Short at first, so that a task of milliseconds is not kept waiting, then so long that waiting costs nothing.
+    // The polling interval starts short for tasks of milliseconds, and grows to a length that costs
+    // nothing.
     let (mut pause, longest) = (Duration::from_micros(500), Duration::from_millis(10));
-    let mut told = false;
+    let mut is_stop_sent = false;
     loop {
         if let Some(status) = child.try_wait().context("cannot wait for the task")? {
             return Ok(status);
         }
-        if keeper.must_stop() && !told {
+        if keeper.must_stop() && !is_stop_sent {
             stop(child);
-            told = true;
+            is_stop_sent = true;
         }
         std::thread::sleep(pause);
         pause = (pause * 2).min(longest);
     }
 }
 
-/// Asks a child to end; it writes its checkpoint first.
+/// Asks a child to end after writing its checkpoint.
 #[cfg(unix)]
 fn stop(child: &mut Child) {
-    // Fails only where it has ended already.
+    // Fails only if the child has already ended.
     let _ =
         rustix::process::kill_process(rustix::process::Pid::from_child(child), rustix::process::Signal::TERM);
 }
@@ -229,7 +233,7 @@ fn stop(child: &mut Child) {
     let _ = child.kill();
 }
 
-/// Exit code and name of the signal that ended a child.
+/// Returns the exit code and the name of the signal that ended a child.
 #[cfg(unix)]
 fn killed_by(status: ExitStatus) -> (u8, String) {
     use std::os::unix::process::ExitStatusExt;
@@ -243,8 +247,9 @@ fn killed_by(_status: ExitStatus) -> (u8, String) {
     (u8::MAX, "the system".to_owned())
 }
 
-/// The result of a command: its `result.json`, else the last line of its metrics, else what it printed.
-fn result(out: &Path, said: &Path) -> anyhow::Result<Value> {
+/// Reads the result of a command: `result.json`, else the last line of the metrics, else the standard
+/// output.
+fn result(out: &Path, stdout_path: &Path) -> anyhow::Result<Value> {
     let read = |path: &Path| {
         std::fs::read_to_string(path).with_context(|| format!("{}: cannot read it", path.display()))
     };
@@ -255,17 +260,17 @@ fn result(out: &Path, said: &Path) -> anyhow::Result<Value> {
         let lines = read(&metrics)?;
         (metrics.as_path(), lines.lines().last().unwrap_or_default().to_owned())
     } else {
-        (said, read(said)?)
+        (stdout_path, read(stdout_path)?)
     };
-    serde_json::from_str(&text).with_context(|| format!("{}: is no result", path.display()))
+    serde_json::from_str(&text).with_context(|| format!("{}: not a result", path.display()))
 }
 
-/// The sentence of a command that failed.
+/// Returns the error message of a failed command.
 fn first_error(log: &Path) -> String {
     let text =
         std::fs::read(log).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
     let after = |mark: &str| text.lines().find_map(|line| line.strip_prefix(mark));
-    let told = after("augsim: error: ").or_else(|| after("error: "));
-    let told = told.or_else(|| text.lines().find(|line| line.contains("panicked")));
-    told.or_else(|| text.lines().last()).unwrap_or("said nothing").to_owned()
+    let message = after("augsim: error: ").or_else(|| after("error: "));
+    let message = message.or_else(|| text.lines().find(|line| line.contains("panicked")));
+    message.or_else(|| text.lines().last()).unwrap_or("stdout_path nothing").to_owned()
 }

@@ -1,4 +1,4 @@
-//! Options of a command as its parser knows them, and the check of a task's command line by that parser.
+//! Options of a swept command from its clap parser, and the check of command lines of tasks.
 
 use super::fault::{OptionFault, SweepFault};
 use super::file::Value;
@@ -9,36 +9,36 @@ use std::any::TypeId;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Commands whose results can be put together: each writes into one folder, or prints one result.
+/// Commands that can be swept: each writes into one folder or prints one result.
 const COMMANDS: [&str; 4] = ["train", "discover", "evaluate", "reproduce"];
-/// Options that the sweep itself gives to a task, or that do not change its result.
-const NOT_IN_A_SWEEP: [&str; 9] =
+/// Options that the sweep sets itself or that do not change results.
+const RESERVED_OPTIONS: [&str; 9] =
     ["out", "resume", "force", "json", "verbose", "quiet", "threads", "help", "version"];
 
-/// The program whose commands a sweep repeats.
+/// Parser of the swept program.
 #[derive(Debug, Clone, Copy)]
 pub struct Program {
-    /// Parser of its command lines.
+    /// Makes the parser of command lines.
     pub parser: fn() -> Command,
-    /// Checks of a parsed command line that the parser does not make.
+    /// Checks of a parsed command line beyond the parser.
     pub check: fn(&ArgMatches) -> Result<(), Usage>,
 }
 
-/// How an option is given.
+/// Form of an option on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// The option is given by its name alone.
+    /// A flag without a value.
     Flag,
-    /// The option is given by its name and a value.
+    /// An option with a value.
     Valued,
-    /// The value is given by its place, without a name.
-    Placed,
+    /// A positional argument.
+    Positional,
 }
 
 /// An option that a sweep may set.
 #[derive(Debug, Clone)]
 pub struct CommandOption {
-    /// How it is given.
+    /// Form on the command line.
     pub kind: Kind,
     /// Whether its value is the path of an input.
     pub is_input: bool,
@@ -47,22 +47,22 @@ pub struct CommandOption {
 /// A command and its options.
 #[derive(Debug, Clone)]
 pub struct SweptCommand {
-    /// The command and the words beside it, such as `reproduce` and `push`.
+    /// Command and its positional words, such as `reproduce` and `push`.
     pub words: Vec<String>,
     parser: Command,
     check: fn(&ArgMatches) -> Result<(), Usage>,
     options: BTreeMap<String, CommandOption>,
-    /// Names of the options that are given by their place, in order; the first of them may be among `words`.
-    placed: Vec<String>,
+    /// Names of the positional arguments in order. The first may be fixed by `words`.
+    positional: Vec<String>,
     takes_out: bool,
     takes_resume: bool,
 }
 
 impl SweptCommand {
-    /// The command of these words.
+    /// Finds the command of a command line.
     ///
     /// # Errors
-    /// No sweep can be made of it.
+    /// The command cannot be swept.
     pub fn named(line: &str, program: Program) -> Result<Self, SweepFault> {
         let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
         let name = words.first().map_or("", String::as_str);
@@ -77,37 +77,37 @@ impl SweptCommand {
             None => arg.get_id().as_str().replace('_', "-"),
         };
         let mut options = BTreeMap::new();
-        let (mut placed, mut takes_out, mut takes_resume) = (Vec::new(), false, false);
+        let (mut positional, mut takes_out, mut takes_resume) = (Vec::new(), false, false);
         for arg in command.get_arguments() {
             let name = name_of(arg);
             takes_out |= name == "out";
             takes_resume |= name == "resume";
-            if NOT_IN_A_SWEEP.contains(&name.as_str()) {
+            if RESERVED_OPTIONS.contains(&name.as_str()) {
                 continue;
             }
             let kind = match arg.get_action() {
-                _ if arg.is_positional() => Kind::Placed,
+                _ if arg.is_positional() => Kind::Positional,
                 ArgAction::SetTrue => Kind::Flag,
                 _ => Kind::Valued,
             };
-            if kind == Kind::Placed {
-                placed.push(name.clone());
+            if kind == Kind::Positional {
+                positional.push(name.clone());
             }
             options.insert(name, CommandOption { kind, is_input: is_path(arg.get_value_parser()) });
         }
-        // `reproduce push` says by its second word what `scenario` is.
-        for spoken in placed.iter().take(words.len() - 1) {
-            options.remove(spoken);
+        // The second word of `reproduce push` is the value of `scenario`, which is no longer an option.
+        for fixed in positional.iter().take(words.len() - 1) {
+            options.remove(fixed);
         }
-        Ok(SweptCommand { words, parser, check: program.check, options, placed, takes_out, takes_resume })
+        Ok(SweptCommand { words, parser, check: program.check, options, positional, takes_out, takes_resume })
     }
 
-    /// An option by its name.
+    /// Returns an option by name.
     ///
     /// # Errors
-    /// The command has none of this name, or a sweep must not set it.
+    /// The command has no such option, or a sweep must not set it.
     pub fn option(&self, name: &str) -> Result<&CommandOption, OptionFault> {
-        if NOT_IN_A_SWEEP.contains(&name) {
+        if RESERVED_OPTIONS.contains(&name) {
             return Err(OptionFault::NotForSweeps { name: name.to_owned() });
         }
         self.options.get(name).ok_or_else(|| OptionFault::Unknown {
@@ -117,8 +117,8 @@ impl SweptCommand {
         })
     }
 
-    /// Arguments of a task after the program's name, in the order of the options' names; with `resume` it goes on with what
-    /// is in its folder.
+    /// Returns the command line arguments of a task, in the order of option names. `resume` continues an
+    /// existing run.
     pub fn arguments(
         &self,
         settings: &BTreeMap<String, Value>,
@@ -131,17 +131,17 @@ impl SweptCommand {
         if resume && self.takes_resume {
             line.push("--resume".to_owned());
         }
-        let mut places: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+        let mut positional_values: BTreeMap<&str, Vec<String>> = BTreeMap::new();
         let set = settings.iter().map(|(name, value)| (name, value.words()));
         let read = inputs.iter().map(|(name, path)| (name, vec![path.clone()]));
         for (name, words) in set.chain(read) {
             match self.options.get(name).map(|option| option.kind) {
                 Some(Kind::Flag) if words == ["false"] => {}
                 Some(Kind::Flag) if words == ["true"] => line.push(format!("--{name}")),
-                Some(Kind::Placed) => {
-                    places.insert(name, words);
+                Some(Kind::Positional) => {
+                    positional_values.insert(name, words);
                 }
-                // A value that begins with a hyphen is no option.
+                // `--name=value` keeps values that begin with a hyphen from being read as options.
                 _ => line.extend(words.iter().map(|word| format!("--{name}={word}"))),
             }
         }
@@ -151,14 +151,16 @@ impl SweptCommand {
         }
         line.push("--".to_owned());
         line.extend(self.words[1..].iter().cloned());
-        line.extend(self.placed.iter().filter_map(|name| places.remove(name.as_str())).flatten());
+        line.extend(
+            self.positional.iter().filter_map(|name| positional_values.remove(name.as_str())).flatten(),
+        );
         line
     }
 
-    /// Refuses a command line as the command itself would before it reads a file.
+    /// Checks a command line with the parser and the checks of the command.
     ///
     /// # Errors
-    /// The command's sentence.
+    /// The command rejects the options.
     pub fn check(&mut self, arguments: &[String]) -> Result<(), SweepFault> {
         let line = std::iter::once("augsim").chain(arguments.iter().map(String::as_str));
         let parsed = self.parser.try_get_matches_from_mut(line);
@@ -166,7 +168,7 @@ impl SweptCommand {
     }
 }
 
-/// Whether an option holds a path.
+/// Whether the values of an option are paths.
 fn is_path(parser: &ValueParser) -> bool {
     parser.type_id() == TypeId::of::<PathBuf>()
 }

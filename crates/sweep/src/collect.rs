@@ -1,6 +1,6 @@
-//! `sweep collect`: the results of a plan in one table, one file for programs, one page.
+//! `sweep collect`: collects the results of a plan in a table, a JSON file and a report.
 //!
-//! The files follow from the tasks and their results alone: not from who ran them, when, or in which order.
+//! The files depend on the tasks and results only, not on who ran them, when, or in which order.
 
 use super::collected::Collected;
 use super::curves::curves;
@@ -22,10 +22,10 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Name of the table.
+/// Name of the table file.
 const TABLE: &str = "table.csv";
-/// Tasks without a result that a message names.
-const SHOWN: usize = 10;
+/// Maximum number of tasks without a result that a message lists.
+const MAX_SHOWN_TASKS: usize = 10;
 
 #[derive(Serialize)]
 struct Summary<'a> {
@@ -37,10 +37,10 @@ struct Summary<'a> {
     missing: usize,
 }
 
-/// Puts the results of a plan together.
+/// Collects the results of a plan.
 ///
 /// # Errors
-/// A score means several values of a result, or the folder must not be written to.
+/// A score selects several values, or the folder must not be written.
 pub fn collect(
     plan: &Path,
     out: Option<&Path>,
@@ -62,7 +62,8 @@ pub fn collect(
     let table = table(&collected)?;
     let read = [plan.folder.join(TASKS)];
     let inputs: Vec<&Path> = read.iter().map(|path| path.as_path()).collect();
-    // More results of the same tasks, or other scores of them, may take the place of what is there.
+    // More results or other scores of the same tasks may overwrite earlier files, so the record names
+    // the tasks only.
     let record = Record::new("sweep collect").setting("tasks", tasks);
     let claim =
         Results { folder: out, files: &[RESULT, TABLE, REPORT], inputs: &inputs, record, force }.claim()?;
@@ -85,10 +86,10 @@ pub fn collect(
     Ok(Outcome::Done)
 }
 
-/// All rows, and the SHA-256 of the tasks.
+/// Collects all rows, and the SHA-256 of the task ids.
 fn gather(plan: &Plan) -> anyhow::Result<(Collected, String)> {
     let shared = &plan.shared;
-    let wishes: Vec<Score> =
+    let requested: Vec<Score> =
         shared.scores.iter().map(|(column, path)| Score::new(column, path)).collect::<Result<_, _>>()?;
     let store = Store::of(&plan.folder);
     let (mut rows, mut inputs, mut ids) = (Vec::with_capacity(shared.tasks), BTreeMap::new(), String::new());
@@ -99,7 +100,7 @@ fn gather(plan: &Plan) -> anyhow::Result<(Collected, String)> {
             inputs.entry(input.path.clone()).or_insert_with(|| input.sha256.clone());
         }
         let row =
-            row(index, &task, &store, &wishes).with_context(|| format!("task {index} ({})", task.id))?;
+            row(index, &task, &store, &requested).with_context(|| format!("task {index} ({})", task.id))?;
         columns.extend(row.scores.keys().cloned());
         rows.push(row);
         Ok(true)
@@ -118,7 +119,7 @@ fn gather(plan: &Plan) -> anyhow::Result<(Collected, String)> {
     Ok((collected, sha256(ids.as_bytes())))
 }
 
-fn row(index: usize, task: &Task, store: &Store, wishes: &[Score]) -> anyhow::Result<Row> {
+fn row(index: usize, task: &Task, store: &Store, requested: &[Score]) -> anyhow::Result<Row> {
     let content = &task.content;
     let names = content.settings.keys().chain(content.inputs.keys()).map(String::as_str).chain(["seed"]);
     let settings: BTreeMap<String, Value> =
@@ -126,8 +127,8 @@ fn row(index: usize, task: &Task, store: &Store, wishes: &[Score]) -> anyhow::Re
     let (mut error, mut found) = (None, BTreeMap::new());
     let state = match store.result(&task.id) {
         Some(result) => {
-            found = scores(wishes, &result.result)?;
-            // A result repeats its seed, say; the table has it already.
+            found = scores(requested, &result.result)?;
+            // Values that repeat a setting, such as the seed, are already in the table.
             found.retain(|name, _| !settings.contains_key(name));
             if result.criterion_met { State::Done } else { State::CriterionNotMet }
         }
@@ -142,7 +143,7 @@ fn row(index: usize, task: &Task, store: &Store, wishes: &[Score]) -> anyhow::Re
     Ok(Row { index, id: task.id.clone(), state, settings, scores: found, error })
 }
 
-/// One row a task: its settings and scores.
+/// Formats the table as CSV: one row per task with its settings and scores.
 fn table(collected: &Collected) -> anyhow::Result<String> {
     let settings: BTreeSet<&String> = collected.tasks.iter().flat_map(|row| row.settings.keys()).collect();
     let mut writer = csv::Writer::from_writer(Vec::new());
@@ -165,20 +166,20 @@ fn table(collected: &Collected) -> anyhow::Result<String> {
     Ok(String::from_utf8(writer.into_inner()?)?)
 }
 
-/// Says which tasks have no result, and what to do.
+/// Formats the message about tasks without a result.
 fn without_result(collected: &Collected, partial: bool) -> String {
     let rows: Vec<&Row> =
         collected.tasks.iter().filter(|row| matches!(row.state, State::Failed | State::Missing)).collect();
     let mut text = format!("{} of {} tasks have no result", rows.len(), collected.tasks.len());
-    for row in rows.iter().take(SHOWN) {
-        let why = row.error.as_ref().map_or("was not run to its end".to_owned(), |e| format!("failed: {e}"));
+    for row in rows.iter().take(MAX_SHOWN_TASKS) {
+        let why = row.error.as_ref().map_or("was not completed".to_owned(), |e| format!("failed: {e}"));
         text.push_str(&format!("\n  task {} {why}", row.index));
     }
-    if rows.len() > SHOWN {
-        text.push_str(&format!("\n  and {} more", rows.len() - SHOWN));
+    if rows.len() > MAX_SHOWN_TASKS {
+        text.push_str(&format!("\n  and {} more", rows.len() - MAX_SHOWN_TASKS));
     }
     if !partial {
-        text.push_str("\nrun them, or add --partial to go on with the rest");
+        text.push_str("\nrun them, or add --partial to collect the other results");
     }
     text
 }

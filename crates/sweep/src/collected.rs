@@ -1,4 +1,4 @@
-//! Everything that is collected of a plan: what `result.json` holds and the page shows.
+//! Collected results of a plan: content of `result.json` and of the page.
 
 use super::curves::Curve;
 use super::row::{Row, State};
@@ -8,24 +8,24 @@ use std::collections::BTreeMap;
 /// Content of `result.json`.
 #[derive(Debug, Serialize)]
 pub struct Collected {
-    /// `augsim.sweep/1`.
+    /// Schema name `augsim.sweep/1`.
     pub schema: &'static str,
-    /// The command of all tasks.
+    /// Command of all tasks.
     pub command: String,
-    /// Settings that differ from task to task.
+    /// Settings with several values.
     pub crossed: Vec<String>,
     /// Columns of scores.
     pub scores: Vec<String>,
-    /// SHA-256 of each input, by its path.
+    /// SHA-256 of each input by path.
     pub inputs: BTreeMap<String, String>,
     /// All tasks in the order of the plan.
     pub tasks: Vec<Row>,
-    /// Scores that are numbers over each crossed setting.
+    /// Numeric scores over each crossed setting.
     pub curves: Vec<Curve>,
 }
 
 impl Collected {
-    /// Number of tasks in a state.
+    /// Returns the number of tasks in a state.
     pub fn count(&self, state: State) -> usize {
         self.tasks.iter().filter(|row| row.state == state).count()
     }

@@ -1,32 +1,32 @@
-//! Curves: a score against a setting, as mean and interval over the tasks that differ in nothing that a curve shows.
+//! Curves of scores over settings: mean and interval over the tasks that share a point.
 
 use super::file::Value;
 use super::row::Row;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// The setting whose values only repeat an experiment.
+/// Name of the seed setting, whose values are repetitions of an experiment.
 const SEED: &str = "seed";
-/// Curves that one figure holds: more cannot be told apart.
-const MOST_SERIES: usize = 5;
+/// Maximum number of series in a figure, so that they stay distinguishable.
+const MAX_SERIES: usize = 5;
 
-/// A score against a crossed setting.
+/// A score over a crossed setting.
 #[derive(Debug, Clone, Serialize)]
 pub struct Curve {
     /// Score.
     pub score: String,
-    /// Setting along the axis.
+    /// Setting on the axis.
     pub over: String,
-    /// Settings whose values each have a series; the others are averaged over.
+    /// Settings with a series for each value. Other settings are averaged.
     pub by: Vec<String>,
-    /// One series for each combination of their values.
+    /// One series per combination of values of `by`.
     pub series: Vec<Series>,
 }
 
 /// A series of a curve.
 #[derive(Debug, Clone, Serialize)]
 pub struct Series {
-    /// Values of the settings in `by`; empty where there are none.
+    /// Values of the settings in `by`; empty if there are none.
     pub name: String,
     /// Points in the order of the setting.
     pub points: Vec<Point>,
@@ -37,19 +37,19 @@ pub struct Series {
 pub struct Point {
     /// Value of the setting.
     pub at: Value,
-    /// Mean and spread of the score.
+    /// Statistics of the score.
     #[serde(flatten)]
     pub summary: Summary,
 }
 
-/// A score over several tasks.
+/// Statistics of a score over several tasks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// Number of tasks.
     pub tasks: usize,
     /// Mean.
     pub mean: f64,
-    /// Standard deviation of one task; absent for one task.
+    /// Standard deviation between tasks; absent for one task.
     pub sd: Option<f64>,
     /// 95 % interval of the mean, from Student's distribution; absent for one task.
     pub ci95: Option<[f64; 2]>,
@@ -60,7 +60,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Sums up some values; `None` where there are none.
+    /// Computes the statistics; `None` without values.
     pub fn of(values: &[f64]) -> Option<Self> {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
@@ -78,8 +78,8 @@ impl Summary {
     }
 }
 
-/// Quantile 0.975 of Student's distribution. Beyond the table the first two terms of its expansion in 1 / degrees
-/// (Abramowitz and Stegun 26.7.5) are off by less than 5e-4.
+/// Returns the 0.975 quantile of Student's distribution. Beyond the table, the first two terms of its
+/// expansion in 1 / degrees (Abramowitz and Stegun 26.7.5) have an error below 5e-4.
 fn student_975(degrees: usize) -> f64 {
     const TABLE: [f64; 20] = [
         12.706_205, 4.302_653, 3.182_446, 2.776_445, 2.570_582, 2.446_912, 2.364_624, 2.306_004, 2.262_157,
@@ -98,7 +98,7 @@ fn student_975(degrees: usize) -> f64 {
     }
 }
 
-/// A curve for every score that is a number over every crossed setting.
+/// Makes the curves of all numeric scores over all crossed settings.
 pub fn curves(rows: &[Row], crossed: &[String], scores: &[String]) -> Vec<Curve> {
     let mut curves = Vec::new();
     for score in scores {
@@ -115,14 +115,15 @@ fn curve(rows: &[Row], crossed: &[String], score: &str, over: &str) -> Option<Cu
         return None;
     }
     let by = split(&numbers, crossed, over);
-    let mut series: BTreeMap<Vec<Key>, BTreeMap<Key, Gathered>> = BTreeMap::new();
+    let mut series: BTreeMap<Vec<SortKey>, BTreeMap<SortKey, PointScores>> = BTreeMap::new();
     for (row, number) in numbers {
         let Some(at) = row.settings.get(over) else { continue };
-        let values: Vec<Key> = by.iter().filter_map(|name| row.settings.get(*name)).map(Key::of).collect();
-        let place = series.entry(values).or_default().entry(Key::of(at));
-        place.or_insert_with(|| Gathered { at: at.clone(), scores: Vec::new() }).scores.push(number);
+        let values: Vec<SortKey> =
+            by.iter().filter_map(|name| row.settings.get(*name)).map(SortKey::of).collect();
+        let place = series.entry(values).or_default().entry(SortKey::of(at));
+        place.or_insert_with(|| PointScores { at: at.clone(), scores: Vec::new() }).scores.push(number);
     }
-    let point = |g: Gathered| Summary::of(&g.scores).map(|summary| Point { at: g.at, summary });
+    let point = |g: PointScores| Summary::of(&g.scores).map(|summary| Point { at: g.at, summary });
     let series = series.into_iter().map(|(values, points)| Series {
         name: values.iter().map(|value| value.1.as_str()).collect::<Vec<_>>().join(", "),
         points: points.into_values().filter_map(point).collect(),
@@ -131,7 +132,8 @@ fn curve(rows: &[Row], crossed: &[String], score: &str, over: &str) -> Option<Cu
     Some(Curve { score: score.to_owned(), over: over.to_owned(), by, series: series.collect() })
 }
 
-/// Settings that get a series for each of their values: as many of the crossed ones, seeds apart, as one figure holds.
+/// Chooses the settings with a series per value: crossed settings except seeds, as many as fit in one
+/// figure.
 fn split<'a>(rows: &[(&Row, f64)], crossed: &'a [String], over: &str) -> Vec<&'a String> {
     let mut by = Vec::new();
     let mut series = 1;
@@ -140,7 +142,7 @@ fn split<'a>(rows: &[(&Row, f64)], crossed: &'a [String], over: &str) -> Vec<&'a
             rows.iter().filter_map(|(row, _)| row.settings.get(name)).map(ToString::to_string).collect();
         values.sort_unstable();
         values.dedup();
-        if values.len() > 1 && series * values.len() <= MOST_SERIES {
+        if values.len() > 1 && series * values.len() <= MAX_SERIES {
             series *= values.len();
             by.push(name);
         }
@@ -148,44 +150,44 @@ fn split<'a>(rows: &[(&Row, f64)], crossed: &'a [String], over: &str) -> Vec<&'a
     by
 }
 
-/// Scores of the tasks that share a point.
-struct Gathered {
+/// Scores of the tasks at one point.
+struct PointScores {
     at: Value,
     scores: Vec<f64>,
 }
 
-/// Order of the values of a setting: numbers by size, before words in their order.
+/// Sort key of setting values: numbers by size, then texts.
 #[derive(Debug, Clone, PartialEq)]
-struct Key(Option<f64>, String);
+struct SortKey(Option<f64>, String);
 
-impl Key {
+impl SortKey {
     fn of(value: &Value) -> Self {
-        Key(value.number(), value.to_string())
+        SortKey(value.number(), value.to_string())
     }
 }
 
-impl Eq for Key {}
+impl Eq for SortKey {}
 
-impl PartialOrd for Key {
+impl PartialOrd for SortKey {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Key {
+impl Ord for SortKey {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        let size = |key: &Key| key.0.unwrap_or(f64::INFINITY);
+        let size = |key: &SortKey| key.0.unwrap_or(f64::INFINITY);
         size(self).total_cmp(&size(other)).then_with(|| self.1.cmp(&other.1))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: means and intervals are those of the textbook; a curve averages over seeds and keeps other settings apart.
+    //! Contract: means and intervals follow the textbook; a curve averages over seeds and separates other settings.
     use super::*;
 
     #[test]
-    fn the_interval_of_a_mean_is_students() {
+    fn computes_the_student_interval_of_a_mean() {
         let s = Summary::of(&[1.0, 2.0, 3.0]).unwrap();
         assert_eq!((s.tasks, s.mean, s.sd), (3, 2.0, Some(1.0)));
         let [low, high] = s.ci95.unwrap();
@@ -196,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn quantiles_beyond_the_table_go_on_smoothly() {
+    fn approximates_quantiles_beyond_the_table() {
         // From tables: 21, 30, 60 and 120 degrees.
         for (degrees, quantile) in [(21, 2.079_614), (30, 2.042_272), (60, 2.000_298), (120, 1.979_930)] {
             assert!((student_975(degrees) - quantile).abs() < 1e-3, "{degrees}: {}", student_975(degrees));
@@ -213,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_averages_over_seeds_and_splits_by_other_settings() {
+    fn averages_over_seeds_and_separates_other_settings() {
         let rows = [
             row(1000, "a", 1, 4.0),
             row(250, "a", 1, 1.0),
@@ -225,14 +227,17 @@ mod tests {
         let all = curves(&rows, &names, &["mm".to_owned()]);
         let over_size = all.iter().find(|c| c.over == "size").unwrap();
         assert_eq!(over_size.by, ["net"]);
-        let told = |k: usize| -> Vec<(String, usize, f64)> {
-            let points = &over_size.series[k].points;
-            points.iter().map(|p| (p.at.to_string(), p.summary.tasks, p.summary.mean)).collect()
+        let points = |k: usize| -> Vec<(String, usize, f64)> {
+            over_size.series[k]
+                .points
+                .iter()
+                .map(|p| (p.at.to_string(), p.summary.tasks, p.summary.mean))
+                .collect()
         };
         assert_eq!((over_size.series[0].name.as_str(), over_size.series[1].name.as_str()), ("a", "b"));
-        assert_eq!(told(0), [("250".to_owned(), 2, 2.0), ("1000".to_owned(), 1, 4.0)]);
-        assert_eq!(told(1), [("250".to_owned(), 1, 9.0), ("1000".to_owned(), 1, 7.0)]);
-        // Series that numbers name stand in the order of the numbers, not of their digits.
+        assert_eq!(points(0), [("250".to_owned(), 2, 2.0), ("1000".to_owned(), 1, 4.0)]);
+        assert_eq!(points(1), [("250".to_owned(), 1, 9.0), ("1000".to_owned(), 1, 7.0)]);
+        // Series with numeric names are sorted by number, not by digits.
         let over_net = all.iter().find(|c| c.over == "net").unwrap();
         assert_eq!(over_net.series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["250", "1000"]);
     }

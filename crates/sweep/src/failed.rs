@@ -1,15 +1,15 @@
-//! Tasks that failed, for whoever started them.
+//! Error of a sweep with failed tasks.
 
-/// Tasks of a sweep failed; the first of them decides the exit code.
+/// Tasks of a sweep failed. The first failure determines the exit code.
 #[derive(Debug)]
 pub struct TaskFailed {
-    /// Place of the first that failed.
+    /// Index of the first failed task.
     pub index: usize,
-    /// Number of tasks that failed.
+    /// Number of failed tasks.
     pub failures: usize,
-    /// Exit code of the task.
+    /// Exit code of the first failed task.
     pub code: u8,
-    /// The sentence that it ended with.
+    /// Its error message.
     pub error: String,
 }
 

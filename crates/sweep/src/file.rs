@@ -1,4 +1,4 @@
-//! `SWEEP.toml`: a command, options that all tasks share, lists to cross, and the scores to look at.
+//! Sweep file (TOML): command, fixed options, lists of values to combine, and scores.
 
 use super::fault::{OptionFault, SweepFault};
 use augsim_data::read_text;
@@ -6,19 +6,19 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// A sweep as it was written.
+/// Content of a sweep file.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SweepFile {
-    /// Command and what stands beside it, such as `reproduce push`.
+    /// Command with its positional words, such as `reproduce push`.
     pub command: String,
-    /// Options that every task has.
+    /// Options that all tasks share.
     #[serde(default)]
     pub options: BTreeMap<String, toml::Value>,
-    /// Lists; every combination of their values is a task.
+    /// Lists of option values. Each combination of values is a task.
     #[serde(default)]
     pub cross: BTreeMap<String, toml::Value>,
-    /// JSONPath (RFC 9535) into a task's result by the name of the column that it fills.
+    /// JSONPath (RFC 9535) of each score in a task's result, by column name.
     #[serde(default)]
     pub scores: BTreeMap<String, String>,
 }
@@ -27,20 +27,20 @@ pub struct SweepFile {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Value {
-    /// Given or not.
+    /// A flag.
     Flag(bool),
-    /// A whole number.
+    /// An integer.
     Integer(i64),
-    /// Another number, always finite.
+    /// A finite number.
     Number(f64),
-    /// A word.
+    /// A text.
     Text(String),
-    /// An option that is given several times.
+    /// Values of an option that is given several times.
     Several(Vec<Value>),
 }
 
 impl Value {
-    /// The words that stand for it on a command line.
+    /// Returns the values as command line words.
     pub fn words(&self) -> Vec<String> {
         match self {
             Value::Several(all) => all.iter().flat_map(Value::words).collect(),
@@ -48,7 +48,7 @@ impl Value {
         }
     }
 
-    /// The number that it is.
+    /// Returns the value as a number, if it is one.
     pub fn number(&self) -> Option<f64> {
         match self {
             Value::Integer(v) => Some(*v as f64),
@@ -74,10 +74,10 @@ impl std::fmt::Display for Value {
 }
 
 impl SweepFile {
-    /// Reads a file.
+    /// Reads a sweep file.
     ///
     /// # Errors
-    /// It cannot be read, is no TOML, or has other keys than these.
+    /// The file cannot be read, is not TOML or has unknown keys.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let file = || path.to_owned();
         let text = read_text(path).map_err(|cause| SweepFault::Unreadable { file: file(), cause })?;
@@ -88,15 +88,15 @@ impl SweepFile {
     }
 }
 
-/// Name of an option as the command line has it: `train_size` stands for `train-size`.
+/// Converts an option name to its command line form: `train_size` to `train-size`.
 pub fn dashed(name: &str) -> String {
     name.replace('_', "-")
 }
 
-/// A value of TOML.
+/// Converts a TOML value.
 ///
 /// # Errors
-/// It is a date, a table, an empty list or not finite.
+/// The value is a date, a table, an empty or nested list, or not finite.
 pub fn value(from: &toml::Value) -> Result<Value, OptionFault> {
     match from {
         toml::Value::Boolean(v) => Ok(Value::Flag(*v)),

@@ -1,4 +1,4 @@
-//! `sweep run`: one task, a few, or all of them on this machine.
+//! `sweep run`: runs one task, several tasks or all tasks on this machine.
 
 use super::attempt::{Ended, Runner};
 use super::clap_options::Program;
@@ -18,31 +18,31 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Variables in which schedulers say which of many like jobs this is: Slurm's arrays, Kubernetes' indexed jobs.
+/// Environment variables with the index of an array job: Slurm arrays, Kubernetes indexed jobs.
 const INDEX_VARIABLES: [&str; 2] = ["SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX"];
-/// Attempts at a task that is killed, for its memory for example, where nobody else would begin it again.
-const ATTEMPTS: u32 = 3;
-/// Time between two looks at a task that another process runs.
-const PATIENCE: Duration = Duration::from_millis(100);
+/// Maximum number of attempts at a task that is killed, for example because of its memory.
+const MAX_ATTEMPTS: u32 = 3;
+/// Time between two checks of a task that another process runs.
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 #[derive(Serialize)]
 struct Run {
-    /// Tasks that were asked for.
+    /// Number of requested tasks.
     tasks: usize,
-    /// Tasks asked for that have a result now.
+    /// Number of requested tasks that have a result now.
     done: usize,
-    /// Tasks asked for whose result was there before.
+    /// Number of requested tasks that had a result before.
     kept: usize,
-    /// Tasks asked for whose criterion is not met.
+    /// Number of requested tasks that do not meet their criterion.
     criterion_not_met: usize,
-    /// Why others have none, by their place.
+    /// Failures by task index.
     failed: BTreeMap<usize, Failure>,
 }
 
-/// Runs `count` tasks from a place on, one after another.
+/// Runs `count` tasks from an index on, one after another.
 ///
 /// # Errors
-/// [`TaskFailed`] where one failed; there is no such task; no place is given.
+/// [`TaskFailed`] if a task failed; no such task exists; no index is given.
 pub fn run_some(
     plan: &Path,
     index: Option<usize>,
@@ -53,7 +53,7 @@ pub fn run_some(
 ) -> anyhow::Result<Outcome> {
     let first = match index {
         Some(index) => index,
-        None => index_of_environment()?,
+        None => index_from_environment()?,
     };
     let plan = Plan::open(plan)?;
     let tasks = plan.tasks_from(first, usize::try_from(count)?)?;
@@ -61,10 +61,10 @@ pub fn run_some(
     Work::new(&runner, tasks, threads, 1).run(1, output)
 }
 
-/// Runs all tasks, as many at a time as `threads` says (all cores without a number).
+/// Runs all tasks in parallel on `threads` threads (all cores if `None`).
 ///
 /// # Errors
-/// [`TaskFailed`] where one failed.
+/// [`TaskFailed`] if a task failed.
 pub fn run_all(
     plan: &Path,
     threads: Option<u16>,
@@ -76,13 +76,13 @@ pub fn run_all(
     let cores = || std::thread::available_parallelism().map_or(1, NonZero::get);
     let threads = threads.map_or_else(cores, usize::from);
     let workers = threads.min(tasks.len()).max(1);
-    // Cores that there are no tasks for make the tasks faster.
-    let each = u16::try_from((threads / workers).max(1)).unwrap_or(u16::MAX);
+    // Surplus cores are distributed over the tasks.
+    let threads_per_task = u16::try_from((threads / workers).max(1)).unwrap_or(u16::MAX);
     let runner = Runner::new(plan, program)?;
-    Work::new(&runner, tasks, Some(each), ATTEMPTS).run(workers, output)
+    Work::new(&runner, tasks, Some(threads_per_task), MAX_ATTEMPTS).run(workers, output)
 }
 
-fn index_of_environment() -> Result<usize, SweepFault> {
+fn index_from_environment() -> Result<usize, SweepFault> {
     for variable in INDEX_VARIABLES {
         if let Some(value) = std::env::var_os(variable) {
             let number = value.to_str().and_then(|text| text.parse().ok());
@@ -93,19 +93,19 @@ fn index_of_environment() -> Result<usize, SweepFault> {
     Err(SweepFault::NoIndex { variables: &INDEX_VARIABLES })
 }
 
-/// Tasks that workers share, and what has become of them.
+/// Tasks that the workers share, and their state.
 struct Work<'a> {
     runner: &'a Runner,
-    /// Number of tasks that were asked for.
+    /// Number of requested tasks.
     tasks: usize,
-    /// Threads of each task.
+    /// Number of threads of each task.
     threads: Option<u16>,
-    /// Attempts at a task that is killed.
+    /// Maximum number of attempts at a task that is killed.
     attempts: u32,
     ledger: Mutex<Ledger>,
 }
 
-/// Where each task stands.
+/// State of the tasks.
 #[derive(Default)]
 struct Ledger {
     waiting: VecDeque<Waiting>,
@@ -115,11 +115,11 @@ struct Ledger {
     stopped: bool,
 }
 
-/// A task that no worker has taken.
+/// A task that no worker has started.
 struct Waiting {
     index: usize,
     task: Task,
-    /// Attempts that were made.
+    /// Number of attempts so far.
     attempts: u32,
 }
 
@@ -162,7 +162,7 @@ impl<'a> Work<'a> {
         }
         if ledger.stopped {
             output.notice(format!(
-                "stopped: {} of {} tasks are done; the same command goes on",
+                "stopped: {} of {} tasks are done; run the same command to continue",
                 run.done, run.tasks
             ));
             return Ok(Outcome::Interrupted);
@@ -185,19 +185,20 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Takes one task after another until none is left.
+    /// Runs tasks until none is waiting.
     fn work(&self, keeper: &Keeper, steps: &Steps, output: &Output) -> anyhow::Result<()> {
-        // Tasks in a row that other processes run: once all that wait are such, there is nothing but to wait.
+        // Number of consecutive tasks that other processes run. If it reaches the number of waiting
+        // tasks, this worker waits.
         let mut elsewhere = 0;
         loop {
-            let taken = {
+            let next_task = {
                 let mut ledger = self.ledger();
                 ledger.stopped |= keeper.must_stop();
                 if ledger.stopped {
                     return Ok(());
                 }
-                let taken = ledger.waiting.pop_front();
-                ledger.running += usize::from(taken.is_some());
+                let next_task = ledger.waiting.pop_front();
+                ledger.running += usize::from(next_task.is_some());
                 steps.tell(format!(
                     "{} of {} tasks, {} running, {} failed",
                     ledger.ended.len(),
@@ -205,32 +206,32 @@ impl<'a> Work<'a> {
                     ledger.running,
                     ledger.failed
                 ));
-                taken
+                next_task
             };
-            let Some(mut waiting) = taken else { return Ok(()) };
+            let Some(mut waiting) = next_task else { return Ok(()) };
             let ended = self.runner.attempt(&waiting.task, self.threads, keeper);
             let mut ledger = self.ledger();
             ledger.running -= 1;
-            // What keeps one worker from writing its results keeps the others too.
+            // An error that prevents one worker from writing results affects the others as well.
             ledger.stopped |= ended.is_err();
             match ended? {
                 Ended::RunsElsewhere => {
                     elsewhere += 1;
                     ledger.waiting.push_back(waiting);
-                    let all = ledger.waiting.len();
+                    let waiting_tasks = ledger.waiting.len();
                     drop(ledger);
-                    if elsewhere >= all {
-                        if elsewhere == all {
-                            output.detail("another process runs what is left; waiting for it");
+                    if elsewhere >= waiting_tasks {
+                        if elsewhere == waiting_tasks {
+                            output.detail("another process runs the remaining tasks; waiting for it");
                         }
-                        std::thread::sleep(PATIENCE);
+                        std::thread::sleep(POLL_INTERVAL);
                     }
                     continue;
                 }
                 Ended::Stopped => ledger.stopped = true,
                 Ended::Failed(failure) if failure.code > 128 && waiting.attempts + 1 < self.attempts => {
                     waiting.attempts += 1;
-                    output.note(format!("task {}: {}; trying again", waiting.index, failure.error));
+                    output.note(format!("task {}: {}; retrying", waiting.index, failure.error));
                     ledger.waiting.push_back(waiting);
                 }
                 ended => {
@@ -243,7 +244,7 @@ impl<'a> Work<'a> {
     }
 
     fn ledger(&self) -> MutexGuard<'_, Ledger> {
-        // What a panic left of counts and lists is as true as before.
+        // The counts and lists stay valid after a panic of another worker.
         self.ledger.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,7 +1,7 @@
-//! Inputs of tasks: files and folders by path and SHA-256, patterns of paths.
+//! Input files of tasks: paths, SHA-256 hashes and glob patterns.
 //!
-//! Paths are relative to the folder of `SWEEP.toml`, and so they stand in the tasks: a project that is moved as a whole
-//! keeps its tasks and their results.
+//! Paths are relative to the folder of the sweep file, in the tasks as well. A project that is moved as
+//! a whole keeps its tasks and results.
 
 use super::fault::{InputFault, SweepFault};
 use anyhow::Context;
@@ -17,13 +17,13 @@ use std::time::SystemTime;
 /// An input of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Input {
-    /// Path as it was written.
+    /// Path as written in the sweep file.
     pub path: String,
-    /// SHA-256 of its content, in hexadecimal digits.
+    /// SHA-256 of the content, in hexadecimal digits.
     pub sha256: String,
 }
 
-/// Hexadecimal digits of the SHA-256 of some bytes.
+/// Returns the SHA-256 of bytes in hexadecimal digits.
 pub fn sha256(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
@@ -32,10 +32,10 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The paths that a text stands for: itself, or those that match it as a pattern, in order.
+/// Expands a glob pattern into the sorted matching paths; an existing path is returned as it is.
 ///
 /// # Errors
-/// Nothing is there, or no path matches.
+/// The path does not exist, or no path matches.
 pub fn expand(folder: &Path, text: &str) -> Result<Vec<String>, InputFault> {
     if text == "-" {
         return Err(InputFault::StandardInput);
@@ -65,22 +65,22 @@ pub fn expand(folder: &Path, text: &str) -> Result<Vec<String>, InputFault> {
     }
 }
 
-/// Remembers the SHA-256 of each file for as long as its size and its time stay.
+/// Caches the SHA-256 of files until their size or modification time changes.
 #[derive(Debug, Default)]
-pub struct Hasher(Mutex<BTreeMap<PathBuf, Known>>);
+pub struct Hasher(Mutex<BTreeMap<PathBuf, CachedHash>>);
 
 #[derive(Debug, Clone)]
-struct Known {
+struct CachedHash {
     bytes: u64,
     modified: Option<SystemTime>,
     sha256: String,
 }
 
 impl Hasher {
-    /// SHA-256 of a file's bytes, or of the names and SHA-256 of all files in a folder.
+    /// Returns the SHA-256 of a file, or of the names and hashes of all files in a folder.
     ///
     /// # Errors
-    /// Something cannot be read, or is neither file nor folder.
+    /// A file cannot be read, or the path is neither a file nor a folder.
     pub fn hash(&self, path: &Path) -> anyhow::Result<String> {
         let unreadable = || format!("{}: cannot read it", path.display());
         let found = std::fs::metadata(path).with_context(unreadable)?;
@@ -98,7 +98,7 @@ impl Hasher {
             return Ok(known.sha256);
         }
         let sha256 = hash_file(path).with_context(unreadable)?;
-        let known = Known { bytes, modified, sha256: sha256.clone() };
+        let known = CachedHash { bytes, modified, sha256: sha256.clone() };
         self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned(), known);
         Ok(sha256)
     }
@@ -110,7 +110,7 @@ impl Hasher {
         let mut whole = Sha256::new();
         for file in &files {
             let name = file.strip_prefix(folder).unwrap_or(file).to_string_lossy();
-            // Lengths keep one name and content from reading as another name and content.
+            // The length prefix makes the boundary between name and content unambiguous.
             whole.update((name.len() as u64).to_le_bytes());
             whole.update(name.as_bytes());
             whole.update(self.hash(file)?);
@@ -133,7 +133,8 @@ fn hash_file(path: &Path) -> std::io::Result<String> {
     }
 }
 
-/// Collects the files below a folder; links to folders are not followed, so that no circle is.
+/// Collects the files in a folder recursively. Links to folders are not followed, so cycles are
+/// impossible.
 fn list(folder: &Path, files: &mut Vec<PathBuf>) -> anyhow::Result<()> {
     let unreadable = || format!("{}: cannot read the folder", folder.display());
     for entry in std::fs::read_dir(folder).with_context(unreadable)? {

@@ -1,4 +1,4 @@
-//! A collected sweep as a page.
+//! Report page of a collected sweep.
 
 use super::collected::Collected;
 use super::curves::{Curve, Series as CurveSeries};
@@ -8,28 +8,30 @@ use augsim_report::page::{
     Block, Cell, Column, Columns, DataSource, Grid, KeyFigure, Method, Page, Provenance, Row, Section, Table,
 };
 
-/// Scores that the page draws where the sweep names none; the table has all.
-const DRAWN_SCORES: usize = 6;
-/// Tasks that the page lists; the table has all.
-const LISTED_TASKS: usize = 200;
-/// Values of a setting from which on the ratio of the largest to the smallest asks for a logarithmic axis.
-const LOG_RATIO: f64 = 20.0;
+/// Maximum number of scores with figures. The table has all scores.
+const MAX_DRAWN_SCORES: usize = 6;
+/// Maximum number of tasks on the page. `table.csv` has all tasks.
+const MAX_LISTED_TASKS: usize = 200;
+/// Ratio of the largest to the smallest setting from which a logarithmic axis is used.
+const MIN_LOG_AXIS_RATIO: f64 = 20.0;
 
-/// The page of a sweep.
+/// Makes the page of a sweep.
 pub fn page(c: &Collected) -> Page {
-    let scores = drawn(c);
+    let scores = scores_to_draw(c);
     let curves: Vec<&Curve> = c.curves.iter().filter(|curve| scores.contains(&curve.score)).collect();
     let mut tabled: Vec<Vec<&String>> = Vec::new();
     let mut sections: Vec<Section> = (c.crossed.iter())
         .map(|over| {
-            let of: Vec<&Curve> = curves.iter().copied().filter(|curve| curve.over == *over).collect();
-            let mut blocks = figures(&of);
-            // Over recipe for each size and over size for each recipe are the same numbers.
-            let mut settings: Vec<&String> = of.iter().flat_map(|c| c.by.iter().chain([&c.over])).collect();
+            let over_setting: Vec<&Curve> =
+                curves.iter().copied().filter(|curve| curve.over == *over).collect();
+            let mut blocks = figures(&over_setting);
+            // The table over A for each B repeats that over B for each A, so it is shown once.
+            let mut settings: Vec<&String> =
+                over_setting.iter().flat_map(|c| c.by.iter().chain([&c.over])).collect();
             settings.sort_unstable();
             settings.dedup();
             if !tabled.contains(&settings) {
-                blocks.extend(of.iter().map(|curve| Block::Table(table(curve))));
+                blocks.extend(over_setting.iter().map(|curve| Block::Table(table(curve))));
                 tabled.push(settings);
             }
             Section::new(&format!("Over {over}"), blocks)
@@ -67,17 +69,17 @@ pub fn page(c: &Collected) -> Page {
     }
 }
 
-/// Scores worth a figure: numbers that differ between tasks.
-fn drawn(c: &Collected) -> Vec<String> {
+/// Returns the numeric scores that differ between tasks, at most [`MAX_DRAWN_SCORES`].
+fn scores_to_draw(c: &Collected) -> Vec<String> {
     let differs = |score: &&String| {
         let mut values = c.tasks.iter().filter_map(|row| row.number(score));
         let first = values.next();
         values.any(|value| Some(value) != first)
     };
-    c.scores.iter().filter(differs).take(DRAWN_SCORES).cloned().collect()
+    c.scores.iter().filter(differs).take(MAX_DRAWN_SCORES).cloned().collect()
 }
 
-/// Figures of all scores over one setting.
+/// Makes the figures of all scores over one setting.
 fn figures(curves: &[&Curve]) -> Vec<Block> {
     let Some(first) = curves.first() else { return Vec::new() };
     let figures = curves.iter().map(|curve| figure(curve)).collect();
@@ -120,7 +122,7 @@ fn figure(curve: &Curve) -> Figure {
         bars: (curve.series.iter().zip(0..)).map(|(s, tone)| bar(s, Tone::Series(tone), name)).collect(),
     };
     let groups = match alone {
-        // One series needs no legend: its bars are called by the values.
+        // A single series needs no legend: its bars have the names of the values.
         true => {
             let bars = names
                 .iter()
@@ -143,10 +145,10 @@ fn line(curve: &Curve) -> Figure {
     let at = |s: &CurveSeries| s.points.iter().filter_map(|p| p.at.number()).collect::<Vec<f64>>();
     let all: Vec<f64> = curve.series.iter().flat_map(at).collect();
     let [low, high] = [f64::min, f64::max].map(|f| all.iter().copied().reduce(f).unwrap_or(0.0));
-    let x = match low > 0.0 && high / low >= LOG_RATIO && curve.over != "seed" {
+    let x = match low > 0.0 && high / low >= MIN_LOG_AXIS_RATIO && curve.over != "seed" {
         true => Axis::log(&curve.over, ""),
         false => {
-            // Intervals of the first and of the last point stand clear of the frame.
+            // The margin keeps the intervals of the first and last point inside the frame.
             let margin = 0.04 * (high - low);
             Axis::linear(&curve.over, "").with_domain(low - margin, high + margin)
         }
@@ -161,7 +163,7 @@ fn line(curve: &Curve) -> Figure {
                 |k: usize| s.points.iter().map(|p| p.summary.ci95.map_or(f64::NAN, |ci| ci[k])).collect();
             series = series.with_band(0.95, end(0), end(1));
         }
-        // Seeds have no order that a line could follow.
+        // Points of different seeds are not connected, because seeds have no order.
         let mark = if curve.over == "seed" { Mark::Points } else { Mark::LinePoints };
         figure = figure.with(series.with_mark(mark));
     }
@@ -204,7 +206,7 @@ fn table(curve: &Curve) -> Table {
 fn without_result(c: &Collected) -> Vec<Block> {
     let said = |row: &TaskRow| match row.state {
         State::Failed => Some(format!("task {}: {}", row.index, row.error.as_deref().unwrap_or("failed"))),
-        State::Missing => Some(format!("task {} was not run to its end", row.index)),
+        State::Missing => Some(format!("task {} was not completed", row.index)),
         State::Done | State::CriterionNotMet => None,
     };
     let items: Vec<String> = c.tasks.iter().filter_map(said).collect();
@@ -214,7 +216,7 @@ fn without_result(c: &Collected) -> Vec<Block> {
     vec![Block::List(items)]
 }
 
-/// The tasks with what is crossed and what is drawn.
+/// Makes the table of tasks with their crossed settings and scores_to_draw scores.
 fn tasks(c: &Collected, scores: &[String]) -> Vec<Block> {
     let mut columns = vec![Column::number("task", "").decimals(0)];
     columns.extend(c.crossed.iter().map(|name| Column::text(name)));
@@ -228,11 +230,11 @@ fn tasks(c: &Collected, scores: &[String]) -> Vec<Block> {
         Row::from(cells)
     };
     let mut footnotes = vec!["All settings and scores are in `table.csv`.".to_owned()];
-    if c.tasks.len() > LISTED_TASKS {
-        footnotes.push(format!("The first {LISTED_TASKS} of {} tasks.", c.tasks.len()));
+    if c.tasks.len() > MAX_LISTED_TASKS {
+        footnotes.push(format!("The first {MAX_LISTED_TASKS} of {} tasks.", c.tasks.len()));
     }
-    let rows = c.tasks.iter().take(LISTED_TASKS).map(row).collect();
-    vec![Block::Table(Table { caption: "One row a task".to_owned(), columns, rows, footnotes })]
+    let rows = c.tasks.iter().take(MAX_LISTED_TASKS).map(row).collect();
+    vec![Block::Table(Table { caption: "One row per task".to_owned(), columns, rows, footnotes })]
 }
 
 fn method(c: &Collected) -> Vec<Block> {

@@ -1,7 +1,7 @@
-//! `sweep plan`: the tasks of a sweep in a folder, and that folder read again.
+//! `sweep plan`: writes the tasks of a sweep into a folder and reads them back.
 
 use super::clap_options::{Program, SweptCommand};
-use super::fault::{OptionFault, Spoilt, SweepFault};
+use super::fault::{OptionFault, SweepDataError, SweepFault};
 use super::file::{SweepFile, Value, dashed, value};
 use super::inputs::{Hasher, Input, expand, sha256};
 use super::scores::Score;
@@ -18,32 +18,32 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-/// Name of the file with the tasks.
+/// Name of the task file, one task per line.
 pub const TASKS: &str = "tasks.jsonl";
-/// Name of the file with what all tasks share.
+/// Name of the file with the settings that all tasks share.
 const SWEEP: &str = "sweep.json";
-/// Tasks that a sweep may have: beyond it a list is more likely a mistake than a wish.
-const MOST_TASKS: usize = 1_000_000;
+/// Maximum number of tasks of a sweep. A longer list is probably a mistake.
+const MAX_TASKS: usize = 1_000_000;
 
-/// Content of `sweep.json`: settings of a plan that all its tasks share.
+/// Content of `sweep.json`: settings that all tasks share.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Shared {
-    /// Folder that the tasks' paths are relative to: that of `SWEEP.toml`.
+    /// Folder that the tasks' paths are relative to: that of the sweep file.
     pub folder: PathBuf,
-    /// The command.
+    /// Command of all tasks.
     pub command: String,
     /// Number of tasks.
     pub tasks: usize,
-    /// Options that differ from task to task.
+    /// Options with several values.
     pub crossed: Vec<String>,
-    /// JSONPath of each score, by its column.
+    /// JSONPath of each score by column.
     pub scores: BTreeMap<String, String>,
 }
 
-/// A plan that was written.
+/// A written plan.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// Folder of the plan, from the root.
+    /// Absolute path of the plan folder.
     pub folder: PathBuf,
     /// Settings that all tasks share.
     pub shared: Shared,
@@ -56,11 +56,11 @@ struct Planned<'a> {
     inputs: usize,
 }
 
-/// Plans the sweep of a file into a folder.
+/// Writes the tasks of a sweep file into a folder.
 ///
 /// # Errors
-/// The file asks for what the command does not have, an input is missing, or the folder must not be written to. Nothing is
-/// written then.
+/// The file has options that the command does not have, an input is missing, or the folder must not be
+/// written. In these cases nothing is written.
 pub fn write_plan(
     sweep: &Path,
     out: &Path,
@@ -77,7 +77,8 @@ pub fn write_plan(
             Ok(fault) => SweepFault::InFile { file: sweep.to_owned(), fault: Box::new(fault) }.into(),
             Err(e) => e,
         })?;
-    // The tasks decide the results; the scores are looked up when these are collected, and may be changed later.
+    // The record contains the tasks only, because scores are evaluated when results are collected and
+    // may change later.
     let record = Record::new("sweep plan").setting("tasks", sha256(tasks.as_bytes()));
     let claim = Results { folder: out, files: &[TASKS, SWEEP], inputs: &[sweep], record, force }.claim()?;
     claim.begin()?;
@@ -99,12 +100,12 @@ pub fn write_plan(
     Ok(Outcome::Done)
 }
 
-/// Every combination of the lists of a sweep.
+/// All combinations of the lists of a sweep.
 struct Crossed {
-    /// Lines of `tasks.jsonl`.
+    /// Content of `tasks.jsonl`.
     tasks: String,
     shared: Shared,
-    /// Number of files and folders that the tasks read.
+    /// Number of input files and folders.
     inputs: usize,
 }
 
@@ -115,8 +116,8 @@ fn cross(file: &SweepFile, folder: PathBuf, program: Program) -> anyhow::Result<
     }
     let axes = axes(file, &command, &folder)?;
     let count = axes.iter().try_fold(1, |n: usize, axis| n.checked_mul(axis.values.len()));
-    let Some(count) = count.filter(|n| *n <= MOST_TASKS) else {
-        return Err(SweepFault::TooManyTasks { most: MOST_TASKS }.into());
+    let Some(count) = count.filter(|n| *n <= MAX_TASKS) else {
+        return Err(SweepFault::TooManyTasks { most: MAX_TASKS }.into());
     };
     let known: BTreeSet<&str> = axes.iter().map(|axis| axis.name.as_str()).collect();
     if let Some(column) = file.scores.keys().find(|column| known.contains(column.as_str())) {
@@ -133,11 +134,11 @@ fn cross(file: &SweepFile, folder: PathBuf, program: Program) -> anyhow::Result<
         }
     }
     let (mut tasks, mut ids) = (String::new(), BTreeSet::new());
-    let mut checked = Checked::default();
+    let mut accepted = AcceptedValues::default();
     for index in 0..count {
-        let places = places(index, &axes);
-        let task = Task::new(content(&places, &axes, &command, &inputs)?)?;
-        if checked.is_new(&places, &axes) {
+        let value_indices = value_indices(index, &axes);
+        let task = Task::new(content(&value_indices, &axes, &command, &inputs)?)?;
+        if accepted.is_new(&value_indices, &axes) {
             let Content { settings, seed, .. } = &task.content;
             command.check(&command.arguments(settings, &task.paths(), *seed, "DIR", false))?;
         }
@@ -158,7 +159,7 @@ fn cross(file: &SweepFile, folder: PathBuf, program: Program) -> anyhow::Result<
     Ok(Crossed { tasks, shared, inputs: inputs.len() })
 }
 
-/// An option and the values that it takes: one, or those of a crossed list.
+/// An option and its values: one fixed value or a list.
 struct Axis {
     name: String,
     values: Vec<Value>,
@@ -166,7 +167,7 @@ struct Axis {
     is_crossed: bool,
 }
 
-/// The options of a sweep, fixed ones first, each kind in the order of names.
+/// Reads the options of a sweep: fixed options first, each group in the order of names.
 fn axes(file: &SweepFile, command: &SweptCommand, folder: &Path) -> Result<Vec<Axis>, SweepFault> {
     let mut axes: Vec<Axis> = Vec::new();
     let fixed = file.options.iter().map(|option| ("options", option));
@@ -202,18 +203,18 @@ fn axes(file: &SweepFile, command: &SweptCommand, folder: &Path) -> Result<Vec<A
     Ok(axes)
 }
 
-/// The whole numbers of `{ from = 1, to = 5 }`, both ends included.
+/// Expands `{ from = 1, to = 5 }`, both ends included.
 fn whole_numbers(range: &toml::Table) -> Result<Vec<Value>, OptionFault> {
     let end = |name: &str| range.get(name).and_then(toml::Value::as_integer);
     match (end("from"), end("to"), range.len()) {
-        (Some(from), Some(to), 2) if from <= to && to.saturating_sub(from) < MOST_TASKS as i64 => {
+        (Some(from), Some(to), 2) if from <= to && to.saturating_sub(from) < MAX_TASKS as i64 => {
             Ok((from..=to).map(Value::Integer).collect())
         }
-        _ => Err(OptionFault::Range { most: MOST_TASKS }),
+        _ => Err(OptionFault::Range { most: MAX_TASKS }),
     }
 }
 
-/// Values that are paths, patterns replaced by what they match.
+/// Checks path values and expands glob patterns.
 fn paths(values: Vec<Value>, is_crossed: bool, folder: &Path) -> Result<Vec<Value>, OptionFault> {
     let mut paths = Vec::new();
     for value in values {
@@ -228,53 +229,54 @@ fn paths(values: Vec<Value>, is_crossed: bool, folder: &Path) -> Result<Vec<Valu
     }
 }
 
-/// Place of a task's value in each list: the last list changes fastest.
-fn places(index: usize, axes: &[Axis]) -> Vec<usize> {
-    let mut rest = index;
-    let mut places: Vec<usize> = (axes.iter().rev())
+/// Returns the index of each list value of a task; the last list varies fastest.
+fn value_indices(index: usize, axes: &[Axis]) -> Vec<usize> {
+    let mut remaining = index;
+    let mut value_indices: Vec<usize> = (axes.iter().rev())
         .map(|axis| {
-            let place = rest % axis.values.len();
-            rest /= axis.values.len();
+            let place = remaining % axis.values.len();
+            remaining /= axis.values.len();
             place
         })
         .collect();
-    places.reverse();
-    places
+    value_indices.reverse();
+    value_indices
 }
 
-/// Values that the command's parser has seen. It looks at each value by itself and at which options are there together, so
-/// that a combination of known values with known flags need not be parsed again: of 100,000 tasks that is most of the time.
+/// Values that the command's parser has already accepted. The parser checks single values and
+/// combinations of flags, so a combination of accepted values and flags need not be parse_task again. For
+/// 100,000 tasks this saves most of the time.
 #[derive(Default)]
-struct Checked {
+struct AcceptedValues {
     values: BTreeSet<(usize, usize)>,
     flags: BTreeSet<Vec<usize>>,
 }
 
-impl Checked {
-    /// Whether a task has a value, or flags together, that no task before it had.
-    fn is_new(&mut self, places: &[usize], axes: &[Axis]) -> bool {
+impl AcceptedValues {
+    /// Whether a task has a value or a combination of flags that no earlier task had.
+    fn is_new(&mut self, value_indices: &[usize], axes: &[Axis]) -> bool {
         let is_flag = |axis: &Axis| axis.values.iter().any(|value| matches!(value, Value::Flag(_)));
-        let flags = places.iter().zip(axes).filter(|(_, axis)| is_flag(axis)).map(|(place, _)| *place);
+        let flags = value_indices.iter().zip(axes).filter(|(_, axis)| is_flag(axis)).map(|(place, _)| *place);
         let mut is_new = self.flags.insert(flags.collect());
-        for (axis, place) in places.iter().enumerate() {
+        for (axis, place) in value_indices.iter().enumerate() {
             is_new |= self.values.insert((axis, *place));
         }
         is_new
     }
 }
 
-/// The task with these values.
+/// Makes the task content for these list values.
 fn content(
-    places: &[usize],
+    value_indices: &[usize],
     axes: &[Axis],
     command: &SweptCommand,
     known: &BTreeMap<&str, Input>,
 ) -> Result<Content, SweepFault> {
     let (mut settings, mut inputs, mut seed) = (BTreeMap::new(), BTreeMap::new(), 1);
-    for (axis, place) in axes.iter().zip(places) {
+    for (axis, place) in axes.iter().zip(value_indices) {
         let value = &axis.values[*place];
         match value {
-            value if axis.name == "seed" => seed = whole(value)?,
+            value if axis.name == "seed" => seed = parse_seed(value)?,
             Value::Text(path) if axis.is_input => {
                 if let Some(input) = known.get(path.as_str()) {
                     inputs.insert(axis.name.clone(), input.clone());
@@ -289,7 +291,7 @@ fn content(
     Ok(Content { augsim, command: command.words.clone(), settings, seed, inputs })
 }
 
-fn whole(value: &Value) -> Result<u64, SweepFault> {
+fn parse_seed(value: &Value) -> Result<u64, SweepFault> {
     match value {
         Value::Integer(v) => u64::try_from(*v).ok(),
         _ => None,
@@ -298,10 +300,10 @@ fn whole(value: &Value) -> Result<u64, SweepFault> {
 }
 
 impl Plan {
-    /// The plan in a folder.
+    /// Opens the plan in a folder.
     ///
     /// # Errors
-    /// There is none.
+    /// The folder has no plan.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         let path = folder.join(SWEEP);
         let file = || path.clone();
@@ -314,15 +316,15 @@ impl Plan {
         Ok(Plan { folder, shared })
     }
 
-    /// Reads the tasks, one after another; `each` gets place and task, and says whether to go on.
+    /// Calls `each` with the index and content of each task in order, until it returns `false`.
     ///
     /// # Errors
-    /// The file cannot be read, or a line is no task of its own name.
+    /// The file cannot be read, or the id of a task does not match its content.
     pub fn each_task(&self, mut each: impl FnMut(usize, Task) -> anyhow::Result<bool>) -> anyhow::Result<()> {
-        self.each_line(|index, line| each(index, parsed(index, line, &self.folder)?))
+        self.each_line(|index, line| each(index, parse_task(index, line, &self.folder)?))
     }
 
-    /// All tasks.
+    /// Returns all tasks.
     ///
     /// # Errors
     /// Those of [`Plan::each_task`].
@@ -335,16 +337,16 @@ impl Plan {
         Ok(tasks)
     }
 
-    /// `count` tasks from a place on, fewer at the end of the plan.
+    /// Returns `count` tasks from an index on, or fewer at the end of the plan.
     ///
     /// # Errors
-    /// There is no task at this place, and those of [`Plan::each_task`].
+    /// No task has this index, or an error of [`Plan::each_task`].
     pub fn tasks_from(&self, first: usize, count: usize) -> anyhow::Result<Vec<(usize, Task)>> {
         let mut found = Vec::new();
         let last = first.saturating_add(count);
         self.each_line(|index, line| {
             if (first..last).contains(&index) {
-                found.push((index, parsed(index, line, &self.folder)?));
+                found.push((index, parse_task(index, line, &self.folder)?));
             }
             Ok(index + 1 < last)
         })?;
@@ -370,13 +372,13 @@ impl Plan {
     }
 }
 
-fn parsed(index: usize, line: &str, folder: &Path) -> anyhow::Result<Task> {
+fn parse_task(index: usize, line: &str, folder: &Path) -> anyhow::Result<Task> {
     let (plan, at) = (folder.join(TASKS), index + 1);
     let task: Task =
         serde_json::from_str(line).with_context(|| format!("{}: line {at}: not a task", plan.display()))?;
     let named = Task::new(task.content.clone())?;
     match named.id == task.id {
         true => Ok(task),
-        false => Err(Spoilt::Task { plan, line: at, id: task.id }.into()),
+        false => Err(SweepDataError::Task { plan, line: at, id: task.id }.into()),
     }
 }

@@ -1,4 +1,4 @@
-//! A task and what has become of it: a row of the table.
+//! A task and its outcome: a row of the table.
 
 use super::file::Value;
 use serde::Serialize;
@@ -10,16 +10,16 @@ use std::collections::BTreeMap;
 pub enum State {
     /// The task has a result.
     Done,
-    /// The task has a result, which does not meet the criterion that it asked for.
+    /// The task has a result that does not meet its criterion.
     CriterionNotMet,
     /// The task failed.
     Failed,
-    /// The task was not run, or not to its end.
+    /// The task was not started or not completed.
     Missing,
 }
 
 impl State {
-    /// Name in the table.
+    /// Returns the name in the table.
     pub fn name(self) -> &'static str {
         match self {
             State::Done => "done",
@@ -33,9 +33,9 @@ impl State {
 /// A task and its scores.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// Place in the plan.
+    /// Index in the plan.
     pub index: usize,
-    /// Name of the task.
+    /// Id of the task.
     pub id: String,
     /// Outcome of the task.
     pub state: State,
@@ -43,18 +43,18 @@ pub struct Row {
     pub settings: BTreeMap<String, Value>,
     /// Scores by column.
     pub scores: BTreeMap<String, serde_json::Value>,
-    /// Why it failed.
+    /// Error message of a failed task.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
 }
 
 impl Row {
-    /// A score that is a number.
+    /// Returns a numeric score.
     pub fn number(&self, score: &str) -> Option<f64> {
         self.scores.get(score)?.as_f64()
     }
 
-    /// A task that is done.
+    /// Makes a completed task.
     #[cfg(test)]
     pub fn done(settings: BTreeMap<String, Value>, scores: BTreeMap<String, serde_json::Value>) -> Self {
         Row { index: 0, id: String::new(), state: State::Done, settings, scores, error: None }

@@ -1,11 +1,11 @@
-//! Scores: values of a task's result that fill a row of the table.
+//! Scores: values from a task's result that fill a row of the table.
 
-use super::fault::{Spoilt, SweepFault};
+use super::fault::{SweepDataError, SweepFault};
 use serde_json::Value;
 use serde_json_path::JsonPath;
 use std::collections::BTreeMap;
 
-/// A column of the table and where its value stands in a result.
+/// A table column and the JSONPath of its value.
 #[derive(Debug)]
 pub struct Score {
     column: String,
@@ -13,10 +13,10 @@ pub struct Score {
 }
 
 impl Score {
-    /// A column with its JSONPath (RFC 9535).
+    /// Parses the JSONPath (RFC 9535) of a column.
     ///
     /// # Errors
-    /// The path cannot be read.
+    /// The path is not valid.
     pub fn new(column: &str, path: &str) -> Result<Self, SweepFault> {
         let column = column.to_owned();
         match JsonPath::parse(path) {
@@ -25,46 +25,47 @@ impl Score {
         }
     }
 
-    /// The one value that the path leads to; `None` where it leads nowhere or to nothing.
+    /// Returns the value at the path; `None` if it is absent or null.
     ///
     /// # Errors
-    /// It leads to several values, or to a list or an object.
+    /// The path selects several values, a list or an object.
     fn of(&self, result: &Value) -> anyhow::Result<Option<Value>> {
         let found = self.path.query(result).all();
         match found.as_slice() {
             [] | [Value::Null] => Ok(None),
             [Value::Array(_) | Value::Object(_)] => {
                 let (column, path) = (self.column.clone(), self.path.clone());
-                Err(Spoilt::ScoreOfMany { column, path }.into())
+                Err(SweepDataError::ScoreOfMany { column, path }.into())
             }
             [one] => Ok(Some((*one).clone())),
             several => {
                 let (column, path, values) = (self.column.clone(), self.path.clone(), several.len());
-                Err(Spoilt::ScoreTwice { column, path, values }.into())
+                Err(SweepDataError::ScoreTwice { column, path, values }.into())
             }
         }
     }
 }
 
-/// The scores of a result by column: those asked for; without a wish all numbers, words and answers that no list holds.
+/// Returns the scores of a result by column: the requested ones, or all values outside lists if none are
+/// requested.
 ///
 /// # Errors
-/// A path leads to more than one value.
-pub fn scores(wishes: &[Score], result: &Value) -> anyhow::Result<BTreeMap<String, Value>> {
+/// A path selects more than one value.
+pub fn scores(requested: &[Score], result: &Value) -> anyhow::Result<BTreeMap<String, Value>> {
     let mut found = BTreeMap::new();
-    if wishes.is_empty() {
+    if requested.is_empty() {
         leaves("", result, &mut found);
         return Ok(found);
     }
-    for wish in wishes {
-        if let Some(value) = wish.of(result)? {
-            found.insert(wish.column.clone(), value);
+    for score in requested {
+        if let Some(value) = score.of(result)? {
+            found.insert(score.column.clone(), value);
         }
     }
     Ok(found)
 }
 
-/// Values that are reached through objects alone, by their dotted path. Texts of several lines are no scores.
+/// Collects all values outside lists by dotted path, except texts of several lines.
 fn leaves(path: &str, value: &Value, found: &mut BTreeMap<String, Value>) {
     match value {
         Value::Object(all) => {
@@ -83,7 +84,7 @@ fn leaves(path: &str, value: &Value, found: &mut BTreeMap<String, Value>) {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a score is one value of the result; a path that means several is refused, one that leads nowhere is empty.
+    //! Contract: a score is one value of the result. A path with several values is an error, one without a value is empty.
     use super::*;
     use serde_json::json;
 
@@ -93,21 +94,21 @@ mod tests {
     }
 
     #[test]
-    fn a_path_picks_one_row() {
+    fn selects_one_row_by_path() {
         let score = Score::new("pos_mm", "$.rows[?@.model=='B'].pos_mm").unwrap();
         assert_eq!(score.of(&rows()).unwrap(), Some(json!(2.5)));
     }
 
     #[test]
-    fn several_values_are_refused_and_none_is_empty() {
+    fn rejects_several_values_and_accepts_none() {
         let several = Score::new("pos_mm", "$.rows[*].pos_mm").unwrap().of(&rows()).unwrap_err().to_string();
         assert!(several.contains("pos_mm") && several.contains("2 values"), "{several}");
         assert_eq!(Score::new("x", "$.nowhere").unwrap().of(&rows()).unwrap(), None);
-        assert!(Score::new("x", "rows[0]").unwrap_err().to_string().contains("no JSONPath"));
+        assert!(Score::new("x", "rows[0]").unwrap_err().to_string().contains("not a valid JSONPath"));
     }
 
     #[test]
-    fn without_a_wish_all_leaves_outside_lists_are_scores() {
+    fn takes_all_values_outside_lists_by_default() {
         let found = scores(&[], &rows()).unwrap();
         assert_eq!(found, BTreeMap::from([("deep.n".into(), json!(3)), ("deep.why".into(), json!("so"))]));
     }

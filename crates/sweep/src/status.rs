@@ -1,4 +1,4 @@
-//! `sweep status`: what is done, what runs, what failed, when it will end.
+//! `sweep status`: shows completed, running and failed tasks and the expected end.
 
 use super::plan::Plan;
 use super::store::Store;
@@ -8,8 +8,8 @@ use serde::Serialize;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Failures that the text shows; `--json` has all.
-const SHOWN: usize = 20;
+/// Maximum number of failures in the text; `--json` has all.
+const MAX_SHOWN_FAILURES: usize = 20;
 
 #[derive(Serialize)]
 struct Status {
@@ -17,15 +17,15 @@ struct Status {
     done: usize,
     running: usize,
     failed: Vec<FailedTask>,
-    /// Begun and stopped: they go on from what they have.
+    /// Tasks that were stopped and can be resumed.
     stopped: usize,
-    /// Not begun.
+    /// Tasks that were not started.
     waiting: usize,
-    /// Mean of the tasks that were done last.
+    /// Mean run time of the latest completed tasks.
     seconds_per_task: Option<f64>,
-    /// Seconds until all others are done, with as many at a time as run now.
+    /// Estimated seconds until all tasks are done, with the current number of running tasks.
     seconds_left: Option<f64>,
-    /// The same as a time of the clock, seconds since 1970.
+    /// Expected end in seconds since 1970.
     expected_end_unix_s: Option<u64>,
 }
 
@@ -37,18 +37,18 @@ struct FailedTask {
     error: String,
 }
 
-/// Says how far a sweep is.
+/// Prints the progress of a sweep.
 ///
 /// # Errors
-/// There is no plan.
+/// The folder has no plan.
 pub fn status(plan: &Path, output: &Output) -> anyhow::Result<Outcome> {
     let plan = Plan::open(plan)?;
-    let status = look(&plan)?;
+    let status = read_status(&plan)?;
     output.result(&status, || text(&status))?;
     Ok(Outcome::Done)
 }
 
-fn look(plan: &Plan) -> anyhow::Result<Status> {
+fn read_status(plan: &Plan) -> anyhow::Result<Status> {
     let store = Store::of(&plan.folder);
     let (with_result, with_failure, begun) = (store.with_result(), store.with_failure(), store.begun());
     let mut status = Status {
@@ -82,7 +82,7 @@ fn look(plan: &Plan) -> anyhow::Result<Status> {
         let seconds = each * left as f64 / status.running.max(1) as f64;
         status.seconds_left = Some(seconds);
         let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
-        // Nothing ends while nothing runs.
+        // Without a running task the end is unknown.
         status.expected_end_unix_s = (status.running > 0).then_some(now + seconds as u64);
     }
     Ok(status)
@@ -90,7 +90,7 @@ fn look(plan: &Plan) -> anyhow::Result<Status> {
 
 fn text(s: &Status) -> String {
     let mut out = format!(
-        "{} of {} tasks are done; {} run, {} failed, {} stopped on the way, {} wait",
+        "{} of {} tasks are done; {} running, {} failed, {} stopped, {} waiting",
         s.done,
         s.tasks,
         s.running,
@@ -106,20 +106,24 @@ fn text(s: &Status) -> String {
             out.push_str(&format!("\nexpected end: in {left}{}, at {hour:02}:{minute:02} UTC", each()));
         }
         (Some(left), None) => {
-            out.push_str(&format!("\nnothing runs; the rest takes one worker {}{}", duration(left), each()));
+            out.push_str(&format!(
+                "\nno task is running; the remaining tasks take one worker {}{}",
+                duration(left),
+                each()
+            ));
         }
         _ => {}
     }
-    for f in s.failed.iter().take(SHOWN) {
+    for f in s.failed.iter().take(MAX_SHOWN_FAILURES) {
         out.push_str(&format!("\n  task {} failed (code {}): {}", f.index, f.code, f.error));
     }
-    if s.failed.len() > SHOWN {
-        out.push_str(&format!("\n  and {} more; --json has all", s.failed.len() - SHOWN));
+    if s.failed.len() > MAX_SHOWN_FAILURES {
+        out.push_str(&format!("\n  and {} more; --json has all", s.failed.len() - MAX_SHOWN_FAILURES));
     }
     out
 }
 
-/// A duration for people.
+/// Formats a duration with a suitable unit.
 fn duration(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {
@@ -133,11 +137,11 @@ fn duration(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: durations are rounded to what a reader plans with.
+    //! Contract: durations have a unit that suits their size.
     use super::*;
 
     #[test]
-    fn durations_have_the_unit_of_their_size() {
+    fn formats_durations_with_a_suitable_unit() {
         for (seconds, text) in [
             (0.42, "0.4 s"),
             (59.6, "60 s"),

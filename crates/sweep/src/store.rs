@@ -1,7 +1,7 @@
-//! Files in a plan's folder beside the tasks: results, failures, and a folder for each task that was begun.
+//! Files in the plan folder next to the tasks: results, failures and a work folder per started task.
 //!
-//! All names are names of tasks, which follow from what the tasks are. So a result that is there is the result, whoever made
-//! it, and a plan that is made again with more tasks keeps what it has.
+//! Files are named by task ids, which depend on the content of the tasks only. So an existing result is
+//! valid whoever made it, and a plan that is extended by more tasks keeps its results.
 
 use super::inputs::sha256;
 use super::task::Task;
@@ -17,62 +17,65 @@ use std::time::{Duration, SystemTime};
 
 const SCHEMA: &str = "augsim.sweep.result/1";
 
-/// The result of a task.
+/// Result of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TaskResult {
     schema: String,
-    /// Name of the task.
+    /// Id of the task.
     id: String,
-    /// Whether the criterion that the task asked for is met.
+    /// Whether the criterion of the task is met.
     pub criterion_met: bool,
-    /// SHA-256 of `result`: a file that was damaged is no result.
+    /// SHA-256 of `result`, to detect damaged files.
     sha256: String,
-    /// The document that the command wrote.
+    /// Result document of the command.
     pub result: Value,
 }
 
-/// Why a task has no result.
+/// Failure of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Failure {
-    /// Name of the task.
+    /// Id of the task.
     pub id: String,
-    /// Exit code; 128 and the signal's number of a task that was killed.
+    /// Exit code; 128 plus the signal number if the task was killed.
     pub code: u8,
-    /// First line of what it said.
+    /// First line of the error message.
     pub error: String,
 }
 
-/// Seconds that a task took, for the expected end of the others.
+/// Run time of a task, for the expected end of the sweep.
 #[derive(Debug, Serialize, Deserialize)]
 struct Timing {
     seconds: f64,
 }
 
-/// Who may run a task.
+/// Result of an attempt to lock a task.
 #[derive(Debug)]
-pub enum Turn {
-    /// We: nobody else until the file, and every copy that a child process has of it, is closed.
-    Ours(File),
-    /// Another process runs it.
-    Theirs,
+pub enum TaskLock {
+    /// This process holds the lock until the file and all inherited copies are closed.
+    Acquired(File),
+    /// Another process holds the lock.
+    Busy,
 }
 
-/// The folder of a plan.
+/// Plan folder with results.
 #[derive(Debug, Clone)]
 pub struct Store(PathBuf);
 
 impl Store {
-    /// Names the store in the folder of a plan; nothing is made yet.
+    /// Makes the store of a plan folder without touching the disk.
     pub fn of(plan: &Path) -> Self {
         Store(plan.to_owned())
     }
 
-    /// Makes the folders that results need. They stay when they are empty: another process may be about to write there.
+    /// Makes the result folders. Empty folders are kept, because another process may be about to write
+    /// there.
     ///
     /// # Errors
-    /// They cannot be made.
+    /// A folder cannot be made.
     pub fn prepare(&self) -> anyhow::Result<()> {
-        ["results", "failed", "work"].into_iter().try_for_each(|name| make_to_stay(&self.0.join(name)))
+        ["results", "failed", "work"]
+            .into_iter()
+            .try_for_each(|name| make_permanent_folder(&self.0.join(name)))
     }
 
     fn result_path(&self, id: &str) -> PathBuf {
@@ -83,12 +86,12 @@ impl Store {
         self.0.join("failed").join(format!("{id}.json"))
     }
 
-    /// The folder of a task: its lock, what it said, and `out`, where its command writes.
+    /// Returns the work folder of a task: lock, outputs, and `out`, where the command writes.
     pub fn work(&self, id: &str) -> PathBuf {
         self.0.join("work").join(id)
     }
 
-    /// The valid result of a task, if there is one.
+    /// Returns the valid result of a task, if there is one.
     pub fn result(&self, id: &str) -> Option<TaskResult> {
         let text = std::fs::read_to_string(self.result_path(id)).ok()?;
         let found: TaskResult = serde_json::from_str(&text).ok()?;
@@ -96,7 +99,7 @@ impl Store {
         (found.schema == SCHEMA && found.id == id && is_whole).then_some(found)
     }
 
-    /// Writes the result of a task, all or nothing; a failure of an earlier attempt is history.
+    /// Writes the result of a task atomically and removes the failure of an earlier attempt.
     ///
     /// # Errors
     /// It cannot be written.
@@ -113,12 +116,12 @@ impl Store {
         }
     }
 
-    /// The failure of a task, if it has one.
+    /// Returns the failure of a task, if there is one.
     pub fn failure(&self, id: &str) -> Option<Failure> {
         serde_json::from_str(&std::fs::read_to_string(self.failure_path(id)).ok()?).ok()
     }
 
-    /// Writes down why a task failed.
+    /// Writes the failure of a task.
     ///
     /// # Errors
     /// It cannot be written.
@@ -128,7 +131,7 @@ impl Store {
         Ok(())
     }
 
-    /// Adds to the seconds that a task took. That they are lost in a power cut does no harm.
+    /// Adds to the run time of a task. Errors are ignored, because the time is only an estimate.
     pub fn add_seconds(&self, id: &str, took: Duration) {
         let path = self.work(id).join("timing.json");
         let before = seconds_in(&path).unwrap_or(0.0);
@@ -137,9 +140,9 @@ impl Store {
         }
     }
 
-    /// Mean seconds of the tasks that were done last.
+    /// Returns the mean run time in s of the latest completed tasks.
     pub fn mean_seconds(&self) -> Option<f64> {
-        /// So many tell enough.
+        /// Number of latest tasks in the mean.
         const LATEST: usize = 100;
         let mut done: Vec<(SystemTime, String)> = (std::fs::read_dir(self.0.join("results")).ok()?.flatten())
             .filter_map(|entry| {
@@ -154,47 +157,47 @@ impl Store {
         (!took.is_empty()).then(|| took.iter().sum::<f64>() / took.len() as f64)
     }
 
-    /// Names of tasks that have a file of results.
+    /// Returns the ids of tasks with a result file.
     pub fn with_result(&self) -> BTreeSet<String> {
         names(&self.0.join("results"), ".json")
     }
 
-    /// Names of tasks that failed at their last attempt.
+    /// Returns the ids of tasks whose last attempt failed.
     pub fn with_failure(&self) -> BTreeSet<String> {
         names(&self.0.join("failed"), ".json")
     }
 
-    /// Names of tasks that were begun.
+    /// Returns the ids of started tasks.
     pub fn begun(&self) -> BTreeSet<String> {
         names(&self.0.join("work"), "")
     }
 
-    /// Takes the lock of a task. Where the file system knows no locks, nobody is kept out.
+    /// Locks a task. On file systems without locks every process gets the lock.
     ///
     /// # Errors
     /// The task's folder cannot be made or written to.
-    pub fn take_turn(&self, id: &str) -> anyhow::Result<Turn> {
+    pub fn lock_task(&self, id: &str) -> anyhow::Result<TaskLock> {
         let folder = self.work(id);
-        make_to_stay(&folder)?;
+        make_permanent_folder(&folder)?;
         let path = folder.join("lock");
-        // Open for writing: network file systems lock no file that is open for reading alone.
+        // Network file systems do not lock files that are open for reading only.
         let opened = File::options().create(true).truncate(false).write(true).read(true).open(&path);
         let lock = opened.with_context(|| format!("{}: cannot open it", path.display()))?;
         match lock.try_lock() {
-            Err(TryLockError::WouldBlock) => Ok(Turn::Theirs),
-            Ok(()) | Err(TryLockError::Error(_)) => Ok(Turn::Ours(lock)),
+            Err(TryLockError::WouldBlock) => Ok(TaskLock::Busy),
+            Ok(()) | Err(TryLockError::Error(_)) => Ok(TaskLock::Acquired(lock)),
         }
     }
 
-    /// Whether a process runs the task just now, where the file system knows locks.
+    /// Whether a process runs the task now, if the file system has locks.
     pub fn is_running(&self, id: &str) -> bool {
         let lock = File::options().read(true).open(self.work(id).join("lock"));
-        // A shared lock, so that two that look do not take each other for the task.
+        // A shared lock, so that two status queries do not mistake each other for the task.
         lock.is_ok_and(|lock| matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)))
     }
 }
 
-fn make_to_stay(folder: &Path) -> anyhow::Result<()> {
+fn make_permanent_folder(folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot make the folder", folder.display()))
 }
 
@@ -207,7 +210,8 @@ fn seconds_in(path: &Path) -> Option<f64> {
     Some(timing.seconds)
 }
 
-/// Names of the entries of a folder that end so, without the end; temporary files begin with a dot.
+/// Returns the names of files that end in `end`, without it. Temporary files begin with a dot and are
+/// skipped.
 fn names(folder: &Path, end: &str) -> BTreeSet<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let name = |entry: std::fs::DirEntry| Some(entry.file_name().to_str()?.strip_suffix(end)?.to_owned());

@@ -1,9 +1,9 @@
-//! `sweep submit`: the script that hands a plan to Slurm.
+//! `sweep submit`: submits the remaining tasks of a plan to Slurm.
 //!
-//! The scheduler runs the sweep, not this program: an array job runs the tasks that are not done, one or a few each, and a
-//! second job, which waits until the first has ended in whatever way, collects. The script says all of it.
+//! Slurm runs the sweep: an array job runs the remaining tasks, one or several per job, and a second job
+//! collects the results after the first has ended. The script contains all commands.
 
-use super::fault::{Spoilt, SweepFault};
+use super::fault::{SweepDataError, SweepFault};
 use super::plan::Plan;
 use super::store::Store;
 use anyhow::Context;
@@ -16,23 +16,23 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::Command;
 
-/// Slurm's default of `MaxArraySize`: places of an array end below it.
-const ARRAY_SIZE: usize = 1001;
-/// Times that Slurm begins a job again that was killed.
-const RESTARTS: u32 = 3;
+/// Default of Slurm's `MaxArraySize`: array indices must be smaller.
+const DEFAULT_MAX_ARRAY_SIZE: usize = 1001;
+/// Maximum number of times that a killed job is requeued.
+const MAX_RESTARTS: u32 = 3;
 
-/// Wishes of the user for the cluster.
+/// Options of the user for the cluster.
 #[derive(Debug, Clone, Copy)]
-pub struct Wishes<'a> {
-    /// Jobs that may run at a time.
+pub struct SubmitOptions<'a> {
+    /// Maximum number of jobs at the same time.
     pub max_parallel: Option<u32>,
     /// Partition.
     pub partition: Option<&'a str>,
     /// Time limit of a job.
     pub time: Option<&'a str>,
-    /// Tasks that a job runs.
+    /// Number of tasks per job.
     pub tasks_per_job: Option<u32>,
-    /// Threads, so cores, of a task.
+    /// Threads, and so cores, per task.
     pub threads: Option<u16>,
 }
 
@@ -44,30 +44,35 @@ struct Submitted {
     collecting_job: Option<String>,
 }
 
-/// Submits the tasks that are not done, or prints the script that would.
+/// Submits the remaining tasks, or prints the script.
 ///
 /// # Errors
-/// There is no plan, no Slurm, or it refuses.
-pub fn submit(plan: &Path, wishes: &Wishes<'_>, dry_run: bool, output: &Output) -> anyhow::Result<Outcome> {
+/// The plan or Slurm is missing, or Slurm rejects the jobs.
+pub fn submit(
+    plan: &Path,
+    wishes: &SubmitOptions<'_>,
+    dry_run: bool,
+    output: &Output,
+) -> anyhow::Result<Outcome> {
     let plan = Plan::open(plan)?;
-    let slurm = is_there("sbatch");
-    let left = not_done(&plan)?;
+    let slurm = is_installed("sbatch");
+    let left = remaining_tasks(&plan)?;
     if left.is_empty() {
         let submitted = Submitted { tasks: 0, jobs: 0, array_job: None, collecting_job: None };
         let folder = plan.folder.display();
         output.result(&submitted, || {
-            format!("all tasks are done; put them together: augsim sweep collect {folder}")
+            format!("all tasks are done; collect the results with: augsim sweep collect {folder}")
         })?;
         return Ok(Outcome::Done);
     }
-    let limit = slurm.then(largest_array).flatten().unwrap_or(ARRAY_SIZE);
+    let limit = slurm.then(largest_array).flatten().unwrap_or(DEFAULT_MAX_ARRAY_SIZE);
     let array = Array::new(&left, plan.shared.tasks, limit, wishes.tasks_per_job)?;
     let script = script(&plan, &array, left.len(), wishes)?;
     if dry_run {
         write!(std::io::stdout(), "{script}").context("standard output: cannot write the script")?;
         return Ok(Outcome::Done);
     }
-    if !slurm && !dry_run {
+    if !slurm {
         return Err(SweepFault::NoSlurm.into());
     }
     let path = plan.folder.join("submit.sh");
@@ -75,7 +80,7 @@ pub fn submit(plan: &Path, wishes: &Wishes<'_>, dry_run: bool, output: &Output) 
     let run = Command::new("sh").arg(&path).output().context("cannot start `sh`")?;
     let (said, told) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
     if !run.status.success() {
-        return Err(Spoilt::Refused { script: path, stderr: told.into_owned() }.into());
+        return Err(SweepDataError::Refused { script: path, stderr: told.into_owned() }.into());
     }
     output.note(told.trim());
     let job = |name: &str| {
@@ -91,7 +96,7 @@ pub fn submit(plan: &Path, wishes: &Wishes<'_>, dry_run: bool, output: &Output) 
     output.result(&submitted, || {
         let id = |job: &Option<String>| job.clone().unwrap_or_default();
         format!(
-            "{} tasks in {} jobs of array {}; job {} collects into {}\nhow far it is: augsim sweep status {}",
+            "{} tasks in {} jobs of array {}; job {} collects into {}\nprogress: augsim sweep status {}",
             submitted.tasks,
             submitted.jobs,
             id(&submitted.array_job),
@@ -103,8 +108,8 @@ pub fn submit(plan: &Path, wishes: &Wishes<'_>, dry_run: bool, output: &Output) 
     Ok(Outcome::Done)
 }
 
-/// Places of tasks without a result.
-fn not_done(plan: &Plan) -> anyhow::Result<Vec<usize>> {
+/// Returns the indices of tasks without a result.
+fn remaining_tasks(plan: &Plan) -> anyhow::Result<Vec<usize>> {
     let done = Store::of(&plan.folder).with_result();
     let mut left = Vec::new();
     plan.each_task(|index, task| {
@@ -116,16 +121,17 @@ fn not_done(plan: &Plan) -> anyhow::Result<Vec<usize>> {
     Ok(left)
 }
 
-/// The jobs of an array, and the tasks that a job runs.
+/// Indices of an array job and the number of tasks per job.
 struct Array {
-    /// Tasks of each job.
+    /// Number of tasks per job.
     tasks_per_job: usize,
-    /// Places of the array, ascending.
+    /// Array indices, ascending.
     places: Vec<usize>,
 }
 
 impl Array {
-    /// Shares the tasks at `left` among `tasks` out to jobs, on a cluster whose arrays end below `limit`.
+    /// Distributes the tasks in `remaining`, of `tasks` in total, over jobs with array indices below
+    /// `limit`.
     fn new(left: &[usize], tasks: usize, limit: usize, wish: Option<u32>) -> Result<Self, SweepFault> {
         let least = tasks.div_ceil(limit).max(1);
         let tasks_per_job = wish.map_or(least, |n| n as usize);
@@ -137,7 +143,7 @@ impl Array {
         Ok(Array { tasks_per_job, places })
     }
 
-    /// The places in the form of `--array`: `0-3,7`.
+    /// Formats the indices for `--array`: `0-3,7`.
     fn spelled(&self) -> String {
         let mut ranges: Vec<(usize, usize)> = Vec::new();
         for &place in &self.places {
@@ -151,8 +157,8 @@ impl Array {
     }
 }
 
-/// The script: readable, to be edited, run by `sh`.
-fn script(plan: &Plan, array: &Array, left: usize, wishes: &Wishes<'_>) -> anyhow::Result<String> {
+/// Makes the shell script.
+fn script(plan: &Plan, array: &Array, left: usize, wishes: &SubmitOptions<'_>) -> anyhow::Result<String> {
     let program = std::env::current_exe().context("cannot find the program itself")?;
     let (program, folder) = (path_text(&program)?, path_text(&plan.folder)?);
     let name: String = (plan.folder.file_name().unwrap_or_default().to_string_lossy().chars())
@@ -169,7 +175,7 @@ fn script(plan: &Plan, array: &Array, left: usize, wishes: &Wishes<'_>) -> anyho
     }
     let parallel = wishes.max_parallel.map_or(String::new(), |n| format!("%{n}"));
     let logs = plan.folder.join("slurm");
-    // Slurm replaces what follows a per cent sign.
+    // Slurm expands patterns after a per cent sign in log paths.
     let log_text = path_text(&logs)?.replace('%', "%%").replace('\\', "\\\\").replace('"', "\\\"");
     let (program, folder, logs) = (quoted(&program)?, quoted(&folder)?, quoted(&path_text(&logs)?)?);
     let (tasks, command, spelled) = (plan.shared.tasks, &plan.shared.command, array.spelled());
@@ -181,8 +187,8 @@ fn script(plan: &Plan, array: &Array, left: usize, wishes: &Wishes<'_>) -> anyho
     let threads = wishes.threads.unwrap_or(1);
     Ok(format!(
         r#"#!/bin/sh
-# A sweep of `augsim {command}`: {left} of its {tasks} tasks are to do, {per_job} in each job of the array.
-# Made by `augsim sweep submit`; edit it as you like and run it with `sh`. A task that is done is not run again.
+# A sweep of `augsim {command}`: {left} of its {tasks} tasks remain, {per_job} in each job of the array.
+# Made by `augsim sweep submit`; you can edit it and run it with `sh`. Completed tasks are skipped.
 set -eu
 mkdir -p {logs}
 
@@ -197,8 +203,8 @@ tasks=$(sbatch --parsable <<'TASKS'
 {options}
 {program} sweep run {folder} {which} --threads "$SLURM_CPUS_PER_TASK"
 code=$?
-# What was killed, for its memory for example, begins again and goes on from its checkpoint.
-if [ "$code" -eq 137 ] && [ "${{SLURM_RESTART_COUNT:-0}}" -lt {RESTARTS} ]; then
+# A killed task, for example because of its memory, is requeued and resumes from its checkpoint.
+if [ "$code" -eq 137 ] && [ "${{SLURM_RESTART_COUNT:-0}}" -lt {MAX_RESTARTS} ]; then
     scontrol requeue "$SLURM_JOB_ID"
 fi
 exit "$code"
@@ -227,16 +233,16 @@ fn path_text(path: &Path) -> Result<String, SweepFault> {
     }
 }
 
-/// A word of a shell.
+/// Quotes a word for the shell.
 fn quoted(word: &str) -> anyhow::Result<String> {
     Ok(shlex::try_quote(word)?.into_owned())
 }
 
-fn is_there(program: &str) -> bool {
+fn is_installed(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok()
 }
 
-/// `MaxArraySize` of the cluster, where it says so.
+/// Reads `MaxArraySize` of the cluster, if available.
 fn largest_array() -> Option<usize> {
     let shown = Command::new("scontrol").args(["show", "config"]).output().ok()?;
     let text = String::from_utf8_lossy(&shown.stdout).into_owned();
@@ -246,17 +252,17 @@ fn largest_array() -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the array runs every task that is left and none beyond the cluster's largest place.
+    //! Contract: the array runs all remaining tasks with indices below the limit of the cluster.
     use super::*;
 
     #[test]
-    fn an_array_names_what_is_left_in_ranges() {
-        let array = Array::new(&[0, 1, 2, 5, 7, 8], 10, ARRAY_SIZE, None).unwrap();
+    fn formats_remaining_tasks_as_ranges() {
+        let array = Array::new(&[0, 1, 2, 5, 7, 8], 10, DEFAULT_MAX_ARRAY_SIZE, None).unwrap();
         assert_eq!((array.tasks_per_job, array.spelled().as_str()), (1, "0-2,5,7-8"));
     }
 
     #[test]
-    fn more_tasks_than_an_array_holds_are_shared_among_its_jobs() {
+    fn distributes_more_tasks_than_the_array_limit_over_jobs() {
         let left: Vec<usize> = (0..100_000).collect();
         let array = Array::new(&left, 100_000, 1001, None).unwrap();
         assert_eq!(array.tasks_per_job, 100);

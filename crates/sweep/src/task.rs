@@ -1,41 +1,41 @@
-//! A task: one run of a command, with everything that decides its result.
+//! A task: one run of a command and everything that determines its result.
 
 use super::file::Value;
 use super::inputs::{Input, sha256};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Hexadecimal digits of a task's name: 64 bits, so that among a million tasks two have one name with odds of one to
-/// 40 million. The plan looks for it all the same.
+/// Number of hexadecimal digits of a task id. With 64 bits, two of a million tasks share an id with a
+/// probability of 1 in 40 million. The plan checks for duplicates.
 const ID_DIGITS: usize = 16;
 
-/// Everything that decides the result of a task.
+/// Everything that determines the result of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Content {
-    /// Version of augsim: another may give other results.
+    /// Version of augsim; other versions may give other results.
     pub augsim: String,
-    /// Command and the words beside it.
+    /// Command and its positional words.
     pub command: Vec<String>,
     /// Options by name.
     pub settings: BTreeMap<String, Value>,
-    /// Seed of every random draw.
+    /// Random seed.
     pub seed: u64,
-    /// Files and folders that it reads, by the name of the option.
+    /// Input files and folders by option name.
     pub inputs: BTreeMap<String, Input>,
 }
 
 /// A line of `tasks.jsonl`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Task {
-    /// First digits of the SHA-256 of the content.
+    /// Task id: first digits of the SHA-256 of the content.
     pub id: String,
-    /// The content.
+    /// Content of the task.
     #[serde(flatten)]
     pub content: Content,
 }
 
 impl Task {
-    /// A task of this content.
+    /// Makes a task with this content.
     ///
     /// # Errors
     /// The content cannot be written as JSON.
@@ -45,7 +45,7 @@ impl Task {
         Ok(Task { id, content })
     }
 
-    /// The value of an option, or the path of an input.
+    /// Returns the value of an option, or the path of an input.
     pub fn value(&self, name: &str) -> Option<Value> {
         let Content { settings, seed, inputs, .. } = &self.content;
         if name == "seed" {
@@ -55,7 +55,7 @@ impl Task {
         settings.get(name).cloned().or_else(read)
     }
 
-    /// Paths of the inputs as they were written.
+    /// Returns the paths of the inputs as written in the sweep file.
     pub fn paths(&self) -> BTreeMap<String, String> {
         self.content.inputs.iter().map(|(name, input)| (name.clone(), input.path.clone())).collect()
     }

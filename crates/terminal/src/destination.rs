@@ -1,7 +1,7 @@
-//! The one rule for everything that a command writes, checked before any work.
+//! Checks all files and folders that a command writes, before any work.
 //!
-//! An output never replaces an input. A folder that holds the results of another run is refused without `--force`. Only
-//! regular files and folders are written to.
+//! An output never replaces an input. A folder with the results of another run is refused without
+//! `--force`. Only regular files and folders are written.
 
 use crate::Usage;
 use crate::record::{RECORD, Record};
@@ -18,10 +18,11 @@ use std::time::Instant;
 /// Endings of data files.
 const DATA_ENDINGS: [&str; 3] = [".csv", ".csv.gz", ".npz"];
 
-/// Checks that data can be written to `file` and the files that go `beside` it, and makes their folder.
+/// Checks that a data file and the files `beside` it can be written, and makes their folder.
 ///
 /// # Errors
-/// The ending is none of a data file, an output is an input or no regular file, or the folder cannot be written to.
+/// The ending is not that of a data file, an output is an input or not a regular file, or the folder is
+/// not writable.
 pub fn data_file(file: &Path, beside: &[PathBuf], inputs: &[&Path]) -> anyhow::Result<()> {
     for output in [file].into_iter().chain(beside.iter().map(PathBuf::as_path)) {
         check_file(output, inputs)?;
@@ -33,23 +34,24 @@ pub fn data_file(file: &Path, beside: &[PathBuf], inputs: &[&Path]) -> anyhow::R
     let folder = folders::around(file);
     folders::make(folder)?;
     check_writable(file)?;
-    // Others may write to other files of the folder, so only temporary files of these are looked at.
+    // Other processes may write to the folder, so only stale temporary files of these outputs are
+    // removed.
     let names: Vec<_> =
         beside.iter().map(PathBuf::as_path).chain([file]).filter_map(Path::file_name).collect();
     remove_stale(folder, |target| names.iter().any(|name| *name == target));
     Ok(())
 }
 
-/// Checks one file that will be written.
+/// Checks one output file.
 ///
 /// # Errors
-/// It is an input or lies in a folder that is one, or is no regular file.
+/// It is an input, is inside an input folder, or is not a regular file.
 pub fn check_file(output: &Path, inputs: &[&Path]) -> anyhow::Result<()> {
     let refused = |fault: PathFault| Err(Usage::path(output, fault).into());
     let found = match std::fs::metadata(output) {
         Ok(found) => found,
         Err(_) if output.is_symlink() => return refused(PathFault::DanglingLink),
-        // Nothing is there, or the folder will say what is wrong.
+        // The file does not exist, or opening the folder will report the error.
         Err(_) => return Ok(()),
     };
     if found.is_dir() {
@@ -69,10 +71,10 @@ pub fn check_file(output: &Path, inputs: &[&Path]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Checks that a model file of the user's own is not replaced: one that says something else stays without `--force`.
+/// Checks that no different model file is overwritten without `--force`.
 ///
 /// # Errors
-/// Another model is there.
+/// A different model file exists.
 pub fn check_model(path: &Path, text: &str, force: bool) -> anyhow::Result<()> {
     match std::fs::read_to_string(path) {
         Ok(there) if there != text && !force => Err(Usage::path(path, PathFault::OtherModel).into()),
@@ -80,7 +82,7 @@ pub fn check_model(path: &Path, text: &str, force: bool) -> anyhow::Result<()> {
     }
 }
 
-/// Whether two paths lead to the same file, by whatever links.
+/// Whether two paths are the same file, including hard and symbolic links.
 fn is_same(a: &Path, b: &Path) -> bool {
     let canonical = |path: &Path| std::fs::canonicalize(path).ok();
     canonical(a).is_some_and(|a| Some(a) == canonical(b))
@@ -98,7 +100,7 @@ fn identity(_path: &Path) -> Option<(u64, u64)> {
     None
 }
 
-/// Whether `path`, or what will be made there, lies in a folder or is it.
+/// Whether `path`, which need not exist, is a folder or is inside it.
 fn is_inside(path: &Path, folder: &Path) -> bool {
     let Ok(folder) = std::fs::canonicalize(folder) else { return false };
     path.ancestors()
@@ -107,22 +109,22 @@ fn is_inside(path: &Path, folder: &Path) -> bool {
         .is_some_and(|existing| existing.starts_with(folder))
 }
 
-/// Results that a command is about to write into a folder.
+/// Results that a command will write into a folder.
 #[derive(Debug)]
 pub struct Results<'a> {
-    /// The folder.
+    /// Results folder.
     pub folder: &'a Path,
-    /// Names of the files in it, besides `run.toml` and `timing.json`.
+    /// Names of the files, without `run.toml` and `timing.json`.
     pub files: &'a [&'a str],
     /// Files that the command reads.
     pub inputs: &'a [&'a Path],
-    /// Settings that decide the results.
+    /// Record of the settings that determine the results.
     pub record: Record,
-    /// Whether the results of another run may be replaced.
+    /// Whether the results of another run may be overwritten.
     pub force: bool,
 }
 
-/// A folder that this process alone writes its results to.
+/// Results folder that only this process writes to.
 #[derive(Debug)]
 pub struct Claim {
     folder: PathBuf,
@@ -132,10 +134,11 @@ pub struct Claim {
 }
 
 impl Results<'_> {
-    /// Claims the folder, which is made if it is absent.
+    /// Locks the folder, which is made if it does not exist.
     ///
     /// # Errors
-    /// The rule of this module forbids it, another process writes there, or the folder cannot be written to.
+    /// An output is an input, the folder has results of another run, another process writes there, or it
+    /// is not writable.
     pub fn claim(self) -> anyhow::Result<Claim> {
         let Results { folder, files, inputs, record, force } = self;
         for name in files.iter().chain(&[RECORD, TIMING]) {
@@ -155,7 +158,7 @@ impl Results<'_> {
     }
 }
 
-/// The folder holds nothing, or what the same command made of the same inputs.
+/// Checks that the folder is empty or has results of the same command on the same inputs.
 fn check_results(folder: &Path, files: &[&str], record: &Record) -> anyhow::Result<()> {
     let refused = |fault: PathFault| Err(Usage::path(folder, fault).into());
     if let Some(there) = Record::read(folder)? {
@@ -171,20 +174,20 @@ fn check_results(folder: &Path, files: &[&str], record: &Record) -> anyhow::Resu
     }
 }
 
-/// Name of the file with the numbers.
+/// Name of the result file.
 pub const RESULT: &str = "result.json";
-/// Name of the page.
+/// Name of the report.
 pub const REPORT: &str = "report.html";
-/// Name of the file with the times: all that differs from run to run.
+/// Name of the file with run times. No other file differs between identical runs.
 const TIMING: &str = "timing.json";
 
 impl Claim {
-    /// The folder.
+    /// Returns the folder.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Writes `run.toml`: to be called before the first result, and after everything that can be wrong with the input.
+    /// Writes `run.toml`. Call it after all input checks and before the first result.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -192,7 +195,7 @@ impl Claim {
         self.record.write(&self.folder)
     }
 
-    /// Writes a file, all or nothing, and gives its path.
+    /// Writes a file atomically and returns its path.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -202,7 +205,7 @@ impl Claim {
         Ok(path)
     }
 
-    /// Writes `timing.json`: seconds since the folder was claimed, and whatever else a clock gave.
+    /// Writes `timing.json`: seconds since the folder was claimed, and `more`.
     ///
     /// # Errors
     /// The file cannot be written.

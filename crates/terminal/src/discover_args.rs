@@ -8,44 +8,45 @@ use std::path::PathBuf;
 /// Options of `discover`.
 #[derive(Debug, ClapArgs)]
 pub struct Discover {
-    /// Model file (TOML): what is declared.
+    /// Model file (TOML) of the declared physics.
     pub model: PathBuf,
-    /// Measured trajectories: a CSV file, plain or gzip, or a folder of them, one recording each.
+    /// Measured trajectories: a CSV file, plain or gzip, or a folder with one file per recording.
     pub data: PathBuf,
-    /// Directory for `result.json`, `report.html` and the augmented `model.toml`.
+    /// Output folder for `result.json`, `report.html` and the augmented `model.toml`.
     #[arg(long, default_value = "out/discover")]
     pub out: PathBuf,
-    /// Records like the measured ones, made without a missing effect, on which the selection is repeated; how many of them name
-    /// an effect is reported. At most 1000; 0 makes none.
+    /// Number of simulated recordings without a missing effect on which the selection is repeated. The
+    /// result reports how many of them lead to a false discovery. At most 1000; 0 skips this test.
     #[arg(long, default_value_t = 19, value_name = "N")]
     pub null_runs: usize,
-    /// Only trajectories of this group (column `group`); may be given several times.
+    /// Use only trajectories of this group (column `group`). Can be given several times.
     #[arg(long)]
     pub group: Vec<String>,
-    /// Effects that are tried: those of the library, and formulas where they end; or none of them, and formulas alone (models
-    /// of equations).
+    /// Candidate effects: those of the library and then formulas, or formulas only (models of
+    /// equations).
     #[arg(long, value_enum, default_value_t = Library::Generic)]
     pub library: Library,
-    /// End the search after so many seconds with the best so far, marked as such.
+    /// Stop the search after this time in seconds. The result is the best model so far and says that the
+    /// search was incomplete.
     #[arg(long, value_name = "SECONDS")]
     pub time_limit: Option<f64>,
-    /// Checks of suspicious data to do without, in the knowledge that the data are right.
+    /// Data checks to ignore because the user knows that the data are right.
     #[command(flatten)]
     pub accept: Accept,
 }
 
-/// Effects that a discovery tries before it looks for formulas.
+/// Candidate effects that a discovery tries before formulas.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum Library {
-    /// Those of the library.
+    /// The effects of the library.
     #[default]
     Generic,
-    /// None.
+    /// No library effects.
     None,
 }
 
 impl Library {
-    /// As it is typed.
+    /// Returns the value as it is written on the command line.
     pub fn word(self) -> &'static str {
         match self {
             Library::Generic => "generic",
@@ -54,15 +55,16 @@ impl Library {
     }
 }
 
-/// Checks of suspicious data that a user overrides.
+/// Data checks that a user overrides.
 #[derive(Debug, Clone, Default, ClapArgs)]
 pub struct Accept {
-    /// Take the data although this check finds them suspicious (`data inspect` lists all checks); may be given several times.
+    /// Use the data although this check finds them suspicious (`data inspect` lists all checks). Can be
+    /// given several times.
     #[arg(long, value_name = "CHECK", value_parser = check_parser())]
     pub accept: Vec<Check>,
 }
 
-/// Names of checks as they are typed.
+/// Parser of the names of checks.
 fn check_parser() -> impl TypedValueParser<Value = Check> {
     PossibleValuesParser::new(Check::all().map(Check::name))
         .try_map(|name| Check::named(&name).ok_or_else(|| format!("no check is called {name}")))

@@ -1,4 +1,4 @@
-//! A discovery from the command line: progress on the terminal, and its files in a folder.
+//! Runs a discovery from the command line: progress on the terminal and result files in a folder.
 
 use crate::destination::{Claim, REPORT, RESULT, Results};
 use crate::discover_args::{Discover, Library};
@@ -15,9 +15,9 @@ use std::time::{Duration, Instant};
 /// Name of the augmented model.
 const MODEL: &str = "model.toml";
 
-/// Makes the discovery and writes `result.json`, `model.toml` and `report.html`. With `force` it replaces what another run
-/// left in the folder.
-pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Discovery> {
+/// Runs the discovery and writes `result.json`, `model.toml` and `report.html`. `force` replaces the
+/// results of another run in the folder.
+pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Discovery> {
     let claim = claim(args, seed, force)?;
     let accept = args.accept.accept.clone();
     let accepted = accept.iter().copied().collect();
@@ -25,10 +25,10 @@ pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> a
     let options = Options { seed, null_runs: args.null_runs, accepted, library, until: until(args)? };
     let wanted = Wanted { groups: args.group.clone(), accept, options };
     let steps = Steps::new(output);
-    let mut told = |p: augsim_discovery::Progress| steps.show_part(p.describe(), p.fraction());
+    let mut show = |p: augsim_discovery::Progress| steps.show_part(p.describe(), p.fraction());
     let subject = Subject::read(&args.model)?;
     let data = DataFrom::from(&args.data);
-    let found = discover(&subject, &data, &wanted, &mut told)?;
+    let found = discover(&subject, &data, &wanted, &mut show)?;
     steps.finish();
     output.warn(&found.warnings);
     found.notes.iter().for_each(|note| output.note(note));
@@ -43,7 +43,7 @@ pub fn close_loop(args: &Discover, seed: u64, force: bool, output: &Output) -> a
     Ok(found)
 }
 
-/// The moment at which the search is to end, where a limit was set.
+/// Returns the time at which the search ends if a limit was set.
 fn until(args: &Discover) -> anyhow::Result<Option<Instant>> {
     let Some(seconds) = args.time_limit else { return Ok(None) };
     let limit = Duration::try_from_secs_f64(seconds).ok().filter(|limit| !limit.is_zero());
@@ -52,7 +52,7 @@ fn until(args: &Discover) -> anyhow::Result<Option<Instant>> {
     Ok(Some(until.ok_or_else(wrong)?))
 }
 
-/// The folder of the results, for these settings and inputs.
+/// Claims the results folder for these settings and inputs.
 fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
     let record = Record::new("discover")
         .setting("seed", seed)

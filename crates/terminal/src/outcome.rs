@@ -1,21 +1,21 @@
-//! How a command ends.
+//! Outcome of a command and its exit code.
 
 use crate::interrupt;
 use std::process::ExitCode;
 
-/// How a command ended.
+/// Outcome of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// Done.
     Done,
-    /// Done, but a criterion that the user set is not met.
+    /// Done, but a criterion that the user requires is not met.
     CriterionNotMet,
-    /// Stopped by the user, after a checkpoint.
+    /// Interrupted by the user.
     Interrupted,
 }
 
 impl Outcome {
-    /// The process's exit code.
+    /// Returns the exit code of the process.
     pub fn code(self) -> ExitCode {
         ExitCode::from(match self {
             Outcome::Done => 0,

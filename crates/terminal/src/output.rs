@@ -1,4 +1,4 @@
-//! Results on standard output, notes on standard error.
+//! Prints results on standard output and notes on standard error.
 
 use anyhow::Context;
 use augsim_data::checks::Warning;
@@ -6,7 +6,7 @@ use augsim_data::printable;
 use serde::Serialize;
 use std::io::Write;
 
-/// Where and how a command prints.
+/// Output options of a command: JSON, quiet, verbose.
 #[derive(Debug, Clone, Copy)]
 pub struct Output {
     json: bool,
@@ -15,7 +15,7 @@ pub struct Output {
 }
 
 impl Output {
-    /// Makes the output that the global options ask for.
+    /// Makes the output from the global options.
     pub fn new(json: bool, quiet: bool, verbose: bool) -> Self {
         Output { json, quiet, verbose }
     }
@@ -29,13 +29,13 @@ impl Output {
     pub fn result(&self, value: &impl Serialize, text: impl FnOnce() -> String) -> anyhow::Result<()> {
         let out = if self.json { json(value)? } else { printable(&text()) };
         match writeln!(std::io::stdout(), "{}", out.trim_end()) {
-            // The reader (`head`, say) has had enough.
+            // A closed pipe is no error: a reader such as `head` stops early.
             Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
             other => other.context("standard output: cannot write the result"),
         }
     }
 
-    /// A note for people.
+    /// Prints a note on standard error unless `--quiet` is set.
     pub fn note(&self, text: impl AsRef<str>) {
         if !self.quiet {
             // Nothing can be done when standard error is closed.
@@ -43,20 +43,20 @@ impl Output {
         }
     }
 
-    /// A sentence that must not be missed: `--quiet` shows it too.
+    /// Prints a sentence on standard error, even with `--quiet`.
     pub fn notice(&self, text: impl AsRef<str>) {
         // Nothing can be done when standard error is closed.
         let _ = writeln!(std::io::stderr(), "{}", text.as_ref());
     }
 
-    /// Tells suspicions about the data, even with `--quiet`.
+    /// Prints warnings about the data, even with `--quiet`.
     pub fn warn(&self, warnings: &[Warning]) {
         for warning in warnings {
             self.notice(printable(&format!("augsim: warning ({}): {}", warning.check, warning.text)));
         }
     }
 
-    /// A note that only `--verbose` shows.
+    /// Prints a note if `--verbose` is set.
     pub fn detail(&self, text: impl AsRef<str>) {
         if self.verbose {
             self.note(text);
@@ -64,8 +64,9 @@ impl Output {
     }
 }
 
-/// JSON in which everything that a terminal could obey is written as `\u001b` is; JSON itself asks for that of the
-/// first 32 characters only. Such a character can stand in a string alone, so that what is read back is the same.
+/// Serialises a value as JSON and escapes all characters that a terminal could interpret. JSON itself
+/// requires this for the first 32 characters only. Such characters occur in strings only, so the escaped
+/// text parses to the same value.
 fn json(value: &impl Serialize) -> anyhow::Result<String> {
     let text = serde_json::to_string_pretty(value)?;
     if printable(&text) == text {

@@ -1,4 +1,4 @@
-//! Progress on standard error: bars on a terminal, lines elsewhere.
+//! Shows progress on standard error: bars on a terminal, lines elsewhere.
 
 use crate::output::Output;
 use augsim_trainer::Losses;
@@ -9,12 +9,12 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// A bar with iteration, loss parts, rate and time left.
+/// Progress bar of a training: iteration, losses, rate and remaining time.
 #[derive(Debug)]
 pub struct TrainingProgress(ProgressBar);
 
 impl TrainingProgress {
-    /// Begins the bar of a run of `total` iterations of which `done` are done.
+    /// Starts the bar of a run of `total` iterations, of which `done` are complete.
     pub fn new(output: &Output, label: &str, done: u64, total: u64) -> Self {
         let target = if output.shows_progress() {
             ProgressDrawTarget::stderr_with_hz(5)
@@ -33,7 +33,7 @@ impl TrainingProgress {
         TrainingProgress(bar)
     }
 
-    /// After an iteration.
+    /// Updates the bar after an iteration.
     pub fn update(&self, losses: &Losses) {
         self.0.set_position(losses.iteration);
         if losses.iteration.is_multiple_of(10) {
@@ -44,36 +44,35 @@ impl TrainingProgress {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&self) {
         self.0.finish_and_clear();
     }
 }
 
-/// Seconds between lines where there is no terminal.
-const LINE_EVERY: Duration = Duration::from_secs(10);
-/// Thousandths that a bar is divided into.
-const PARTS: u64 = 1000;
+/// Time between progress lines without a terminal.
+const LINE_INTERVAL: Duration = Duration::from_secs(10);
+/// Number of steps of a progress bar.
+const BAR_STEPS: u64 = 1000;
 
-/// The step that a piece of work is at, the share that is done and the time that is left: a bar on a terminal, a line every
-/// ten seconds elsewhere.
+/// Progress of a command with named steps: a bar on a terminal, a line every ten seconds elsewhere.
 #[derive(Debug)]
 pub struct Steps {
     bar: ProgressBar,
     lines: Option<Lines>,
 }
 
-/// Lines for who reads a log.
+/// Progress lines for log files.
 #[derive(Debug)]
 struct Lines {
     now: Arc<Mutex<(String, f64)>>,
-    /// Dropped when the work is done.
+    /// Dropped at the end to stop the writer.
     end: Option<Sender<()>>,
     writer: Option<JoinHandle<()>>,
 }
 
 impl Steps {
-    /// Nothing is shown until the first step.
+    /// Starts the display; it is empty until the first step.
     pub fn new(output: &Output) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let target = if output.shows_progress() && terminal {
@@ -81,7 +80,7 @@ impl Steps {
         } else {
             ProgressDrawTarget::hidden()
         };
-        let bar = ProgressBar::with_draw_target(Some(PARTS), target);
+        let bar = ProgressBar::with_draw_target(Some(BAR_STEPS), target);
         if let Ok(style) = ProgressStyle::with_template(
             "{spinner} {bar:20} {percent:>3}%  {elapsed}  about {eta} left  {msg}",
         ) {
@@ -92,18 +91,18 @@ impl Steps {
         Steps { bar, lines }
     }
 
-    /// The work is at this step, and so much of the whole is done, from 0 to 1.
+    /// Shows the current step and the completed fraction, from 0 to 1.
     pub fn show_part(&self, step: &'static str, done: f64) {
-        self.bar.set_position((PARTS as f64 * done) as u64);
-        self.put(step.to_owned(), done);
+        self.bar.set_position((BAR_STEPS as f64 * done) as u64);
+        self.set_step(step.to_owned(), done);
     }
 
-    /// The work is at a step that has to be put into words.
+    /// Shows a step whose text changes, without a fraction.
     pub fn tell(&self, step: String) {
-        self.put(step, 0.0);
+        self.set_step(step, 0.0);
     }
 
-    fn put(&self, step: String, done: f64) {
+    fn set_step(&self, step: String, done: f64) {
         if let Some(lines) = &self.lines
             && let Ok(mut now) = lines.now.lock()
         {
@@ -112,7 +111,7 @@ impl Steps {
         self.bar.set_message(step);
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
@@ -124,7 +123,7 @@ impl Lines {
         let (end, ended) = channel::<()>();
         let (shared, begun) = (Arc::clone(&now), Instant::now());
         let writer = std::thread::spawn(move || {
-            while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(LINE_EVERY) {
+            while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(LINE_INTERVAL) {
                 if let Ok(now) = shared.lock() {
                     output.note(line(begun.elapsed().as_secs_f64(), &now.0, now.1));
                 }
@@ -138,13 +137,13 @@ impl Drop for Lines {
     fn drop(&mut self) {
         drop(self.end.take());
         if let Some(writer) = self.writer.take() {
-            // A writer that panicked has nothing more to say.
+            // A panic of the writer does not affect the work.
             let _ = writer.join();
         }
     }
 }
 
-/// The line after so many seconds: what is being done, the share that is done, and when the end is to be expected.
+/// Formats a progress line: elapsed time, step, completed percentage and remaining time.
 fn line(seconds: f64, step: &str, done: f64) -> String {
     let left = if (0.01..1.0).contains(&done) {
         format!(", about {:.0} % done, about {:.0} s left", 100.0 * done, seconds * (1.0 - done) / done)
@@ -156,11 +155,11 @@ fn line(seconds: f64, step: &str, done: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a line says the time, the step, and the end as far as it can be foreseen.
+    //! Contract: a line shows the time, the step and, if known, the remaining time.
     use super::line;
 
     #[test]
-    fn the_end_is_foreseen_from_the_share_that_is_done() {
+    fn estimates_the_remaining_time_from_the_completed_fraction() {
         assert_eq!(line(10.0, "fitting", 0.25), "after 10 s: fitting, about 25 % done, about 30 s left");
         assert_eq!(line(10.4, "reading", 0.0), "after 10 s: reading");
     }

@@ -1,4 +1,4 @@
-//! `run.toml`: which command, with which settings, on which inputs, made what is in a folder.
+//! `run.toml`: the command, settings and inputs that made the results in a folder.
 
 use anyhow::Context;
 use augsim_data::atomic_write;
@@ -9,19 +9,19 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-/// Name of the file.
+/// Name of the record file.
 pub const RECORD: &str = "run.toml";
 
-/// Everything that decides the results in a folder.
+/// Command, settings and inputs that determine the results in a folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// Version of augsim: another may give other results.
+    /// Version of augsim; other versions may give other results.
     pub augsim: String,
     /// The command.
     pub command: String,
     /// Its settings.
     pub settings: BTreeMap<String, String>,
-    /// Fingerprints of the content of its inputs; paths do not matter.
+    /// Fingerprints of the content of the inputs, independent of their paths.
     pub inputs: BTreeMap<String, String>,
 }
 
@@ -48,10 +48,10 @@ impl Record {
         self
     }
 
-    /// The record in a folder, if there is one.
+    /// Reads the record in a folder; `None` if there is none.
     ///
     /// # Errors
-    /// It cannot be read or is none.
+    /// The file cannot be read or is not a record.
     pub fn read(folder: &Path) -> anyhow::Result<Option<Self>> {
         let path = folder.join(RECORD);
         match std::fs::read_to_string(&path) {
@@ -63,7 +63,7 @@ impl Record {
         }
     }
 
-    /// Writes it into a folder.
+    /// Writes the record into a folder.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -73,7 +73,7 @@ impl Record {
         Ok(())
     }
 
-    /// The first thing that differs from the record that is there; `None` where the results must be the same.
+    /// Returns the first difference from the existing record; `None` if the results must be the same.
     pub fn difference(&self, there: &Self) -> Option<Difference> {
         let differ = |name: &str, there: &str, here: &str| Difference {
             key: name.to_owned(),

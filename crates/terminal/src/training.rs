@@ -1,4 +1,4 @@
-//! A training run from the command line: progress on the terminal, signals, and runs that are gone on with.
+//! Runs a training from the command line: progress, signals and resumed runs.
 
 use crate::interrupt::Keeper;
 use crate::output::Output;
@@ -11,27 +11,28 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Wall-clock times of trained nets, for `timing.json`.
+/// Run times of trained networks, for `timing.json`.
 #[derive(Debug, Serialize)]
 pub struct Times {
-    /// Seconds per training iteration of this session, by model; absent if nothing was left to do.
+    /// Seconds per training iteration in this session, by model; absent if the model was already
+    /// trained.
     seconds_per_iteration: BTreeMap<String, Option<f64>>,
 }
 
 impl Times {
-    /// Collects the times of the trained nets.
+    /// Collects the times of the trained networks.
     pub fn of<'a>(trained: impl IntoIterator<Item = &'a Trained>) -> Self {
-        let each = |t: &Trained| (t.model.name().to_owned(), t.seconds_per_iteration);
-        Times { seconds_per_iteration: trained.into_iter().map(each).collect() }
+        let time_of = |t: &Trained| (t.model.name().to_owned(), t.seconds_per_iteration);
+        Times { seconds_per_iteration: trained.into_iter().map(time_of).collect() }
     }
 }
 
-/// Trains as `config` says, into the run directory `folder`; `None` if the user stopped it, which is said. With `resume` a
-/// run that is there is gone on with, without it is begun anew.
+/// Trains a network into the run directory `folder`; returns `None` and prints a notice if interrupted.
+/// `resume` continues an existing run, otherwise the training starts from scratch.
 ///
 /// # Errors
-/// With `resume`: the run that is there has another configuration, and is not thrown away for that.
-pub fn train_again(
+/// With `resume`: the existing run has another configuration. It is not overwritten.
+pub fn train_or_resume(
     folder: &Path,
     config: &Config,
     data: &Sequences,
@@ -49,14 +50,14 @@ pub fn train_again(
     match train(&run, config, data, resume, output)? {
         Ended::Trained(trained) => Ok(Some(*trained)),
         Ended::Interrupted { iteration } => {
-            output.notice(format!("interrupted after iteration {iteration}; go on with --resume"));
+            output.notice(format!("interrupted after iteration {iteration}; resume with --resume"));
             Ok(None)
         }
     }
 }
 
-/// Trains as `config` says, into `run`, with a bar on a terminal; a signal stops it after a checkpoint. With `resume` an
-/// existing checkpoint is continued.
+/// Trains a network into `run` with a progress bar. A signal stops it after a checkpoint. `resume`
+/// continues an existing checkpoint.
 pub fn train(
     run: &RunDir,
     config: &Config,
@@ -64,14 +65,15 @@ pub fn train(
     resume: bool,
     output: &Output,
 ) -> anyhow::Result<Ended> {
-    // From the first file that is written on, the user who stops the run finds a checkpoint.
+    // Listen for signals before the first file is written, so that an interrupted run always has a
+    // checkpoint.
     let keeper = Keeper::new();
     let label = config.settings.recipe.label();
     let mut watch = Terminal { keeper, output, label, resume, progress: None };
     training_run::train(run, config, train, resume, &mut watch)
 }
 
-/// Shows a training run on the terminal.
+/// Terminal display of a training run.
 #[derive(Debug)]
 struct Terminal<'a> {
     keeper: Keeper,
@@ -90,7 +92,7 @@ impl Watch for Terminal<'_> {
         let Begin { parameters, trajectories, iteration, total } = from;
         self.output.detail(format!("{parameters} parameters, {trajectories} training trajectories"));
         if self.resume {
-            self.output.note(format!("going on at iteration {iteration} of {total}"));
+            self.output.note(format!("resuming at iteration {iteration} of {total}"));
         }
         self.progress = Some(TrainingProgress::new(self.output, self.label, iteration, total));
     }

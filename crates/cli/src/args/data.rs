@@ -6,7 +6,7 @@ use std::path::PathBuf;
 /// Options of `data`.
 #[derive(Debug, ClapArgs)]
 pub struct Data {
-    /// The action on data files.
+    /// Action on data files.
     #[command(subcommand)]
     pub action: DataAction,
 }
@@ -14,48 +14,55 @@ pub struct Data {
 /// Actions of `augsim data`.
 #[derive(Debug, Subcommand)]
 pub enum DataAction {
-    /// Columns, units, lengths, rates, gaps, streams and ranges of a data set, and every check of suspicious data.
+    /// List the columns, units, lengths, sampling rates, gaps, streams and ranges of a data set, and run
+    /// all data checks.
     Inspect {
-        /// CSV (plain or gzip), NPZ, or published push files (HDF5, JSON, a zip archive or a folder of them).
+        /// Data file: CSV (plain or gzip), NPZ, or published push files (HDF5, JSON, a zip archive or a
+        /// folder of them).
         file: PathBuf,
-        /// Model file (TOML) for the checks that compare the data with gravity and sensor noise.
+        /// Model file (TOML). It enables the checks that compare the data with gravity and with the
+        /// declared sensor noise.
         #[arg(long)]
         model: Option<PathBuf>,
     },
-    /// Turn a measured set in its own layout into a data file and, where one fits, a model file to begin with.
+    /// Convert a published data set into a data file and, where a built-in model fits, a starting model
+    /// file.
     ///
-    /// `convert SET IN OUT.csv`, or `convert FOLDER --out DIR` where the folder is called as its set.
+    /// Use `convert SET IN OUT.csv`, or `convert FOLDER --out DIR` if the folder has the name of its
+    /// set.
     Convert {
-        /// Name of the set (mit-push, mit-pusher-slider, cmu-mlab, desilva-ball-drops, paper-stack-bounces,
-        /// spindoe-table-tennis), or a folder of this name.
+        /// Name of the set (mit-push, mit-pusher-slider, cmu-mlab, desilva-ball-drops,
+        /// paper-stack-bounces, spindoe-table-tennis), or a folder with this name.
         set: PathBuf,
-        /// Folder, archive or file of the set.
+        /// Folder, archive or file that holds the set.
         #[arg(requires = "file", conflicts_with = "out")]
         input: Option<PathBuf>,
-        /// File to write: `.csv`, `.csv.gz` or `.npz`; a model file goes to `<name>.model.toml` beside it.
+        /// Data file to write: `.csv`, `.csv.gz` or `.npz`. The model file is written next to it as
+        /// `<name>.model.toml`.
         file: Option<PathBuf>,
-        /// Directory for `data.csv` and `model.toml`, with FOLDER.
+        /// Output folder for `data.csv` and `model.toml` if only FOLDER is given.
         #[arg(long, default_value = "out/data")]
         out: PathBuf,
-        /// Interpolate onto a common clock of this rate; without it, streams keep their own clocks, marked by
-        /// flags of fresh samples.
+        /// Interpolate all streams onto a common clock with this sampling rate. Without it each stream
+        /// keeps its own clock, and flag columns mark the rows with new samples.
         #[arg(long)]
         rate_hz: Option<f64>,
-        /// Put the samples on the frames that their time stamps jitter about: one period for all trajectories, found from the
-        /// stamps.
+        /// Replace jittered time stamps by the regular frame times, with one frame period for all
+        /// trajectories that is estimated from the time stamps.
         #[arg(long, conflicts_with = "rate_hz")]
         frame_clock: bool,
-        /// Frame of pushes: as recorded (the robot's base), or that of the object's first pose.
+        /// Coordinate frame of pushes: as recorded (robot base), or relative to the first pose of the
+        /// object.
         #[arg(long, value_enum, default_value_t = Frame::World)]
         frame: Frame,
     },
 }
 
-/// Frame of converted pushes.
+/// Coordinate frame of converted pushes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Frame {
-    /// As recorded: the robot's base.
+    /// As recorded (robot base).
     World,
-    /// The object begins at the origin, unturned.
+    /// The object starts at the origin with orientation zero.
     Start,
 }

@@ -6,79 +6,84 @@ use std::path::PathBuf;
 /// Options of `predict`.
 #[derive(Debug, ClapArgs)]
 pub struct Predict {
-    /// Model file (TOML), folder of `discover`, or run directory of `train`.
+    /// Model file (TOML), output folder of `discover`, or run directory of `train`.
     #[arg(value_name = "MODEL|RUN")]
     pub run: PathBuf,
-    /// Trajectories to forecast. Of each only the beginning is used: by a net the first state, by a model of a ball the part
-    /// before the first impact, by one of pushes the first pose and the rod, by equations the first samples and the inputs.
+    /// Trajectories to forecast. Only the beginning of each trajectory is used: the first state by a
+    /// network, the samples before the first impact by a ball model, the first pose and the pusher
+    /// motion by a push model, the first samples and the inputs by a model of equations.
     #[arg(long)]
     pub data: PathBuf,
-    /// Draws per trajectory (default: 100 of a net, 400 of a model).
+    /// Number of random draws per trajectory (default: 100 for a network, 400 for a model).
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..))]
     pub samples: Option<u32>,
-    /// With equations: samples, from the first of each trajectory, that its start is fitted to.
+    /// For models of equations: number of first samples that the initial state is estimated from.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub burn_in: u32,
-    /// See the first rows of each trajectory and forecast the rest: a number of samples, or seconds, such as 65 or 0.5s.
-    /// Nothing later is used; what differs from trajectory to trajectory is inferred from these rows.
+    /// Length of the measured prefix: a number of samples or a time, such as 65 or 0.5s. The remaining
+    /// rows are forecast without using any later data; quantities that differ between trajectories are
+    /// estimated from the prefix.
     #[arg(long, value_name = "N|SECONDS")]
     pub seen: Option<String>,
-    /// With `--seen`: how the rows are seen.
+    /// How the measured prefix is observed.
     #[command(flatten)]
     pub view: ViewArgs,
-    /// File to write (`.csv`, `.csv.gz` or `.npz`): mean, median and the 50 and 90 % bands of every column.
+    /// Output file (`.csv`, `.csv.gz` or `.npz`): mean, median and the 50 % and 90 % prediction bands of
+    /// each column.
     #[arg(long, default_value = "out/forecast.csv")]
     pub out: PathBuf,
 }
 
-/// How the rows of `--seen` are seen.
+/// How the measured prefix of `--seen` is observed.
 #[derive(Debug, Clone, Default, ClapArgs)]
 pub struct ViewArgs {
-    /// With `--seen`: columns that are seen (default: all).
+    /// With `--seen`: columns that are measured (default: all).
     #[arg(long, value_name = "COLUMN", value_delimiter = ',', requires = "seen")]
     pub seen_columns: Vec<String>,
-    /// With `--seen`: standard deviation of the sensor, in the unit of the column: one number for all columns that are seen, or
-    /// `COLUMN=NUMBER` each. Without it a net takes the rows as exact, and a model file the deviation that it declares or the
-    /// one that the rows show.
+    /// With `--seen`: standard deviation of the measurement noise in the unit of the column: one number
+    /// for all measured columns, or `COLUMN=NUMBER` for each. Without it a network takes the rows as
+    /// exact, and a model file uses its declared noise or an estimate from the data.
     #[arg(long, value_name = "SD", value_delimiter = ',', requires = "seen")]
     pub sensor_sd: Vec<String>,
 }
 
-/// Samples of a trajectory that a scored model may see.
+/// Part of a trajectory that a scored model may use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ProtocolArg {
-    /// The first state only.
+    /// The model uses only the first state
     Forecast,
-    /// The encoder sees the whole trajectory: not a prediction.
+    /// The encoder uses the whole trajectory, so this is no forecast
     Reconstruction,
-    /// The first rows (`--seen`); the rest is forecast.
+    /// The model uses the first rows (`--seen`) and forecasts the others
     Filtered,
 }
 
 /// Options of `evaluate`.
 #[derive(Debug, ClapArgs)]
 pub struct Evaluate {
-    /// Model file (TOML), folder of `discover`, or run directory of `train`.
+    /// Model file (TOML), output folder of `discover`, or run directory of `train`.
     #[arg(value_name = "MODEL|RUN")]
     pub run: PathBuf,
-    /// Trajectories that no fit has seen. With the folder of a discovery and its own data: those that it kept out, all where it kept none.
+    /// Trajectories that were not used for fitting. If you give the output folder of a discovery and its
+    /// own data, only the held-out trajectories are scored, or all if none were held out.
     #[arg(long)]
     pub data: PathBuf,
-    /// With equations: samples, from the first of each trajectory, that its start is fitted to; errors are those of the
-    /// free run over all later ones.
+    /// For models of equations: number of first samples that the initial state is estimated from. Errors
+    /// are those of the free run over all later samples.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub burn_in: u32,
-    /// Samples of a trajectory that the model may see.
+    /// Part of each trajectory that the model may use.
     #[arg(long, value_enum, default_value = "forecast")]
     pub protocol: ProtocolArg,
-    /// With `--protocol filtered`: prefixes from short to long, each a number of samples, or seconds, such as 30,65 or 0.5s.
+    /// With `--protocol filtered`: lengths of the measured prefix in increasing order, each a number of
+    /// samples or a time, such as 30,65 or 0.5s.
     #[arg(long, value_name = "N|SECONDS", value_delimiter = ',', required_if_eq("protocol", "filtered"))]
     pub seen: Vec<String>,
-    /// With `--protocol filtered`: how the rows are seen.
+    /// With `--protocol filtered`: how the measured prefix is observed.
     #[command(flatten)]
     pub view: ViewArgs,
-    /// Exit with code 1 unless the error of the height, or of the position of a pushed object, is below this, in m (mean of
-    /// 10 samples).
+    /// Exit with code 1 unless the error of the height, or of the position of a pushed object, is below
+    /// this value in m (mean over 10 samples).
     #[arg(long)]
     pub require_pos_m: Option<f64>,
 }

@@ -1,4 +1,5 @@
-//! Arguments of the program: options of all commands, and the commands; one file for the options of each family of them.
+//! Command line of the program: global options and subcommands. Each family of subcommands has its own
+//! file.
 
 mod data;
 mod forecast;
@@ -25,10 +26,11 @@ pub use train::Train;
 
 const LIMITS: &str = "\
 Environment:
-  AUGSIM_LIMIT_BYTES, _CELLS, _COLUMNS, _TRAJECTORIES, _SAMPLES, _PARAMETERS and others bound what a file or an option
-  may ask of the machine; the message that refuses something names its variable, such as AUGSIM_LIMIT_CELLS=1e9.";
+  AUGSIM_LIMIT_BYTES, _CELLS, _COLUMNS, _TRAJECTORIES, _SAMPLES, _PARAMETERS and others limit the size of files and
+  options. An error about a limit names the variable that raises it, for example AUGSIM_LIMIT_CELLS=1e9.";
 
-/// Hybrid simulation: an analytical model, the effect it lacks, and a stochastic net for what remains.
+/// Hybrid simulation: a physics model, the effects it lacks, and a stochastic network for the remaining
+/// residual.
 #[derive(Debug, Parser)]
 #[command(name = "augsim", version, propagate_version = true, arg_required_else_help = true, after_long_help = LIMITS)]
 pub struct Args {
@@ -43,22 +45,22 @@ pub struct Args {
 /// Options of every subcommand.
 #[derive(Debug, ClapArgs)]
 pub struct Global {
-    /// Seed of every random draw; the same seed gives the same bytes, whatever the threads.
+    /// Random seed. The same seed gives identical results for any number of threads.
     #[arg(long, global = true, default_value_t = 1)]
     pub seed: u64,
-    /// Worker threads (default: all cores).
+    /// Number of worker threads (default: all cores).
     #[arg(long, global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Print results as JSON for programs.
+    /// Print results as JSON.
     #[arg(long, global = true)]
     pub json: bool,
-    /// Print more on standard error.
+    /// Print additional notes on standard error.
     #[arg(short, long, global = true)]
     pub verbose: bool,
-    /// Replace what another run left in `--out`; an input is never replaced.
+    /// Overwrite the results of another run in the output folder. Input files are never overwritten.
     #[arg(long, global = true)]
     pub force: bool,
-    /// Print no notes and no progress.
+    /// Do not print notes and progress.
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
 }
@@ -66,65 +68,70 @@ pub struct Global {
 /// Subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Read recordings as they are, and write the data file and the model file that the other commands begin with.
+    /// Convert raw recordings into a data file and a starting model file for the other commands.
     #[command(after_help = examples::START)]
     Start(Start),
-    /// See the whole of it in two minutes: simulate, train, forecast, compare, report.
+    /// Run a two-minute demonstration: simulate, train, forecast, compare and report.
     #[command(after_help = examples::DEMO)]
     Demo(Demo),
-    /// Write model files to start from.
+    /// Write a model file to start from.
     #[command(after_help = examples::MODEL)]
     Model(ModelArgs),
-    /// Generate trajectories of a known law, with a truth record beside them, or of a model file of equations.
+    /// Simulate a model file, or generate trajectories of a built-in scenario together with their true
+    /// parameter values.
     #[command(after_help = examples::SIMULATE)]
     Simulate(Simulate),
-    /// Calibrate the declared parameters of a model file of equations.
+    /// Calibrate the parameters of a model file of equations on measured data.
     #[command(after_help = examples::FIT)]
     Fit(Fit),
-    /// List the effects that may be tried on a model.
+    /// List the effects that can be added to a model.
     #[command(after_help = examples::EFFECTS)]
     Effects(Effects),
-    /// Close the loop: what the model lacks, established over blocks of the data, or an honest no.
+    /// Find the effects that a model lacks, validate them on held-out data, and write the augmented
+    /// model and a report.
     #[command(after_help = examples::DISCOVER)]
     Discover(Discover),
-    /// Train a net on trajectories; a run directory is the result.
+    /// Train a network on trajectories and write a run directory.
     #[command(after_help = examples::TRAIN)]
     Train(Train),
-    /// Forecast trajectories with a model file, the model of a discovery or a trained net: mean and bands.
+    /// Forecast trajectories with a model file, a discovered model or a trained network: mean and
+    /// prediction bands.
     #[command(after_help = examples::PREDICT)]
     Predict(Predict),
-    /// Write a figure of the report of a discovery as SVG.
+    /// Write one figure of a discovery report as an SVG file.
     #[command(after_help = examples::REPORT)]
     Report(ReportArgs),
-    /// Write the law of a model with its values: formulas, or a program that runs without augsim.
+    /// Export the equations of a model with its parameter values as LaTeX, or as a program that runs
+    /// without augsim.
     #[command(after_help = examples::EXPORT)]
     Export(Export),
-    /// Score a model file, a discovery or a trained net on data that it has not seen, the models before it beside it.
+    /// Score a model file, a discovery or a trained network on unseen data, next to the simpler models
+    /// that it improves on.
     #[command(after_help = examples::EVALUATE)]
     Evaluate(Evaluate),
-    /// Reproduce the published tables.
+    /// Reproduce the published result tables.
     #[command(after_help = examples::REPRODUCE)]
     Reproduce(Reproduce),
-    /// Many runs of a command with other settings, here or on a cluster with Slurm.
+    /// Run a command with many combinations of settings, on this machine or on a Slurm cluster.
     #[command(after_help = examples::SWEEP)]
     Sweep(Sweep),
-    /// Look at data files.
+    /// Inspect and convert data files.
     #[command(after_help = examples::DATA)]
     Data(Data),
-    /// Write what a shell completes on the tab key, to standard output.
+    /// Print a completion script for a shell.
     #[command(after_help = examples::COMPLETIONS)]
     Completions {
-        /// Which shell.
+        /// Shell that the script is for.
         shell: clap_complete::Shell,
     },
-    /// Write manual pages, one a command.
+    /// Write the manual pages, one for each command.
     #[command(after_help = examples::MAN)]
     Man {
-        /// Folder for the pages.
+        /// Folder to write the pages to.
         #[arg(long, default_value = "out/man")]
         out: PathBuf,
     },
-    /// Print this reference as a page in Markdown.
+    /// Print the command reference as Markdown.
     #[command(hide = true)]
     Reference,
 }
@@ -132,7 +139,7 @@ pub enum Command {
 /// Options of `demo`.
 #[derive(Debug, ClapArgs)]
 pub struct Demo {
-    /// Directory for the report and the runs.
+    /// Folder for the report and the training runs.
     #[arg(long, default_value = "out/demo")]
     pub out: PathBuf,
 }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 /// Options of `model`.
 #[derive(Debug, ClapArgs)]
 pub struct ModelArgs {
-    /// The action on model files.
+    /// Action on model files.
     #[command(subcommand)]
     pub action: ModelAction,
 }
@@ -15,18 +15,18 @@ pub struct ModelArgs {
 /// Actions of `augsim model`.
 #[derive(Debug, Subcommand)]
 pub enum ModelAction {
-    /// Write a commented model file that runs as it is.
+    /// Write a commented model file that can be simulated as it is.
     New {
-        /// Which system.
+        /// Name of the system.
         #[arg(value_parser = templates())]
         name: String,
-        /// File to write, `NAME.toml` without it.
+        /// File to write (default: `NAME.toml`).
         #[arg(long)]
         out: Option<PathBuf>,
     },
 }
 
-/// Names of the models that can be begun with.
+/// Parser of the names of all template models.
 fn templates() -> PossibleValuesParser {
     let built_in = augsim_physics::model::TEMPLATES.map(|(name, _)| name);
     PossibleValuesParser::new(built_in.into_iter().chain(augsim_written::EXAMPLES.map(|(name, _)| name)))
@@ -37,10 +37,10 @@ fn templates() -> PossibleValuesParser {
 pub struct Fit {
     /// Model file (TOML) with `scenario = "system"`.
     pub model: PathBuf,
-    /// Measured trajectories with the inputs and outputs of the model: a CSV file, plain or gzip, or a folder of them, one
-    /// recording each.
+    /// Measured trajectories with the inputs and outputs of the model: a CSV file, plain or gzip, or a
+    /// folder with one file per recording.
     pub data: PathBuf,
-    /// Directory for the calibrated `model.toml` and `result.json`.
+    /// Output folder for the calibrated `model.toml` and `result.json`.
     #[arg(long, default_value = "out/fit")]
     pub out: PathBuf,
 }
@@ -48,12 +48,15 @@ pub struct Fit {
 /// Options of `effects`.
 #[derive(Debug, ClapArgs)]
 pub struct Effects {
-    /// A library (`ball`, `push`) or an effect, such as `quadratic-drag`; without it all effects.
+    /// Name of a library (`ball`, `push`) or of an effect, such as `quadratic-drag` (default: all
+    /// effects).
     pub kind: Option<String>,
-    /// Model file (TOML) of a ball, of pushing, or of equations: what may be tried on it.
+    /// Model file (TOML) of a ball, of pushing or of equations. Only effects that can be added to this
+    /// model are listed.
     #[arg(long = "for", value_name = "MODEL")]
     pub model: Option<PathBuf>,
-    /// Measured trajectories, for usual sizes in the units of a model of equations.
+    /// Measured trajectories. They are used to show typical parameter values in the units of a model of
+    /// equations.
     #[arg(long, requires = "model")]
     pub data: Option<PathBuf>,
 }

@@ -8,57 +8,61 @@ use clap::Args as ClapArgs;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::PathBuf;
 
-/// Words of the recipes, each with what it is.
+/// Parser of recipe names, with the description of each recipe.
 fn recipes() -> impl TypedValueParser<Value = Recipe> {
-    let word = |recipe: Recipe| PossibleValue::new(recipe.name()).help(recipe.about());
-    PossibleValuesParser::new(Recipe::all().map(word))
+    let possible_value = |recipe: Recipe| PossibleValue::new(recipe.name()).help(recipe.about());
+    PossibleValuesParser::new(Recipe::all().map(possible_value))
         .try_map(|name| Recipe::named(&name).ok_or_else(|| format!("no recipe is called {name}")))
 }
 
 /// Options of `train`.
 #[derive(Debug, ClapArgs)]
 pub struct Train {
-    /// Trajectories to train on (CSV, plain or gzip). Without it 800 drops are generated.
+    /// Training trajectories (CSV, plain or gzip). Without it 800 drops are generated.
     #[arg(long)]
     pub data: Option<PathBuf>,
-    /// Train on what the model in this folder of `discover` leaves of the data: the net corrects the augmented model.
+    /// Train on the residual of the augmented model in this output folder of `discover`. The network
+    /// corrects that model.
     #[arg(long, value_name = "RUN", requires = "data")]
     pub residual_of: Option<PathBuf>,
-    /// Model file (TOML) that says what moves in the data: the net corrects it.
+    /// Model file (TOML) of the system in the data. The network corrects it.
     #[arg(long, value_name = "FILE", requires = "data", conflicts_with = "residual_of")]
     pub model: Option<PathBuf>,
-    /// The data are of the ball of the paper's experiment: height and velocity at 60 Hz, PyBullet's stepping.
+    /// The data are of the ball of the paper's experiment: height and velocity at 60 Hz, with the time
+    /// stepping of PyBullet.
     #[arg(long, requires = "data", conflicts_with_all = ["residual_of", "model"])]
     pub pybullet_ball: bool,
-    /// Which net.
+    /// Network recipe.
     #[arg(long, value_parser = recipes(), default_value = "hybrid-plus")]
     pub recipe: Recipe,
-    /// Iterations; the learning-rate schedule scales with them.
+    /// Number of training iterations. The learning-rate schedule scales with it.
     #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(1..))]
     pub iterations: u64,
-    /// Run directory.
+    /// Run directory to write.
     #[arg(long, default_value = "out/run")]
     pub out: PathBuf,
-    /// Go on with the run in `--out`, bit for bit as if it had never stopped; its own settings count.
+    /// Resume the run in `--out` with its own settings. The result is identical to that of an
+    /// uninterrupted run.
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
-    /// Iterations between checkpoints.
+    /// Number of iterations between checkpoints.
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..))]
     pub checkpoint_every: u64,
-    /// Checks of suspicious data to do without.
+    /// Data checks to ignore.
     #[command(flatten)]
     pub accept: Accept,
 }
 
 impl Train {
-    /// The model that the net is to correct, and the data; nothing for drops that are generated. Reads no file.
+    /// Returns the model that the network corrects and the data, or `None` for generated drops. Reads no
+    /// file.
     ///
     /// # Errors
-    /// There are data, and no option says what moves in them.
+    /// Data are given, but no option names the system in them.
     pub fn corrected(&self) -> Result<Option<(Corrected, DataFrom)>, Usage> {
         let Some(data) = self.data.as_ref().map(DataFrom::from) else { return Ok(None) };
         let (residual_of, model) = (self.residual_of.as_deref(), self.model.as_deref());
-        let named = Corrected::of_options(residual_of, model, self.pybullet_ball, &data)?;
-        Ok(Some((named, data)))
+        let corrected = Corrected::of_options(residual_of, model, self.pybullet_ball, &data)?;
+        Ok(Some((corrected, data)))
     }
 }

@@ -1,4 +1,4 @@
-//! `augsim completions` and `augsim man`: what a shell and `man` know of the commands, made from their definitions.
+//! `augsim completions` and `augsim man`: shell completions and manual pages, generated from the parser.
 
 use crate::args::Args;
 use anyhow::Context;
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 const NAME: &str = "augsim";
 
-/// Prints the completions of a shell.
+/// Prints the completion script of a shell.
 pub fn completions(shell: Shell) -> anyhow::Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Args::command(), NAME, &mut script);
@@ -30,14 +30,14 @@ struct Pages {
     folder: PathBuf,
 }
 
-/// Writes one manual page a command into a folder.
+/// Writes one manual page per command into a folder.
 pub fn man(folder: &Path, output: &Output) -> anyhow::Result<Outcome> {
     folders::make(folder)?;
     let written = || format!("{}: cannot write the manual pages", folder.display());
     clap_mangen::generate_to(Args::command(), folder).with_context(written)?;
     let pages = Pages { folder: folder.to_owned() };
     output.result(&pages, || {
-        format!("manual pages, one a command: man {}", folder.join("augsim.1").display())
+        format!("manual pages, one per command: man {}", folder.join("augsim.1").display())
     })?;
     Ok(Outcome::Done)
 }

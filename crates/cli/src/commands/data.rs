@@ -1,4 +1,4 @@
-//! `augsim data inspect` and `augsim data convert`.
+//! `augsim data`: inspects data files and converts published data sets.
 
 use super::inspect::inspect;
 use super::inspect_system;
@@ -24,14 +24,14 @@ struct Written {
     pushes: bool,
 }
 
-/// The clock that samples are put on, where it is another than their own.
+/// Options for a new clock of the samples.
 #[derive(Clone, Copy)]
 struct Clock {
     rate_hz: Option<f64>,
     frames: bool,
 }
 
-/// A conversion: converter, source and destination.
+/// A converter with its source and destination.
 struct Conversion<'a> {
     converter: Converter,
     input: &'a Path,
@@ -98,7 +98,7 @@ fn text(written: &Written) -> String {
                 true => format!("augsim data inspect {data}"),
                 false => format!("augsim discover {model} {data}"),
             };
-            format!("{head}\nmodel to begin with: {model}\nnext: {next}")
+            format!("{head}\nstarting model: {model}\nnext: {next}")
         }
         None => format!("{head}\nnext: augsim data inspect {data}"),
     }
@@ -113,7 +113,7 @@ fn converter(set: &Path) -> anyhow::Result<Converter> {
     })
 }
 
-/// `runs.csv.gz` to `runs.model.toml`.
+/// Returns the path of the model file: `runs.model.toml` for `runs.csv.gz`.
 fn beside(file: &Path) -> PathBuf {
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let stem = [".csv", ".csv.gz", ".npz"].iter().find_map(|e| name.strip_suffix(e)).unwrap_or(&name);
@@ -121,7 +121,7 @@ fn beside(file: &Path) -> PathBuf {
 }
 
 impl Conversion<'_> {
-    /// Reads the set.
+    /// Reads and converts the data set.
     fn run(&self, clock: Clock, frame: Frame) -> anyhow::Result<Converted> {
         let mut converted = (self.converter)(self.input)?;
         let rate_hz = clock.rate_hz;
@@ -141,7 +141,7 @@ impl Conversion<'_> {
         Ok(converted)
     }
 
-    /// Writes the data and, where there is one, the model.
+    /// Writes the data and, if there is one, the model.
     fn write(self, converted: Converted) -> anyhow::Result<Written> {
         let Converted { data: set, model_toml } = converted;
         write_dataset(&set, &self.data)?;

@@ -1,4 +1,4 @@
-//! `augsim demo`: the whole chain in about two minutes.
+//! `augsim demo`: a two-minute demonstration of discovery, training and forecasting.
 
 use crate::args::Demo;
 use augsim_data::atomic_write;
@@ -9,14 +9,14 @@ use augsim_session::run_dir::DataSource;
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{REPORT, RESULT, Results};
 use augsim_terminal::discover_args::{Accept, Discover, Library};
-use augsim_terminal::discovery::close_loop;
+use augsim_terminal::discovery::run_discovery;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_trainer::Recipe;
 use std::io::Write;
 
-/// A measured set with an effect that its model file does not declare, and that model file.
-const SEALED: [(&str, &[u8]); 2] = [
+/// A measured data set with an effect that its model file does not declare, and this model file.
+const DEMO_FILES: [(&str, &[u8]); 2] = [
     ("bounces.csv", include_bytes!("../../demo/bounces.csv")),
     ("declared.toml", include_bytes!("../../demo/declared.toml")),
 ];
@@ -29,10 +29,10 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
     claim.begin()?;
     let out = args.out.join("discover");
     folders::make(&out)?;
-    for (name, bytes) in SEALED {
+    for (name, bytes) in DEMO_FILES {
         atomic_write(&out.join(name), |w| w.write_all(bytes))?;
     }
-    output.note("First, throws of a ball whose model file misses something, and nobody says what:");
+    output.note("First: throws of a ball. The model file lacks one effect, which augsim has to find:");
     let discover = Discover {
         model: out.join("declared.toml"),
         data: out.join("bounces.csv"),
@@ -43,11 +43,11 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
         time_limit: None,
         accept: Accept::default(),
     };
-    let found = close_loop(&discover, seed, true, output)?;
+    let found = run_discovery(&discover, seed, true, output)?;
     output.note(format!("  {}\n  report: {}\n", found.sentence, discover.out.join("report.html").display()));
     output.note(
-        "Then, drops of a ball: each one has its own restitution, which cannot be seen at release. The physics model \
-         believes one restitution and a damping that is not there. Three nets learn what it gets wrong.",
+        "Then: drops of a ball. Each drop has a different restitution, which is unknown at release. The physics model \
+         assumes one constant restitution and a damping that does not exist. Three networks learn the error of this model.",
     );
     let experiment = ball::experiment(
         "Demo: a bouncing ball",
@@ -62,7 +62,7 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
     };
     output.result(&finished.result, || {
         format!(
-            "{}\nThe best that any forecast can do from the first state is the row \"Floor\".\nreport: {}",
+            "{}\nThe lowest error that any forecast from the first state can reach is the row \"Floor\".\nreport: {}",
             table(&finished.result),
             finished.report.display()
         )

@@ -1,19 +1,19 @@
-//! `augsim discover`.
+//! `augsim discover`: finds the effects that a model lacks and prints the result.
 
 use augsim_discovery::{Discovery, DiscoveryError, Rmse, SCHEMA, Verdict};
 use augsim_session::sentence;
 use augsim_terminal::Outcome;
 use augsim_terminal::discover_args::Discover;
-use augsim_terminal::discovery::close_loop;
+use augsim_terminal::discovery::run_discovery;
 use augsim_terminal::output::Output;
 use serde::Serialize;
 use std::fmt::Write as _;
 
 /// Runs the subcommand.
 pub fn run(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    let found = match close_loop(args, seed, force, output) {
-        Err(error) if is_objection(&error) => {
-            // Nothing could be calibrated, so there is no result to write beside the sentence.
+    let found = match run_discovery(args, seed, force, output) {
+        Err(error) if is_system_rejection(&error) => {
+            // Without a calibration there is no result to write, only the verdict.
             let (verdict, sentence) =
                 (Verdict::NotThisSystem, format!("Not this system: {}", sentence(&error)));
             let refusal = Refusal { schema: SCHEMA, verdict, sentence };
@@ -29,7 +29,7 @@ pub fn run(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::
     })
 }
 
-/// An answer without a result: the data are not those of the declared system.
+/// Output for data that the declared system rejects before a calibration.
 #[derive(Debug, Serialize)]
 struct Refusal {
     schema: &'static str,
@@ -37,19 +37,19 @@ struct Refusal {
     sentence: String,
 }
 
-/// Whether the system itself objects to the data.
-fn is_objection(error: &anyhow::Error) -> bool {
-    let objects = |cause: &DiscoveryError| matches!(cause, DiscoveryError::Objection { .. });
-    error.chain().filter_map(|cause| cause.downcast_ref()).any(objects)
+/// Whether the error says that the data are not of the declared system.
+fn is_system_rejection(error: &anyhow::Error) -> bool {
+    let is_rejection = |cause: &DiscoveryError| matches!(cause, DiscoveryError::Objection { .. });
+    error.chain().filter_map(|cause| cause.downcast_ref()).any(is_rejection)
 }
 
-/// Decimals that show three digits of the smallest of these errors: five at least.
+/// Number of decimals that shows three digits of the smallest error, at least five.
 fn decimals(errors: impl Iterator<Item = f64>) -> usize {
     let least = errors.map(f64::abs).filter(|e| *e > 0.0).fold(1.0, f64::min);
     (2.0 - least.log10().floor()).clamp(5.0, 12.0) as usize
 }
 
-/// How firmly the data hold what was found: resamples and q-values of established effects, leads, the null rate.
+/// Formats the support of the findings: inclusion in resamples, q-values, leads and the null rate.
 fn confidence(d: &Discovery) -> String {
     let mut out = String::new();
     let percent = |share: f64| 100.0 * share;
@@ -78,19 +78,19 @@ fn confidence(d: &Discovery) -> String {
         let verb = if null.named == 1 { "names" } else { "name" };
         let _ = writeln!(
             out,
-            "  {} of {} records like these, made without an effect, {verb} one",
+            "  null rate: {} of {} simulated recordings without a missing effect {verb} one",
             null.named, null.of
         );
     }
     out
 }
 
-/// A probability in print: small ones as a bound.
+/// Formats a probability; values below 0.001 as a bound.
 fn probability(p: f64) -> String {
     if p < 0.001 { "< 0.001".to_owned() } else { format!("{p:.3}") }
 }
 
-/// The result in a few lines.
+/// Formats the result as a short text.
 fn text(args: &Discover, d: &Discovery) -> String {
     let mut out = format!("{}\n\n", d.sentence);
     // Writing to a string cannot fail.
@@ -114,7 +114,7 @@ fn text(args: &Discover, d: &Discovery) -> String {
     let e = &d.error;
     let _ = writeln!(
         out,
-        "\n  error on {} trajectories that no fit has seen{}, {} (95 % interval)",
+        "\n  error on {} held-out trajectories{}, {} (95 % interval)",
         e.heldout_trajectories,
         e.folds.map_or(String::new(), |n| format!(" ({n} folds)")),
         e.unit
@@ -135,11 +135,11 @@ fn text(args: &Discover, d: &Discovery) -> String {
     if let Some(run) = &e.free_run {
         let shown = |error: Option<f64>| match error {
             Some(error) => format!("{error:.d5$} {}", run.unit).trim_end().to_owned(),
-            None => "no end of it".to_owned(),
+            None => "diverged".to_owned(),
         };
         let _ = writeln!(
             out,
-            "  free run of whole recordings, over parts that no fit has seen: calibrated {}, augmented {}",
+            "  free run of whole recordings, scored on held-out segments: calibrated {}, augmented {}",
             shown(run.calibrated),
             shown(run.augmented)
         );
@@ -182,7 +182,7 @@ fn text(args: &Discover, d: &Discovery) -> String {
         );
     }
     if let Some(share) = e.explained_share {
-        let _ = writeln!(out, "  removed {:.1} % of the removable squared error", 100.0 * share);
+        let _ = writeln!(out, "  {:.1} % of the squared error above the noise floor removed", 100.0 * share);
     }
     if !d.next_experiment.is_empty() {
         let _ = writeln!(out, "\n  next experiment: {}", d.next_experiment);

@@ -1,4 +1,4 @@
-//! `augsim effects`: what may be tried on a model.
+//! `augsim effects`: lists the effects that can be added to a model.
 
 use crate::args::Effects;
 use augsim_physics::effects::EffectSpec;
@@ -16,10 +16,10 @@ use std::path::Path;
 #[derive(Debug, Serialize)]
 struct List {
     model: String,
-    /// Whether usual sizes are those of data.
+    /// Whether typical values are those of the data or of a built-in library.
     measured: bool,
     effects: Vec<Listed>,
-    /// Kind that was asked for.
+    /// Kind of effect that the user asked for.
     #[serde(skip)]
     kind: Option<String>,
 }
@@ -30,7 +30,7 @@ struct Listed {
     place: String,
     formula: String,
     parameters: Vec<Parameter>,
-    /// Columns or events that the data must have; empty where nothing special is needed.
+    /// Columns or events that the data must have; empty if there is no requirement.
     #[serde(skip_serializing_if = "str::is_empty")]
     needs: &'static str,
     stands_for: Vec<String>,
@@ -41,12 +41,13 @@ struct Listed {
 struct Parameter {
     name: String,
     unit: String,
-    /// Absent for equations without data: sizes follow from what the system does.
+    /// Absent for equations without data, because typical values depend on the motion.
     typical: Option<f64>,
-    /// Values that fits begin at, in `unit` or, without data, in `grid_of`; empty for an amount, which begins at its test's estimate.
+    /// Initial values of fits, in `unit` or, without data, in multiples of `grid_of`. Empty for a linear
+    /// coefficient, whose initial value is the estimate of its test.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     grid: Vec<f64>,
-    /// Size of a quantity that the values of `grid` are multiples of.
+    /// Name of the quantity that scales the values of `grid`.
     #[serde(skip_serializing_if = "Option::is_none")]
     grid_of: Option<String>,
 }
@@ -54,14 +55,14 @@ struct Parameter {
 /// Runs the subcommand.
 pub fn run(args: &Effects, output: &Output) -> anyhow::Result<Outcome> {
     let list = match &args.model {
-        Some(model) => of_model(model, args.kind.as_deref(), args.data.as_deref())?,
-        None => of_libraries(args.kind.as_deref())?,
+        Some(model) => list_for_model(model, args.kind.as_deref(), args.data.as_deref())?,
+        None => list_libraries(args.kind.as_deref())?,
     };
     output.result(&list, || effect_list_text(&list))?;
     Ok(Outcome::Done)
 }
 
-/// The libraries of the built-in systems, scatter included.
+/// Effects of the built-in systems, including the random effects per event.
 fn libraries() -> [(&'static str, Vec<&'static EffectSpec>); 2] {
     use augsim_physics::{effects, push::effects as push};
     [
@@ -70,14 +71,14 @@ fn libraries() -> [(&'static str, Vec<&'static EffectSpec>); 2] {
     ]
 }
 
-/// Both libraries, one of them, or one effect.
-fn of_libraries(kind: Option<&str>) -> anyhow::Result<List> {
+/// Lists both libraries, one of them, or one effect.
+fn list_libraries(kind: Option<&str>) -> anyhow::Result<List> {
     let libraries = libraries();
-    let wanted = |library: &str, spec: &EffectSpec| kind.is_none_or(|k| k == library || k == spec.kind);
+    let is_requested = |library: &str, spec: &EffectSpec| kind.is_none_or(|k| k == library || k == spec.kind);
     let chosen: Vec<Listed> = libraries
         .iter()
-        .flat_map(|(library, specs)| specs.iter().filter(|spec| wanted(library, spec)))
-        .map(|spec| of_built_in(spec))
+        .flat_map(|(library, specs)| specs.iter().filter(|spec| is_requested(library, spec)))
+        .map(|spec| from_built_in(spec))
         .collect();
     if chosen.is_empty() {
         let kind = kind.unwrap_or_default();
@@ -93,29 +94,29 @@ fn of_libraries(kind: Option<&str>) -> anyhow::Result<List> {
     Ok(List { model, measured: true, effects: chosen, kind: None })
 }
 
-fn of_model(path: &Path, kind: Option<&str>, data: Option<&Path>) -> anyhow::Result<List> {
+fn list_for_model(path: &Path, kind: Option<&str>, data: Option<&Path>) -> anyhow::Result<List> {
     let effects = if written::is_model(path) {
-        of_equations(path, kind, data)?
+        list_for_equations(path, kind, data)?
     } else {
         if data.is_some() {
             return Err(Usage::Inapplicable(Inapplicable::SizesOfBuiltIn).into());
         }
-        of_built_in_model(path, kind)?
+        list_for_built_in_model(path, kind)?
     };
     let measured = data.is_some() || !written::is_model(path);
     let kind = kind.map(str::to_owned);
     Ok(List { model: path.display().to_string(), measured, effects, kind })
 }
 
-/// The effects of a model of a ball or of pushing.
-fn of_built_in_model(path: &Path, kind: Option<&str>) -> anyhow::Result<Vec<Listed>> {
+/// Lists the effects for a model of a ball or of pushing.
+fn list_for_built_in_model(path: &Path, kind: Option<&str>) -> anyhow::Result<Vec<Listed>> {
     let (library, kinds_like): (_, fn(&str) -> Vec<&'static str>) = match ModelFile::read(path)? {
         ModelFile::Ball(_) => ("ball", augsim_physics::effects::kinds_like),
         ModelFile::Push(_) => ("push", augsim_physics::push::effects::kinds_like),
     };
     let specs = libraries().into_iter().filter(|(name, _)| *name == library).flat_map(|(_, specs)| specs);
-    let wanted = |spec: &&EffectSpec| kind.is_none_or(|kind| kind == spec.kind);
-    let chosen: Vec<Listed> = specs.filter(wanted).map(of_built_in).collect();
+    let is_requested = |spec: &&EffectSpec| kind.is_none_or(|kind| kind == spec.kind);
+    let chosen: Vec<Listed> = specs.filter(is_requested).map(from_built_in).collect();
     match kind {
         Some(kind) if chosen.is_empty() => {
             let nearest = kinds_like(kind).into_iter().map(str::to_owned).collect();
@@ -125,15 +126,17 @@ fn of_built_in_model(path: &Path, kind: Option<&str>) -> anyhow::Result<Vec<List
     }
 }
 
-/// The effects that may be tried on a model of equations, its own candidates among them; with the sizes of `data` where there are some.
-fn of_equations(path: &Path, kind: Option<&str>, data: Option<&Path>) -> anyhow::Result<Vec<Listed>> {
+/// Lists the effects for a model of equations and its own candidates, with typical values if there are
+/// data.
+fn list_for_equations(path: &Path, kind: Option<&str>, data: Option<&Path>) -> anyhow::Result<Vec<Listed>> {
     let model = written::read(path)?;
     let all = match data {
         None => candidates(&model)?,
         Some(data) => measured_candidates(&model, data)?,
     };
-    let wanted = |c: &&Candidate| kind.is_none_or(|kind| kind == c.kind || kind == c.name);
-    let chosen: Vec<Listed> = all.iter().filter(wanted).map(|c| of_candidate(c, data.is_some())).collect();
+    let is_requested = |c: &&Candidate| kind.is_none_or(|kind| kind == c.kind || kind == c.name);
+    let chosen: Vec<Listed> =
+        all.iter().filter(is_requested).map(|c| from_candidate(c, data.is_some())).collect();
     match kind {
         Some(kind) if chosen.is_empty() && is_a_kind(kind, &model) => {
             let (kind, model) = (kind.to_owned(), path.to_owned());
@@ -148,7 +151,7 @@ fn unknown(model: &Path, name: &str, nearest: Vec<String>) -> anyhow::Error {
     Usage::Unknown(UnknownName::EffectOn { name: name.to_owned(), model: model.to_owned(), nearest }).into()
 }
 
-/// The candidates of a model with the sizes of what it does in data.
+/// Returns the candidates of a model with typical values from the data.
 fn measured_candidates(model: &Model, data: &Path) -> anyhow::Result<Vec<Candidate>> {
     let measured = records::read(data, model)?;
     let list = records::records(&measured.data, model, true)?;
@@ -159,7 +162,7 @@ fn measured_candidates(model: &Model, data: &Path) -> anyhow::Result<Vec<Candida
     Ok(all)
 }
 
-fn of_built_in(spec: &EffectSpec) -> Listed {
+fn from_built_in(spec: &EffectSpec) -> Listed {
     let effect = augsim_physics::system::Effect::from(spec);
     let parameter = |p: &augsim_physics::system::EffectParameter| Parameter {
         name: p.name.clone(),
@@ -179,7 +182,7 @@ fn of_built_in(spec: &EffectSpec) -> Listed {
     }
 }
 
-fn of_candidate(candidate: &Candidate, measured: bool) -> Listed {
+fn from_candidate(candidate: &Candidate, measured: bool) -> Listed {
     let parameter = |p: &CandidateParameter| Parameter {
         name: p.name.clone(),
         unit: unit_text(p.unit).trim().to_owned(),
@@ -198,7 +201,7 @@ fn of_candidate(candidate: &Candidate, measured: bool) -> Listed {
     }
 }
 
-/// A parameter in one phrase: name, size or unit, values that fits begin at.
+/// Formats a parameter: name, typical value or unit, and initial values of fits.
 fn parameter_text(p: &Parameter) -> String {
     let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
     let size = match p.typical {
@@ -209,12 +212,12 @@ fn parameter_text(p: &Parameter) -> String {
     let values: Vec<String> = p.grid.iter().map(|value| number(*value)).collect();
     match (&p.grid_of, &values[..]) {
         (_, []) => size,
-        (Some(of), _) => format!("{size} (begun at {} times {of})", values.join(", ")),
-        (None, _) => format!("{size} (begun at {}{unit})", values.join(", ")),
+        (Some(quantity), _) => format!("{size} (fits start at {} times {quantity})", values.join(", ")),
+        (None, _) => format!("{size} (fits start at {}{unit})", values.join(", ")),
     }
 }
 
-/// A number with three digits, without those that say nothing.
+/// Formats a number with three significant digits and no trailing zeros.
 fn number(value: f64) -> String {
     let digits: f64 = format!("{value:.2e}").parse().unwrap_or(value);
     format!("{digits}")
@@ -226,11 +229,11 @@ fn headline(list: &List) -> String {
     match (&list.kind, list.model.as_str()) {
         (Some(kind), model) => {
             let places = if count == 1 { "place" } else { "places" };
-            format!("{kind} may be tried on {model} in {count} {places}")
+            format!("{kind} can be added to {model} in {count} {places}")
         }
         (None, "ball" | "push" | "a ball, then of pushing") => format!("{count} {effects} of {}", list.model),
         (None, model) if count == 1 => model.to_owned(),
-        (None, model) => format!("{count} {effects} may be tried on {model}"),
+        (None, model) => format!("{count} {effects} can be added to {model}"),
     }
 }
 
@@ -245,14 +248,14 @@ fn effect_list_text(list: &List) -> String {
             let _ = writeln!(text, "  needs: {}", effect.needs);
         }
         if !effect.stands_for.is_empty() {
-            let _ = writeln!(text, "  could look the same: {}", effect.stands_for.join("; "));
+            let _ = writeln!(text, "  equivalent on some data: {}", effect.stands_for.join("; "));
         }
         if !effect.source.is_empty() && effect.source != "-" {
             let _ = writeln!(text, "  source: {}", effect.source);
         }
     }
     if !list.measured {
-        let _ = writeln!(text, "add --data FILE for usual sizes");
+        let _ = writeln!(text, "add --data FILE to see typical values");
     }
     text
 }

@@ -1,4 +1,4 @@
-//! `augsim export`.
+//! `augsim export`: writes the equations of a model as LaTeX, Python or C.
 
 use augsim_data::atomic_write;
 use augsim_session::export::{Language, export};
@@ -11,7 +11,7 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Languages that a law can be written in.
+/// Languages that a model can be exported to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum LanguageArg {
     /// A LaTeX document.
@@ -25,12 +25,12 @@ pub enum LanguageArg {
 /// Options of `export`.
 #[derive(Debug, clap::Args)]
 pub struct Export {
-    /// Model file (TOML) of a ball, of pushes or of equations, or folder of `discover`.
+    /// Model file (TOML) of a ball, of pushes or of equations, or output folder of `discover`.
     pub model: PathBuf,
-    /// Language that the law is written in.
+    /// Language of the export.
     #[arg(long = "as", value_enum)]
     pub language: LanguageArg,
-    /// File to write; the text is printed without it.
+    /// File to write (default: print to standard output).
     #[arg(long)]
     pub out: Option<PathBuf>,
 }
@@ -61,6 +61,6 @@ pub fn run(args: &Export, output: &Output) -> anyhow::Result<Outcome> {
     };
     folders::make(folders::around(out))?;
     atomic_write(out, |w| w.write_all(text.as_bytes()))?;
-    output.note(format!("law: {}", out.display()));
+    output.note(format!("model: {}", out.display()));
     Ok(Outcome::Done)
 }

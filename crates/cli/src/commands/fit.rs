@@ -1,4 +1,4 @@
-//! `augsim fit`: declared parameters of a system of equations.
+//! `augsim fit`: calibrates the parameters of a model of equations.
 
 use crate::args::Fit;
 use augsim_session::written::fit::TELLING;
@@ -54,22 +54,22 @@ fn fit_text(answer: &Answer) -> String {
         let windows = if count == 1 { "window" } else { "windows" };
         let _ = writeln!(
             text,
-            "misfit of {}: {:.4e}{unit} (root mean square, {count} {windows} of {seconds:.4} s)",
+            "residual of {}: RMSE {:.4e}{unit} ({count} {windows} of {seconds:.4} s)",
             row.output, row.rmse
         );
     }
     if let Some(why) = answer.stopped {
-        let _ = writeln!(text, "windows end there: {why}");
+        let _ = writeln!(text, "longer windows were not fitted: {why}");
     }
-    let worst =
+    let second_best =
         answer.holds.iter().map(|h| h.misfit_of_best).filter(|m| *m > 1.0).fold(f64::INFINITY, f64::min);
     if let Some(best) = answer.holds.iter().find(|h| h.misfit_of_best <= 1.0) {
-        let gain = if worst.is_finite() && 1.0 - 1.0 / worst > TELLING {
-            format!("; the next best misses by {:.0} % more", 100.0 * (worst - 1.0))
+        let gain = if second_best.is_finite() && 1.0 - 1.0 / second_best > TELLING {
+            format!("; the residual of the next best is {:.0} % larger", 100.0 * (second_best - 1.0))
         } else {
             String::new()
         };
-        let _ = writeln!(text, "hold of the inputs: {}{gain}", best.hold);
+        let _ = writeln!(text, "input interpolation: {}{gain}", best.hold);
     }
     if let Some(noise) = answer.noise.sentence() {
         let _ = writeln!(text, "{noise}");

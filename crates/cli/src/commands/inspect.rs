@@ -1,4 +1,4 @@
-//! `augsim data inspect`: what a set contains, and the outcome of every check.
+//! `augsim data inspect`: contents of a data set and the results of all data checks.
 
 use augsim_data::checks::{Check, Expected, Severity, run_checks};
 use augsim_data::{MissingCells, Summary, read_dataset};
@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::fmt;
 use std::path::Path;
 
-/// Contents of a set and the checks.
+/// Contents of a data set and the results of the checks.
 #[derive(Debug, Serialize)]
 pub struct Inspection {
     #[serde(flatten)]
@@ -16,7 +16,7 @@ pub struct Inspection {
     checks: Vec<Checked>,
 }
 
-/// One check.
+/// Result of one check.
 #[derive(Debug, Serialize)]
 struct Checked {
     check: Check,
@@ -25,12 +25,12 @@ struct Checked {
     findings: Vec<String>,
 }
 
-/// How a check ended.
+/// Outcome of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum CheckOutcome {
     Passed,
-    /// There is no model to compare with.
+    /// The check needs a model file, and none was given.
     NoModel,
     Warning,
     Refused,
@@ -47,7 +47,7 @@ impl CheckOutcome {
     }
 }
 
-/// Reads `file` and, for the checks that compare with one, a model file.
+/// Reads `file` and runs all checks; `model` enables those that compare the data with a model.
 pub fn inspect(file: &Path, model: Option<&Path>, output: &Output) -> anyhow::Result<Inspection> {
     let data = read_dataset(file, MissingCells::AsGap)?;
     if !data.notes().is_empty() {
@@ -57,16 +57,16 @@ pub fn inspect(file: &Path, model: Option<&Path>, output: &Output) -> anyhow::Re
         Some(path) => ModelFile::read(path)?.expected(),
         None => Expected::default(),
     };
-    let checks = run_checks(&data, &expected).into_iter().map(|o| {
-        let refused = o.findings.iter().any(|f| f.severity() == Severity::Refused);
-        let outcome = match (o.findings.is_empty(), refused) {
-            (true, _) if model.is_none() && o.check.needs_model() => CheckOutcome::NoModel,
+    let checks = run_checks(&data, &expected).into_iter().map(|result| {
+        let refused = result.findings.iter().any(|f| f.severity() == Severity::Refused);
+        let outcome = match (result.findings.is_empty(), refused) {
+            (true, _) if model.is_none() && result.check.needs_model() => CheckOutcome::NoModel,
             (true, _) => CheckOutcome::Passed,
             (false, true) => CheckOutcome::Refused,
             (false, false) => CheckOutcome::Warning,
         };
-        let findings = o.findings.iter().map(|f| f.to_string()).collect();
-        Checked { check: o.check, looks_for: o.looks_for, outcome, findings }
+        let findings = result.findings.iter().map(|f| f.to_string()).collect();
+        Checked { check: result.check, looks_for: result.looks_for, outcome, findings }
     });
     Ok(Inspection { checks: checks.collect(), summary: Summary::of(&data) })
 }

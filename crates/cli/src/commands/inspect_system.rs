@@ -1,4 +1,4 @@
-//! `augsim data inspect --model` for a system of equations: the columns of the model in the data.
+//! `augsim data inspect --model` for a model of equations: the columns of the model in the data.
 
 use augsim_data::checks::run_checks;
 use augsim_session::written::{self, records};
@@ -6,20 +6,20 @@ use serde::Serialize;
 use std::fmt;
 use std::path::Path;
 
-/// A data set seen by a model: its columns with their roles, and the others.
+/// Contents of a data set: columns that the model names, with their roles, and other columns.
 #[derive(Debug, Serialize)]
 pub struct Inspection {
     trajectories: usize,
     samples: usize,
     duration_s: f64,
-    columns: Vec<Seen>,
+    columns: Vec<ColumnSummary>,
     unnamed_columns: Vec<String>,
     findings: Vec<String>,
 }
 
-/// A column.
+/// Statistics of one column.
 #[derive(Debug, Serialize)]
-struct Seen {
+struct ColumnSummary {
     name: String,
     role: &'static str,
     unit: String,
@@ -27,21 +27,22 @@ struct Seen {
     rate_hz: f64,
     least: f64,
     most: f64,
-    /// The largest or the smallest value, where many samples stand at it, and how many: a limit of the sensor.
+    /// The smallest or largest value and its number of samples, if there are many: a limit of the
+    /// sensor.
     at_limit: Option<(f64, usize)>,
-    /// Smallest difference of two values that all others are multiples of.
+    /// Quantisation step of the sensor, if all differences of values are multiples of one step.
     step: Option<f64>,
 }
 
-/// Samples at an extreme value from which on it is a plateau.
-const PLATEAU: usize = 5;
-/// Most values that are looked at for a quantisation step.
-const LOOKED_AT: usize = 20_000;
+/// Minimum number of samples at an extreme value that indicate a limit of the sensor.
+const MIN_SAMPLES_AT_LIMIT: usize = 5;
+/// Maximum number of values that are searched for a quantisation step.
+const MAX_QUANTISATION_VALUES: usize = 20_000;
 
-/// Reads `file` by a model of equations.
+/// Reads `file` with a model of equations and summarises each column.
 ///
 /// # Errors
-/// Model or data cannot be read, or do not go together.
+/// The model or the data cannot be read, or do not match.
 pub fn inspect(file: &Path, model: &Path) -> anyhow::Result<Inspection> {
     let model = written::read(model)?;
     let measured = records::read(file, &model)?;
@@ -50,19 +51,20 @@ pub fn inspect(file: &Path, model: &Path) -> anyhow::Result<Inspection> {
         let mut values: Vec<f64> = Vec::new();
         let mut steps: Vec<f64> = Vec::new();
         for t in data.trajectories() {
-            let there = t.time_s().iter().zip(t.column(index)).filter(|(_, v)| v.is_finite());
-            let (times, seen): (Vec<f64>, Vec<f64>) = there.map(|(t, v)| (*t, *v)).unzip();
+            let finite = t.time_s().iter().zip(t.column(index)).filter(|(_, v)| v.is_finite());
+            let (times, finite_values): (Vec<f64>, Vec<f64>) = finite.map(|(t, v)| (*t, *v)).unzip();
             steps.extend(times.windows(2).map(|p| p[1] - p[0]));
-            values.extend(seen);
+            values.extend(finite_values);
         }
         steps.sort_by(f64::total_cmp);
         let step = steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN);
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let at = |end: f64| values.iter().filter(|v| **v == end).count();
-        let (limit, standing) = if at(least) > at(most) { (least, at(least)) } else { (most, at(most)) };
+        let count_at = |limit: f64| values.iter().filter(|v| **v == limit).count();
+        let (limit, samples_at_limit) =
+            if count_at(least) > count_at(most) { (least, count_at(least)) } else { (most, count_at(most)) };
         let is_output = model.outputs.iter().any(|o| o.name == column.name());
-        Seen {
+        ColumnSummary {
             name: column.name().to_owned(),
             role: if is_output { "output" } else { "input" },
             unit: column.unit().symbol(),
@@ -70,34 +72,39 @@ pub fn inspect(file: &Path, model: &Path) -> anyhow::Result<Inspection> {
             rate_hz: 1.0 / step,
             least,
             most,
-            at_limit: (is_output && standing >= PLATEAU && standing * 5 < values.len())
-                .then_some((limit, standing)),
+            at_limit: (is_output
+                && samples_at_limit >= MIN_SAMPLES_AT_LIMIT
+                && samples_at_limit * 5 < values.len())
+            .then_some((limit, samples_at_limit)),
             step: is_output.then(|| quantisation(&values)).flatten(),
         }
     };
-    let lasts = |t: &augsim_data::Trajectory| t.time_s().last().zip(t.time_s().first()).map(|(b, a)| b - a);
+    let duration =
+        |t: &augsim_data::Trajectory| t.time_s().last().zip(t.time_s().first()).map(|(b, a)| b - a);
     let findings = run_checks(data, &model.expected());
     let findings = findings.into_iter().flat_map(|o| o.findings).map(|f| f.to_string());
     Ok(Inspection {
         trajectories: data.trajectories().len(),
         samples: data.trajectories().iter().map(augsim_data::Trajectory::len).sum(),
-        duration_s: data.trajectories().iter().filter_map(lasts).fold(0.0, f64::max),
+        duration_s: data.trajectories().iter().filter_map(duration).fold(0.0, f64::max),
         columns: data.columns().iter().enumerate().map(column).collect(),
         unnamed_columns: measured.unnamed,
         findings: findings.collect(),
     })
 }
 
-/// The smallest difference between values, if all differences are multiples of it and few enough to be a grid.
+/// Returns the quantisation step if all differences of values are multiples of it and values repeat
+/// often.
 fn quantisation(values: &[f64]) -> Option<f64> {
-    let mut sorted: Vec<f64> = values.iter().copied().take(LOOKED_AT).collect();
+    let mut sorted: Vec<f64> = values.iter().copied().take(MAX_QUANTISATION_VALUES).collect();
     sorted.sort_by(f64::total_cmp);
     sorted.dedup();
     let range = sorted.last()? - sorted.first()?;
     let gaps: Vec<f64> = sorted.windows(2).map(|p| p[1] - p[0]).filter(|gap| *gap > 1e-9 * range).collect();
     let step = gaps.iter().copied().fold(f64::INFINITY, f64::min);
-    // A log of few digits is no grid of the sensor: values must come back again and again.
-    let repeated = values.len().min(LOOKED_AT) >= 4 * sorted.len();
+    // A recording with few digits is not quantised by the sensor, so each value must occur four times on
+    // average.
+    let repeated = values.len().min(MAX_QUANTISATION_VALUES) >= 4 * sorted.len();
     let whole = |gap: &f64| ((gap / step) - (gap / step).round()).abs() < 0.01 * (gap / step).max(1.0).sqrt();
     (gaps.len() > 2 && repeated && gaps.iter().all(whole)).then_some(step)
 }
@@ -107,7 +114,7 @@ impl fmt::Display for Inspection {
         let trajectories = if self.trajectories == 1 { "trajectory" } else { "trajectories" };
         writeln!(
             f,
-            "{} {trajectories}, {} rows, the longest lasts {:.3} s",
+            "{} {trajectories}, {} rows, the longest one takes {:.3} s",
             self.trajectories, self.samples, self.duration_s
         )?;
         for c in &self.columns {
@@ -120,11 +127,14 @@ impl fmt::Display for Inspection {
             if let Some((limit, count)) = c.at_limit {
                 writeln!(
                     f,
-                    "    {count} readings stand at {limit}{unit}: a range that ends there marks them as saturated"
+                    "    {count} values are equal to {limit}{unit}: a range with this limit in the model marks them as saturated"
                 )?;
             }
             if let Some(step) = c.step {
-                writeln!(f, "    readings are multiples of {step:.4e}{unit}: step = {step:.4e} says so")?;
+                writeln!(
+                    f,
+                    "    values are multiples of {step:.4e}{unit}: declare step = {step:.4e} in the model"
+                )?;
             }
         }
         if !self.unnamed_columns.is_empty() {
@@ -137,7 +147,7 @@ impl fmt::Display for Inspection {
     }
 }
 
-/// Whether a model file is one of equations.
+/// Returns the path if the model file is one of equations.
 pub fn applies(model: Option<&Path>) -> Option<&Path> {
     model.filter(|path| written::is_model(path))
 }

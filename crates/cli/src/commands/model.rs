@@ -1,4 +1,4 @@
-//! `augsim model`: model files to start from.
+//! `augsim model`: writes template model files.
 
 use crate::args::{ModelAction, ModelArgs};
 use augsim_data::atomic_write;

@@ -1,4 +1,4 @@
-//! `augsim reference` (hidden): every command and option as a page in Markdown, from the parser that reads them.
+//! `augsim reference` (hidden): prints all commands and options as Markdown, generated from the parser.
 
 use crate::args::Args;
 use augsim_terminal::Outcome;
@@ -9,9 +9,10 @@ use std::fmt::Write;
 const HEAD: &str = "\
 # Commands
 
-Written by the program from its own parser; `AUGSIM_RENEW=1 cargo test --release -p augsim --test it documents` renews it.
-Exit codes: 0 done, 1 done but the asked-for criterion is not met, 2 usage, 3 bad data, 4 numerical failure, 130 interrupted
-(143 by SIGTERM, 129 by SIGHUP). What every command keeps is in [the README of the program](../crates/cli/README.md).
+This page is generated from the command line parser. `AUGSIM_RENEW=1 cargo test --release -p augsim --test it documents`
+updates it. Exit codes: 0 success, 1 success but the requested criterion is not met, 2 usage error, 3 bad data, 4 numerical
+failure, 130 interrupted (143 by SIGTERM, 129 by SIGHUP). Rules that hold for all commands are in
+[the README of the program](../crates/cli/README.md).
 ";
 
 /// Runs the subcommand.
@@ -27,7 +28,7 @@ pub fn run(output: &Output) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Appends a command and those below it.
+/// Appends a command and its subcommands.
 fn describe(page: &mut String, command: &Command) {
     if command.is_hide_set() || command.get_name() == "help" {
         return;
@@ -37,14 +38,14 @@ fn describe(page: &mut String, command: &Command) {
     let usage = command.clone().render_usage().to_string();
     let usage = usage.trim_start_matches("Usage:").split_whitespace().collect::<Vec<_>>().join(" ");
     let intro = format!("{about}\n\n```text\n{usage}\n```\n");
-    let own = command.get_arguments().filter(|arg| is_shown(arg) && !arg.is_global_set());
-    section(page, &format!("`{name}`"), &intro, own);
+    let arguments = command.get_arguments().filter(|arg| is_shown(arg) && !arg.is_global_set());
+    section(page, &format!("`{name}`"), &intro, arguments);
     if let Some(examples) = command.get_after_help() {
         // Writing to a string cannot fail.
         let _ = write!(page, "\n```text\n{}\n```\n", examples.to_string().trim_end());
     }
-    for below in command.get_subcommands() {
-        describe(page, below);
+    for subcommand in command.get_subcommands() {
+        describe(page, subcommand);
     }
 }
 
@@ -52,7 +53,7 @@ fn is_shown(arg: &Arg) -> bool {
     !arg.is_hide_set() && !matches!(arg.get_id().as_str(), "help" | "version")
 }
 
-/// Appends a heading, an introduction and a table of arguments, if there are any.
+/// Appends a heading, an introduction and, if there are arguments, a table of them.
 fn section<'a>(page: &mut String, heading: &str, intro: &str, arguments: impl Iterator<Item = &'a Arg>) {
     // Writing to a string cannot fail.
     let _ = write!(page, "\n## {heading}\n");
@@ -65,7 +66,7 @@ fn section<'a>(page: &mut String, heading: &str, intro: &str, arguments: impl It
     }
 }
 
-/// One argument as a row: its names and value, its help, its values and default.
+/// Formats an argument as a table row: names and value, help text, possible values and default.
 fn row(arg: &Arg) -> String {
     let values: Vec<&str> =
         arg.get_value_names().unwrap_or(&[]).iter().map(clap::builder::Str::as_str).collect();

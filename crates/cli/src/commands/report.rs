@@ -1,4 +1,4 @@
-//! `augsim report`: single figures of the page of a discovery.
+//! `augsim report`: writes single figures of a discovery report.
 
 use augsim_data::atomic_write;
 use augsim_report::page::figure_names;
@@ -15,23 +15,28 @@ use std::path::PathBuf;
 /// Options of `report`.
 #[derive(Debug, clap::Args)]
 pub struct ReportArgs {
-    /// Folder that `discover` wrote.
+    /// Output folder of `discover`.
     pub folder: PathBuf,
-    /// Name of a figure of its page (`best`, `worst`, `correlation-of-the-estimates`, …); without it all names are listed.
+    /// Name of a figure of the report (`best`, `worst`, `correlation-of-the-estimates`, …). Without it
+    /// all names are listed.
     #[arg(long, value_name = "NAME")]
     pub figure: Option<String>,
-    /// SVG file to write, `NAME.svg` without it.
+    /// SVG file to write (default: `NAME.svg`).
     #[arg(long, requires = "figure")]
     pub out: Option<PathBuf>,
-    /// Width of the figure, pixels.
+    /// Width of the figure in pixels.
     #[arg(long, default_value_t = 640.0, value_parser = width)]
     pub width: f64,
 }
 
-/// A width that a figure can have.
+/// Parses a figure width in pixels.
 fn width(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
-    if (240.0..=4000.0).contains(&value) { Ok(value) } else { Err("give 240 to 4000 pixels".to_owned()) }
+    let value: f64 = text.parse().map_err(|_| format!("{text} is not a number"))?;
+    if (240.0..=4000.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err("the width must be between 240 and 4000 pixels".to_owned())
+    }
 }
 
 #[derive(Serialize)]

@@ -1,4 +1,4 @@
-//! `augsim start`: from recordings as they are to a data file and a model file.
+//! `augsim start`: converts raw recordings into a data file and a starting model file.
 
 use crate::args::Start;
 use augsim_data::{
@@ -18,16 +18,16 @@ use std::path::{Path, PathBuf};
 
 const DATA: &str = "data.csv";
 const MODEL: &str = "model.toml";
-/// Endings of files that are no text.
-const KNOWN: [&str; 4] = ["npz", "h5", "json", "zip"];
-/// Height of the floor, m, from which the model names it: a ball's radius is less.
-const RAISED_M: f64 = 0.05;
+/// Endings of published data formats, which are not read as text.
+const BINARY_ENDINGS: [&str; 4] = ["npz", "h5", "json", "zip"];
+/// Floor height in m above which the model declares it, larger than the radius of a ball.
+const MIN_DECLARED_FLOOR_M: f64 = 0.05;
 
-/// Files that were written, with the reading of the recording.
+/// Files that were written and how the recording was interpreted.
 #[derive(Debug, Serialize)]
-struct Begun {
+struct StartResult {
     data: PathBuf,
-    /// Absent where no model of the library fits the recording.
+    /// Absent if no built-in model fits the recording.
     model: Option<PathBuf>,
     recording: &'static str,
     trajectories: usize,
@@ -68,7 +68,7 @@ pub fn run(args: &Start, force: bool, output: &Output) -> anyhow::Result<Outcome
     write_dataset(&data, &data_file)?;
     let model = text.map(|text| claim.write(MODEL, &text)).transpose()?;
     let next = next(&recording, &data_file, model.as_deref());
-    let begun = Begun {
+    let result = StartResult {
         data: data_file,
         model,
         recording: word(&recording),
@@ -78,15 +78,15 @@ pub fn run(args: &Start, force: bool, output: &Output) -> anyhow::Result<Outcome
         floor_height_m: floor,
         next,
     };
-    output.result(&begun, || start_text(&begun, &data, &recording))?;
+    output.result(&result, || start_text(&result, &data, &recording))?;
     Ok(Outcome::Done)
 }
 
-/// Reads text by recognising it, and published formats as they are.
+/// Reads published formats directly and recognises the layout of text files.
 fn read(args: &Start) -> Result<Recognised, DataError> {
-    let known = |path: &Path| path.extension().is_some_and(|e| KNOWN.iter().any(|k| e == *k));
+    let is_binary = |path: &Path| path.extension().is_some_and(|e| BINARY_ENDINGS.iter().any(|k| e == *k));
     if let [one] = &args.data[..]
-        && known(one)
+        && is_binary(one)
     {
         let data = read_dataset(one, MissingCells::AsGap)?;
         let recording =
@@ -116,12 +116,12 @@ fn word(recording: &Recording) -> &'static str {
         Recording::Falls(2) => "throws in a plane",
         Recording::Falls(_) => "throws in space",
         Recording::Pushes => "pushes",
-        Recording::Moves(_) => "something that moves and does not fall freely",
-        Recording::Other => "something else",
+        Recording::Moves(_) => "a motion without free fall",
+        Recording::Other => "other data",
     }
 }
 
-/// The model to begin with; `None` where the library has none.
+/// Returns the starting model file; `None` if no built-in model fits.
 fn model(recording: Recording, floor: Option<f64>, source: &str) -> Option<String> {
     let head =
         |text: &str| format!("# Made by augsim start from {}.\n{text}", source.replace(['\n', '\r'], " "));
@@ -130,9 +130,11 @@ fn model(recording: Recording, floor: Option<f64>, source: &str) -> Option<Strin
             let mut text = template("ball")?.to_owned();
             let suggested = "# floor_height_m = { nominal = 0.0, min = -0.5, max = 0.5 }";
             match floor {
-                // Without impacts there is nothing to calibrate a restitution by.
-                None => text = text.replace("\nrestitution = ", "\n# No impacts are seen.\n# restitution = "),
-                Some(z) if z.abs() > RAISED_M => {
+                // The restitution cannot be calibrated without impacts.
+                None => {
+                    text = text.replace("\nrestitution = ", "\n# No impacts were found.\n# restitution = ")
+                }
+                Some(z) if z.abs() > MIN_DECLARED_FLOOR_M => {
                     let (low, high) = (z - 0.5, z + 0.5);
                     let line =
                         format!("floor_height_m = {{ nominal = {z:.4}, min = {low:.4}, max = {high:.4} }}");
@@ -153,26 +155,23 @@ fn next(recording: &Recording, data: &Path, model: Option<&Path>) -> String {
     match (recording, model) {
         (Recording::Pushes, Some(model)) => {
             let model = model.display().to_string();
-            format!(
-                "say in {model} which object it is, then {}",
-                words(&["augsim", "discover", &model, &data])
-            )
+            format!("set the object in {model}, then {}", words(&["augsim", "discover", &model, &data]))
         }
         (_, Some(model)) => words(&["augsim", "discover", &model.display().to_string(), &data]),
         (_, None) => format!(
-            "write its equations: augsim model new pendulum --out my.toml (docs/model-file.md), then {}",
+            "write a model of equations: augsim model new pendulum --out my.toml (docs/model-file.md), then {}",
             words(&["augsim", "discover", "my.toml", &data])
         ),
     }
 }
 
-/// Writes what was recognised and what comes next, in at most ten lines.
-fn start_text(begun: &Begun, data: &Dataset, recording: &Recording) -> String {
-    let mut lines = begun.assumed.clone();
+/// Formats the interpretation of the recording and the next command in at most ten lines.
+fn start_text(result: &StartResult, data: &Dataset, recording: &Recording) -> String {
+    let mut lines = result.assumed.clone();
     lines.truncate(5);
     let summary = Summary::of(data);
     let mut what =
-        format!("{}: {} trajectories, {} samples", begun.recording, begun.trajectories, begun.samples);
+        format!("{}: {} trajectories, {} samples", result.recording, result.trajectories, result.samples);
     if let Some(s) = summary.sampling {
         what += &format!(" at {:.2} Hz", s.median_rate_hz);
         if !s.regular {
@@ -187,19 +186,22 @@ fn start_text(begun: &Begun, data: &Dataset, recording: &Recording) -> String {
         what += &format!(", {blank} empty cells");
     }
     lines.push(what);
-    match (recording, begun.floor_height_m) {
+    match (recording, result.floor_height_m) {
         (_, Some(z)) => lines.push(format!("floor at {z:.3} m")),
-        (Recording::Falls(_), None) => lines.push("no impacts are seen".to_owned()),
+        (Recording::Falls(_), None) => lines.push("no impacts were found".to_owned()),
         (Recording::Moves(Some(a)), _) => lines.push(format!(
-            "what should fall accelerates by {a:.3} m/s^2: if it is a ball, give units by --columns and up by --up"
+            "the vertical acceleration is {a:.3} m/s^2, not that of gravity: for a ball, give the units with --columns and the direction with --up"
         )),
         _ => {}
     }
-    if begun.trajectories == 1 {
-        lines.push("one trajectory shows nothing that differs between trajectories; record more".to_owned());
+    if result.trajectories == 1 {
+        lines.push(
+            "differences between trajectories cannot be estimated from one trajectory; record more"
+                .to_owned(),
+        );
     }
-    let model = begun.model.as_ref().map_or(String::new(), |m| format!(" and {}", m.display()));
-    lines.push(format!("written: {}{model}", begun.data.display()));
-    lines.push(format!("next: {}", begun.next));
+    let model = result.model.as_ref().map_or(String::new(), |m| format!(" and {}", m.display()));
+    lines.push(format!("written: {}{model}", result.data.display()));
+    lines.push(format!("next: {}", result.next));
     lines.join("\n")
 }

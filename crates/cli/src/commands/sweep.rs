@@ -14,7 +14,7 @@ pub fn run(args: &Sweep, global: &Global, output: &Output) -> anyhow::Result<Out
     augsim_sweep::run(args, shared, program, output)
 }
 
-/// Refuses options of a task that the command itself would refuse before it reads a file.
+/// Checks the options of a task for errors that the command itself would report before reading a file.
 fn check(parsed: &ArgMatches) -> Result<(), Usage> {
     match Args::from_arg_matches(parsed).map(|args| args.command) {
         Ok(Command::Train(train)) => train.corrected().map(drop),

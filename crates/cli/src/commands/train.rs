@@ -1,4 +1,4 @@
-//! `augsim train`.
+//! `augsim train`: trains a network and writes a run directory.
 
 use crate::args::Train;
 use augsim_session::RunLock;
@@ -16,8 +16,8 @@ use augsim_trainer::{Recipe, Settings};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Trajectories that are generated when no data are given: the paper's number.
-const GENERATED: usize = 800;
+/// Number of generated trajectories if no data are given, as in the paper.
+const GENERATED_TRAJECTORIES: usize = 800;
 
 #[derive(Serialize)]
 struct Summary {
@@ -53,13 +53,13 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
             }
             let data = match &args.data {
                 Some(path) => DataSource::File(path.clone()),
-                None => DataSource::PaperLaw { trajectories: GENERATED, seed },
+                None => DataSource::PaperLaw { trajectories: GENERATED_TRAJECTORIES, seed },
             };
             let recipe = args.recipe;
             let engine = match args.corrected()? {
-                Some((named, data)) => {
-                    let (engine, told) = named.engine(&data, recipe)?;
-                    notes = told;
+                Some((corrected, data)) => {
+                    let (engine, engine_notes) = corrected.engine(&data, recipe)?;
+                    notes = engine_notes;
                     engine
                 }
                 None => paper_engine(),
@@ -84,7 +84,7 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
     match training::train(&run, &config, &train, args.resume, output)? {
         Ended::Interrupted { iteration } => {
             output.notice(format!(
-                "interrupted after iteration {iteration}; go on with: augsim train --resume --out {}",
+                "interrupted after iteration {iteration}; resume with: augsim train --resume --out {}",
                 args.out.display()
             ));
             Ok(Outcome::Interrupted)
@@ -92,8 +92,8 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
         Ended::Trained(trained) => {
             if trained.model.trust().is_some_and(|trust| trust.gain == 0.0) {
                 output.note(
-                    "on records held out of the training no share of the net's corrections makes free runs better: its forecasts are \
-                     those of the physics, with the net's deviations",
+                    "the corrections of the net do not improve free runs of held-out recordings: the mean forecasts are those of the \
+                     physics, with the standard deviations of the net",
                 );
             }
             let summary = Summary {
@@ -120,7 +120,7 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
     }
 }
 
-/// A run that is there is not thrown away.
+/// Refuses to overwrite the run of another command.
 fn check_free(run: &RunDir) -> anyhow::Result<()> {
     let found = [CHECKPOINT, RESULT, RECORD].into_iter().find(|name| run.file(name).exists());
     let Some(name) = found else { return Ok(()) };

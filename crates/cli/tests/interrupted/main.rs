@@ -1,5 +1,5 @@
-//! Commands that are stopped by a signal or killed. They stay apart from the other tests of the binary, because they measure how
-//! soon a command stops, and need a machine that is not busy with the commands of those.
+//! Tests of commands that are stopped by a signal or killed. They are separate from other tests because
+//! they measure how soon a command stops, which needs an idle machine.
 
 mod signals;
 mod sweep_interrupted;

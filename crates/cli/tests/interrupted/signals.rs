@@ -1,6 +1,7 @@
-//! Contract: SIGINT, SIGTERM and SIGHUP end every command within two seconds with code 130, 143 and 129, in a sentence that
-//! names the signal; nothing half written, no temporary file and no empty folder stays. Training writes a checkpoint first.
-//! Work is stopped while it computes, and while it waits for data: a pipe that nobody writes to.
+//! Contract: SIGINT, SIGTERM and SIGHUP end every command within two seconds with code 130, 143 and 129
+//! and a message that names the signal; no partial or temporary file and no empty folder remains.
+//! Training writes a checkpoint first. Work is stopped during computation and while it waits for data
+//! from a pipe.
 #![cfg(unix)]
 
 use std::fs::File;
@@ -9,17 +10,17 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 const SIGNALS: [(&str, i32); 3] = [("INT", 130), ("TERM", 143), ("HUP", 129)];
-/// The promised two seconds, and one more for a machine that is busy with other tests.
+/// The required two seconds, plus one for a machine that is busy with other tests.
 const LIMIT: Duration = Duration::from_secs(3);
 
-/// Starts the command with the signals' default actions: whoever runs the tests may have set others.
+/// Starts the command with default signal actions, which the test runner may have changed.
 fn start(args: &[&str], dir: &Path) -> Child {
     let mut command = Command::new("env");
     command.args(["--default-signal=HUP,INT,TERM", env!("CARGO_BIN_EXE_augsim")]).args(args).current_dir(dir);
     command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("env starts the binary")
 }
 
-/// Sends the signal; gives what was said on standard error.
+/// Sends the signal and returns the standard error.
 fn stop(mut child: Child, signal: &str, code: i32, args: &[&str]) -> String {
     assert!(child.try_wait().expect("its state").is_none(), "{args:?} ended before it could be stopped");
     let sent = Instant::now();
@@ -47,7 +48,7 @@ fn run(args: &[&str], dir: &Path) {
     assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
 }
 
-/// All paths below a folder.
+/// Returns all paths in a folder.
 fn tree(dir: &Path) -> Vec<String> {
     let mut all = Vec::new();
     for entry in std::fs::read_dir(dir).expect("a folder").flatten() {
@@ -60,7 +61,7 @@ fn tree(dir: &Path) -> Vec<String> {
     all
 }
 
-/// Opens the pipe's end for writing, which waits until a command reads from the other.
+/// Opens the pipe for writing, which waits until a command opens it for reading.
 fn read_from(pipe: PathBuf) -> File {
     let (tell, told) = std::sync::mpsc::channel();
     std::thread::spawn(move || tell.send(File::options().write(true).open(pipe)));
@@ -68,7 +69,7 @@ fn read_from(pipe: PathBuf) -> File {
 }
 
 #[test]
-fn work_that_waits_for_data_ends_and_leaves_nothing() {
+fn stops_while_waiting_for_data_without_leftovers() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     run(&["simulate", "--trajectories", "4", "--samples", "20", "--out", "d.csv"], d);
@@ -97,7 +98,7 @@ fn work_that_waits_for_data_ends_and_leaves_nothing() {
 }
 
 #[test]
-fn work_that_computes_ends_and_leaves_nothing() {
+fn stops_during_computation_without_leftovers() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     run(&["simulate", "--trajectories", "400", "--samples", "100", "--out", "d.csv"], d);
@@ -122,7 +123,7 @@ fn work_that_computes_ends_and_leaves_nothing() {
 }
 
 #[test]
-fn training_writes_a_checkpoint_for_every_signal_and_resumes_bit_for_bit() {
+fn training_writes_a_checkpoint_on_every_signal_and_resumes() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     run(&["simulate", "--trajectories", "20", "--samples", "40", "--out", "d.csv"], d);
@@ -155,7 +156,7 @@ fn training_writes_a_checkpoint_for_every_signal_and_resumes_bit_for_bit() {
 }
 
 #[test]
-fn a_reproduction_goes_on_after_a_signal_as_if_it_had_never_stopped() {
+fn a_reproduction_resumes_after_a_signal() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     let args =

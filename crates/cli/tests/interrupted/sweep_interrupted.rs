@@ -1,6 +1,6 @@
-//! Contract (issue 19): `sweep run --all` may be killed at any moment, and a task of it too; started again, it ends with the
-//! bytes of a run that nobody disturbed. Told to stop, it passes that on, and each training writes its checkpoint. Four kills
-//! here; benches/sweeps/kills.sh has twenty and more.
+//! Contract (issue 19): `sweep run --all` and its tasks may be killed at any time; restarted, they give
+//! the same bytes as an undisturbed run. On a stop request it stops its tasks, which write their
+//! checkpoints. This test has four kills; benches/sweeps/kills.sh has twenty and more.
 #![cfg(target_os = "linux")]
 
 use std::path::Path;
@@ -14,7 +14,8 @@ fn done(args: &[&str], dir: &Path) -> String {
     String::from_utf8_lossy(&out.stdout).into_owned()
 }
 
-/// A plan of four trainings, long enough to be met in the middle, in `disturbed`, and what is collected of it undisturbed.
+/// Makes a plan of four trainings in `disturbed`, long enough to be interrupted, and the collected
+/// results of an undisturbed run.
 fn workplace() -> (tempfile::TempDir, Vec<Vec<u8>>) {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
@@ -43,7 +44,7 @@ fn start(dir: &Path) -> Child {
     command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("env starts the binary")
 }
 
-/// Waits until `ready` gives something, at most a minute.
+/// Waits until `ready` returns a value, at most a minute.
 fn wait_for<T>(ready: impl Fn() -> Option<T>) -> T {
     let deadline = Instant::now() + Duration::from_secs(60);
     loop {
@@ -56,18 +57,18 @@ fn wait_for<T>(ready: impl Fn() -> Option<T>) -> T {
 }
 
 fn kill(signal: &str, process: u32) {
-    // Fails where the process has ended by itself.
+    // Fails if the process has already ended.
     let _ = Command::new("kill").args([&format!("-{signal}"), &process.to_string()]).status();
 }
 
-/// Number of checkpoints that tasks have written so far.
+/// Returns the number of checkpoints so far.
 fn checkpoints(dir: &Path) -> usize {
     let tasks = std::fs::read_dir(dir.join("disturbed/work")).into_iter().flatten().flatten();
     tasks.filter(|task| task.path().join("out/checkpoint.bin").exists()).count()
 }
 
 #[test]
-fn a_sweep_that_is_killed_again_and_again_ends_with_the_same_bytes() {
+fn a_repeatedly_killed_sweep_gives_the_same_bytes() {
     let (dir, whole) = workplace();
     let d = dir.path();
     for pause_ms in [5, 60, 150, 330] {
@@ -81,7 +82,7 @@ fn a_sweep_that_is_killed_again_and_again_ends_with_the_same_bytes() {
 }
 
 #[test]
-fn a_task_that_is_killed_goes_on_from_its_checkpoint() {
+fn a_killed_task_resumes_from_its_checkpoint() {
     let (dir, whole) = workplace();
     let d = dir.path();
     let child = start(d);
@@ -97,14 +98,14 @@ fn a_task_that_is_killed_goes_on_from_its_checkpoint() {
     let out = child.wait_with_output().expect("it ends");
     let said = String::from_utf8_lossy(&out.stderr).into_owned();
     assert!(
-        out.status.success() && said.contains("was killed by SIGKILL") && said.contains("trying again"),
+        out.status.success() && said.contains("killed by SIGKILL") && said.contains("retrying"),
         "{said}"
     );
     assert!(collected("disturbed", d) == whole, "a kill changes the bytes");
 }
 
 #[test]
-fn a_sweep_that_is_told_to_stop_leaves_checkpoints_and_goes_on() {
+fn a_stopped_sweep_leaves_checkpoints_and_resumes() {
     let (dir, whole) = workplace();
     let d = dir.path();
     let child = start(d);
@@ -115,17 +116,18 @@ fn a_sweep_that_is_told_to_stop_leaves_checkpoints_and_goes_on() {
     assert!(sent.elapsed() < Duration::from_secs(3), "it took {:?}", sent.elapsed());
     let said = String::from_utf8_lossy(&out.stderr).into_owned();
     assert!(
-        out.status.code() == Some(143) && said.contains("of 4 tasks are done; the same command goes on"),
+        out.status.code() == Some(143)
+            && said.contains("of 4 tasks are done; run the same command to continue"),
         "{said}"
     );
     let status = done(&["sweep", "status", "disturbed"], d);
-    assert!(status.contains("; 0 run, 0 failed, "), "{status}");
+    assert!(status.contains("; 0 running, 0 failed, "), "{status}");
     done(&["sweep", "run", "disturbed", "--all", "--threads", "2"], d);
     assert!(collected("disturbed", d) == whole, "a stop changes the bytes");
 }
 
 #[test]
-fn tasks_end_with_the_sweep_that_is_killed() {
+fn tasks_end_when_their_sweep_is_killed() {
     let (dir, _) = workplace();
     let d = dir.path();
     let text = std::fs::read_to_string(d.join("sweep.toml")).expect("a sweep");
@@ -134,16 +136,16 @@ fn tasks_end_with_the_sweep_that_is_killed() {
     let mut child = start(d);
     wait_for(|| (checkpoints(d) > 1).then_some(()));
     let running = || done(&["sweep", "status", "disturbed"], d);
-    assert!(running().contains("; 2 run,"), "{}", running());
+    assert!(running().contains("; 2 running,"), "{}", running());
     kill("KILL", child.id());
     let killed = Instant::now();
     child.wait().expect("it ends");
-    wait_for(|| running().contains("; 0 run,").then_some(()));
+    wait_for(|| running().contains("; 0 running,").then_some(()));
     assert!(killed.elapsed() < Duration::from_secs(4), "tasks outlive their sweep by {:?}", killed.elapsed());
 }
 
 #[test]
-fn two_signals_at_once_are_one_wish() {
+fn two_simultaneous_signals_count_once() {
     let (dir, _) = workplace();
     let d = dir.path();
     let args = [
@@ -163,7 +165,7 @@ fn two_signals_at_once_are_one_wish() {
     let mut child =
         command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("env starts the binary");
     wait_for(|| std::fs::metadata(d.join("run/metrics.jsonl")).is_ok_and(|m| m.len() > 0).then_some(()));
-    // As where a job is stopped: the scheduler signals the task, and so does the process above it.
+    // As when a scheduler stops a job: it signals the task, and the parent process does as well.
     let both = format!("kill -TERM {0}; kill -INT {0}", child.id());
     assert!(Command::new("sh").args(["-c", &both]).status().expect("sh runs").success());
     child.wait().expect("it ends");
@@ -171,7 +173,7 @@ fn two_signals_at_once_are_one_wish() {
 }
 
 #[test]
-fn two_that_run_one_plan_share_its_tasks() {
+fn two_processes_share_the_tasks_of_a_plan() {
     let (dir, whole) = workplace();
     let d = dir.path();
     let both = [start(d), start(d)];

@@ -1,5 +1,5 @@
-//! Contract: bad input gives one clear error that names the file and the remedy, the exit code of the
-//! design (2 usage, 3 bad data), no panic, and no half-written output.
+//! Contract: bad input gives one clear error with the file and a remedy, exit code 2 (usage) or 3 (bad
+//! data), no panic and no partial output.
 
 use crate::command::augsim;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,8 @@ const GOOD: &str = "trajectory,t_s,height_m,velocity_m_s\n\
     a,0,4.5,0\na,0.016666666666666666,4.49,-0.1\n\
     b,0,4.2,0\nb,0.016666666666666666,4.19,-0.1\n";
 
-/// Runs `train` on a file with these bytes; checks code and texts; nothing of a run may exist.
+/// Runs `train` on a file with these bytes and checks exit code and messages; no run directory may
+/// exist.
 fn refuses(name: &str, bytes: &[u8], code: i32, texts: &[&str]) {
     let dir = tempfile::tempdir().expect("a temporary directory");
     std::fs::write(dir.path().join(name), bytes).expect("it can be written");
@@ -40,20 +41,20 @@ fn a_nan_is_located() {
 }
 
 #[test]
-fn time_that_stands_still_is_located() {
-    // Rows in disorder are sorted; two different samples at one time are not.
+fn locates_repeated_times() {
+    // Unsorted rows are sorted; two different samples at one time are an error.
     let text = GOOD.replace("a,0.016666666666666666", "a,0");
     refuses("still.csv", text.as_bytes(), 3, &["line 3", "t_s"]);
 }
 
 #[test]
-fn an_empty_file_and_a_lone_header_are_errors() {
+fn rejects_empty_files_and_files_with_a_header_only() {
     refuses("empty.csv", b"", 3, &["empty"]);
     refuses("header.csv", b"trajectory,t_s,height_m,velocity_m_s\n", 3, &[]);
 }
 
 #[test]
-fn another_rate_is_an_error() {
+fn rejects_another_sampling_rate() {
     let text = GOOD.replace("0.016666666666666666", "0.02");
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("rate.csv"), text).unwrap();
@@ -80,7 +81,7 @@ fn a_missing_file_is_an_error() {
     assert!(String::from_utf8_lossy(&out.stderr).contains("nowhere.csv"));
 }
 
-/// A tiny finished run and a test file, in a directory of its own.
+/// Makes a tiny finished run and a test file in a temporary folder.
 fn trained() -> (tempfile::TempDir, PathBuf) {
     let dir = tempfile::tempdir().expect("a temporary directory");
     std::fs::write(dir.path().join("good.csv"), GOOD).expect("it can be written");
@@ -162,7 +163,7 @@ fn faulty_push_files_are_named() {
 }
 
 #[test]
-fn a_group_that_is_not_there_is_named_with_those_that_are() {
+fn names_an_unknown_group_and_the_known_ones() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let grouped =
         "trajectory,group,t_s,height_m\na,wood,0,4.5\na,wood,0.1,4.4\nb,steel,0,4.2\nb,steel,0.1,4.1\n";

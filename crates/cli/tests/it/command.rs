@@ -1,4 +1,4 @@
-//! Runs the `augsim` binary for a test: as it is, or with the exit code and messages that the test expects.
+//! Runs the `augsim` binary for tests, optionally with an expected exit code and messages.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -8,7 +8,8 @@ pub fn augsim(args: &[&str], dir: &Path) -> Output {
     run(Command::new(env!("CARGO_BIN_EXE_augsim")).args(args).current_dir(dir))
 }
 
-/// Runs a command without the scheduler's variables, which are set where the tests themselves run under a scheduler.
+/// Runs a command without the environment variables of schedulers, which tests inherit under a
+/// scheduler.
 pub fn run(command: &mut Command) -> Output {
     for variable in ["SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX"] {
         if !command.get_envs().any(|(name, _)| name == variable) {
@@ -18,19 +19,19 @@ pub fn run(command: &mut Command) -> Output {
     command.output().expect("the binary runs")
 }
 
-/// Standard output of a run that must end with exit code 0.
+/// Returns the standard output of a successful run.
 pub fn succeed(args: &[&str], dir: &Path) -> String {
     let out = augsim(args, dir);
     assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
     String::from_utf8(out.stdout).expect("output is text")
 }
 
-/// The JSON that a run with `--json` prints; it must end with exit code 0.
+/// Returns the JSON output of a successful run with `--json`.
 pub fn succeed_json(args: &[&str], dir: &Path) -> serde_json::Value {
     serde_json::from_str(&succeed(&[args, &["--json"]].concat(), dir)).expect("JSON")
 }
 
-/// Standard error of a run that must end with exit code `code` and say each of `texts`.
+/// Returns the standard error of a run with this exit code and each of `texts`.
 pub fn fail(code: i32, args: &[&str], dir: &Path, texts: &[&str]) -> String {
     let out = augsim(args, dir);
     let error = String::from_utf8_lossy(&out.stderr).into_owned();

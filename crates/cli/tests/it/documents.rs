@@ -1,6 +1,6 @@
-//! Contract: the generated documents are those that the program of today would write: `docs/commands.md` from the parser,
-//! `docs/effects.md` from the registries of effects and the generic library, `docs/report.svg` from a report (its words and
-//! figures; coordinates may round otherwise on another instruction set). To renew them:
+//! Contract: generated documents are up to date: `docs/commands.md` from the parser, `docs/effects.md`
+//! from the registries of effects and the generic library, `docs/report.svg` from a report (texts and
+//! figures; coordinates may round differently on another instruction set). To update them:
 //!
 //! ```sh
 //! AUGSIM_RENEW=1 cargo test --release -p augsim --test it documents
@@ -14,7 +14,7 @@ use std::process::Command;
 
 const RENEW: &str = "AUGSIM_RENEW=1 cargo test --release -p augsim --test it documents";
 
-/// Writes the document where it is to be renewed, and otherwise compares what `of` it reads off.
+/// Updates the document if requested, and otherwise compares what `of` extracts from it.
 fn current(name: &str, text: &str, of: fn(&str) -> String) {
     let path = root().join("docs").join(name);
     if std::env::var_os("AUGSIM_RENEW").is_some() {
@@ -34,7 +34,7 @@ fn printed(arguments: &[&str]) -> String {
 }
 
 #[test]
-fn the_page_of_commands_is_that_of_the_parser() {
+fn commands_page_matches_the_parser() {
     current("commands.md", &printed(&["reference"]), str::to_owned);
 }
 
@@ -45,7 +45,8 @@ Generated from the registries of `crates/physics` and from `crates/written/libra
 MODEL.toml` lists those that are tried on one model, with usual sizes; [a recipe](recipes/add-an-effect.md) adds one.
 ";
 
-/// A cell of a table: bars would end it, and asterisks and underscores outside code would be emphasis.
+/// Escapes a table cell: bars would end it, and asterisks and underscores outside code would be
+/// emphasis.
 fn cell(text: &str) -> String {
     words(text).replace('|', "\\|").replace('*', "\\*").replace('_', "\\_").replace('<', "&lt;")
 }
@@ -55,7 +56,7 @@ fn row(page: &mut String, cells: [String; 5]) {
     let _ = writeln!(page, "| {} |", cells.join(" | "));
 }
 
-/// The section on effects of recordings, which are in no registry.
+/// Section on effects of recordings, which are in no registry.
 const OF_RECORDINGS: &str = "
 ## Of recordings, whatever the system
 
@@ -64,7 +65,7 @@ neighbouring samples is then smoother by five standard errors, and says so besid
 to the next; `noise.jitter_s`). `data convert --frame-clock` does the same for measured sets.
 ";
 
-const COLUMNS: [&str; 5] = ["kind", "formula", "parameters", "could look the same", "source"];
+const COLUMNS: [&str; 5] = ["kind", "formula", "parameters", "equivalent on some data", "source"];
 
 fn heading(page: &mut String, title: &str, columns: [&str; 5]) {
     let _ = writeln!(page, "\n## {title}\n\n| {} |\n|---|---|---|---|---|", columns.join(" | "));
@@ -80,7 +81,8 @@ fn effect(page: &mut String, spec: &EffectSpec) {
     row(page, [kind, cell(spec.formula), parameters, cell(&spec.stands_for.join("; ")), cell(spec.source)]);
 }
 
-/// A row of the generic library: its inner parameters are multiples of a size in the data, the others amounts.
+/// Appends a row of the generic library: inner parameters are multiples of a size in the data, the
+/// others are coefficients.
 fn candidate(page: &mut String, entry: &toml::Table) {
     let text = |key: &str| match entry.get(key) {
         Some(toml::Value::String(text)) => text.clone(),
@@ -109,7 +111,7 @@ fn candidate(page: &mut String, entry: &toml::Table) {
 }
 
 #[test]
-fn the_page_of_effects_is_that_of_the_registries() {
+fn effects_page_matches_the_registries() {
     let mut page = EFFECTS.to_owned();
     heading(&mut page, "Of the ball", COLUMNS);
     let ball = augsim_physics::effects::all::<f64>();
@@ -127,13 +129,13 @@ fn the_page_of_effects_is_that_of_the_registries() {
     current("effects.md", &page, str::to_owned);
 }
 
-/// The words of a picture, in their order.
+/// Returns the texts of an SVG figure in order.
 fn words_of(svg: &str) -> String {
     let texts = svg.split("<text").skip(1).filter_map(|t| t.split_once('>')?.1.split('<').next());
     texts.collect::<Vec<_>>().join("\n")
 }
 
-/// The picture that `text` begins in, up to its end: figures hold smaller ones.
+/// Returns the figure at the start of `text`, with nested figures.
 fn whole(text: &str) -> &str {
     let mut depth = 1;
     for (at, _) in text.match_indices("svg") {
@@ -149,7 +151,8 @@ fn whole(text: &str) -> &str {
     text
 }
 
-/// The figure of a page whose title begins so, at its larger width, from behind its opening `<svg`.
+/// Returns the figure of a page by the start of its title, in its larger width, after the opening
+/// `<svg`.
 fn figure<'p>(page: &'p str, title: &str) -> &'p str {
     let begun = page.match_indices("<svg").map(|(at, tag)| &page[at + tag.len()..]);
     let titled = |svg: &&str| {
@@ -164,7 +167,7 @@ fn figure<'p>(page: &'p str, title: &str) -> &'p str {
 }
 
 #[test]
-fn the_picture_of_the_readme_is_that_of_a_report() {
+fn readme_figure_matches_a_report() {
     let folder = tempfile::tempdir().expect("a temporary directory");
     let out = folder.path().join("found").display().to_string();
     printed(&["discover", "fixtures/sealed/model.toml", "fixtures/sealed/bounces.csv", "--out", &out]);

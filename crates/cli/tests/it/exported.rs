@@ -1,6 +1,6 @@
-//! Contract: a law that `export` wrote as a program runs without augsim to the path that the engine simulates, in Python and in C
-//! alike: balls, pushes, and equations with tables, smoothed jumps, events, rests and walls. What has no short law is refused with
-//! what can be done instead.
+//! Contract: programs that `export` writes in Python and C run without augsim and follow the simulation
+//! of the engine: balls, pushes, and equations with tables, smoothed jumps, events, rest conditions and
+//! state bounds. Models that cannot be exported give an error with an alternative.
 
 use crate::command::{fail, succeed, succeed_json};
 use augsim_session::Subject;
@@ -12,7 +12,8 @@ use std::process::Command;
 const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.81, frozen = true }\n\
     restitution = { nominal = 0.7, min = 0.0, max = 1.0 }\n[sensor]\nposition_sd_m = 0.002\n";
 
-/// A program's answers, or nothing where the machine lacks what runs it, which is said and fails where data are required.
+/// Returns the output of a program, or `None` with a message if its interpreter or compiler is missing,
+/// which is a failure where data are required.
 fn answers(program: &str, args: &[String], dir: &Path) -> Option<Vec<f64>> {
     let out = match Command::new(program).args(args).current_dir(dir).output() {
         Ok(out) => out,
@@ -28,7 +29,7 @@ fn answers(program: &str, args: &[String], dir: &Path) -> Option<Vec<f64>> {
     Some(text.split_whitespace().map(|n| n.parse().expect("a number")).collect())
 }
 
-/// Answers of the exported programs of a model for these arguments: Python's, and C's, which are the same.
+/// Returns the outputs of the exported Python and C programs, which must be equal.
 fn exported(model: &str, numbers: &[f64], dir: &Path) -> Vec<Vec<f64>> {
     let args: Vec<String> = numbers.iter().map(f64::to_string).collect();
     succeed(&["export", model, "--as", "python", "--out", "law.py"], dir);
@@ -40,7 +41,7 @@ fn exported(model: &str, numbers: &[f64], dir: &Path) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn an_exported_law_of_a_ball_runs_without_augsim_to_the_same_path() {
+fn exported_ball_follows_the_engine() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     let effects = "[[effect]]\nkind = \"quadratic-drag\"\nk_per_m = 0.1\n[[effect]]\nkind = \"magnus\"\ns = 0.01\n\
@@ -48,7 +49,7 @@ fn an_exported_law_of_a_ball_runs_without_augsim_to_the_same_path() {
         [[effect]]\nkind = \"grip-friction\"\nkappa = 0.1\n[[effect]]\nkind = \"height-offset\"\nb_m = 0.2\n";
     let model = MODEL.replace("[sensor]", "radius_m = 0.02\ninertia_ratio = 0.4\n[sensor]") + effects;
     std::fs::write(d.join("model.toml"), &model).expect("written");
-    // The same path by the engine: data made of it, without noise, begin where the program begins.
+    // The engine predicts the same path: data from it without noise, from the same initial state.
     let start = [0.0, 0.0, 1.0, 1.5, 0.0, 0.5, 0.0, 30.0, 0.0];
     let times: Vec<f64> = (0..60).map(|k| 0.02 * f64::from(k)).collect();
     let answers = exported("model.toml", &[&start[..], &times].concat(), d);
@@ -56,7 +57,8 @@ fn an_exported_law_of_a_ball_runs_without_augsim_to_the_same_path() {
         assert_eq!(found.len(), 3 * times.len());
         let far = found.iter().zip(&answers[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(far < 1e-7, "Python and C differ by {far} m");
-        // The engine fits its start to what the program says, and then agrees on all that follows.
+        // The engine estimates its initial state from the output of the program, and then matches the
+        // rest.
         let mut text = "trajectory,t_s,x_m,z_m,spin_rad_s\n".to_owned();
         for shift in 0..2 {
             for (t, p) in times.iter().zip(found.chunks(3)) {
@@ -79,7 +81,7 @@ fn an_exported_law_of_a_ball_runs_without_augsim_to_the_same_path() {
 }
 
 #[test]
-fn an_exported_law_of_equations_runs_without_augsim() {
+fn exported_equations_follow_the_engine() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     succeed(&["model", "new", "pendulum", "--out", "pendulum.toml"], d);
@@ -95,20 +97,20 @@ fn an_exported_law_of_equations_runs_without_augsim() {
         .collect();
     let inputs = model.contains("[inputs]");
     assert!(!inputs, "this test gives no inputs: {out} {header:?}");
-    // A pendulum that is let go at 0.5 rad, as `simulate` notes.
+    // A pendulum that starts at 0.5 rad, as `simulate` reports.
     let times: Vec<f64> = rows.iter().map(|r| r[0]).collect();
     for found in exported("pendulum.toml", &[&[0.5, 0.0][..], &times].concat(), d) {
         assert_eq!(found.len(), rows.len());
         let far = found.iter().zip(&rows).map(|(a, r)| (a - r[1]).abs()).fold(0.0, f64::max);
-        // The engine steps from sample to sample, 50 times as far as the program.
+        // The engine steps from sample to sample, 50 times the step of the program.
         assert!(far < 1e-5, "the program and the engine differ by {far}");
     }
     assert!(succeed(&["export", "pendulum.toml", "--as", "latex"], d).contains("\\tfrac{d}{dt}"));
 }
 
-/// Largest difference of the exported programs from the engine, which begins with these values of the states and gets these
-/// inputs, over `length_s`.
-fn far_from_the_engine(
+/// Returns the largest difference between the exported programs and the engine with these initial states
+/// and inputs over `length_s`.
+fn deviation_from_the_engine(
     text: &str,
     start: &[(&str, f64)],
     inputs: &[(&str, f64)],
@@ -139,8 +141,8 @@ fn far_from_the_engine(
     each.fold(0.0, f64::max)
 }
 
-/// A hopping mass in a tube: drag by a table, dry friction over a declared width, a floor where it comes to rest until it is
-/// lifted, a filter that runs into its walls, a sensor with a gain, and what a search added to a rate.
+/// A hopping mass in a tube: tabulated drag, dry friction with a declared width, a floor with a rest
+/// condition, a filter with state bounds, a sensor gain, and a discovered effect in a rate.
 const HOPPER: &str = r#"
 scenario = "system"
 name = "hopper"
@@ -193,10 +195,10 @@ c_per_s = 0.1
 "#;
 
 #[test]
-fn exported_equations_pass_tables_events_rests_and_walls_as_the_engine_does() {
+fn exported_tables_events_and_bounds_follow_the_engine() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let start = [("height_m", 0.4), ("speed_m_s", 0.0), ("filtered_m", 0.4)];
-    let far = far_from_the_engine(HOPPER, &start, &[("lift_N", 1.0)], 2.0, dir.path());
+    let far = deviation_from_the_engine(HOPPER, &start, &[("lift_N", 1.0)], 2.0, dir.path());
     assert!(far < 2e-4, "the program and the engine differ by {far} m");
     let latex = succeed(&["export", "model.toml", "--as", "latex"], dir.path());
     for text in
@@ -207,26 +209,28 @@ fn exported_equations_pass_tables_events_rests_and_walls_as_the_engine_does() {
 }
 
 #[test]
-fn exported_examples_with_events_or_walls_follow_the_engine() {
+fn exported_examples_with_events_or_bounds_follow_the_engine() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let example = |name: &str| augsim_written::example(name).expect("the example");
-    // 4 N push the mass to 5 cm and to the stop, where it bounces and rests.
+    // 4 N push the mass to 5 cm and to the stop, where it bounces and comes to rest.
     let start = [("x_m", 0.0), ("v_m_s", 0.5)];
-    let far = far_from_the_engine(example("mass-spring-stop"), &start, &[("force_N", 4.5)], 2.0, dir.path());
+    let far =
+        deviation_from_the_engine(example("mass-spring-stop"), &start, &[("force_N", 4.5)], 2.0, dir.path());
     assert!(far < 1e-5, "the program and the engine differ by {far} m");
     let start = [("upper_V", 5.0), ("lower_V", 1.0)];
-    let far = far_from_the_engine(example("tanks"), &start, &[("pump_V", 2.0)], 2.0, dir.path());
+    let far = deviation_from_the_engine(example("tanks"), &start, &[("pump_V", 2.0)], 2.0, dir.path());
     assert!(far < 1e-5, "the program and the engine differ by {far} V");
 }
 
 #[test]
-fn an_exported_law_of_a_push_runs_without_augsim_to_the_same_poses() {
+fn exported_push_follows_the_engine() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     let plain = "scenario = \"push\"\nobject = \"tri1\"\n[parameters]\nc_m = 0.04\ncontact_friction = 0.3\nrod_radius_m = 0.005\n";
     let frame = "[[effect]]\nkind = \"frame-registration\"\nscale = 0.01\nangle_rad = 0.02\ndx_m = 0.002\ndy_m = -0.001\n\
         [[effect]]\nkind = \"pose-offset\"\ndx_m = 0.003\ndy_m = -0.002\ndtheta_rad = 0.05\n";
-    // The rod comes to the object, pushes it off the centre so that it turns and slides, and rounds a bend.
+    // The pusher approaches the object, pushes it off centre so that it turns and slides, and follows a
+    // curve.
     let places: Vec<[f64; 3]> = (0..60)
         .map(|k| {
             let t = 0.05 * f64::from(k);
@@ -256,7 +260,7 @@ fn an_exported_law_of_a_push_runs_without_augsim_to_the_same_poses() {
         for found in exported("model.toml", &numbers, d) {
             let far = found.iter().zip(&engine.values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert_eq!(found.len(), engine.values.len());
-            // The engine steps four times as far: 2 mm of the rod's travel.
+            // The engine has four times the step of the program: 2 mm of pusher travel.
             assert!(far < 1e-5, "the program and the engine differ by {far} m or rad");
         }
     }

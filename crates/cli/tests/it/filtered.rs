@@ -1,6 +1,6 @@
-//! Contract: `predict --seen` and `evaluate --protocol filtered` take a model file, the folder of a discovery or a net, see the
-//! first rows and nothing else, and say in one sentence what is wrong with a prefix. The drops are made by a closed form of the
-//! test's own; a forecast is compared with that of data whose later rows are others.
+//! Contract: `predict --seen` and `evaluate --protocol filtered` accept a model file, a discovery folder
+//! or a network, use only the measured prefix, and reject a wrong prefix with one sentence. The test
+//! generates drops in closed form, and compares forecasts for data that differ after the prefix.
 
 use crate::command::{augsim, succeed, succeed_json};
 use std::path::Path;
@@ -9,7 +9,7 @@ const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal
     restitution = { nominal = 0.7, min = 0.0, max = 1.0 }\n[sensor]\nposition_sd_m = 0.002\n[[effect]]\n\
     kind = \"restitution-scatter\"\nper = \"trajectory\"\nsd = { nominal = 0.05, min = 0.0, max = 0.5 }\n";
 
-/// Numbers of about unit normal law from a linear congruence.
+/// Approximately standard normal numbers from a linear congruential generator.
 struct Draws(u64);
 
 impl Draws {
@@ -22,8 +22,8 @@ impl Draws {
     }
 }
 
-/// Drops from about 1 m, every 10 ms for 1.1 s, two rebounds, read to 2 mm; each drop has a restitution of its own. From
-/// `other` on the heights are others.
+/// Writes drops from about 1 m, sampled every 10 ms for 1.1 s, with two rebounds, 2 mm noise and a
+/// restitution per drop. From row `other` on the heights differ.
 fn drops(path: &Path, count: usize, other: usize) {
     let mut draws = Draws(3);
     let mut text = "trajectory,t_s,height_m\n".to_owned();
@@ -32,7 +32,7 @@ fn drops(path: &Path, count: usize, other: usize) {
         let (mut z, mut v, mut since) = (height, 0.0, 0.0);
         for k in 0..110 {
             let t = 0.01 * f64::from(k);
-            // The next impact of the parabola that began at `since`.
+            // Next impact of the parabola that started at `since`.
             loop {
                 let fall = (v + f64::sqrt(v * v + 2.0 * 9.81 * z)) / 9.81;
                 if t < since + fall {
@@ -51,7 +51,7 @@ fn drops(path: &Path, count: usize, other: usize) {
 }
 
 #[test]
-fn a_model_behind_a_rebound_knows_the_restitution_and_its_bands_hold() {
+fn a_measured_rebound_narrows_the_forecast_with_correct_coverage() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     drops(&d.join("drops.csv"), 40, usize::MAX);
@@ -72,7 +72,8 @@ fn a_model_behind_a_rebound_knows_the_restitution_and_its_bands_hold() {
     let figure = |row: usize, key: &str| scored["rows"][row]["measures"][0][key].as_f64().expect("a figure");
     let seen: Vec<_> = (0..4).map(|row| scored["rows"][row]["seen"].as_str().expect("a prefix")).collect();
     assert_eq!(seen, ["20", "0.3s", "60", "80"]);
-    // A restitution of 0.7 +- 0.05 is decimetres at the end of a second, one that was seen is a few millimetres of noise.
+    // A restitution of 0.7 +- 0.05 gives decimetres after a second; a measured rebound reduces this to a
+    // few millimetres.
     assert!(figure(1, "rest") > 8.0 * figure(3, "rest"), "{scored}");
     let late = [0, 1].map(|row| figure(row, "common"));
     assert!(late[1] < 1.05 * late[0], "{late:?}");
@@ -90,7 +91,7 @@ fn a_model_behind_a_rebound_knows_the_restitution_and_its_bands_hold() {
 }
 
 #[test]
-fn a_forecast_sees_the_first_rows_alone_and_threads_do_not_matter() {
+fn a_forecast_uses_only_the_prefix_on_any_number_of_threads() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     drops(&d.join("drops.csv"), 4, usize::MAX);
@@ -100,13 +101,13 @@ fn a_forecast_sees_the_first_rows_alone_and_threads_do_not_matter() {
         let args =
             ["predict", "model.toml", "--data", data, "--seen", "60", "--threads", threads, "--out", out];
         let told = succeed(&args, d);
-        assert!(told.contains("behind the first 60 samples"), "{told}");
+        assert!(told.contains("from the first 60 samples"), "{told}");
         std::fs::read(d.join(out)).expect("a forecast")
     };
     let first = bytes("drops.csv", "a.csv", "1");
     assert_eq!(first, bytes("drops.csv", "b.csv", "2"));
     assert_eq!(first, bytes("other.csv", "c.csv", "2"), "a later row was read");
-    // Rows in another order are the same rows.
+    // The order of rows in the file does not matter.
     let text = std::fs::read_to_string(d.join("drops.csv")).expect("it is there");
     let mut lines: Vec<&str> = text.lines().collect();
     lines.swap(5, 6);
@@ -118,7 +119,7 @@ fn a_forecast_sees_the_first_rows_alone_and_threads_do_not_matter() {
 }
 
 #[test]
-fn a_net_behind_its_first_row_forecasts_as_ever_and_physics_stands_beside_it() {
+fn a_network_with_one_measured_row_gives_its_usual_forecast() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     succeed(&["simulate", "--trajectories", "6", "--samples", "100", "--out", "drops.csv"], d);
@@ -142,7 +143,7 @@ fn a_net_behind_its_first_row_forecasts_as_ever_and_physics_stands_beside_it() {
     let names: Vec<_> = (0..4).map(|row| scored["rows"][row]["model"].as_str().expect("a name")).collect();
     assert_eq!(names, ["Physics", "Physics", "Hybrid+", "Hybrid+"]);
 
-    // A net needs every sample; a value that is none is named.
+    // A network needs every sample; the error names a missing value.
     let text = std::fs::read_to_string(d.join("drops.csv")).expect("it is there");
     let gap = |(i, line): (usize, &str)| match i {
         9 => format!("{},NaN", line.rsplit_once(',').map_or("", |(head, _)| head)),
@@ -159,7 +160,7 @@ fn a_net_behind_its_first_row_forecasts_as_ever_and_physics_stands_beside_it() {
 }
 
 #[test]
-fn a_wrong_prefix_is_one_sentence() {
+fn rejects_a_wrong_prefix_with_one_sentence() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     drops(&d.join("drops.csv"), 3, usize::MAX);
@@ -201,7 +202,7 @@ fn a_wrong_prefix_is_one_sentence() {
 }
 
 #[test]
-fn what_is_measured_is_asked_for_and_a_scenario_that_a_table_lacks_is_refused() {
+fn asks_for_measured_data_and_rejects_unknown_scenarios() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     let refused = |args: &[&str], words: &[&str]| {

@@ -1,6 +1,7 @@
-//! Contract: what `discover` found is run by the commands that its report names: `simulate` and `predict` give its trajectories
-//! with bands, `evaluate` scores it beside the declared and the calibrated model; nets are trained on whatever `discover`
-//! accepts, the system is never assumed, and `evaluate` says truthfully whether a net helps.
+//! Contract: the commands in a discovery report work: `simulate` and `predict` write trajectories with
+//! bands, `evaluate` compares with the declared and calibrated models; networks are trained on all data
+//! that `discover` accepts, no system is assumed by default, and `evaluate` states correctly whether a
+//! network improves forecasts.
 
 use crate::command::{augsim, fail, succeed, succeed_json};
 use std::path::Path;
@@ -8,10 +9,10 @@ use std::path::Path;
 const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.81, frozen = true }\n\
     restitution = { nominal = 0.7, min = 0.0, max = 1.0 }\n[sensor]\nposition_sd_m = 0.002\n";
 const DRAG: f64 = 0.08;
-/// Throws of a set: enough for some of them to be kept out of all fits.
+/// Number of throws: enough to hold some out.
 const THROWS: u64 = 24;
 
-/// Pseudo-random numbers between -1 and 1 with about unit variance in sums of twelve.
+/// Pseudo-random numbers between -1 and 1; sums of twelve are about normal.
 struct Draws(u64);
 
 impl Draws {
@@ -25,8 +26,8 @@ impl Draws {
     }
 }
 
-/// Throws with quadratic drag `k` and restitution 0.7 over a floor at `floor_m`: positions only, on an irregular clock, by
-/// steps of 0.2 ms of an integrator of the test's own.
+/// Writes throws with quadratic drag `k` and restitution 0.7 over a floor at `floor_m`: positions on an
+/// irregular clock, integrated by the test with steps of 0.2 ms.
 fn throws(path: &Path, k: f64, floor_m: f64, seed: u64) {
     let mut text = "trajectory,t_s,x_m,z_m\n".to_owned();
     let mut draws = Draws(seed);
@@ -52,7 +53,7 @@ fn throws(path: &Path, k: f64, floor_m: f64, seed: u64) {
 }
 
 #[test]
-fn a_discovery_is_simulated_predicted_and_scored_beside_what_was_declared() {
+fn simulates_predicts_and_scores_a_discovery() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     throws(&d.join("throws.csv"), DRAG, 0.0, 5);
@@ -76,7 +77,7 @@ fn a_discovery_is_simulated_predicted_and_scored_beside_what_was_declared() {
     assert_eq!(read("c.csv"), read("d.csv"));
     assert!(read("c.csv").starts_with("trajectory,t_s,x_m,q05_x_m,q95_x_m,z_m,"), "{}", &read("c.csv")[..99]);
 
-    // On its own data a discovery is scored on what it kept out of all fits, and comes to the errors of its report.
+    // On its own data a discovery is scored on the held-out trajectories with the errors of its report.
     let scored = succeed_json(&["evaluate", "found", "--data", "throws.csv"], d);
     assert_eq!(scored["held_out"], true);
     assert_eq!(scored["trajectories"], found["error"]["heldout_trajectories"]);
@@ -86,8 +87,13 @@ fn a_discovery_is_simulated_predicted_and_scored_beside_what_was_declared() {
         let reported = found["error"][name]["rmse"].as_f64().expect("an error");
         assert!((error(row) / reported - 1.0).abs() < 0.08, "{name}: {} and {reported}", error(row));
     }
-    assert!(scored["verdict"].as_str().is_some_and(|v| v.starts_with("what was found helps")), "{scored}");
-    // On other data all trajectories count.
+    assert!(
+        scored["verdict"]
+            .as_str()
+            .is_some_and(|v| v.starts_with("the discovered model improves the forecasts")),
+        "{scored}"
+    );
+    // On other data all trajectories are scored.
     throws(&d.join("fresh.csv"), DRAG, 0.0, 77);
     let scored = succeed_json(&["evaluate", "found", "--data", "fresh.csv", "--require-pos-m", "0.02"], d);
     assert_eq!((scored["held_out"].as_bool(), scored["trajectories"].as_u64()), (Some(false), Some(THROWS)));
@@ -102,10 +108,10 @@ fn a_discovery_is_simulated_predicted_and_scored_beside_what_was_declared() {
 }
 
 #[test]
-fn a_net_on_positions_alone_is_trained_on_what_a_discovery_leaves_and_does_not_help_a_complete_model() {
+fn a_network_on_the_residual_does_not_improve_a_complete_model() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
-    // The floor of a tracker lies wherever its origin is.
+    // The floor of a tracker can be at any height.
     throws(&d.join("throws.csv"), DRAG, 0.3, 5);
     throws(&d.join("fresh.csv"), DRAG, 0.3, 78);
     std::fs::write(d.join("declared.toml"), MODEL).expect("written");
@@ -123,10 +129,10 @@ fn a_net_on_positions_alone_is_trained_on_what_a_discovery_leaves_and_does_not_h
     let error = |row: usize| scored["rows"][row]["pos_m"].as_f64().expect("an error");
     assert!(error(2) < 0.5 * error(1) && error(2) < 0.03, "{scored}");
     let verdict = scored["verdict"].as_str().expect("a verdict");
-    assert!(!verdict.starts_with("the net helps"), "the model is complete, but {verdict}");
+    assert!(!verdict.starts_with("the net improves"), "the model is complete, but {verdict}");
     succeed(&["predict", "net", "--data", "fresh.csv", "--samples", "8", "--out", "forecast.csv"], d);
 
-    // The declared model by itself, and nothing at all.
+    // The declared model alone, and no model.
     let declared = [&train[..], &["--model", "declared.toml", "--out", "plain"]].concat();
     succeed(&declared, d);
     let scored = succeed_json(&["evaluate", "plain", "--data", "fresh.csv"], d);
@@ -141,13 +147,13 @@ fn a_net_on_positions_alone_is_trained_on_what_a_discovery_leaves_and_does_not_h
 }
 
 #[test]
-fn a_forecast_that_leaves_the_numbers_is_an_error_with_its_first_step() {
+fn reports_the_first_step_of_a_diverging_forecast() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     succeed(&["simulate", "--trajectories", "8", "--samples", "40", "--out", "drops.csv"], d);
     let train = ["train", "--pybullet-ball", "--data", "drops.csv", "--iterations", "3", "--out", "net"];
     succeed(&train, d);
-    // A height of 1e39 m is a number in the file, and none where nets compute.
+    // A height of 1e39 m is valid in a file but overflows in 32-bit floats.
     let text = std::fs::read_to_string(d.join("drops.csv")).expect("drops");
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     let first: Vec<&str> = lines[1].split(',').collect();
@@ -160,7 +166,7 @@ fn a_forecast_that_leaves_the_numbers_is_an_error_with_its_first_step() {
 }
 
 #[test]
-fn a_time_limit_ends_the_search_with_the_best_so_far_and_says_so() {
+fn a_time_limit_returns_the_best_model_so_far() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     throws(&d.join("throws.csv"), DRAG, 0.0, 5);
@@ -184,7 +190,7 @@ fn a_time_limit_ends_the_search_with_the_best_so_far_and_says_so() {
 }
 
 #[test]
-fn figures_of_a_report_are_written_one_by_one() {
+fn writes_single_figures_of_a_report() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     throws(&d.join("throws.csv"), DRAG, 0.0, 5);

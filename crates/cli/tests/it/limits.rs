@@ -1,6 +1,6 @@
-//! Contract (issue 13, item 6): every limit can be raised or lowered by the environment variable that its message
-//! names, a variable that would do nothing is a usage error, what an option asks for is a usage error too (code 2) and
-//! what a file holds is bad data (code 3). Limits are lowered here, so that no test needs gigabytes.
+//! Contract (issue 13, item 6): every limit can be changed by the environment variable in its message;
+//! an unknown variable is a usage error, an option beyond a limit is a usage error (code 2), and a file
+//! beyond a limit is bad data (code 3). The tests lower the limits, so that they need no gigabytes.
 
 use flate2::{Compression, write::GzEncoder};
 use std::io::Write;
@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Exit code and standard error.
+/// Returns the exit code and standard error.
 fn augsim(dir: &Path, args: &[&str], limits: &[(&str, &str)]) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_augsim"));
     command
@@ -51,14 +51,14 @@ fn a_file_beyond_a_limit_is_read_once_the_limit_is_raised() {
 }
 
 #[test]
-fn what_unpacks_to_more_than_the_limit_is_refused_wherever_it_is_packed() {
+fn rejects_archives_that_unpack_beyond_the_limit() {
     let dir = tempfile::tempdir().unwrap();
     let zeros = vec![b'0'; 4 << 20];
     let mut gzip = GzEncoder::new(Vec::new(), Compression::best());
     gzip.write_all(b"trajectory,t_s,x_m\na,0,").and_then(|()| gzip.write_all(&zeros)).unwrap();
     let member = gzip.finish().unwrap();
     std::fs::write(dir.path().join("bomb.csv.gz"), &member).unwrap();
-    // Each member is within the limit, all together are not.
+    // Each member is within the limit, but not their sum.
     let mut small = GzEncoder::new(Vec::new(), Compression::best());
     small.write_all(&zeros[..900_000]).unwrap();
     std::fs::write(dir.path().join("members.csv.gz"), small.finish().unwrap().repeat(3)).unwrap();
@@ -83,7 +83,7 @@ fn what_unpacks_to_more_than_the_limit_is_refused_wherever_it_is_packed() {
 }
 
 #[test]
-fn a_limit_that_does_not_exist_or_is_no_number_is_a_usage_error() {
+fn rejects_unknown_and_non_numeric_limits() {
     let dir = tempfile::tempdir().unwrap();
     for (name, value, says) in [
         ("CELL", "5", "AUGSIM_LIMIT_CELL is not a known limit; the limits are AUGSIM_LIMIT_BYTES"),
@@ -97,7 +97,7 @@ fn a_limit_that_does_not_exist_or_is_no_number_is_a_usage_error() {
 }
 
 #[test]
-fn an_option_that_asks_for_too_much_is_a_usage_error_and_writes_nothing() {
+fn rejects_options_beyond_a_limit_without_output() {
     let dir = tempfile::tempdir().unwrap();
     let simulate = |more: &[&str], says: &str| {
         let (code, error) = augsim(dir.path(), &[&["simulate", "--out", "x.csv"], more].concat(), &[]);
@@ -129,7 +129,7 @@ fn an_option_that_asks_for_too_much_is_a_usage_error_and_writes_nothing() {
 }
 
 #[test]
-fn the_net_of_a_run_is_bounded() {
+fn limits_the_size_of_the_network_of_a_run() {
     let dir = tempfile::tempdir().unwrap();
     let rows = |k: usize| format!("d{k},0,4,0\nd{k},0.016666666666666666,3.998,-0.16\n");
     let text = format!("trajectory,t_s,height_m,velocity_m_s\n{}{}", rows(0), rows(1));

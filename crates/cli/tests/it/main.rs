@@ -1,6 +1,7 @@
-//! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked once.
+//! Integration tests of this crate in one binary, so that the crate is linked once. Each file is a
+//! module.
 
-/// Where measured and golden data lie.
+/// Folders of measured and golden data.
 #[path = "../../../../tests/support/shared_data.rs"]
 mod shared_data;
 
@@ -12,10 +13,10 @@ mod throws_as_files;
 #[path = "../../../../tests/support/documents.rs"]
 mod documents_on_disk;
 
-// How tests run the binary.
+// Helpers that run the binary.
 mod command;
 
-// Input: reading, limits, mistakes and their messages.
+// Input: reading, limits, errors and their messages.
 mod bad_input;
 mod limits;
 mod own_files;
@@ -39,7 +40,7 @@ mod resume;
 mod run_directory;
 mod same_bytes;
 
-// Documents and the words of reports.
+// Documents and texts of reports.
 mod documents;
 mod readme;
 mod report_words;

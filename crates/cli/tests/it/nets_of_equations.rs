@@ -1,7 +1,8 @@
-//! Contract: a net learns what a system of equations leaves, on estimated states, and forecasts from the first samples alone. The data are
-//! those of an oscillator of our own integration here: where its equation lacks a law the net beats the physics with honest
-//! bands, where it lacks nothing the net does no harm, and a change behind the first samples changes no forecast. What cannot be
-//! learned from is refused with one sentence.
+//! Contract: a network learns the residual of a model of equations on estimated states, and forecasts
+//! from the first samples only. The data are those of an oscillator that the test integrates. If its
+//! equation lacks an effect, the network has a smaller error than the physics with correct coverage;
+//! otherwise it does not increase the error. Later samples do not change a forecast. Unsuitable data
+//! give one sentence.
 
 use crate::command::{fail, succeed};
 use std::fmt::Write as _;
@@ -18,7 +19,7 @@ const MODEL: &str = "scenario = \"system\"\nname = \"oscillator\"\n[inputs]\nfor
     v_m_s = \"(force_N - stiffness_N_per_m * x_m - damping_N_s_per_m * v_m_s) / mass_kg\"\n[outputs]\n\
     position_m = { value = \"x_m\", sd = \"estimate\" }\n";
 
-/// Numbers in [-1, 1) from a counter (splitmix64).
+/// Random numbers in [-1, 1) from a counter (splitmix64).
 struct Numbers(u64);
 
 impl Numbers {
@@ -35,7 +36,7 @@ impl Numbers {
     }
 }
 
-/// Positions of the oscillator with a further force, read with 1 mm of noise every 10 ms.
+/// Writes positions of the oscillator with an additional force, every 10 ms with 1 mm noise.
 fn oscillate(file: &Path, force: fn(f64, f64) -> f64, records: usize, samples: usize, seed: u64) {
     let mut n = Numbers(seed);
     let mut text = "trajectory,t_s,force_N,position_m\n".to_owned();
@@ -48,7 +49,7 @@ fn oscillate(file: &Path, force: fn(f64, f64) -> f64, records: usize, samples: u
             }
             let read = x + 1e-3 * n.normal();
             writeln!(text, "{record},{:.2},{push:.6},{read:.6}", 0.01 * k as f64).expect("a string takes it");
-            // Leapfrog over twentieths of a sample, with the damping at the middle.
+            // Leapfrog with 20 steps per sample and the damping at the midpoint.
             for _ in 0..20 {
                 let h = 0.01 / 20.0;
                 x += 0.5 * h * v;
@@ -70,7 +71,8 @@ fn lacking(x: f64, v: f64) -> f64 {
     -60.0 * x.powi(3) - 1.5 * (v / 0.1).tanh()
 }
 
-/// The folder with the model, `records` to train on and four to test on of the oscillator under a further force.
+/// Makes a folder with the model, `records` training and four test recordings of the oscillator with an
+/// additional force.
 fn scene(force: fn(f64, f64) -> f64, records: usize, samples: usize) -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
@@ -86,7 +88,7 @@ fn train(d: &Path, iterations: &str, more: &[&str]) {
     succeed(&[&args[..], more].concat(), d);
 }
 
-/// Scores of the physics and of the net on the test data.
+/// Returns the scores of the physics and of the network on the test data.
 fn scores(d: &Path) -> [serde_json::Value; 2] {
     let args = ["evaluate", "run", "--data", "test.csv", "--burn-in", "10", "--json"];
     let told: serde_json::Value = serde_json::from_str(&succeed(&args, d)).expect("JSON");
@@ -101,9 +103,10 @@ fn number(row: &serde_json::Value, key: &str) -> f64 {
 }
 
 #[test]
-fn a_net_learns_the_law_that_an_equation_lacks() {
+fn a_network_learns_a_missing_effect() {
     let dir = scene(lacking, 8, 400);
-    // Bands are right on average over motions, some of which are far easier than others: four would not tell.
+    // Coverage is correct on average over motions of different difficulty, so four recordings are not
+    // enough to test it.
     oscillate(&dir.path().join("test.csv"), lacking, 16, 400, 11);
     train(dir.path(), "800", &[]);
     let [physics, net] = scores(dir.path());
@@ -115,7 +118,7 @@ fn a_net_learns_the_law_that_an_equation_lacks() {
 }
 
 #[test]
-fn a_net_does_no_harm_where_an_equation_lacks_nothing() {
+fn a_network_does_not_worsen_a_complete_model() {
     let dir = scene(none, 8, 400);
     train(dir.path(), "200", &[]);
     let [physics, net] = scores(dir.path());
@@ -124,7 +127,7 @@ fn a_net_does_no_harm_where_an_equation_lacks_nothing() {
 }
 
 #[test]
-fn a_forecast_sees_the_first_samples_and_the_inputs_alone() {
+fn a_forecast_uses_only_the_first_samples_and_the_inputs() {
     let dir = scene(lacking, 3, 120);
     let d = dir.path();
     train(d, "20", &[]);
@@ -150,7 +153,7 @@ fn a_forecast_sees_the_first_samples_and_the_inputs_alone() {
 }
 
 #[test]
-fn a_run_goes_on_to_the_same_bytes_and_every_recipe_of_rates_trains() {
+fn resumes_bit_for_bit_and_trains_every_rate_recipe() {
     let dir = scene(lacking, 3, 120);
     let d = dir.path();
     train(d, "12", &[]);
@@ -169,7 +172,7 @@ fn a_run_goes_on_to_the_same_bytes_and_every_recipe_of_rates_trains() {
 }
 
 #[test]
-fn what_cannot_be_learned_from_is_refused_with_one_sentence() {
+fn rejects_unsuitable_data_with_one_sentence() {
     let dir = scene(none, 3, 120);
     let d = dir.path();
     let train = |data: &str, more: &[&str], code: i32| {

@@ -1,6 +1,7 @@
-//! Contract: no command replaces one of its inputs, by whatever name it is called; results of another run are replaced only
-//! with `--force`; only regular files and folders are written to; data are written as their name says; a command that fails
-//! leaves no folder behind. All of it is said before any work, in a sentence that names the path, with exit code 2.
+//! Contract: no command overwrites its inputs under any name; results of another run are overwritten
+//! only with `--force`; only regular files and folders are written; the file name determines the data
+//! format; a failing command leaves no folder. Errors are reported before any work, with the path and
+//! exit code 2.
 
 use crate::command::{augsim, succeed};
 use std::path::Path;
@@ -8,7 +9,7 @@ use std::process::Command;
 
 const SEALED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/sealed");
 
-/// Runs a command that must be refused with code 2 and these texts.
+/// Runs a command that must fail with code 2 and these texts.
 fn refused(args: &[&str], dir: &Path, texts: &[&str]) {
     refused_with(2, args, dir, texts);
 }
@@ -24,7 +25,7 @@ fn refused_with(code: i32, args: &[&str], dir: &Path, texts: &[&str]) {
     }
 }
 
-/// A folder with the sealed set, and drops with a tiny net.
+/// Makes a folder with the demonstration set, and drops with a tiny network.
 fn workplace() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("a temporary directory");
     for name in ["model.toml", "bounces.csv"] {
@@ -71,7 +72,7 @@ fn an_output_never_replaces_an_input() {
             keeps("d.csv", &["predict", "run", "--data", other, "--out", "d.csv"]);
         }
     }
-    // Files that the command line does not name.
+    // Files that are not on the command line.
     std::fs::create_dir(d.join("both")).expect("a folder");
     std::fs::copy(d.join("model.toml"), d.join("both/model.toml")).expect("it can be copied");
     keeps("both/model.toml", &["discover", "both/model.toml", "bounces.csv", "--out", "both"]);
@@ -80,7 +81,7 @@ fn an_output_never_replaces_an_input() {
 }
 
 #[test]
-fn a_folder_of_another_run_is_refused_without_force() {
+fn rejects_the_folder_of_another_run_without_force() {
     let dir = workplace();
     let d = dir.path();
     let discover = ["discover", "model.toml", "bounces.csv", "--out", "found"];
@@ -120,7 +121,7 @@ fn a_folder_of_another_run_is_refused_without_force() {
         &["train", "--pybullet-ball", "--data", "d.csv", "--out", "run", "--iterations", "3", "--force"],
         d,
     );
-    // A model file that somebody edited is not replaced either.
+    // An edited model file is not overwritten either.
     let trial = "motion_surface=abs_shape=tri1_a=0_v=20_i=1.000_s=0.400_t=0.000.h5";
     let fixture = Path::new(SEALED).join("../mit-push").join(trial);
     let fixture = fixture.to_str().expect("a text");
@@ -133,7 +134,7 @@ fn a_folder_of_another_run_is_refused_without_force() {
 }
 
 #[test]
-fn a_reproduction_keeps_its_nets_and_names_the_setting_that_differs() {
+fn a_reproduction_keeps_its_networks_and_names_changed_settings() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     let run = ["reproduce", "ball", "--iterations", "2", "--test-drops", "3", "--out", "ball"];
@@ -153,7 +154,7 @@ fn a_reproduction_keeps_its_nets_and_names_the_setting_that_differs() {
     assert!(nets().map(|net| net.expect("a net")) == first);
     succeed(&with(&["--resume"]), d);
     assert!(nets().map(|net| net.expect("a net")) == first);
-    // An edited run directory inside is no reason to throw it away.
+    // An edited run directory inside is not a reason to delete it.
     let config = d.join("ball/neural/config.resolved.toml");
     let text = std::fs::read_to_string(&config).expect("a configuration");
     std::fs::write(&config, text.replace("hidden = 16", "hidden = 17")).expect("it can be written");
@@ -163,16 +164,16 @@ fn a_reproduction_keeps_its_nets_and_names_the_setting_that_differs() {
 }
 
 #[test]
-fn reproducing_from_a_folder_that_is_not_there_is_refused() {
+fn rejects_a_missing_data_folder_of_a_reproduction() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let args = ["reproduce", "ball", "--data", "nowhere", "--quick", "-q", "--out", "ball"];
-    refused_with(3, &args, dir.path(), &["nowhere", "no such folder", "without --data"]);
+    refused_with(3, &args, dir.path(), &["nowhere", "the folder does not exist", "omit --data"]);
     assert!(names(dir.path()).is_empty());
 }
 
 #[cfg(unix)]
 #[test]
-fn only_regular_files_and_folders_are_written_to() {
+fn writes_only_regular_files_and_folders() {
     let dir = workplace();
     let d = dir.path();
     let made = Command::new("mkfifo").arg(d.join("pipe.csv")).status().expect("mkfifo runs");
@@ -191,7 +192,7 @@ fn only_regular_files_and_folders_are_written_to() {
         refused(&["simulate", "--trajectories", "2", "--out", out], d, &[text]);
         refused(&["predict", "run", "--data", "d.csv", "--out", out], d, &[text]);
     }
-    // A folder for a file's path, before the work and not after it.
+    // A folder at the path of a file is reported before the work.
     for out in ["d.csv", "d.csv/deeper", "/dev/null"] {
         refused(&["discover", "model.toml", "bounces.csv", "--out", out], d, &["is not a folder", "--out"]);
         refused(
@@ -203,7 +204,7 @@ fn only_regular_files_and_folders_are_written_to() {
 }
 
 #[test]
-fn data_are_written_as_their_name_says() {
+fn file_name_determines_the_data_format() {
     let dir = workplace();
     let d = dir.path();
     for (args, out) in [
@@ -259,10 +260,10 @@ fn a_failing_command_leaves_no_folder_behind() {
 
 #[cfg(unix)]
 #[test]
-fn a_full_disk_is_named_with_the_path_and_leaves_nothing() {
+fn reports_a_full_disk_with_the_path_and_leaves_nothing() {
     let dir = workplace();
     let d = dir.path();
-    // A limit on the size of files fails as a full disk does: in the middle of a file.
+    // A file-size limit fails like a full disk: in the middle of a file.
     let limited = |args: &str| {
         let script = format!("trap '' XFSZ; ulimit -f 8; exec \"$0\" {args}");
         let mut sh = Command::new("sh");

@@ -1,12 +1,12 @@
-//! Contract (issue 16, own data in one command): however a set of throws is written, `start` and then `discover` name the effect
-//! that they name in the clean file, with a value inside its interval.
+//! Contract (issue 16): for every file layout of a set of throws, `start` and then `discover` find the
+//! same effect as in the clean file, with a value inside its interval.
 
 use crate::command::succeed;
 use augsim_data::{Dataset, MissingCells, Trajectory, read_dataset};
 use serde_json::Value;
 use std::path::Path;
 
-/// Positions of the sealed bounces: 30 throws in a plane with quadratic drag.
+/// Returns the positions of the demonstration set: 30 throws in a plane with quadratic drag.
 fn throws() -> Dataset {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/sealed/bounces.csv");
     let all = read_dataset(&path, MissingCells::Refuse).expect("a fixture");
@@ -18,7 +18,8 @@ fn throws() -> Dataset {
     Dataset::from_names(&["x_m", "z_m"], trajectories).expect("well formed")
 }
 
-/// Value and interval of the only effect that `start` and `discover` find in a file: a drag, per metre.
+/// Returns the value and interval of the only effect that `start` and `discover` find in a file: drag in
+/// 1/m.
 fn drag(name: &str, file: &Path, folder: &Path) -> (f64, [f64; 2]) {
     let file = file.to_str().expect("text");
     succeed(&["start", file, "--out", "begun", "--force"], folder);
@@ -35,14 +36,14 @@ fn drag(name: &str, file: &Path, folder: &Path) -> (f64, [f64; 2]) {
 }
 
 #[test]
-fn start_then_discover_name_the_same_effect_however_the_file_is_written() {
+fn finds_the_same_effect_in_every_file_layout() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let d = folder.path();
     let data = throws();
     let clean = d.join("clean.csv");
     std::fs::write(&clean, crate::throws_as_files::PLAIN.text(&data)).expect("written");
     let (value, ci95) = drag("clean", &clean, d);
-    // The label of the fixture is 0.031 per metre.
+    // The true value of the fixture is 0.031 1/m.
     assert!(ci95[0] <= 0.031 && 0.031 <= ci95[1], "{value} {ci95:?}");
     for (name, file) in crate::throws_as_files::write_in_twelve_ways(&data, d) {
         let (found, _) = drag(name, &file, d);

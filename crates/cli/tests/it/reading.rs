@@ -1,6 +1,7 @@
-//! Contract (issue 13, items 11 and 12): a file is read the same from a path, standard input and a FIFO; nothing in it
-//! reaches the terminal as a command; and the sentence names what is wrong with it, with a remedy that exists. The
-//! exact texts of single faults are in `crates/data/tests/it/csv_errors.rs`; here stand those that were wrong.
+//! Contract (issue 13, items 11 and 12): a file gives the same data from a path, standard input and a
+//! FIFO; its content cannot send terminal escapes; and errors name the fault and a working remedy. The
+//! texts of single faults are tested in `crates/data/tests/it/csv_errors.rs`; these tests cover texts
+//! that were wrong.
 
 use std::io::Write;
 use std::path::Path;
@@ -16,7 +17,7 @@ fn augsim(dir: &Path, args: &[&str]) -> Output {
     command(dir, args).output().expect("the binary runs")
 }
 
-/// Standard error of a command that fails with code 3.
+/// Returns the standard error of a command that fails with code 3.
 fn refusal(dir: &Path, args: &[&str]) -> String {
     let out = augsim(dir, args);
     let error = String::from_utf8_lossy(&out.stderr).into_owned();
@@ -38,7 +39,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn standard_input_and_fifos_are_read_from_their_first_byte() {
+fn reads_standard_input_and_fifos_from_the_first_byte() {
     let dir = tempfile::tempdir().unwrap();
     write(dir.path(), "good.csv", GOOD);
     let expected = augsim(dir.path(), &["data", "inspect", "good.csv", "--json"]).stdout;
@@ -71,7 +72,7 @@ fn standard_input_and_fifos_are_read_from_their_first_byte() {
 #[test]
 fn terminal_escapes_in_cells_and_names_are_never_printed_raw() {
     let dir = tempfile::tempdir().unwrap();
-    // C1 controls and bidirectional overrides are no C0 controls: the reader keeps them in labels.
+    // The reader keeps C1 controls and bidirectional overrides in labels, as they are not C0 controls.
     write(dir.path(), "group.csv", "trajectory,group,t_s,x_m\na,re\u{202e}d,0,1\nb,\u{feff}x,0,2\n");
     write(dir.path(), "cell.csv", "trajectory,t_s,x_m\na,0,\u{1b}[31m1\n");
     write(dir.path(), "model.toml", "scenario = \"ball\"\n\"\\u001b[31m\\u0007\" = 1\n");
@@ -99,7 +100,7 @@ fn terminal_escapes_in_cells_and_names_are_never_printed_raw() {
 }
 
 #[test]
-fn decimal_commas_are_told_to_be_points() {
+fn reports_decimal_commas() {
     let dir = tempfile::tempdir().unwrap();
     let inspect = |content: &str| {
         write(dir.path(), "d.csv", content);
@@ -113,7 +114,7 @@ fn decimal_commas_are_told_to_be_points() {
         "{error}"
     );
     assert!(error.contains("write them with points (4.5, not 4,5)"), "{error}");
-    // Where the cells can be told apart, decimal commas are read, and a note says so.
+    // If cells are unambiguous, decimal commas are read and reported in a note.
     for content in [
         "trajectory,t_s,height_m\na,0,\"4,5\"\n",
         "trajectory;t_s;height_m\na;0;4,5\n",
@@ -131,7 +132,7 @@ fn decimal_commas_are_told_to_be_points() {
 }
 
 #[test]
-fn what_follows_a_gzip_stream_is_named() {
+fn reports_data_after_a_gzip_stream() {
     let dir = tempfile::tempdir().unwrap();
     let packed = gzip(GOOD.as_bytes());
     for junk in [&b"junk"[..], b"0123456789abcdefghijklmnopqrstuvwxyz"] {
@@ -141,7 +142,7 @@ fn what_follows_a_gzip_stream_is_named() {
             format!("{} bytes that are not gzip follow the end of the gzip stream; remove them", junk.len());
         assert!(error.contains(&says), "{error}");
     }
-    // Padding with zeros, and a second member, are gzip as it is used.
+    // Zero padding and a second member are valid gzip.
     let (begin, end) = GOOD.split_at(60);
     write(dir.path(), "padded.csv.gz", [&packed[..], &[0; 512]].concat());
     write(dir.path(), "members.csv.gz", [gzip(begin.as_bytes()), gzip(end.as_bytes())].concat());
@@ -151,7 +152,7 @@ fn what_follows_a_gzip_stream_is_named() {
 }
 
 #[test]
-fn an_empty_cell_is_answered_with_what_a_user_can_do() {
+fn reports_empty_cells_with_a_remedy() {
     let dir = tempfile::tempdir().unwrap();
     write(dir.path(), "gap.csv", GOOD.replace("3.2", ""));
     let error = refusal(
@@ -164,7 +165,7 @@ fn an_empty_cell_is_answered_with_what_a_user_can_do() {
 }
 
 #[test]
-fn an_empty_model_file_is_told_both_scenarios_and_an_absent_one_its_cause_once() {
+fn reports_empty_and_missing_model_files() {
     let dir = tempfile::tempdir().unwrap();
     write(dir.path(), "good.csv", GOOD);
     for empty in ["", "\n\n", "# nothing yet\n"] {
@@ -185,11 +186,11 @@ fn an_empty_model_file_is_told_both_scenarios_and_an_absent_one_its_cause_once()
 }
 
 #[test]
-fn swapped_x_and_z_are_named() {
+fn reports_swapped_x_and_z() {
     let dir = tempfile::tempdir().unwrap();
     let mut rows = String::from("trajectory,t_s,x_m,z_m\n");
     for k in 0..6 {
-        // Thrown from 2 m, one bounce of restitution 0.7, a millimetre of scatter that repeats every few samples.
+        // Thrown from 2 m, one bounce with restitution 0.7, noise of 1 mm with a short period.
         let (up, along) = (1.0 + 0.2 * f64::from(k), 1.5);
         let impact = (up + (up * up + 4.0 * 9.81).sqrt()) / 9.81;
         for i in 0..120 {

@@ -1,29 +1,30 @@
-//! Contract: what a document says that a command prints, it prints (issue 13, item 13; issue 21). In the README, in `docs`
-//! and in the crates' READMEs every `sh` block under a line `<!-- tested -->` is run, line by line, with `out/` in a folder
-//! of the document's own, and the `text` block that follows at once, if there is one, must stand in what it prints; lines may
-//! be broken elsewhere. A block under `<!-- file: out/NAME -->` is written to that file first, so that a document can
-//! be followed from top to bottom. Links to files lead to files, and the README stays short.
+//! Contract (issue 13, item 13; issue 21): commands in documents print what the documents say. In the
+//! README, in `docs` and in the READMEs of crates, every `sh` block after a line `<!-- tested -->` is
+//! run line by line, with `out/` in a folder of the document. The `text` block that follows directly, if
+//! any, must be in the output, with any line breaks. A block after `<!-- file: out/NAME -->` is written
+//! to that file first, so that documents can be followed from top to bottom. Links point to existing
+//! files, and the README is short.
 
 use crate::documents_on_disk::{every_document, root, words};
 use std::path::Path;
 use std::process::Command;
 
-/// One thing that a reader of a document does.
+/// One step of a document.
 enum Step<'t> {
     /// Writes a file below `out/`.
     Write { name: &'t str, text: &'t str },
-    /// Runs commands; their output has to hold `expected`.
+    /// Runs commands; their output must contain `expected`.
     Run { commands: &'t str, expected: Option<&'t str> },
 }
 
-/// The content of the fenced block that `text` begins with, the language of its fence, and what follows it.
+/// Returns the content and language of the fenced block at the start of `text`, and the text after it.
 fn block(text: &str) -> Option<(&str, &str, &str)> {
     let (language, rest) = text.trim_start_matches('\n').strip_prefix("```")?.split_once('\n')?;
     let (content, rest) = rest.split_once("\n```")?;
     Some((language, content, rest))
 }
 
-/// The steps of a document, in their order.
+/// Returns the steps of a document in order.
 fn steps(document: &str) -> Vec<Step<'_>> {
     const TESTED: &str = "tested -->\n";
     let mut out = Vec::new();
@@ -86,7 +87,7 @@ fn follow(document: &str) -> usize {
 }
 
 #[test]
-fn marked_commands_of_every_document_print_what_it_says() {
+fn marked_commands_print_the_documented_output() {
     for (path, text) in every_document() {
         let count = follow(&text);
         if path.ends_with("README.md") && path.parent() == Some(&root()) {
@@ -105,7 +106,7 @@ fn the_readme_is_short() {
 }
 
 #[test]
-fn links_between_documents_lead_to_files() {
+fn links_between_documents_point_to_files() {
     let mut broken = Vec::new();
     for (path, text) in every_document() {
         let folder = path.parent().expect("a folder");
@@ -123,7 +124,7 @@ fn links_between_documents_lead_to_files() {
 
 #[test]
 #[should_panic(expected = "but it prints")]
-fn a_stale_transcript_is_seen() {
+fn detects_outdated_output() {
     follow(
         "<!-- tested -->\n```sh\naugsim model new pendulum --out out/m.toml\n```\n\n```text\na lie\n```\n",
     );

@@ -1,6 +1,6 @@
-//! Contract (issue 16, item 6): a report of a discovery says nothing false: declared noise is named as declared, parameters have
-//! their units, an error with effects added stands only where effects were added, candidates stand in the order that their
-//! caption says, and every group is listed once, by its name.
+//! Contract (issue 16, item 6): the report of a discovery is true: declared noise is called declared,
+//! parameters have units, the error with added effects is shown only if effects were added, candidates
+//! are in the order of their caption, and every group is listed once by name.
 
 use crate::command::{fail, succeed};
 use std::path::{Path, PathBuf};
@@ -10,13 +10,13 @@ fn sealed(name: &str) -> String {
     std::fs::read_to_string(file).expect("a fixture")
 }
 
-/// The page of a discovery in `out`, with its result.
+/// Reads the page and the result of a discovery in `out`.
 fn page(dir: &Path, out: &str) -> (String, serde_json::Value) {
     let read = |name: &str| std::fs::read_to_string(dir.join(out).join(name)).expect("written");
     (read("report.html"), serde_json::from_str(&read("result.json")).expect("JSON"))
 }
 
-/// The table with a caption, by rows of cells without their tags.
+/// Returns the rows of cells of the table with a caption, without tags.
 fn table(page: &str, caption: &str) -> Vec<Vec<String>> {
     let from = page.find(caption).unwrap_or_else(|| panic!("no table `{caption}`"));
     let body =
@@ -30,7 +30,7 @@ fn table(page: &str, caption: &str) -> Vec<Vec<String>> {
 }
 
 #[test]
-fn declared_noise_units_and_order_are_as_they_are() {
+fn reports_declared_noise_units_and_order() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let d = dir.path();
     std::fs::write(d.join("bounces.csv"), sealed("bounces.csv")).expect("written");
@@ -55,7 +55,7 @@ fn declared_noise_units_and_order_are_as_they_are() {
         rows[1..].iter().map(|row| row[2].replace('−', "-").parse().expect("a number")).collect();
     assert!(scores.windows(2).all(|w| w[0] >= w[1]), "{scores:?}");
 
-    // Where the noise is not declared that is said; where nothing is added no effect is spoken of.
+    // A page says that the noise is not declared; without added effects it does not mention effects.
     let silent = model.replace("[sensor]\nposition_sd_m = 0.0020430227234388893\n", "");
     assert_ne!(silent, model);
     let drag =
@@ -69,12 +69,13 @@ fn declared_noise_units_and_order_are_as_they_are() {
 }
 
 #[test]
-fn established_effects_stand_with_their_resamples_and_the_null_rate() {
+fn reports_resamples_and_null_rate_of_established_effects() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let d = dir.path();
     std::fs::write(d.join("bounces.csv"), sealed("bounces.csv")).expect("written");
     std::fs::write(d.join("model.toml"), sealed("model.toml")).expect("written");
-    let told = succeed(&["discover", "model.toml", "bounces.csv", "--out", "found", "--null-runs", "7"], d);
+    let printed =
+        succeed(&["discover", "model.toml", "bounces.csv", "--out", "found", "--null-runs", "7"], d);
     let (html, result) = page(d, "found");
     let effect = &result["effects"][0];
     let (share, q) = (effect["inclusion"].as_f64(), effect["q_value"].as_f64());
@@ -84,16 +85,18 @@ fn established_effects_stand_with_their_resamples_and_the_null_rate() {
     assert_eq!(row[0], "quadratic-drag");
     assert_eq!(row[row.len() - 2..], [format!("{share:.0}"), "&lt; 0.001".to_owned()], "{row:?}");
     let line = format!("  quadratic-drag: established, in {share:.0} % of resamples, q-value < 0.001\n");
-    assert!(told.contains(&line), "{told}");
+    assert!(printed.contains(&line), "{printed}");
     assert_eq!(result["null_records"]["of"], 7);
     let named = result["null_records"]["named"].as_u64().expect("a count");
     let verb = if named == 1 { "names" } else { "name" };
-    let rate = format!("{named} of 7 records like these, made without an effect, {verb} one");
-    assert!(told.contains(&rate), "{told}");
+    let printed_rate =
+        format!("null rate: {named} of 7 simulated recordings without a missing effect {verb} one");
+    assert!(printed.contains(&printed_rate), "{printed}");
     assert!(
         html.contains(&format!("False alarms: an effect was found in {named} of 7 data sets like this one"))
     );
-    // Enough trajectories for some to be kept out: the errors are those on them, and so are the examples.
+    // There are enough trajectories to hold some out, so errors and examples are those of held-out
+    // trajectories.
     assert_eq!(
         result["heldout"].as_array().map(Vec::len).map(|n| n as u64),
         result["error"]["heldout_trajectories"].as_u64()
@@ -103,17 +106,17 @@ fn established_effects_stand_with_their_resamples_and_the_null_rate() {
             && html.contains("Held-out trajectories")
     );
 
-    // Without records of this kind nothing is said of them.
-    let told = succeed(&["discover", "model.toml", "bounces.csv", "--out", "none", "--null-runs", "0"], d);
+    // Without simulated recordings the null rate is not mentioned.
+    let printed = succeed(&["discover", "model.toml", "bounces.csv", "--out", "none", "--null-runs", "0"], d);
     let (html, result) = page(d, "none");
     assert!(result["null_records"].is_null());
-    assert!(!told.contains("records like these") && !html.contains("False alarms"));
+    assert!(!printed.contains("null rate") && !html.contains("False alarms"));
     let many = ["discover", "model.toml", "bounces.csv", "--out", "many", "--null-runs", "1001"];
     fail(2, &many, d, &["--null-runs 1001: give at most 1000"]);
 }
 
 #[test]
-fn every_group_is_listed_once_by_its_name() {
+fn lists_every_group_once_by_name() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let d = dir.path();
     let text = sealed("bounces.csv");

@@ -1,6 +1,7 @@
-//! Contract: `reproduce push` on a folder of published files makes its tables of those and says so, gives the same bytes
-//! on any number of threads, and goes on from what is there; a folder with nothing of the kind is refused with the
-//! remedy. The files are made by the virtual laboratory in the published JSON layout: 30 pushes on ABS, 8 on plywood.
+//! Contract: `reproduce push` on published files makes its tables from them and says so, gives the same
+//! bytes on any number of threads, and can be resumed; a folder without push files is an error with a
+//! remedy. The virtual laboratory writes the files in the published JSON layout: 30 pushes on ABS, 8 on
+//! plywood.
 
 use crate::command::augsim;
 use augsim_physics::push::Object;
@@ -8,7 +9,7 @@ use augsim_physics::push::laboratory::{Protocol, Recipe, SupportSheet};
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Writes pushes as the set does: three streams of rows `[time, a, b, c]`.
+/// Writes pushes in the layout of the set: three streams of rows `[time, a, b, c]`.
 fn publish(folder: &Path, surface: &str, count: usize) {
     let object = Object::named("rect1").expect("built in");
     let sheet = SupportSheet::named(surface).expect("known");
@@ -39,7 +40,7 @@ fn publish(folder: &Path, surface: &str, count: usize) {
 }
 
 #[test]
-fn published_files_make_the_tables_on_any_number_of_threads_and_resume() {
+fn makes_tables_from_published_files_and_resumes() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     publish(&dir.path().join("mit"), "abs", 30);
     publish(&dir.path().join("mit"), "plywood", 8);
@@ -80,7 +81,7 @@ fn published_files_make_the_tables_on_any_number_of_threads_and_resume() {
 }
 
 #[test]
-fn one_net_alone_gives_its_rows_and_its_point_of_the_curve() {
+fn one_network_gives_its_rows_and_its_point_of_the_curve() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     publish(&dir.path().join("mit"), "abs", 30);
     publish(&dir.path().join("mit"), "plywood", 8);
@@ -113,20 +114,20 @@ fn one_net_alone_gives_its_rows_and_its_point_of_the_curve() {
 }
 
 #[test]
-fn a_folder_without_pushes_is_refused_with_the_remedy() {
+fn rejects_a_folder_without_pushes_with_a_remedy() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     std::fs::create_dir(dir.path().join("empty")).expect("a folder");
     for folder in ["empty", "absent"] {
         let out = augsim(&["reproduce", "push", "--data", folder, "--out", "out"], dir.path());
         let error = String::from_utf8_lossy(&out.stderr).into_owned();
         assert_eq!(out.status.code(), Some(3), "{error}");
-        assert!(error.contains(folder) && error.contains("without --data"), "{error}");
+        assert!(error.contains(folder) && error.contains("omit --data"), "{error}");
         assert!(!dir.path().join("out").exists());
     }
 }
 
 #[test]
-fn a_truncated_published_file_is_named() {
+fn names_a_truncated_published_file() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let folder = dir.path().join("mit/abs/rect1");
     std::fs::create_dir_all(&folder).expect("a folder");

@@ -1,6 +1,7 @@
-//! Contract: `train --residual-of` takes the model that `discover` wrote as the physics of the net, for balls at any uniform
-//! step and for pushes; the run holds that model, goes on where it was stopped, and is predicted and scored like any other.
-//! A folder, data or a recipe that cannot be used is refused with one sentence, before anything is written.
+//! Contract: `train --residual-of` uses the discovered model as the physics of the network, for balls
+//! with any uniform step and for pushes; the run contains that model, can be resumed, and is used by
+//! `predict` and `evaluate`. Unsuitable folders, data and recipes are rejected with one sentence before
+//! any output.
 
 use crate::command::{augsim, succeed, succeed_json};
 use std::path::Path;
@@ -9,7 +10,7 @@ const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal
     restitution = 0.55\n";
 const DRAG: &str = "[[effect]]\nkind = \"quadratic-drag\"\nk_per_m = 0.02\n";
 
-/// Drops at 50 Hz whose heights and velocities are those of free fall from 2 m: no rate of the paper's engine.
+/// Writes drops at 50 Hz in free fall from 2 m, another rate than that of the engine of the paper.
 fn drops(path: &Path) {
     let mut text = "trajectory,t_s,height_m,velocity_m_s\n".to_owned();
     for i in 0..8 {
@@ -27,7 +28,7 @@ fn found(dir: &Path, name: &str, model: &str) {
 }
 
 #[test]
-fn a_discovery_on_drops_goes_on_to_a_net() {
+fn trains_a_network_on_a_discovery_of_drops() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     succeed(&["simulate", "--trajectories", "16", "--samples", "150", "--out", "drops.csv.gz"], d);
@@ -49,7 +50,7 @@ fn a_discovery_on_drops_goes_on_to_a_net() {
     for line in model.lines().filter(|l| l.contains("restitution")) {
         assert!(config.contains(line), "`{line}` of the model is not in the configuration");
     }
-    // A finished run goes on to the same bytes; its own settings count.
+    // A finished run resumes to the same bytes with its own settings.
     succeed(&["train", "--resume", "--out", "plus"], d);
     assert_eq!(std::fs::read(d.join("plus/weights.safetensors")).expect("weights"), plus);
 
@@ -63,7 +64,7 @@ fn a_discovery_on_drops_goes_on_to_a_net() {
 }
 
 #[test]
-fn the_step_is_that_of_the_data_and_the_model_makes_a_difference() {
+fn uses_the_step_of_the_data_and_the_given_model() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     drops(&d.join("drops.csv"));
@@ -77,20 +78,20 @@ fn the_step_is_that_of_the_data_and_the_model_makes_a_difference() {
         let score = succeed_json(&["evaluate", &out, "--data", "drops.csv"], d);
         score["pos_m"].as_f64().expect("an error")
     };
-    // The data are free fall: after one iteration the physics decides.
+    // The data are free fall, so after one iteration the error is that of the physics.
     let (plain, drag) = (error("plain"), error("drag"));
     assert!(plain < 0.5 * drag, "without drag {plain} m, with it {drag} m");
     let config = std::fs::read_to_string(d.join("drag-net/config.resolved.toml")).expect("a configuration");
     assert!(config.contains("step_s = 0.02"), "{config}");
 
     succeed(&["simulate", "--trajectories", "3", "--samples", "40", "--out", "other.csv"], d);
-    // States at another step are made of the positions at the step of the net.
+    // States at another step are computed from positions at the step of the network.
     let score = succeed_json(&["evaluate", "drag-net", "--data", "other.csv"], d);
     assert!(score["pos_m"].as_f64().is_some_and(f64::is_finite), "{score}");
 }
 
 #[test]
-fn a_model_of_pushing_is_trained_scored_and_predicted() {
+fn trains_scores_and_predicts_pushes() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     let simulate = ["simulate", "--scenario", "push", "--protocol", "random", "--trajectories", "12"];
@@ -137,7 +138,7 @@ fn a_model_of_pushing_is_trained_scored_and_predicted() {
 }
 
 #[test]
-fn what_cannot_be_used_is_refused_with_one_sentence() {
+fn rejects_unsuitable_arguments_with_one_sentence() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     drops(&d.join("drops.csv"));

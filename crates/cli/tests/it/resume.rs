@@ -1,5 +1,5 @@
-//! Contract: a run that is killed without warning and resumed ends with the same bytes as one that was
-//! never stopped: checkpoint, weights and metrics.
+//! Contract: a killed and resumed run has the same checkpoint, weights and metrics as an uninterrupted
+//! run.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -85,7 +85,7 @@ fn an_interrupted_run_saves_a_checkpoint_and_has_code_130() {
 }
 
 #[test]
-fn resuming_on_other_data_is_refused() {
+fn rejects_resuming_on_other_data() {
     let dir = tempfile::tempdir().unwrap();
     simulate(dir.path());
     assert!(command(dir.path(), "run", &[]).output().unwrap().status.success());

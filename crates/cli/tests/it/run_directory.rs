@@ -1,6 +1,6 @@
-//! Contract: one process writes in a run directory; a run whose settings were edited by hand is neither gone on with nor
-//! scored; what killed runs left behind is removed by the next one, and nothing else; all files have the mode that the user's
-//! mask gives.
+//! Contract: only one process writes to a run directory; a run with edited settings is neither resumed
+//! nor scored; the next run removes the temporary files of killed runs and nothing else; file modes
+//! follow the umask.
 
 use crate::command::{augsim, succeed};
 use std::path::Path;
@@ -16,7 +16,7 @@ fn refused(args: &[&str], dir: &Path, texts: &[&str]) {
     }
 }
 
-/// A folder with drops and a finished run.
+/// Makes a folder with drops and a finished run.
 fn trained() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("a temporary directory");
     succeed(&["simulate", "--trajectories", "12", "--samples", "40", "--out", "d.csv"], dir.path());
@@ -38,7 +38,7 @@ fn trained() -> tempfile::TempDir {
     dir
 }
 
-/// A long training run, once its first losses are there.
+/// Starts a long training run and waits for its first losses.
 fn training(dir: &Path, out: &str) -> Child {
     let args = [
         "train",
@@ -62,9 +62,10 @@ fn training(dir: &Path, out: &str) -> Child {
     child
 }
 
-/// Format 2 held built-in objects by name and scales by scenario; format 3 holds the text of a model file.
+/// Format 2 contains names of built-in objects and scales by scenario; format 3 contains the text of a
+/// model file.
 #[test]
-fn runs_of_an_earlier_format_are_refused_by_a_sentence_that_says_so() {
+fn rejects_runs_of_an_earlier_format_with_a_reason() {
     let dir = trained();
     let d = dir.path();
     let path = d.join("run/checkpoint.bin");
@@ -86,7 +87,7 @@ fn runs_of_an_earlier_format_are_refused_by_a_sentence_that_says_so() {
 }
 
 #[test]
-fn a_second_training_in_the_same_directory_is_refused() {
+fn rejects_a_second_training_in_the_same_directory() {
     let dir = trained();
     let d = dir.path();
     let mut first = training(d, "busy");
@@ -106,7 +107,7 @@ fn a_second_training_in_the_same_directory_is_refused() {
 }
 
 #[test]
-fn a_configuration_that_was_edited_by_hand_is_refused_and_the_key_named() {
+fn rejects_an_edited_configuration_and_names_the_key() {
     let dir = trained();
     let d = dir.path();
     let path = d.join("run/config.resolved.toml");
@@ -127,7 +128,7 @@ fn a_configuration_that_was_edited_by_hand_is_refused_and_the_key_named() {
         refused(&["predict", "run", "--data", "d.csv", "--out", "f.csv"], d, &["config.resolved.toml", key]);
         assert!(state() == before && !d.join("f.csv").exists());
     }
-    // How often checkpoints are written does not change a run.
+    // The checkpoint interval does not change a run.
     std::fs::write(&path, text.replacen("checkpoint_every = 500", "checkpoint_every = 7", 1))
         .expect("a file");
     succeed(&["train", "--resume", "--out", "run"], d);
@@ -135,10 +136,10 @@ fn a_configuration_that_was_edited_by_hand_is_refused_and_the_key_named() {
 }
 
 #[test]
-fn temporary_files_of_killed_runs_are_removed_by_the_next() {
+fn removes_temporary_files_of_killed_runs() {
     let dir = trained();
     let d = dir.path();
-    // No process has this number; nobody knows who made the other two.
+    // No process has this id; the other two files have no known owner.
     let left = [".checkpoint.bin.4294967295-3.tmp", ".weights.safetensors.4294967295-0.tmp"];
     let others = [".notes.tmp", "mine.4294967295-0.tmp"];
     for name in left.iter().chain(&others) {
@@ -151,7 +152,7 @@ fn temporary_files_of_killed_runs_are_removed_by_the_next() {
 
 #[cfg(unix)]
 #[test]
-fn all_files_of_a_run_have_the_mode_of_the_mask() {
+fn file_modes_follow_the_umask() {
     use std::os::unix::fs::PermissionsExt;
     let dir = trained();
     let script = "umask 027; exec \"$0\" train --pybullet-ball --data d.csv --iterations 2 --out masked";
@@ -166,7 +167,7 @@ fn all_files_of_a_run_have_the_mode_of_the_mask() {
 }
 
 #[test]
-fn a_killed_run_leaves_no_half_file() {
+fn a_killed_run_leaves_no_partial_file() {
     let dir = trained();
     let d = dir.path();
     for _ in 0..5 {

@@ -1,12 +1,12 @@
-//! Contract: the same command with the same seed writes the same bytes, wherever it writes them; only `timing.json` differs.
-//! The page's command names every option that was used.
+//! Contract: the same command with the same seed writes the same bytes into any folder, except
+//! `timing.json`. The command on the page has every option that was used.
 
 use crate::command::succeed;
 use std::path::{Path, PathBuf};
 
 const SEALED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/sealed");
 
-/// Files below a folder, by their path from it.
+/// Returns the relative paths of the files in a folder.
 fn files(dir: &Path) -> Vec<PathBuf> {
     let mut all = Vec::new();
     for entry in std::fs::read_dir(dir).expect("a folder").flatten() {
@@ -20,7 +20,8 @@ fn files(dir: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// Runs a command twice into folders of different names and depths, on other numbers of threads.
+/// Runs a command twice with different folder names, depths and numbers of threads, and compares the
+/// files.
 fn writes_the_same(args: &[&str], dir: &Path) -> PathBuf {
     let (one, other) = ("first", "other/and deeper/folder");
     for (out, threads) in [(one, "1"), (other, "3")] {
@@ -42,7 +43,7 @@ fn page(folder: &Path) -> String {
 }
 
 #[test]
-fn a_discovery_writes_the_same_bytes_twice_and_its_page_lists_every_option() {
+fn discovery_is_reproducible_and_its_page_lists_every_option() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     let sealed = std::fs::read_to_string(Path::new(SEALED).join("bounces.csv")).expect("the sealed set");
@@ -66,7 +67,7 @@ fn a_discovery_writes_the_same_bytes_twice_and_its_page_lists_every_option() {
 }
 
 #[test]
-fn a_run_writes_and_scores_the_same_bytes_twice() {
+fn training_and_evaluation_are_reproducible() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
     succeed(&["simulate", "--trajectories", "12", "--samples", "40", "--out", "d.csv"], d);
@@ -76,7 +77,7 @@ fn a_run_writes_and_scores_the_same_bytes_twice() {
 }
 
 #[test]
-fn a_reproduction_writes_the_same_bytes_twice_and_its_page_lists_every_option() {
+fn reproduction_is_reproducible_and_its_page_lists_every_option() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let args = ["reproduce", "ball", "--iterations", "3", "--test-drops", "4", "--seed", "5"];
     let out = writes_the_same(&args, dir.path());

@@ -1,11 +1,11 @@
-//! Contract: `simulate --scenario push` writes data, declared model and truth record that agree with each other, the same
-//! bytes for any number of threads, and refuses what it cannot make with exit code 2.
+//! Contract: `simulate --scenario push` writes consistent data, model and truth record, the same bytes
+//! on any number of threads, and rejects impossible settings with exit code 2.
 
 use crate::command::augsim;
 use augsim_physics::model::{ModelFile, PushModel};
 
 #[test]
-fn data_model_and_truth_lie_beside_each_other_and_do_not_depend_on_the_threads() {
+fn writes_consistent_files_on_any_number_of_threads() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     let mut seen = Vec::new();

@@ -1,11 +1,11 @@
-//! Contract (issue 16): a recording as it is goes to an answer by two commands; what was taken for granted is said in at most
-//! ten lines; what is no ball ends with exit code 1 and no named effect; the library, templates, completions and manual pages
-//! come from the registry and the definitions of the commands.
+//! Contract (issue 16): two commands turn a raw recording into a result; assumptions are printed in at
+//! most ten lines; data that are not of a ball end with exit code 1 and no effect; the library,
+//! templates, completions and manual pages come from the registry and the command definitions.
 
 use crate::command::augsim;
 use std::path::Path;
 
-/// Standard output of a command that ends with this code.
+/// Returns the standard output of a command with this exit code.
 fn printed(args: &[&str], code: i32, dir: &Path) -> String {
     let out = augsim(args, dir);
     let error = String::from_utf8_lossy(&out.stderr).into_owned();
@@ -13,8 +13,8 @@ fn printed(args: &[&str], code: i32, dir: &Path) -> String {
     String::from_utf8(out.stdout).expect("text")
 }
 
-/// The sealed bounces as somebody with a tracker and a spreadsheet would have them: centimetres, a height that counts downwards
-/// from the edge of the image, decimal commas, a note in each row.
+/// The demonstration set as a tracker and a spreadsheet would write it: centimetres, heights counted
+/// downwards from the image edge, decimal commas, a note in each row.
 fn recording() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/sealed/bounces.csv");
     let text = std::fs::read_to_string(path).expect("a fixture");
@@ -35,7 +35,7 @@ fn recording() -> String {
 }
 
 #[test]
-fn a_recording_goes_to_an_answer_by_two_commands() {
+fn two_commands_turn_a_recording_into_a_result() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let d = dir.path();
     std::fs::write(d.join("wurf.csv"), recording()).expect("written");
@@ -53,10 +53,11 @@ fn a_recording_goes_to_an_answer_by_two_commands() {
         assert!(text.contains(part), "`{part}` is not in:\n{text}");
     }
     let text = printed(&["discover", "begun/model.toml", "begun/data.csv", "--out", "found"], 0, d);
-    // The label of the fixture is 0.031 per metre.
+    // The true value of the fixture is 0.031 1/m.
     assert!(text.contains("The model lacks quadratic-drag (k_per_m = 0.031"), "{text}");
     assert!(text.contains("floor_height_m = -2.0"), "{text}");
-    // What `start` understands the other commands do too, and say so; the height is then that of the file, upwards.
+    // Other commands read the same files and print the same notes; the height is then upwards with the
+    // origin of the file.
     let out = augsim(&["data", "inspect", "wurf.csv"], d);
     assert!(String::from_utf8_lossy(&out.stderr).contains("read as a recording"), "{out:?}");
     assert!(String::from_utf8_lossy(&out.stdout).contains("z_m"), "{out:?}");
@@ -91,7 +92,7 @@ fn what_is_no_ball_ends_with_code_1_and_a_remedy() {
 }
 
 #[test]
-fn what_is_no_recording_of_the_library_is_sent_to_equations() {
+fn suggests_equations_for_other_recordings() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let d = dir.path();
     let rows: String = (0..200)
@@ -107,7 +108,7 @@ fn what_is_no_recording_of_the_library_is_sent_to_equations() {
 }
 
 #[test]
-fn effects_list_the_library_with_what_each_needs() {
+fn effects_lists_the_library_with_data_requirements() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let d = dir.path();
     let ball = printed(&["effects", "ball"], 0, d);
@@ -134,7 +135,7 @@ fn effects_list_the_library_with_what_each_needs() {
 }
 
 #[test]
-fn templates_of_the_library_are_written_and_a_short_kind_is_told_its_names() {
+fn writes_templates_and_suggests_full_effect_names() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let d = dir.path();
     for name in ["ball", "push"] {
@@ -150,7 +151,7 @@ fn templates_of_the_library_are_written_and_a_short_kind_is_told_its_names() {
 }
 
 #[test]
-fn completions_manual_pages_and_examples_know_every_command() {
+fn completions_manual_pages_and_examples_cover_every_command() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let d = dir.path();
     for shell in ["bash", "zsh", "fish"] {

@@ -1,8 +1,8 @@
-//! Contract: data that cannot be what their names say end a command with one sentence, exit code 3 and nothing written;
-//! what only deserves a warning is said on standard error, in `result.json` and on the page, and left out; `--accept` does
-//! without a check; `data inspect` lists every check with its outcome.
+//! Contract: impossible data end a command with one sentence, exit code 3 and no output; suspicious data
+//! give a warning on standard error, in `result.json` and on the page, and copies are skipped;
+//! `--accept` disables a check; `data inspect` lists every check with its outcome.
 //!
-//! The data are the sealed bounces and generated drops, with the mistakes of users made in them.
+//! The data are the demonstration set and generated drops with typical user errors.
 
 use crate::command::augsim;
 use std::path::{Path, PathBuf};
@@ -12,12 +12,12 @@ fn errors(out: &Output) -> String {
     String::from_utf8_lossy(&out.stderr).into_owned()
 }
 
-/// A file of the sealed set.
+/// Returns the path of a file of the demonstration set.
 fn sealed(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/sealed").join(name)
 }
 
-/// The rows of the sealed bounces after `change`, which sees the cells of each row.
+/// Returns the rows of the demonstration set after `change` of the cells of each row.
 fn bounces(change: impl Fn(&mut Vec<String>)) -> String {
     let text = std::fs::read_to_string(sealed("bounces.csv")).expect("a fixture");
     let mut lines = text.lines();
@@ -30,7 +30,7 @@ fn bounces(change: impl Fn(&mut Vec<String>)) -> String {
     out
 }
 
-/// A directory with the sealed model and `bounces.csv` of this text.
+/// Makes a folder with the demonstration model and `bounces.csv` with this text.
 fn folder(text: &str) -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("a temporary directory");
     std::fs::copy(sealed("model.toml"), dir.path().join("model.toml")).expect("copied");
@@ -38,13 +38,13 @@ fn folder(text: &str) -> tempfile::TempDir {
     dir
 }
 
-/// Change of a height and a velocity.
+/// Changes a height and a velocity.
 type Change<'a> = &'a dyn Fn(f64, f64) -> (f64, f64);
 
 const DISCOVER: [&str; 6] = ["discover", "model.toml", "bounces.csv", "--out", "found", "-q"];
 
 #[test]
-fn discover_refuses_suspicious_data_with_one_sentence_and_writes_nothing() {
+fn discover_rejects_impossible_data_without_output() {
     let dir = folder(&bounces(|cells| {
         if cells[1] == "0.25" {
             cells[3] = "9999".to_owned();
@@ -61,7 +61,7 @@ fn discover_refuses_suspicious_data_with_one_sentence_and_writes_nothing() {
 }
 
 #[test]
-fn a_declared_noise_of_two_metres_is_refused() {
+fn rejects_a_declared_noise_of_two_metres() {
     let dir = folder(&bounces(|_| ()));
     let model = std::fs::read_to_string(sealed("model.toml")).expect("a fixture");
     let metres = model.replace("position_sd_m = 0.00204", "position_sd_m = 2.04");
@@ -73,7 +73,7 @@ fn a_declared_noise_of_two_metres_is_refused() {
 }
 
 #[test]
-fn a_copy_is_left_out_and_named_everywhere_unless_it_is_accepted() {
+fn skips_and_reports_copies_unless_accepted() {
     let whole = bounces(|_| ());
     let copy =
         whole.lines().filter_map(|l| l.strip_prefix("3,")).fold(String::new(), |t, l| t + "copy," + l + "\n");
@@ -89,7 +89,7 @@ fn a_copy_is_left_out_and_named_everywhere_unless_it_is_accepted() {
         read("report.html").contains("Warnings about the data") && read("report.html").contains("repeats")
     );
 
-    // Without the copy nothing else is found, and there is nothing to say.
+    // Without the copy there are no findings and no warnings.
     let plain = folder(&whole);
     let out = augsim(&DISCOVER, plain.path());
     assert_eq!(errors(&out), "");
@@ -100,7 +100,7 @@ fn a_copy_is_left_out_and_named_everywhere_unless_it_is_accepted() {
 }
 
 #[test]
-fn train_refuses_what_the_physics_of_its_recipe_cannot_be() {
+fn train_rejects_data_that_contradict_its_physics() {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let out =
         augsim(&["simulate", "--trajectories", "6", "--samples", "80", "--out", "drops.csv"], dir.path());
@@ -137,7 +137,7 @@ fn train_refuses_what_the_physics_of_its_recipe_cannot_be() {
         assert!(errors(&out).contains(&format!("bad.csv: suspicious data ({check})")), "{}", errors(&out));
         assert!(!dir.path().join("run/config.resolved.toml").exists());
     }
-    // Another world is right for a net without physics, and for whoever says so; the run remembers it.
+    // Other gravity is valid for a network without physics and with `--accept`, which the run stores.
     std::fs::write(dir.path().join("bad.csv"), with(cases[1].1)).expect("written");
     let neural = train(&["--recipe", "neural"]);
     assert_eq!(neural.status.code(), Some(0), "{}", errors(&neural));
@@ -171,7 +171,7 @@ fn inspect_lists_every_check_with_its_outcome() {
 }
 
 #[test]
-fn an_unknown_check_is_a_mistake_of_usage_that_lists_the_known_ones() {
+fn an_unknown_check_is_a_usage_error_with_a_list_of_checks() {
     let dir = folder(&bounces(|_| ()));
     let out = augsim(&[&DISCOVER[..], &["--accept", "everything"]].concat(), dir.path());
     assert_eq!(out.status.code(), Some(2));
@@ -197,7 +197,7 @@ high_m = { value = "upper_m", sd = "estimate" }
 low_m = { value = "lower_m", sd = "estimate" }
 "#;
 
-/// Levels of two tanks in eight recordings, after `change` of recording number, time, and both levels.
+/// Makes recordings of two tank levels after `change` of recording number, time, and both levels.
 fn tanks(change: &dyn Fn(usize, &mut [f64; 3])) -> tempfile::TempDir {
     let mut text = "trajectory,t_s,pump_V,high_m,low_m\n".to_owned();
     for j in 0..8 {
@@ -218,7 +218,7 @@ fn tanks(change: &dyn Fn(usize, &mut [f64; 3])) -> tempfile::TempDir {
 }
 
 #[test]
-fn mistakes_of_a_logger_are_named_before_the_equations_are_fitted() {
+fn reports_logger_errors_before_fitting_equations() {
     for (check, said, change) in [
         (
             "mixed-clock",

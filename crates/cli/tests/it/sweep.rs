@@ -1,7 +1,7 @@
-//! Contract (issue 19): a sweep is planned whole or not at all, with the sentences of the command's own parser; its tasks
-//! give the same bytes wherever and in whatever order they run; what is done is not done again; what has changed or failed is
-//! said. Trainings of a few iterations on ten drops stand for long ones, and a script in the place of `sbatch` for Slurm
-//! (benches/sweeps/slurm.sh has a real one).
+//! Contract (issue 19): a sweep is planned completely or not at all, with the error messages of the
+//! command; tasks give the same bytes on any machine and in any order; completed tasks are not repeated;
+//! changes and failures are reported. The tests use trainings of a few iterations on ten drops, and a
+//! script in place of `sbatch` (benches/sweeps/slurm.sh uses real Slurm).
 
 use crate::command::{augsim, fail, run, succeed};
 use std::path::Path;
@@ -23,7 +23,7 @@ seed = { from = 1, to = 3 }
 loss_nats = "$.loss"
 "#;
 
-/// A folder with ten drops and a sweep of six trainings.
+/// Makes a folder with ten drops and a sweep of six trainings.
 fn workplace() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("a temporary directory");
     succeed(&["simulate", "--trajectories", "10", "--samples", "20", "--out", "drops.csv"], dir.path());
@@ -31,7 +31,7 @@ fn workplace() -> tempfile::TempDir {
     dir
 }
 
-/// Name and text of each file that is collected of a plan.
+/// Returns the name and text of each collected file of a plan.
 fn collected(plan: &str, dir: &Path) -> Vec<(String, String)> {
     succeed(&["sweep", "collect", plan], dir);
     ["result.json", "table.csv", "report.html"]
@@ -48,7 +48,7 @@ fn plan(name: &str, dir: &Path) {
 }
 
 #[test]
-fn tasks_give_the_same_bytes_at_once_and_one_by_one_in_any_order() {
+fn tasks_give_the_same_bytes_in_any_order() {
     let dir = workplace();
     let d = dir.path();
     plan("at-once", d);
@@ -57,7 +57,7 @@ fn tasks_give_the_same_bytes_at_once_and_one_by_one_in_any_order() {
     for index in [5, 0, 3] {
         succeed(&["sweep", "run", "one-by-one", "--index", &index.to_string(), "--threads", "2"], d);
     }
-    // Whoever runs another task at this moment may be about to write there.
+    // Empty folders stay, because another process may be about to write there.
     assert!(d.join("one-by-one/failed").is_dir(), "an empty folder that processes share is kept");
     for (variable, index) in [("SLURM_ARRAY_TASK_ID", "4"), ("JOB_COMPLETION_INDEX", "1")] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_augsim"));
@@ -85,35 +85,35 @@ fn tasks_give_the_same_bytes_at_once_and_one_by_one_in_any_order() {
 }
 
 #[test]
-fn a_bad_sweep_is_refused_in_a_sentence_before_anything_is_written() {
+fn rejects_a_bad_sweep_before_any_output() {
     let dir = workplace();
     let d = dir.path();
     for (text, says) in [
-        ("command = \"simulate\"", "sweeps are made of train, discover, evaluate, reproduce"),
+        ("command = \"simulate\"", "cannot be swept; use one of train, discover, evaluate, reproduce"),
         (
             "command = \"train\"\n[options]\nrecipy = 1",
             "[options] recipy: `augsim train` has no option `recipy`",
         ),
         ("command = \"train\"\n[options]\nrecipe = \"hybrd\"", "invalid value 'hybrd' for '--recipe"),
         ("command = \"train\"\n[options]\niterations = -3", "invalid value '-3' for '--iterations"),
-        ("command = \"train\"\n[options]\nout = \"x\"", "`out` is not for a sweep"),
+        ("command = \"train\"\n[options]\nout = \"x\"", "`out` cannot be set in a sweep"),
         ("command = \"train\"\n[cross]\nseed = []", "[cross] seed: the list is empty"),
         ("command = \"train\"\n[cross]\nseed = [1, 2, 1]", "[cross] seed: has 1 twice"),
         ("command = \"train\"\n[cross]\nseed = 3", "[cross] seed: give a list"),
         ("command = \"train\"\n[cross]\nseed = { from = 3, to = 1 }", "{ from = 1, to = 5 }"),
-        ("command = \"train\"\n[cross]\ndata = [\"nope.csv\"]", "nope.csv: there is no such input"),
+        ("command = \"train\"\n[cross]\ndata = [\"nope.csv\"]", "nope.csv: the input does not exist"),
         ("command = \"train\"\n[cross]\ndata = [\"*.npz\"]", "*.npz: no file matches"),
         ("command = \"train\"\n[cross]\ndata = [\"-\"]", "standard input"),
         ("command = \"train\"\n[options]\nresidual_of = \".\"", "--data"),
-        ("command = \"train\"\n[scores]\nloss = \"loss\"", "[scores] loss = \"loss\": no JSONPath"),
+        ("command = \"train\"\n[scores]\nloss = \"loss\"", "[scores] loss = \"loss\": not a valid JSONPath"),
         (
             "command = \"train\"\n[scores]\nseed = \"$.loss\"\n[cross]\nseed = [1]",
-            "`seed` is an option's name",
+            "`seed` is the name of an option",
         ),
-        // The parser takes it, and the command would refuse it.
+        // The parser accepts this, but the command rejects it.
         ("command = \"train\"\n[options]\ndata = \"drops.csv\"", "no physics model is given"),
         ("command = \"evaluate\"\n[options]\ndata = \"drops.csv\"", "<MODEL|RUN>"),
-        // Each value is right, and one combination of flags is not.
+        // Each value is valid, but one combination of flags is not.
         (
             "command = \"reproduce push\"\n[options]\niterations = 5\n[cross]\nquick = [false, true]\nseed = [1, 2]",
             "--quick",
@@ -131,11 +131,11 @@ fn a_bad_sweep_is_refused_in_a_sentence_before_anything_is_written() {
     plan("plan", d);
     let error = fail(2, &["sweep", "run", "plan", "--index", "6"], d, &[]);
     assert!(error.contains("has no task 6; its 6 tasks are 0 to 5"), "{error}");
-    assert!(fail(2, &["sweep", "run", "plan"], d, &[]).contains("which task? give --index N"));
+    assert!(fail(2, &["sweep", "run", "plan"], d, &[]).contains("no task is given; use --index N"));
 }
 
 #[test]
-fn names_of_tasks_follow_from_their_content_and_survive_a_move() {
+fn task_ids_depend_on_content_and_survive_a_move() {
     let dir = workplace();
     let d = dir.path();
     plan("plan", d);
@@ -147,7 +147,7 @@ fn names_of_tasks_follow_from_their_content_and_survive_a_move() {
     }
     succeed(&["sweep", "plan", "moved/sweep.toml", "--out", "plan"], d);
     assert_eq!(std::fs::read_to_string(d.join("plan/tasks.jsonl")).expect("tasks"), tasks);
-    // More seeds: another plan, which is asked for by --force and keeps the results of the tasks that both have.
+    // More seeds make another plan, which needs --force and keeps the results of common tasks.
     std::fs::write(d.join("moved/sweep.toml"), TRAININGS.replace("to = 3", "to = 4")).expect("a file");
     let error = fail(2, &["sweep", "plan", "moved/sweep.toml", "--out", "plan"], d, &[]);
     assert!(error.contains("contains another run") && error.contains("--force"), "{error}");
@@ -157,7 +157,7 @@ fn names_of_tasks_follow_from_their_content_and_survive_a_move() {
 }
 
 #[test]
-fn a_result_that_is_there_is_kept_and_a_damaged_one_is_made_again() {
+fn keeps_results_and_repeats_damaged_ones() {
     let dir = workplace();
     let d = dir.path();
     plan("plan", d);
@@ -178,7 +178,7 @@ fn a_result_that_is_there_is_kept_and_a_damaged_one_is_made_again() {
 }
 
 #[test]
-fn an_input_that_has_changed_is_refused() {
+fn rejects_a_changed_input() {
     let dir = workplace();
     let d = dir.path();
     plan("plan", d);
@@ -186,7 +186,7 @@ fn an_input_that_has_changed_is_refused() {
     std::fs::write(d.join("drops.csv"), drops.replacen(",4", ",5", 1)).expect("it can be written");
     let error = fail(3, &["sweep", "run", "plan", "--index", "2"], d, &[]);
     assert!(
-        error.contains("drops.csv: the input data is not what it was")
+        error.contains("drops.csv: the input data has changed since")
             && error.contains("plan the sweep again")
     );
     std::fs::write(d.join("drops.csv"), drops).expect("it can be written");
@@ -194,7 +194,7 @@ fn an_input_that_has_changed_is_refused() {
 }
 
 #[test]
-fn a_task_that_fails_is_told_and_the_rest_is_collected_on_request() {
+fn reports_failed_tasks_and_collects_the_others_on_request() {
     let dir = workplace();
     let d = dir.path();
     std::fs::write(d.join("rubbish.csv"), "trajectory,t_s,height_m\na,0,high\n").expect("a file");
@@ -209,7 +209,7 @@ fn a_task_that_fails_is_told_and_the_rest_is_collected_on_request() {
         "{error}"
     );
     let said = succeed(&["sweep", "status", "plan"], d);
-    assert!(said.contains("2 of 4 tasks are done; 0 run, 2 failed, 0 stopped on the way, 0 wait"), "{said}");
+    assert!(said.contains("2 of 4 tasks are done; 0 running, 2 failed, 0 stopped, 0 waiting"), "{said}");
     assert!(said.contains("task 2 failed (code 3): ") && said.contains("rubbish.csv"), "{said}");
     let error = fail(1, &["sweep", "collect", "plan"], d, &[]);
     assert!(error.contains("2 of 4 tasks have no result") && error.contains("--partial"), "{error}");
@@ -223,7 +223,7 @@ fn a_task_that_fails_is_told_and_the_rest_is_collected_on_request() {
 }
 
 #[test]
-fn every_command_of_sweeps_has_scores() {
+fn every_sweep_command_has_scores() {
     let dir = workplace();
     let d = dir.path();
     let sealed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/sealed");
@@ -243,7 +243,8 @@ fn every_command_of_sweeps_has_scores() {
         std::fs::write(d.join("sweep.toml"), format!("command = \"{name}\"\n{text}\n")).expect("a file");
         plan(name, d);
         let out = augsim(&["sweep", "run", name, "--all"], d);
-        // No net of twelve iterations forecasts to a nanometre, which is an outcome and no failure.
+        // A network after twelve iterations cannot predict to 1 nm, which is an outcome and not a
+        // failure.
         let code = if name == "evaluate" { 1 } else { 0 };
         assert_eq!(out.status.code(), Some(code), "{}", String::from_utf8_lossy(&out.stderr));
         let table = collected(name, d)[1].1.clone();
@@ -254,7 +255,7 @@ fn every_command_of_sweeps_has_scores() {
 
 #[cfg(unix)]
 #[test]
-fn what_is_not_done_is_submitted_as_an_array_and_a_job_that_collects() {
+fn submits_remaining_tasks_and_a_collecting_job() {
     use std::os::unix::fs::PermissionsExt;
 
     let dir = workplace();
@@ -273,7 +274,7 @@ fn what_is_not_done_is_submitted_as_an_array_and_a_job_that_collects() {
     }
     assert!(fail(2, &["sweep", "submit", "plan", "--time", "1; rm"], d, &[]).contains("--time 1; rm"));
 
-    // In the place of sbatch: keeps what it is given, and runs it as the first place of the array.
+    // Replacement of sbatch: stores its input, and runs it as the first array index.
     std::fs::create_dir(d.join("bin")).expect("a folder");
     let sbatch = "#!/bin/sh\n[ \"$1\" = --version ] && exit 0\necho \"$@\" >>\"$LOG\"\ncat >script\n\
                   SLURM_ARRAY_TASK_ID=0 SLURM_CPUS_PER_TASK=1 sh script >&2 || exit 1\necho \"7$(wc -l <\"$LOG\");cluster\"\n";
@@ -295,7 +296,7 @@ fn what_is_not_done_is_submitted_as_an_array_and_a_job_that_collects() {
     assert_eq!(table.matches(",missing,").count(), 4, "{table}");
 }
 
-/// Every block of TOML in the reference page.
+/// Returns every TOML block of the reference page.
 fn examples() -> Vec<String> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/sweeps.md");
     let page = std::fs::read_to_string(page).expect("the page");
@@ -304,7 +305,7 @@ fn examples() -> Vec<String> {
 }
 
 #[test]
-fn sweeps_of_the_reference_page_and_of_the_benches_can_be_planned() {
+fn plans_the_sweeps_of_the_reference_page_and_the_benches() {
     let dir = workplace();
     let d = dir.path();
     for folder in ["runs", "PLAN/work/1/out"] {

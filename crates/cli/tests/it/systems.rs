@@ -1,6 +1,6 @@
-//! Contract: a system of equations goes from its file to data, to a calibrated file and to an error in the unit of each output
-//! with one command each; what one writes the next one reads; mistakes name file, column and remedy. Data are simulated by
-//! the binary itself without noise, so that the truth is known to many digits, and parameters declared wrong must come back.
+//! Contract: a model of equations is simulated, calibrated and scored with one command each; each output
+//! is an input of the next command; errors name file, column and remedy. The binary simulates the data
+//! without noise, so the true parameters must be recovered.
 
 use crate::command::{fail, succeed};
 use std::path::Path;
@@ -13,7 +13,7 @@ fn refused(args: &[&str], code: i32, dir: &Path) -> String {
     fail(code, args, dir, &[])
 }
 
-/// Changes a file.
+/// Replaces text in a file.
 fn edit(path: &Path, from: &str, to: &str) {
     let text = std::fs::read_to_string(path).expect("a file");
     assert!(text.contains(from), "{} has no `{from}`", path.display());
@@ -66,7 +66,7 @@ fn a_pendulum_declared_wrong_is_calibrated_and_forecast() {
 }
 
 #[test]
-fn a_law_that_is_missing_does_not_bend_the_parameters_that_are_there() {
+fn a_missing_effect_does_not_bias_declared_parameters() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     succeed(&["model", "new", "pendulum"], d);
@@ -86,7 +86,7 @@ fn a_law_that_is_missing_does_not_bend_the_parameters_that_are_there() {
     edit(&d.join("pendulum.toml"), "nominal = 0.05, min = 0.0, max = 10.0", "nominal = 0.0, frozen = true");
     edit(&d.join("pendulum.toml"), "nominal = 0.153", "nominal = 0.2");
     let answer = json(&["fit", "pendulum.toml", "train.csv", "--out", "fit", "--json"], d);
-    // Over the whole minute a pendulum without friction would need a longer arm to stay in step.
+    // Over a full minute a pendulum without friction would need a longer arm to stay in phase.
     let length_m = answer["parameters"][1]["value"].as_f64().expect("a number");
     assert!((length_m / 0.153 - 1.0).abs() < 0.01, "{length_m} m");
     let stopped = answer["stopped"].as_str().expect("a reason");
@@ -94,13 +94,13 @@ fn a_law_that_is_missing_does_not_bend_the_parameters_that_are_there() {
 }
 
 #[test]
-fn a_forecast_sees_nothing_behind_its_burn_in() {
+fn a_forecast_uses_only_its_burn_in() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     succeed(&["model", "new", "pendulum"], d);
     succeed(&["simulate", "pendulum.toml", "--start", "theta_rad=0.8", "--out", "a.csv"], d);
     let text = std::fs::read_to_string(d.join("a.csv")).unwrap();
-    // The last third of the record is another one: only the errors there may change.
+    // The last third of the record differs: only its errors may change.
     let lines: Vec<&str> = text.lines().collect();
     let cut = 2 * lines.len() / 3;
     let changed = |line: &str| format!("{}9", &line[..line.len() - 1]);
@@ -115,7 +115,7 @@ fn a_forecast_sees_nothing_behind_its_burn_in() {
 }
 
 #[test]
-fn a_scale_that_is_free_is_named() {
+fn names_an_unidentifiable_scale() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     succeed(&["model", "new", "tanks"], d);
@@ -134,7 +134,7 @@ fn a_scale_that_is_free_is_named() {
 }
 
 #[test]
-fn columns_and_commands_that_do_not_fit_are_refused() {
+fn rejects_wrong_columns_and_commands() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     succeed(&["model", "new", "mass-spring-stop", "--out", "mass.toml"], d);
@@ -153,7 +153,7 @@ fn columns_and_commands_that_do_not_fit_are_refused() {
 }
 
 #[test]
-fn effects_of_every_kind_of_model_are_listed() {
+fn lists_effects_for_every_kind_of_model() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     succeed(&["model", "new", "servo"], d);
@@ -171,14 +171,14 @@ fn effects_of_every_kind_of_model_are_listed() {
 }
 
 #[test]
-fn one_effect_is_listed_as_it_would_be_tried_on_a_model() {
+fn lists_one_effect_for_a_model() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     succeed(&["model", "new", "servo"], d);
     succeed(&["simulate", "servo.toml", "--out", "run.csv"], d);
     let text = succeed(&["effects", "coulomb", "--for", "servo.toml"], d);
-    assert!(text.starts_with("coulomb may be tried on servo.toml in 1 place\n"), "{text}");
-    let grid = "w in rad/s (begun at 0.02, 0.1, 0.3 times the root mean square of speed_rad_s)";
+    assert!(text.starts_with("coulomb can be added to servo.toml in 1 place\n"), "{text}");
+    let grid = "w in rad/s (fits start at 0.02, 0.1, 0.3 times the root mean square of speed_rad_s)";
     assert!(text.contains(grid) && text.contains("source: Coulomb 1785"), "{text}");
     let measured = ["effects", "coulomb", "--for", "servo.toml", "--data", "run.csv", "--json"];
     let width = json(&measured, d)["effects"][0]["parameters"][1].clone();
@@ -200,7 +200,7 @@ fn one_effect_is_listed_as_it_would_be_tried_on_a_model() {
 }
 
 #[test]
-fn data_are_inspected_by_the_columns_of_a_model() {
+fn inspects_data_by_the_columns_of_a_model() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     succeed(&["model", "new", "tanks"], d);
@@ -211,24 +211,24 @@ fn data_are_inspected_by_the_columns_of_a_model() {
     let text = succeed(&["data", "inspect", "data.csv", "--model", "tanks.toml"], d);
     assert!(text.contains("100 values at 0.2500 Hz"), "{text}");
     assert!(text.contains("columns that the model does not name: note"), "{text}");
-    assert!(text.contains("12 readings stand at 10 V: a range that ends there"), "{text}");
+    assert!(text.contains("12 values are equal to 10 V: a range with this limit"), "{text}");
 }
 
-/// Ten swings of a pendulum of 0.153 m with viscous friction of 0.05 1/s and, beside it, quadratic friction `c`.
+/// Ten recordings of a pendulum of 0.153 m with viscous friction of 0.05 1/s and quadratic friction `c`.
 fn swings(c: f64) -> String {
-    swings_under(|_, v| -c * v.abs() * v)
+    recordings_with_friction(|_, v| -c * v.abs() * v)
 }
 
-/// The same with a law of angle and speed in the place of the quadratic friction; noise of 2 mrad from a sum of congruential
-/// numbers.
-fn swings_under(law: impl Fn(f64, f64) -> f64) -> String {
+/// The same with another friction law of angle and speed. The noise of 2 mrad is a sum of congruential
+/// random numbers.
+fn recordings_with_friction(law: impl Fn(f64, f64) -> f64) -> String {
     let mut state: u64 = 7;
     let mut noise = || {
         let mut draw = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1u64 << 53) as f64
         };
-        // Twelve uniform numbers have the variance 1.
+        // The sum of twelve uniform numbers has variance 1.
         0.002 * ((0..12).map(|_| draw()).sum::<f64>() - 6.0)
     };
     let rates = |[x, v]: [f64; 2]| [v, -9.81 / 0.153 * x.sin() - 0.05 * v + law(x, v)];
@@ -238,7 +238,7 @@ fn swings_under(law: impl Fn(f64, f64) -> f64) -> String {
         for k in 0..400 {
             text += &format!("{j},{:.2},{:.6}\n", f64::from(k) * 0.01, state[0] + noise());
             for _ in 0..10 {
-                // The midpoint rule at a millisecond: an error far below the noise.
+                // The midpoint rule with steps of 1 ms has an error far below the noise.
                 let half = rates(state);
                 let middle = rates([state[0] + 0.0005 * half[0], state[1] + 0.0005 * half[1]]);
                 state = [state[0] + 0.001 * middle[0], state[1] + 0.001 * middle[1]];
@@ -249,7 +249,7 @@ fn swings_under(law: impl Fn(f64, f64) -> f64) -> String {
 }
 
 #[test]
-fn what_a_pendulum_lacks_is_found_named_and_can_be_run() {
+fn finds_and_simulates_the_missing_effect_of_a_pendulum() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     succeed(&["model", "new", "pendulum"], d);
@@ -261,7 +261,7 @@ fn what_a_pendulum_lacks_is_found_named_and_can_be_run() {
     let c = &effect["parameters"]["c"];
     let bounds = [&c["ci95"][0], &c["ci95"][1]].map(|v| v.as_f64().expect("a number"));
     assert!(bounds[0] < 0.02 && 0.02 < bounds[1] && bounds[1] - bounds[0] < 0.004, "{c}");
-    // The augmented file is a model like any other.
+    // The augmented file can be used like any model file.
     let rmse = |model: &str| {
         let args = ["evaluate", model, "--data", "drag.csv", "--burn-in", "20", "--json"];
         json(&args, d)["rows"][0]["rmse"].as_f64().expect("a number")
@@ -270,7 +270,7 @@ fn what_a_pendulum_lacks_is_found_named_and_can_be_run() {
 }
 
 #[test]
-fn a_pendulum_that_lacks_nothing_gets_nothing() {
+fn adds_nothing_to_a_complete_pendulum() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     succeed(&["model", "new", "pendulum"], d);
@@ -280,7 +280,7 @@ fn a_pendulum_that_lacks_nothing_gets_nothing() {
 }
 
 #[test]
-fn with_the_library_emptied_a_pendulum_gets_a_formula() {
+fn finds_a_formula_without_the_effect_library() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     succeed(&["model", "new", "pendulum"], d);
@@ -294,7 +294,7 @@ fn with_the_library_emptied_a_pendulum_gets_a_formula() {
     let c = &effect["parameters"]["c"];
     let bounds = [&c["ci95"][0], &c["ci95"][1]].map(|v| v.as_f64().expect("a number"));
     assert!(bounds[0] < -0.05 && -0.05 < bounds[1] && bounds[1] - bounds[0] < 0.01, "{c}");
-    // The file with the formula is a model like any other.
+    // The file with the formula can be used like any model file.
     let text = std::fs::read_to_string(d.join("found/model.toml")).unwrap();
     assert!(text.contains("kind = \"formula\""), "{text}");
     succeed(&["evaluate", "found/model.toml", "--data", "drag.csv", "--burn-in", "20"], d);
@@ -304,24 +304,24 @@ fn with_the_library_emptied_a_pendulum_gets_a_formula() {
 }
 
 #[test]
-fn where_no_formula_comes_near_a_table_is_the_answer_and_no_law() {
+fn returns_a_table_if_no_formula_fits() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     succeed(&["model", "new", "pendulum"], d);
-    // A torque with two bumps of its own shape.
+    // A torque with two bumps that no formula fits.
     let knots = [0.0, 0.0, 12.0, 0.0, 0.0, -4.0, -12.0, 0.0];
     let torque = |x: f64, _: f64| {
         let place = ((x + 1.3) / 2.6 * 7.0).clamp(0.0, 6.9999);
         let left = place as usize;
         knots[left] + (knots[left + 1] - knots[left]) * (place - left as f64)
     };
-    // Half of the swings, three seconds of each: the search is the slow part.
+    // Half of the recordings, three seconds of each, because the search is slow.
     let is_kept = |line: &&str| {
         let mut cells = line.split(',').map(|cell| cell.parse::<f64>().unwrap_or(0.0));
         let (swing, time) = (cells.next().unwrap_or(0.0), cells.next().unwrap_or(0.0));
         swing % 2.0 == 0.0 && time < 3.0
     };
-    let text = swings_under(torque);
+    let text = recordings_with_friction(torque);
     let some: Vec<&str> = text.lines().filter(is_kept).collect();
     std::fs::write(d.join("bumps.csv"), some.join("\n") + "\n").unwrap();
     let args = ["discover", "pendulum.toml", "bumps.csv", "--library", "none", "--out", "found", "--json"];
@@ -330,7 +330,7 @@ fn where_no_formula_comes_near_a_table_is_the_answer_and_no_law() {
     assert!(["unknown", "partly-explained"].contains(&verdict), "{}", found["sentence"]);
     let law = &found["unexplained"];
     assert_eq!((law["target"].as_str(), law["against"].as_str()), (Some("omega_rad_s"), Some("theta_rad")));
-    // The table stands in a file that is a model like any other.
+    // The table is in a model file that can be used like any other.
     let text = std::fs::read_to_string(d.join("found/model.toml")).unwrap();
     assert!(text.contains("kind = \"table\"") && text.contains("against = \"theta_rad\""), "{text}");
     let [calibrated, augmented] =
@@ -340,13 +340,14 @@ fn where_no_formula_comes_near_a_table_is_the_answer_and_no_law() {
 }
 
 #[test]
-fn tanks_have_a_free_scale_and_an_overflow() {
+fn tanks_have_an_unidentifiable_scale_and_an_overflow() {
     let Some(folder) = crate::shared_data::shared_data("cascaded-tanks") else { return };
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     let rows = std::fs::read_to_string(folder.join("estimation.csv")).unwrap();
     std::fs::write(d.join("tanks.csv"), rows.replacen("t_s", "time_s", 1)).unwrap();
-    // As textbooks have it: the gain of the pump and the level that nobody sees share a scale, which is free.
+    // The textbook model: the gain of the pump and the unmeasured level share a scale, which is not
+    // identifiable.
     let model = include_str!("../../../reproduce/models/cascaded-tanks.toml");
     let free = model.replacen("frozen = true", "min = 0.0, max = 1.0", 1);
     assert_ne!(free, model);
@@ -364,8 +365,8 @@ fn tanks_have_a_free_scale_and_an_overflow() {
     let number = |value: &serde_json::Value| value.as_f64().expect("a number");
     let calibrated = number(&found["error"]["calibrated"]["rmse"]);
     let effects = found["effects"].as_array().unwrap();
-    // One record of 1,024 samples is too few for the overflow to be established, or for the ceiling that one split of an earlier procedure
-    // named: the overflow is a lead, and what is told of it does not say that the model is complete.
+    // One record of 1,024 samples is too short to establish the overflow, so it is a lead, and its text
+    // must not say that the model is complete.
     let leads = found["leads"].as_array().unwrap();
     let named = effects.iter().chain(leads);
     assert!(named.into_iter().any(|e| e["kind"].as_str().unwrap().starts_with("overflow")), "{found}");
@@ -377,12 +378,15 @@ fn tanks_have_a_free_scale_and_an_overflow() {
 }
 
 #[test]
-fn benchmark_sets_that_are_not_there_are_told() {
+fn reports_missing_benchmark_sets() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     let text = refused(&["reproduce", "systems"], 2, d);
     assert!(text.contains("give the folder of the data sets with --data"), "{text}");
     std::fs::create_dir(d.join("sets")).unwrap();
     let text = refused(&["reproduce", "systems", "--data", "sets"], 3, d);
-    assert!(text.contains("none of the folders `silverbox`, `emps`, `cascaded-tanks` is in it"), "{text}");
+    assert!(
+        text.contains("the folder contains none of the data sets `silverbox`, `emps`, `cascaded-tanks`"),
+        "{text}"
+    );
 }

@@ -1,5 +1,5 @@
-//! Contract: what one command writes the next one reads; JSON output is JSON; a forecast depends on the
-//! first state only.
+//! Contract: the output of one command is valid input of the next; JSON output is JSON; a forecast
+//! depends on the first state only.
 
 use crate::command::succeed;
 use std::process::Command;
@@ -51,7 +51,7 @@ fn simulate_train_predict_evaluate() {
     let header = forecast.lines().next().unwrap();
     assert!(header.starts_with("trajectory,t_s,mean_height_m,median_height_m,q05_height_m"), "{header}");
     assert_eq!(forecast.lines().count(), 1 + 6 * 60);
-    // Another future after the same first state.
+    // Other data after the same first state.
     let test = std::fs::read_to_string(d.join("test.csv")).unwrap();
     let changed: String = test
         .lines()
@@ -65,7 +65,7 @@ fn simulate_train_predict_evaluate() {
 }
 
 #[test]
-fn reproduce_without_data_generates_the_same_law_and_says_so() {
+fn reproduce_without_data_generates_drops_and_says_so() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     let args = ["reproduce", "ball", "--iterations", "2", "--test-drops", "100"];
@@ -82,7 +82,7 @@ fn reproduce_without_data_generates_the_same_law_and_says_so() {
         let rows = result["rows"].as_array().unwrap();
         rows.iter().find(|r| r["model"] == model && r["protocol"] == protocol).unwrap().clone()
     };
-    // 100 other drops of the law: its figures within three standard deviations of such a set (0.017, 0.0095
+    // 100 other drops: their errors are within three standard deviations of such a set (0.017, 0.0095
     // and 0.013 m).
     assert!((row("Zero", "forecast")["pos_m"].as_f64().unwrap() - 0.642).abs() < 0.051);
     assert!((row("Physics", "forecast")["pos_m"].as_f64().unwrap() - 0.168).abs() < 0.029);

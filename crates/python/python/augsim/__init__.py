@@ -1,10 +1,10 @@
-"""augsim: what a physics model lacks, found in measured trajectories; forecasts with bands; control loops.
+"""augsim: find the effects that a physics model lacks from measured trajectories; forecast with bands; control loops.
 
 >>> import augsim
 >>> found = augsim.discover("model.toml", frame)   # a pandas or polars frame, a dict of arrays, or a path
 >>> found.sentence, found.model.to_toml()
 
-The engine is that of the command line: the same inputs and seed give the same bytes.
+The engine is that of the command line: the same inputs and seed give identical results.
 """
 
 from . import generate

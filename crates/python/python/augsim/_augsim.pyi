@@ -1,4 +1,4 @@
-"""The extension. Use the package `augsim`, which puts names and docstrings around it."""
+"""Extension module. Use the package `augsim`, which wraps it with checks and docstrings."""
 
 from collections.abc import Callable
 from os import PathLike

@@ -12,9 +12,9 @@ from ._tables import source
 
 
 class Data:
-    """Trajectories with the same columns, as :func:`augsim.read` gives them.
+    """Trajectories with the same columns, as returned by :func:`augsim.read`.
 
-    Goes wherever data are meant. ``data["height_m"]`` is a column over all trajectories, one after the other.
+    Every function with a data argument accepts it. ``data["height_m"]`` is a column, concatenated over all trajectories.
     """
 
     def __init__(self, data: Any) -> None:
@@ -37,7 +37,7 @@ class Data:
 
     @property
     def units(self) -> dict[str, str]:
-        """Symbol of the unit of each column; empty for a pure number."""
+        """Symbol of the unit of each column; empty for a dimensionless column."""
         return dict(self._inner.columns())
 
     @property
@@ -52,7 +52,7 @@ class Data:
 
     @property
     def groups(self) -> list[str | None]:
-        """Group of each trajectory; ``None`` where the data have no column ``group``."""
+        """Group of each trajectory; ``None`` if the data have no column ``group``."""
         return [group for _, group, _ in self._inner.trajectories()]
 
     def __len__(self) -> int:
@@ -60,11 +60,11 @@ class Data:
         return len(self._inner.trajectories())
 
     def __getitem__(self, column: str) -> np.ndarray:
-        """Values of a column (or ``t_s``, seconds), shape ``[samples]`` over all trajectories; NaN is a gap."""
+        """Values of a column (or ``t_s``, seconds), shape ``[samples]`` over all trajectories; NaN is a missing value."""
         return np.frombuffer(self._inner.series(column))
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
-        """Each trajectory as a dict: ``trajectory``, ``group``, ``t_s`` and the columns, shape ``[samples]`` each."""
+        """Iterates over trajectories as dicts: ``trajectory``, ``group``, ``t_s`` and the columns, shape ``[samples]`` each."""
         series = {name: self[name] for name in ["t_s", *self.columns]}
         first = 0
         for name, group, length in self._inner.trajectories():
@@ -73,7 +73,7 @@ class Data:
             yield {"trajectory": name, "group": group, **{c: v[here] for c, v in series.items()}}
 
     def to_dict(self) -> dict[str, Any]:
-        """All columns in long form: ``trajectory``, ``group`` if there are groups, ``t_s``, then the measured ones."""
+        """All columns in long form: ``trajectory``, ``group`` if there are groups, ``t_s``, then the measured columns."""
         rows = self._inner.trajectories()
         long: dict[str, Any] = {"trajectory": [name for name, _, n in rows for _ in range(n)]}
         if any(group is not None for _, group, _ in rows):
@@ -96,9 +96,9 @@ def read(data: Any) -> Data:
 
     ``data`` is a path (CSV plain or gzip, NPZ, a published push file or a folder of them), a pandas or polars frame, or a dict
     of one-dimensional arrays. A table has a row for each sample and the columns of a file: ``trajectory``, ``t_s`` (seconds,
-    increasing), and measured ones whose names end in their unit (``height_m``, ``velocity_m_s``, ``theta_rad``, …); NaN is a gap,
-    ``group`` a label. A table is read as the CSV file that it would be written to: line 1 of a message is the header.
+    increasing), and measured columns whose names end in their unit (``height_m``, ``velocity_m_s``, ``theta_rad``, …). NaN is a
+    missing value, ``group`` a label. A table is read like the equivalent CSV file, so line 1 in a message is the header.
 
-    Raises :class:`augsim.DataError`, with line, column and remedy.
+    Raises :class:`augsim.DataError`, which names the line, the column and a remedy.
     """
     return Data(data)

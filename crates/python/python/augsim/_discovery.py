@@ -1,4 +1,4 @@
-"""What a model lacks to explain data."""
+"""Search for the effects that a model lacks."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Figures(Sequence[str]):
         return (svg for _, svg in self._figures)
 
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Writes ``1.svg``, ``2.svg``, … into a folder, which is made if it is absent; gives their paths."""
+        """Writes ``1.svg``, ``2.svg``, … into a folder, which is made if it does not exist; returns their paths."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         paths = [folder / f"{number}.svg" for number in range(1, len(self) + 1)]
@@ -48,13 +48,13 @@ class Figures(Sequence[str]):
         return paths
 
     def _repr_html_(self) -> str:
-        # Element ids and styles of one figure must not meet those of another.
+        # Separate frames, because element ids and styles of figures would collide.
         frames = (_frame(f"<title>{html.escape(title)}</title>{svg}", 460) for title, svg in self._figures)
         return "".join(frames)
 
 
 class Discovery:
-    """What :func:`augsim.discover` found. A notebook shows the sentence, the table of errors and the first figures."""
+    """Result of :func:`augsim.discover`. A notebook shows the sentence, the table of errors and the first figures."""
 
     def __init__(self, inner: _augsim.Discovery) -> None:
         self._inner = inner
@@ -71,17 +71,17 @@ class Discovery:
 
     @property
     def verdict(self) -> str:
-        """The answer in one word, such as ``explained`` or ``nothing-to-add``."""
+        """The verdict in one word, such as ``explained`` or ``nothing-to-add``."""
         return self.result["verdict"]
 
     @property
     def sentence(self) -> str:
-        """The answer in one sentence."""
+        """The verdict in one sentence."""
         return self.result["sentence"]
 
     @property
     def effects(self) -> list[dict[str, Any]]:
-        """Established effects, in the order of the error that each removes: ``kind``, ``parameters`` (``value``, ``ci95``,
+        """Established effects, sorted by their error reduction: ``kind``, ``parameters`` (``value``, ``ci95``,
         ``unit``), ``share``, ``inclusion``, ``q_value``, …"""
         return self.result["effects"]
 
@@ -92,13 +92,13 @@ class Discovery:
 
     @property
     def error(self) -> dict[str, Any]:
-        """Errors on trajectories that no fit has seen, in ``unit``: ``declared``, ``calibrated``, ``augmented``, ``noise_floor``, ``reduction``,
+        """Errors on held-out trajectories, in ``unit``: ``declared``, ``calibrated``, ``augmented``, ``noise_floor``, ``reduction``,
         each with ``rmse`` and ``ci95``."""
         return self.result["error"]
 
     @property
     def warnings(self) -> list[str]:
-        """What is suspicious in the data, though not refused."""
+        """Warnings about suspicious data."""
         return [warning["text"] for warning in self.result.get("warnings", [])]
 
     @cached_property
@@ -107,7 +107,7 @@ class Discovery:
         return Model._of(_augsim.Model.parse(self._inner.model_toml()))
 
     def to_html(self, path: str | os.PathLike[str]) -> Path:
-        """Writes the report, one page that needs nothing else, and gives its path."""
+        """Writes the report as a self-contained page and returns its path."""
         path = Path(path)
         path.write_text(self._inner.page(path.parent), encoding="utf-8")
         return path
@@ -124,7 +124,7 @@ class Discovery:
 
 
 def _frame(page: str, height: int) -> str:
-    """A page in a page, whose styles stay in it."""
+    """Embeds a page in an iframe to isolate its styles."""
     text = html.escape(page, quote=True)
     return f'<iframe srcdoc="{text}" style="width:100%;height:{height}px;border:0"></iframe>'
 
@@ -139,18 +139,19 @@ def discover(
     accept: Sequence[str] = (),
     progress: bool | _progress.Progress = True,
 ) -> Discovery:
-    """Finds what a declared model lacks to explain measured trajectories, as ``augsim discover`` does: same seed, same bytes.
+    """Finds the effects that a declared model lacks, with the same result as ``augsim discover`` for the same seed.
 
-    ``model`` is a path, the text of a model file or a :class:`Model`; ``data`` whatever :func:`read` takes. ``groups`` leaves out
-    the trajectories of all others, ``null_runs`` is the number of records without a missing effect on which the selection is
-    repeated (at most 1000), ``accept`` names checks of suspicious data that are not made. ``progress`` shows the step in a terminal
-    or a notebook, or is called with its text and the share that is done (or ``None``). Other threads of Python run meanwhile, and Ctrl-C ends it.
+    ``model`` is a path, the text of a model file or a :class:`Model`; ``data`` is any argument of :func:`read`. ``groups`` selects
+    the trajectories of these groups, ``null_runs`` is the number of simulated recordings without a missing effect on which the
+    selection is repeated (at most 1000), ``accept`` names data checks to ignore. ``progress`` shows the step in a terminal or a
+    notebook; a callable gets the text of the step and the completed fraction (or ``None``). Other Python threads continue to run,
+    and Ctrl-C stops the search.
 
     Raises :class:`augsim.DataError`, :class:`augsim.ModelError`, :class:`augsim.NumericalError` or :class:`augsim.UsageError`.
     """
     if isinstance(groups, str) or isinstance(accept, str):
         raise UsageError("groups and accept are lists of names; write ['name'] for one")
-    told = _progress.shown(progress)
+    reporter = _progress.reporter_for(progress)
     try:
         found = _augsim.discover(
             _opened(model),
@@ -159,8 +160,8 @@ def discover(
             groups=[str(group) for group in groups or ()],
             null_runs=whole("null_runs", null_runs),
             accept=[str(check) for check in accept],
-            progress=told,
+            progress=reporter,
         )
     finally:
-        _progress.cleared(told)
+        _progress.clear(reporter)
     return Discovery(found)

@@ -23,32 +23,32 @@ class Parameter:
     value: float
     min: float
     max: float
-    #: Whether fits leave it alone.
+    #: Whether fits keep it fixed.
     frozen: bool
-    #: 95 % interval, where a fit has put one.
+    #: 95 % interval from a fit, or ``None``.
     ci95: tuple[float, float] | None
 
 
 @dataclass(frozen=True)
 class Fit:
-    """What :meth:`Model.fit` found."""
+    """Result of :meth:`Model.fit`."""
 
-    #: The model with the values that were found.
+    #: The model with the calibrated values.
     model: Model
     #: ``result.json`` of ``augsim fit``.
     json: str
 
     @property
     def result(self) -> dict[str, Any]:
-        """The same as a dict: ``parameters``, ``rows`` (misfit of each output), ``windows``, ``gauges``, …"""
+        """The same as a dict: ``parameters``, ``rows`` (residual RMSE of each output), ``windows``, ``gauges``, …"""
         return json.loads(self.json)
 
 
 class Model:
-    """A model file: a ball, pushing, or a system of equations.
+    """A model file of a ball, of pushing, or of equations.
 
-    ``model`` is a path, or the text of a model file (anything with a line break). Raises :class:`augsim.ModelError`, with line,
-    key and remedy.
+    ``model`` is a path, or the text of a model file (anything with a line break). Raises :class:`augsim.ModelError`, which names the
+    line, the key and a remedy.
     """
 
     def __init__(self, model: str | os.PathLike[str]) -> None:
@@ -75,7 +75,7 @@ class Model:
         return self._inner.to_toml()
 
     def fit(self, data: Any) -> Fit:
-        """Calibrates the declared parameters of a system of equations, as ``augsim fit`` does."""
+        """Calibrates the declared parameters of a model of equations, as ``augsim fit`` does."""
         fitted, found = self._inner.fit(source(data))
         return Fit(Model._of(fitted), found)
 
@@ -87,22 +87,22 @@ class Model:
         samples: int = 0,
         seed: int = 1,
     ) -> np.ndarray:
-        """Trajectories from given starts: an array ``[batch, sample, time, column]`` in the units of the columns.
+        """Simulates trajectories from initial states: an array ``[batch, sample, time, column]`` in the units of the columns.
 
-        ``start`` has the first value of each state by name, one number or an array ``[batch]``: ``height_m`` and
+        ``start`` has the initial value of each state by name, one number or an array ``[batch]``: ``height_m`` and
         ``velocity_m_s`` of a ball that moves up and down, ``x_m``, ``z_m``, ``velocity_x_m_s``, ``velocity_z_m_s`` of one in a
         plane (and ``y_m``, ``velocity_y_m_s`` in space), ``x_m``, ``y_m``, ``theta_rad`` of a pushed object, the states of a
-        system of equations; and what is known of a whole trajectory, such as ``spin_rad_s``. ``times`` are seconds, increasing,
+        model of equations; and known constants of a trajectory, such as ``spin_rad_s``. ``times`` are seconds, increasing,
         shape ``[time]``. ``inputs`` has the values of each input at these times (``pusher_x_m`` and ``pusher_y_m`` of a push),
         shape ``[time]``, the same for the whole batch. The columns are those of :meth:`columns`.
 
-        With ``samples=0`` there is one sample, of the nominal values. With more, parameters are drawn within the intervals that
-        a fit has put into the model, a declared scatter is drawn, and the declared sensor noise is added.
+        ``samples=0`` gives one sample with the nominal values. Otherwise parameters are drawn from the intervals of the fit,
+        declared random effects are drawn, and the declared measurement noise is added.
         """
         return self._simulated(start, times, inputs, samples, seed)[0]
 
     def columns(self, start: Mapping[str, Any], inputs: Mapping[str, Any] | None = None) -> list[str]:
-        """Names of the columns that :meth:`simulate` gives from such a start, in their order."""
+        """Names of the columns that :meth:`simulate` returns for this start, in order."""
         first = {name: np.asarray(values).ravel()[:2] for name, values in (inputs or {}).items()}
         times = np.arange(max([len(v) for v in first.values()], default=1), dtype=float)
         return self._simulated(start, times, first, 0, 1)[1]
@@ -141,7 +141,7 @@ def _one_dimension(place: str, values: Any) -> np.ndarray:
 
 
 def whole(name: str, value: Any) -> int:
-    """A whole number from 0 that fits into 64 bits."""
+    """Checks that a value is an integer from 0 to 2^64 - 1."""
     try:
         number = value.__index__()
     except AttributeError:

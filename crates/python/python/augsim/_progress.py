@@ -1,4 +1,4 @@
-"""What long work tells: one line that changes, in terminals and notebooks; nothing anywhere else."""
+"""Progress of long work: one updated line in terminals and notebooks, nothing elsewhere."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Progress = Callable[[str, "float | None"], None]
 
 
 class Line:
-    """A line on standard error that is written over."""
+    """A line on standard error that is overwritten."""
 
     def __init__(self) -> None:
         self._begun = time.monotonic()
@@ -25,23 +25,23 @@ class Line:
         self._width = len(text)
 
     def clear(self) -> None:
-        """Takes the line away."""
+        """Removes the line."""
         if self._width:
             sys.stderr.write("\r" + " " * self._width + "\r")
             sys.stderr.flush()
 
 
-def shown(progress: bool | Progress) -> Any:
-    """Whom to tell: nobody, a line where somebody looks, or the caller's function."""
+def reporter_for(progress: bool | Progress) -> Any:
+    """Returns the progress reporter: the given callable, a line in terminals and notebooks, or ``None``."""
     if callable(progress):
         return progress
     return Line() if progress and (_is_notebook() or sys.stderr.isatty()) else None
 
 
-def cleared(told: Any) -> None:
-    """Takes the line away, if there is one."""
-    if isinstance(told, Line):
-        told.clear()
+def clear(reporter: Any) -> None:
+    """Removes the progress line, if there is one."""
+    if isinstance(reporter, Line):
+        reporter.clear()
 
 
 def _is_notebook() -> bool:

@@ -1,4 +1,4 @@
-"""Trained nets."""
+"""Trained networks."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from ._tables import numbers, source
 
 
 class Run:
-    """A trained net: what :func:`train` gives, or the folder that ``augsim train`` wrote.
+    """A trained network: the result of :func:`train`, or a run directory of ``augsim train``.
 
-    Forecasts begin from a first state and see nothing else than the actions, where somebody acts.
+    Forecasts use only the first state and, for systems with actions, the actions.
     """
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
@@ -40,22 +40,22 @@ class Run:
 
     @property
     def action_columns(self) -> list[str]:
-        """Names of the action columns A; ``t_s`` is the time of the sample. None where nobody acts."""
+        """Names of the action columns A; ``t_s`` is the time of the sample. Empty for systems without actions."""
         return self._inner.columns()[1]
 
     @property
     def recipe(self) -> str:
-        """Name of the net in tables."""
+        """Name of the network in tables."""
         return self._inner.settings()[0]
 
     @property
     def iterations(self) -> int:
-        """Iterations done."""
+        """Number of training iterations."""
         return self._inner.settings()[1]
 
     @property
     def seed(self) -> int:
-        """Seed of the training, and of forecasts that ask for no other."""
+        """Seed of the training, and default seed of forecasts."""
         return self._inner.settings()[2]
 
     @property
@@ -65,16 +65,16 @@ class Run:
 
     @property
     def notes(self) -> list[str]:
-        """What of the model takes no part, and what is suspicious in the data."""
+        """Notes about ignored parts of the model and suspicious data."""
         return self._inner.notes
 
     def sample(self, start: Any, actions: Any, n: int, seed: int | None = None, first: int = 0) -> np.ndarray:
-        """Samples of forecasts: an array ``[batch, sample, time, S]`` of 32-bit floats, in the units of :attr:`columns`.
+        """Draws samples of forecasts: an array ``[batch, sample, time, S]`` of 32-bit floats, in the units of :attr:`columns`.
 
         ``start`` has first states, shape ``[batch, S]`` or ``[S]``. ``actions`` has the actions at every sample, shape
-        ``[batch, time, A]``, or ``[time, A]`` for the whole batch; where nobody acts, the number of samples instead. The first
-        sample is the start. Trajectory ``i`` of the batch draws from the random stream of place ``first + i`` in a data set, as
-        ``augsim predict`` does.
+        ``[batch, time, A]``, or ``[time, A]`` for the whole batch; for systems without actions, the number of samples. The first
+        sample is the start. Trajectory ``i`` of the batch has the random stream of trajectory ``first + i`` of a data set, as in
+        ``augsim predict``.
         """
         begin = np.atleast_2d(numbers("start", start))
         if begin.ndim != 2 or begin.shape[1] != len(self.columns):
@@ -100,16 +100,16 @@ class Run:
         return np.frombuffer(memory, dtype=np.float32).reshape(len(begin), n, shape[1], begin.shape[1])
 
     def predict(self, data: Any, samples: int = 100) -> Data:
-        """Forecasts from the first state of each trajectory, as ``augsim predict`` writes them: mean, median, 50 and 90 % bands."""
+        """Forecasts each trajectory from its first state, as ``augsim predict`` does: mean, median, 50 and 90 % bands."""
         return Data._of(self._inner.predict(source(data), whole("samples", samples)))
 
     def stepper(self) -> Stepper:
-        """The net for a control loop: state in, distribution of the next state out. Nets of pushes, which read the whole path of the
-        rod, have none."""
+        """Returns a stepper for control loops: current state to distribution of the next state. Networks of pushes need the whole path
+        of the pusher, so they have no stepper."""
         return Stepper(self)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
-        """Writes the run directory, for ``augsim predict`` and :class:`Run`; gives its path."""
+        """Writes the run directory, for ``augsim predict`` and :class:`Run`; returns its path."""
         self._inner.save(os.fspath(folder))
         return Path(folder)
 
@@ -127,16 +127,16 @@ def train(
     accept: Sequence[str] = (),
     progress: bool | _progress.Progress = True,
 ) -> Run:
-    """Trains a net on measured trajectories, as ``augsim train`` does: same seed, same weights.
+    """Trains a network on measured trajectories, with the same weights as ``augsim train`` for the same seed.
 
-    ``recipe`` is a word of ``augsim train --recipe``; a wrong one is refused with the list of all. The net corrects
+    ``recipe`` is a value of ``augsim train --recipe``; the error of an unknown one lists all. The network corrects
     ``residual_of``: a :class:`Model`, the augmented one of a :class:`Discovery`, the path of a model file or of the folder of
-    ``augsim discover``, or ``"pybullet-ball"``, the ball of the paper's experiment. No system is assumed: one of them is needed.
-    Other threads of Python run meanwhile, and Ctrl-C ends it.
+    ``augsim discover``, or ``"pybullet-ball"``, the ball of the paper's experiment. There is no default system, so one of them is required.
+    Other Python threads continue to run, and Ctrl-C stops the training.
     """
     if isinstance(accept, str):
         raise UsageError("accept is a list of names; write ['name'] for one")
-    told = _progress.shown(progress)
+    reporter = _progress.reporter_for(progress)
     try:
         run = _augsim.train(
             source(data),
@@ -145,10 +145,10 @@ def train(
             iterations=whole("iterations", iterations),
             seed=whole("seed", seed),
             accept=[str(check) for check in accept],
-            progress=told,
+            progress=reporter,
         )
     finally:
-        _progress.cleared(told)
+        _progress.clear(reporter)
     return Run._of(run)
 
 

@@ -1,4 +1,4 @@
-"""A net in a control loop."""
+"""Step-by-step forecasts for control loops."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ._tables import numbers
 
 
 class Stepper:
-    """One trajectory, one step at a time: state in, distribution of the next state out. :meth:`augsim.Run.stepper` makes it.
+    """Forecasts one trajectory step by step: current state to distribution of the next state. Made by :meth:`augsim.Run.stepper`.
 
-    ``mean`` and ``sd``, shape ``[S]``, are the same arrays at every step, which writes over them; nothing is allocated after the
-    first. A stepper belongs to one thread at a time; threads take one each.
+    ``mean`` and ``sd``, shape ``[S]``, are the same arrays at every step and are overwritten; nothing is allocated after the first
+    step. Use a separate stepper in each thread.
     """
 
     def __init__(self, run: Any) -> None:
@@ -25,20 +25,20 @@ class Stepper:
         self._state = np.zeros(size)
         #: Mean of the next state, in the units of the run's columns.
         self.mean = np.zeros(size)
-        #: Its standard deviation; 0 for the paper's nets, whose draws differ by their latent alone.
+        #: Standard deviation of the next state; 0 for the networks of the paper, whose draws differ in the latent only.
         self.sd = np.zeros(size)
         self._inner = _augsim.Stepper(run._inner, self._state, self.mean, self.sd)
 
     def begin(self, start: Any, index: int = 0) -> None:
-        """Begins at ``start``, shape ``[S]``. ``index`` numbers the trajectory: what it draws, and the latent that it keeps, are those
-        of ``Run.sample`` with ``n=1`` and ``first=index``."""
+        """Starts a trajectory at ``start``, shape ``[S]``. ``index`` numbers the trajectory: its random draws and latent are those of
+        ``Run.sample`` with ``n=1`` and ``first=index``."""
         self._take(start)
         self._inner.begin(whole("index", index))
 
     def step(self, state: Any = None) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and standard deviation of the state one step after ``state``, shape ``[S]``, or after that which was given last.
+        """Returns mean and standard deviation of the state one step after ``state``, shape ``[S]``, or after the latest given state.
 
-        The paper's nets (Neural, Hybrid) go on from the start of the trajectory by their memory, whatever the state is.
+        The networks of the paper (Neural, Hybrid) continue from the start of the trajectory by their memory and ignore the state.
         """
         if state is not None:
             self._take(state)
@@ -47,7 +47,7 @@ class Stepper:
 
     def _take(self, state: Any) -> None:
         try:
-            # A plain array of numbers is copied as it is; assigned to numbers, complex ones would lose a part and masks would go.
+            # Real arrays are copied directly; other types need checks, because complex parts and masks would be lost.
             if type(state) is not np.ndarray or state.dtype.kind not in "fiub":
                 state = numbers("state", state)
             if state.shape != self._state.shape:

@@ -1,4 +1,4 @@
-"""Tables of a caller as columns that the extension reads: pandas and polars frames, dicts of arrays, paths."""
+"""Converts data arguments for the extension: pandas and polars frames, dicts of arrays, paths."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import numpy as np
 from . import _augsim
 from ._errors import DataError
 
-#: Columns of labels; all others hold numbers.
+#: Columns of labels; all others are numeric.
 LABELS = ("trajectory", "group")
 
 
 def source(data: Any) -> _augsim.Source:
-    """Where trajectories come from: a path, a frame, a dict of arrays, or what :func:`augsim.read` gave."""
-    held = getattr(data, "_source", None)
-    if isinstance(held, _augsim.Source):
-        return held
+    """Makes a source from a path, a frame, a dict of arrays, or the result of :func:`augsim.read`."""
+    existing = getattr(data, "_source", None)
+    if isinstance(existing, _augsim.Source):
+        return existing
     if isinstance(data, (str, os.PathLike)):
         return _augsim.Source.file(os.fspath(data))
     if isinstance(data, Mapping):
@@ -65,7 +65,7 @@ def _label(name: str, row: int, value: Any) -> str:
 
 
 def numbers(place: str, values: Any) -> np.ndarray:
-    """Numbers of any shape, contiguous; missing values become NaN."""
+    """Converts values of any shape to a contiguous array of floats; missing values become NaN."""
     try:
         array = np.asarray(values)
     except ValueError as cause:
@@ -78,7 +78,7 @@ def numbers(place: str, values: Any) -> np.ndarray:
         array = np.ascontiguousarray(array, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as cause:
         raise DataError(f"{place}: {cause}; give numbers") from cause
-    # `asarray` gives what lies under a mask; what is masked is missing.
+    # `asarray` ignores masks; masked values are missing.
     return np.where(values.mask, np.nan, array) if isinstance(values, np.ma.MaskedArray) else array
 
 

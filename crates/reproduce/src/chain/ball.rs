@@ -1,4 +1,4 @@
-//! The chain on the ball: from a model that is almost right to the net on the augmented one.
+//! Models of increasing quality on the ball: from the declared model to a network on the augmented one.
 
 use super::nets::{Chain, Runs};
 use crate::experiment::data::Data;
@@ -15,8 +15,7 @@ use augsim_trainer::Engine;
 use augsim_trainer::models::ScatteredBall;
 use std::path::Path;
 
-/// The table on `test_1000` of a folder with it and `train.csv.gz`, for what the loop found in training drops; `None` if the
-/// user stopped it.
+/// Makes the table on `test_1000` for the discovery on training drops; returns `None` if interrupted.
 pub fn chain(
     folder: &Path,
     found: &Discovery,
@@ -42,7 +41,7 @@ pub fn chain(
     chain.run(output)
 }
 
-/// The ball with the values that were found, and its scatter.
+/// Returns the ball with the discovered parameter values and their scatter.
 fn augmented(found: &Discovery, seed: u64) -> ScatteredBall {
     let ball = stepped(|name| found.parameters.get(name).map(|e| e.value));
     let scatter = found.effects.iter().find(|e| e.kind == SCATTER_KIND);
@@ -54,13 +53,14 @@ fn augmented(found: &Discovery, seed: u64) -> ScatteredBall {
     ScatteredBall { ball, sd, per, seed }
 }
 
-/// PyBullet's engine with another restitution and damping. What else the loop adds describes how the stepping scheme differs
-/// from the exact engine: the stepping engine has it already.
+/// Returns PyBullet's engine with other values of restitution and damping. Other discovered effects
+/// describe the difference between the stepping scheme and the exact engine, which the stepping engine
+/// already has.
 fn stepped(value: impl Fn(&str) -> Option<f64>) -> BulletBall {
     let nominal = paper_law::paper_engine();
     BulletBall {
         restitution: value("restitution").unwrap_or(nominal.restitution),
-        // Bullet has one damping for both laws of drag.
+        // Bullet has one damping for both drag effects.
         damping: value("linear-drag.c_per_s").unwrap_or(nominal.damping),
         ..nominal
     }

@@ -1,4 +1,5 @@
-//! `reproduce loop`: the loop on measured sets, and the chain from the declared model to the net on the augmented one.
+//! `reproduce loop`: discovery on measured sets, and networks on the declared and on the augmented
+//! models.
 
 mod ball;
 mod nets;
@@ -28,15 +29,15 @@ struct ResultFile {
     schema: &'static str,
     scenario: &'static str,
     sets: Vec<SetRow>,
-    /// The chain on the ball, `test_1000`; empty without that set.
+    /// Results on the ball, `test_1000`; empty without that set.
     chain: Vec<Row>,
-    /// The loop and the chain on pushes of the virtual laboratory.
+    /// Results on pushes of the virtual laboratory.
     pushing: Pushing,
     iterations: u64,
     seed: u64,
 }
 
-/// Runs it.
+/// Runs the subcommand.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
         return Err(Usage::Missing(Missing::MeasuredSets { scenario: "loop" }).into());
@@ -75,7 +76,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     Ok(Outcome::Done)
 }
 
-/// The command that repeats it.
+/// Returns the command line that repeats the run.
 fn command(args: &Reproduce, data: &Path, seed: u64) -> String {
     let mut words = vec!["loop".to_owned(), "--data".to_owned(), data.display().to_string()];
     if args.quick {
@@ -96,7 +97,7 @@ fn text(result: &ResultFile) -> String {
         let _ = writeln!(out, "{} ({} trajectories)\n  {}", s.set, s.trajectories, s.found.sentence);
         let _ = writeln!(
             out,
-            "  error on {} trajectories that no fit has seen: declared {:.2} mm, calibrated {:.2} mm, augmented {:.2} mm;\n  \
+            "  error on {} held-out trajectories: declared {:.2} mm, calibrated {:.2} mm, augmented {:.2} mm;\n  \
              reduction {:.2} mm (95 % interval {:.2} to {:.2} mm)\n",
             e.heldout_trajectories,
             1e3 * e.declared.rmse,
@@ -108,8 +109,8 @@ fn text(result: &ResultFile) -> String {
         );
     }
     if !result.chain.is_empty() {
-        let _ = writeln!(out, "the chain on {PYBULLET}, test_1000\n{}", table(&result.chain));
+        let _ = writeln!(out, "models on {PYBULLET}, test_1000\n{}", table(&result.chain));
     }
-    let _ = writeln!(out, "the chain on pushing\n{}", table(&result.pushing.chain));
+    let _ = writeln!(out, "models on pushing\n{}", table(&result.pushing.chain));
     out
 }

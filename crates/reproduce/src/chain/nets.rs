@@ -1,5 +1,5 @@
-//! A chain: physics as declared, calibrated and augmented, and nets on the declared and on the augmented one with the same
-//! data and budget, all on one test set.
+//! Scores of the declared, calibrated and augmented physics, and of networks on the declared and
+//! augmented models, on one test set. All networks have the same data and number of iterations.
 
 use crate::experiment::data::Set;
 use crate::experiment::rows::Row;
@@ -12,45 +12,45 @@ use augsim_trainer::{
 };
 use std::path::Path;
 
-/// How a chain is run.
+/// Options of the networks.
 #[derive(Debug, Clone, Copy)]
 pub struct Runs<'a> {
-    /// Directory for what comes of it.
+    /// Output folder.
     pub out: &'a Path,
-    /// Iterations of each net.
+    /// Number of training iterations of each network.
     pub iterations: u64,
     /// Seed.
     pub seed: u64,
-    /// Go on with runs that are there.
+    /// Whether existing runs are continued.
     pub resume: bool,
 }
 
-/// Data, model and nets of a chain.
+/// Data and models of a table.
 pub struct Chain<'a> {
-    /// Where the trajectories come from, where rows say so.
+    /// Source name in rows.
     pub name: Option<&'static str>,
     /// The declared model.
     pub declared: Engine,
-    /// The engine of the model with the values that calibration alone gave.
+    /// Engine with calibrated parameters.
     pub calibrated: Engine,
-    /// The model with what the loop found.
+    /// Augmented model.
     pub augmented: Engine,
-    /// Its forecasts, where they are not those of one roll-out.
+    /// Forecasts of the augmented model, if they are not a single roll-out.
     pub scattered: Option<&'a dyn Forecaster>,
-    /// Trajectories that the loop read.
+    /// Number of trajectories of the discovery.
     pub read: usize,
-    /// Where the training data come from.
+    /// Source of the training data.
     pub source: &'a DataSource,
     /// Training data.
     pub train: &'a Sequences,
-    /// Test data, which neither the loop nor a net has seen.
+    /// Test data, not used by the discovery or the networks.
     pub test: &'a Set,
-    /// How and where nets are trained.
+    /// Options of the networks.
     pub runs: Runs<'a>,
 }
 
 impl Chain<'_> {
-    /// The table on the test set; `None` if the user stopped it.
+    /// Makes the table on the test set; returns `None` if interrupted.
     pub fn run(&self, output: &Output) -> anyhow::Result<Option<Vec<Row>>> {
         let Some(nets) = self.train(output)? else { return Ok(None) };
         let [declared, calibrated, augmented] =
@@ -70,7 +70,7 @@ impl Chain<'_> {
         models.into_iter().map(row).collect::<anyhow::Result<_>>().map(Some)
     }
 
-    /// The trained nets with their names in the table; `None` if the user stopped it.
+    /// Trains the networks and returns them with their names in the table; `None` if interrupted.
     fn train(&self, output: &Output) -> anyhow::Result<Option<Vec<(&'static str, NetModel)>>> {
         let Runs { out, iterations, seed, resume } = self.runs;
         let plans = [
@@ -91,7 +91,7 @@ impl Chain<'_> {
                 residual_of: None,
                 settings,
             };
-            match training::train_again(&out.join(folder), &config, self.train, resume, output)? {
+            match training::train_or_resume(&out.join(folder), &config, self.train, resume, output)? {
                 Some(trained) => nets.push((label, trained.model)),
                 None => return Ok(None),
             }

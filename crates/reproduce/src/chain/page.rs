@@ -1,4 +1,4 @@
-//! The page of `reproduce loop`.
+//! Report page of `reproduce loop`.
 
 use super::ResultFile;
 use super::sets::SetRow;
@@ -7,23 +7,23 @@ use augsim_discovery::Rmse;
 use augsim_report::page::{Block, Cell, Column, Page, Provenance, Row, Section, Table};
 use std::path::Path;
 
-/// The page; `command` repeats the run.
+/// Makes the page; `command` repeats the run.
 pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
     let mut sections = vec![found("Measured sets", &result.sets)];
     if !result.chain.is_empty() {
-        let title = "The ball: from the declared model to the net on the augmented one";
+        let title = "The ball: declared, calibrated and augmented physics, and networks";
         sections.push(chain(title, &result.chain, "Forecasts from the first state, test_1000"));
     }
     sections.push(found("Pushes of the virtual laboratory", std::slice::from_ref(&result.pushing.set)));
-    let title = "Pushing: from the declared model to the net on the augmented one";
+    let title = "Pushing: declared, calibrated and augmented physics, and networks";
     sections.push(chain(title, &result.pushing.chain, ""));
     let code = Block::Code { caption: String::new(), text: command.to_owned() };
     sections.push(Section { title: "How to reproduce".to_owned(), blocks: vec![code] });
     Page {
         overline: "closing the loop".to_owned(),
-        title: "What data say about the models".to_owned(),
+        title: "Discovery on measured data sets".to_owned(),
         summary: format!(
-            "{} measured sets, and pushes of the virtual laboratory; each has a report of its own in its folder.",
+            "{} measured sets, and pushes of the virtual laboratory; each has a report in its folder.",
             result.sets.len()
         ),
         sections,
@@ -37,11 +37,11 @@ pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
     }
 }
 
-/// The section on the effects that the loop found in each set.
+/// Makes the section about the effects found in each set.
 fn found(title: &str, sets: &[SetRow]) -> Section {
     let millimetres = |r: Rmse| Cell::estimate(1e3 * r.rmse, Some(r.ci95.map(|v| 1e3 * v)));
     let table = Table {
-        caption: "Root mean square error on trajectories that no fit has seen, with 95 % intervals over trajectories. Of a ball the \
+        caption: "Root mean square error on held-out trajectories, with 95 % intervals over trajectories. Of a ball the \
                   start is fitted to the part before the first impact and the rest is forecast; a push is forecast from \
                   its first pose."
             .to_owned(),
@@ -72,7 +72,7 @@ fn found(title: &str, sets: &[SetRow]) -> Section {
     Section { title: title.to_owned(), blocks: vec![Block::Table(table), Block::Definitions(sentences)] }
 }
 
-/// The table of a chain; `set` is said where the rows do not say it.
+/// Makes the table of models; `set` names the test set if the rows do not.
 fn chain(title: &str, rows: &[rows::Row], set: &str) -> Section {
     let tables = results(rows, set).iter().map(|r| Block::Table(r.table())).collect();
     Section { title: title.to_owned(), blocks: tables }

@@ -1,4 +1,4 @@
-//! The chain on pushing: pushes of the virtual laboratory, whose friction is not what the textbook model declares.
+//! Models on pushes of the virtual laboratory, whose friction differs from the textbook model.
 
 use super::nets::{Chain, Runs};
 use super::sets::{self, SetRow};
@@ -9,22 +9,23 @@ use augsim_physics::model::PushModel;
 use augsim_terminal::output::Output;
 use serde::Serialize;
 
-/// Name of the set, and of the folder of its report.
+/// Name of the set, and of its report folder.
 pub const LABORATORY: &str = "push-laboratory";
-/// Training pushes that the loop reads: 2 to 3 CPU minutes, as fast pushes with inertia are slow to simulate.
+/// Number of training pushes for the discovery: 2 to 3 CPU minutes, as fast pushes with inertia are slow
+/// to simulate.
 const LOOP_PUSHES: usize = 120;
 
-/// Result of the chain on pushes.
+/// Results on pushes.
 #[derive(Debug, Serialize)]
 pub struct Pushing {
-    /// The discovery on training pushes.
+    /// Discovery on training pushes.
     #[serde(flatten)]
     pub set: SetRow,
-    /// The table on the test pushes.
+    /// Rows on the test pushes.
     pub chain: Vec<Row>,
 }
 
-/// Closes the loop and makes the table; `None` if the user stopped it.
+/// Runs the discovery and makes the table; returns `None` if interrupted.
 pub fn chain(plan: &Sizes, runs: Runs<'_>, output: &Output) -> anyhow::Result<Option<Pushing>> {
     let lab = Laboratory::new(plan, runs.seed)?;
     let some: Vec<usize> = (0..LOOP_PUSHES.min(plan.train)).collect();
@@ -50,8 +51,8 @@ pub fn chain(plan: &Sizes, runs: Runs<'_>, output: &Output) -> anyhow::Result<Op
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the chain on pushing has the rows of the whole project in one table, on pushes that neither the loop nor a
-    //! net has seen; the augmented physics is that of the discovery's model file; going on repeats nothing and changes nothing.
+    //! Contract: one table has all models on held-out pushes; the augmented physics is the discovered
+    //! model file; a resumed run repeats nothing and gives the same files.
 
     use super::*;
     use augsim_session::run_dir::RunDir;
@@ -70,10 +71,10 @@ mod tests {
     ];
 
     #[test]
-    fn the_whole_chain_is_in_one_table_and_goes_on_from_what_is_there() {
+    fn makes_one_table_of_all_models_and_resumes() {
         let dir = tempfile::tempdir().expect("a temporary directory");
-        // Twenty pushes that show the inertia plainly (7.8 mm of error after calibration, 1.0 mm with it): of sixteen others the
-        // answer hung on the rounding of the processor's sine.
+        // Twenty pushes show the inertia clearly (error of 7.8 mm after calibration, 1.0 mm with
+        // inertia). With sixteen other pushes the result depended on rounding.
         let plan = Sizes { train: 20, test: 5, ..Sizes::quick() };
         let run = |resume: bool| {
             let runs = Runs { out: dir.path(), iterations: 3, seed: 11, resume };

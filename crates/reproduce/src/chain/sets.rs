@@ -1,4 +1,4 @@
-//! The loop on every measured set of a folder.
+//! Discovery on all measured data sets of a folder.
 
 use anyhow::Context;
 use augsim_data::convert::{CONVERTERS, is_of_pushes};
@@ -7,17 +7,18 @@ use augsim_discovery::Discovery;
 use augsim_session::folders;
 use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::discover_args::{Accept, Discover, Library};
-use augsim_terminal::discovery::close_loop;
+use augsim_terminal::discovery::run_discovery;
 use augsim_terminal::output::Output;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The set that PyBullet made.
+/// Name of the data set from PyBullet.
 pub const PYBULLET: &str = "pybullet-ball";
 
-/// The model that the engine of the paper's experiment has: damping that the data do not have and a restitution of 0.65. The
-/// position deviation is a tolerance: the stepping scheme differs from the exact engine by centimetres at each bounce.
+/// Declared model of the PyBullet set: damping that the data do not have and a restitution of 0.65. The
+/// position noise is a tolerance, because the stepping scheme differs from the exact engine by
+/// centimetres at each bounce.
 const PYBULLET_MODEL: &str = "\
 scenario = \"ball\"
 
@@ -39,30 +40,30 @@ c_per_s = 0.04
 kind = \"quadratic-drag\"
 k_per_m = 0.04
 ";
-/// Drops of it that the loop reads: more change no answer.
+/// Number of PyBullet drops for the discovery; more do not change the result.
 const PYBULLET_DROPS: usize = 100;
 
-/// A set and what was found in it.
+/// A data set and its discovery.
 #[derive(Debug, Serialize)]
 pub struct SetRow {
     /// Name of the set.
     pub set: String,
-    /// Trajectories in it.
+    /// Number of trajectories.
     pub trajectories: usize,
-    /// Its report, from the folder of the results.
+    /// Path of the report, relative to the results folder.
     pub report: PathBuf,
-    /// The discovery.
+    /// Discovery.
     #[serde(flatten)]
     pub found: Discovery,
 }
 
-/// Runs the loop on the sets under `data` that are about the ball, each in its own folder of `out`.
+/// Runs the discovery on the ball data sets in `data`, each in a separate folder of `out`.
 pub fn run(data: &Path, out: &Path, seed: u64, output: &Output) -> anyhow::Result<Vec<SetRow>> {
     let mut rows = Vec::new();
     for (set, convert) in CONVERTERS.into_iter().filter(|(set, _)| !is_of_pushes(set)) {
         let folder = data.join(set);
         if !folder.exists() {
-            output.note(format!("{}: not there, left out", folder.display()));
+            output.note(format!("{}: not found, skipped", folder.display()));
             continue;
         }
         let converted = convert(&folder)?;
@@ -80,8 +81,8 @@ pub fn run(data: &Path, out: &Path, seed: u64, output: &Output) -> anyhow::Resul
     Ok(rows)
 }
 
-/// Runs the loop on one set, in its own folder of `out`. With `resume` an answer that is there stands, if the same model and
-/// data gave it: for data that the seed decides as well.
+/// Runs the discovery on one set in a separate folder of `out`. With `resume` an existing result from
+/// the same model and data is reused; this is for data that depend on the seed.
 pub fn one(
     set: &str,
     data: &Dataset,
@@ -107,7 +108,8 @@ pub fn one(
     let found = match resume.then(|| earlier(&args, data, model)).flatten() {
         Some(found) => found,
         None => {
-            // An answer to other data must not outlive them, should this be stopped.
+            // Remove a result from other data first, so that it does not remain if this run is
+            // interrupted.
             let result = out.join(RESULT);
             if result.exists() {
                 std::fs::remove_file(&result)
@@ -115,8 +117,8 @@ pub fn one(
             }
             atomic_write(&args.model, |w| w.write_all(model.as_bytes()))?;
             write_dataset(data, &args.data)?;
-            // The claim on the outer folder decided what may be replaced here.
-            close_loop(&args, seed, true, output)?
+            // The claim of the outer folder has already decided what may be overwritten.
+            run_discovery(&args, seed, true, output)?
         }
     };
     output.note(format!("{set}: {}", found.sentence));
@@ -124,7 +126,7 @@ pub fn one(
     Ok(SetRow { set: set.to_owned(), trajectories, report: Path::new(set).join(REPORT), found })
 }
 
-/// The answer of an earlier run on the same model and data.
+/// Returns the result of an earlier run on the same model and data.
 fn earlier(args: &Discover, data: &Dataset, model: &str) -> Option<Discovery> {
     let same_model = std::fs::read_to_string(&args.model).ok()? == model;
     let before = read_dataset(&args.data, MissingCells::AsGap).ok()?;

@@ -1,11 +1,11 @@
-//! The experiment with drops of a ball (paper, section IV-A): what is run, and what is said about it.
+//! Experiment with ball drops (paper, section IV-A): networks, scores and text of the report.
 
 use super::plan::{Experiment, NetPlan, Words};
 use super::result::ResultFile;
 use augsim_report::page::{KeyFigure, significant};
 use augsim_trainer::Recipe;
 
-/// The experiment; `test` names the test set.
+/// Makes the plan of the experiment; `test` is the name of the test set.
 pub fn experiment(
     title: &str,
     test: &str,
@@ -29,7 +29,7 @@ pub fn experiment(
             summary,
             key_figures,
             describe,
-            // Nets only: three columns of the page, one row a trajectory.
+            // The page has three columns and one row per trajectory, so only networks are shown.
             draws: |model| !["Zero", "Physics", "Exact law"].contains(&model),
             notes: &NOTES,
             methods: &METHODS,
@@ -39,7 +39,7 @@ pub fn experiment(
     }
 }
 
-/// The outcome in two sentences.
+/// Summarises the outcome in two sentences.
 fn summary(result: &ResultFile) -> String {
     let find = |model: &str| result.forecast(model);
     let (Some(best), Some(physics), Some(law)) = (find("Hybrid+"), find("Physics"), find("Exact law")) else {
@@ -48,7 +48,7 @@ fn summary(result: &ResultFile) -> String {
     format!(
         "From the first state alone, Hybrid+ predicts the height to {:.3} m (mean of 10 samples), physics alone to \
          {:.3} m. Ten samples of the law that made the data give {:.3} m: the restitution differs from drop to drop \
-         and cannot be seen at release, so no forecast can do much better.",
+         and is unknown at release, so no forecast can do much better.",
         best.number("pos_m"),
         physics.number("pos_m"),
         law.number("pos_m")
@@ -94,7 +94,7 @@ fn describe(recipe: Recipe) -> &'static str {
 }
 
 const NOTES: [&str; 3] = [
-    "The restitution is drawn per drop and cannot be seen at release. A row below the floor can only be a \
+    "The restitution differs from drop to drop and is unknown at release. A row below the floor can only be a \
      reconstruction or another set-up; the published Hybrid row (2.42 %, 0.016 m, 0.14 m/s) is far below it.",
     "In the published net the same noise enters encoder, prior and latent, so its divergence does not bound \
      what the latent carries: it reconstructs well, but samples of its prior are not what its decoder was \

@@ -1,4 +1,4 @@
-//! Where trajectories come from: files, the paper's law, the virtual laboratory of pushing, published pushes.
+//! Data of experiments: files, simulated drops, the virtual laboratory of pushing, published pushes.
 
 use super::layout::Layout;
 use super::rows::{Row, Tested};
@@ -22,29 +22,30 @@ use augsim_trainer::{self as trainer, Engine, Sequences};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Added to the seed for each further set, so that no two share draws.
+/// Offset of the seed for each further data set, so that their random draws differ.
 const SEED_STEP: u64 = 1_000_000;
-/// Name of the pushes that the laboratory makes.
+/// Name of the pushes of the virtual laboratory.
 pub const LABORATORY: &str = "virtual laboratory";
-/// The object and the support that nets are trained on.
-const TRAINED: (&str, &str) = ("rect1", "abs");
-/// Pairs of object and support that they have not seen.
-const UNSEEN: [(&str, &str); 4] =
+/// Object and surface of the training data.
+const TRAINING_PAIR: (&str, &str) = ("rect1", "abs");
+/// Pairs of object and surface that are only in test data.
+const UNSEEN_PAIRS: [(&str, &str); 4] =
     [("rect1", "plywood"), ("rect1", "pu"), ("rect1", "delrin"), ("rect2", "abs")];
 
-/// Trajectories of one test set, with the model that is declared for them.
+/// Trajectories of one test set with their declared model.
 #[derive(Debug, Clone)]
 pub struct Set {
-    /// Object, support, and `test`, `unseen surface` or `unseen object`; nothing where there is one test set.
+    /// Object, surface, and `test`, `unseen surface` or `unseen object`; `None` if there is only one
+    /// test set.
     pub on: Option<(String, String, &'static str)>,
-    /// The declared model.
+    /// Declared model.
     pub engine: Engine,
-    /// The trajectories.
+    /// Trajectories.
     pub items: Sequences,
 }
 
 impl Set {
-    /// A model scored on it that was trained on `trained` trajectories of `data`.
+    /// Makes the row of a model that was trained on `trained` trajectories of `data`.
     pub fn row(
         &self,
         data: Option<&'static str>,
@@ -65,7 +66,7 @@ impl Set {
         row
     }
 
-    /// Pushes of an object on a support.
+    /// Makes a test set of pushes of an object on a surface.
     pub fn of_pushes(
         object: &str,
         surface: &str,
@@ -77,45 +78,45 @@ impl Set {
     }
 }
 
-/// Everything that the tables are made of.
+/// Training and test data of an experiment.
 #[derive(Debug, Clone)]
 pub struct Data {
-    /// Where it comes from, where rows say so.
+    /// Name of the data in rows, if rows have one.
     pub name: Option<&'static str>,
-    /// Source of the training set, for run directories; the k first of it make a smaller set.
+    /// Source of the training set for run directories; its beginning is a smaller training set.
     pub source: DataSource,
-    /// The declared model of the training set.
+    /// Declared model of the training set.
     pub engine: Engine,
     /// Training set.
     pub train: Sequences,
-    /// Test sets, the first of what is trained on.
+    /// Test sets; the first is of the training kind.
     pub tests: Vec<Set>,
-    /// Where it comes from, for the page.
+    /// Origin of the data for the page.
     pub origin: Vec<Origin>,
-    /// Sentences about trajectories that had to be left out.
+    /// Notes about omitted trajectories.
     pub notes: Vec<String>,
 }
 
-/// The laboratory's pushes of the object and on the support that nets are trained on. One layout is cut into training and
-/// test pushes: no cell of contact, angle and speed is in both unless there are more than 7,128.
+/// Pushes of the training object and surface from the laboratory. One layout is split into training and
+/// test pushes. A cell of contact, angle and speed is in both only if there are more than 7,128 pushes.
 #[derive(Debug, Clone)]
 pub struct Laboratory {
-    /// The model that is declared.
+    /// Declared model.
     pub declared: PushModel,
-    /// All pushes as they were measured, those for training first.
+    /// All measured pushes, the training pushes first.
     pub data: Dataset,
-    /// Their source.
+    /// Source of the pushes.
     pub source: DataSource,
-    /// Training pushes, thinned.
+    /// Subsampled training pushes.
     pub train: Sequences,
-    /// Test pushes, thinned.
+    /// Subsampled test pushes.
     pub test: Set,
 }
 
 impl Laboratory {
-    /// Makes the pushes of a plan.
+    /// Generates the pushes of a plan.
     pub fn new(plan: &Sizes, seed: u64) -> anyhow::Result<Self> {
-        let (object, surface) = TRAINED;
+        let (object, surface) = TRAINING_PAIR;
         let count = plan.train + plan.test;
         let Generated { data, declared, .. } =
             recipe(Protocol::Mit, object, surface, count)?.generate(seed)?;
@@ -135,14 +136,14 @@ impl Laboratory {
     }
 }
 
-/// The declared engine of an object on a support.
+/// Returns the declared engine of an object on a surface.
 pub fn engine(object: &str, surface: &str) -> anyhow::Result<Engine> {
     let (known, sheet) = object_on_surface(object, surface)?;
     let friction = |name: &str| (name == "support_friction").then_some(sheet.friction);
     engine_of(PushModel::textbook(known).with_nominal(friction))
 }
 
-/// The engine of a model of pushing.
+/// Returns the engine of a push model.
 pub fn engine_of(model: PushModel) -> anyhow::Result<Engine> {
     Ok(Engine::of(&ModelFile::Push(model), None)?)
 }
@@ -152,7 +153,7 @@ fn made(object: &str, surface: &str, count: usize, seed: u64) -> anyhow::Result<
     Ok(pushes(&made.data, Thinning::default())?)
 }
 
-/// Where drops come from, in words.
+/// Describes the source of data.
 fn origin(role: &str, source: &DataSource) -> Origin {
     let (path, hash) = match source {
         DataSource::File(path) => (path.display().to_string(), fingerprint(path)),
@@ -168,13 +169,13 @@ fn origin(role: &str, source: &DataSource) -> Origin {
     Origin { path: format!("{role}: {path}"), hash }
 }
 
-/// The items `[from, to)` of a set.
+/// Returns the items `[from, to)` of a set.
 pub fn part(all: &Sequences, from: usize, to: usize) -> Sequences {
     Sequences { items: all.items[from..to].to_vec(), ..all.clone() }
 }
 
 impl Data {
-    /// Drops of a ball for training and for the test, with the engine of the paper's experiment.
+    /// Loads or generates training and test drops, with the engine of the experiment of the paper.
     pub fn drops(train: &DataSource, test: &DataSource) -> anyhow::Result<(Self, Dataset)> {
         let engine = paper_engine();
         let (train_set, truth) = (load(train, &engine)?, read(test, &engine)?);
@@ -198,22 +199,22 @@ impl Data {
         Data { name: Some(name), source, engine, train, tests, origin, notes }
     }
 
-    /// Pushes laid out as the MIT set, made by the virtual laboratory.
+    /// Generates pushes in the layout of the MIT set in the virtual laboratory.
     pub fn laboratory(plan: &Sizes, seed: u64) -> anyhow::Result<Self> {
         let Laboratory { source, train, test, .. } = Laboratory::new(plan, seed)?;
         let engine = test.engine.clone();
         let mut tests = vec![test];
-        for (i, (object, surface)) in UNSEEN.into_iter().enumerate() {
+        for (i, (object, surface)) in UNSEEN_PAIRS.into_iter().enumerate() {
             let seed = seed.wrapping_add((i as u64 + 1) * SEED_STEP);
-            let split = if surface == TRAINED.1 { "unseen object" } else { "unseen surface" };
+            let split = if surface == TRAINING_PAIR.1 { "unseen object" } else { "unseen surface" };
             let pushes = made(object, surface, plan.transfer, seed)?;
             tests.push(Set::of_pushes(object, surface, split, pushes)?);
         }
         Ok(Data::of_pushes(LABORATORY, source, engine, train, tests, Vec::new()))
     }
 
-    /// The published files below a folder. Nets are trained on rect1 on ABS where that is there, otherwise on the
-    /// pair of object and support with most pushes; all other pairs are transfer tests.
+    /// Loads published push files. The training set is rect1 on ABS if available, otherwise the pair of
+    /// object and surface with the most pushes; all other pairs are transfer tests.
     pub fn published(folder: &Path, plan: &Sizes, seed: u64) -> anyhow::Result<Self> {
         let all = resample(&read_push_dataset(folder)?, PUBLISHED_RATE_HZ)?;
         let mut notes = Vec::new();
@@ -227,13 +228,13 @@ impl Data {
             let known = engine(object, surface).is_ok();
             if !known {
                 notes.push(format!(
-                    "{} pushes of {object} on {surface} left out: no declared model",
+                    "{} pushes of {object} on {surface} omitted: no declared model",
                     items.len()
                 ));
             }
             known
         });
-        let trained = (TRAINED.0.to_owned(), TRAINED.1.to_owned());
+        let trained = (TRAINING_PAIR.0.to_owned(), TRAINING_PAIR.1.to_owned());
         let most = pairs.iter().max_by_key(|(_, items)| items.len()).map(|(pair, _)| pair.clone());
         let pair = if pairs.contains_key(&trained) { Some(trained) } else { most };
         let pair = pair.with_context(|| {
@@ -261,7 +262,7 @@ impl Data {
         Ok(Data::of_pushes("published MIT Push files", source, engine, train, tests, notes))
     }
 
-    /// Keeps the first `size` trajectories of the training set.
+    /// Keeps the first `size` training trajectories.
     pub fn first(mut self, size: usize) -> anyhow::Result<Self> {
         let there = self.train.items.len();
         if size > there {
@@ -271,7 +272,7 @@ impl Data {
         Ok(self)
     }
 
-    /// Whether a folder holds published files: a folder of one of their supports.
+    /// Whether a folder contains published files: a folder of one of their surfaces.
     pub fn is_published(folder: &Path) -> bool {
         Surface::ALL.iter().any(|s| folder.join(s.name()).is_dir())
     }

@@ -1,4 +1,4 @@
-//! Which figures of a score are told, by what they are called in results, tables and pages.
+//! Names of the scores of each kind of system in results, tables and pages.
 
 use augsim_report::page::{Best, Column};
 use augsim_trainer::Engine;
@@ -7,13 +7,13 @@ use augsim_trainer::score::{PointError, Score};
 /// An error of a point estimate.
 #[derive(Debug, Clone, Copy)]
 pub enum Figure {
-    /// Per cent of the distance from zero, mean over trajectories.
+    /// Percentage of the distance from zero, mean over trajectories.
     Trans,
-    /// Per cent of the distance moved, over all trajectories.
+    /// Percentage of the distance moved, over all trajectories.
     Moved,
-    /// Error of a measure, by its place, times a factor from the unit of the data.
+    /// Error of a measure by index, times a unit factor.
     Error(usize, f64),
-    /// Error of a measure at the last sample, by its place, times a factor from the unit of the data.
+    /// Error of a measure at the last sample by index, times a unit factor.
     End(usize, f64),
 }
 
@@ -28,32 +28,32 @@ impl Figure {
     }
 }
 
-/// The figure of a row that a column of a table shows.
+/// Value of a row that a column shows.
 #[derive(Debug, Clone, Copy)]
 pub enum Value {
-    /// Trajectories that the model was trained on.
+    /// Number of training trajectories of the model.
     Trained,
-    /// The number of that name.
+    /// Number with this name.
     Key(&'static str),
-    /// Share of true values in the 50 % band, per cent.
+    /// Coverage of the 50 % band in %.
     Inside50,
-    /// Share in the 90 % band, per cent.
+    /// Coverage of the 90 % band in %.
     Inside90,
 }
 
-/// A column of numbers: in text (head, width, decimals) and on a page (title, unit, decimals).
+/// A column in text (heading, width, decimals) and on a page (title, unit, decimals).
 #[derive(Debug)]
 pub struct Shown {
-    /// The number in it.
+    /// Value of the column.
     pub value: Value,
-    /// Heading, width and decimals of the column in text.
+    /// Heading, width and decimals in text.
     pub text: (&'static str, usize, usize),
-    /// Title, unit and decimals of the column on a page.
+    /// Title, unit and decimals on a page.
     pub page: (&'static str, &'static str, usize),
 }
 
 impl Shown {
-    /// The column of a page.
+    /// Returns the page column.
     pub fn column(&self) -> Column {
         let (title, unit, decimals) = self.page;
         let column = Column::number(title, unit).decimals(decimals);
@@ -66,28 +66,28 @@ impl Shown {
     }
 }
 
-/// How the scores of one kind of system are told.
+/// Names and columns of the scores of one kind of system.
 #[derive(Debug)]
 pub struct Layout {
-    /// Samples that a forecasting model sees, in words.
+    /// Description of the input of a forecast.
     pub sees: &'static str,
-    /// One trajectory, and many.
+    /// Words for one trajectory and for several.
     pub words: [&'static str; 2],
-    /// Name and estimate of the numbers that come first, where a model samples.
+    /// Name and function of the first point estimate.
     pub estimate: (&'static str, fn(&Score) -> &PointError),
-    /// Name in results, name in tables (empty: it is in none) and estimate of the numbers that come second.
+    /// Name in results, name in tables (empty: not shown) and function of the second point estimate.
     pub second: (&'static str, &'static str, fn(&Score) -> &PointError),
-    /// Names in results and errors that come next to the estimates.
+    /// Names and values of the errors of each estimate.
     pub errors: &'static [(&'static str, Figure)],
-    /// Continuous ranked probability scores: name, measure, factor.
+    /// CRPS columns: name, measure index, unit factor.
     pub crps: &'static [(&'static str, usize, f64)],
-    /// Least width of the names of models.
+    /// Minimum width of the model column.
     pub width: usize,
-    /// Columns of tables.
+    /// Columns of the tables.
     pub shown: &'static [Shown],
     /// Notes below the tables of a page.
     pub footnotes: &'static [&'static str],
-    /// Channels of a forecast that a page draws: name, unit, factor from the unit of the data.
+    /// Forecast channels on a page: name, unit, unit factor.
     pub channels: &'static [(&'static str, &'static str, f64)],
 }
 
@@ -101,9 +101,9 @@ const fn shown(
     Shown { value, text, page }
 }
 
-/// Systems that nobody acts on: the paper's ball.
-static FREE: Layout = Layout {
-    sees: "the model sees the first state only",
+/// Layout of systems without actions: the ball.
+static WITHOUT_ACTIONS: Layout = Layout {
+    sees: "the model uses the first state only",
     words: ["trajectory", "trajectories"],
     estimate: ("mean of 10", |s| &s.mean_of_10),
     second: ("median_of_100", "median of 100", |s| &s.median),
@@ -120,19 +120,19 @@ static FREE: Layout = Layout {
         shown(Value::Key("vel_m_s"), ("vel m/s", 8, 4), ("velocity", "m/s", 3)),
         shown(Value::Key("crps_pos_m"), ("CRPS m", 8, 4), ("CRPS position", "m", 3)),
         shown(Value::Key("crps_vel_m_s"), ("CRPS m/s", 9, 4), ("CRPS velocity", "m/s", 3)),
-        shown(Value::Inside50, ("in 50%", 6, 1), ("50 % band holds", "%", 1)),
-        shown(Value::Inside90, ("in 90%", 6, 1), ("90 % band holds", "%", 1)),
+        shown(Value::Inside50, ("in 50%", 6, 1), ("50 % band coverage", "%", 1)),
+        shown(Value::Inside90, ("in 90%", 6, 1), ("90 % band coverage", "%", 1)),
     ],
     footnotes: &[
         "Mean absolute error over all steps and trajectories; translation is the mean over trajectories of the summed absolute error over the summed true height. CRPS: continuous ranked probability score; for a deterministic model it is the absolute error.",
-        "Bold and underlined: best of its protocol (for bands: nearest to the stated share). Protocols are not compared with each other.",
+        "Bold and underlined: best of its protocol (for bands: nearest to the nominal coverage). Protocols are not compared with each other.",
     ],
     channels: &[("height", "m", 1.0), ("velocity", "m/s", 1.0)],
 };
 
-/// Systems whose actions are known beforehand: pushes.
-static ACTED: Layout = Layout {
-    sees: "the model sees the first pose and the rod's path",
+/// Layout of systems with known actions: pushes.
+static WITH_ACTIONS: Layout = Layout {
+    sees: "the model uses the first pose and the path of the pusher",
     words: ["push", "pushes"],
     estimate: ("mean of 100", |s| &s.mean),
     second: ("mean_of_10", "", |s| &s.mean_of_10),
@@ -154,8 +154,8 @@ static ACTED: Layout = Layout {
         shown(Value::Key("rot_deg"), ("rot deg", 8, 3), ("rotation", "°", 2)),
         shown(Value::Key("crps_mm"), ("CRPS mm", 9, 3), ("CRPS position", "mm", 2)),
         shown(Value::Key("crps_deg"), ("CRPS deg", 9, 3), ("CRPS rotation", "°", 2)),
-        shown(Value::Inside50, ("in 50%", 7, 1), ("50 % band holds", "%", 1)),
-        shown(Value::Inside90, ("in 90%", 6, 1), ("90 % band holds", "%", 1)),
+        shown(Value::Inside50, ("in 50%", 7, 1), ("50 % band coverage", "%", 1)),
+        shown(Value::Inside90, ("in 90%", 6, 1), ("90 % band coverage", "%", 1)),
     ],
     footnotes: &[
         "The model sees the first pose and the rod's path. Errors of the mean of 100 samples, averaged over the samples of a push and then over pushes. Translation divides by the distance from the robot's base, as the published tables do; the next column by the distance from the first position.",
@@ -164,17 +164,17 @@ static ACTED: Layout = Layout {
 };
 
 impl Layout {
-    /// Gives the layout of an engine's trajectories.
+    /// Returns the layout of an engine.
     pub fn of(engine: &Engine) -> &'static Self {
-        if engine.action_columns().is_empty() { &FREE } else { &ACTED }
+        if engine.action_columns().is_empty() { &WITHOUT_ACTIONS } else { &WITH_ACTIONS }
     }
 
-    /// Whether tables name the estimate of each row: there is more than one.
+    /// Whether tables name the estimate of each row, because there are several.
     pub fn names_estimates(&self) -> bool {
         !self.second.1.is_empty()
     }
 
-    /// The numbers of an estimate, by name.
+    /// Returns the errors of an estimate by name.
     pub fn numbers(&self, e: &PointError) -> Vec<(&'static str, f64)> {
         self.errors.iter().map(|(name, figure)| (*name, figure.of(e))).collect()
     }

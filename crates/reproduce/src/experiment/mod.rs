@@ -1,5 +1,5 @@
-//! An experiment: nets are trained on one set, every model is scored on every test set, and `result.json` and `report.html`
-//! are written.
+//! Runs an experiment: trains networks on one set, scores all models on all test sets, writes
+//! `result.json` and `report.html`.
 
 pub mod ball;
 pub mod data;
@@ -43,22 +43,22 @@ use std::path::PathBuf;
 /// A finished experiment.
 #[derive(Debug)]
 pub struct Finished {
-    /// Content of the result file that was written.
+    /// Content of the result file.
     pub result: ResultFile,
-    /// The report's path.
+    /// Path of the report.
     pub report: PathBuf,
 }
 
 impl Finished {
-    /// Prints the result, or its tables and where the page is.
-    pub fn tell(&self, output: &Output) -> anyhow::Result<()> {
+    /// Prints the result as JSON, or the tables and the path of the report.
+    pub fn print(&self, output: &Output) -> anyhow::Result<()> {
         output.result(&self.result, || format!("{}\nreport: {}", table(&self.result), self.report.display()))
     }
 }
 
 impl Experiment {
-    /// Runs it into the claimed folder; `None` if the user stopped it (run again with `--resume`). `truth` is the test set
-    /// whose floor is asked for.
+    /// Runs the experiment in the claimed folder; returns `None` if interrupted (continue with
+    /// `--resume`). `truth` is the test set whose lower error bound is computed.
     pub fn run(
         &self,
         data: &Data,
@@ -124,7 +124,8 @@ impl Experiment {
         Ok(Some(Finished { result, report: path }))
     }
 
-    /// The nets trained on everything, and the errors of those trained on less; `None` if the user stopped it.
+    /// Trains all networks; returns those trained on the whole set and the learning curve, or `None` if
+    /// interrupted.
     fn train(
         &self,
         data: &Data,
@@ -149,7 +150,7 @@ impl Experiment {
         Ok(Some((nets, curve)))
     }
 
-    /// The rows of all models on all test sets, and the scores on the first.
+    /// Scores all models on all test sets; returns the rows and the scores on the first set.
     fn score(
         &self,
         data: &Data,
@@ -167,7 +168,8 @@ impl Experiment {
             let mut models: Vec<(&dyn Forecaster, usize)> = Vec::new();
             if self.baselines {
                 models.push((&Zero, 0));
-                // That nothing moves is a forecast of an object which a rod may or may not reach.
+                // The forecast without motion applies only to systems with actions, because the pusher
+                // may miss the object.
                 models.extend(gp.iter().map(|_| (&Still as &dyn Forecaster, 0)));
                 models.push((&physics, 0));
             }
@@ -197,7 +199,7 @@ impl Experiment {
         Ok((rows, scored))
     }
 
-    /// Trains a net on the first `size` trajectories; `None` if the user stopped it.
+    /// Trains a network on the first `size` trajectories; returns `None` if interrupted.
     fn net(
         &self,
         plan: &NetPlan,
@@ -218,23 +220,23 @@ impl Experiment {
             residual_of: None,
             settings,
         };
-        training::train_again(&self.run_dir(claim, recipe, size), &config, &train, self.resume, output)
+        training::train_or_resume(&self.run_dir(claim, recipe, size), &config, &train, self.resume, output)
     }
 
-    /// Where a net is trained on the first `size` trajectories.
+    /// Returns the run directory of a network for a training-set size.
     fn run_dir(&self, claim: &Claim, recipe: Recipe, size: usize) -> PathBuf {
         let name = recipe.label().to_lowercase().replace('+', "-plus");
         claim.folder().join(if self.sizes.is_empty() { name } else { format!("{name}-{size}") })
     }
 
-    /// Losses of the nets that were trained on everything.
+    /// Reads the losses of the networks trained on the whole set.
     fn losses(&self, claim: &Claim, whole: usize) -> anyhow::Result<Vec<(Recipe, Vec<Losses>)>> {
         let read =
             |p: &NetPlan| Ok((p.recipe, RunDir::open(&self.run_dir(claim, p.recipe, whole)).read_metrics()?));
         self.nets.iter().map(read).collect()
     }
 
-    /// The best that any predictor can do from the first state.
+    /// Computes the lowest error of any predictor from the first state.
     fn floor(&self, layout: &'static Layout, truth: &Dataset) -> anyhow::Result<Row> {
         let options = FloorOptions { seed: self.seed, ..Default::default() };
         let floor = paper_floor(&PaperLaw::default(), truth, options)?;
@@ -246,7 +248,7 @@ impl Experiment {
         Ok(Row::floor(layout, errors, [floor.crps_height_m.mean, floor.crps_velocity_m_s.mean]))
     }
 
-    /// The repeated push.
+    /// Compares the models on the repeated push.
     fn clouds(
         &self,
         gp: Option<&GpPush>,
@@ -261,7 +263,7 @@ impl Experiment {
     }
 }
 
-/// Nets of the training-set-size curve: the published ones forecast that nothing moves, whatever they were trained on.
+/// Whether a network is in the learning curve: the published ones predict no motion at every size.
 fn in_curve(recipe: Recipe) -> bool {
     matches!(recipe, Recipe::NeuralPlus | Recipe::HybridPlus)
 }

@@ -1,4 +1,4 @@
-//! An experiment as a page.
+//! Report page of an experiment.
 
 use super::data::Data;
 use super::layout::Layout;
@@ -15,39 +15,39 @@ use augsim_trainer::push::{GpPush, StartFrame};
 use augsim_trainer::score::{Score, quantile};
 use augsim_trainer::{Forecaster, Losses, Protocol, Recipe, SAMPLES, Sequence, Task};
 
-/// Test trajectories that the page shows.
-const SHOWN: usize = 3;
-/// Points of a learning curve, and of a cloud: enough for a page.
+/// Number of test trajectories on the page.
+const MAX_SHOWN_TRAJECTORIES: usize = 3;
+/// Maximum number of points of a learning curve and of a point cloud.
 const CURVE_POINTS: usize = 200;
 const CLOUD_POINTS: usize = 700;
 
-/// A model's score on the first test set.
+/// Score of a model on the first test set.
 pub struct Scored {
-    /// Model.
+    /// Name of the model.
     pub name: String,
-    /// Samples of a test trajectory that it could see.
+    /// Protocol of the score.
     pub protocol: Protocol,
-    /// Its score.
+    /// Score.
     pub score: Score,
 }
 
-/// Data and nets that the page draws beside the result.
+/// Data and models that the page shows next to the result.
 pub struct Drawn<'a> {
-    /// Data that models were trained and scored on.
+    /// Training and test data.
     pub data: &'a Data,
-    /// Nets trained on the whole set.
+    /// Networks trained on the whole set.
     pub nets: &'a [Trained],
     /// The Gaussian processes.
     pub gp: Option<&'a GpPush>,
-    /// Losses of each net.
+    /// Losses of each network.
     pub losses: Vec<(Recipe, Vec<Losses>)>,
     /// Scores on the first test set.
     pub scored: Vec<Scored>,
-    /// Clouds of the repeated push.
+    /// Point clouds of the repeated push.
     pub clouds: Option<&'a Clouds>,
 }
 
-/// Fills the page's input.
+/// Makes the input of the page.
 pub fn report(
     experiment: &Experiment,
     result: &ResultFile,
@@ -60,7 +60,7 @@ pub fn report(
     let nets = drawn.nets.iter().map(|t| &t.model as &dyn Forecaster);
     let all = nets.chain(drawn.gp.iter().map(|gp| *gp as &dyn Forecaster));
     for model in all.filter(|m| (words.draws)(m.name())) {
-        for (index, q) in set.items.items.iter().enumerate().take(SHOWN) {
+        for (index, q) in set.items.items.iter().enumerate().take(MAX_SHOWN_TRAJECTORIES) {
             fans(model, q, index, data, layout, &mut forecasts)?;
         }
     }
@@ -127,19 +127,20 @@ pub fn report(
     })
 }
 
-/// Times of the samples of a trajectory, s: by its clock, or by the step of the engine.
+/// Returns the times of the samples of a trajectory in s, from its clock or the step of the engine.
 fn times(data: &Data, q: &Sequence) -> Vec<f64> {
     let clock = |t: usize| q.action(t).last().copied().unwrap_or_default();
     let by_clock = || (0..q.time).map(|t| clock(t) - clock(0)).collect();
     data.engine.step_s().map_or_else(by_clock, |step_s| by_rate(q.time, step_s))
 }
 
-/// Times at a step. Rates are round numbers more often than steps: 60 Hz.
+/// Computes times from the sampling rate, which is a round number more often than the step: 60 Hz.
 fn by_rate(samples: usize, step_s: f64) -> Vec<f64> {
     (0..samples).map(|t| t as f64 / step_s.recip()).collect()
 }
 
-/// The forecasts of one trajectory, channel by channel. Where somebody acts they are displacements from the first pose.
+/// Returns the forecasts of one trajectory by channel, relative to the first pose for systems with
+/// actions.
 fn fans(
     model: &dyn Forecaster,
     q: &Sequence,
@@ -182,7 +183,7 @@ fn fans(
     Ok(())
 }
 
-/// Errors at each time, one curve a model and measure.
+/// Returns the errors over time, one curve per model and measure.
 fn errors(drawn: &Drawn<'_>, layout: &Layout) -> Vec<ErrorCurve> {
     let step_s = drawn.data.engine.step_s().unwrap_or(f64::NAN);
     let curve = |s: &Scored, measure: usize| ErrorCurve {
@@ -199,7 +200,7 @@ fn errors(drawn: &Drawn<'_>, layout: &Layout) -> Vec<ErrorCurve> {
     drawn.scored.iter().flat_map(|s| (0..s.score.crps.len()).map(|m| curve(s, m))).collect()
 }
 
-/// Position errors over the parts of the duration, of models that move anything.
+/// Returns the position errors over the parts of the duration, for all models that predict motion.
 fn parts(drawn: &Drawn<'_>) -> Vec<Curve> {
     let moving = drawn.scored.iter().filter(|s| !matches!(s.name.as_str(), "Zero" | "Still"));
     let curve = |s: &Scored| {
@@ -215,7 +216,7 @@ fn parts(drawn: &Drawn<'_>) -> Vec<Curve> {
     moving.map(curve).collect()
 }
 
-/// The errors against the size of the training set.
+/// Returns the learning curves over the training-set size.
 fn sizes(result: &ResultFile) -> Vec<Curve> {
     let mut out: Vec<Curve> = Vec::new();
     for (measure, unit) in [("Position", "mm"), ("Rotation", "°")] {

@@ -1,50 +1,51 @@
-//! The plan of an experiment: nets, data, tables.
+//! Plan of an experiment: networks, data, tables.
 
 use super::result::ResultFile;
 use augsim_report::page::KeyFigure;
 use augsim_trainer::Recipe;
 use std::path::PathBuf;
 
-/// One net to train.
+/// One network to train.
 #[derive(Debug, Clone, Copy)]
 pub struct NetPlan {
-    /// Recipe of the net.
+    /// Recipe.
     pub recipe: Recipe,
-    /// Iterations.
+    /// Number of training iterations.
     pub iterations: u64,
 }
 
-/// The plan of an experiment: nets are trained on one set and scored on test sets, beside the physics. All else is there where
-/// it is asked for.
+/// Plan of an experiment: networks are trained on one set and scored on test sets, next to the physics.
+/// Other parts are optional.
 #[derive(Debug, Clone)]
 pub struct Experiment {
-    /// Command that repeats it.
+    /// Command that repeats the experiment.
     pub command: String,
-    /// Name of the only test set, which is of the paper's law: the floor is known, and nets reconstruct it.
+    /// Name of the only test set. Its generating model is known, so the lower error bound and
+    /// reconstructions are computed.
     pub floor: Option<String>,
-    /// Whether what needs no training is scored as well.
+    /// Whether models without training are scored as well.
     pub baselines: bool,
-    /// Nets, in the order of the table.
+    /// Networks, in the order of the table.
     pub nets: Vec<NetPlan>,
-    /// Sizes of training sets of the curve of errors, on which the nets with a plus are trained too.
+    /// Training-set sizes of the learning curve, for networks with a plus.
     pub sizes: Vec<usize>,
-    /// Training steps of Gaussian processes of pushing.
+    /// Number of training steps of the Gaussian processes of pushing.
     pub gp_steps: Option<usize>,
-    /// Repeats of one push in the laboratory, truth and samples alike.
+    /// Number of repetitions of one push in the laboratory, for truth and samples.
     pub repeats: Option<usize>,
-    /// Measured runs of the pusher-slider.
+    /// Folder of measured pusher-slider runs.
     pub runs: Option<PathBuf>,
-    /// Whether less of everything was asked for.
+    /// Whether the reduced version is run.
     pub quick: bool,
-    /// Sentences about it.
+    /// Texts of the report.
     pub words: Words,
     /// Seed.
     pub seed: u64,
-    /// Go on with runs that are there.
+    /// Whether existing runs are continued.
     pub resume: bool,
 }
 
-/// Sentences of a page and of the results about an experiment.
+/// Texts of the page and of the results of an experiment.
 #[derive(Debug, Clone)]
 pub struct Words {
     /// `ball` or `push`.
@@ -53,11 +54,11 @@ pub struct Words {
     pub kind: &'static str,
     /// Title of the report.
     pub title: String,
-    /// The outcome in two sentences.
+    /// Function that summarises the outcome in two sentences.
     pub summary: fn(&ResultFile) -> String,
-    /// Numbers in large type.
+    /// Function of the key figures.
     pub key_figures: fn(&ResultFile) -> Vec<KeyFigure>,
-    /// Columns that a net reads, in words.
+    /// Description of the inputs of each network.
     pub describe: fn(Recipe) -> &'static str,
     /// Whether forecasts of a model are drawn.
     pub draws: fn(&str) -> bool,

@@ -1,4 +1,4 @@
-//! The experiment with pushes (paper, section IV-B): what is run, and what is said about it.
+//! Experiment with pushes (paper, section IV-B): networks, scores and text of the report.
 
 use super::data::{Data, LABORATORY};
 use super::plan::{Experiment, NetPlan, Words};
@@ -8,19 +8,19 @@ use augsim_report::page::KeyFigure;
 use augsim_trainer::Recipe;
 use std::path::PathBuf;
 
-/// Nets trained on the whole training set.
+/// Networks trained on the whole training set.
 const NETS: [Recipe; 4] = [Recipe::Neural, Recipe::NeuralPlus, Recipe::Hybrid, Recipe::HybridPlus];
 
-/// One net instead of the whole experiment: a point of the size curve, with its scores on every set.
+/// One network instead of the whole experiment: a point of the learning curve with scores on every set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OneNet {
-    /// Recipe of the net.
+    /// Recipe.
     pub recipe: Recipe,
-    /// Training pushes, the first ones; all without a number.
+    /// Number of training pushes; all if `None`.
     pub train_size: Option<usize>,
 }
 
-/// The experiment on `data`, with the measured runs of a folder; with `one`, of that net alone.
+/// Makes the plan of the experiment on `data` with measured runs, or, with `one`, of one network only.
 pub fn experiment(
     plan: &Sizes,
     data: &Data,
@@ -59,7 +59,7 @@ pub fn experiment(
     }
 }
 
-/// The outcome in two sentences.
+/// Summarises the outcome in two sentences.
 fn summary(result: &ResultFile) -> String {
     let find = |model: &str| result.forecast(model).map(|r| [r.number("pos_mm"), r.number("rot_deg")]);
     let (Some(best), Some(physics), Some(gp)) = (find("Hybrid+"), find("Physics"), find("GP")) else {
@@ -116,7 +116,7 @@ fn describe(recipe: Recipe) -> &'static str {
 }
 
 const NOTES: [&str; 3] = [
-    "Pushes are thinned to at most 50 samples and 50 a second; nothing is interpolated.",
+    "Pushes are subsampled to at most 50 samples and 50 a second; nothing is interpolated.",
     "The virtual laboratory's truth is Coulomb friction summed over the footprint, with a friction map that is drawn \
      anew for each push, contact friction that differs from the declared one, and inertia above 50 mm/s. The declared \
      physics (ellipsoidal limit surface, quasi-static) has none of it. Measured poses carry noise of 0.3 mm and 0.1°.",

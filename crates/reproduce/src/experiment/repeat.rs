@@ -1,5 +1,5 @@
-//! The distribution of one push that is repeated (paper, section IV-B): samples of the models against the truth of
-//! the virtual laboratory.
+//! Distribution of one repeated push (paper, section IV-B): samples of the models compared with the
+//! virtual laboratory.
 
 use super::data::LABORATORY;
 use augsim_physics::push::laboratory::Protocol;
@@ -9,22 +9,22 @@ use augsim_trainer::{Forecaster, Sequence, Sequences, Task, in_order};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Time of the push at which its distribution is looked at, s: 20 mm of the rod's travel, as published.
+/// Time of the comparison in s: 20 mm of pusher travel, as published.
 const HORIZON_S: f64 = 1.0;
-/// Added to the seed of the truth; the second set takes the next.
+/// Offset of the seed of the truth; the second set uses the next seed.
 const SEED_OFFSET: u64 = 50_000_000;
 
-/// A cloud of displacements, mm, in the frame of each push's first pose.
+/// Point cloud of displacements in mm, in the frame of the first pose.
 pub type Points = Vec<[f64; 2]>;
 
-/// Distances of one cloud from the truth.
+/// Distances of a point cloud from the truth.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Distance {
-    /// Model; `truth` for the second truth, which is the floor.
+    /// Model; `truth` is a second set of the truth, which gives the lowest possible distance.
     pub model: String,
     /// Chamfer distance to the truth, mm.
     pub chamfer_mm: f64,
-    /// Chamfer distance to the truth, divided by that of the second truth.
+    /// Chamfer distance divided by that of the second set of the truth.
     pub over_floor: f64,
     /// Energy distance to the truth, mm.
     pub energy_mm: f64,
@@ -34,30 +34,30 @@ pub struct Distance {
     pub sd_mm: [f64; 2],
 }
 
-/// Scatter of the repeated push, as `result.json` has it.
+/// Distribution of the repeated push in `result.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Repeated {
-    /// Where the truth comes from.
+    /// Source of the truth.
     pub data: &'static str,
-    /// Points in each cloud.
+    /// Number of points in each cloud.
     pub points: usize,
-    /// Time after the start, s.
+    /// Time after the start in s.
     pub horizon_s: f64,
-    /// The distances, the floor first.
+    /// Distances; the second set of the truth is first.
     pub distances: Vec<Distance>,
 }
 
-/// The clouds, the truth first.
+/// Point clouds and distances; the truth is first.
 #[derive(Debug)]
 pub struct Clouds {
-    /// Name and points.
+    /// Name and points of each cloud.
     pub clouds: Vec<(String, Points)>,
-    /// The distances.
+    /// Distances.
     pub result: Repeated,
 }
 
-/// Samples `models` once for each push of a second set of repeats (its first poses are theirs), and measures how far
-/// they and that set itself lie from the first set.
+/// Samples each model once per push of a second set, from its first poses, and compares the samples and
+/// the second set with the first set.
 pub fn compare(repeats: usize, seed: u64, models: &[(String, &dyn Forecaster)]) -> anyhow::Result<Clouds> {
     let make = |k: u64| -> anyhow::Result<Sequences> {
         let recipe = recipe(Protocol::Repeat, "rect1", "abs", repeats)?;
@@ -103,7 +103,7 @@ pub fn compare(repeats: usize, seed: u64, models: &[(String, &dyn Forecaster)]) 
     Ok(Clouds { clouds, result })
 }
 
-/// Leaves out what comes after the horizon.
+/// Removes the samples after the horizon.
 fn cut(q: &mut Sequence) {
     let begin = q.action(0)[2];
     let kept = (0..q.time).filter(|&t| q.action(t)[2] - begin <= HORIZON_S + 1e-9).count();

@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// A point of the training-set-size curve, on the test set.
+/// A point of the learning curve, on the test set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CurvePoint {
     /// Model.
@@ -23,40 +23,40 @@ pub struct CurvePoint {
     pub crps_mm: f64,
 }
 
-/// Content of `result.json`; parts that an experiment has not are absent.
+/// Content of `result.json`; missing parts are omitted.
 #[derive(Debug, Serialize)]
 pub struct ResultFile {
-    /// `augsim.reproduce/1`.
+    /// Schema name `augsim.reproduce/1`.
     pub schema: &'static str,
     /// `ball` or `push`.
     pub scenario: &'static str,
-    /// Test set, where there is one.
+    /// Name of the test set, if there is only one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub test_set: Option<String>,
-    /// Trajectories in it.
+    /// Number of test trajectories.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub test_trajectories: Option<usize>,
     /// `virtual laboratory` or `published MIT Push files`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub data: Option<&'static str>,
-    /// The tables; each row says what it was measured on.
+    /// Rows of the tables; each names its test set.
     pub rows: Vec<Row>,
-    /// Training-set-size curve.
+    /// Learning curve.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub curve: Vec<CurvePoint>,
-    /// The repeated push.
+    /// Comparison on the repeated push.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repeated: Option<Repeated>,
     /// Parameters fitted to the measured runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub calibration: Option<Vec<Estimate>>,
-    /// Measured runs that were tested on.
+    /// Names of the measured test runs.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub test_runs: Vec<String>,
-    /// Most samples of a trajectory and samples a second, after thinning.
+    /// Maximum number of samples of a trajectory and per second, after subsampling.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thinning: Option<[f64; 2]>,
-    /// Iterations, by model.
+    /// Training iterations by model.
     pub iterations: BTreeMap<String, u64>,
     /// Remarks about the data.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -66,7 +66,7 @@ pub struct ResultFile {
 }
 
 impl ResultFile {
-    /// The row of a forecasting model on the first test set.
+    /// Returns the row of a forecasting model on the first test set.
     pub fn forecast(&self, model: &str) -> Option<&Row> {
         let first = self.rows.first().and_then(Row::set);
         self.rows
@@ -75,7 +75,7 @@ impl ResultFile {
     }
 }
 
-/// The tables as text: one a set, the repeated push, the fitted parameters.
+/// Formats the tables: one per set, the repeated push, the fitted parameters.
 pub fn table(result: &ResultFile) -> String {
     let mut out = rows::table(&result.rows);
     if let Some(r) = &result.repeated {

@@ -1,4 +1,4 @@
-//! Rows of the tables: models under their protocols on a test set.
+//! Rows of the tables: scores of models under a protocol on a test set.
 
 use super::layout::{Layout, Shown, Value};
 use augsim_report::benchmark::{self, ResultRow, Results};
@@ -6,7 +6,7 @@ use augsim_trainer::Protocol;
 use augsim_trainer::score::Score;
 use serde::{Serialize, Serializer};
 
-/// Numbers by name, in their order.
+/// Named numbers in order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Numbers(pub Vec<(&'static str, f64)>);
 
@@ -26,54 +26,54 @@ impl Numbers {
     }
 }
 
-/// The test set of a row, where there is more than one.
+/// Test set of a row, if there are several.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Tested {
-    /// Support.
+    /// Surface.
     pub surface: String,
     /// Object.
     pub object: String,
     /// `test`, `unseen surface`, `unseen object`, `test runs`, `test runs without knocks`.
     pub split: &'static str,
-    /// Trajectories (or windows) that the model was trained on.
+    /// Number of training trajectories or windows.
     pub train_pushes: usize,
-    /// Trajectories (or windows) that it is scored on.
+    /// Number of test trajectories or windows.
     pub test_pushes: usize,
 }
 
-/// One model under one protocol.
+/// Scores of one model under one protocol.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// Where the trajectories come from.
+    /// Source of the trajectories.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub data: Option<&'static str>,
     /// Model.
     pub model: String,
-    /// Samples of a test trajectory that it could see.
+    /// Protocol of the score.
     pub protocol: Protocol,
     /// The test set, where there is more than one.
     #[serde(flatten)]
     pub tested: Option<Tested>,
-    /// How samples became the one prediction of the next numbers.
+    /// Name of the point estimate from samples.
     pub estimate: &'static str,
-    /// Errors of that estimate.
+    /// Errors of the point estimate.
     #[serde(flatten)]
     pub errors: Numbers,
-    /// Errors of another estimate, by its name, where there are samples.
+    /// Errors of a second point estimate, if the model draws samples.
     #[serde(flatten)]
     pub second: Option<Second>,
     /// Continuous ranked probability scores.
     #[serde(flatten)]
     pub crps: Numbers,
-    /// Share of true values in the 50 % band.
+    /// Coverage of the 50 % band.
     pub coverage50: Option<f64>,
-    /// Share in the 90 % band.
+    /// Coverage of the 90 % band.
     pub coverage90: Option<f64>,
     #[serde(skip)]
     layout: &'static Layout,
 }
 
-/// Errors of another estimate, under its name.
+/// Named errors of a second point estimate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Second(&'static str, Numbers);
 
@@ -84,7 +84,7 @@ impl Serialize for Second {
 }
 
 impl Row {
-    /// A scored model.
+    /// Makes the row of a scored model.
     pub fn new(layout: &'static Layout, model: &str, protocol: Protocol, s: &Score) -> Self {
         let sampled = s.coverage50.is_some();
         let (second, _, estimate) = layout.second;
@@ -104,7 +104,7 @@ impl Row {
         }
     }
 
-    /// The floor, as far as it is known: the conditional median, which has no samples.
+    /// Makes the row of the lowest possible error: that of the conditional median, without samples.
     pub fn floor(layout: &'static Layout, errors: [f64; 3], crps: [f64; 2]) -> Self {
         Row {
             data: None,
@@ -121,12 +121,12 @@ impl Row {
         }
     }
 
-    /// A number by its name.
+    /// Returns a number by name.
     pub fn number(&self, name: &str) -> f64 {
         self.errors.get(name).or(self.crps.get(name)).unwrap_or(f64::NAN)
     }
 
-    /// The figure that a column of a table shows.
+    /// Returns the value of a table column.
     fn value(&self, value: Value) -> Option<f64> {
         match value {
             Value::Trained => self.tested.as_ref().map(|t| t.train_pushes as f64),
@@ -136,13 +136,13 @@ impl Row {
         }
     }
 
-    /// Name and numbers of the other estimate, where tables have it.
-    fn told_second(&self) -> Option<(&'static str, &Numbers)> {
+    /// Returns the second estimate if tables show it.
+    fn second_in_tables(&self) -> Option<(&'static str, &Numbers)> {
         let second = self.second.as_ref().filter(|_| self.layout.names_estimates());
         second.map(|s| (self.layout.second.1, &s.1))
     }
 
-    /// The test set in a few words; nothing where there is only one.
+    /// Describes the test set; `None` if there is only one.
     pub fn set(&self) -> Option<String> {
         let Tested { split, object, surface, test_pushes, .. } = self.tested.as_ref()?;
         let (data, many) = (self.data.unwrap_or_default(), self.layout.words[1]);
@@ -153,20 +153,22 @@ impl Row {
         self.set().unwrap_or_else(|| {
             let explanation = match self.protocol {
                 Protocol::Forecast => self.layout.sees,
-                Protocol::Reconstruction => "the encoder sees the whole trajectory: not a prediction",
-                Protocol::Floor => "the best from the first state, from the known law of the data",
+                Protocol::Reconstruction => "the encoder uses the whole trajectory: not a prediction",
+                Protocol::Floor => {
+                    "the lowest possible error from the first state, computed from the generating model"
+                }
             };
             format!("{} ({explanation})", self.protocol.label())
         })
     }
 }
 
-/// The rows as text, one block per test set or protocol: what one gives is not comparable with another.
+/// Formats the rows, one block per test set and protocol, because these are not comparable.
 pub fn table(rows: &[Row]) -> String {
     let Some(layout) = rows.first().map(|r| r.layout) else { return String::new() };
     let width = rows.iter().map(|r| r.model.chars().count()).max().unwrap_or(0).max(layout.width);
     let shown: Vec<&Shown> = (layout.shown.iter())
-        // A run that is evaluated does not say how much it was trained on.
+        // An evaluated run does not contain the size of its training set.
         .filter(|c| !matches!(c.value, Value::Trained) || rows.iter().any(|r| r.tested.is_some()))
         .collect();
     let line = |model: &str, estimate: &str, cells: Vec<String>| {
@@ -186,7 +188,7 @@ pub fn table(rows: &[Row]) -> String {
         }
         let cell = |c: &&Shown| number(c, r.value(c.value)).unwrap_or_else(|| "-".to_owned());
         out += &line(&r.model, r.estimate, shown.iter().map(cell).collect());
-        if let Some((name, second)) = r.told_second() {
+        if let Some((name, second)) = r.second_in_tables() {
             let cells = shown.iter().map_while(|c| number(c, second.value(c.value)));
             out += &line("", name, cells.collect());
         }
@@ -194,7 +196,7 @@ pub fn table(rows: &[Row]) -> String {
     out
 }
 
-/// The rows for a page, one table per test set; `caption` is that of the only one.
+/// Makes the page tables, one per test set; `caption` is used for a single set.
 pub fn results(rows: &[Row], caption: &str) -> Vec<Results> {
     let mut sets: Vec<(Option<String>, Results)> = Vec::new();
     for r in rows {
@@ -220,7 +222,7 @@ pub fn results(rows: &[Row], caption: &str) -> Vec<Results> {
         };
         if let Some((_, results)) = sets.last_mut() {
             results.rows.push(row(r.estimate, &|v| r.value(v)));
-            results.rows.extend(r.told_second().map(|(name, second)| row(name, &|v| second.value(v))));
+            results.rows.extend(r.second_in_tables().map(|(name, second)| row(name, &|v| second.value(v))));
         }
     }
     sets.into_iter().map(|(_, results)| results).collect()

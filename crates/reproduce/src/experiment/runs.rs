@@ -1,5 +1,5 @@
-//! Measured runs of the pusher-slider (Hogan and Rodriguez 2016): windows of a second, trained on some runs, tested
-//! on others.
+//! Measured runs of the pusher-slider (Hogan and Rodriguez 2016): windows of one second from training
+//! and test runs.
 
 use super::data::{Set, engine_of};
 use super::rows::Row;
@@ -17,37 +17,37 @@ use augsim_trainer::{
 };
 use std::path::Path;
 
-/// Where the rows say they come from.
+/// Source name in rows.
 const DATA: &str = "mit-pusher-slider-runs";
-/// Rate of the windows, Hz.
+/// Sampling rate of the windows in Hz.
 const RATE_HZ: f64 = 25.0;
-/// Samples of a window: one second.
+/// Number of samples of a window: one second.
 const SAMPLES: usize = 26;
-/// Samples from one window to the next: training windows overlap, test windows do so by half.
-const EVERY: [usize; 2] = [3, 13];
+/// Number of samples between windows of training and of test runs; test windows overlap by half.
+const WINDOW_STRIDES: [usize; 2] = [3, 13];
 /// Every third run is held out.
 const TEST_EVERY: usize = 3;
-/// Iterations of the nets: there are few runs.
+/// Number of training iterations; there are few runs.
 const ITERATIONS: u64 = 1500;
 
-/// Results of the runs that were trained on measured data.
+/// Results on the measured runs.
 #[derive(Debug)]
 pub struct Measured {
-    /// Table.
+    /// Rows of the table.
     pub rows: Vec<Row>,
     /// Calibrated parameters.
     pub calibration: Calibration,
-    /// Names of the runs that were tested on.
+    /// Names of the test runs.
     pub test_runs: Vec<String>,
 }
 
-/// The folder of the runs below `data`, or `data` itself, if it is there.
+/// Returns the folder of the runs in `data`, or `data` itself, if it exists.
 pub fn folder(data: &Path) -> Option<std::path::PathBuf> {
     let below = data.join(DATA);
     [below, data.to_owned()].into_iter().find(|p| p.join("index.csv").is_file() && p.join("runs").is_dir())
 }
 
-/// Trains, calibrates and scores.
+/// Trains, calibrates and scores all models.
 pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measured> {
     let convert = CONVERTERS.iter().find(|(name, _)| *name == "mit-pusher-slider").map(|(_, c)| c);
     let convert = convert.context("no converter for the pusher-slider runs")?;
@@ -62,7 +62,7 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
     for (i, t) in data.trajectories().iter().enumerate() {
         if i % TEST_EVERY == TEST_EVERY - 1 {
             test.push(i);
-            // Names say whether a hand knocked the square.
+            // The names of runs show whether a hand knocked the object.
             if t.id().contains("NoPerturbations") {
                 calm.push(i);
             }
@@ -74,7 +74,7 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
         let set: Dataset = data.select(items);
         Ok(windows(&pushes(&set, Thinning { samples: usize::MAX, rate_hz: RATE_HZ })?, SAMPLES, every))
     };
-    let train = cut(&train, EVERY[0])?;
+    let train = cut(&train, WINDOW_STRIDES[0])?;
     let calibration = calibrate(&declared, &train)?;
     let [engine, fitted] = [engine_of(declared)?, engine_of(calibration.model.clone())?];
     let set = |split, items| Set {
@@ -82,9 +82,9 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
         engine: engine.clone(),
         items,
     };
-    let mut sets = vec![set("test runs", cut(&test, EVERY[1])?)];
+    let mut sets = vec![set("test runs", cut(&test, WINDOW_STRIDES[1])?)];
     if !calm.is_empty() {
-        sets.push(set("test runs without knocks", cut(&calm, EVERY[1])?));
+        sets.push(set("test runs without knocks", cut(&calm, WINDOW_STRIDES[1])?));
     }
     let mut nets = Vec::new();
     for (recipe, engine) in [

@@ -1,30 +1,30 @@
-//! How much of everything a reproduction of pushing takes.
+//! Sizes of the reproduction of pushing.
 
 use augsim_trainer::Recipe;
 
-/// Sizes and iterations.
+/// Data sizes and iterations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sizes {
-    /// Training pushes.
+    /// Number of training pushes.
     pub train: usize,
-    /// Test pushes on the training object and support.
+    /// Number of test pushes with the training object and surface.
     pub test: usize,
-    /// Test pushes on each other support and object.
+    /// Number of test pushes on each other surface and object.
     pub transfer: usize,
-    /// Training-set sizes of the curve, ascending; the last is `train`.
+    /// Training-set sizes of the learning curve, ascending; the last is `train`.
     pub sizes: Vec<usize>,
-    /// Iterations of the paper's nets.
+    /// Number of training iterations of the networks of the paper.
     pub paper_iterations: u64,
-    /// Iterations of Hybrid+ and Neural+.
+    /// Number of training iterations of Hybrid+ and Neural+.
     pub plus_iterations: u64,
-    /// Repeats of one push, truth and samples alike.
+    /// Number of repetitions of one push, for truth and samples.
     pub repeats: usize,
-    /// Training steps of the Gaussian processes.
+    /// Number of training steps of the Gaussian processes.
     pub gp_steps: usize,
 }
 
 impl Sizes {
-    /// The paper's numbers of pushes.
+    /// Returns the sizes of the paper.
     pub fn full() -> Self {
         Sizes {
             train: 6500,
@@ -38,7 +38,7 @@ impl Sizes {
         }
     }
 
-    /// A few minutes on two cores.
+    /// Returns sizes that take a few minutes on two cores.
     pub fn quick() -> Self {
         Sizes {
             train: 1000,
@@ -52,7 +52,7 @@ impl Sizes {
         }
     }
 
-    /// Iterations of a net.
+    /// Returns the number of iterations of a recipe.
     pub fn iterations(&self, recipe: Recipe) -> u64 {
         match recipe {
             Recipe::HybridPlus | Recipe::NeuralPlus => self.plus_iterations,
@@ -60,7 +60,7 @@ impl Sizes {
         }
     }
 
-    /// Sets the iterations of every net.
+    /// Sets the number of iterations of all networks.
     pub fn with_iterations(self, iterations: u64) -> Self {
         Sizes { paper_iterations: iterations, plus_iterations: iterations, ..self }
     }

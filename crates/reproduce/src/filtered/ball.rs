@@ -1,4 +1,4 @@
-//! The beginning of a drop is seen, the rest is forecast, by every model behind the same prefixes.
+//! Forecasts of ball drops from measured prefixes, with the same prefixes for every model.
 
 use super::Plan;
 use super::page;
@@ -24,18 +24,18 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Rows seen.
-const LENGTHS: [usize; 9] = [1, 30, 55, 60, 65, 70, 90, 120, 200];
-/// Particles of each filter.
+/// Numbers of measured rows.
+const PREFIX_LENGTHS: [usize; 9] = [1, 30, 55, 60, 65, 70, 90, 120, 200];
+/// Number of particles of each filter.
 const PARTICLES: usize = 256;
-/// Training drops where they are generated.
+/// Number of generated training drops.
 const TRAIN: usize = 800;
-/// Added to the seed of generated training data, so that test data are other draws.
+/// Offset of the seed between training and test data, so that their random draws differ.
 const TEST_SEED_OFFSET: u64 = 1_000_000;
-/// Test drops of `--quick`.
+/// Number of test drops with `--quick`.
 const QUICK_DROPS: usize = 100;
 
-/// Sensors: name, and the standard deviation of height (m) and velocity (m/s); none where it is not seen.
+/// Sensors: name, and standard deviation of height (m) and velocity (m/s); `None` if not measured.
 const SENSORS: [(&str, [Option<f64>; 2]); 3] =
     [("exact", [Some(0.0), Some(0.0)]), ("2 mm", [Some(0.002), None]), ("10 mm", [Some(0.010), None])];
 
@@ -43,9 +43,9 @@ const SENSORS: [(&str, [Option<f64>; 2]); 3] =
 struct ResultFile {
     schema: &'static str,
     scenario: &'static str,
-    /// Test drops.
+    /// Number of test drops.
     trajectories: usize,
-    /// Particles of each filter.
+    /// Number of particles of each filter.
     particles: usize,
     rows: Vec<Row>,
     iterations: u64,
@@ -53,30 +53,30 @@ struct ResultFile {
     command: String,
 }
 
-/// A model behind a prefix.
+/// Scores of a model with one prefix length.
 #[derive(Debug, Serialize)]
 struct Row {
     /// Always `filtered`.
     protocol: &'static str,
     /// Model.
     model: &'static str,
-    /// The sensor through which the beginning is seen.
+    /// Sensor of the measured prefix.
     sensor: &'static str,
-    /// Rows seen.
+    /// Numbers of measured rows.
     seen: usize,
-    /// Seen rows counted as no error: per cent of the height, m, m/s.
+    /// Errors over all rows, measured rows count as zero: % of the height, m, m/s.
     whole: Errors,
-    /// Standard errors over the drops of the whole's m and m/s.
+    /// Standard errors over the drops of the m and m/s of `whole`.
     whole_se: [f64; 2],
-    /// The rows that are forecast: per cent (ratio of sums), m, m/s.
+    /// Errors over the forecast rows: % (ratio of sums), m, m/s.
     rest: Errors,
-    /// Errors in the last seven tenths of the rows, whatever the prefix: m, m/s.
+    /// Errors over the last 70 % of the rows for every prefix length: m, m/s.
     common: [f64; 2],
-    /// Continuous ranked probability score over the rest: m, m/s.
+    /// Continuous ranked probability score over the forecast rows: m, m/s.
     crps: [f64; 2],
-    /// Share of true values in the 50 % band, where the 90 % band is wider than 1 mm.
+    /// Coverage of the 50 % band, where the 90 % band is wider than 1 mm.
     coverage50: Option<f64>,
-    /// Share in the 90 % band.
+    /// Coverage of the 90 % band.
     coverage90: Option<f64>,
 }
 
@@ -88,7 +88,7 @@ struct Errors {
     vel_m_s: f64,
 }
 
-/// Runs it.
+/// Runs this scenario.
 pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let Plan { args, seed, .. } = plan;
     let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
@@ -132,7 +132,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let config =
         Config { checkpoint_every: 500, data: train, accept: Vec::new(), residual_of: None, settings };
     let folder = claim.folder().join("hybrid-plus");
-    let Some(net) = training::train_again(&folder, &config, &data.train, args.resume, output)? else {
+    let Some(net) = training::train_or_resume(&folder, &config, &data.train, args.resume, output)? else {
         return Ok(Outcome::Interrupted);
     };
     let mut items = data.tests[0].items.clone();
@@ -178,7 +178,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The rows of a model behind all prefixes through one sensor.
+/// Scores a model with all prefix lengths and one sensor.
 fn scored(
     name: &'static str,
     model: &dyn PrefixForecaster,
@@ -188,7 +188,7 @@ fn scored(
     seed: u64,
 ) -> anyhow::Result<Vec<Row>> {
     let settings = FilterSettings::new(PARTICLES, seed);
-    let lengths = behind_rows(&LENGTHS, test.items.len());
+    let lengths = behind_rows(&PREFIX_LENGTHS, test.items.len());
     let scores = evaluate_filtered(model, test, (&sensor, start), &lengths, settings)?;
     let row = |(seen, s): (usize, FilteredScore)| {
         let errors = |percent, e: &[f64]| Errors { trans_percent: percent, pos_m: e[0], vel_m_s: e[1] };
@@ -206,13 +206,13 @@ fn scored(
             coverage90: s.coverage90,
         }
     };
-    Ok(LENGTHS.into_iter().zip(scores).map(row).collect())
+    Ok(PREFIX_LENGTHS.into_iter().zip(scores).map(row).collect())
 }
 
-/// The drop that the page shows, behind these many heights of 2 mm.
+/// Prefix lengths of the drop on the page, with heights of 2 mm noise.
 const SHOWN: [usize; 4] = [30, 60, 65, 90];
 
-/// Forecasts of the first test drop behind more and more rows.
+/// Draws forecasts of the first test drop with increasing prefix lengths.
 fn narrowing(model: &NetModel, start: &StartLaw, test: &Sequences, seed: u64) -> anyhow::Result<Block> {
     let (name, sd) = SENSORS[1];
     let sensor = Sensor::new(sd.to_vec())?;
@@ -234,8 +234,8 @@ fn narrowing(model: &NetModel, start: &StartLaw, test: &Sequences, seed: u64) ->
     let times: Vec<f64> = (0..q.time).map(|k| step_s * k as f64).collect();
     let heights: Vec<f64> = q.states.iter().step_by(columns).copied().collect();
     let caption = format!(
-        "Hybrid+ forecasts drop `{id}` of the test set behind its first heights, seen with {name}. Before the rebound the restitution \
-         is that of any drop; a few samples behind it the drop is known."
+        "Hybrid+ forecasts drop `{id}` of the test set from its first heights, measured with {name}. Before the rebound the restitution \
+         is that of any drop; a few samples after it the restitution is known."
     );
     let forecasts: Vec<_> = SHOWN.into_iter().zip(samples).collect();
     Ok(page::fans(("height", "m"), (&times, &heights), &forecasts, (0, columns), caption))
@@ -262,25 +262,20 @@ fn page_of(result: &ResultFile, fan: Block) -> augsim_report::page::Page {
     };
     let table = |(sensor, _): (&str, _)| {
         let rows = result.rows.iter().filter(|r| r.sensor == sensor).map(row);
-        page::table(format!("Sensor: {sensor}. Seen rows count as no error."), &numbers, rows)
+        page::table(format!("Sensor: {sensor}. Measured rows count as zero error."), &numbers, rows)
     };
     let summary = format!(
-        "{} drops: n rows of 400 are seen, the rest is forecast; errors of the median of 100 samples.",
+        "{} drops: n rows of 400 are measured, the others are forecast; errors of the median of 100 samples.",
         result.trajectories
     );
     let tables = SENSORS.map(|(name, sd)| table((name, sd))).into_iter().collect();
-    page::page(
-        ("Drops of which the beginning is seen", summary),
-        vec![fan],
-        tables,
-        (&result.command, result.seed),
-    )
+    page::page(("Drops with a measured prefix", summary), vec![fan], tables, (&result.command, result.seed))
 }
 
-/// The table of the whole definition, sensor by sensor.
+/// Formats the full table by sensor.
 fn table(result: &ResultFile) -> String {
     let mut out = format!(
-        "filtered forecasts of {} drops: n rows are seen, the rest is forecast; median of 100 samples, seen rows count as no \
+        "filtered forecasts of {} drops: n rows are measured, the others are forecast; median of 100 samples, measured rows count as zero \
          error\n",
         result.trajectories
     );

@@ -1,5 +1,5 @@
-//! Numbers of forecasts that are learned from the training trajectories alone: how far readings are believed, how wide bands have to
-//! be, and a net on what is left.
+//! Quantities that are tuned on training trajectories: noise factor, spread of bands, and a network on
+//! the residual.
 
 use augsim_session::filtered::{OfSystem, PARTICLES, Timed};
 use augsim_terminal::output::Output;
@@ -9,20 +9,20 @@ use augsim_trainer::filter::{
     StartLaw, Widened, evaluate_filtered,
 };
 
-/// Factors of the noise that are tried: what a model leaves of a flight is not independent from row to row, and would be read as
-/// evidence of more than there is. A model that is told to doubt its readings more than that forgets the spin.
-const NOISE: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
-/// Factors of the samples' distances from their median that are tried.
-const SPREAD: [f64; 10] = [1.0, 1.2, 1.4, 1.7, 2.0, 2.4, 2.8, 3.4, 4.0, 4.8];
-/// Least share of training values that the 90 % bands must hold: one in ten of these flights ends at the net or at an edge, which no
-/// band should be made for.
-const HELD: f64 = 0.8;
+/// Candidate factors of the measurement noise. Residuals of a flight are autocorrelated, so the nominal
+/// noise overstates the information. With larger factors the filter ignores the information about spin.
+const NOISE_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
+/// Candidate factors of the distances of the samples from their median.
+const SPREAD_FACTORS: [f64; 10] = [1.0, 1.2, 1.4, 1.7, 2.0, 2.4, 2.8, 3.4, 4.0, 4.8];
+/// Minimum coverage of the 90 % bands on training values. One in ten flights ends at the net or an edge,
+/// which the bands should not include.
+const MIN_COVERAGE90: f64 = 0.8;
 
-/// Rows seen of each trajectory, `[trajectory][prefix]`, and the seed.
+/// Measured rows of each trajectory, `[trajectory][prefix]`, and the seed.
 pub type Prefixes<'a> = (&'a [Vec<usize>], u64);
 
-/// The factor of the noise at which training trajectories have the least continuous ranked probability score, geometric mean over the
-/// prefixes, and the sensor with it.
+/// Chooses the noise factor with the smallest CRPS on training trajectories (geometric mean over
+/// prefixes); returns it with the sensor.
 pub fn noise(
     train: &OfSystem,
     laws: &OwnLaws,
@@ -30,8 +30,8 @@ pub fn noise(
     output: &Output,
 ) -> anyhow::Result<(f64, Sensor)> {
     let sensor = |noise: f64| Sensor::new(laws.noise().iter().map(|sd| Some(noise * sd)).collect());
-    let mut best = (f64::INFINITY, NOISE[0]);
-    for noise in NOISE {
+    let mut best = (f64::INFINITY, NOISE_FACTORS[0]);
+    for noise in NOISE_FACTORS {
         let scores = scored(&train.filter, &train.data, (&sensor(noise)?, &train.start), prefixes)?;
         let crps = scores.iter().map(|s| s.crps_of_most[0].ln()).sum::<f64>() / scores.len() as f64;
         output.detail(format!("noise times {noise}: CRPS of training flights {:.2} mm", 1e3 * crps.exp()));
@@ -42,7 +42,7 @@ pub fn noise(
     Ok((best.1, sensor(best.1)?))
 }
 
-/// The least factors of the spread behind each prefix at which the bands of training trajectories hold what they say.
+/// Chooses the smallest spread factor for each prefix with nominal coverage on training trajectories.
 pub fn spread(
     model: &dyn PrefixForecaster,
     train: &OfSystem,
@@ -53,12 +53,12 @@ pub fn spread(
     let kept = Kept::of(model, &train.data.set, known, prefixes.0, settings(prefixes.1))?;
     let many = prefixes.0.first().map_or(0, Vec::len);
     let mut spread: Vec<Option<f64>> = vec![None; many];
-    for factor in SPREAD {
+    for factor in SPREAD_FACTORS {
         let factors = vec![factor; many];
         let widened = Widened::new(&kept, &factors);
         let scores = scored(&widened, &train.data, known, prefixes)?;
         for (found, score) in spread.iter_mut().zip(&scores) {
-            if score.coverage90.is_none_or(|held| held >= HELD) {
+            if score.coverage90.is_none_or(|held| held >= MIN_COVERAGE90) {
                 found.get_or_insert(factor);
             }
         }
@@ -66,12 +66,12 @@ pub fn spread(
             break;
         }
     }
-    let widest = SPREAD[SPREAD.len() - 1];
+    let widest = SPREAD_FACTORS[SPREAD_FACTORS.len() - 1];
     Ok(spread.into_iter().map(|factor| factor.unwrap_or(widest)).collect())
 }
 
-/// A net on what the forecasts behind `learned` prefixes leave of training trajectories, and the factors of its spread behind `asked`
-/// ones, each trajectory corrected by the net that has not seen it.
+/// Trains a network on the residual of forecasts with `learned` prefixes, and tunes its spread for
+/// `asked` ones. Cross-validation: each trajectory is corrected by a network that was not trained on it.
 pub fn correction(
     train: &OfSystem,
     sensor: &Sensor,
@@ -86,7 +86,7 @@ pub fn correction(
     Ok((learned, spread))
 }
 
-/// Scores a model behind prefixes of measured trajectories.
+/// Scores a model on measured trajectories with several prefix lengths.
 pub fn scored(
     model: &dyn PrefixForecaster,
     data: &Timed,

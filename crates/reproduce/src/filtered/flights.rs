@@ -1,5 +1,5 @@
-//! Measured flights of table-tennis balls: physics as declared, as the loop augments it, with what differs from flight to flight
-//! learned from other flights, and with a net on what that leaves.
+//! Forecasts of measured table-tennis flights: declared and augmented physics, flight-specific spin with
+//! a prior from other flights, and a network on the residual.
 
 use super::Plan;
 use super::believed::{self, scored};
@@ -25,90 +25,91 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-/// Seconds seen.
-const SECONDS: [f64; 3] = [0.05, 0.1, 0.2];
-/// Seconds seen of the training flights that the net learns from.
-const LEARNED: [f64; 8] = [0.03, 0.05, 0.075, 0.1, 0.125, 0.15, 0.2, 0.25];
-/// Seconds ahead of the prefix that are also scored by themselves: as far as published errors of such flights go.
+/// Length of the measured prefix in s.
+const PREFIXES_S: [f64; 3] = [0.05, 0.1, 0.2];
+/// Prefix lengths in s of the training flights of the network.
+const TRAINING_PREFIXES_S: [f64; 8] = [0.03, 0.05, 0.075, 0.1, 0.125, 0.15, 0.2, 0.25];
+/// Horizon after the prefix in s that is also scored alone: that of published errors of such flights.
 const AHEAD_S: f64 = 0.42;
-/// One file number in so many is held out.
-const HELD_OUT: u32 = 3;
-/// The effect that is a spin of each flight's own.
+/// Every n-th file number is held out.
+const HELD_OUT_EVERY: u32 = 3;
+/// Effect with a spin per flight.
 const SPIN: &str = "\n[[effect]]\nkind = \"spin-offset\"\n";
-/// Standard deviation that the laws of a spin begin with, rad/s, and its range (1,040 rad/s to each side): recorded spins are at
-/// times wrong by the whole of a spin, and a bound that such a flight meets costs its forecast.
+/// Initial standard deviation in rad/s of the priors of the spin, and its range (1,040 rad/s to each
+/// side). Recorded spins are sometimes wrong by the full spin, and a bound that is reached spoils the
+/// forecast.
 const SPIN_SD: f64 = 600.0;
-/// The height of the table is known to so much, m: the set says where a centre reads when the ball touches it.
+/// Uncertainty of the table height in m: the data set gives the height of the ball centre on contact.
 const FLOOR_SD: f64 = 0.004;
-/// Height of the ball below which it may touch the table, m.
+/// Height of the ball in m below which it may touch the table.
 const NEAR_TABLE_M: f64 = 0.08;
-/// Steps over which a direction of flight is judged.
-const STEPS: usize = 3;
+/// Number of steps that determine the direction of flight.
+const DIRECTION_STEPS: usize = 3;
 
 #[derive(Debug, Serialize)]
 struct ResultFile {
     schema: &'static str,
     scenario: &'static str,
-    /// Flights learned from and held out.
+    /// Numbers of training and held-out flights.
     train: usize,
     held_out: usize,
-    /// Frames of the camera, s, and the jitter of the stamps about them, s.
+    /// Frame period of the camera in s, and jitter of the time stamps in s.
     frame_s: f64,
     jitter_s: f64,
-    /// Noise of the positions, m, and the factor of it at which training flights are forecast best.
+    /// Noise of the positions in m, and the noise factor with the best forecasts of training flights.
     noise_m: Vec<f64>,
     noise_factor: f64,
-    /// Factor of the spread behind each prefix at which the bands of training flights hold.
+    /// Spread factor for each prefix with nominal coverage on training flights.
     spread_factors: Vec<f64>,
-    /// Share of the net's correction that is applied, as it serves training flights that the net has not seen, and the factors of the
-    /// spread that it gives.
+    /// Shrinkage factor of the corrections of the network, from cross-validation, and its spread
+    /// factors.
     net_trust: f64,
     net_spread_factors: Vec<f64>,
-    /// Mean and standard deviation from flight to flight of each number that is a flight's own.
+    /// Mean and standard deviation over flights of each flight-specific parameter.
     own: BTreeMap<String, [f64; 2]>,
     rows: Vec<Row>,
     seed: u64,
     command: String,
 }
 
-/// A model behind a prefix.
+/// Scores of a model with one prefix length.
 #[derive(Debug, Serialize)]
 struct Row {
     /// Always `filtered`.
     protocol: &'static str,
     model: &'static str,
-    /// Seconds seen.
+    /// Length of the measured prefix in s.
     seen_s: f64,
-    /// Flights scored.
+    /// Number of scored flights.
     flights: usize,
-    /// Median over flights of the mean error of the median over the rest.
+    /// Median over flights of the mean error of the median forecast.
     rest_mm: f64,
-    /// The same over the rest within [`AHEAD_S`] of the prefix.
+    /// The same within [`AHEAD_S`] after the prefix.
     near_mm: f64,
-    /// The same over the rest before the first rebound.
+    /// The same before the first rebound.
     in_flight_mm: f64,
-    /// Share in the 90 % band before the first rebound.
+    /// Coverage of the 90 % band before the first rebound.
     in_flight_coverage90: Option<f64>,
-    /// Mean over all rows of the rest: a few flights that end otherwise decide it.
+    /// Mean over all forecast rows, which a few flights with unusual ends dominate.
     rest_mean_mm: f64,
-    /// Median over flights of the mean continuous ranked probability score over the rest.
+    /// Median over flights of the mean continuous ranked probability score.
     crps_mm: f64,
     coverage50: Option<f64>,
     coverage90: Option<f64>,
 }
 
-/// How a row of the table forecasts.
+/// Kind of forecast of a row.
 #[derive(Clone, Copy)]
 enum Kind {
-    /// The model file as it stands.
+    /// Model file without tuning.
     AsItStands,
-    /// With the laws of what is a flight's own, and bands as wide as training flights ask for.
+    /// With priors of flight-specific parameters, and bands tuned on training flights.
     OwnLaws,
-    /// That, and a net on what it leaves.
+    /// The same with a network on the residual.
     Net,
 }
 
-/// Runs it.
+/// Runs this scenario.
 pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outcome> {
     let seed = plan.seed;
     let record = Record::new("reproduce filtered flights").setting("seed", seed).input("data", data);
@@ -117,9 +118,10 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     let (_, convert) = CONVERTERS.iter().find(|(name, _)| *name == super::FLIGHTS).context("a converter")?;
     let converted = convert(data)?;
     let declared = converted.model_toml.context("flights come with a model")?;
-    let clock = FrameClock::of(&converted.data).context("the stamps of the flights tell no frames")?;
+    let clock = FrameClock::of(&converted.data)
+        .context("the time stamps of the flights have no common frame period")?;
     let steady = until_they_turn(&clock.steady(&converted.data)?)?;
-    let held_out = |t: &Trajectory| t.id().parse::<u32>().is_ok_and(|n| n % HELD_OUT == 0);
+    let held_out = |t: &Trajectory| t.id().parse::<u32>().is_ok_and(|n| n % HELD_OUT_EVERY == 0);
     let places = |held: bool| -> Vec<usize> {
         (0..steady.trajectories().len()).filter(|&i| held_out(&steady.trajectories()[i]) == held).collect()
     };
@@ -127,12 +129,12 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     for (name, set) in [("train.csv", &train), ("held-out.csv", &test)] {
         write_dataset(set, &claim.folder().join(name))?;
     }
-    output.note("finding what the declared model lacks");
+    output.note("searching for missing effects");
     let model = Model::parse(&declared, "model.toml")?;
     let options = Options { seed, ..Options::default() };
     let found = augsim_discovery::discover(&model, &train, &options, &mut |_| {})?;
     atomic_write(&claim.folder().join("model.toml"), |w| w.write_all(found.model_toml.as_bytes()))?;
-    output.note("learning what differs from flight to flight");
+    output.note("estimating flight-specific parameters");
     let own = with_spin(&found.model_toml);
     let opened = |text: &str, data: &Dataset| -> anyhow::Result<OfSystem> {
         of_built_in(&ModelFile::parse(text, "model.toml")?, data, &View::default(), None)
@@ -141,16 +143,16 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     of_train.filter = of_train.filter.with_own(FLOOR, FLOOR_SD);
     let laws = OwnLaws::learn(&of_train.filter, &of_train.data.set)?;
     of_train.filter = of_train.filter.with_laws(laws.laws(), laws.noise());
-    let seen = seen_of(&train, &SECONDS);
+    let seen = seen_of(&train, &PREFIXES_S);
     let (noise_factor, sensor) = believed::noise(&of_train, &laws, (&seen, seed), output)?;
     let spread = believed::spread(&of_train.filter, &of_train, &sensor, (&seen, seed))?;
-    output.note("learning what that leaves");
-    let learned = seen_of(&train, &LEARNED);
+    output.note("training a network on the residual");
+    let learned = seen_of(&train, &TRAINING_PREFIXES_S);
     let (correction, net_spread) = believed::correction(&of_train, &sensor, &learned, (&seen, seed))?;
     let in_flight = before_the_rebound(&test)?;
-    let near = SECONDS.iter().map(|seen_s| near(&test, *seen_s)).collect::<anyhow::Result<Vec<_>>>()?;
-    // Rows seen of each flight, those of the parts before the rebound included.
-    let lengths = seen_of(&test, &SECONDS);
+    let near = PREFIXES_S.iter().map(|seen_s| near(&test, *seen_s)).collect::<anyhow::Result<Vec<_>>>()?;
+    // Measured rows of each flight, also for the flights that are cut before the rebound.
+    let lengths = seen_of(&test, &PREFIXES_S);
     let mut rows = Vec::new();
     for (name, text, kind) in [
         ("Physics", &declared, Kind::AsItStands),
@@ -174,7 +176,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
             scored(&Widened::new(&corrected, &net_spread), &data, known, prefixes)
         };
         let (rest, flight) = (score(&test)?, score(&in_flight)?);
-        for (k, seen_s) in SECONDS.into_iter().enumerate() {
+        for (k, seen_s) in PREFIXES_S.into_iter().enumerate() {
             let (rest, flight) = (&rest[k], &flight[k]);
             let near = score(&near[k])?.swap_remove(k);
             rows.push(Row {
@@ -218,7 +220,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     Ok(Outcome::Done)
 }
 
-/// The laws by the names of their parameters.
+/// Returns the priors by parameter name.
 fn named(laws: &OwnLaws, model: &str) -> anyhow::Result<BTreeMap<String, [f64; 2]>> {
     let system = Model::parse(model, "model.toml")?.open(Axes::Space);
     let name = |seed: &Seed| match seed {
@@ -229,13 +231,13 @@ fn named(laws: &OwnLaws, model: &str) -> anyhow::Result<BTreeMap<String, [f64; 2
     Ok(laws.laws().iter().map(|(seed, mean, sd)| (name(seed), [*mean, *sd])).collect())
 }
 
-/// Rows seen of each flight behind so many seconds.
+/// Returns the number of measured rows of each flight for each prefix length in s.
 fn seen_of(data: &Dataset, seconds: &[f64]) -> Vec<Vec<usize>> {
     let of = |t: &Trajectory| seconds.iter().map(|s| Seen::Seconds(*s).rows(t.time_s())).collect();
     data.trajectories().iter().map(of).collect()
 }
 
-/// The model with a spin of each flight's own.
+/// Adds a spin per flight to the model.
 fn with_spin(model: &str) -> String {
     let range = SPIN_SD * 12_f64.sqrt() / 2.0;
     let axis = |axis: &str| {
@@ -247,18 +249,18 @@ fn with_spin(model: &str) -> String {
     format!("{model}{SPIN}{}{}{}", axis("x"), axis("y"), axis("z"))
 }
 
-/// The flights up to where the ball turns back along the table: a player hit it.
+/// Cuts each flight where the ball turns back along the table, because a player hit it.
 fn until_they_turn(data: &Dataset) -> anyhow::Result<Dataset> {
     let y = data.column_index("y_m")?;
     cut(data, |t| {
         let y = t.column(y);
-        let way = |k: usize| y[k + STEPS] - y[k];
-        let last = t.len().saturating_sub(STEPS);
+        let way = |k: usize| y[k + DIRECTION_STEPS] - y[k];
+        let last = t.len().saturating_sub(DIRECTION_STEPS);
         (1..last).find(|&k| way(k) * way(0) < 0.0).unwrap_or(t.len())
     })
 }
 
-/// The flights up to [`AHEAD_S`] behind a prefix of so many seconds.
+/// Cuts each flight [`AHEAD_S`] after a prefix.
 fn near(data: &Dataset, seen_s: f64) -> anyhow::Result<Dataset> {
     cut(data, |t| {
         let times = t.time_s();
@@ -267,23 +269,23 @@ fn near(data: &Dataset, seen_s: f64) -> anyhow::Result<Dataset> {
     })
 }
 
-/// The flights up to the first rebound.
+/// Cuts each flight at the first rebound.
 fn before_the_rebound(data: &Dataset) -> anyhow::Result<Dataset> {
     let z = data.column_index("z_m")?;
     cut(data, |t| {
         let z = t.column(z);
         let turns = |k: usize| {
             z[k] < NEAR_TABLE_M
-                && z[k] < z[k - STEPS]
-                && z[k] < z[k + STEPS]
+                && z[k] < z[k - DIRECTION_STEPS]
+                && z[k] < z[k + DIRECTION_STEPS]
                 && z[k] <= z[k - 1]
                 && z[k] <= z[k + 1]
         };
-        (STEPS..t.len().saturating_sub(STEPS)).find(|&k| turns(k)).unwrap_or(t.len())
+        (DIRECTION_STEPS..t.len().saturating_sub(DIRECTION_STEPS)).find(|&k| turns(k)).unwrap_or(t.len())
     })
 }
 
-/// The samples of each trajectory up to an index, at least one.
+/// Cuts each trajectory at an index, with at least one sample.
 fn cut(data: &Dataset, end: impl Fn(&Trajectory) -> usize) -> anyhow::Result<Dataset> {
     let shorter = |t: &Trajectory| {
         let end = end(t).max(1);
@@ -312,11 +314,11 @@ fn page_of(result: &ResultFile) -> augsim_report::page::Page {
     };
     let caption = format!(
         "Median over {} held-out flights of the mean error of the median of {SAMPLES} samples, and of the mean CRPS; {ahead}: \
-         of the rest that far behind the prefix; in flight: before the first rebound; mean: over all rows.",
+         of the rows up to that time after the prefix; in flight: before the first rebound; mean: over all rows.",
         result.held_out
     );
     let summary = format!(
-        "{} flights of table-tennis balls, {} others to learn from; the first part of a second is seen, the rest is forecast.",
+        "{} flights of table-tennis balls, {} others to learn from; the first part of a second is measured, the rest is forecast.",
         result.held_out, result.train
     );
     let tables = vec![page::table(caption, &numbers, result.rows.iter().map(row))];
@@ -325,7 +327,7 @@ fn page_of(result: &ResultFile) -> augsim_report::page::Page {
 
 fn table(result: &ResultFile) -> String {
     let mut out = format!(
-        "filtered forecasts of {} measured flights, {} others to learn from: the beginning is seen, the rest is forecast; median \
+        "filtered forecasts of {} measured flights, {} others to learn from: a prefix is measured, the rest is forecast; median \
          over flights of the mean error of the median of {SAMPLES} samples; stamps on frames of {:.3} ms (jitter {:.2} ms)\n  \
          {:<30}{:>7}{:>9}{:>10}{:>14}{:>14}{:>10}{:>9}{:>8}{:>8}\n",
         result.held_out,

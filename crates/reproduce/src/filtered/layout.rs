@@ -1,4 +1,4 @@
-//! Pushes laid out as the MIT set, each at another place, angle and speed: the beginning is seen, the rest is forecast.
+//! Forecasts of different pushes (layout of the MIT set) from a measured prefix.
 
 use super::Plan;
 use super::push_physics::{fitted, way};
@@ -14,16 +14,16 @@ use augsim_trainer::filter::{
 };
 use augsim_trainer::{Recipe, Sequence, Sequences, Settings};
 
-/// Shares of a push's samples that are seen.
-const SHARES: [f64; 4] = [0.1, 0.25, 0.5, 0.75];
-/// Pushes to train on and to score, and the same with `--quick`.
+/// Measured fractions of the samples of a push.
+const MEASURED_FRACTIONS: [f64; 4] = [0.1, 0.25, 0.5, 0.75];
+/// Numbers of training and test pushes, and the same with `--quick`.
 const PUSHES: [[usize; 2]; 2] = [[2500, 200], [400, 20]];
-/// Particles of models that simulate every draw.
+/// Number of particles of models that simulate every draw.
 pub const PARTICLES: usize = 64;
-/// Iterations of Hybrid+, and with `--quick`.
+/// Number of iterations of Hybrid+, and with `--quick`.
 const ITERATIONS: [u64; 2] = [3000, 500];
 
-/// Scores every model behind readings of `sensor`, that of the laboratory; `None` if the user stopped it.
+/// Scores all models with measurements of `sensor`; returns `None` if interrupted.
 pub fn rows(
     plan: Plan<'_>,
     sensor: &Sensor,
@@ -32,7 +32,7 @@ pub fn rows(
 ) -> anyhow::Result<Option<Vec<Row>>> {
     let quick = usize::from(plan.args.quick);
     let [train, test] = PUSHES[quick];
-    output.note(format!("making {train} pushes of the MIT layout to learn from and {test} others"));
+    output.note(format!("generating {train} training and {test} test pushes of the MIT layout"));
     let laboratory = Laboratory::new(&Sizes { train, test, ..Sizes::quick() }, plan.seed)?;
     let Laboratory { declared, source, train, test, .. } = laboratory;
     let config = Config {
@@ -43,7 +43,7 @@ pub fn rows(
         settings: Settings::new(Recipe::HybridPlus, ITERATIONS[quick], plan.seed, test.engine.clone()),
     };
     let folder = claim.folder().join("hybrid-plus");
-    let Some(net) = training::train_again(&folder, &config, &train, plan.args.resume, output)? else {
+    let Some(net) = training::train_or_resume(&folder, &config, &train, plan.args.resume, output)? else {
         return Ok(None);
     };
     let items = &test.items;
@@ -68,18 +68,21 @@ pub fn rows(
     Ok(Some(out))
 }
 
-/// The rows of a model, one a share seen.
+/// Scores a model with each measured fraction.
 fn scored(
     (name, model): (&'static str, &dyn PrefixForecaster),
     known: (&Sensor, &StartLaw),
     test: &Sequences,
     seed: u64,
 ) -> anyhow::Result<Vec<Row>> {
-    // Poses are measured: nothing is added to what is seen, and the sensor's noise is in what is scored.
+    // The poses are already measured, so no noise is added, and the scores include the noise of the
+    // sensor.
     let settings = FilterSettings { is_measured: true, ..FilterSettings::new(PARTICLES, seed) };
-    let behind = |time: usize| SHARES.iter().map(|share| ((share * time as f64) as usize).max(1)).collect();
+    let behind = |time: usize| {
+        MEASURED_FRACTIONS.iter().map(|share| ((share * time as f64) as usize).max(1)).collect()
+    };
     let lengths: Vec<Vec<usize>> = test.items.iter().map(|q| behind(q.time)).collect();
     let scores = evaluate_filtered(model, test, known, &lengths, settings)?;
-    let each = scores.into_iter().zip(SHARES);
+    let each = scores.into_iter().zip(MEASURED_FRACTIONS);
     Ok(each.map(|(score, share)| Row::new("mit", name, &score).behind_share(share)).collect())
 }

@@ -1,5 +1,5 @@
-//! `reproduce filtered`: the beginning is seen, the rest is forecast, by every model behind the same prefixes; drops, a push that
-//! is repeated, and measured flights in turn, each in a folder of its own.
+//! `reproduce filtered`: forecasts from a measured prefix with the same prefixes for every model, for
+//! drops, pushes and measured flights, each in a separate folder.
 
 mod ball;
 mod believed;
@@ -16,23 +16,23 @@ use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 use std::path::{Path, PathBuf};
 
-/// Folder of the measured flights in the folder of all sets.
+/// Folder name of the measured flights in the folder of all sets.
 const FLIGHTS: &str = "spindoe-table-tennis";
 
-/// How and where a part is run.
+/// Options of a scenario.
 #[derive(Debug, Clone, Copy)]
 struct Plan<'a> {
-    /// Its folder.
+    /// Results folder.
     out: &'a Path,
-    /// Its data; made where there are none.
+    /// Data folder; data are generated if `None`.
     data: Option<&'a Path>,
-    /// The command line.
+    /// Command line options.
     args: &'a Reproduce,
     seed: u64,
     force: bool,
 }
 
-/// Runs it.
+/// Runs the subcommand.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let out = args.out.clone().unwrap_or_else(|| "out/filtered".into());
     let parts = match args.part {
@@ -53,7 +53,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
                     return Err(Usage::Inapplicable(Inapplicable::FlightsUnmeasured { folder }).into());
                 }
                 None => {
-                    output.note(format!("no measured flights: --data names no folder of `{FLIGHTS}`"));
+                    output.note(format!("no measured flights: --data does not contain a folder `{FLIGHTS}`"));
                     Outcome::Done
                 }
             },
@@ -65,7 +65,8 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     Ok(Outcome::Done)
 }
 
-/// The folder of a part: that of its own set, or in the folder of all sets; none where its data are made.
+/// Returns the data folder of a scenario: its own set, or a set in the folder of all sets; `None` if
+/// data are generated.
 fn data_of(part: Part, data: Option<&Path>) -> Option<PathBuf> {
     let data = data?;
     let (name, file) = match part {
@@ -77,7 +78,7 @@ fn data_of(part: Part, data: Option<&Path>) -> Option<PathBuf> {
     if inside.is_dir() {
         return Some(inside);
     }
-    // Any folder is asked for drops, so that one without them is named.
+    // Every folder is checked for drops, so that the error names a folder without them.
     (part == Part::Ball && !data.join(FLIGHTS).is_dir() && !data.join("index.csv").is_file()
         || data.join(file).is_file())
     .then(|| data.to_owned())

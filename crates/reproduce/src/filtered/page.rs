@@ -1,4 +1,4 @@
-//! Pages of filtered forecasts: the fan that narrows as samples come in, and the tables.
+//! Report pages of forecasts from a prefix: a forecast figure and tables.
 
 use augsim_report::figure::{Axis, Event, Fan, Figure, Tone};
 use augsim_report::page::{
@@ -6,7 +6,7 @@ use augsim_report::page::{
 };
 use augsim_trainer::Samples;
 
-/// A table for each view, and whatever stands before them.
+/// Makes a page with a table for each view, after the given blocks.
 pub fn page(
     (title, summary): (&str, String),
     blocks: Vec<Block>,
@@ -15,10 +15,10 @@ pub fn page(
 ) -> Page {
     let mut sections = Vec::new();
     if !blocks.is_empty() {
-        sections.push(Section::new("The fan narrows", blocks));
+        sections.push(Section::new("Forecasts with increasing prefixes", blocks));
     }
     sections.push(Section::new(
-        "Every model behind the same prefixes",
+        "All models with the same prefixes",
         tables.into_iter().map(Block::Table).collect(),
     ));
     let code = Block::Code { caption: String::new(), text: command.to_owned() };
@@ -37,17 +37,17 @@ pub fn page(
     }
 }
 
-/// A share in per cent.
+/// Converts a fraction to per cent.
 pub fn percent(share: Option<f64>) -> Option<f64> {
     share.map(|v| 100.0 * v)
 }
 
-/// The per cent of a share with one decimal; a dash where there is none.
+/// Formats a fraction in per cent with one decimal; a dash if `None`.
 pub fn percent_text(share: Option<f64>) -> String {
     percent(share).map_or("-".to_owned(), |v| format!("{v:.1}"))
 }
 
-/// A table of models by the prefix: words, then numbers with title, unit and decimals.
+/// Makes a table of models by prefix: texts, then numbers with title, unit and decimals.
 pub fn table(
     caption: String,
     numbers: &[(&str, &str, usize)],
@@ -67,8 +67,9 @@ pub fn table(
     }
 }
 
-/// Forecasts of one column of one trajectory behind growing prefixes, side by side on one scale. `values` are those of the
-/// column at `times`; each forecast has the rows seen and its samples `[rest, S, sample]`.
+/// Draws forecasts of one column of a trajectory with increasing prefixes on the same scale. `values`
+/// are those of the column at `times`; each forecast has the number of measured rows and its samples
+/// `[rest, S, sample]`.
 pub fn fans(
     (label, unit): (&str, &str),
     (times, values): (&[f64], &[f64]),
@@ -96,7 +97,7 @@ pub fn fans(
     })
 }
 
-/// Median and bands behind `n` rows; gaps where the rows are seen.
+/// Returns the median and bands after `n` rows, with gaps in the measured rows.
 fn fan(
     (times, values): (&[f64], &[f64]),
     n: usize,
@@ -115,7 +116,7 @@ fn fan(
     let [median, lower50, upper50, lower90, upper90] = levels.map(|(_, curve)| curve);
     let at = times[n - 1];
     Fan {
-        title: format!("{n} samples seen ({at:.2} s)"),
+        title: format!("{n} measured samples ({at:.2} s)"),
         t: times.to_vec(),
         truth: values.to_vec(),
         events: vec![Event { at, label: "seen".to_owned() }],

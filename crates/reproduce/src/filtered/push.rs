@@ -1,4 +1,4 @@
-//! The beginning of a push is seen, the rest is forecast: of one that is repeated, and of pushes that are all different.
+//! Forecasts of pushes from a measured prefix: one repeated push, and different pushes.
 
 use super::layout::{self, PARTICLES};
 use super::push_physics::{fitted, way};
@@ -21,15 +21,15 @@ use augsim_trainer::filter::{
 use serde::Serialize;
 use std::fmt::Write as _;
 
-/// Seconds seen, of which the first 0.05 before the rod moves at 20 mm/s.
-const SECONDS: [f64; 4] = [0.5, 1.0, 2.0, 3.0];
-/// Samples a second.
+/// Prefix lengths in s. The pusher starts to move at 0.05 s, with 20 mm/s.
+const PREFIXES_S: [f64; 4] = [0.5, 1.0, 2.0, 3.0];
+/// Sampling rate in Hz.
 const RATE_HZ: f64 = 20.0;
-/// Pushes to learn from and to score, and the same with `--quick`.
+/// Numbers of training and test pushes, and the same with `--quick`.
 const PUSHES: [[usize; 2]; 2] = [[4000, 1000], [600, 100]];
-/// Pushes on which models that simulate every draw are scored, and with `--quick`.
-const SIMULATED: [usize; 2] = [200, 20];
-/// Added to the seed, so that test pushes are other draws.
+/// Number of test pushes of models that simulate every draw, and with `--quick`.
+const SIMULATED_PUSHES: [usize; 2] = [200, 20];
+/// Offset of the seed between training and test pushes.
 const TEST_SEED_OFFSET: u64 = 1_000_000;
 /// Columns of a pose.
 const POSE: [&str; 3] = ["x_m", "y_m", "theta_rad"];
@@ -38,21 +38,21 @@ const POSE: [&str; 3] = ["x_m", "y_m", "theta_rad"];
 struct ResultFile {
     schema: &'static str,
     scenario: &'static str,
-    /// Pushes learned from.
+    /// Number of training pushes.
     train: usize,
     rows: Vec<Row>,
     seed: u64,
     command: String,
 }
 
-/// Runs it.
+/// Runs this scenario.
 pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let Plan { args, seed, .. } = plan;
     let [train, test] = PUSHES[usize::from(args.quick)];
     let record = Record::new("reproduce filtered push").setting("seed", seed).setting("quick", args.quick);
     let claim = claim(plan.out, record, &[], args.resume, plan.force)?;
     claim.begin()?;
-    output.note(format!("making {train} pushes to learn from and {test} others"));
+    output.note(format!("generating {train} training and {test} test pushes"));
     let measured = Recipe { rate_hz: RATE_HZ, ..recipe(Protocol::Repeat, "rect1", "abs", train)? };
     let sd = [measured.position_sd_m, measured.position_sd_m, measured.angle_sd_rad];
     let exact = Recipe { pushes: test, position_sd_m: 0.0, angle_sd_rad: 0.0, ..measured.clone() };
@@ -60,8 +60,8 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let (learned, scored) = (Sequences::new(&measured.data, &POSE)?, Sequences::new(&truth.data, &POSE)?);
     let times = measured.data.trajectories().first().context("a push was made")?.time_s();
     let lengths: Vec<usize> =
-        SECONDS.iter().map(|s| times.iter().take_while(|t| **t <= times[0] + s + 1e-9).count()).collect();
-    output.note("learning what the beginning tells of the rest");
+        PREFIXES_S.iter().map(|s| times.iter().take_while(|t| **t <= times[0] + s + 1e-9).count()).collect();
+    output.note("training on prefixes");
     let remembered = Remembered::fit(&learned, &sd, &lengths)?;
     let sensor = Sensor::new(sd.map(Some).to_vec())?;
     let mut rows = Vec::new();
@@ -72,7 +72,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
             let settings = FilterSettings::new(PARTICLES, seed);
             let behind = behind_rows(&lengths, test.items.len());
             let scores = evaluate_filtered(model, test, (&sensor, &start), &behind, settings)?;
-            let each = scores.into_iter().zip(SECONDS).zip(&lengths).map(|((s, seconds), seen)| Row {
+            let each = scores.into_iter().zip(PREFIXES_S).zip(&lengths).map(|((s, seconds), seen)| Row {
                 seen_s: Some(seconds),
                 seen: Some(*seen),
                 ..Row::new("repeat", name, &s)
@@ -81,8 +81,8 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
             Ok(())
         };
     let mut few = scored.clone();
-    few.items.truncate(SIMULATED[usize::from(args.quick)]);
-    for (name, physics) in fitted(&truth.declared, &ways(&truth.data, few.items.len())?) {
+    few.items.truncate(SIMULATED_PUSHES[usize::from(args.quick)]);
+    for (name, physics) in fitted(&truth.declared, &pusher_paths(&truth.data, few.items.len())?) {
         score(name, &physics, &few)?;
     }
     score("Memory of other pushes", &remembered, &scored)?;
@@ -112,8 +112,8 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The rod's ways of the first pushes.
-fn ways(data: &Dataset, pushes: usize) -> anyhow::Result<Vec<system::Record>> {
+/// Returns the pusher paths of the first pushes.
+fn pusher_paths(data: &Dataset, pushes: usize) -> anyhow::Result<Vec<system::Record>> {
     let [x, y] = ["pusher_x_m", "pusher_y_m"].map(|c| data.column_index(c));
     let (x, y) = (x?, y?);
     let of = |t: &Trajectory| way(t.id(), t.time_s().to_vec(), [x, y].map(|c| t.column(c).to_vec()));
@@ -133,11 +133,11 @@ fn page_of(result: &ResultFile) -> augsim_report::page::Page {
     let row = |r: &Row| {
         let errors = [r.pushes as f64, r.position_mm, r.rotation_deg, r.crps_mm, r.crps_deg].map(Some);
         let bands = [r.coverage50, r.coverage90].map(page::percent);
-        (format!("{}, {} seen", r.model, r.prefix()), errors.into_iter().chain(bands).collect())
+        (format!("{}, {} measured", r.model, r.prefix()), errors.into_iter().chain(bands).collect())
     };
     let caption = "Errors of the median of 100 samples over the rest, mean over pushes.".to_owned();
     let summary = format!(
-        "A push is repeated over tables that differ; its beginning is seen with 0.3 mm and 0.1 degrees. {} other pushes to learn \
+        "A push is repeated over tables that differ; a prefix is measured with 0.3 mm and 0.1 degrees. {} other pushes to learn \
          from.",
         result.train
     );
@@ -147,18 +147,13 @@ fn page_of(result: &ResultFile) -> augsim_report::page::Page {
         .to_owned();
     let tables =
         vec![page::table(caption, &numbers, of("repeat")), page::table(different, &numbers, of("mit"))];
-    page::page(
-        ("Pushes whose beginning is seen", summary),
-        Vec::new(),
-        tables,
-        (&result.command, result.seed),
-    )
+    page::page(("Pushes with a measured prefix", summary), Vec::new(), tables, (&result.command, result.seed))
 }
 
 fn table(result: &ResultFile) -> String {
     let mut out = format!(
         "filtered forecasts of pushes (repeat: one push over and over, rect1 on abs, 20 mm/s; mit: each at another place, angle and \
-         speed): the beginning is seen with 0.3 mm and 0.1 degrees, the rest is forecast; median of 100 samples over the rest; {} \
+         speed): a prefix is measured with 0.3 mm and 0.1 degrees, the rest is forecast; median of 100 samples over the rest; {} \
          other pushes to learn from\n  {:<8}{:<38}{:>7}{:>8}{:>9}{:>9}{:>10}{:>10}{:>8}{:>8}\n",
         result.train,
         "layout",

@@ -1,30 +1,30 @@
-//! Rows of the table of filtered pushes.
+//! Rows of the table of pushes with a measured prefix.
 
 use augsim_trainer::filter::FilteredScore;
 use serde::Serialize;
 
-/// A model behind a prefix.
+/// Scores of a model with one prefix length.
 #[derive(Debug, Serialize)]
 pub struct Row {
     /// Always `filtered`.
     pub protocol: &'static str,
-    /// `repeat`: one push over tables that differ; `mit`: pushes at many places, angles and speeds.
+    /// `repeat`: one push on different surfaces; `mit`: pushes at different places, angles and speeds.
     pub layout: &'static str,
     pub model: &'static str,
-    /// Seconds and samples seen, where they are the same for every push.
+    /// Prefix length in s and in samples, if it is the same for all pushes.
     pub seen_s: Option<f64>,
     pub seen: Option<usize>,
-    /// Share of a push's samples that is seen, %, where that is.
+    /// Measured fraction of the samples in %, if it is the same for all pushes.
     pub seen_percent: Option<f64>,
-    /// Test pushes.
+    /// Number of test pushes.
     pub pushes: usize,
-    /// Errors of the median over the rest.
+    /// Errors of the median over the forecast rows.
     pub position_mm: f64,
     pub rotation_deg: f64,
-    /// The same in the last seven tenths of the samples, whatever the prefix.
+    /// The same over the last 70 % of the samples for every prefix length.
     pub late_position_mm: f64,
     pub late_rotation_deg: f64,
-    /// Continuous ranked probability scores over the rest.
+    /// Continuous ranked probability scores over the forecast rows.
     pub crps_mm: f64,
     pub crps_deg: f64,
     pub coverage50: Option<f64>,
@@ -52,12 +52,12 @@ impl Row {
         }
     }
 
-    /// The row as behind a share of the samples.
+    /// Sets the measured fraction of the samples.
     pub fn behind_share(self, share: f64) -> Self {
         Row { seen_percent: Some(100.0 * share), ..self }
     }
 
-    /// Words for what is seen.
+    /// Describes the prefix.
     pub fn prefix(&self) -> String {
         match (self.seen_s, self.seen_percent) {
             (Some(seconds), _) => format!("{seconds} s"),

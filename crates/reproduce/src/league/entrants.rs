@@ -1,37 +1,37 @@
-//! Who takes part.
+//! Model classes of the comparison.
 
 use crate::args::LeagueScenario;
 use augsim_trainer::Recipe;
 
-/// A model class in the league.
+/// A model class in the comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Entrant {
-    /// The measured trajectories themselves: what sensors alone violate.
+    /// The measured trajectories themselves, as a reference for violations by sensor noise.
     Data,
-    /// The paper's scale of errors: zero, or that nothing moves.
+    /// Baseline that predicts zero or no motion: the error scale of the paper.
     Nothing,
     /// The declared physics.
     Physics,
-    /// The law that made the drops.
+    /// The exact model that generated the drops.
     Law,
-    /// Gaussian processes of pushing, rolled out (GP-SUM without observations).
+    /// Gaussian processes of pushing in roll-out (GP-SUM without observations).
     GaussianProcess,
     /// A recipe of `train`.
     Trained(Recipe),
 }
 
-/// The entrants of a scenario, in the order of the table.
+/// Returns the model classes of a scenario in the order of the table.
 pub fn entrants(scenario: LeagueScenario) -> Vec<Entrant> {
     let push = scenario == LeagueScenario::Push;
     let mut out = vec![Entrant::Data, Entrant::Nothing, Entrant::Physics];
     out.push(if push { Entrant::GaussianProcess } else { Entrant::Law });
-    let fits = |r: &Recipe| match r {
+    let applies = |r: &Recipe| match r {
         Recipe::HybridStandardised => !push,
         Recipe::NeuralPlus => push,
         r => push || !r.is_of_pushing(),
     };
-    // Hybrid+ stands last, below what it is compared with.
-    let others = Recipe::all().filter(|r| *r != Recipe::HybridPlus).filter(fits);
+    // Hybrid+ is last, below the models that it is compared with.
+    let others = Recipe::all().filter(|r| *r != Recipe::HybridPlus).filter(applies);
     out.extend(others.chain([Recipe::HybridPlus]).map(Entrant::Trained));
     out
 }

@@ -1,4 +1,4 @@
-//! The columns of the league, and how a model is measured in them.
+//! Columns of the league tables and their computation.
 
 use super::processor::processor_s;
 use crate::args::LeagueScenario;
@@ -8,12 +8,12 @@ use augsim_trainer::score::{Score, Scoring, average, score};
 use augsim_trainer::{Forecaster, SAMPLES, Samples, Task, Violations, in_order, violations};
 use rayon::prelude::*;
 
-/// A column.
+/// A column of the tables.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
     /// Name in `result.json`, with its unit.
     pub name: &'static str,
-    /// Head in tables.
+    /// Heading in tables.
     pub title: &'static str,
     pub unit: &'static str,
     pub decimals: usize,
@@ -55,13 +55,13 @@ static PUSH: [Key; 10] = [
 ];
 
 impl Key {
-    /// Whether models are ranked by it.
+    /// Whether models are ranked by this column.
     pub fn decides(&self) -> bool {
         matches!(self.name, "crps_m" | "crps_mm")
     }
 }
 
-/// The columns of a scenario.
+/// Returns the columns of a scenario.
 pub fn keys(scenario: LeagueScenario) -> &'static [Key] {
     match scenario {
         LeagueScenario::Ball => &BALL,
@@ -69,33 +69,33 @@ pub fn keys(scenario: LeagueScenario) -> &'static [Key] {
     }
 }
 
-/// Figures of one model on one set.
+/// Measures of one model on one set.
 #[derive(Debug, Clone)]
 pub struct Measured {
-    /// One for each of [`keys`]; absent where it makes no sense.
+    /// One value for each of [`keys`]; absent if it does not apply.
     pub figures: Vec<Option<f64>>,
-    /// The deciding score of each trajectory.
+    /// Mean CRPS of each trajectory.
     pub crps: Vec<f64>,
-    /// Microseconds of processor time for a simulated second of one sample.
+    /// Processor time in µs per simulated second of one sample.
     pub microseconds: Option<f64>,
 }
 
 impl Measured {
-    /// Mean of the deciding score.
+    /// Returns the mean CRPS.
     pub fn mean_crps(&self) -> f64 {
         mean(&self.crps)
     }
 }
 
-/// Mean of the scores of trajectories; 0 of none.
+/// Returns the mean of scores; 0 if there are none.
 pub fn mean(scores: &[f64]) -> f64 {
     scores.iter().sum::<f64>() / scores.len().max(1) as f64
 }
 
-/// Stands for what is no number: a model that leaves the numbers errs by a million.
-const BEYOND: f32 = 1e6;
+/// Replacement of non-finite values: a diverged model has an error of a million.
+const DIVERGED_VALUE: f32 = 1e6;
 
-/// Measures a model on a set; without a model the measured trajectories themselves, which only violate.
+/// Measures a model on a set, or, without a model, the violations of the measured trajectories.
 pub fn measure(model: Option<&dyn Forecaster>, set: &Set) -> anyhow::Result<Measured> {
     let scoring = Scoring::of(&set.items);
     let begun = processor_s();
@@ -105,8 +105,8 @@ pub fn measure(model: Option<&dyn Forecaster>, set: &Set) -> anyhow::Result<Meas
             Some(model) => model.forecast(task, SAMPLES)?,
             None => Samples { count: 1, values: q.states.iter().map(|v| *v as f32).collect() },
         };
-        let far = |v: &&mut f32| v.is_nan() || v.abs() > BEYOND;
-        samples.values.iter_mut().filter(far).for_each(|v| *v = BEYOND);
+        let far = |v: &&mut f32| v.is_nan() || v.abs() > DIVERGED_VALUE;
+        samples.values.iter_mut().filter(far).for_each(|v| *v = DIVERGED_VALUE);
         let duration = match set.engine.step_s() {
             Some(step_s) => step_s * (q.time - 1) as f64,
             None => q.action(q.time - 1)[2] - q.action(0)[2],

@@ -1,7 +1,8 @@
-//! `reproduce league`: every model class under one protocol, in one table.
+//! `reproduce league`: all model classes under one protocol, in one table.
 //!
-//! Each class gets the same number of settings, tried on the last fifth of the training data; the best is trained anew on all of it, from
-//! several seeds, and scored on trajectories that nothing was chosen on.
+//! Each class tries the same number of settings on the last fifth of the training data. The best setting
+//! is trained on all training data with several seeds, and scored on test trajectories that no choice
+//! was based on.
 
 mod entrants;
 mod factors;
@@ -32,10 +33,10 @@ use runs::{Effort, Runs};
 use sizes::Sizes as Curve;
 use std::path::Path;
 
-/// Added to the seed of generated training data, so that test data are other draws.
+/// Offset of the seed between training and test data, so that their random draws differ.
 const TEST_SEED_OFFSET: u64 = 1_000_000;
 
-/// Runs it.
+/// Runs the subcommand.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let out = args.out.clone().unwrap_or_else(|| "out/league".into());
     let scenarios = match args.part {
@@ -66,7 +67,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let mut leagues = Vec::new();
     for scenario in scenarios {
         let effort = Effort::of(scenario, args);
-        match played(scenario, effort, seed, args.resume, &claim, output)? {
+        match run_scenario(scenario, effort, seed, args.resume, &claim, output)? {
             Some(league) => leagues.push(league),
             None => return Ok(Outcome::Interrupted),
         }
@@ -79,8 +80,8 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     Ok(Outcome::Done)
 }
 
-/// The league of a scenario; `None` if the user stopped it.
-fn played(
+/// Runs the comparison of one scenario; returns `None` if interrupted.
+fn run_scenario(
     scenario: LeagueScenario,
     effort: Effort,
     seed: u64,
@@ -114,7 +115,7 @@ fn played(
     }))
 }
 
-/// Name of a test set.
+/// Returns the name of a test set.
 fn set_name(set: &Set) -> String {
     match &set.on {
         None => "test".to_owned(),
@@ -123,8 +124,8 @@ fn set_name(set: &Set) -> String {
     }
 }
 
-/// The data of a scenario, and the trajectories that the sets of the curve are the first of: those for training, and more where the
-/// curve goes further.
+/// Returns the data of a scenario, and the pool of trajectories whose first ones are the training sets
+/// of the size curve.
 fn data(scenario: LeagueScenario, effort: &Effort, seed: u64) -> anyhow::Result<(Data, Sequences)> {
     match scenario {
         LeagueScenario::Ball => {
@@ -140,7 +141,7 @@ fn data(scenario: LeagueScenario, effort: &Effort, seed: u64) -> anyhow::Result<
             let mut data = Data::laboratory(&plan, seed)?;
             let pool = data.train.clone();
             data.train = part(&pool, 0, effort.train);
-            // In a hurry one support and the other object stand for all.
+            // The reduced version tests transfer on one surface only.
             let kept = |set: &Set| set.on.as_ref().is_none_or(|on| on.2 != "unseen surface" || on.1 == "pu");
             if effort.few_sets {
                 data.tests.retain(kept);

@@ -1,4 +1,5 @@
-//! The page of the league: a table for each test set, and a dot plot for each column of the first.
+//! Report page of the league: a table for each test set, and a dot plot for each column of the first
+//! set.
 
 use super::measures::{Key, keys};
 use super::result::{League, ResultFile};
@@ -9,7 +10,7 @@ use augsim_report::page::{
     Best, Block, Cell, Column, Columns, Grid, Method, Page, Provenance, Row, Section, Table,
 };
 
-/// The page.
+/// Makes the page.
 pub fn page(result: &ResultFile) -> Page {
     let mut sections: Vec<Section> = result.leagues.iter().map(section).collect();
     sections.push(Section::new("Methods", vec![Block::Methods(methods())]));
@@ -34,7 +35,7 @@ fn section(league: &League) -> Section {
     let keys = keys(scenario_of(league));
     let mut blocks = vec![Block::Prose(format!(
         "{} training trajectories, {} iterations of every net; {} settings of each class tried on the last fifth of the training \
-         data; median of {} seeds. A forecast sees the first state and the actions, nothing else. Processor times are in \
+         data; median of {} seeds. A forecast uses only the first state and the actions. Processor times are in \
          `timing.json`.",
         league.training, league.iterations, league.settings_tried, league.seeds
     ))];
@@ -81,14 +82,14 @@ fn table(league: &League, set: &str, keys: &[Key]) -> Table {
         columns,
         rows: league.rows.iter().filter(|r| r.set == set).map(row).collect(),
         footnotes: vec![
-            "Bold: best of the column (of bands: nearest to the stated share). Row \u{201c}(the data)\u{201d}: what measured \
+            "Bold: best of the column (of bands: nearest to the nominal coverage). Row \u{201c}(the data)\u{201d}: what measured \
              trajectories themselves violate, by the noise of sensors."
                 .to_owned(),
         ],
     }
 }
 
-/// A line for each model, over the training trajectories.
+/// Makes a figure with a line per model over the number of training trajectories.
 fn curve(league: &League, key: &Key) -> Figure {
     let x = Axis::log("training trajectories", "");
     let mut line = Line::new(&format!("{} ({})", key.title, key.unit), x, Axis::log(key.title, key.unit));
@@ -101,7 +102,7 @@ fn curve(league: &League, key: &Key) -> Figure {
     Figure::from(line)
 }
 
-/// A dot for each model that has the figure.
+/// Makes a figure with a dot per model.
 fn dots(rows: &[&Result], key: &Key) -> Figure {
     let bar = |r: &&Result| {
         let figure = r.figures.get(key.name)?;
@@ -114,7 +115,7 @@ fn dots(rows: &[&Result], key: &Key) -> Figure {
         })
     };
     let bars: Vec<Bar> = rows.iter().filter_map(bar).collect();
-    // A model that leaves the world would hide all others on a linear axis.
+    // On a linear axis a diverging model would hide the differences between the others.
     let is_positive = bars.iter().all(|b| b.value.is_some_and(|v| v > 0.0));
     let is_share = matches!(key.best, Best::Nearest(_));
     let axis = if is_positive && !is_share {

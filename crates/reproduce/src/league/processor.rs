@@ -1,8 +1,8 @@
-//! Processor time.
+//! Processor time of this process.
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// Processor time of all threads of this process, s.
+/// Returns the processor time of all threads of this process in s.
 pub fn processor_s() -> f64 {
     let t = clock_gettime(ClockId::ProcessCPUTime);
     t.tv_sec as f64 + 1e-9 * t.tv_nsec as f64

@@ -1,10 +1,10 @@
-//! `result.json` of the league: everything that does not depend on a clock.
+//! `result.json` of the league, without run times.
 
 use super::rows::Row;
 use super::verdict::Verdict;
 use serde::Serialize;
 
-/// The file.
+/// Content of `result.json`.
 #[derive(Debug, Serialize)]
 pub struct ResultFile {
     pub schema: &'static str,
@@ -13,31 +13,31 @@ pub struct ResultFile {
     pub command: String,
 }
 
-/// The league of a scenario.
+/// Results of a scenario.
 #[derive(Debug, Serialize)]
 pub struct League {
     /// `ball` or `push`.
     pub scenario: &'static str,
-    /// Test sets, the first of the kind that was trained on.
+    /// Names of the test sets; the first is of the training kind.
     pub sets: Vec<String>,
-    /// Training trajectories.
+    /// Number of training trajectories.
     pub training: usize,
-    /// Iterations of every net that learns by gradients.
+    /// Number of training iterations of each network.
     pub iterations: u64,
-    /// Settings tried of every class that has some.
+    /// Number of settings that each class tried.
     pub settings_tried: usize,
-    /// Seeds of every trained class.
+    /// Number of seeds of each trained class.
     pub seeds: u64,
     pub rows: Vec<Row>,
-    /// The best classes trained on fewer and on more trajectories, scored on the first test set; empty where none are.
+    /// Learning curves of the best classes on the first test set; may be empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sizes: Vec<Row>,
-    /// Models that are significantly better than others, one verdict a test set.
+    /// Verdicts, one per test set.
     pub verdicts: Vec<Verdict>,
 }
 
 impl League {
-    /// Models that were trained on several sizes, best first.
+    /// Returns the models with learning curves, best first.
     pub fn sized_models(&self) -> Vec<&str> {
         let mut models: Vec<&str> = self.sizes.iter().map(|r| r.model.as_str()).collect();
         models.dedup();

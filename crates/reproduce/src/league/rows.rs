@@ -1,4 +1,4 @@
-//! Rows of the league: models on test sets.
+//! Rows of the league tables.
 
 use super::factors::{Factors, SETTINGS};
 use super::measures::mean;
@@ -6,58 +6,59 @@ use augsim_trainer::Recipe;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// A row of the table, with the score of each trajectory for intervals: mean over the seeds.
+/// A row with the CRPS of each trajectory (mean over seeds) for bootstrap intervals.
 #[derive(Debug)]
 pub struct Scored {
     pub row: Row,
-    /// The recipe, of a model that was trained and is scored as it draws.
+    /// Recipe of a trained model with unchanged samples.
     pub recipe: Option<Recipe>,
     pub crps: Vec<f64>,
 }
 
 impl Scored {
-    /// Mean of the deciding score.
+    /// Returns the mean CRPS.
     pub fn mean_crps(&self) -> f64 {
         mean(&self.crps)
     }
 }
 
-/// A model on a test set.
+/// Scores of a model on a test set.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
     pub model: String,
     pub set: String,
-    /// Seeds that the figures are of.
+    /// Number of seeds.
     pub seeds: usize,
-    /// Figures by name, with their units in it.
+    /// Measures by name; names end in their unit.
     pub figures: BTreeMap<String, Spread>,
-    /// 95 % interval of the deciding score: bootstrap over trajectories.
+    /// 95 % bootstrap interval of the mean CRPS over trajectories.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crps_ci95: Option<[f64; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parameters: Option<usize>,
-    /// Training trajectories.
+    /// Number of training trajectories.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trained_on: Option<usize>,
     /// Settings tried on the validation part.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tried: Vec<Tried>,
-    /// Processor time of a training, s: median over seeds. In `timing.json`, because it differs from run to run.
+    /// Processor time of a training in s, median over seeds. Written to `timing.json`, because it
+    /// differs between runs.
     #[serde(skip)]
     pub cpu_s: Option<f64>,
-    /// Processor time of a simulated second, microseconds. In `timing.json`.
+    /// Processor time of a simulated second in µs. Written to `timing.json`.
     #[serde(skip)]
     pub microseconds: Option<f64>,
 }
 
 impl Row {
-    /// The factors that were chosen for it; those of the first setting where none were tried.
+    /// Returns the chosen factors; those of the first setting if none were tried.
     pub fn factors(&self) -> Factors {
         SETTINGS[self.tried.iter().position(|tried| tried.chosen).unwrap_or(0)]
     }
 }
 
-/// A figure over seeds.
+/// Statistics of a measure over seeds.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Spread {
     pub median: f64,
@@ -66,7 +67,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of at least one value.
+    /// Computes the statistics of at least one value.
     pub fn of(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let (min, max) = (values.first().copied(), values.last().copied());
@@ -76,13 +77,13 @@ impl Spread {
     }
 }
 
-/// A setting that was tried, with its score on the validation part.
+/// A tried setting with its score on the validation part.
 #[derive(Debug, Clone, Serialize)]
 pub struct Tried {
     pub learning_rate: f64,
-    /// Units of a hidden layer.
+    /// Width of a hidden layer.
     pub hidden: usize,
-    /// The deciding score.
+    /// Mean CRPS.
     pub crps: f64,
     pub chosen: bool,
 }

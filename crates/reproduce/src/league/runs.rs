@@ -1,4 +1,5 @@
-//! The protocol: settings tried on a validation part, several seeds on all of the training data, scores on every test set.
+//! Protocol of the league: choose settings on a validation part, train with several seeds, score on
+//! every test set.
 
 use super::entrants::Entrant;
 use super::factors::{Factors, SETTINGS};
@@ -18,36 +19,36 @@ use augsim_trainer::push::{GpOptions, GpPush};
 use augsim_trainer::{Forecaster, Recipe, Sequences, Settings};
 use std::path::Path;
 
-/// File in a run's folder with the processor time that its training took, s.
-const CPU: &str = "cpu_s";
+/// Name of the file with the processor time of a training in s.
+const CPU_TIME_FILE: &str = "cpu_s";
 
-/// How much of everything is done.
+/// Sizes and numbers of repetitions of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
-    /// Training trajectories.
+    /// Number of training trajectories.
     pub train: usize,
-    /// Test trajectories of the kind that was trained on.
+    /// Number of test trajectories of the training kind.
     pub test: usize,
-    /// Test trajectories of each other kind.
+    /// Number of test trajectories of each other kind.
     pub transfer: usize,
-    /// Iterations of every net that learns by gradients.
+    /// Number of training iterations of each network.
     pub iterations: u64,
-    /// Settings tried of every class.
+    /// Number of settings that each class tries.
     pub settings: usize,
-    /// Seeds of every class.
+    /// Number of seeds of each class.
     pub seeds: u64,
-    /// Training steps of the Gaussian processes.
+    /// Number of training steps of the Gaussian processes.
     pub gp_steps: usize,
-    /// Whether a part of the transfer sets stands for all.
+    /// Whether only some of the transfer sets are used.
     pub few_sets: bool,
-    /// Training trajectories of the curve of the best classes; none of drops.
+    /// Training-set sizes of the learning curves; empty for drops.
     pub sizes: &'static [usize],
-    /// Seeds at each of these sizes.
+    /// Number of seeds per size.
     pub size_seeds: u64,
 }
 
 impl Effort {
-    /// That of a scenario, as it is asked for.
+    /// Returns the sizes for a scenario and the options.
     pub fn of(scenario: LeagueScenario, args: &Reproduce) -> Self {
         let ball = scenario == LeagueScenario::Ball;
         let effort = match (args.quick, ball) {
@@ -104,10 +105,10 @@ impl Effort {
     }
 }
 
-/// The factors that did best, and everything that was tried.
+/// Best factors and all tried settings.
 type Choice = (Factors, Vec<Tried>);
 
-/// Everything that entering a class takes.
+/// Data and options of the runs of a scenario.
 #[derive(Debug)]
 pub struct Runs<'a> {
     pub data: &'a Data,
@@ -119,17 +120,17 @@ pub struct Runs<'a> {
     pub scenario: LeagueScenario,
 }
 
-/// How the samples of a trained net are scored.
+/// Variant of the samples of a trained network.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Variant {
-    /// As it draws them.
+    /// Unchanged samples.
     AsTrained,
-    /// Moved to the nearest poses that bodies can take.
+    /// Samples projected to poses without penetration.
     Apart,
 }
 
 impl Variant {
-    /// Name in the table.
+    /// Returns the name in the table.
     fn label(self, recipe: Recipe) -> String {
         match self {
             Variant::AsTrained => recipe.label().to_owned(),
@@ -138,7 +139,7 @@ impl Variant {
     }
 }
 
-/// A trained net and the processor time of its training.
+/// A trained network and the processor time of its training.
 struct Net {
     model: NetModel,
     parameters: usize,
@@ -146,7 +147,7 @@ struct Net {
 }
 
 impl Runs<'_> {
-    /// The rows of an entrant, one a variant and test set; `None` if the user stopped it.
+    /// Runs a model class and returns one row per variant and test set; `None` if interrupted.
     pub fn enter(&self, entrant: Entrant) -> anyhow::Result<Option<Vec<Scored>>> {
         let recipe = match entrant {
             Entrant::Trained(recipe) => recipe,
@@ -164,7 +165,7 @@ impl Runs<'_> {
             nets.push(net);
         }
         let cpu: Option<Vec<f64>> = nets.iter().map(|n| n.cpu_s).collect();
-        // What it costs to violate nothing is shown for the class that is ours.
+        // The cost of the non-penetration constraint is shown for Hybrid+ only.
         let is_kept_apart = recipe == Recipe::HybridPlus && self.scenario == LeagueScenario::Push;
         let variants =
             if is_kept_apart { vec![Variant::Apart, Variant::AsTrained] } else { vec![Variant::AsTrained] };
@@ -191,7 +192,8 @@ impl Runs<'_> {
         Ok(Some(out))
     }
 
-    /// The row on the first test set of a recipe that is trained on `train` from so many seeds; `None` if the user stopped it.
+    /// Trains a recipe on `train` with several seeds and returns its row on the first test set; `None`
+    /// if interrupted.
     pub fn at_size(
         &self,
         recipe: Recipe,
@@ -248,7 +250,7 @@ impl Runs<'_> {
         Ok(out)
     }
 
-    /// The factors that do best on the validation part, and all that were tried; `None` if the user stopped it.
+    /// Chooses the factors with the smallest CRPS on the validation part; `None` if interrupted.
     fn choose(&self, recipe: Recipe) -> anyhow::Result<Option<Choice>> {
         let all = self.data.train.items.len();
         let fitted = all - all / 5;
@@ -294,17 +296,18 @@ impl Runs<'_> {
         let shown = folder.file_name().unwrap_or_default().to_string_lossy();
         self.output.note(format!("{}: {shown} ({} iterations)", self.scenario.name(), settings.iterations));
         let before = processor_s();
-        let Some(trained) = training::train_again(&folder, &config, train, self.resume, self.output)? else {
+        let Some(trained) = training::train_or_resume(&folder, &config, train, self.resume, self.output)?
+        else {
             return Ok(None);
         };
-        let cpu = folder.join(CPU);
+        let cpu = folder.join(CPU_TIME_FILE);
         if trained.seconds_per_iteration.is_some() {
             std::fs::write(&cpu, format!("{:.2}", processor_s() - before))?;
         }
         Ok(Some(Net { model: trained.model, parameters: trained.parameters, cpu_s: read_number(&cpu) }))
     }
 
-    /// The row of a model on a set from its figures of each seed.
+    /// Makes the row of a model on a set from the scores of each seed.
     fn row(&self, set: &Set, model: &str, seeds: &[Measured]) -> Scored {
         let figures = keys(self.scenario).iter().enumerate().filter_map(|(k, key)| {
             let values: Vec<f64> = seeds.iter().filter_map(|m| m.figures[k]).collect();
@@ -337,7 +340,7 @@ fn read_number(path: &Path) -> Option<f64> {
     std::fs::read_to_string(path).ok()?.trim().parse().ok()
 }
 
-/// The middle one of some values; the lower of two.
+/// Returns the median of values; the lower of two.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[(values.len() - 1) / 2]

@@ -1,34 +1,35 @@
-//! How the best classes gain from more training data.
+//! Learning curves of the best classes over the size of the training set.
 
 use super::rows::{Row, Scored};
 use super::runs::Runs;
 use crate::experiment::data::part;
 use augsim_trainer::{Recipe, Sequences};
 
-/// Classes whose gain from data is shown.
-const BEST: usize = 5;
+/// Number of best classes with a learning curve.
+const BEST_CLASSES: usize = 5;
 
-/// Training sets of growing size.
+/// Training sets of increasing size.
 #[derive(Debug)]
 pub struct Sizes<'a> {
-    /// The trajectories that each set is the first of.
+    /// Pool of trajectories; each training set is its beginning.
     pub pool: &'a Sequences,
-    /// How many each set has, rising.
+    /// Sizes of the training sets, ascending.
     pub counts: &'static [usize],
-    /// Seeds of every class at each size.
+    /// Number of seeds per class and size.
     pub seeds: u64,
 }
 
 impl Sizes<'_> {
-    /// Rows on the first test set of the classes that are best there by the deciding score, one a class and size, with the settings that were
-    /// chosen for the table; `None` if the user stopped it. The table's own row stands where its size is one of them.
+    /// Returns the rows of the best classes (by mean CRPS) on the first test set, one per class and
+    /// size, with the settings of the table; `None` if interrupted. A row of the table is reused if its
+    /// size matches.
     pub fn rows(&self, runs: &Runs<'_>, table: &[Scored]) -> anyhow::Result<Option<Vec<Row>>> {
         let mut out = Vec::new();
-        for (recipe, own) in best(table) {
-            let factors = own.row.factors();
+        for (recipe, table_row) in best(table) {
+            let factors = table_row.row.factors();
             for &count in self.counts {
-                let row = if own.row.trained_on == Some(count) {
-                    Some(own.row.clone())
+                let row = if table_row.row.trained_on == Some(count) {
+                    Some(table_row.row.clone())
                 } else {
                     runs.at_size(recipe, factors, &part(self.pool, 0, count), self.seeds)?
                 };
@@ -42,19 +43,19 @@ impl Sizes<'_> {
     }
 }
 
-/// The best recipes on the first test set of a table, best first, with their rows there.
+/// Returns the best recipes on the first test set with their rows, best first.
 fn best(table: &[Scored]) -> Vec<(Recipe, &Scored)> {
     let first = table.first().map(|s| s.row.set.as_str());
     let here = table.iter().filter(|s| Some(s.row.set.as_str()) == first);
     let mut all: Vec<(Recipe, &Scored)> = here.filter_map(|s| Some((s.recipe?, s))).collect();
     all.sort_by(|(_, a), (_, b)| a.mean_crps().total_cmp(&b.mean_crps()));
-    all.truncate(BEST);
+    all.truncate(BEST_CLASSES);
     all
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the best are those of the first set with a recipe, by the deciding score and not by their order in the table.
+    //! Contract: the best classes are those with a recipe and the smallest CRPS on the first set.
     use super::*;
     use std::collections::BTreeMap;
 
@@ -75,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn five_trained_classes_of_the_first_set_are_best() {
+    fn selects_five_trained_classes_of_the_first_set() {
         let recipes: Vec<Recipe> = Recipe::all().take(6).collect();
         let mut table = vec![scored("Physics", "test", None, 0.1)];
         for (k, recipe) in recipes.iter().enumerate() {
@@ -83,7 +84,7 @@ mod tests {
             table.push(scored(recipe.label(), "rect1 on pu", Some(*recipe), 0.01));
         }
         let found: Vec<Recipe> = best(&table).into_iter().map(|(recipe, _)| recipe).collect();
-        let wanted: Vec<Recipe> = recipes.into_iter().rev().take(5).collect();
-        assert_eq!(found, wanted);
+        let expected: Vec<Recipe> = recipes.into_iter().rev().take(5).collect();
+        assert_eq!(found, expected);
     }
 }

@@ -1,4 +1,4 @@
-//! The league as text, and what it cost.
+//! Text tables of the league, and run times.
 
 use super::measures::{Key, keys};
 use super::result::{League, ResultFile};
@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// Times by the clock, by scenario and model.
+/// Run times by scenario and model.
 #[derive(Debug, Serialize)]
 pub struct Costs {
     costs: BTreeMap<String, Cost>,
@@ -16,14 +16,14 @@ pub struct Costs {
 
 #[derive(Debug, Serialize)]
 struct Cost {
-    /// Processor time of a training, s: median over seeds.
+    /// Processor time of a training in s, median over seeds.
     cpu_s: Option<f64>,
     /// Processor time of a simulated second of one sample.
     microseconds_per_simulated_s: Option<f64>,
 }
 
 impl Costs {
-    /// Of the first test set of each scenario.
+    /// Collects the run times on the first test set of each scenario.
     pub fn of(result: &ResultFile) -> Self {
         let each = |league: &League| -> Vec<(String, Cost)> {
             let first = league.rows.iter().filter(|r| league.sets.first() == Some(&r.set));
@@ -34,12 +34,12 @@ impl Costs {
     }
 }
 
-/// The columns of a league.
+/// Returns the scenario of a result.
 pub fn scenario_of(league: &League) -> LeagueScenario {
     if league.scenario == "ball" { LeagueScenario::Ball } else { LeagueScenario::Push }
 }
 
-/// The deciding scores of the best classes, a line a class and a column a size.
+/// Formats the learning curves: a line per class and a column per size.
 fn sizes(league: &League) -> String {
     let mut counts: Vec<usize> = league.sizes.iter().filter_map(|r| r.trained_on).collect();
     counts.sort_unstable();
@@ -65,7 +65,7 @@ fn sizes(league: &League) -> String {
     out
 }
 
-/// All tables and verdicts as text.
+/// Formats all tables and verdicts.
 pub fn table(result: &ResultFile) -> String {
     let mut out = String::new();
     for league in &result.leagues {

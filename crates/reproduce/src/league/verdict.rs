@@ -1,32 +1,32 @@
-//! Pairs of models of which one is significantly better: bootstrap over trajectories, every model on the same ones.
+//! Significant differences between models, by a paired bootstrap over trajectories.
 
 use super::rows::Scored;
 use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardUniform};
 use serde::Serialize;
 
-/// Draws of the bootstrap.
-const DRAWS: usize = 2000;
+/// Number of bootstrap draws.
+const BOOTSTRAP_DRAWS: usize = 2000;
 /// The model that the others are compared with.
-const OURS: &str = "Hybrid+";
-/// Rows that do not compete: nobody has them to forecast with.
-const ASIDE: [&str; 2] = ["(the data)", "Exact law"];
+const REFERENCE_MODEL: &str = "Hybrid+";
+/// Models that do not compete, because they are not available for forecasts.
+const NOT_COMPETING: [&str; 2] = ["(the data)", "Exact law"];
 
-/// A sentence on a test set.
+/// Verdict on a test set.
 #[derive(Debug, Serialize)]
 pub struct Verdict {
     pub set: String,
-    /// Model with the least deciding score.
+    /// Model with the smallest CRPS.
     pub best: String,
-    /// Models that are significantly better than Hybrid+, and those that chance cannot tell from it.
+    /// Models that are significantly better than Hybrid+, and those whose difference is not significant.
     pub better_than_ours: Vec<String>,
     pub tied_with_ours: Vec<String>,
     pub sentence: String,
 }
 
-/// Fills in the intervals of all rows, and says for each set how Hybrid+ stands.
+/// Computes the intervals of all rows, and the verdict on Hybrid+ for each set.
 pub fn verdicts(rows: &mut [Scored], sets: &[String], seed: u64) -> Vec<Verdict> {
-    for scored in rows.iter_mut().filter(|s| s.row.model != ASIDE[0]) {
+    for scored in rows.iter_mut().filter(|s| s.row.model != NOT_COMPETING[0]) {
         scored.row.crps_ci95 = Some(interval(&scored.crps, seed));
     }
     sets.iter().filter_map(|set| verdict(rows, set, seed)).collect()
@@ -34,11 +34,11 @@ pub fn verdicts(rows: &mut [Scored], sets: &[String], seed: u64) -> Vec<Verdict>
 
 fn verdict(rows: &[Scored], set: &str, seed: u64) -> Option<Verdict> {
     let here: Vec<&Scored> =
-        rows.iter().filter(|s| s.row.set == set && !ASIDE.contains(&s.row.model.as_str())).collect();
-    let ours = here.iter().find(|s| s.row.model == OURS)?;
+        rows.iter().filter(|s| s.row.set == set && !NOT_COMPETING.contains(&s.row.model.as_str())).collect();
+    let ours = here.iter().find(|s| s.row.model == REFERENCE_MODEL)?;
     let best = here.iter().min_by(|a, b| a.mean_crps().total_cmp(&b.mean_crps()))?;
     let (mut better, mut tied, mut worse) = (Vec::new(), Vec::new(), Vec::new());
-    for other in here.iter().filter(|s| s.row.model != OURS) {
+    for other in here.iter().filter(|s| s.row.model != REFERENCE_MODEL) {
         let differences: Vec<f64> = other.crps.iter().zip(&ours.crps).map(|(a, b)| a - b).collect();
         let [low, high] = interval(&differences, seed);
         let list = match (low > 0.0, high < 0.0) {
@@ -58,34 +58,39 @@ fn verdict(rows: &[Scored], set: &str, seed: u64) -> Option<Verdict> {
     })
 }
 
-/// How Hybrid+ stands on a set: against so many models that are significantly worse, those that chance cannot tell from it, and
-/// those that are significantly better.
+/// States the result of Hybrid+ on a set: number of significantly worse models, models without a
+/// significant difference, and significantly better models.
 fn sentence(set: &str, best: &str, worse: usize, tied: &[String], better: &[String]) -> String {
     let (tied, better) = (tied.join(", "), better.join(", "));
-    if best != OURS {
+    if best != REFERENCE_MODEL {
         let mut parts = vec![format!("On {set} {best} has the least CRPS")];
-        parts.extend((!better.is_empty()).then(|| format!("{OURS} is significantly worse than {better}")));
         parts.extend(
-            (!tied.is_empty()).then(|| format!("chance may explain the difference of {OURS} to {tied}")),
+            (!better.is_empty()).then(|| format!("{REFERENCE_MODEL} is significantly worse than {better}")),
         );
-        parts.push(format!("{OURS} is significantly better than the other {worse}"));
+        parts.extend(
+            (!tied.is_empty())
+                .then(|| format!("the difference of {REFERENCE_MODEL} to {tied} is not significant")),
+        );
+        parts.push(format!("{REFERENCE_MODEL} is significantly better than the other {worse}"));
         return parts.join("; ") + ".";
     }
     match tied.is_empty() {
         true => {
-            format!("On {set} {OURS} has the least CRPS, significantly less than each of the other {worse}.")
+            format!(
+                "On {set} {REFERENCE_MODEL} has the least CRPS, significantly less than each of the other {worse}."
+            )
         }
         false => format!(
-            "On {set} {OURS} has the least CRPS: chance may explain the difference to {tied}, not that to each of the other {worse}."
+            "On {set} {REFERENCE_MODEL} has the least CRPS; the difference to {tied} is not significant, that to each of the other {worse} is."
         ),
     }
 }
 
-/// 95 % interval of the mean: bootstrap over the values.
+/// Returns the 95 % bootstrap interval of the mean.
 fn interval(values: &[f64], seed: u64) -> [f64; 2] {
     let n = values.len();
     let mut rng = random_stream(seed, "league-bootstrap", 0);
-    let mut means: Vec<f64> = (0..DRAWS)
+    let mut means: Vec<f64> = (0..BOOTSTRAP_DRAWS)
         .map(|_| {
             let mut place = || -> usize {
                 let unit: f64 = StandardUniform.sample(&mut rng);
@@ -95,16 +100,16 @@ fn interval(values: &[f64], seed: u64) -> [f64; 2] {
         })
         .collect();
     means.sort_by(f64::total_cmp);
-    [0.025, 0.975].map(|q| means[(q * (DRAWS - 1) as f64) as usize])
+    [0.025, 0.975].map(|q| means[(q * (BOOTSTRAP_DRAWS - 1) as f64) as usize])
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a constant gain is significant, one that chance makes is not; a sentence names whom Hybrid+ does not beat.
+    //! Contract: a constant gain is significant, a random one is not; the sentence names all models that Hybrid+ does not outperform.
     use super::*;
 
     #[test]
-    fn intervals_hold_what_chance_makes() {
+    fn intervals_of_random_gains_contain_zero() {
         let noisy: Vec<f64> = (0..40).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
         let [low, high] = interval(&noisy, 1);
         assert!(low < 0.0 && high > 0.0, "{low} {high}");
@@ -114,17 +119,17 @@ mod tests {
     }
 
     #[test]
-    fn sentences_name_whom_hybrid_plus_does_not_beat() {
+    fn names_all_models_that_hybrid_plus_does_not_outperform() {
         let names = |list: &[&str]| -> Vec<String> { list.iter().map(|name| (*name).to_owned()).collect() };
         assert_eq!(
-            sentence("test", OURS, 3, &[], &[]),
+            sentence("test", REFERENCE_MODEL, 3, &[], &[]),
             "On test Hybrid+ has the least CRPS, significantly less than each of the other 3."
         );
-        let tied = sentence("test", OURS, 3, &names(&["PETS", "VRNN"]), &[]);
-        assert!(tied.contains("chance may explain the difference to PETS, VRNN,"), "{tied}");
+        let tied = sentence("test", REFERENCE_MODEL, 3, &names(&["PETS", "VRNN"]), &[]);
+        assert!(tied.contains("the difference to PETS, VRNN is not significant"), "{tied}");
         let beaten = sentence("test", "PETS", 2, &names(&["VRNN"]), &names(&["PETS"]));
-        let expected = "On test PETS has the least CRPS; Hybrid+ is significantly worse than PETS; chance may explain the difference of \
-                        Hybrid+ to VRNN; Hybrid+ is significantly better than the other 2.";
+        let expected = "On test PETS has the least CRPS; Hybrid+ is significantly worse than PETS; the difference of Hybrid+ \
+                        to VRNN is not significant; Hybrid+ is significantly better than the other 2.";
         assert_eq!(beaten, expected);
     }
 }

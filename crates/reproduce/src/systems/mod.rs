@@ -1,11 +1,11 @@
-//! `reproduce systems`: benchmark sets declared as textbooks do, calibrated, augmented, and with formulas where the library is
-//! emptied and a net on what is left, in the benchmarks' own metrics.
+//! `reproduce systems`: benchmark sets with declared, calibrated and augmented textbook models, formulas
+//! without the effect library, and a network on the residual, in the metrics of the benchmarks.
 
 mod net;
 mod page;
 mod sets;
 
-use crate::absent::Absent;
+use crate::absent::MissingData;
 use crate::args::Reproduce;
 use crate::reproduction::{claim, repeat};
 use anyhow::Context;
@@ -18,7 +18,7 @@ use augsim_session::written::records::records;
 use augsim_session::{folders, written};
 use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::discover_args::{Accept, Discover, Library};
-use augsim_terminal::discovery::close_loop;
+use augsim_terminal::discovery::run_discovery;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
@@ -46,13 +46,13 @@ struct SetRow {
     metric: &'static str,
     source: &'static str,
     unit: &'static str,
-    /// Test error as declared, after calibration, and with what was found.
+    /// Test error of the declared, calibrated and augmented model.
     declared: Option<f64>,
     calibrated: Option<f64>,
     augmented: Scored,
-    /// Test error with a formula that was found with the library emptied; absent in a quick run.
+    /// Test error of a formula found without the effect library; absent in a reduced run.
     formula: Option<Scored>,
-    /// Test scores of Hybrid+ on what the augmented model leaves; absent in a quick run.
+    /// Test scores of Hybrid+ on the residual of the augmented model; absent in a reduced run.
     hybrid: Option<Net>,
     published: &'static [Published],
 }
@@ -60,16 +60,16 @@ struct SetRow {
 /// A discovery with its error on the test record.
 #[derive(Debug, Serialize)]
 struct Scored {
-    /// Absent where the free run does not stay finite.
+    /// Absent if the free run diverges.
     error: Option<f64>,
     kinds: Vec<String>,
     verdict: augsim_discovery::Verdict,
     sentence: String,
-    /// Its report, from the folder of the results.
+    /// Path of the report, relative to the results folder.
     report: PathBuf,
 }
 
-/// Runs it.
+/// Runs the subcommand.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
         return Err(Usage::Missing(Missing::MeasuredSets { scenario: "systems" }).into());
@@ -77,7 +77,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let there: Vec<&Set> = SETS.iter().filter(|set| data.join(set.name).is_dir()).collect();
     if there.is_empty() {
         let sets = SETS.map(|set| set.name).to_vec();
-        return Err(Absent::Systems { data: data.to_owned(), sets }.into());
+        return Err(MissingData::Systems { data: data.to_owned(), sets }.into());
     }
     let out = args.out.clone().unwrap_or_else(|| "out/systems".into());
     let plan = Plan { iterations: args.iterations.unwrap_or(ITERATIONS), seed, resume: args.resume };
@@ -89,7 +89,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let claim = claim(&out, record, &[data], args.resume, force)?;
     claim.begin()?;
     for set in SETS.iter().filter(|set| !data.join(set.name).is_dir()) {
-        output.note(format!("{}: not there, left out", data.join(set.name).display()));
+        output.note(format!("{}: not found, skipped", data.join(set.name).display()));
     }
     let mut sets = Vec::new();
     for set in there {
@@ -107,7 +107,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     Ok(Outcome::Done)
 }
 
-/// The command that repeats it.
+/// Returns the command line that repeats the run.
 fn command(args: &Reproduce, data: &Path, seed: u64) -> String {
     let mut words = vec!["systems".to_owned(), "--data".to_owned(), data.display().to_string()];
     if args.quick {
@@ -120,7 +120,8 @@ fn command(args: &Reproduce, data: &Path, seed: u64) -> String {
     repeat(words)
 }
 
-/// Declares, calibrates and augments the model of a set on its training record, and scores all on its test record.
+/// Declares, calibrates and augments the model on the training record of a set, and scores all models on
+/// the test record.
 fn one(
     set: &Set,
     data: &Path,
@@ -139,7 +140,8 @@ fn one(
     output.note(format!("{}: calibrating", set.name));
     let declared = written::read(&model_path)?;
     let fitted = fit(&declared, &records(&records_of.train, &declared, true)?)?.model;
-    // What was declared is run with the hold that was found: the file leaves it open.
+    // The file of the declared model leaves the input interpolation open, so it uses the interpolation
+    // that was found.
     let mut as_declared = declared.clone();
     for (input, found) in as_declared.inputs.iter_mut().zip(&fitted.inputs) {
         input.hold = found.hold;
@@ -156,8 +158,8 @@ fn one(
             library,
             accept: Accept::default(),
         };
-        // The claim on the outer folder decided what may be replaced here.
-        let found: Discovery = close_loop(&args, plan.seed, true, output)?;
+        // The claim of the outer folder has already decided what may be overwritten.
+        let found: Discovery = run_discovery(&args, plan.seed, true, output)?;
         output.note(format!("{}: {}", set.name, found.sentence));
         let augmented = sub.join("model.toml");
         let model = written::read(&augmented).with_context(|| augmented.display().to_string())?;
@@ -180,7 +182,7 @@ fn one(
     let hybrid = if quick {
         None
     } else {
-        output.note(format!("{}: a net on what is left", set.name));
+        output.note(format!("{}: training a network on the residual", set.name));
         match net(set, &folder, &test_path, plan, output)? {
             None => return Ok(None),
             trained => trained,
@@ -200,7 +202,8 @@ fn one(
     }))
 }
 
-/// Error of a model's free run on the test record, in the unit of the set's table; nothing where the run does not stay finite.
+/// Returns the error of the free run on the test record in the unit of the table; `None` if the run
+/// diverges.
 fn error(set: &Set, model: &Model, test: &Dataset) -> Option<f64> {
     let list = records(test, model, false).ok()?;
     let runs = free_runs(model, &list, set.burn_in).ok()?;
@@ -212,24 +215,23 @@ fn text(result: &ResultFile) -> String {
     let mut out = String::new();
     for s in &result.sets {
         let shown =
-            |error: Option<f64>| error.map_or("runs away".to_owned(), |e| format!("{e:.3} {}", s.unit));
+            |error: Option<f64>| error.map_or("diverged".to_owned(), |e| format!("{e:.3} {}", s.unit));
         // Writing to a string cannot fail.
         let _ = writeln!(out, "{} ({})", s.set, s.metric);
         let _ = writeln!(out, "  declared {}, calibrated {}", shown(s.declared), shown(s.calibrated));
         let _ = writeln!(out, "  augmented {}: {}", shown(s.augmented.error), s.augmented.kinds.join(" + "));
         if let Some(formula) = &s.formula {
-            let _ =
-                writeln!(out, "  library emptied {}: {}", shown(formula.error), formula.kinds.join(" + "));
+            let _ = writeln!(out, "  formulas only {}: {}", shown(formula.error), formula.kinds.join(" + "));
         }
         if let Some(net) = &s.hybrid {
             let _ = writeln!(
                 out,
-                "  Hybrid+ on what is left {}: CRPS {}, {:.0} % in the 50 % band, {:.0} % in the 90 % band, {:.0} % of its corrections taken",
+                "  Hybrid+ on the residual {}: CRPS {}, {:.0} % in the 50 % band, {:.0} % in the 90 % band, shrinkage factor {:.2}",
                 shown(net.error),
                 shown(net.crps),
                 100.0 * net.coverage50,
                 100.0 * net.coverage90,
-                100.0 * net.gain
+                net.gain
             );
         }
         let published: Vec<String> = s

@@ -1,4 +1,4 @@
-//! Hybrid+ on what the augmented model of a set leaves: trained on the training record, scored on the test record.
+//! Trains Hybrid+ on the residual of the augmented model of a set, and scores it on the test record.
 
 use super::sets::Set;
 use augsim_discovery::ForetellOptions;
@@ -8,27 +8,27 @@ use augsim_session::foretell::net_scores;
 use augsim_session::run_data;
 use augsim_session::run_dir::{Config, DataSource};
 use augsim_terminal::output::Output;
-use augsim_terminal::training::train_again;
+use augsim_terminal::training::train_or_resume;
 use augsim_trainer::{Recipe, SAMPLES, Settings};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Iterations where none are asked for: on these records the loss falls no further.
+/// Default number of iterations: on these records the loss does not decrease further.
 pub const ITERATIONS: u64 = 2000;
 
-/// Scores of a net on the test record, in the unit of the set's table.
+/// Scores of a network on the test record, in the unit of the table.
 #[derive(Debug, Serialize)]
 pub struct Net {
     /// Root mean square error of the mean of the draws.
     pub error: Option<f64>,
     /// Continuous ranked probability score of the draws.
     pub crps: Option<f64>,
-    /// Share of the record in the 50 and 90 % bands.
+    /// Coverage of the 50 and 90 % bands.
     pub coverage50: f64,
     pub coverage90: f64,
-    /// Share of the mean corrections that held-out parts of the training record allow.
+    /// Shrinkage factor of the mean corrections, chosen on held-out segments of the training record.
     pub gain: f64,
-    /// Its run, from the folder of the results.
+    /// Run directory, relative to the results folder.
     pub run: PathBuf,
 }
 
@@ -40,7 +40,7 @@ pub struct Plan {
     pub resume: bool,
 }
 
-/// Trains and scores; `found` is the folder of the discovery. Nothing where the user stopped it.
+/// Trains and scores the network; `found` is the folder of the discovery. Returns `None` if interrupted.
 pub fn net(set: &Set, found: &Path, test: &Path, plan: Plan, output: &Output) -> anyhow::Result<Option<Net>> {
     let train = found.join("train.csv.gz");
     let corrected = Corrected::Folder(found.to_owned());
@@ -55,7 +55,7 @@ pub fn net(set: &Set, found: &Path, test: &Path, plan: Plan, output: &Output) ->
     };
     let (records, warnings) = run_data::admitted(&config)?;
     output.warn(&warnings);
-    let Some(trained) = train_again(&found.join("net"), &config, &records, plan.resume, output)? else {
+    let Some(trained) = train_or_resume(&found.join("net"), &config, &records, plan.resume, output)? else {
         return Ok(None);
     };
     let options = ForetellOptions { seed: plan.seed, draws: SAMPLES, only: None };

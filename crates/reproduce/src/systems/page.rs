@@ -1,19 +1,19 @@
-//! The page of `reproduce systems`.
+//! Report page of `reproduce systems`.
 
 use super::{ResultFile, Scored, SetRow};
 use augsim_report::page::{Block, Cell, Column, Page, Provenance, Row, Section, Table};
 use std::path::Path;
 
-/// The page; `command` repeats the run.
+/// Makes the page; `command` repeats the run.
 pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
     let mut sections: Vec<Section> = result.sets.iter().map(section).collect();
     let code = Block::Code { caption: String::new(), text: command.to_owned() };
     sections.push(Section::new("How to reproduce", vec![code]));
     Page {
         overline: "systems of equations".to_owned(),
-        title: "Benchmark sets, declared as textbooks do".to_owned(),
+        title: "Benchmark sets with textbook models".to_owned(),
         summary: "Each model was calibrated and augmented on the training record alone; the errors are those of free runs on \
-                  the test record, in the benchmark's own metric, beside what others published."
+                  the test record, in the benchmark's own metric, next to published results."
             .to_owned(),
         sections,
         provenance: Provenance {
@@ -26,7 +26,7 @@ pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
     }
 }
 
-/// One set: its errors beside those of others, and what was found.
+/// Makes the section of one set: errors, published errors and findings.
 fn section(set: &SetRow) -> Section {
     let row = |name: &str, error: Option<f64>, note: String| Row {
         cells: vec![Cell::text(name), Cell::number(error), Cell::text(note)],
@@ -39,7 +39,7 @@ fn section(set: &SetRow) -> Section {
         row("augmented by the library", set.augmented.error, found(&set.augmented)),
     ];
     if let Some(formula) = &set.formula {
-        rows.push(row("formulas, library emptied", formula.error, found(formula)));
+        rows.push(row("formulas only", formula.error, found(formula)));
     }
     if let Some(net) = &set.hybrid {
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
@@ -50,7 +50,7 @@ fn section(set: &SetRow) -> Section {
             percent(net.coverage90),
             percent(net.gain)
         );
-        rows.push(row("Hybrid+ on what is left", net.error, taken));
+        rows.push(row("Hybrid+ on the residual", net.error, taken));
     }
     for p in set.published {
         let read = if p.verified { "published, verified" } else { "published, from memory" };
@@ -61,13 +61,13 @@ fn section(set: &SetRow) -> Section {
         columns: vec![
             Column::text("model"),
             Column::number("error", set.unit).decimals(3),
-            Column::text("what it has"),
+            Column::text("model structure"),
         ],
         rows,
         ..Default::default()
     };
     let runs =
-        [Some(("with the library", &set.augmented)), set.formula.as_ref().map(|f| ("library emptied", f))];
+        [Some(("with the library", &set.augmented)), set.formula.as_ref().map(|f| ("formulas only", f))];
     let told = runs
         .into_iter()
         .flatten()

@@ -1,4 +1,4 @@
-//! The benchmark sets: where their files are, what a textbook declares, how they are scored, and what others reached.
+//! Benchmark sets: files, declared textbook models, metrics and published results.
 
 use augsim_data::{Column, DataError, Dataset, NamedCsv, Trajectory, Unit};
 use std::path::Path;
@@ -6,15 +6,15 @@ use std::path::Path;
 /// A published error of another method on the same test record.
 #[derive(Debug, Clone, Copy, serde::Serialize)]
 pub struct Published {
-    /// The method.
+    /// Method.
     pub method: &'static str,
-    /// Its error, in the unit of the set's table.
+    /// Error in the unit of the table.
     pub error: f64,
-    /// Where it was read: a source that was opened, or the literature from memory.
+    /// Whether the source was read, or the value is from memory.
     pub verified: bool,
 }
 
-/// Records of a set: to find the model on, and to score it on.
+/// Training and test records of a set.
 #[derive(Debug)]
 pub struct Records {
     pub train: Dataset,
@@ -26,19 +26,19 @@ pub struct Records {
 pub struct Set {
     /// Name of its folder.
     pub name: &'static str,
-    /// The model file that declares what a textbook does.
+    /// Model file of the textbook model.
     pub model: &'static str,
-    /// Samples that the start of the free run is fitted to.
+    /// Number of samples that the initial state of the free run is estimated from.
     pub burn_in: usize,
-    /// Unit of its table, and how many of it one unit of the output is.
+    /// Unit of the table, and its number per unit of the output.
     pub unit: (&'static str, f64),
-    /// The score, in words.
+    /// Description of the metric.
     pub metric: &'static str,
-    /// Who measured it.
+    /// Source of the data.
     pub source: &'static str,
-    /// Scores that others published.
+    /// Published errors.
     pub published: &'static [Published],
-    /// Reads its records.
+    /// Reads the records.
     pub read: fn(&Path) -> Result<Records, DataError>,
 }
 
@@ -46,7 +46,7 @@ const fn verified(method: &'static str, error: f64) -> Published {
     Published { method, error, verified: true }
 }
 
-const fn recalled(method: &'static str, error: f64) -> Published {
+const fn from_memory(method: &'static str, error: f64) -> Published {
     Published { method, error, verified: false }
 }
 
@@ -92,7 +92,7 @@ pub const SETS: [Set; 3] = [
         source: "Schoukens, Mattsson, Wigren, Noel: Cascaded tanks benchmark combining soft and hard nonlinearities, 2016",
         published: &[
             verified("grey box with overflow", 0.18),
-            recalled("continuous-time subspace encoder", 0.22),
+            from_memory("continuous-time subspace encoder", 0.22),
             verified("truncated-simulation net", 0.33),
             verified("NLSS2", 0.34),
             verified("GRU", 0.396),
@@ -106,11 +106,11 @@ pub const SETS: [Set; 3] = [
     },
 ];
 
-/// Silverbox's sampling rate, Hz, and the rows of the training part.
+/// Sampling rate of Silverbox in Hz, and number of rows of the training part.
 const RATE_HZ: f64 = 1e7 / 16_384.0;
 const SILVERBOX_TRAIN: usize = 65_062;
 
-/// Reads columns of a record in volts and metres, as they are named.
+/// Reads columns of a record by name with their units.
 fn record(path: &Path, wanted: &[(&str, Unit)]) -> Result<Dataset, DataError> {
     NamedCsv::open(path)?.read(wanted)
 }

@@ -1,4 +1,5 @@
-//! `augsim evaluate RUN` for a net on what the equations of a system leave: free runs of the net and of the physics alone.
+//! `augsim evaluate RUN` for a network on a model of equations: free runs of the network and of the
+//! physics alone.
 
 use super::system::errors_text;
 use crate::args::{Evaluate, ProtocolArg};
@@ -16,12 +17,12 @@ use std::fmt::Write;
 struct Score {
     trajectories: usize,
     burn_in: u32,
-    /// Draws of each trajectory.
+    /// Random draws per trajectory.
     samples: usize,
-    /// Share of the net's mean corrections, and factor of its deviations, that records held out of its training allow.
+    /// Shrinkage of the corrections of the network, chosen on held-out recordings.
     #[serde(skip_serializing_if = "Option::is_none")]
     trust: Option<Trust>,
-    /// The physics alone, then the net, output by output.
+    /// Scores of the physics alone, then of the network, one row per output.
     rows: Vec<ScoredRow>,
 }
 
@@ -32,7 +33,7 @@ struct Trust {
     memory_s: f64,
 }
 
-/// Scores a net.
+/// Scores the network.
 pub(super) fn run(args: &Evaluate, model: &NetModel, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     if args.require_pos_m.is_some() {
         return Err(Usage::Inapplicable(Inapplicable::PositionOfEquations).into());
@@ -44,36 +45,37 @@ pub(super) fn run(args: &Evaluate, model: &NetModel, seed: u64, output: &Output)
         return Err(Usage::Inapplicable(Inapplicable::NoEquations).into());
     };
     let options = ForetellOptions { seed, draws: SAMPLES, only: None };
-    let found = beside(model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
-    let mut rows = scored("Physics", engine.equations(), &found.physics);
-    rows.extend(scored(model.name(), engine.equations(), &found.net));
+    let runs = beside(model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
+    let mut rows = scored("Physics", engine.equations(), &runs.physics);
+    rows.extend(scored(model.name(), engine.equations(), &runs.net));
     let trust =
         model.trust().map(|t| Trust { gain: t.gain, spread: t.spread, memory_s: t.memory * engine.step_s() });
-    let score = Score { trajectories: found.net.len(), burn_in: args.burn_in, samples: SAMPLES, trust, rows };
+    let score = Score { trajectories: runs.net.len(), burn_in: args.burn_in, samples: SAMPLES, trust, rows };
     output.result(&score, || score_text(&score))?;
     Ok(Outcome::Done)
 }
 
 fn score_text(score: &Score) -> String {
-    let many = if score.trajectories == 1 { "trajectory" } else { "trajectories" };
+    let noun = if score.trajectories == 1 { "trajectory" } else { "trajectories" };
     let mut text = format!(
-        "free runs of {} {many}, start from the first {} samples, {} draws each",
+        "free runs of {} {noun}, initial state estimated from the first {} samples, {} draws each",
         score.trajectories, score.burn_in, score.samples
     );
     if let Some(Trust { gain, spread, memory_s }) = score.trust {
-        let wander = if memory_s > 0.0 { format!(" and wandering over {memory_s} s") } else { String::new() };
+        let correlation =
+            if memory_s > 0.0 { format!(" and a correlation time of {memory_s} s") } else { String::new() };
         // Writing to a string cannot fail.
         let _ = match gain > 0.0 {
             true => write!(
                 text,
-                "\nof the net's corrections {:.0} % are taken, their deviations times {spread}{wander}, as records held out of its training \
-                 allow",
-                100.0 * gain
+                "\nthe corrections of the net are multiplied by {:.2} and their standard deviations by {spread}{correlation} (chosen on \
+                 held-out recordings)",
+                gain
             ),
             false => write!(
                 text,
-                "\nthe net's corrections made no forecast better on records held out of its training: the physics alone goes on, with \
-                 deviations times {spread}{wander}"
+                "\nthe corrections of the net did not improve the forecasts of held-out recordings: the mean forecast is that of the \
+                 physics, with the standard deviations of the net multiplied by {spread}{correlation}"
             ),
         };
     }

@@ -1,4 +1,5 @@
-//! `augsim evaluate --protocol filtered`: the first rows of each trajectory are seen, the rest is forecast and scored.
+//! `augsim evaluate --protocol filtered`: measures the first rows of each trajectory, forecasts and
+//! scores the others.
 
 use super::model::held_out;
 use super::net::physics;
@@ -17,44 +18,45 @@ use augsim_trainer::{Forecaster, SAMPLES};
 use serde::Serialize;
 use std::fmt::Write;
 
-/// One model behind one prefix.
+/// Scores of one model with one prefix length.
 #[derive(Debug, Serialize)]
 struct Row {
     model: String,
     /// Always `filtered`.
     protocol: &'static str,
-    /// The prefix as it was asked for.
+    /// The prefix length as given on the command line.
     seen: String,
     /// Trajectories that are longer than the prefix.
     trajectories: usize,
-    /// Sum of errors by the sum of distances from zero over all samples, mean over trajectories, of the first measure.
+    /// Sum of errors divided by the sum of absolute values over all samples, mean over trajectories,
+    /// first measure.
     whole_percent: f64,
-    /// The same as a ratio of sums over the rest.
+    /// Sum of errors divided by the sum of absolute values over the forecast rows.
     rest_percent: f64,
-    /// One entry a measure.
-    measures: Vec<Of>,
-    /// Share of measured values in the 50 % band, where the 90 % band is wide; absent for a point forecast.
+    /// One entry per measure.
+    measures: Vec<MeasureErrors>,
+    /// Share of measured values in the 50 % band; absent for a point forecast.
     coverage50: Option<f64>,
-    /// Share in the 90 % band.
+    /// Share of measured values in the 90 % band; absent for a point forecast.
     coverage90: Option<f64>,
 }
 
 /// Errors of the median of the samples in one measure, in its unit.
 #[derive(Debug, Serialize)]
-struct Of {
-    /// Columns.
+struct MeasureErrors {
+    /// Columns of the measure.
     columns: Vec<String>,
-    /// Unit.
+    /// Unit of the errors.
     unit: String,
-    /// Seen rows counted as no error.
+    /// Mean error over all rows; measured rows count as zero error.
     whole: f64,
-    /// The rows that are forecast.
+    /// Mean error over the forecast rows.
     rest: f64,
-    /// Median over trajectories of the mean over the rest.
+    /// Median over trajectories of the mean error over the forecast rows.
     rest_of_most: f64,
-    /// The last seven tenths of the rows, whatever the prefix.
+    /// Mean error over the last 70 % of the rows, for every prefix length.
     common: f64,
-    /// Continuous ranked probability score over the rest.
+    /// Continuous ranked probability score over the forecast rows.
     crps: f64,
 }
 
@@ -63,7 +65,7 @@ struct Scored {
     rows: Vec<Row>,
 }
 
-/// Scores whatever was given.
+/// Scores the network or the models that were given.
 pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let seen = args.seen.iter().map(|word| word.parse()).collect::<Result<Vec<Seen>, Usage>>()?;
     let (from, view) = (DataFrom::from(&args.data), args.view.view());
@@ -79,7 +81,8 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
             rows.extend(scored(net.model.name(), &net.model, &net.data, known, &seen, seed)?);
         }
         Given::Model { file, folder } => {
-            // Long records of equations are held out in parts, and forecasts are of whole records.
+            // Discoveries hold out segments of long recordings of equations, but forecasts cover whole
+            // recordings.
             let whole = !written::is_model(&file);
             let only = folder.as_deref().filter(|_| whole).and_then(|folder| held_out(folder, &args.data));
             let mut models = Vec::new();
@@ -101,11 +104,11 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
     }
     let all = Scored { rows };
     output.result(&all, || table_of_scores(&all))?;
-    met(args, all.rows.last())
+    check_criterion(args, all.rows.last())
 }
 
-/// Whether the error of the last model behind the longest prefix is below what was asked for.
-fn met(args: &Evaluate, row: Option<&Row>) -> anyhow::Result<Outcome> {
+/// Checks the error of the last model with the longest prefix against the required limit.
+fn check_criterion(args: &Evaluate, row: Option<&Row>) -> anyhow::Result<Outcome> {
     let Some(limit) = args.require_pos_m else { return Ok(Outcome::Done) };
     let Some(position) = row.and_then(|r| r.measures.first()).filter(|m| m.unit == "m") else {
         return Err(Usage::Inapplicable(Inapplicable::PositionUnmeasured).into());
@@ -113,7 +116,7 @@ fn met(args: &Evaluate, row: Option<&Row>) -> anyhow::Result<Outcome> {
     Ok(if position.rest < limit { Outcome::Done } else { Outcome::CriterionNotMet })
 }
 
-/// The rows of one model.
+/// Scores one model with all prefix lengths.
 fn scored(
     name: &str,
     model: &dyn PrefixForecaster,
@@ -129,7 +132,7 @@ fn scored(
 }
 
 fn row(name: &str, seen: Seen, columns: &[String], s: FilteredScore) -> Row {
-    let measures = s.columns.iter().enumerate().map(|(k, range)| Of {
+    let measures = s.columns.iter().enumerate().map(|(k, range)| MeasureErrors {
         columns: columns[range.clone()].to_vec(),
         unit: Column::new(&columns[range.start]).map_or_else(|_| String::new(), |c| c.unit().symbol()),
         whole: s.whole[k],
@@ -153,9 +156,9 @@ fn row(name: &str, seen: Seen, columns: &[String], s: FilteredScore) -> Row {
 
 fn table_of_scores(all: &Scored) -> String {
     let mut text = format!(
-        "filtered forecasts: the first rows of each trajectory are seen, the rest is forecast; errors of the median of {SAMPLES} \
-         samples (whole: seen rows count as no error; rest: the rows forecast; median: of the \
-         trajectories' rests; late: the last seven tenths)"
+        "filtered forecasts: the first rows of each trajectory are measured, the others are forecast; errors of the median of \
+         {SAMPLES} samples (whole: all rows, measured rows count as zero error; rest: forecast rows; median: median of rest \
+         over trajectories; late: last 70 % of the rows)"
     );
     // Writing to a string cannot fail.
     let _ = write!(

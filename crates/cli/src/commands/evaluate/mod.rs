@@ -1,4 +1,4 @@
-//! `augsim evaluate`.
+//! `augsim evaluate`: scores a model file, a discovery or a network on unseen data.
 
 mod compare;
 mod equations;

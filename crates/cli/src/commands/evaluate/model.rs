@@ -1,6 +1,6 @@
-//! `augsim evaluate MODEL` for balls and pushes, and for the folder of any discovery: the models in one table.
+//! `augsim evaluate MODEL` for balls and pushes, and for discovery folders: a table of all their models.
 
-use super::compare::{Fall, verdict};
+use super::compare::{ErrorReduction, verdict};
 use crate::args::Evaluate;
 use augsim_discovery::{ForetellOptions, Foretelling, reduction_of_rmse};
 use augsim_session::provenance::fingerprint;
@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
-/// One model in one measure.
+/// Score of one model in one measure.
 #[derive(Debug, Serialize)]
 struct Row {
     model: &'static str,
@@ -22,7 +22,7 @@ struct Row {
     rmse: f64,
     ci95: [f64; 2],
     unit: String,
-    /// Shares of the measured values in the bands, over all measures.
+    /// Share of the measured values in the 50 % band, over all measures.
     coverage50: f64,
     coverage90: f64,
 }
@@ -30,18 +30,18 @@ struct Row {
 #[derive(Debug, Serialize)]
 struct Scored {
     trajectories: usize,
-    /// Whether these are the trajectories of its own data that the discovery kept out of all fits.
+    /// Whether these are the trajectories that the discovery held out of its own data.
     held_out: bool,
-    /// Whether the models were fitted to these trajectories: the discovery's own data, of which it kept none out.
+    /// Whether the models were fitted to these trajectories, because the discovery held none out.
     fitted: bool,
-    /// Samples that the start of each forecast was fitted to, in words.
+    /// Description of the samples that the initial state was estimated from.
     start: String,
     rows: Vec<Row>,
-    /// Whether what was found helps; absent for a model file alone.
+    /// Whether the discovered effects improve the forecasts; absent for a model file alone.
     verdict: Option<String>,
 }
 
-/// Scores the model in `file`; with the folder of a discovery the declared and the calibrated one beside it.
+/// Scores the model in `file` and, for a discovery folder, its declared and calibrated models as well.
 pub(super) fn run(
     args: &Evaluate,
     file: &Path,
@@ -49,11 +49,12 @@ pub(super) fn run(
     seed: u64,
     output: &Output,
 ) -> anyhow::Result<Outcome> {
-    // Long records of equations are held out in parts; their free runs are of whole records.
+    // Discoveries hold out segments of long recordings of equations, but free runs cover whole
+    // recordings.
     let whole = !written::is_model(file);
     let only = folder.filter(|_| whole).and_then(|folder| held_out(folder, &args.data));
     let held_out = only.is_some();
-    let fitted = !held_out && folder.is_some_and(|folder| is_own(folder, &args.data));
+    let fitted = !held_out && folder.is_some_and(|folder| is_data_of(folder, &args.data));
     let options = ForetellOptions { seed, draws: foretell::DRAWS, only };
     let data = DataFrom::from(&args.data);
     let score = |model: &Subject| foretell::foretell(model, &data, args.burn_in as usize, &options);
@@ -67,17 +68,17 @@ pub(super) fn run(
     let name = if scored.is_empty() { "model" } else { "augmented" };
     scored.push((name, score(&Subject::read(file)?)?));
     let rows = scored.iter().flat_map(|(name, f)| rows(name, f)).collect();
-    let verdict = told_verdict(&scored, seed);
+    let verdict = discovery_verdict(&scored, seed);
     let last = scored.last().map(|(_, f)| f);
     let trajectories = last.map_or(0, |f| f.records.len());
     let start = last.map_or_else(String::new, |f| f.start.clone());
     let all = Scored { trajectories, held_out, fitted, start, rows, verdict };
     output.result(&all, || model_score_text(&all))?;
-    met(args, last)
+    check_criterion(args, last)
 }
 
-/// Whether the error of the position is below what was asked for.
-fn met(args: &Evaluate, scored: Option<&Foretelling>) -> anyhow::Result<Outcome> {
+/// Checks the position error against the required limit.
+fn check_criterion(args: &Evaluate, scored: Option<&Foretelling>) -> anyhow::Result<Outcome> {
     let Some(limit) = args.require_pos_m else { return Ok(Outcome::Done) };
     let position = scored.and_then(|f| f.errors.first()).filter(|e| e.unit == "m");
     let Some(position) = position else {
@@ -86,15 +87,15 @@ fn met(args: &Evaluate, scored: Option<&Foretelling>) -> anyhow::Result<Outcome>
     Ok(if position.rmse < limit { Outcome::Done } else { Outcome::CriterionNotMet })
 }
 
-/// Whether `data` are those that the discovery in `folder` was made on.
-fn is_own(folder: &Path, data: &Path) -> bool {
+/// Whether the discovery in `folder` used `data`.
+fn is_data_of(folder: &Path, data: &Path) -> bool {
     let record = Record::read(folder).ok().flatten();
     record.is_some_and(|record| record.inputs.get("data") == Some(&fingerprint(data)))
 }
 
-/// The trajectories that a discovery kept out of all fits, where `data` are its own and it kept some out.
+/// Returns the held-out trajectories if `data` belong to the discovery in `folder` and it held some out.
 pub(super) fn held_out(folder: &Path, data: &Path) -> Option<BTreeSet<String>> {
-    if !is_own(folder, data) {
+    if !is_data_of(folder, data) {
         return None;
     }
     Some(discovery_in(folder)?.heldout.into_iter().collect()).filter(|ids: &BTreeSet<String>| !ids.is_empty())
@@ -102,7 +103,7 @@ pub(super) fn held_out(folder: &Path, data: &Path) -> Option<BTreeSet<String>> {
 
 fn rows(model: &'static str, scored: &Foretelling) -> Vec<Row> {
     let [coverage50, coverage90] = [0.5, 0.9].map(|level| scored.coverage(level).0);
-    let each = scored.errors.iter().map(|e| Row {
+    let rows = scored.errors.iter().map(|e| Row {
         model,
         measure: e.measure.clone(),
         rmse: e.rmse,
@@ -111,17 +112,17 @@ fn rows(model: &'static str, scored: &Foretelling) -> Vec<Row> {
         coverage50,
         coverage90,
     });
-    each.collect()
+    rows.collect()
 }
 
-fn told_verdict(scored: &[(&'static str, Foretelling)], seed: u64) -> Option<String> {
+fn discovery_verdict(scored: &[(&'static str, Foretelling)], seed: u64) -> Option<String> {
     let [.., (_, calibrated), (_, augmented)] = scored else { return None };
     let (_, ci95) = reduction_of_rmse(&calibrated.squares, &augmented.squares, seed);
     let error = |f: &Foretelling| f.errors.first().map_or(f64::NAN, |e| e.rmse);
-    let fall = Fall { before: error(calibrated), after: error(augmented), ci95 };
+    let reduction = ErrorReduction { before: error(calibrated), after: error(augmented), ci95 };
     let unit = augmented.errors.first().map_or("", |e| e.unit.as_str());
     let (unit, scale) = if unit == "m" { ("mm", 1e3) } else { (unit, 1.0) };
-    Some(verdict("what was found", "the calibrated model", fall, unit, scale))
+    Some(verdict("the discovered model", "the calibrated model", reduction, unit, scale))
 }
 
 fn model_score_text(all: &Scored) -> String {

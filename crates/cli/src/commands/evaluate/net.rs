@@ -1,6 +1,6 @@
-//! `augsim evaluate RUN`: a trained net and the physics that it corrects.
+//! `augsim evaluate RUN`: scores a trained network and the physics model that it corrects.
 
-use super::compare::{Fall, verdict};
+use super::compare::{ErrorReduction, verdict};
 use super::equations;
 use crate::args::{Evaluate, ProtocolArg};
 use augsim_discovery::reduction_of_rmse;
@@ -20,19 +20,19 @@ use augsim_trainer::{
 };
 use serde::Serialize;
 
-/// The net's own row, and all rows.
+/// Score of the network, and all rows of the table.
 #[derive(Debug, Serialize)]
 struct Scored<'a> {
     #[serde(flatten)]
     net: &'a Row,
-    /// The physics, and the net below it.
+    /// Rows of the physics models, then of the network.
     rows: &'a [Row],
-    /// Whether the net helps; absent where it saw the whole trajectory.
+    /// Whether the network improves the forecasts; absent if it used the whole trajectory.
     #[serde(skip_serializing_if = "Option::is_none")]
     verdict: Option<String>,
 }
 
-/// Scores a net.
+/// Scores the network.
 pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let run = RunDir::open(&args.run);
     let model = NetModel::new(run.read_model()?)?;
@@ -54,9 +54,9 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
     }
     let (protocol, score, verdict) = match args.protocol {
         ProtocolArg::Forecast | ProtocolArg::Filtered => {
-            let own = forecast_scores(&model, &test)?;
-            let verdict = (!last.is_empty()).then(|| helps(&last, &own, &test, seed));
-            (Protocol::Forecast, average(&own), verdict)
+            let net_scores = forecast_scores(&model, &test)?;
+            let verdict = (!last.is_empty()).then(|| network_verdict(&last, &net_scores, &test, seed));
+            (Protocol::Forecast, average(&net_scores), verdict)
         }
         ProtocolArg::Reconstruction => {
             (Protocol::Reconstruction, evaluate_reconstruction(&model, &test)?, None)
@@ -70,12 +70,12 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
             format!("{}{verdict}", table(&rows).trim_end())
         })?;
     }
-    let met = args.require_pos_m.is_none_or(|limit| score.mean_of_10.absolute[0] < limit);
-    Ok(if met { Outcome::Done } else { Outcome::CriterionNotMet })
+    let is_met = args.require_pos_m.is_none_or(|limit| score.mean_of_10.absolute[0] < limit);
+    Ok(if is_met { Outcome::Done } else { Outcome::CriterionNotMet })
 }
 
-/// The physics that the net corrects, by name; before an augmented model the declared and the calibrated one. None for a net
-/// that knows no system.
+/// Returns the physics model that the network corrects. For a discovered model the declared and the
+/// calibrated models come first.
 pub(super) fn physics(
     config: &Config,
     engine: &Engine,
@@ -92,7 +92,7 @@ pub(super) fn physics(
                 }
             }
             None => output.note(format!(
-                "{}: the result of the discovery is gone; the declared and the calibrated model are left out",
+                "{}: the result of the discovery was not found, so the declared and the calibrated model are not scored",
                 folder.display()
             )),
         }
@@ -102,16 +102,17 @@ pub(super) fn physics(
     Ok(out)
 }
 
-/// The verdict on the net against the physics below it, by the error of the mean in the first measure.
-fn helps(physics: &[Score], net: &[Score], test: &Sequences, seed: u64) -> String {
-    // One term a trajectory: its mean error, not its square, is what the tables have.
+/// Compares the network with the physics model by the error of the mean in the first measure.
+fn network_verdict(physics: &[Score], net: &[Score], test: &Sequences, seed: u64) -> String {
+    // The tables show the mean error of each trajectory, so each trajectory contributes one squared mean
+    // error.
     let list = |scores: &[Score]| -> Vec<(f64, f64)> {
         scores.iter().map(|s| (s.mean.absolute[0] * s.mean.absolute[0], 1.0)).collect()
     };
     let (before, after) = (list(physics), list(net));
     let (_, ci95) = reduction_of_rmse(&before, &after, seed);
     let error = |list: &[(f64, f64)]| (list.iter().map(|e| e.0).sum::<f64>() / list.len() as f64).sqrt();
-    let fall = Fall { before: error(&before), after: error(&after), ci95 };
+    let reduction = ErrorReduction { before: error(&before), after: error(&after), ci95 };
     let unit = if test.columns.first().is_some_and(|c| c.ends_with("_m")) { ("mm", 1e3) } else { ("", 1.0) };
-    verdict("the net", "the physics alone", fall, unit.0, unit.1)
+    verdict("the net", "the physics alone", reduction, unit.0, unit.1)
 }

@@ -1,4 +1,4 @@
-//! `augsim evaluate MODEL.toml`: the free run of a system of equations on held-out data.
+//! `augsim evaluate MODEL.toml`: scores the free run of a model of equations.
 
 use crate::args::Evaluate;
 use augsim_session::usage::Inapplicable;
@@ -33,7 +33,7 @@ pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
 fn system_score_text(score: &Score) -> String {
     let trajectories = if score.trajectories == 1 { "trajectory" } else { "trajectories" };
     let mut text = format!(
-        "free run of {} {trajectories}, start from the first {} samples",
+        "free run of {} {trajectories}, initial state estimated from the first {} samples",
         score.trajectories, score.burn_in
     );
     for row in &score.rows {
@@ -43,7 +43,7 @@ fn system_score_text(score: &Score) -> String {
     text
 }
 
-/// The errors of an output in a line.
+/// Formats the errors of one output as a line.
 pub(super) fn errors_text(row: &forecast::Row) -> String {
     let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
     let mut text = format!("{}: {:.4e}{unit}, R2 {:.4}", row.output, row.rmse, row.r2);

@@ -1,4 +1,4 @@
-//! `augsim predict --seen`: the beginning of each trajectory is seen, the rest is forecast.
+//! `augsim predict --seen`: forecasts each trajectory from its measured prefix.
 
 use crate::args::{Predict, ViewArgs};
 use augsim_data::{Dataset, write_dataset};
@@ -12,7 +12,7 @@ use augsim_trainer::filter::FilterSettings;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Draws of each trajectory where none are asked for.
+/// Default number of random draws per trajectory.
 const DRAWS: u32 = 100;
 
 #[derive(Serialize)]
@@ -20,20 +20,20 @@ struct Written {
     forecast: PathBuf,
     /// Always `filtered`.
     protocol: &'static str,
-    /// The prefix as it was asked for.
+    /// The prefix length as given on the command line.
     seen: String,
     trajectories: usize,
     samples: u32,
 }
 
 impl ViewArgs {
-    /// The options as the library takes them.
+    /// Converts the options into the form of the library.
     pub fn view(&self) -> View {
         View { columns: self.seen_columns.clone(), sensor_sd: self.sensor_sd.clone() }
     }
 }
 
-/// Forecasts behind `seen`.
+/// Forecasts the rows after the prefix `seen`.
 pub(super) fn run(args: &Predict, seen: Seen, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let (from, view) = (DataFrom::from(&args.data), args.view.view());
     let samples = args.samples.unwrap_or(DRAWS);
@@ -50,8 +50,8 @@ pub(super) fn run(args: &Predict, seen: Seen, seed: u64, output: &Output) -> any
         }
         Given::Model { file, .. } => {
             data_file(&args.out, &[], &[&file, &args.data])?;
-            let of = of_system(&Subject::read(&file)?, &from, &view, None)?;
-            bands(&of.filter, &of.data, (&of.sensor, &of.start), seen, settings)?
+            let system = of_system(&Subject::read(&file)?, &from, &view, None)?;
+            bands(&system.filter, &system.data, (&system.sensor, &system.start), seen, settings)?
         }
     };
     write_dataset(&all, &args.out)?;
@@ -63,10 +63,10 @@ pub(super) fn run(args: &Predict, seen: Seen, seed: u64, output: &Output) -> any
         samples,
     };
     output.result(&written, || {
-        let what = if let Seen::Rows(1) = seen { "sample" } else { "samples" };
-        let of = if let Seen::Rows(_) = seen { format!("{seen} {what}") } else { seen.to_string() };
+        let noun = if let Seen::Rows(1) = seen { "sample" } else { "samples" };
+        let prefix = if let Seen::Rows(_) = seen { format!("{seen} {noun}") } else { seen.to_string() };
         format!(
-            "{} forecasts behind the first {of} of each trajectory, {samples} draws each: {}",
+            "{} forecasts from the first {prefix} of each trajectory, {samples} draws each: {}",
             written.trajectories,
             written.forecast.display()
         )

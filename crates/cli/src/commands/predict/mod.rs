@@ -1,4 +1,4 @@
-//! `augsim predict`.
+//! `augsim predict`: forecasts trajectories with a model file, a discovery or a network.
 
 mod filtered;
 mod model;

@@ -1,4 +1,4 @@
-//! `augsim predict MODEL`: forecasts of a model as it stands.
+//! `augsim predict MODEL`: forecasts of a model file.
 
 use crate::args::Predict;
 use augsim_data::write_dataset;
@@ -16,7 +16,7 @@ struct Written {
     forecast: PathBuf,
     trajectories: usize,
     samples: usize,
-    /// Samples that the start of each forecast was fitted to, in words.
+    /// Description of the samples that the initial state was estimated from.
     start: String,
     errors: Vec<Error>,
     coverage50: f64,
@@ -41,7 +41,7 @@ pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> an
     write_foretelling(args, &all, draws, output)
 }
 
-/// Writes the bands, and tells the errors.
+/// Writes the bands and prints the errors.
 pub(super) fn write_foretelling(
     args: &Predict,
     all: &Foretelling,
@@ -49,12 +49,12 @@ pub(super) fn write_foretelling(
     output: &Output,
 ) -> anyhow::Result<Outcome> {
     write_dataset(&table::bands(all)?, &args.out)?;
-    let written = written(args, all, draws);
+    let written = summary(args, all, draws);
     output.result(&written, || forecast_text(&written))?;
     Ok(Outcome::Done)
 }
 
-fn written(args: &Predict, all: &Foretelling, draws: usize) -> Written {
+fn summary(args: &Predict, all: &Foretelling, draws: usize) -> Written {
     let errors = all.errors.iter().map(|e| Error {
         measure: e.measure.clone(),
         rmse: e.rmse,
@@ -73,9 +73,9 @@ fn written(args: &Predict, all: &Foretelling, draws: usize) -> Written {
 }
 
 fn forecast_text(w: &Written) -> String {
-    let many = if w.trajectories == 1 { "forecast" } else { "forecasts" };
+    let noun = if w.trajectories == 1 { "forecast" } else { "forecasts" };
     let mut text = format!(
-        "{} {many} from {}, {} draws each: {}",
+        "{} {noun} from {}, {} draws each: {}",
         w.trajectories,
         w.start,
         w.samples,
@@ -90,7 +90,7 @@ fn forecast_text(w: &Written) -> String {
         );
     }
     text + &format!(
-        "\n  of the measured values behind the start {:.1} % lie in the 50 % band, {:.1} % in the 90 % band",
+        "\n  coverage of the measured values after the initial samples: {:.1} % by the 50 % band, {:.1} % by the 90 % band",
         100.0 * w.coverage50,
         100.0 * w.coverage90
     )

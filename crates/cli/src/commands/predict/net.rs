@@ -1,4 +1,4 @@
-//! `augsim predict RUN`: forecasts of a trained net.
+//! `augsim predict RUN`: forecasts of a trained network.
 
 use super::model::write_foretelling;
 use crate::args::Predict;
@@ -14,7 +14,7 @@ use augsim_trainer::NetModel;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Draws of each trajectory where none are asked for.
+/// Default number of random draws per trajectory.
 const DRAWS: u32 = 100;
 
 #[derive(Serialize)]
@@ -24,7 +24,7 @@ struct Written {
     samples: usize,
 }
 
-/// Forecasts with a net.
+/// Forecasts with the network.
 pub(super) fn run(args: &Predict, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let run = RunDir::open(&args.run);
     let trained = FILES.map(|name| run.file(name));

@@ -1,4 +1,4 @@
-//! `augsim simulate --scenario ball`.
+//! `augsim simulate --scenario ball`: generates ball drops.
 
 use super::prepared;
 use crate::args::Simulate;
@@ -18,7 +18,7 @@ struct Written {
     samples: usize,
 }
 
-/// Drops of the paper's law.
+/// Generates drops with the random restitution of the paper.
 pub(super) fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let (out, [truth]) = prepared(args.out.as_deref(), "out/ball.csv", ["truth.csv"])?;
     let law = PaperLaw { samples: args.samples as usize, ..PaperLaw::default() };
@@ -34,7 +34,7 @@ pub(super) fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result
     let written = Written { data: out, truth, trajectories: drops.len(), samples: args.samples as usize };
     output.result(&written, || {
         format!(
-            "{} trajectories of {} samples at 60 Hz: {}\nwhat was drawn: {}",
+            "{} trajectories of {} samples at 60 Hz: {}\ntrue values: {}",
             written.trajectories,
             written.samples,
             written.data.display(),

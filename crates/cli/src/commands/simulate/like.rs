@@ -1,4 +1,5 @@
-//! `augsim simulate MODEL --like DATA` for balls and pushes.
+//! `augsim simulate MODEL --like DATA` for balls and pushes: simulates at the times of measured
+//! trajectories.
 
 use crate::args::Simulate;
 use augsim_data::write_dataset;
@@ -17,11 +18,11 @@ struct Written {
     data: PathBuf,
     trajectories: usize,
     samples: usize,
-    /// Samples that the start of each simulation was fitted to, in words.
+    /// Description of the samples that the initial state was estimated from.
     start: String,
 }
 
-/// Simulates a model at the times of measured trajectories, from starts fitted to their beginnings.
+/// Simulates a model at the times of measured trajectories, from initial states estimated from them.
 pub(super) fn run(args: &Simulate, file: &Path, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let model = Subject::read(file)?;
     let Some(like) = &args.like else {
@@ -38,9 +39,9 @@ pub(super) fn run(args: &Simulate, file: &Path, seed: u64, output: &Output) -> a
     let samples = all.records.iter().map(|r| r.times.len()).sum();
     let written = Written { data: out, trajectories: all.records.len(), samples, start: all.start };
     output.result(&written, || {
-        let many = if written.trajectories == 1 { "trajectory" } else { "trajectories" };
+        let noun = if written.trajectories == 1 { "trajectory" } else { "trajectories" };
         format!(
-            "{} {many}, {} samples, from {}, with the ends of 90 % bands: {}",
+            "{} {noun}, {} samples, from {}, with the limits of the 90 % bands: {}",
             written.trajectories,
             written.samples,
             written.start,

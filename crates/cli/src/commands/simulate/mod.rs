@@ -1,4 +1,4 @@
-//! `augsim simulate`.
+//! `augsim simulate`: simulates a model file or generates data of a built-in scenario.
 
 mod ball;
 mod like;
@@ -28,14 +28,16 @@ pub fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> anyhow::
     }
 }
 
-/// The file beside `out` that ends in `suffix`: `ball.csv.gz` and `truth.csv` give `ball.truth.csv`.
+/// Returns the path next to `out` that ends in `suffix`: `ball.csv.gz` and `truth.csv` give
+/// `ball.truth.csv`.
 fn beside(out: &Path, suffix: &str) -> PathBuf {
     let name = out.file_name().unwrap_or_default().to_string_lossy();
     let stem = name.trim_end_matches(".gz").trim_end_matches(".csv").trim_end_matches(".npz");
     out.with_file_name(format!("{stem}.{suffix}"))
 }
 
-/// The file to write and those beside it, which may be written, with their folder made.
+/// Returns the output file and the files next to it, after checking that they can be written and making
+/// the folder.
 fn prepared<const N: usize>(
     out: Option<&Path>,
     default: &str,

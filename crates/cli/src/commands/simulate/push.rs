@@ -1,4 +1,4 @@
-//! `augsim simulate --scenario push`.
+//! `augsim simulate --scenario push`: generates pushes.
 
 use super::prepared;
 use crate::args::{PushProtocolArg, Simulate};
@@ -23,7 +23,7 @@ struct Written {
     with_inertia: usize,
 }
 
-/// The truth record of a set: what is declared, and what it hides.
+/// Truth record of a data set: declared parameters, hidden effects and recipe.
 #[derive(Serialize)]
 struct Record<'a> {
     schema: &'static str,
@@ -56,7 +56,7 @@ struct Hidden {
     inertia_above_m_s: f64,
 }
 
-/// Pushes of the virtual laboratory.
+/// Generates pushes in the virtual laboratory.
 pub(super) fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let suffixes = ["model.toml", "truth.toml", "truth.csv"];
     let (out, [model, truth, pushes]) = prepared(args.out.as_deref(), "out/push.csv", suffixes)?;
@@ -120,7 +120,7 @@ pub(super) fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> a
     };
     output.result(&written, || {
         format!(
-            "{} pushes, {} samples at {} Hz: {}\nwhat is declared: {}\nwhat it hides: {}, push by push {}",
+            "{} pushes, {} samples at {} Hz: {}\ndeclared model: {}\nhidden effects: {}, for each push {}",
             written.trajectories,
             written.samples,
             recipe.rate_hz,

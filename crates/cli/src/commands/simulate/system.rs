@@ -1,4 +1,4 @@
-//! `augsim simulate MODEL.toml`: a system of equations.
+//! `augsim simulate MODEL.toml`: simulates a model of equations.
 
 use crate::args::Simulate;
 use augsim_data::{Column, Dataset, Trajectory, Unit, write_dataset};
@@ -13,14 +13,14 @@ use augsim_written::{Model, Waveform, WrittenSystem};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Seconds that are simulated without --duration-s.
+/// Simulated time without `--duration-s`, in s.
 const DURATION_S: f64 = 10.0;
-/// Samples that a simulation without data may have.
-const MOST_SAMPLES: u64 = 100_000_000;
-/// Periods of a swing of an input that is not given.
-const SWINGS: f64 = 5.0;
-/// First value of a state that an output shows, where there are no data and nothing drives the system.
-const DEFLECTED: f64 = 0.5;
+/// Maximum number of samples of a simulation without data.
+const MAX_SAMPLES: u64 = 100_000_000;
+/// Number of periods of the default sine input.
+const DEFAULT_INPUT_PERIODS: f64 = 5.0;
+/// Initial output of a system without inputs and without data, so that the simulation moves.
+const DEFAULT_DEFLECTION: f64 = 0.5;
 
 #[derive(Debug, Serialize)]
 struct Written {
@@ -32,7 +32,7 @@ struct Written {
     check: Vec<Deviation>,
 }
 
-/// Largest difference from the adaptive reference.
+/// Largest deviation of an output from the adaptive reference solver.
 #[derive(Debug, Serialize)]
 struct Deviation {
     output: String,
@@ -54,12 +54,12 @@ pub(super) fn run(args: &Simulate, model: &Path, output: &Output) -> anyhow::Res
     model.inputs.iter_mut().for_each(|input| input.hold = input.hold.or(Some(Hold::Linear)));
     let list = match &args.like {
         Some(like) => records::records(&records::read(like, &model)?.data, &model, true)?,
-        None => vec![invented(args, &model, output)?],
+        None => vec![record_without_data(args, &model, output)?],
     };
     let system = WrittenSystem::declared_only(&model)?;
     let mut list = fit::prepared(&system, &list)?;
     for record in &mut list {
-        begin(args, &model, record, output)?;
+        set_initial_state(args, &model, record, output)?;
     }
     let system = system.tuned(&list)?;
     let parameters: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
@@ -129,18 +129,18 @@ fn simulation_text(written: &Written) -> String {
     text
 }
 
-/// A record without data: a clock, and inputs as they were typed.
-fn invented(args: &Simulate, model: &Model, output: &Output) -> anyhow::Result<Record> {
+/// Makes a record without data: regular times and the inputs of the command line.
+fn record_without_data(args: &Simulate, model: &Model, output: &Output) -> anyhow::Result<Record> {
     let duration_s = args.duration_s.unwrap_or(DURATION_S);
     let samples = duration_s * args.rate_hz;
     let is_clock = duration_s > 0.0 && args.rate_hz > 0.0 && samples.is_finite();
-    if !(is_clock && (1.0..=MOST_SAMPLES as f64).contains(&samples)) {
-        return Err(Usage::Clock { duration_s, rate_hz: args.rate_hz, most: MOST_SAMPLES }.into());
+    if !(is_clock && (1.0..=MAX_SAMPLES as f64).contains(&samples)) {
+        return Err(Usage::Clock { duration_s, rate_hz: args.rate_hz, most: MAX_SAMPLES }.into());
     }
     let times: Vec<f64> = (0..=samples.round() as usize).map(|k| k as f64 / args.rate_hz).collect();
     let mut given = Vec::new();
     for text in &args.input {
-        let (name, expression) = split(text, "--input", "force_N=2*sin(3*t)")?;
+        let (name, expression) = split_assignment(text, "--input", "force_N=2*sin(3*t)")?;
         if !model.inputs.iter().any(|input| input.name == name) {
             let known = model.inputs.iter().map(|i| i.name.clone()).collect();
             return Err(Usage::Unknown(UnknownName::OptionInput { name: name.to_owned(), known }).into());
@@ -153,9 +153,10 @@ fn invented(args: &Simulate, model: &Model, output: &Output) -> anyhow::Result<R
         let wave = match given.iter().find(|(name, _)| *name == input.name) {
             Some((_, wave)) => wave.clone(),
             None => {
-                let text = format!("sin({} * t)", 2.0 * std::f64::consts::PI * SWINGS / duration_s);
+                let text =
+                    format!("sin({} * t)", 2.0 * std::f64::consts::PI * DEFAULT_INPUT_PERIODS / duration_s);
                 output.note(format!(
-                    "{} swings as {text}; --input {}=… says otherwise",
+                    "input {} is set to {text}; use --input {}=… to change it",
                     input.name, input.name
                 ));
                 Waveform::parse(&text, "the default input").map_err(Usage::Waveform)?
@@ -169,12 +170,18 @@ fn invented(args: &Simulate, model: &Model, output: &Output) -> anyhow::Result<R
     Ok(Record { id: "1".into(), times, values, inputs: streams.into(), ..Record::default() })
 }
 
-/// Sets the start of a record: what was typed; with data, what they say; else a deflection where nothing drives the system.
-fn begin(args: &Simulate, model: &Model, record: &mut Record, output: &Output) -> anyhow::Result<()> {
+/// Sets the initial state: from the options, else from the data, else a deflection if the model has no
+/// inputs.
+fn set_initial_state(
+    args: &Simulate,
+    model: &Model,
+    record: &mut Record,
+    output: &Output,
+) -> anyhow::Result<()> {
     let parameters = model.nominals();
     let mut start = record.windows.first().map(|w| w.start.clone()).unwrap_or_default();
     if args.like.is_none() {
-        let deflected = if model.inputs.is_empty() { DEFLECTED } else { 0.0 };
+        let deflected = if model.inputs.is_empty() { DEFAULT_DEFLECTION } else { 0.0 };
         let shown = vec![vec![deflected]; model.outputs.len()];
         let outputs: Vec<&[f64]> = shown.iter().map(Vec::as_slice).collect();
         let inputs = vec![0.0; model.inputs.len()];
@@ -184,11 +191,11 @@ fn begin(args: &Simulate, model: &Model, record: &mut Record, output: &Output) -
         if args.start.is_empty() {
             let states: Vec<String> =
                 model.states.iter().zip(&start).map(|(s, x)| format!("{} = {x}", s.name)).collect();
-            output.note(format!("begins with {}; --start NAME=VALUE says otherwise", states.join(", ")));
+            output.note(format!("initial state: {}; use --start NAME=VALUE to change it", states.join(", ")));
         }
     }
     for text in &args.start {
-        let (name, value) = split(text, "--start", "theta_rad=0.5")?;
+        let (name, value) = split_assignment(text, "--start", "theta_rad=0.5")?;
         let Some(state) = model.state(name) else {
             let known = model.states.iter().map(|s| s.name.clone()).collect();
             return Err(Usage::Unknown(UnknownName::OptionState { name: name.to_owned(), known }).into());
@@ -202,7 +209,7 @@ fn begin(args: &Simulate, model: &Model, record: &mut Record, output: &Output) -
     Ok(())
 }
 
-fn split<'t>(
+fn split_assignment<'t>(
     text: &'t str,
     option: &'static str,
     example: &'static str,
