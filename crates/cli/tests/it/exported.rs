@@ -202,7 +202,7 @@ fn exported_tables_events_and_bounds_follow_the_engine() {
     assert!(far < 2e-4, "the program and the engine differ by {far} m");
     let latex = succeed(&["export", "model.toml", "--as", "latex"], dir.path());
     for text in
-        ["falls through 0", "^+ &=", "It rests until", "\\begin{tabular}", "A wall", "\\end{document}"]
+        ["falls through 0", "^+ &=", "It rests until", "\\begin{tabular}", "State bound", "\\end{document}"]
     {
         assert!(latex.contains(text), "`{text}` is not in {latex}");
     }

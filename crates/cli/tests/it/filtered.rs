@@ -198,7 +198,7 @@ fn rejects_a_wrong_prefix_with_one_sentence() {
     let args = ["evaluate", "model.toml", "--data", "drops.csv", "--protocol", "filtered", "--seen", "60,30"];
     let out = augsim(&args, d);
     assert_eq!(out.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&out.stderr).contains("from short to long"));
+    assert!(String::from_utf8_lossy(&out.stderr).contains("in increasing order"));
 }
 
 #[test]

@@ -192,7 +192,8 @@ fn rejects_unsuitable_data_with_one_sentence() {
     .expect("written");
     let text = train("gap.csv", &[], 3);
     assert!(
-        text.contains("trajectory `2`: 0.02 s from the sample at 0.49 s") && text.contains("regular clock"),
+        text.contains("trajectory `2`: the step at 0.49 s is 0.02 s")
+            && text.contains("constant sampling step"),
         "{text}"
     );
     std::fs::write(d.join("blind.csv"), all.replacen("force_N", "forces_N", 1)).expect("written");
