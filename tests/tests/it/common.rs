@@ -4,7 +4,7 @@ use augsim_discovery::{Discovery, Options};
 use augsim_session::{DataFrom, Subject, Wanted, discover};
 use augsim_written::model;
 
-/// Asks `discover` which effects the model of a text lacks to explain the trajectories of a table, dealt out by the seed of the command line.
+/// Runs `discover` with the model file `text` on the trajectories of the CSV text `csv`, with seed 1.
 pub fn answer_to(text: &str, csv: String) -> Discovery {
     let model = model::parse(text, "model.toml").unwrap_or_else(|e| panic!("{e}"));
     let data = DataFrom::Table { name: "data.csv".into(), csv: csv.into_bytes().into() };

@@ -1,5 +1,5 @@
-//! Contract: pushes whose centre of pressure is drawn anew for each are told from pushes with a common one, with the standard
-//! deviation of the draw; the augmented model says it, and nothing is found beside it.
+//! Contract: a centre of pressure that differs randomly from push to push is distinguished from a common one, its standard
+//! deviation is estimated and written into the augmented model, and no other effect is found.
 
 use augsim_discovery::{Discovery, Options, Verdict, discover};
 use augsim_physics::model::PushModel;

@@ -1,5 +1,5 @@
-//! Contract: predictors are told the first state and where they stand in the set, and nothing else; and
-//! the simple ones behave as their definition says on data whose law is known. Zero errs by the size of
+//! Contract: predictors get the first state and their place in the set, and nothing else; and
+//! the simple ones behave as their definition says on data whose law is known. The error of `Zero` is the size of
 //! the state, the physics of the data's own parameters is exact, and exact samples of the law are
 //! calibrated: their median is better than a single one of them, and no average forecast beats them.
 

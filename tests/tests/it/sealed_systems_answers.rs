@@ -1,8 +1,8 @@
 //! Contract: sealed systems on which the search once went astray are answered right: a window lost in one fit must not buy a law that is
 //! not there, a width that ran into its bound or a fit that was lost must not hide dry friction, unstable motion is no other system, an
 //! impact that comes or goes leaves nothing to explain, and a fit whose derivatives grow without bound or that no part of the data allows
-//! ends no search. A model that forecasts most of the motion is that of the system, whatever it lacks. What records do not tell from
-//! nothing is not named. Where the motion is shaken, a filter tells a law from what the shaking feigns. Rates over many sets are those of
+//! ends no search. A model that predicts most of the motion is that of the system, whatever it lacks. Effects that are not significant
+//! are not named. Under process noise a filter distinguishes an effect from the noise. Rates over many sets are those of
 //! `discover_battery systems-single`, ….
 
 use crate::common::answer_to;

@@ -1,4 +1,4 @@
-//! Contract: readings that stand still at the end of a sensor are told from a state that stops there. Both tanks leak, which the model
+//! Contract: readings that are constant at the end of a sensor's range are distinguished from a state that stops there. Both tanks leak, which the model
 //! does not know; one is full where its sensor ends, the other rises beyond.
 
 use crate::common::answer_to;
