@@ -96,7 +96,7 @@ def test_invalid_states_are_rejected(run, state):
 def test_pushes_are_sampled_instead():
     data, declared = generate.pushes(6, seed=3)
     run = augsim.train(data, "hybrid-plus", declared, iterations=2, progress=False)
-    with pytest.raises(augsim.DataError, match="sample this one over whole trajectories"):
+    with pytest.raises(augsim.DataError, match="forecast whole trajectories with this one"):
         run.stepper()
     push = next(iter(data))
     actions = np.column_stack([push["pusher_x_m"], push["pusher_y_m"], push["t_s"]])
