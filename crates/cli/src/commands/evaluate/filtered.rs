@@ -54,6 +54,7 @@ struct MeasureErrors {
     /// Mean error over the forecast rows.
     rest: f64,
     /// Median over trajectories of the mean error over the forecast rows.
+    #[serde(rename = "rest_of_most")]
     median_rest: f64,
     /// Mean error over the last 70 % of the rows, for every prefix length.
     common: f64,
