@@ -4,8 +4,8 @@
 //!   moves (target 0.5 ms).
 //! - 100 sampled forecasts of the remaining 335 rows (target 50 ms).
 
-use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
-use augsim_trainer::filter::{Filter, NetLaw, Sensor, StartLaw};
+use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_trainer::filter::{Filter, InitialStatePrior, NetTransition, Sensor};
 use augsim_trainer::{Engine, NetModel, Recipe, Sequences, Settings, Training};
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::time::{Duration, Instant};
@@ -26,7 +26,7 @@ fn filtering(c: &mut Criterion) {
     let (train, test) = (drops(40, 1), drops(1, 2));
     // Trained long enough to depend on the latent variables, because the number of particle moves depends on
     // that.
-    let settings = Settings::new(Recipe::HybridPlus, 400, 1, Engine::PybulletBall(paper_engine()));
+    let settings = Settings::new(Recipe::HybridPlus, 400, 1, Engine::PybulletBall(published_predictor()));
     let mut training = ok(Training::new(settings, &train));
     for _ in 0..400 {
         ok(training.step());
@@ -34,8 +34,8 @@ fn filtering(c: &mut Criterion) {
     let model = ok(NetModel::new(ok(training.finish()).clone()));
     let filter = || {
         let sensor = ok(Sensor::new(vec![Some(0.002), None]));
-        let law = Box::new(ok(NetLaw::new(&model)));
-        Filter::new(law, (sensor, StartLaw::of(&train)), (&[], 0), 100, (1, 0))
+        let law = Box::new(ok(NetTransition::new(&model)));
+        Filter::new(law, (sensor, InitialStatePrior::of(&train)), (&[], 0), 100, (1, 0))
     };
     let observe = |filter: &mut Filter<'_>| {
         (0..OBSERVED_ROWS).for_each(|t| ok(filter.observe(test.items[0].state(t))));

@@ -8,7 +8,7 @@
 
 use augsim_benches::flops::{BALL, Extents};
 use augsim_benches::ok;
-use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
+use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
 use augsim_trainer::{Engine, Forecaster, NetModel, Recipe, SAMPLES, Sequences, Settings, Task, Training};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rayon::ThreadPoolBuilder;
@@ -19,7 +19,7 @@ fn data() -> Sequences {
 }
 
 fn training(recipe: Recipe, data: &Sequences) -> Training {
-    let settings = Settings::new(recipe, 10_000, 1, Engine::PybulletBall(paper_engine()));
+    let settings = Settings::new(recipe, 10_000, 1, Engine::PybulletBall(published_predictor()));
     ok(Training::new(settings, data))
 }
 

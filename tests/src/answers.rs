@@ -6,7 +6,7 @@ use augsim_discovery::Discovery;
 ///
 /// # Panics
 /// If it is not, or if a thread pool or the JSON text cannot be made.
-pub fn assert_same_on_any_number_of_threads(answer: impl Fn() -> Discovery + Sync) {
+pub fn assert_independent_of_threads(answer: impl Fn() -> Discovery + Sync) {
     let answer_on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         serde_json::to_string(&pool.install(&answer)).expect("JSON")

@@ -55,7 +55,7 @@ impl Style {
 /// Writes the throws in twelve layouts, the last with one file per throw; returns name and path of each.
 ///
 /// The columns of `data` are x_m and z_m.
-pub fn write_in_twelve_ways(data: &Dataset, folder: &Path) -> Vec<(&'static str, PathBuf)> {
+pub fn write_in_twelve_layouts(data: &Dataset, folder: &Path) -> Vec<(&'static str, PathBuf)> {
     let write = |name: &'static str, text: String| {
         let path = folder.join(name);
         std::fs::write(&path, text).expect("a writable temporary folder");

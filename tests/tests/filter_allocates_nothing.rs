@@ -3,8 +3,8 @@
 //! allocation of this process, so this file holds one test.
 #![expect(unsafe_code, reason = "counting allocations takes a global allocator")]
 
-use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
-use augsim_trainer::filter::{Filter, NetLaw, Sensor, StartLaw};
+use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_trainer::filter::{Filter, InitialStatePrior, NetTransition, Sensor};
 use augsim_trainer::{Engine, NetModel, Recipe, Sequences, Settings, Training};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
@@ -43,7 +43,7 @@ fn rows_and_forecasts_after_the_first_ask_for_no_memory() {
         Sequences::new(&data, &["height_m", "velocity_m_s"]).unwrap()
     };
     let (train, test) = (drops(20, 1), drops(1, 2));
-    let settings = Settings::new(Recipe::HybridPlus, 200, 1, Engine::PybulletBall(paper_engine()));
+    let settings = Settings::new(Recipe::HybridPlus, 200, 1, Engine::PybulletBall(published_predictor()));
     let mut training = Training::new(settings, &train).unwrap();
     for _ in 0..200 {
         training.step().unwrap();
@@ -51,8 +51,8 @@ fn rows_and_forecasts_after_the_first_ask_for_no_memory() {
     let model = NetModel::new(training.finish().unwrap().clone()).unwrap();
 
     let sensor = Sensor::new(vec![Some(0.002), None]).unwrap();
-    let law = Box::new(NetLaw::new(&model).unwrap());
-    let mut filter = Filter::new(law, (sensor, StartLaw::of(&train)), (&[], 0), 100, (1, 0));
+    let law = Box::new(NetTransition::new(&model).unwrap());
+    let mut filter = Filter::new(law, (sensor, InitialStatePrior::of(&train)), (&[], 0), 100, (1, 0));
     let observe = |filter: &mut Filter<'_>, rows: std::ops::Range<usize>| {
         rows.for_each(|t| filter.observe(test.items[0].state(t)).unwrap());
     };

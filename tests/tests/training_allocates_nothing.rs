@@ -7,7 +7,7 @@
 //! whatever the net. Driven from inside the pool, as here, it takes none.
 #![expect(unsafe_code, reason = "counting allocations takes a global allocator")]
 
-use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
+use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
 use augsim_trainer::{Engine, Recipe, Sequences, Settings, Training};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
@@ -64,7 +64,7 @@ fn warm_up() {
 }
 
 fn train(data: &Sequences, recipe: Recipe, what: &str) {
-    let engine = Engine::PybulletBall(paper_engine());
+    let engine = Engine::PybulletBall(published_predictor());
     let mut training = ok(Training::new(Settings::new(recipe, 10_000, 1, engine), data));
     let (first, _) = requests(|| {
         ok(training.step());
@@ -89,7 +89,7 @@ fn a_training_iteration_allocates_nothing_after_the_first() {
     let recipes = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus];
     // Driven from outside the pool: what rayon's queue takes, and no more. Before any other pool: threads of one that ends
     // ask for memory when they go, whenever that is.
-    let settings = Settings::new(Recipe::Hybrid, 10_000, 1, Engine::PybulletBall(paper_engine()));
+    let settings = Settings::new(Recipe::Hybrid, 10_000, 1, Engine::PybulletBall(published_predictor()));
     let short = PaperLaw { samples: 10, ..PaperLaw::default() };
     let short = ok(Sequences::new(&ok(short.generate(100, 1)).0, &["height_m", "velocity_m_s"]));
     let mut training = ok(Training::new(settings, &short));

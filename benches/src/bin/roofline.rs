@@ -12,7 +12,7 @@ use augsim_benches::kernels::{Gru, Linear, Product};
 use augsim_benches::{ok, push::push_net, synthetic::Synthetic};
 use augsim_data::random_stream;
 use augsim_nn::Params;
-use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
+use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
 use augsim_tensor::kernels::{GruDims, LinearDims};
 use augsim_tensor::simd::Level;
 use augsim_trainer::{Engine, Recipe, Sequences, Settings, Training};
@@ -70,7 +70,7 @@ fn run() {
 
     let (dataset, _) = ok(PaperLaw::default().generate(200, 1));
     let data = ok(Sequences::new(&dataset, &["height_m", "velocity_m_s"]));
-    let settings = Settings::new(Recipe::Hybrid, 10_000, 1, Engine::PybulletBall(paper_engine()));
+    let settings = Settings::new(Recipe::Hybrid, 10_000, 1, Engine::PybulletBall(published_predictor()));
     let mut training = ok(Training::new(settings, &data));
     table.measure("ball: whole iteration, batch 100", BALL.training(100, 400), || {
         ok(training.step());

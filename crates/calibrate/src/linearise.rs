@@ -43,14 +43,14 @@ impl<'a> SystemWithStates<'a> {
     ) -> Result<Vec<LinearisedInterval>, SimulationError> {
         let seeds = self.state_seeds();
         let samples: Vec<usize> = (0..record.times.len()).collect();
-        let per_task = BATCHES_PER_TASK * self.system.side_by_side().max(1);
+        let per_task = BATCHES_PER_TASK * self.system.simd_batch_size().max(1);
         let linearise = |samples: &[usize]| -> Vec<Result<LinearisedInterval, SimulationError>> {
             let task = |k: &usize| {
                 self.task(record, values, *k, &path[k * self.states..(k + 1) * self.states], &seeds)
             };
             let tasks: Vec<Task<'_>> = samples.iter().map(task).collect();
             let mut simulated = vec![Simulated::default(); tasks.len()];
-            let results = self.system.simulate_all(&tasks, &mut simulated).into_iter();
+            let results = self.system.simulate_batch(&tasks, &mut simulated).into_iter();
             results.zip(&simulated).map(|(result, out)| result.map(|()| self.interval(out))).collect()
         };
         samples.par_chunks(per_task).flat_map_iter(linearise).collect()

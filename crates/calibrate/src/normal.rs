@@ -148,7 +148,7 @@ impl Problem<'_> {
                 })
                 .collect();
             let mut simulated = vec![Simulated::default(); tasks.len()];
-            let results = self.system.simulate_all(&tasks, &mut simulated).into_iter();
+            let results = self.system.simulate_batch(&tasks, &mut simulated).into_iter();
             results
                 .zip(batch)
                 .zip(&simulated)
@@ -159,7 +159,7 @@ impl Problem<'_> {
         };
         // A few long windows are spread over the threads even where they would fit into one batch.
         let per_thread = all_windows.len().div_ceil(rayon::current_num_threads());
-        let batch_size = self.system.side_by_side().min(per_thread).max(1);
+        let batch_size = self.system.simd_batch_size().min(per_thread).max(1);
         let results: Vec<Result<WindowEquations, SimulationError>> =
             all_windows.par_chunks(batch_size).flat_map_iter(run).collect();
         let mut results = results.into_iter();

@@ -59,7 +59,7 @@ pub struct Smoothed {
     ///
     /// For [`Cause::Motion`] there is one for each disturbed state, in the unit of its rate, averaged over a
     /// sample step; for [`Cause::LastingSensor`] one for each channel, in its unit.
-    pub drive_sd: Vec<f64>,
+    pub disturbance_sd: Vec<f64>,
     /// Correlation time of the disturbances, s: their autocorrelation falls to 1/e; 0 for white noise.
     pub memory_s: f64,
     /// Standard deviation of the white measurement noise of each channel, in its unit.
@@ -120,7 +120,7 @@ pub fn smooth(
     let FittedCause { noise_model, paths, .. } = best;
     Ok(Smoothed {
         cause,
-        drive_sd: problem.disturbance_variances(&noise_model).iter().map(|v| v.sqrt()).collect(),
+        disturbance_sd: problem.disturbance_variances(&noise_model).iter().map(|v| v.sqrt()).collect(),
         memory_s: noise_model.correlation_steps * problem.min_step_s(),
         sensor_sd: noise_model.noise.sensor.iter().map(|v| v.sqrt()).collect(),
         ln_likelihood,

@@ -24,7 +24,7 @@ pub struct Begun {
 ///
 /// # Errors
 /// [`CalibrationError`]: no output is measured in these samples, or they cannot be simulated.
-pub fn fit_start(
+pub fn estimate_initial_state(
     system: &dyn System,
     record: &Record,
     samples: usize,

@@ -397,15 +397,15 @@ mod tests {
     //! the others.
     use super::*;
     use augsim_physics::system::{Record, System};
-    use augsim_written::{WrittenSystem, model};
+    use augsim_written::{EquationSystem, model};
 
     /// An exponential decay, measured with small errors, in windows of 1 s.
-    fn decay_problem() -> (WrittenSystem, Vec<Record>) {
+    fn decay_problem() -> (EquationSystem, Vec<Record>) {
         let text = "scenario = \"system\"\n[states]\nx_m = { start = \"y_m\" }\n[parameters]\n\
                     rate_per_s = { nominal = 0.3, min = 0.0, max = 10.0 }\n[rates]\nx_m = \"-rate_per_s * x_m\"\n\
                     [outputs]\ny_m = { value = \"x_m\", sd = \"estimate\" }\n";
         let model = model::parse(text, "decay.toml").unwrap();
-        let system = WrittenSystem::declared_only(&model).unwrap().with_windows(Some(1.0));
+        let system = EquationSystem::declared_only(&model).unwrap().with_windows(Some(1.0));
         let times: Vec<f64> = (0..101).map(|k| 0.1 * f64::from(k)).collect();
         let error = |k: usize| 0.02 * ((7 * k % 11) as f64 - 5.0) / 5.0;
         let values = times.iter().enumerate().map(|(k, t)| (-0.4 * t).exp() + error(k)).collect();

@@ -13,7 +13,7 @@
 use crate::kalman::{Filter, Noise, Sample, Smoothing, VarianceBalance, diagonal, smooth_record};
 use crate::linearise::{Disturbance, Layout, LinearisedInterval, SystemWithStates};
 use crate::outcome::CalibrationError;
-use crate::starts::fit_start;
+use crate::starts::estimate_initial_state;
 use augsim_physics::system::{Begin, Offsets, Record, Simulated, SimulationError, System, Task, spread};
 use rayon::prelude::*;
 
@@ -240,8 +240,14 @@ impl<'a> NoiseProblem<'a> {
             record.values.truncate(self.system.outputs);
             record.values.extend(vec![vec![f64::NAN; record.times.len()]; self.system.states]);
             let samples = record.times.len();
-            let fitted =
-                fit_start(self.system.system, &record, samples, values, &rough, self.known_sensor_sd)?;
+            let fitted = estimate_initial_state(
+                self.system.system,
+                &record,
+                samples,
+                values,
+                &rough,
+                self.known_sensor_sd,
+            )?;
             let task = Task {
                 parameters: values,
                 record: &record,

@@ -1,7 +1,7 @@
 //! Exit codes: 0 success, 1 success but the requested criterion is not met, 2 usage error, 3 bad data, 4
 //! numerical failure, 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
 
-use augsim_data::{LimitSetting, printable};
+use augsim_data::{LimitSettingError, escape_control_characters};
 use augsim_session::{Failure, sentence};
 use augsim_tensor::TensorError;
 use std::io::Write;
@@ -10,13 +10,13 @@ use std::process::ExitCode;
 /// Prints the error as one paragraph and returns its exit code.
 pub fn report(error: &anyhow::Error) -> ExitCode {
     // Nothing can be done when standard error is closed.
-    let _ = writeln!(std::io::stderr(), "augsim: error: {}", printable(&sentence(error)));
+    let _ = writeln!(std::io::stderr(), "augsim: error: {}", escape_control_characters(&sentence(error)));
     ExitCode::from(code(error))
 }
 
 /// Whether a cause is a usage error that only the command line can detect.
 fn is_usage_error(cause: &(dyn std::error::Error + 'static)) -> bool {
-    cause.is::<LimitSetting>() || matches!(cause.downcast_ref(), Some(TensorError::Simd { .. }))
+    cause.is::<LimitSettingError>() || matches!(cause.downcast_ref(), Some(TensorError::Simd { .. }))
 }
 
 fn code(error: &anyhow::Error) -> u8 {

@@ -4,8 +4,8 @@
 //! renamed. No reader sees half a file, even where the process was killed, and a failed write keeps the old
 //! file.
 //!
-//! A process that is asked to terminate removes its temporary files with [`abandon_writes`]; those of killed
-//! processes are removed by [`remove_stale`].
+//! A process that is asked to terminate removes its temporary files with [`remove_unfinished_writes`]; those of killed
+//! processes are removed by [`remove_stale_temporaries`].
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -115,7 +115,7 @@ pub fn check_writable(path: &Path) -> Result<(), AtomicWriteError> {
 ///
 /// No write starts, finishes or fails before the returned guard is dropped. A process that keeps the guard
 /// until it exits leaves no temporary file behind.
-pub fn abandon_writes() -> impl Sized {
+pub fn remove_unfinished_writes() -> impl Sized {
     let mut in_flight = in_flight();
     while let Some(temporary) = in_flight.pop_first() {
         // The process is about to exit, and the next run removes files that remain.
@@ -128,7 +128,7 @@ pub fn abandon_writes() -> impl Sized {
 ///
 /// A file is removed where `is_target` accepts the name of its target and its process no longer exists or the
 /// file is older than a day. Files that cannot be removed are skipped.
-pub fn remove_stale(folder: &Path, is_target: impl Fn(&str) -> bool) {
+pub fn remove_stale_temporaries(folder: &Path, is_target: impl Fn(&str) -> bool) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     let in_flight = in_flight();
     for entry in entries.flatten() {
@@ -300,9 +300,9 @@ mod tests {
         for name in stale.iter().chain(&kept) {
             fs::write(folder.path().join(name), "x").unwrap();
         }
-        remove_stale(folder.path(), |target| target == "other.json");
+        remove_stale_temporaries(folder.path(), |target| target == "other.json");
         assert_eq!(names(folder.path()).len(), stale.len() + kept.len());
-        remove_stale(folder.path(), |_| true);
+        remove_stale_temporaries(folder.path(), |_| true);
         let mut expected = kept.to_vec();
         // Process 1 exists wherever processes are listed; elsewhere a recent file is kept as well.
         expected.sort();

@@ -84,14 +84,14 @@ impl NamedCsv {
     /// # Errors
     /// A column is missing or a row cannot be read; the [`DataError`] states file, line, column and remedy.
     pub fn read(self, wanted: &[(&str, Unit)]) -> Result<Dataset, DataError> {
-        self.read_by(TIME, wanted)
+        self.read_with_clock(TIME, wanted)
     }
 
     /// Like [`read`](Self::read), with the column `clock` as the time.
     ///
     /// # Errors
     /// The errors of [`read`](Self::read).
-    pub fn read_by(self, clock: &str, wanted: &[(&str, Unit)]) -> Result<Dataset, DataError> {
+    pub fn read_with_clock(self, clock: &str, wanted: &[(&str, Unit)]) -> Result<Dataset, DataError> {
         let mut columns = Vec::with_capacity(wanted.len());
         for (name, unit) in wanted {
             let bad = |cause| DataError::BadColumn { path: self.path.clone(), cause };

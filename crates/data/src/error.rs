@@ -2,9 +2,9 @@
 
 use crate::atomic_file::AtomicWriteError;
 use crate::checks::suspicious::SuspiciousData;
+use crate::escape_control_characters::{escape_control_characters, shown, shown_list};
 use crate::limits::LimitExceeded;
 use crate::npz_fault::ArrayFault;
-use crate::printable::{printable, shown, shown_list};
 use crate::push::PushError;
 use crate::sniff::Unrecognised;
 use crate::source::Source;
@@ -93,7 +93,7 @@ pub(crate) const NO_EMPTY_CELLS: &str =
 
 /// Message text on one line, with control characters escaped.
 fn shown_text(text: &str) -> String {
-    printable(text).replace('\n', " ")
+    escape_control_characters(text).replace('\n', " ")
 }
 
 /// Errors of reading, building, splitting, scaling and writing a data set.

@@ -10,6 +10,7 @@ mod csv_named;
 mod csv_source;
 mod dataset;
 mod error;
+mod escape_control_characters;
 mod format;
 mod frame_clock;
 mod legacy_ball;
@@ -17,7 +18,6 @@ mod limits;
 mod normalise;
 mod npz;
 mod npz_fault;
-mod printable;
 pub mod push;
 mod random_stream;
 mod sniff;
@@ -31,23 +31,24 @@ mod unit;
 mod whole_file;
 
 pub use atomic_file::{
-    AtomicWriteError, WriteStep, abandon_writes, atomic_write, check_writable, remove_stale,
+    AtomicWriteError, WriteStep, atomic_write, check_writable, remove_stale_temporaries,
+    remove_unfinished_writes,
 };
 pub use column::{Column, GROUP, TIME, TRAJECTORY};
 pub use csv_long::{MissingCells, read_csv, write_csv};
 pub use csv_named::NamedCsv;
 pub use dataset::Dataset;
 pub use error::{ColumnError, DataError, RowRemedy};
+pub use escape_control_characters::{escape_control_characters, shown, shown_cause, shown_list};
 pub use format::{read_dataset, read_table, write_dataset};
 pub use frame_clock::FrameClock;
 pub use legacy_ball::read_legacy_ball;
-pub use limits::{Limit, LimitExceeded, LimitSetting};
+pub use limits::{Limit, LimitExceeded, LimitSettingError};
 pub use normalise::{ColumnScale, Normaliser};
 pub use npz::{read_npz, write_npz};
 pub use npz_fault::ArrayFault;
-pub use printable::{printable, shown, shown_cause, shown_list};
 pub use random_stream::random_stream;
-pub use sniff::{Reading, Recognised, Recording, Renamed, Unrecognised, recognise};
+pub use sniff::{ColumnMapping, Reading, RecognisedData, Recording, Unrecognised, recognise};
 pub use source::Source;
 pub use split::{Split, SplitSize};
 pub use stream_summary::{PushSummary, StreamSummary};

@@ -44,7 +44,7 @@ pub struct LimitExceeded {
 
 /// An environment variable `AUGSIM_LIMIT_…` that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum LimitSetting {
+pub enum LimitSettingError {
     /// There is no limit of this name.
     #[error(
         "{variable} is not a known limit; the limits are {}",
@@ -139,8 +139,8 @@ impl Limit {
     /// Checks that every environment variable `AUGSIM_LIMIT_…` names a limit and holds a valid number.
     ///
     /// # Errors
-    /// [`LimitSetting`] for the first variable, in alphabetical order, that does not.
-    pub fn check_environment() -> Result<(), LimitSetting> {
+    /// [`LimitSettingError`] for the first variable, in alphabetical order, that does not.
+    pub fn check_environment() -> Result<(), LimitSettingError> {
         // Sorted, so that the same environment gives the same message.
         let mut variables: Vec<(OsString, OsString)> =
             std::env::vars_os().filter(|(name, _)| name.to_string_lossy().starts_with(PREFIX)).collect();
@@ -149,10 +149,13 @@ impl Limit {
             let variable = name.to_string_lossy().into_owned();
             let known = Limit::ALL.iter().any(|limit| variable.strip_prefix(PREFIX) == Some(limit.name()));
             if !known {
-                return Err(LimitSetting::Unknown { variable });
+                return Err(LimitSettingError::Unknown { variable });
             }
             if parse_whole_number(&value).is_none() {
-                return Err(LimitSetting::Value { variable, value: value.to_string_lossy().into_owned() });
+                return Err(LimitSettingError::Value {
+                    variable,
+                    value: value.to_string_lossy().into_owned(),
+                });
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Faults of an array in an NPZ file, with their messages.
 
+use crate::escape_control_characters::{shown_cause, shown_list};
 use crate::limits::LimitExceeded;
-use crate::printable::{shown_cause, shown_list};
 use std::fmt;
 use std::io;
 

@@ -1,7 +1,7 @@
 //! Summary of a data set in a few figures, for `data inspect`.
 
 use crate::dataset::Dataset;
-use crate::printable::{printable, shown};
+use crate::escape_control_characters::{escape_control_characters, shown};
 use crate::statistics::{digits, median};
 use crate::stream_summary::{PushSummary, StreamSummary, pushes, streams};
 use crate::trajectory::Trajectory;
@@ -192,7 +192,7 @@ fn sampling(trajectories: &[Trajectory]) -> Option<SamplingSummary> {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}", printable(&self.source))?;
+        writeln!(f, "{}", escape_control_characters(&self.source))?;
         write!(f, "{} trajectories, {} samples", self.trajectories, self.samples)?;
         if let Some(length) = self.length {
             let LengthSummary { min, median, max } = length;

@@ -15,7 +15,7 @@ pub(crate) fn calibrate(train: &ChosenRecords<'_>) -> Fit {
 pub(crate) fn calibration_start(train: &ChosenRecords<'_>, h: &Hypothesis) -> Vec<f64> {
     let mut theta = h.initial_theta(0.0);
     for (f, range) in h.entries() {
-        if let Some(value) = h.system.fit_from(f.index).filter(|_| f.addition.is_none()) {
+        if let Some(value) = h.system.start_value(f.index).filter(|_| f.addition.is_none()) {
             theta[range].fill(value.clamp(f.min, f.max));
         }
     }

@@ -119,7 +119,7 @@ impl Descent {
             true => (MAX_SIMULATIONS_IDEALISED, SMALL_DECREASE_IDEALISED),
             false => (MAX_SIMULATIONS, SMALL_DECREASE),
         };
-        let has_rough_starts = h.system.begins_from_first_samples();
+        let has_rough_starts = h.system.starts_from_first_samples();
         let moves_theta = self.moves_theta;
         let is_aborted = |costs: &[f64]| has_rough_starts && moves_theta && is_stalled(costs);
         let (mut damping, mut small_steps, mut costs) = (Damping::new(), 0, vec![state.q]);

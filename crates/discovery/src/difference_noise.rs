@@ -63,7 +63,7 @@ pub(crate) fn noise_from_differences(data: &mut Measured) -> Noise {
     let mut findings = Vec::new();
     let (mut sd, mut white) = (Vec::new(), Vec::new());
     for (c, channel) in channels.iter().enumerate() {
-        let (estimated, declared) = (of_unit(c), channel.sd_at_least);
+        let (estimated, declared) = (of_unit(c), channel.min_sd);
         if let (Some(e), Some(d)) = (estimated, declared)
             && (e / d).ln().abs() > MIN_REPORTED_LOG_RATIO
             && findings.is_empty()

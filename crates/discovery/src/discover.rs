@@ -18,7 +18,7 @@ use crate::result::{Discovery, Verdict};
 use crate::score::Scored;
 use crate::search::{Penalty, Search, SearchResult, calibrate_windows, choose_window_length, refit_on};
 use crate::stages::{Judged, Searched, search_in};
-use augsim_data::checks::{Admitted, admit};
+use augsim_data::checks::{CheckedData, check_data};
 use augsim_data::{DataError, Dataset};
 use augsim_physics::system::Declaration;
 use std::time::Instant;
@@ -43,8 +43,8 @@ pub fn discover(
     let start_time = Instant::now();
     let progress = &mut monotone(progress);
     progress(Progress::Noise);
-    let Admitted { data, warnings } =
-        admit(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
+    let CheckedData { data, warnings } =
+        check_data(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
     let mut prepared = prepare(model, &data, options)?;
     let rejection = judge::doubt_from_data(&prepared);
     let mut searched = match rejection {

@@ -60,7 +60,7 @@ fn distance(
     let start = lanes.initial_nuisance(h, planned);
     let point = Point::new(h, &*h.system, &lanes, &record, &truth.theta, &start);
     let run = point.simulate_plain(&lanes, planned);
-    let end = run.event_times().get(design.most_events).copied().unwrap_or(f64::INFINITY);
+    let end = run.event_times().get(design.max_events).copied().unwrap_or(f64::INFINITY);
     let n = record.data.times.iter().take_while(|t| **t < end).count();
     record.data.times.truncate(n);
     record.data.windows[0].samples = 0..n;

@@ -1,7 +1,7 @@
 //! Errors of a discovery run.
 
 use augsim_physics::model::UnknownGroup;
-use augsim_physics::system::{NotReadable, Objection};
+use augsim_physics::system::{Objection, RoundTripError};
 use std::fmt;
 use thiserror::Error;
 
@@ -82,7 +82,7 @@ pub enum DiscoveryError {
     },
     /// The augmented model file cannot be read back.
     #[error(transparent)]
-    NotReadable(#[from] NotReadable),
+    RoundTripError(#[from] RoundTripError),
     /// Columns or samples that cannot be used.
     #[error("{0}")]
     Data(#[from] augsim_data::DataError),
@@ -91,7 +91,7 @@ pub enum DiscoveryError {
 impl DiscoveryError {
     /// Whether the failure is numerical, rather than a problem of the data or the model.
     pub fn is_numerical(&self) -> bool {
-        matches!(self, Self::NotFinite { .. } | Self::NotReadable(_))
+        matches!(self, Self::NotFinite { .. } | Self::RoundTripError(_))
     }
 
     pub(crate) fn unknown_group(model: &str, data: &str, unknown: UnknownGroup, known: &[String]) -> Self {

@@ -301,14 +301,14 @@ pub(crate) fn simulate_windows<T: Send>(
     seeds: &[&[Seed]],
     take: impl Fn(usize, &Simulated) -> T + Sync,
 ) -> Vec<T> {
-    let side_by_side = points.first().map_or(1, |p| p.system.side_by_side().max(1));
-    let blocks: Vec<usize> = (0..points.len()).step_by(side_by_side).collect();
+    let simd_batch_size = points.first().map_or(1, |p| p.system.simd_batch_size().max(1));
+    let blocks: Vec<usize> = (0..points.len()).step_by(simd_batch_size).collect();
     let results = blocks.into_par_iter().flat_map_iter(|first| {
-        let block = first..(first + side_by_side).min(points.len());
+        let block = first..(first + simd_batch_size).min(points.len());
         with_buffers(block.len(), |runs| {
             let task = |w: usize| points[w].task(&lanes[w], windows[w], seeds[w]);
             let tasks: Vec<Task<'_>> = block.clone().map(task).collect();
-            let done = points[first].system.simulate_all(&tasks, runs);
+            let done = points[first].system.simulate_batch(&tasks, runs);
             let finish = |((w, run), done): ((usize, &mut Simulated), Result<(), SimulationError>)| {
                 if done.is_err() {
                     points[w].fail(windows[w], seeds[w].len(), run);
@@ -510,7 +510,7 @@ impl Lanes {
 /// a prior.
 pub(crate) fn nuisance_priors(point: &Point<'_>, lanes: &Lanes, window: RecordWindow<'_>) -> Vec<(f64, f64)> {
     // A prior of the initial state applies only to the beginning of the motion.
-    let begins = window.window.samples.start == 0 && !window.record.data.under_way;
+    let begins = window.window.samples.start == 0 && !window.record.data.is_mid_motion;
     let states = &point.system.schema().states;
     let start = |&state: &usize| match states[state].begin {
         Begin::Prior(mean, sd) if begins => (mean, sd.powi(-2)),

@@ -6,7 +6,7 @@ use crate::distinguish::separation;
 use crate::result::{Unexplained, Verdict};
 use crate::score::Scored;
 use augsim_physics::model::Per;
-use augsim_physics::system::{Effect, Schema, known_separation};
+use augsim_physics::system::{Effect, Schema, known_distinguishing_experiment};
 
 /// Number of records above which an experiment is not recommended.
 const MAX_RECORDS: f64 = 300.0;
@@ -103,7 +103,7 @@ fn join_words(list: &[String]) -> String {
 /// The general experiment for two sets, by the kinds in which they differ.
 fn general_experiment(schema: &Schema, ours: &[Addition], other: &[Addition]) -> String {
     let (ours, other) = (additions_not_in(ours, other), additions_not_in(other, ours));
-    match known_separation(&descriptions(&ours), &descriptions(&other)) {
+    match known_distinguishing_experiment(&descriptions(&ours), &descriptions(&other)) {
         Some(text) => text.into(),
         None => {
             let names: Vec<String> = ours.into_iter().chain(other).map(|(name, _)| name).collect();

@@ -123,7 +123,7 @@ fn fit_with(
     let mut state = State::evaluate(sample, &h, &lanes, theta.to_vec(), nuisance);
     // Rough initial states may all be wrong. Fitted ones are compared with the usual weight instead: with
     // missing effects every window fits badly, and restarting all of them would be most of the work.
-    let is_relative = !is_fresh && h.system.begins_from_first_samples();
+    let is_relative = !is_fresh && h.system.starts_from_first_samples();
     let lost_weight =
         |state: &State| if is_relative { LOST_WEIGHT * usual_weight(&state.normals) } else { LOST_WEIGHT };
     let max_weight = lost_weight(&state);
@@ -132,7 +132,7 @@ fn fit_with(
     for _ in 0..MAX_SCATTER_STEPS {
         let mut descent = Descent::new(move_theta);
         state = descent.minimise(sample, &h, &lanes, state);
-        if h.system.begins_from_first_samples() {
+        if h.system.starts_from_first_samples() {
             // With the improved parameters a restart may recover windows that were lost before.
             let cost_before = state.q;
             let max_weight = lost_weight(&state);
@@ -212,7 +212,7 @@ fn restart_lost_windows(
     let State { theta, nuisance, normals, .. } = state;
     let all_windows = sample.windows();
     let mut best: Vec<WindowState> = normals.into_iter().zip(nuisance).collect();
-    let methods: &[bool] = if h.system.begins_from_first_samples() { &[false, true] } else { &[false] };
+    let methods: &[bool] = if h.system.starts_from_first_samples() { &[false, true] } else { &[false] };
     for is_growing in methods {
         let is_lost = |w: &usize| best[*w].0.weight <= max_weight || best[*w].0.weight.is_nan();
         let lost: Vec<usize> = (0..best.len()).filter(is_lost).collect();

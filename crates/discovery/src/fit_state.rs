@@ -46,7 +46,7 @@ impl State {
         let full: Vec<Vec<f64>> = windows_before
             .map(|((lanes, before), now)| nuisance_step(lanes, before, now, step, damping))
             .collect();
-        let has_rough_starts = h.system.begins_from_first_samples();
+        let has_rough_starts = h.system.starts_from_first_samples();
         let windows = sample.windows();
         let trials = assemble_windows(sample, h, &windows, lanes, &theta, &full);
         let with_states = windows.iter().zip(lanes).zip(&self.normals).zip(&self.nuisance);

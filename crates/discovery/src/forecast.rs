@@ -11,7 +11,9 @@ use crate::statistics::{median, quantile};
 use augsim_data::random_stream;
 use augsim_physics::model::Per;
 use augsim_physics::system::Record as SystemRecord;
-use augsim_physics::system::{Begin, Measure, ScatterPer, Simulated, State, Window, pieces_of, spread};
+use augsim_physics::system::{
+    Begin, Measure, ScatterPer, Simulated, State, Window, split_by_duration, spread,
+};
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -69,7 +71,7 @@ pub(crate) fn whole_spans(sample: &ChosenRecords<'_>) -> Vec<ForecastSpan> {
 /// Spans of `horizon_s`, of which the last sample counts.
 pub(crate) fn horizon(sample: &ChosenRecords<'_>, horizon_s: f64) -> Vec<ForecastSpan> {
     let spans = |(chosen, record): (usize, &Record)| {
-        let ranges = pieces_of(&record.data.times, horizon_s).into_iter();
+        let ranges = split_by_duration(&record.data.times, horizon_s).into_iter();
         ranges.map(move |samples| ForecastSpan { chosen, samples, ends: true })
     };
     sample.records().enumerate().flat_map(spans).collect()
@@ -196,7 +198,7 @@ pub(crate) struct FittedStart {
 
 /// Estimates the initial state of a prediction of `samples` from the known ones among them, at fixed
 /// parameters.
-pub(crate) fn fit_start(
+pub(crate) fn estimate_initial_state(
     data: &Measured,
     record: &Record,
     samples: Range<usize>,
@@ -261,7 +263,7 @@ fn prediction_errors(
     correlation: f64,
 ) -> Vec<Error> {
     let (first, end) = (piece.samples.start, piece.samples.end);
-    let start = fit_start(data, record, piece.samples.clone(), h, theta, correlation);
+    let start = estimate_initial_state(data, record, piece.samples.clone(), h, theta, correlation);
     let counted = if piece.ends { end - 1..end } else { start.known_end()..end };
     squares(data, record, &start.run(h, theta, record), first, counted)
 }
@@ -274,7 +276,8 @@ pub(crate) fn predicted_channels(
     theta: &[f64],
 ) -> Vec<Vec<f64>> {
     let (h, record) = (predictor(training), &sample.data.records[sample.chosen[piece.chosen]]);
-    let start = fit_start(sample.data, record, piece.samples.clone(), &h, theta, sample.correlation);
+    let start =
+        estimate_initial_state(sample.data, record, piece.samples.clone(), &h, theta, sample.correlation);
     let run = start.run(&h, theta, record);
     (0..run.channels()).map(|c| (0..run.samples()).map(|k| run.value(k, c)).collect()).collect()
 }

@@ -260,7 +260,7 @@ impl Hypothesis {
         for (number, addition) in self.additions.iter().enumerate() {
             let polar = addition.listed().and_then(|effect| effect.polar);
             if let (Some(polar), [amount, angle]) = (polar, &mut theta[self.entries_of_addition(number)]) {
-                polar.bring_round(amount, angle);
+                polar.normalise(amount, angle);
             }
         }
         theta != original

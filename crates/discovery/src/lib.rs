@@ -63,14 +63,14 @@ mod work_counter;
 pub use assess::{Assessment, assess};
 pub use discover::discover;
 pub use error::{DiscoveryError, Groups};
-pub use noise_cause::{NoiseCause, NoiseRow, ShakenBy};
+pub use noise_cause::{NoiseCause, NoiseRow, NoiseSource};
 pub use options::{Options, Progress};
 pub use predict::foretell;
 pub use prediction::{
-    FORETOLD_LEVELS, ForetellOptions, Foretelling, Foretold, ForetoldChannel, ForetoldError,
-    interval_of_rmse, quantile_of_draws, reduction_of_rmse,
+    PREDICTION_LEVELS, PredictOptions, PredictedChannel, PredictedRecord, PredictionError, PredictionSet,
+    quantile_of_draws, rmse_interval, rmse_reduction,
 };
-pub use resampling::{Clocked, on_a_clock};
+pub use resampling::{UniformRecord, resample_uniformly};
 pub use result::{
     Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, Example, ExampleChannel, FoundEffect,
     FoundFormula, FreeRun, Horizon, HorizonErrors, Lead, Models, NoiseFound, NullRecords, Rmse, SCHEMA,

@@ -232,7 +232,7 @@ pub(crate) fn estimate_noise(data: &mut Measured, smooth_motion: bool) -> Noise 
         }
         freedom += f;
         *sd = if f > 0.0 { (rss / f).sqrt() } else { declared[channel].unwrap_or(1e-3) };
-        if let Some(max_sd) = data.system.schema().channels[channel].sd_at_most {
+        if let Some(max_sd) = data.system.schema().channels[channel].max_sd {
             *sd = sd.min(max_sd);
         }
         // Noise-free data: 1e-6 m, the sixth printed digit, is the finest scale for any decision.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Source of the residuals: measurement noise or process noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum ShakenBy {
+pub enum NoiseSource {
     /// White measurement noise.
     Sensor,
     /// Autocorrelated measurement noise.
@@ -29,7 +29,7 @@ pub struct NoiseRow {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NoiseCause {
     /// The best-supported source.
-    pub by: ShakenBy,
+    pub by: NoiseSource,
     /// Standard deviations of the process noise by state, or of the autocorrelated errors by output.
     pub lasting: Vec<NoiseRow>,
     /// Correlation time, s; 0 for noise that is independent from sample to sample.
@@ -51,11 +51,11 @@ impl NoiseCause {
             false => "independent from sample to sample".to_owned(),
         };
         match self.by {
-            ShakenBy::Sensor => None,
-            ShakenBy::LastingSensor => Some(format!(
+            NoiseSource::Sensor => None,
+            NoiseSource::LastingSensor => Some(format!(
                 "the measurement noise is autocorrelated: standard deviation {rows}, {correlation}"
             )),
-            ShakenBy::Motion => Some(format!(
+            NoiseSource::Motion => Some(format!(
                 "the model lacks a process noise, or an effect that the library does not have: the rates have a noise of standard \
                  deviation {rows}, {correlation}"
             )),
@@ -78,11 +78,11 @@ mod tests {
             memory_s,
             readings: vec![row("y_m", 1e-3, "m")],
         };
-        assert_eq!(cause(ShakenBy::Sensor, Vec::new(), 0.0).sentence(), None);
-        let pushed = cause(ShakenBy::Motion, vec![row("v_m_s", 0.036, "m/s^2")], 0.02).sentence();
+        assert_eq!(cause(NoiseSource::Sensor, Vec::new(), 0.0).sentence(), None);
+        let pushed = cause(NoiseSource::Motion, vec![row("v_m_s", 0.036, "m/s^2")], 0.02).sentence();
         let pushed = pushed.expect("a sentence");
         assert!(pushed.contains("v_m_s 3.600e-2 m/s^2") && pushed.contains("time of 0.020 s"), "{pushed}");
-        let lasting = cause(ShakenBy::LastingSensor, vec![row("y_m", 5e-3, "m")], 0.0).sentence();
+        let lasting = cause(NoiseSource::LastingSensor, vec![row("y_m", 5e-3, "m")], 0.0).sentence();
         assert!(lasting.is_some_and(|s| s.contains("y_m 5.000e-3 m") && s.contains("independent")));
     }
 }

@@ -226,7 +226,7 @@ pub(crate) fn finish_nuisance_fits(
     theta: &[f64],
     mut windows: Vec<NuisanceFit<'_>>,
 ) -> Vec<WindowState> {
-    if h.system.side_by_side() > 1 {
+    if h.system.simd_batch_size() > 1 {
         while step_batched(sample, h, theta, &mut windows) {}
     } else {
         windows.par_iter_mut().for_each(|window| {
@@ -250,7 +250,7 @@ fn step_batched(
 ) -> bool {
     let next = windows.par_iter_mut().enumerate().map(|(w, window)| (w, window.ahead(1)));
     let mut next: Vec<(usize, Vec<Vec<f64>>)> = next.filter(|(_, ahead)| !ahead.is_empty()).collect();
-    let ahead = (h.system.side_by_side() / PASS_FRACTION / next.len().max(1)).clamp(1, MAX_STEPS_AHEAD);
+    let ahead = (h.system.simd_batch_size() / PASS_FRACTION / next.len().max(1)).clamp(1, MAX_STEPS_AHEAD);
     if ahead > 1 {
         next.iter_mut().for_each(|(w, nuisances)| *nuisances = windows[*w].ahead(ahead));
     }

@@ -1,7 +1,7 @@
 //! Options of a discovery run with its deadline, and progress reports to the caller.
 
 use crate::result::Discovery;
-use augsim_data::checks::Accepted;
+use augsim_data::checks::AcceptedChecks;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::Instant;
@@ -14,7 +14,7 @@ pub struct Options {
     /// Number of simulated records without a missing effect, on which the false-positive rate is measured.
     pub null_runs: usize,
     /// Data checks that are skipped.
-    pub accepted: Accepted,
+    pub accepted: AcceptedChecks,
     /// Whether effects of the library are tried; without them only formulas are searched, if the system has
     /// a grammar.
     pub library: bool,
@@ -32,7 +32,7 @@ impl Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 0, null_runs: 19, accepted: Accepted::default(), library: true, until: None }
+        Self { seed: 0, null_runs: 19, accepted: AcceptedChecks::default(), library: true, until: None }
     }
 }
 

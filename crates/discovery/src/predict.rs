@@ -10,10 +10,12 @@
 use crate::addition::Addition;
 use crate::evaluate::{Lanes, Point};
 use crate::fit::{ChosenRecords, assemble_all};
-use crate::forecast::{self, Error, FittedStart, ForecastSpan, fit_start, rmse};
+use crate::forecast::{self, Error, FittedStart, ForecastSpan, estimate_initial_state, rmse};
 use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
-use crate::prediction::{Draws, ForetellOptions, Foretelling, Foretold, ForetoldChannel, ForetoldError};
+use crate::prediction::{
+    Draws, PredictOptions, PredictedChannel, PredictedRecord, PredictionError, PredictionSet,
+};
 use crate::prepare::{PreparedRecords, load_records};
 use crate::record::{Measured, Record, RecordWindow};
 use crate::{DiscoveryError, error_table};
@@ -35,14 +37,14 @@ const MAX_EVENTS: usize = 32;
 pub fn foretell(
     model: &dyn Declaration,
     data: &Dataset,
-    options: &ForetellOptions,
-) -> Result<Foretelling, DiscoveryError> {
+    options: &PredictOptions,
+) -> Result<PredictionSet, DiscoveryError> {
     let PreparedRecords { data, noise, .. } = load_records(model, data, 1, false)?;
     let drawn = VaryingParameters::predictor(&data);
     let h = fixed_hypothesis(&data, drawn.as_ref());
     let theta = h.initial_theta(0.0);
     let spread = standard_deviations(&h, &data);
-    let asked = |j: &usize| options.asks_for(&data.records[*j].data.id);
+    let asked = |j: &usize| options.is_requested(&data.records[*j].data.id);
     let chosen: Vec<usize> = (0..data.records.len()).filter(asked).collect();
     let sample = ChosenRecords { data: &data, chosen: &chosen, correlation: noise.correlation };
     let predictor = Predictor {
@@ -55,8 +57,9 @@ pub fn foretell(
         options,
     };
     let pieces = forecast::whole_spans(&sample);
-    let done: Vec<(Foretold, Vec<Error>)> = pieces.par_iter().map(|piece| predictor.one(piece)).collect();
-    let (records, each): (Vec<Foretold>, Vec<Vec<Error>>) = done.into_iter().unzip();
+    let done: Vec<(PredictedRecord, Vec<Error>)> =
+        pieces.par_iter().map(|piece| predictor.one(piece)).collect();
+    let (records, each): (Vec<PredictedRecord>, Vec<Vec<Error>>) = done.into_iter().unzip();
     let schema = data.system.schema();
     let clusters: Vec<usize> = pieces.iter().map(|piece| chosen[piece.chosen]).collect();
     let listed = |m: usize| -> Vec<Error> { each.iter().map(|errors| errors[m]).collect() };
@@ -68,7 +71,7 @@ pub fn foretell(
         };
         let list = listed(m);
         let ci95 = forecast::bootstrap(&clusters, &[&list], options.seed, |r| scale * r[0]);
-        ForetoldError { measure: measure.name.clone(), unit, rmse: scale * rmse(&list), ci95 }
+        PredictionError { measure: measure.name.clone(), unit, rmse: scale * rmse(&list), ci95 }
     };
     let record = &schema.record[0];
     let start = match &schema.event {
@@ -80,7 +83,7 @@ pub fn foretell(
         None => format!("the first samples of each {record}"),
     };
     let errors = schema.measures.iter().enumerate().map(error).collect();
-    Ok(Foretelling { records, errors, squares: listed(0), noise_sd: noise.sd, start })
+    Ok(PredictionSet { records, errors, squares: listed(0), noise_sd: noise.sd, start })
 }
 
 /// A random effect per record that the model declares.
@@ -142,21 +145,22 @@ struct Predictor<'a> {
     drawn: Option<VaryingParameters>,
     /// Standard deviation of the measurement noise by channel.
     noise_sd: &'a [f64],
-    options: &'a ForetellOptions,
+    options: &'a PredictOptions,
 }
 
 impl Predictor<'_> {
     /// Predicts one record, or a piece of a long one; also returns its error in each measure.
-    fn one(&self, piece: &ForecastSpan) -> (Foretold, Vec<Error>) {
+    fn one(&self, piece: &ForecastSpan) -> (PredictedRecord, Vec<Error>) {
         let (data, j) = (self.sample.data, self.sample.chosen[piece.chosen]);
         let (record, theta, options) = (&data.records[j], self.theta, self.options);
         let h = Hypothesis { scatter: None, ..self.h.clone() };
         let (first, samples) = (piece.samples.start, piece.samples.len());
-        let start = fit_start(data, record, piece.samples.clone(), &h, theta, self.sample.correlation);
+        let start =
+            estimate_initial_state(data, record, piece.samples.clone(), &h, theta, self.sample.correlation);
         let whole = Window { samples: piece.samples.clone(), start: Vec::new() };
         let run = start.run(&h, theta, record);
         let (channels, known) = (run.channels(), start.known_end() - first);
-        let law = StartLaw::predictor(&start, &h, theta, self.sample.correlation);
+        let law = InitialStatePrior::predictor(&start, &h, theta, self.sample.correlation);
         let mut draws = Draws::new(channels, samples, options.draws);
         let bounds = h.fit_bounds();
         let mut rng = random_stream(options.seed, "foretell", j as u64 | (first as u64) << 32);
@@ -194,7 +198,7 @@ impl Predictor<'_> {
                 .samples
                 .clone()
                 .map(|k| if record.weight[c][k] > 0.0 { record.data.values[c][k] } else { f64::NAN });
-            ForetoldChannel {
+            PredictedChannel {
                 column: schema.channels[c].column.clone(),
                 measured: measured.collect(),
                 forecast: (0..samples).map(|k| run.value(k, c)).collect(),
@@ -204,7 +208,7 @@ impl Predictor<'_> {
         });
         let channels = channels.collect();
         let times = record.data.times[piece.samples.clone()].to_vec();
-        let foretold = Foretold { id: piece.name(record), times, known, channels };
+        let foretold = PredictedRecord { id: piece.name(record), times, known, channels };
         (foretold, forecast::squares(data, record, &run, first, first + known..piece.samples.end))
     }
 }
@@ -229,7 +233,7 @@ fn sensor_sd(record: &Record, channel: usize, sample: usize, noise_sd: &[f64]) -
 
 /// Distribution of the initial state given the known samples: normal about the estimate, which moves with
 /// the parameters.
-struct StartLaw<'a> {
+struct InitialStatePrior<'a> {
     lanes: &'a Lanes,
     mode: &'a [f64],
     /// `J'WJ` of all lanes at the mode.
@@ -238,7 +242,7 @@ struct StartLaw<'a> {
     root: Square,
 }
 
-impl<'a> StartLaw<'a> {
+impl<'a> InitialStatePrior<'a> {
     fn predictor(start: &'a FittedStart, h: &Hypothesis, theta: &[f64], correlation: f64) -> Self {
         let FittedStart { known, lanes, nuisance, .. } = start;
         let sample = ChosenRecords { data: known, chosen: &[0], correlation };
@@ -248,7 +252,7 @@ impl<'a> StartLaw<'a> {
         let curvature = normals.into_iter().next().map_or_else(|| Square::zero(size), |n| n.h);
         let tail: Vec<usize> = (lanes.common()..curvature.n).collect();
         let covariance = curvature.sub(&tail).cholesky().inverse();
-        StartLaw { lanes, mode: nuisance, root: covariance.lower_factor(), curvature }
+        InitialStatePrior { lanes, mode: nuisance, root: covariance.lower_factor(), curvature }
     }
 
     /// Draws an initial state for parameters that differ from the fitted ones by `moved`.

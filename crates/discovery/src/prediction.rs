@@ -3,12 +3,12 @@
 use crate::forecast::{bootstrap, rmse};
 use std::collections::BTreeSet;
 
-/// Levels of the quantiles in [`ForetoldChannel::quantiles`].
-pub const FORETOLD_LEVELS: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
+/// Levels of the quantiles in [`PredictedChannel::quantiles`].
+pub const PREDICTION_LEVELS: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 /// Options of a prediction.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ForetellOptions {
+pub struct PredictOptions {
     /// Seed of the draws.
     pub seed: u64,
     /// Number of draws per record for the bands.
@@ -18,16 +18,16 @@ pub struct ForetellOptions {
     pub only: Option<BTreeSet<String>>,
 }
 
-impl ForetellOptions {
+impl PredictOptions {
     /// Whether the record of this name is predicted.
-    pub fn asks_for(&self, id: &str) -> bool {
+    pub fn is_requested(&self, id: &str) -> bool {
         self.only.as_ref().is_none_or(|only| only.contains(id))
     }
 }
 
 /// Prediction of one channel of one record, in the unit of the column.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ForetoldChannel {
+pub struct PredictedChannel {
     /// Column of the data.
     pub column: String,
     /// Measured values; NaN where nothing was measured or the sample was masked as an outlier.
@@ -36,13 +36,13 @@ pub struct ForetoldChannel {
     pub forecast: Vec<f64>,
     /// Mean of the draws.
     pub mean: Vec<f64>,
-    /// Quantiles of the draws at [`FORETOLD_LEVELS`], sample by sample.
+    /// Quantiles of the draws at [`PREDICTION_LEVELS`], sample by sample.
     pub quantiles: [Vec<f64>; 5],
 }
 
 /// Prediction of one record, or of a part of a long one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Foretold {
+pub struct PredictedRecord {
     /// Name in the data.
     pub id: String,
     /// Times of the samples, s.
@@ -50,12 +50,12 @@ pub struct Foretold {
     /// Number of first samples that the initial state was estimated from; the others are predicted.
     pub known: usize,
     /// The channels, in the order of the system.
-    pub channels: Vec<ForetoldChannel>,
+    pub channels: Vec<PredictedChannel>,
 }
 
 /// Root mean square error of a measure over all records, with its 95 % interval over records.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ForetoldError {
+pub struct PredictionError {
     /// Name of the measure (`position`, `rotation`).
     pub measure: String,
     /// Unit.
@@ -68,11 +68,11 @@ pub struct ForetoldError {
 
 /// Predictions of all records.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Foretelling {
+pub struct PredictionSet {
     /// Records with predicted samples.
-    pub records: Vec<Foretold>,
+    pub records: Vec<PredictedRecord>,
     /// Errors after the known samples; the first is that of the deciding measure.
-    pub errors: Vec<ForetoldError>,
+    pub errors: Vec<PredictionError>,
     /// Sum of squared errors and their number, for each record in the deciding measure.
     pub squares: Vec<(f64, f64)>,
     /// Estimated standard deviation of the measurement noise by channel, in the unit of each.
@@ -81,7 +81,7 @@ pub struct Foretelling {
     pub start: String,
 }
 
-impl Foretelling {
+impl PredictionSet {
     /// Share of the predicted samples within the central band of probability 0.5 or 0.9, and their number.
     pub fn coverage(&self, level: f64) -> (f64, usize) {
         let [low, high] = if level < 0.7 { [1, 3] } else { [0, 4] };
@@ -101,14 +101,14 @@ impl Foretelling {
 
 /// 95 % interval of a root mean square error over records, from the sum of squared errors and their number
 /// of each.
-pub fn interval_of_rmse(squares: &[(f64, f64)], seed: u64) -> [f64; 2] {
+pub fn rmse_interval(squares: &[(f64, f64)], seed: u64) -> [f64; 2] {
     let records: Vec<usize> = (0..squares.len()).collect();
     bootstrap(&records, &[squares], seed, |r| r[0])
 }
 
 /// Root mean square error of `before` minus that of `after`, with the 95 % interval over records. Both lists
 /// have the same records in the same order.
-pub fn reduction_of_rmse(before: &[(f64, f64)], after: &[(f64, f64)], seed: u64) -> (f64, [f64; 2]) {
+pub fn rmse_reduction(before: &[(f64, f64)], after: &[(f64, f64)], seed: u64) -> (f64, [f64; 2]) {
     let records: Vec<usize> = (0..before.len()).collect();
     let ci95 = bootstrap(&records, &[before, after], seed, |r| r[0] - r[1]);
     (rmse(before) - rmse(after), ci95)
@@ -139,7 +139,7 @@ impl Draws {
         for values in &mut self.values[channel] {
             values.sort_by(f64::total_cmp);
             mean.push(values.iter().sum::<f64>() / values.len() as f64);
-            for (list, level) in quantiles.iter_mut().zip(FORETOLD_LEVELS) {
+            for (list, level) in quantiles.iter_mut().zip(PREDICTION_LEVELS) {
                 list.push(quantile_of_draws(values, level));
             }
         }

@@ -21,7 +21,7 @@ const COEFFICIENTS: (usize, usize) = (3, 5);
 
 /// A record resampled at regular times.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Clocked {
+pub struct UniformRecord {
     /// Name in the data.
     pub id: String,
     /// Name of the group, where there is one.
@@ -38,11 +38,11 @@ pub struct Clocked {
 ///
 /// # Errors
 /// [`DiscoveryError`], if the model and the data are incompatible.
-pub fn on_a_clock(
+pub fn resample_uniformly(
     model: &dyn Declaration,
     data: &Dataset,
     step_s: f64,
-) -> Result<Vec<Clocked>, DiscoveryError> {
+) -> Result<Vec<UniformRecord>, DiscoveryError> {
     let PreparedRecords { data, .. } = load_records(model, data, 1, false)?;
     let group = |r: &Record| data.groups.get(r.data.group).filter(|name| !name.is_empty()).cloned();
     Ok(data.records.iter().filter_map(|r| clocked(r, group(r), step_s)).collect())
@@ -50,7 +50,7 @@ pub fn on_a_clock(
 
 /// A record resampled from its first segment to the last one before a segment with too few samples; `None`
 /// without such a segment.
-fn clocked(record: &Record, group: Option<String>, step_s: f64) -> Option<Clocked> {
+fn clocked(record: &Record, group: Option<String>, step_s: f64) -> Option<UniformRecord> {
     let data = &record.data;
     let channels = data.values.len();
     let mut curves: Vec<(f64, Vec<Curve>)> = Vec::new();
@@ -78,7 +78,7 @@ fn clocked(record: &Record, group: Option<String>, step_s: f64) -> Option<Clocke
         values.push(value);
         rates.push(rate);
     }
-    (count >= 2).then(|| Clocked { id: data.id.clone(), group, times, values, rates })
+    (count >= 2).then(|| UniformRecord { id: data.id.clone(), group, times, values, rates })
 }
 
 /// Sample ranges of smooth motion, each with the time at which it ends: at an event, or at the end of the
@@ -147,7 +147,7 @@ mod tests {
     //! Contract: between events values and rates are those of the motion; nothing is extrapolated where
     //! nothing was measured.
     use super::*;
-    use augsim_physics::system::{Record as SystemRecord, SeenEvent};
+    use augsim_physics::system::{DetectedEvent, Record as SystemRecord};
 
     /// Falls from 1 m, turns at 0.4 s, sampled every 9 to 13 ms; the samples `missing` have no measurement.
     fn record(missing: Range<usize>) -> Record {
@@ -161,7 +161,7 @@ mod tests {
         let data = SystemRecord {
             values: vec![times.iter().map(|&t| place(t)).collect()],
             pieces: vec![0..split, split..70],
-            events: vec![SeenEvent { time: turn, value: 1.0 }],
+            events: vec![DetectedEvent { time: turn, value: 1.0 }],
             known: split,
             times,
             ..SystemRecord::default()

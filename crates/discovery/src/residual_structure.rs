@@ -53,7 +53,7 @@ pub(crate) fn anatomy(sample: &ChosenRecords<'_>, before: &Fit, after: &Fit) -> 
 fn collect(sample: &ChosenRecords<'_>, fit: &Fit) -> Collector {
     let mut out = Collector::default();
     for (record, fitted) in sample.records().zip(record_residuals(sample, fit)) {
-        let features = sample.data.system.shown_against(&record.data, &fitted.events);
+        let features = sample.data.system.residual_axes(&record.data, &fitted.events);
         for (c, r) in fitted.residuals.iter().enumerate() {
             let used = || (0..r.len()).filter(|&k| r[k].is_finite());
             let z = |k: usize| r[k] * record.weight[c][k];

@@ -68,7 +68,7 @@ pub(crate) fn curvature(
         let share = reached.iter().map(|x| x * x).sum::<f64>();
         // At most half of the curvature along the gradient is removed. For starts near the solution nothing
         // is, which gives Gauss-Newton steps.
-        let softening = if h.system.begins_from_first_samples() { normal.softening } else { 0.0 };
+        let softening = if h.system.starts_from_first_samples() { normal.softening } else { 0.0 };
         let softening = softening.min(MAX_SOFTENED_SHARE / share.max(f64::MIN_POSITIVE));
         for (a, &ta) in l.theta.iter().enumerate() {
             u[ta] += uj[a];

@@ -24,7 +24,7 @@ pub enum WeightsError {
         source: SafeTensorError,
     },
     /// The file is not a valid safetensors file.
-    #[error("{}: not a usable safetensors file: {}", path.display(), printable(&source.to_string(), MAX_REASON_CHARS))]
+    #[error("{}: not a usable safetensors file: {}", path.display(), escape_control_characters(&source.to_string(), MAX_REASON_CHARS))]
     Format {
         /// The file.
         path: PathBuf,
@@ -42,7 +42,7 @@ pub enum WeightsError {
         available: Vec<String>,
     },
     /// A tensor of the file is not a parameter of the net.
-    #[error("{}: tensor `{}` does not belong to this net", path.display(), printable(name, MAX_NAME_CHARS))]
+    #[error("{}: tensor `{}` does not belong to this net", path.display(), escape_control_characters(name, MAX_NAME_CHARS))]
     Unknown {
         /// The file.
         path: PathBuf,
@@ -73,7 +73,7 @@ const MAX_REASON_CHARS: usize = 300;
 const MAX_LISTED_NAMES: usize = 20;
 
 /// The first `max_chars` characters of a text from a file, with control characters escaped.
-fn printable(text: &str, max_chars: usize) -> String {
+fn escape_control_characters(text: &str, max_chars: usize) -> String {
     let mut out = String::new();
     for c in text.chars().take(max_chars) {
         if c.is_control() { out.extend(c.escape_unicode()) } else { out.push(c) }
@@ -84,7 +84,7 @@ fn printable(text: &str, max_chars: usize) -> String {
 /// The first names of a list, for a message.
 fn list_names(names: &[String]) -> String {
     let first: Vec<String> =
-        names.iter().take(MAX_LISTED_NAMES).map(|n| printable(n, MAX_NAME_CHARS)).collect();
+        names.iter().take(MAX_LISTED_NAMES).map(|n| escape_control_characters(n, MAX_NAME_CHARS)).collect();
     first.join(", ")
 }
 

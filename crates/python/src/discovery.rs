@@ -7,7 +7,7 @@ use crate::source::{Source, accepted};
 use augsim_discovery::Options;
 use augsim_report::page::Page;
 use augsim_session::discovery_page::page;
-use augsim_session::{Circumstances, DataFrom, Subject, Wanted};
+use augsim_session::{DataFrom, DiscoverRequest, ReportContext, Subject};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ pub struct Discovery {
     subject: Subject,
     model: Option<PathBuf>,
     data: DataFrom,
-    wanted: Wanted,
+    wanted: DiscoverRequest,
 }
 
 /// Searches for the effects that a model lacks.
@@ -41,7 +41,7 @@ pub fn discover(
     let accept = accepted(&accept).map_err(|e| raised(py, &e))?;
     let options =
         Options { seed, null_runs, accepted: accept.iter().copied().collect(), ..Options::default() };
-    let wanted = Wanted { groups, accept, options };
+    let wanted = DiscoverRequest { groups, accept, options };
     let (subject, path, data) = (model.subject.clone(), model.path.clone(), data.from.clone());
     background::run(py, progress.as_ref(), move |line| {
         let mut report = |step: augsim_discovery::Progress| {
@@ -55,7 +55,7 @@ pub fn discover(
 
 impl Discovery {
     fn report(&self, folder: &Path) -> Page {
-        let circumstances = Circumstances::new(self.model.as_deref(), &self.data, &self.wanted, folder);
+        let circumstances = ReportContext::new(self.model.as_deref(), &self.data, &self.wanted, folder);
         page(&circumstances, &self.subject, &self.found)
     }
 }

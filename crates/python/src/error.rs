@@ -23,7 +23,7 @@ pub fn raised(py: Python<'_>, error: &anyhow::Error) -> PyErr {
         Failure::Data => "DataError",
         Failure::Numerical => "NumericalError",
     };
-    exception(py, class, augsim_data::printable(&sentence(error)))
+    exception(py, class, augsim_data::escape_control_characters(&sentence(error)))
 }
 
 /// Converts a panic, which is a bug, to an exception. No panic crosses into Python.

@@ -6,7 +6,7 @@ use crate::model::Model;
 use crate::numbers::{Bytes, Numbers};
 use crate::source::{Data, Source, accepted};
 use augsim_data::checks::Warning;
-use augsim_session::configure::{Corrected, WantedRun, configure};
+use augsim_session::configure::{Corrected, TrainingRequest, configure};
 use augsim_session::run_data::{admit_measured, load_timed, read_measured};
 use augsim_session::run_dir::{Config, RunDir};
 use augsim_session::simulate::BRIEF;
@@ -103,7 +103,7 @@ pub fn train(
             None => Corrected::of_options(None, None, false, &data.from)?,
         };
         let residual_of = Some(residual_of);
-        Ok(WantedRun { recipe: parse_recipe(recipe)?, residual_of, iterations, seed, accept })
+        Ok(TrainingRequest { recipe: parse_recipe(recipe)?, residual_of, iterations, seed, accept })
     };
     let request = request().map_err(|e| raised(py, &e))?;
     let data = data.from.clone();

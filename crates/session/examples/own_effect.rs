@@ -5,7 +5,7 @@
 //! program that shares no code with augsim). The library has no magnet, so the model file declares it as a
 //! candidate.
 
-use augsim_session::{DataFrom, Subject, Wanted, discover};
+use augsim_session::{DataFrom, DiscoverRequest, Subject, discover};
 use std::path::PathBuf;
 
 /// The textbook model of a damped pendulum.
@@ -47,7 +47,7 @@ source = "a bell-shaped attraction"
 pub fn main() -> anyhow::Result<()> {
     let swings = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/recipes/data/swings.csv"));
     let model = Subject::parse(&[PENDULUM, MAGNET].concat(), "pendulum over a magnet")?;
-    let found = discover(&model, &DataFrom::File(swings), &Wanted::default(), &mut |_| {})?;
+    let found = discover(&model, &DataFrom::File(swings), &DiscoverRequest::default(), &mut |_| {})?;
     println!("{}", found.sentence);
     anyhow::ensure!(found.effects.iter().any(|e| e.kind == "magnet"), "the magnet was not found");
     Ok(())

@@ -12,8 +12,8 @@ use augsim_physics::Scalar;
 use augsim_physics::model::Parameter;
 use augsim_physics::ode::{At, Equations, Ode};
 use augsim_physics::system::{
-    Addition, Augmentation, Begin, Channel, Declaration, Effect, EffectParameter, Measure, NotReadable,
-    Objection, Quantity, Schema, State, System,
+    Addition, Augmentation, Begin, Channel, Declaration, Effect, EffectParameter, Measure, Objection,
+    Quantity, RoundTripError, Schema, State, System,
 };
 use rand_distr::{Distribution, Normal};
 use std::sync::Arc;
@@ -126,7 +126,7 @@ impl Declaration for Declared {
         }
     }
 
-    fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
+    fn augmented(&self, found: &Augmentation) -> Result<String, RoundTripError> {
         let declared = found.declared.iter().map(|(place, fitted)| format!("parameter {place}: {fitted:?}"));
         let additions = found.additions.iter().map(|addition| match addition {
             Addition::Law(law, fitted) => format!("{law:?}: {fitted:?}"),

@@ -3,13 +3,13 @@
 use crate::command_line::quoted;
 use crate::provenance::{fingerprint, shown};
 use crate::written::pictures::Pictures;
-use crate::{DataFrom, Wanted};
+use crate::{DataFrom, DiscoverRequest};
 use augsim_report::page::DataSource;
 use std::path::Path;
 
 /// Name, seed, sources, command line and figures of a discovery.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Circumstances {
+pub struct ReportContext {
     /// Name of the data.
     pub name: String,
     /// Seed of every random draw.
@@ -22,11 +22,11 @@ pub struct Circumstances {
     pub pictures: Pictures,
 }
 
-impl Circumstances {
+impl ReportContext {
     /// Collects them for a discovery whose page is written to the folder `out`.
     ///
     /// `model` is `None` if it is not a file.
-    pub fn new(model: Option<&Path>, data: &DataFrom, wanted: &Wanted, out: &Path) -> Self {
+    pub fn new(model: Option<&Path>, data: &DataFrom, wanted: &DiscoverRequest, out: &Path) -> Self {
         let source_of = |path: &Path| DataSource { path: shown(path, out), hash: fingerprint(path) };
         let mut sources: Vec<DataSource> = model.map(source_of).into_iter().collect();
         let (name, reproduce) = match data {
@@ -39,7 +39,7 @@ impl Circumstances {
                 (name.clone(), String::new())
             }
         };
-        Circumstances { name, seed: wanted.options.seed, sources, reproduce, pictures: Pictures::default() }
+        ReportContext { name, seed: wanted.options.seed, sources, reproduce, pictures: Pictures::default() }
     }
 }
 
@@ -53,8 +53,8 @@ fn name_of(path: &Path) -> String {
 }
 
 /// The command that repeats the discovery. `--out DIR` is a placeholder: it does not change the results.
-fn command(model: &Path, data: &Path, wanted: &Wanted, out: &Path) -> String {
-    let Wanted { groups, accept, options } = wanted;
+fn command(model: &Path, data: &Path, wanted: &DiscoverRequest, out: &Path) -> String {
+    let DiscoverRequest { groups, accept, options } = wanted;
     let mut words = vec!["augsim".to_owned(), "discover".to_owned()];
     words.extend([model, data].map(|path| shown(path, out)));
     words.extend(["--null-runs".to_owned(), options.null_runs.to_string()]);

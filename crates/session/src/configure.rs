@@ -2,7 +2,7 @@
 
 use crate::provenance::fingerprint_of_bytes;
 use crate::residual;
-use crate::run_data::paper_engine;
+use crate::run_data::published_predictor;
 use crate::run_dir::{Config, DataSource};
 use crate::usage::{Missing, Takes};
 use crate::{DataFrom, Usage};
@@ -29,7 +29,7 @@ pub enum Corrected {
 
 /// A user's request for a training run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct WantedRun {
+pub struct TrainingRequest {
     /// Kind of net, with its loss.
     pub recipe: Recipe,
     /// The model that the net corrects; `None` means the paper's ball.
@@ -70,7 +70,7 @@ impl Corrected {
             Corrected::Folder(found) => residual::engine(found, data, recipe),
             Corrected::Model(model) => residual::engine_of(model, "the model", data, recipe),
             Corrected::File(file) => residual::engine_of_file(file, data, recipe),
-            Corrected::PybulletBall => Ok((paper_engine(), Vec::new())),
+            Corrected::PybulletBall => Ok((published_predictor(), Vec::new())),
         }
     }
 
@@ -87,13 +87,13 @@ impl Corrected {
 ///
 /// # Errors
 /// No iterations, a recipe that uses no physics, or a model that does not fit the data.
-pub fn configure(wanted: &WantedRun, data: &DataFrom) -> anyhow::Result<(Config, Vec<String>)> {
+pub fn configure(wanted: &TrainingRequest, data: &DataFrom) -> anyhow::Result<(Config, Vec<String>)> {
     if wanted.iterations == 0 {
         return Err(Usage::keyword("iterations", 0, Takes::AtLeastOne).into());
     }
     let (engine, notes) = match &wanted.residual_of {
         Some(corrected) => corrected.engine(data, wanted.recipe)?,
-        None => (paper_engine(), Vec::new()),
+        None => (published_predictor(), Vec::new()),
     };
     let source = match data {
         DataFrom::File(path) => DataSource::File(path.clone()),

@@ -2,7 +2,7 @@
 
 use crate::usage::{Inapplicable, Takes, UnknownName};
 use crate::{DataFrom, Subject, Usage, written};
-use augsim_data::checks::{Check, admit};
+use augsim_data::checks::{Check, check_data};
 use augsim_data::{DataError, Dataset, MissingCells, Trajectory};
 use augsim_discovery::{Discovery, Options, Progress};
 use augsim_physics::model::ModelFile;
@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 
 /// A user's request for a discovery.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Wanted {
+pub struct DiscoverRequest {
     /// Groups of trajectories to use; empty means all.
     pub groups: Vec<String>,
     /// Data checks to skip: the same as in the options, in the order in which the user named them.
@@ -32,7 +32,7 @@ const MAX_NULL_RUNS: usize = 1000;
 pub fn discover(
     subject: &Subject,
     data: &DataFrom,
-    wanted: &Wanted,
+    wanted: &DiscoverRequest,
     report_progress: &mut dyn FnMut(Progress),
 ) -> anyhow::Result<Discovery> {
     if wanted.options.null_runs > MAX_NULL_RUNS {
@@ -42,7 +42,7 @@ pub fn discover(
     if !wanted.options.library && matches!(subject, Subject::BuiltIn(_)) {
         return Err(Usage::Inapplicable(Inapplicable::FormulasOfBuiltIn).into());
     }
-    let Wanted { groups, options, .. } = wanted;
+    let DiscoverRequest { groups, options, .. } = wanted;
     match subject {
         Subject::Written(model) => {
             report_progress(Progress::Calibration);
@@ -50,7 +50,7 @@ pub fn discover(
             // stiff and the fit slow.
             let check = |read: &Dataset| -> anyhow::Result<()> {
                 let set = select_groups(groups, data, read.clone())?;
-                admit(set, &model.expected(), options.accepted).map_err(DataError::from)?;
+                check_data(set, &model.expected(), options.accepted).map_err(DataError::from)?;
                 Ok(())
             };
             let calibrated = written::discovery::measured(model, data, &check)?;

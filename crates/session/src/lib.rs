@@ -27,9 +27,9 @@ pub mod training_run;
 pub mod usage;
 pub mod written;
 
-pub use circumstances::Circumstances;
+pub use circumstances::ReportContext;
 pub use data_from::DataFrom;
-pub use discover::{Wanted, discover};
+pub use discover::{DiscoverRequest, discover};
 pub use failure::{Failure, sentence};
 pub use model_or_run::{Given, discovery_in};
 pub use run_lock::RunLock;

@@ -128,7 +128,7 @@ fn engine_with_data_step(
 }
 
 fn check_uses_physics(recipe: Recipe) -> Result<(), Usage> {
-    if recipe.is_blind() {
+    if recipe.is_without_physics() {
         return Err(Usage::Inapplicable(Inapplicable::PhysicsOfBlind { recipe: recipe.label() }));
     }
     Ok(())

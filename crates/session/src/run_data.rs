@@ -4,21 +4,21 @@ use crate::run_dir::{Config, DataSource};
 use crate::usage::{Inapplicable, Missing, UnknownName};
 use crate::{DataFrom, Usage, states, written};
 use anyhow::Context;
-use augsim_data::checks::{Admitted, Expected, Warning, admit};
+use augsim_data::checks::{CheckedData, Expected, Warning, check_data};
 use augsim_data::push::resample;
 use augsim_data::{DataError, Dataset, MissingCells};
 use augsim_physics::ball::paper_law::{self, PaperLaw, check_rate};
 use augsim_physics::push::laboratory::{self, Protocol, SUPPORTS, SupportSheet};
 use augsim_physics::push::{OBJECTS, Object};
-use augsim_trainer::push::{Thinning, pushes};
+use augsim_trainer::push::{Subsampling, pushes};
 use augsim_trainer::{Engine, Sequences};
 
 /// Rate to which published recordings are resampled, Hz: the rate of their sensors.
 pub const PUBLISHED_RATE_HZ: f64 = 250.0;
 
 /// The engine of the paper's bouncing-ball experiment: restitution 0.65, Bullet's damping, 60 Hz.
-pub fn paper_engine() -> Engine {
-    Engine::PybulletBall(paper_law::paper_engine())
+pub fn published_predictor() -> Engine {
+    Engine::PybulletBall(paper_law::published_predictor())
 }
 
 /// Reads or generates the data set of a source, and checks that it has the engine's step.
@@ -59,7 +59,7 @@ pub fn read_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Dataset
     if engine.model().is_some() {
         let data = from.read(MissingCells::AsGap)?;
         if !states::are_there(&data, engine)
-            && let Some(made) = states::made_of_positions(&data, engine, from)?
+            && let Some(made) = states::estimate_from_positions(&data, engine, from)?
         {
             return Ok(made);
         }
@@ -85,7 +85,7 @@ pub fn sequences(data: &Dataset, engine: &Engine) -> anyhow::Result<Sequences> {
     }
     let has_streams = data.columns().iter().any(|c| c.name().ends_with("_new"));
     let resampled = has_streams.then(|| resample(data, PUBLISHED_RATE_HZ)).transpose()?;
-    Ok(pushes(resampled.as_ref().unwrap_or(data), Thinning::default())?)
+    Ok(pushes(resampled.as_ref().unwrap_or(data), Subsampling::default())?)
 }
 
 /// Refuses equation models, whose states are not measured.
@@ -175,8 +175,9 @@ pub fn admitted(config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
 pub fn admit_measured(data: Dataset, config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
     let engine = &config.settings.engine;
     // A net without physics may be trained on any system, so no gravity is expected.
-    let expected = if config.settings.recipe.is_blind() { Expected::default() } else { engine.expected() };
+    let expected =
+        if config.settings.recipe.is_without_physics() { Expected::default() } else { engine.expected() };
     let accepted = config.accept.iter().copied().collect();
-    let Admitted { data, warnings } = admit(data, &expected, accepted).map_err(DataError::from)?;
+    let CheckedData { data, warnings } = check_data(data, &expected, accepted).map_err(DataError::from)?;
     Ok((sequences(&data, engine)?, warnings))
 }

@@ -3,7 +3,7 @@
 use crate::usage::PathFault;
 use crate::{Usage, folders};
 use anyhow::Context;
-use augsim_data::{check_writable, remove_stale};
+use augsim_data::{check_writable, remove_stale_temporaries};
 use std::fs::{File, TryLockError};
 use std::path::Path;
 
@@ -33,7 +33,7 @@ impl RunLock {
             Some(Ok(())) => opened,
         };
         if lock.is_some() {
-            remove_stale(folder, |_| true);
+            remove_stale_temporaries(folder, |_| true);
         }
         check_writable(&folder.join("run.toml"))?;
         Ok(RunLock { _held: lock })

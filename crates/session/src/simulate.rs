@@ -7,7 +7,7 @@ use augsim_physics::model::{ModelFile, Parameter};
 use augsim_physics::system::{
     Begin, Declaration, Offsets, Record, ScatterPer, Schema, Simulated, Stream, System, Task,
 };
-use augsim_written::WrittenSystem;
+use augsim_written::EquationSystem;
 use augsim_written::model::Hold;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -148,7 +148,7 @@ impl Simulation {
             Subject::Written(model) => {
                 let mut model = augsim_written::Model::clone(model);
                 model.inputs.iter_mut().for_each(|input| input.hold = input.hold.or(Some(Hold::Linear)));
-                let system = WrittenSystem::declared_only(&model)?;
+                let system = EquationSystem::declared_only(&model)?;
                 let names: Vec<String> = model.states.iter().map(|s| s.name.clone()).collect();
                 let opened = Self::with_system(Arc::new(system.clone()), &names, plan, batch)?;
                 let mut records = written::fit::prepared(&system, &opened.records)?;

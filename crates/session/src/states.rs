@@ -3,7 +3,7 @@
 use crate::DataFrom;
 use anyhow::Context;
 use augsim_data::{Dataset, Trajectory};
-use augsim_discovery::on_a_clock;
+use augsim_discovery::resample_uniformly;
 use augsim_physics::ball::paper_law::check_rate;
 use augsim_physics::model::ModelFile;
 use augsim_trainer::Engine;
@@ -23,7 +23,7 @@ pub fn are_there(data: &Dataset, engine: &Engine) -> bool {
 ///
 /// # Errors
 /// The data do not fit the model, or no trajectory can be used.
-pub fn made_of_positions(
+pub fn estimate_from_positions(
     data: &Dataset,
     engine: &Engine,
     from: &DataFrom,
@@ -31,7 +31,7 @@ pub fn made_of_positions(
     let (Some(text), Some(step_s)) = (engine.model(), engine.step_s()) else { return Ok(None) };
     let ModelFile::Ball(model) = ModelFile::parse(text, "model of the run")? else { return Ok(None) };
     let mut rows = Vec::new();
-    for r in on_a_clock(&model, data, step_s).with_context(|| from.to_string())? {
+    for r in resample_uniformly(&model, data, step_s).with_context(|| from.to_string())? {
         let row = Trajectory::new(r.id, r.times, [r.values, r.rates].concat())?;
         rows.push(match r.group {
             Some(group) => row.with_group(group)?,

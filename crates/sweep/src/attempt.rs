@@ -13,7 +13,7 @@ use super::task::Task;
 use anyhow::Context;
 use augsim_session::run_dir::{CONFIG, METRICS};
 use augsim_terminal::destination::RESULT;
-use augsim_terminal::interrupt::{Keeper, PARENT};
+use augsim_terminal::interrupt::{CheckpointGuard, PARENT};
 use augsim_terminal::record::RECORD;
 use serde_json::Value;
 use std::fs::File;
@@ -72,7 +72,12 @@ impl Runner {
     ///
     /// # Errors
     /// The plan folder is not writable. Errors of the task itself are recorded as its failure.
-    pub fn attempt(&self, task: &Task, threads: Option<u16>, keeper: &Keeper) -> anyhow::Result<Ended> {
+    pub fn attempt(
+        &self,
+        task: &Task,
+        threads: Option<u16>,
+        keeper: &CheckpointGuard,
+    ) -> anyhow::Result<Ended> {
         let kept = || {
             let result = self.store.result(&task.id);
             result.map(|r| Ended::Done { criterion_met: r.criterion_met, kept: true })
@@ -128,7 +133,7 @@ impl Runner {
         task: &Task,
         threads: Option<u16>,
         lock: &File,
-        keeper: &Keeper,
+        keeper: &CheckpointGuard,
     ) -> anyhow::Result<CommandEnd> {
         let work = self.store.work(&task.id);
         let out = work.join("out");
@@ -202,7 +207,7 @@ fn set_process_group(command: &mut Command) {
 fn set_process_group(_command: &mut Command) {}
 
 /// Waits for the child and forwards a stop request of the user.
-fn wait(child: &mut Child, keeper: &Keeper) -> anyhow::Result<ExitStatus> {
+fn wait(child: &mut Child, keeper: &CheckpointGuard) -> anyhow::Result<ExitStatus> {
     // The polling interval starts short for tasks of milliseconds, and grows to a length that costs
     // nothing.
     let (mut pause, longest) = (Duration::from_micros(500), Duration::from_millis(10));

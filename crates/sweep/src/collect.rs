@@ -13,7 +13,7 @@ use super::scores::{Score, scores};
 use super::store::Store;
 use super::task::Task;
 use anyhow::Context;
-use augsim_data::printable;
+use augsim_data::escape_control_characters;
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{REPORT, RESULT, Results};
 use augsim_terminal::output::Output;
@@ -54,7 +54,7 @@ pub fn collect(
     let (collected, tasks) = gather(&plan)?;
     let (failed, missing) = (collected.count(State::Failed), collected.count(State::Missing));
     if failed + missing > 0 {
-        output.notice(printable(&without_result(&collected, partial)));
+        output.notice(escape_control_characters(&without_result(&collected, partial)));
         if !partial {
             return Ok(Outcome::CriterionNotMet);
         }

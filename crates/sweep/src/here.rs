@@ -8,7 +8,7 @@ use super::plan::Plan;
 use super::store::Failure;
 use super::task::Task;
 use augsim_terminal::Outcome;
-use augsim_terminal::interrupt::Keeper;
+use augsim_terminal::interrupt::CheckpointGuard;
 use augsim_terminal::output::Output;
 use augsim_terminal::progress::Steps;
 use serde::Serialize;
@@ -132,7 +132,7 @@ impl<'a> Work<'a> {
     }
 
     fn run(self, workers: usize, output: &Output) -> anyhow::Result<Outcome> {
-        let keeper = Keeper::new();
+        let keeper = CheckpointGuard::new();
         let steps = Steps::new(output);
         std::thread::scope(|scope| {
             let workers: Vec<_> =
@@ -186,7 +186,7 @@ impl<'a> Work<'a> {
     }
 
     /// Runs tasks until none is waiting.
-    fn work(&self, keeper: &Keeper, steps: &Steps, output: &Output) -> anyhow::Result<()> {
+    fn work(&self, keeper: &CheckpointGuard, steps: &Steps, output: &Output) -> anyhow::Result<()> {
         // Number of consecutive tasks that other processes run. If it reaches the number of waiting
         // tasks, this worker waits.
         let mut elsewhere = 0;

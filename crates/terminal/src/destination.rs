@@ -5,7 +5,7 @@
 
 use crate::Usage;
 use crate::record::{RECORD, Record};
-use augsim_data::{atomic_write, check_writable, remove_stale};
+use augsim_data::{atomic_write, check_writable, remove_stale_temporaries};
 use augsim_session::RunLock;
 use augsim_session::folders;
 use augsim_session::run_dir;
@@ -38,7 +38,7 @@ pub fn data_file(file: &Path, beside: &[PathBuf], inputs: &[&Path]) -> anyhow::R
     // removed.
     let names: Vec<_> =
         beside.iter().map(PathBuf::as_path).chain([file]).filter_map(Path::file_name).collect();
-    remove_stale(folder, |target| names.iter().any(|name| *name == target));
+    remove_stale_temporaries(folder, |target| names.iter().any(|name| *name == target));
     Ok(())
 }
 

@@ -9,7 +9,7 @@ use augsim_discovery::{Discovery, Options};
 use augsim_session::discovery_page::page;
 use augsim_session::usage::Takes;
 use augsim_session::written::pictures::pictures;
-use augsim_session::{Circumstances, DataFrom, Subject, Usage, Wanted, discover};
+use augsim_session::{DataFrom, DiscoverRequest, ReportContext, Subject, Usage, discover};
 use std::time::{Duration, Instant};
 
 /// Name of the augmented model.
@@ -23,7 +23,7 @@ pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -
     let accepted = accept.iter().copied().collect();
     let library = args.library == Library::Generic;
     let options = Options { seed, null_runs: args.null_runs, accepted, library, until: until(args)? };
-    let wanted = Wanted { groups: args.group.clone(), accept, options };
+    let wanted = DiscoverRequest { groups: args.group.clone(), accept, options };
     let steps = Steps::new(output);
     let mut show = |p: augsim_discovery::Progress| steps.show_part(p.describe(), p.fraction());
     let subject = Subject::read(&args.model)?;
@@ -36,7 +36,7 @@ pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -
     claim.begin()?;
     claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
     claim.write(MODEL, &found.model_toml)?;
-    let mut circumstances = Circumstances::new(Some(&args.model), &data, &wanted, &args.out);
+    let mut circumstances = ReportContext::new(Some(&args.model), &data, &wanted, &args.out);
     circumstances.pictures = pictures(&subject, &found, &data);
     claim.write(REPORT, &page(&circumstances, &subject, &found).render())?;
     claim.write_timing(())?;

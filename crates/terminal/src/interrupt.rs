@@ -1,12 +1,12 @@
 //! Handles SIGINT, SIGTERM and SIGHUP: all work stops within two seconds without partial files.
 //!
-//! A thread waits for the signals. Work with a checkpoint (training) holds a [`Keeper`], asks it after
+//! A thread waits for the signals. Work with a checkpoint (training) holds a [`CheckpointGuard`], asks it after
 //! each iteration and writes the checkpoint. All other work, and work that does not respond in time, is
 //! terminated by the thread, after it removed the temporary files and the empty folders of this process.
 //! A second signal ends the process at once, unless it arrives together with the first: schedulers
 //! signal each process of a job, and `sweep run` forwards the signal to its tasks.
 
-use augsim_data::abandon_writes;
+use augsim_data::remove_unfinished_writes;
 use augsim_session::folders;
 use std::io::Write;
 use std::sync::atomic::{AtomicI32, AtomicUsize, Ordering};
@@ -23,18 +23,18 @@ pub const PARENT: &str = "AUGSIM_PARENT_PROCESS";
 
 /// Number of the received signal; 0 before the first.
 static REQUESTED: AtomicI32 = AtomicI32::new(0);
-/// Number of existing [`Keeper`]s.
+/// Number of existing [`CheckpointGuard`]s.
 static KEEPERS: AtomicUsize = AtomicUsize::new(0);
 
 /// Marks work that writes a checkpoint when it is interrupted.
 #[derive(Debug)]
-pub struct Keeper(());
+pub struct CheckpointGuard(());
 
-impl Keeper {
+impl CheckpointGuard {
     /// Starts such work.
     pub fn new() -> Self {
         KEEPERS.fetch_add(1, Ordering::SeqCst);
-        Keeper(())
+        CheckpointGuard(())
     }
 
     /// Whether the user requested to stop.
@@ -43,13 +43,13 @@ impl Keeper {
     }
 }
 
-impl Default for Keeper {
+impl Default for CheckpointGuard {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Drop for Keeper {
+impl Drop for CheckpointGuard {
     fn drop(&mut self) {
         KEEPERS.fetch_sub(1, Ordering::SeqCst);
     }
@@ -144,7 +144,7 @@ fn is_ignored(signal: i32) -> bool {
 /// Ends the process after blocking all further writes.
 #[cfg(unix)]
 fn end(signal: i32) -> ! {
-    let _no_more_writes = abandon_writes();
+    let _no_more_writes = remove_unfinished_writes();
     folders::remove_empty();
     let name = signal_hook::low_level::signal_name(signal).unwrap_or("a signal");
     // Nothing can be done when standard error is closed.

@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use augsim_data::checks::Warning;
-use augsim_data::printable;
+use augsim_data::escape_control_characters;
 use serde::Serialize;
 use std::io::Write;
 
@@ -27,7 +27,7 @@ impl Output {
 
     /// Prints a result: the text for people, or `value` as JSON for programs.
     pub fn result(&self, value: &impl Serialize, text: impl FnOnce() -> String) -> anyhow::Result<()> {
-        let out = if self.json { json(value)? } else { printable(&text()) };
+        let out = if self.json { json(value)? } else { escape_control_characters(&text()) };
         match writeln!(std::io::stdout(), "{}", out.trim_end()) {
             // A closed pipe is no error: a reader such as `head` stops early.
             Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
@@ -39,7 +39,7 @@ impl Output {
     pub fn note(&self, text: impl AsRef<str>) {
         if !self.quiet {
             // Nothing can be done when standard error is closed.
-            let _ = writeln!(std::io::stderr(), "{}", printable(text.as_ref()));
+            let _ = writeln!(std::io::stderr(), "{}", escape_control_characters(text.as_ref()));
         }
     }
 
@@ -52,7 +52,10 @@ impl Output {
     /// Prints warnings about the data, even with `--quiet`.
     pub fn warn(&self, warnings: &[Warning]) {
         for warning in warnings {
-            self.notice(printable(&format!("augsim: warning ({}): {}", warning.check, warning.text)));
+            self.notice(escape_control_characters(&format!(
+                "augsim: warning ({}): {}",
+                warning.check, warning.text
+            )));
         }
     }
 
@@ -69,12 +72,12 @@ impl Output {
 /// text parses to the same value.
 fn json(value: &impl Serialize) -> anyhow::Result<String> {
     let text = serde_json::to_string_pretty(value)?;
-    if printable(&text) == text {
+    if escape_control_characters(&text) == text {
         return Ok(text);
     }
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
-        match printable(c.encode_utf8(&mut [0; 4])) == c.to_string() {
+        match escape_control_characters(c.encode_utf8(&mut [0; 4])) == c.to_string() {
             true => out.push(c),
             false => out.push_str(&format!("\\u{:04x}", u32::from(c))),
         }

@@ -1,6 +1,6 @@
 //! Runs a training from the command line: progress, signals and resumed runs.
 
-use crate::interrupt::Keeper;
+use crate::interrupt::CheckpointGuard;
 use crate::output::Output;
 use crate::progress::TrainingProgress;
 use augsim_session::RunLock;
@@ -67,7 +67,7 @@ pub fn train(
 ) -> anyhow::Result<Ended> {
     // Listen for signals before the first file is written, so that an interrupted run always has a
     // checkpoint.
-    let keeper = Keeper::new();
+    let keeper = CheckpointGuard::new();
     let label = config.settings.recipe.label();
     let mut watch = Terminal { keeper, output, label, resume, progress: None };
     training_run::train(run, config, train, resume, &mut watch)
@@ -76,7 +76,7 @@ pub fn train(
 /// Terminal display of a training run.
 #[derive(Debug)]
 struct Terminal<'a> {
-    keeper: Keeper,
+    keeper: CheckpointGuard,
     output: &'a Output,
     label: &'a str,
     resume: bool,

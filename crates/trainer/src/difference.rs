@@ -59,7 +59,7 @@ pub enum Difference {
     #[error(
         "filtered forecasts need a net that corrects single steps with one latent per trajectory (hybrid-plus of a ball)"
     )]
-    NotFiltered,
+    NotFilterable,
     /// A state does not have one value per state column.
     #[error("a state must have {expected} values, but {found} were given")]
     State {

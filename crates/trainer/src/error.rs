@@ -80,7 +80,7 @@ pub enum TrainerError {
         "trajectory `{id}`: the {rows} observed row(s) do not determine the initial state, which takes {needed} measured \
          values (fewer if the sensor noise is given); observe more rows or more columns"
     )]
-    ShortPrefix {
+    UndeterminedStart {
         /// Identifier of the trajectory.
         id: String,
         /// Number of observed rows.

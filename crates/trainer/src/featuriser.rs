@@ -1,6 +1,6 @@
 //! Conversion of trajectories into the targets and conditions per time step that the nets read.
 
-use crate::engine::WrittenMotion;
+use crate::engine::EquationMotion;
 use crate::engine::{Engine, ModelPush};
 use crate::league::inputs::ClassInputs;
 use crate::prepared::Prepared;
@@ -20,7 +20,7 @@ pub(crate) enum Featuriser<'a> {
     /// The whole physics roll-out is corrected.
     Rollout(Recipe, &'a ModelPush),
     /// Rates (time derivatives) of a system of equations are corrected.
-    Rates(&'a WrittenMotion),
+    Rates(&'a EquationMotion),
     /// A league class, which defines its own inputs and targets.
     Class(ClassInputs, &'a Settings),
 }

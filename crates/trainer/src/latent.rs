@@ -14,14 +14,14 @@ use serde::{Deserialize, Serialize};
 
 /// Gaussian fitted to the encoder's posteriors on the training set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LatentLaw {
+pub struct LatentDistribution {
     /// Mean, `[L]`.
     pub mean: Vec<f64>,
     /// Lower Cholesky factor of the covariance, `[L, L]`, row-major.
     pub factor: Vec<f64>,
 }
 
-impl LatentLaw {
+impl LatentDistribution {
     /// Fits mean and covariance of the mixture of all posteriors N(m_n, diag(sd_n^2)):
     /// mean = avg m_n, covariance = avg [(m_n - mean)(m_n - mean)' + diag(sd_n^2)].
     ///
@@ -45,7 +45,7 @@ impl LatentLaw {
                 covariance[i * l + i] += sd[i] * sd[i] / n;
             }
         }
-        Ok(LatentLaw { mean, factor: cholesky(&covariance, l) })
+        Ok(LatentDistribution { mean, factor: cholesky(&covariance, l) })
     }
 
     /// Maps standard normal `draws [L]` to a latent `[L]`: mean + factor * draws.
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn draws_are_the_mean_plus_the_factor_times_noise() {
-        let law = LatentLaw { mean: vec![1.0, -1.0], factor: vec![2.0, 0.0, 0.5, 3.0] };
+        let law = LatentDistribution { mean: vec![1.0, -1.0], factor: vec![2.0, 0.0, 0.5, 3.0] };
         assert_eq!(law.draw(&[1.0, 0.0, 0.0, 1.0], 2), [3.0, 1.0, -0.5, 2.0]);
     }
 }

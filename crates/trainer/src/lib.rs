@@ -36,9 +36,9 @@ pub use evaluate::{
 };
 pub use forecast::{Forecaster, Samples, Task};
 pub use in_order::in_order;
-pub use latent::LatentLaw;
+pub use latent::LatentDistribution;
 pub use models::NetModel;
-pub use rates::Trust;
+pub use rates::CorrectionShrinkage;
 pub use recipe::Recipe;
 pub use scales::Scales;
 pub use sequences::{Sequence, Sequences};

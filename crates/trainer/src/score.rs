@@ -16,7 +16,7 @@ use std::ops::Range;
 
 /// Number of samples that the paper averages into its point estimate.
 pub const PAPER_SAMPLES: usize = 10;
-/// Number of equal parts of a trajectory in [`Score::over_parts`].
+/// Number of equal parts of a trajectory in [`Score::error_by_part`].
 pub const PARTS: usize = 10;
 
 /// Tolerance of the coverage bands for systems without actions, in the column's unit.
@@ -94,7 +94,7 @@ pub struct Score {
     /// Error of the mean of all samples in the first measure, in [`PARTS`] equal parts of the duration.
     ///
     /// NaN for a part without samples.
-    pub over_parts: Vec<f64>,
+    pub error_by_part: Vec<f64>,
     /// Sum of distances from the start of the first measure, in its unit.
     moved: f64,
 }
@@ -112,7 +112,7 @@ pub fn score(samples: &Samples, truth: &[f64], scoring: &Scoring) -> Score {
     let (rows, empty) = ((time - first) as f64, PointError { absolute: vec![0.0; m], ..Default::default() });
     let mut points = [empty.clone(), empty.clone(), empty];
     let mut out =
-        Score { trajectories: 1, crps: vec![0.0; m], over_parts: vec![0.0; PARTS], ..Score::default() };
+        Score { trajectories: 1, crps: vec![0.0; m], error_by_part: vec![0.0; PARTS], ..Score::default() };
     let (mut part_counts, mut inside, mut distance_sum) = ([0.0; PARTS], [0.0; 2], 0.0);
     let mut sorted = vec![0.0_f32; count];
     let mut estimates = [vec![0.0; s], vec![0.0; s], vec![0.0; s]];
@@ -127,7 +127,7 @@ pub fn score(samples: &Samples, truth: &[f64], scoring: &Scoring) -> Score {
                 estimates[0][j] = mean(count);
                 estimates[1][j] = mean(count.min(PAPER_SAMPLES));
                 estimates[2][j] = quantile(&sorted, 0.5);
-                out.crps[k] += crps_of(&sorted, y[j]) / columns.len() as f64;
+                out.crps[k] += crps_from_samples(&sorted, y[j]) / columns.len() as f64;
                 for (inside, level) in inside.iter_mut().zip([0.5, 0.9]) {
                     let [low, high] = [0.5 - level / 2.0, 0.5 + level / 2.0].map(|q| quantile(&sorted, q));
                     let is_inside = (low - resolution..=high + resolution).contains(&y[j]);
@@ -141,7 +141,7 @@ pub fn score(samples: &Samples, truth: &[f64], scoring: &Scoring) -> Score {
         }
         out.over_time.push(points[1].end.clone());
         let part = (t - first) * PARTS / (time - first);
-        out.over_parts[part] += points[0].end[0];
+        out.error_by_part[part] += points[0].end[0];
         part_counts[part] += 1.0;
         distance_sum += length(measures[0].clone().map(|j| y[j]));
         out.moved += length(measures[0].clone().map(|j| y[j] - truth[j]));
@@ -154,7 +154,7 @@ pub fn score(samples: &Samples, truth: &[f64], scoring: &Scoring) -> Score {
     }
     [out.mean, out.mean_of_10, out.median] = points;
     out.crps.iter_mut().for_each(|v| *v /= rows);
-    out.over_parts.iter_mut().zip(part_counts).for_each(|(v, n)| *v /= n);
+    out.error_by_part.iter_mut().zip(part_counts).for_each(|(v, n)| *v /= n);
     if count > 1 {
         let [share50, share90] = inside.map(|n| n / (rows * s as f64));
         (out.coverage50, out.coverage90) = (Some(share50), Some(share90));
@@ -202,7 +202,9 @@ pub fn average(scores: &[Score]) -> Score {
         coverage50: share(&|s| s.coverage50),
         coverage90: share(&|s| s.coverage90),
         over_time: (0..longest).map(|t| (0..measures).map(|k| at_time(t, k)).collect()).collect(),
-        over_parts: (0..PARTS).map(|i| mean_present(&mut scores.iter().map(|s| s.over_parts[i]))).collect(),
+        error_by_part: (0..PARTS)
+            .map(|i| mean_present(&mut scores.iter().map(|s| s.error_by_part[i])))
+            .collect(),
         moved,
     }
 }
@@ -224,7 +226,7 @@ pub(crate) fn median_of(samples: &[f32], sorted: &mut [f32]) -> f64 {
 }
 
 /// Estimates the CRPS from sorted samples (formula 2).
-pub fn crps_of(sorted: &[f32], y: f64) -> f64 {
+pub fn crps_from_samples(sorted: &[f32], y: f64) -> f64 {
     let m = sorted.len() as f64;
     // For sorted values the sum of |x_i - x_j| over all pairs i < j is the sum of (2 i + 1 - m) x_i, because
     // x_i is added once per smaller value and subtracted once per larger one. So no loop over pairs is
@@ -247,8 +249,8 @@ mod tests {
     #[test]
     fn crps_of_two_samples_agrees_with_hand_calculation() {
         // E|X - y| = (1 + 3) / 2, half of E|X - X'| over distinct pairs = 2 / 2.
-        assert!((crps_of(&[1.0, 3.0], 0.0) - (2.0 - 1.0)).abs() < 1e-12);
-        assert!((crps_of(&[2.0], 0.5) - 1.5).abs() < 1e-12);
+        assert!((crps_from_samples(&[1.0, 3.0], 0.0) - (2.0 - 1.0)).abs() < 1e-12);
+        assert!((crps_from_samples(&[2.0], 0.5) - 1.5).abs() < 1e-12);
     }
 
     #[test]
@@ -263,7 +265,7 @@ mod tests {
                 .map(|_| {
                     let mut x: Vec<f32> = (0..m).map(|_| uniform()).collect();
                     x.sort_unstable_by(f32::total_cmp);
-                    crps_of(&x, f64::from(uniform()))
+                    crps_from_samples(&x, f64::from(uniform()))
                 })
                 .sum();
             // The standard error of the mean is below 0.0015 for each m.
@@ -307,7 +309,7 @@ mod tests {
         assert!((s.mean.trans_percent - 100.0 * 5.0 / 15.0).abs() < 1e-6);
         assert!((s.mean.moved_percent - 100.0).abs() < 1e-6);
         assert!((s.mean.end[0] - 5.0).abs() < 1e-6);
-        assert_eq!((s.over_parts[0], s.over_parts[5], s.coverage50), (0.0, 5.0, None));
-        assert!(s.over_parts[1].is_nan(), "two samples are in two parts");
+        assert_eq!((s.error_by_part[0], s.error_by_part[5], s.coverage50), (0.0, 5.0, None));
+        assert!(s.error_by_part[1].is_nan(), "two samples are in two parts");
     }
 }

@@ -222,10 +222,10 @@ mod tests {
     use crate::nets::Net;
     use augsim_data::random_stream;
     use augsim_nn::Params;
-    use augsim_physics::ball::paper_law::paper_engine;
+    use augsim_physics::ball::paper_law::published_predictor;
 
     fn settings(recipe: Recipe, hidden: usize, layers: usize, latent: usize) -> Settings {
-        let paper = Settings::new(recipe, 10, 1, Engine::PybulletBall(paper_engine()));
+        let paper = Settings::new(recipe, 10, 1, Engine::PybulletBall(published_predictor()));
         Settings { net: NetSettings { hidden, layers, latent, ..paper.net }, ..paper }
     }
 

@@ -7,8 +7,8 @@ use crate::noise::{normals, standard};
 use crate::recipe::Recipe;
 use crate::scales::Scales;
 use crate::settings::Correction;
-use crate::steps::StepReading;
-use crate::{Difference, LatentLaw, TrainerError};
+use crate::steps::StepRowInputs;
+use crate::{Difference, LatentDistribution, TrainerError};
 use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
 use augsim_tensor::kernels::normal::NormalLanes;
@@ -51,10 +51,10 @@ struct RecurrentStepper {
 struct MarkovStepper {
     net: Stepwise,
     params: Params<f32>,
-    latent_law: LatentLaw,
+    latent_law: LatentDistribution,
     tape: Tape<f32>,
     bound: Bound,
-    reading: StepReading,
+    reading: StepRowInputs,
     features: Vec<f32>,
     latent: Vec<f32>,
 }
@@ -103,7 +103,7 @@ impl Stepper {
                     latent_law,
                     tape: Tape::new(),
                     bound: Bound::default(),
-                    reading: StepReading::default(),
+                    reading: StepRowInputs::default(),
                 }))
             }
         };

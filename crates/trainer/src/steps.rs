@@ -111,15 +111,15 @@ impl Scales {
 
 /// Writes the input rows of Hybrid+ for single steps; holds scratch memory.
 #[derive(Debug, Default)]
-pub(crate) struct StepReading {
+pub(crate) struct StepRowInputs {
     changes: Vec<f64>,
 }
 
-impl StepReading {
+impl StepRowInputs {
     /// Writes the features of a physics step to `row`, followed by its sensitivities `[P, S]`.
     ///
     /// A sensitivity is the first-order change of the step per typical spread of a trajectory-specific
-    /// physics parameter ([`Engine::own_changes`]), in units of corrections. `from` and `to` are the actions
+    /// physics parameter ([`Engine::trajectory_sensitivities`]), in units of corrections. `from` and `to` are the actions
     /// before and after.
     pub(crate) fn write(
         &mut self,
@@ -132,7 +132,7 @@ impl StepReading {
         let (features, sensitivities) = row.split_at_mut(FEATURES * s);
         scales.write_features(now, next, features);
         self.changes.resize(sensitivities.len(), 0.0);
-        engine.own_changes(now, from, to, &mut self.changes);
+        engine.trajectory_sensitivities(now, from, to, &mut self.changes);
         for (i, (slot, change)) in sensitivities.iter_mut().zip(&self.changes).enumerate() {
             *slot = (change / scales.unit(i % s, now, next)) as f32;
         }
@@ -153,7 +153,7 @@ pub(crate) fn width(recipe: Recipe, engine: &Engine, state: usize) -> usize {
     match recipe {
         Recipe::Neural => state,
         Recipe::Hybrid | Recipe::HybridStandardised => 2 * state,
-        // The row that `StepReading` writes; league classes define their own widths.
+        // The row that `StepRowInputs` writes; league classes define their own widths.
         _ => (FEATURES + engine.own_parameters()) * state,
     }
 }
@@ -176,7 +176,7 @@ pub(crate) fn prepare(recipe: Recipe, engine: &Engine, scales: &Scales, q: &Sequ
         _ => {
             let (rows, u_width) = (q.time - 1, width(recipe, engine, s));
             let (mut x, mut u) = (Vec::with_capacity(rows * s), vec![0.0; rows * u_width]);
-            let (mut next, mut reading) = (vec![0.0; s], StepReading::default());
+            let (mut next, mut reading) = (vec![0.0; s], StepRowInputs::default());
             for (t, u) in u.chunks_exact_mut(u_width).enumerate() {
                 engine.step(q.state(t), q.action(t), q.action(t + 1), &mut next);
                 reading.write((engine, scales), [q.state(t), &next], [q.action(t), q.action(t + 1)], u);

@@ -2,12 +2,12 @@
 
 use crate::difference::Difference;
 use crate::featuriser::{Featuriser, fits};
-use crate::latent::LatentLaw;
+use crate::latent::LatentDistribution;
 use crate::league::ClassNet;
 use crate::nets::Net;
 use crate::prepared::Prepared;
-use crate::rates::accept::{Accepted, Learned};
-use crate::rates::features::{self, Trust};
+use crate::rates::accept::{AcceptedChecks, Learned};
+use crate::rates::features::{self, CorrectionShrinkage};
 use crate::rates::pieces::{Pieces, pieces};
 use crate::scales::Scales;
 use crate::sequences::{Sequence, Sequences};
@@ -53,18 +53,18 @@ pub struct TrainingState {
     /// State of the optimiser.
     pub adam: AdamState<f32>,
     /// Distribution of the trajectory latent, fitted at the end of training (Hybrid+ only).
-    pub latent: Option<LatentLaw>,
+    pub latent: Option<LatentDistribution>,
 }
 
 /// A training run.
 ///
 /// ```
-/// use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
+/// use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
 /// use augsim_trainer::{Engine, Forecaster, NetModel, Recipe, Sequences, Settings, Task, Training};
 ///
 /// let (data, _) = PaperLaw::default().generate(20, 5)?;
 /// let drops = Sequences::new(&data, &["height_m", "velocity_m_s"])?;
-/// let settings = Settings::new(Recipe::HybridPlus, 30, 3, Engine::PybulletBall(paper_engine()));
+/// let settings = Settings::new(Recipe::HybridPlus, 30, 3, Engine::PybulletBall(published_predictor()));
 /// let mut training = Training::new(settings, &drops)?;
 /// let first = training.step()?.loss;
 /// let last = (1..30).try_fold(first, |_, _| training.step().map(|losses| losses.loss))?;
@@ -194,12 +194,12 @@ impl Training {
     /// [`TrainerError`] if the net cannot be run.
     pub fn finish(&mut self) -> Result<&TrainingState, TrainerError> {
         if let Net::Stepwise(net) = &self.net {
-            let mut law = LatentLaw::fit(net, &self.params, &self.prepared)?;
+            let mut law = LatentDistribution::fit(net, &self.params, &self.prepared)?;
             if let Some(motion) = self.state.settings.engine.rates() {
-                features::trust(&mut self.state.scales, Trust::FULL);
+                features::trust(&mut self.state.scales, CorrectionShrinkage::FULL);
                 let (scales, seed) = (&self.state.scales, self.state.settings.seed);
                 let learned = Learned { motion, net, params: &self.params, law: &law, scales, seed };
-                if let Some(Accepted { trust, latents_differ }) = learned.decide(&self.held_out)? {
+                if let Some(AcceptedChecks { trust, latents_differ }) = learned.decide(&self.held_out)? {
                     features::trust(&mut self.state.scales, trust);
                     if !latents_differ {
                         law.factor.fill(0.0);

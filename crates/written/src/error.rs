@@ -2,7 +2,7 @@
 
 use crate::limits::{MAX_FILE_BYTES, MAX_OPERATIONS};
 use crate::text::{Problem, suggest};
-use augsim_data::{printable, shown_cause};
+use augsim_data::{escape_control_characters, shown_cause};
 use std::fmt;
 use std::sync::Arc;
 use thiserror::Error;
@@ -70,7 +70,7 @@ impl fmt::Display for Excerpt {
         let plain = |c: char| {
             if c.is_whitespace() {
                 ' '
-            } else if printable(&c.to_string()).chars().eq([c]) {
+            } else if escape_control_characters(&c.to_string()).chars().eq([c]) {
                 c
             } else {
                 '?'

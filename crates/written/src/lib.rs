@@ -15,7 +15,7 @@ mod system;
 pub mod text;
 mod waveform;
 
-pub use bridge::{MeasuredModel, WrittenSystem};
+pub use bridge::{CalibratedModel, EquationSystem};
 pub use error::{Excerpt, Fault, ModelError, Place};
 pub use example::{EXAMPLES, example};
 pub use model::Model;

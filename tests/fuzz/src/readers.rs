@@ -80,7 +80,7 @@ fn examine(path: &Path, read: Result<Dataset, DataError>) -> Verdict {
     };
     drop(Summary::of(&data));
     if data.trajectories().is_empty() {
-        return Verdict::Accepted;
+        return Verdict::AcceptedChecks;
     }
     let copy = path.with_file_name("written-again.csv");
     if let Err(e) = write_csv(&data, &copy) {
@@ -91,7 +91,7 @@ fn examine(path: &Path, read: Result<Dataset, DataError>) -> Verdict {
         Ok(again) if !same(&data, &again) => {
             Verdict::Broken("it differs after writing and reading it again".into())
         }
-        Ok(_) => Verdict::Accepted,
+        Ok(_) => Verdict::AcceptedChecks,
     }
 }
 
@@ -128,7 +128,7 @@ fn model(path: &Path) -> Verdict {
         Ok(again) if again != model => {
             Verdict::Broken("it differs after writing and reading it again".into())
         }
-        Ok(_) => Verdict::Accepted,
+        Ok(_) => Verdict::AcceptedChecks,
     }
 }
 
@@ -139,7 +139,7 @@ fn written_model(path: &Path) -> Verdict {
         Ok(model) => model,
         Err(e) => return refusal(path, &e),
     };
-    let system = match augsim_written::WrittenSystem::declared_only(&model) {
+    let system = match augsim_written::EquationSystem::declared_only(&model) {
         Ok(system) => system,
         Err(e) => return refusal(path, &e),
     };
@@ -175,7 +175,7 @@ fn written_model(path: &Path) -> Verdict {
         {
             Verdict::Broken("it differs after writing and reading it again".into())
         }
-        Ok(_) => Verdict::Accepted,
+        Ok(_) => Verdict::AcceptedChecks,
     }
 }
 
@@ -187,7 +187,7 @@ fn written_data(path: &Path) -> Verdict {
         Err(e) => refusal(path, &e),
         Ok(data) => {
             drop(Summary::of(&data));
-            Verdict::Accepted
+            Verdict::AcceptedChecks
         }
     }
 }
@@ -198,7 +198,7 @@ fn training_state(path: &Path) -> Verdict {
         Err(e) => refusal(path, &e),
         Ok(state) => match NetModel::new(state) {
             Err(e) => refusal(path, &e),
-            Ok(_) => Verdict::Accepted,
+            Ok(_) => Verdict::AcceptedChecks,
         },
     }
 }
@@ -207,7 +207,7 @@ fn training_state(path: &Path) -> Verdict {
 fn safetensors(path: &Path) -> Verdict {
     match weights::import(path, &mut seeds::small_net()) {
         Err(e) => refusal(path, &e),
-        Ok(()) => Verdict::Accepted,
+        Ok(()) => Verdict::AcceptedChecks,
     }
 }
 
@@ -223,10 +223,10 @@ fn config(path: &Path) -> Verdict {
         Ok(text) => text,
         Err(e) => return refusal(path, &e),
     };
-    // The parser quotes the line of the file unchanged; the command line makes it printable.
+    // The parser quotes the line of the file unchanged; the command line makes it escape_control_characters.
     let Ok(Config { settings }) = toml::from_str(&text) else { return Verdict::Refused };
     match Training::new(settings, seeds::short_drops()) {
         Err(e) => refusal(path, &e),
-        Ok(_) => Verdict::Accepted,
+        Ok(_) => Verdict::AcceptedChecks,
     }
 }

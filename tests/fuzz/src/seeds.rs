@@ -8,7 +8,7 @@ use crate::reader::Files;
 use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, read_csv, write_npz};
 use augsim_nn::{Init, Params, checkpoint, weights};
-use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
+use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
 use augsim_trainer::{Engine, NetSettings, Recipe, Sequences, Settings, Training};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -240,7 +240,7 @@ fn file_bytes(write: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Result
 
 /// Settings of the smallest net of the paper's kind.
 fn small_settings() -> Settings {
-    let settings = Settings::new(Recipe::Hybrid, 100, 1, Engine::PybulletBall(paper_engine()));
+    let settings = Settings::new(Recipe::Hybrid, 100, 1, Engine::PybulletBall(published_predictor()));
     Settings { net: NetSettings { hidden: 2, layers: 1, latent: 1, ..settings.net }, ..settings }
 }
 

@@ -39,7 +39,7 @@ const PROCESS_NOISE_SHARE: f64 = 0.03;
 
 impl Plant {
     /// The plant in one long recording instead of several, with process noise.
-    pub fn in_one_recording(self) -> Self {
+    pub fn as_one_long_recording(self) -> Self {
         let (records, samples, step_s) = self.size;
         Self { size: (1, records * samples, step_s), motion: PROCESS_NOISE_SHARE, ..self }
     }

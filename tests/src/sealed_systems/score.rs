@@ -96,7 +96,7 @@ pub fn run(
     let mut summary = Summary::default();
     for seed in first..first + count {
         let plant = PLANTS[(seed % 8) as usize];
-        let plant = &if is_long { plant.in_one_recording() } else { plant };
+        let plant = &if is_long { plant.as_one_long_recording() } else { plant };
         let truth = truth(kind, plant, seed);
         let drawn = draw(plant, &truth, seed);
         let set_folder = folder.join(format!("{seed}"));

@@ -1,7 +1,7 @@
 //! Contract: data or a model with which the loop cannot be closed are refused with one sentence that says what to do; a legal
 //! model, however large, is answered (issue 13, items 3 to 5).
 
-use augsim_data::checks::{Accepted, Check};
+use augsim_data::checks::{AcceptedChecks, Check};
 use augsim_data::{Dataset, Trajectory};
 use augsim_discovery::{Discovery, DiscoveryError, Options, discover};
 use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, simulate};
@@ -76,7 +76,7 @@ fn a_model_that_cannot_be_calibrated() {
     model.declared.retain(|p| p != "restitution");
     model.parameters[1].frozen = true;
     let data = Dataset::from_names(&["height_m"], big).expect("well formed").with_path("drops.csv");
-    let accepted = Accepted::default().with(Check::GravityDisagrees);
+    let accepted = AcceptedChecks::default().with(Check::GravityDisagrees);
     let options = Options { accepted, ..Options::default() };
     let text = discover(&model, &data, &options, &mut |_| {}).expect_err("refused").to_string();
     assert!(
@@ -142,7 +142,8 @@ fn a_number_that_overflows_is_a_numerical_failure() {
     spoilt[5] = spoilt[5].with_samples(spoilt[5].time_s().to_vec(), vec![z]).expect("well formed");
     let data = Dataset::from_names(&["height_m"], spoilt).expect("well formed").with_path("drops.csv");
     // The check of such values stands before the arithmetic; who accepts them meets the arithmetic.
-    let options = Options { accepted: Accepted::default().with(Check::AbsurdValue), ..Options::default() };
+    let options =
+        Options { accepted: AcceptedChecks::default().with(Check::AbsurdValue), ..Options::default() };
     match discover(&Model::plain(9.81, 0.6), &data, &options, &mut |_| {}) {
         // Masked as an outlier, the cell does no harm.
         Ok(d) => assert!(d.error.augmented.rmse < 0.1 && d.error.augmented.ci95[1].is_finite(), "{d:?}"),

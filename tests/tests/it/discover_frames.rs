@@ -4,7 +4,7 @@
 use augsim_data::{Dataset, Trajectory, random_stream};
 use augsim_discovery::{Discovery, Options, Verdict, discover};
 use augsim_physics::model::Model;
-use augsim_session::{DataFrom, Subject, Wanted};
+use augsim_session::{DataFrom, DiscoverRequest, Subject};
 use augsim_tests::sealed::{Scene, Truth, seal};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -110,8 +110,8 @@ fn stamps_in_whole_milliseconds_do_not_blur_a_system_of_equations() {
     let model = augsim_written::model::parse(PENDULUM, "model.toml").unwrap_or_else(|e| panic!("{e}"));
     let data = DataFrom::Table { name: "swings.csv".into(), csv: swings().into_bytes().into() };
     let subject = Subject::Written(Box::new(model));
-    let found =
-        augsim_session::discover(&subject, &data, &Wanted::default(), &mut |_| {}).expect("an answer");
+    let found = augsim_session::discover(&subject, &data, &DiscoverRequest::default(), &mut |_| {})
+        .expect("an answer");
     assert_eq!(found.verdict, Verdict::NothingToAdd, "{}", found.sentence);
     let frame_s = found.noise.frame_s.expect("frames");
     assert!((frame_s - 1.0 / 120.0).abs() < 1e-6, "frames of {frame_s} s");

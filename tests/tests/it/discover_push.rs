@@ -3,13 +3,13 @@
 //! seen falls with calibration. The measured set came from others and is not part of this repository: where it is missing the test says so.
 
 use crate::shared_data::shared_data;
-use augsim_data::checks::{Accepted, Check};
+use augsim_data::checks::{AcceptedChecks, Check};
 use augsim_data::convert::CONVERTERS;
 use augsim_data::{Dataset, Trajectory};
 use augsim_discovery::{Discovery, Options, Verdict, discover};
 use augsim_physics::model::{ModelFile, PushModel};
 use augsim_physics::push::Object;
-use augsim_tests::answers::assert_same_on_any_number_of_threads;
+use augsim_tests::answers::assert_independent_of_threads;
 use augsim_tests::sealed_push::{PushKind, PushTruth, seal_pushes};
 
 fn sealed(effect: Option<PushKind>, patches: bool) -> Discovery {
@@ -143,7 +143,7 @@ fn the_answer_does_not_depend_on_the_number_of_threads() {
     let truth = PushTruth { effect: None, patches: false, c_m: 0.033, contact_friction: 0.3, pushes: 6 };
     let set = seal_pushes(truth, 3).expect("well formed");
     let model = PushModel::parse(&set.model, "sealed.toml").expect("well formed");
-    assert_same_on_any_number_of_threads(|| {
+    assert_independent_of_threads(|| {
         discover(&model, &set.data, &Options::default(), &mut |_| {}).expect("an answer")
     });
 }
@@ -164,7 +164,7 @@ fn refusal(names: &[&str], count: usize, away: f64) -> String {
     let data = Dataset::from_names(names, trajectories).expect("well formed").with_path("pushes.csv");
     let model = PushModel::textbook(Object::named("rect1").expect("built in"));
     // Pushes that are all alike are suspicious by themselves; the checks of that have tests of their own.
-    let accepted = Accepted::default().with(Check::ConstantColumn).with(Check::RepeatedTrajectory);
+    let accepted = AcceptedChecks::default().with(Check::ConstantColumn).with(Check::RepeatedTrajectory);
     let options = Options { accepted, ..Options::default() };
     discover(&model, &data, &options, &mut |_| {}).expect_err("refused").to_string()
 }

@@ -6,7 +6,7 @@
 use augsim_data::random_stream;
 use augsim_discovery::{Options, discover};
 use augsim_physics::model::Model;
-use augsim_tests::answers::assert_same_on_any_number_of_threads;
+use augsim_tests::answers::assert_independent_of_threads;
 use augsim_tests::battery::{Battery, Summary, run};
 use augsim_tests::sealed::{draw, seal};
 
@@ -60,7 +60,7 @@ fn the_answer_does_not_depend_on_the_number_of_threads() {
     let (scene, truth) = draw(&mut rng, Some(1), false);
     let sealed = seal(&scene, truth, &mut rng).expect("well formed");
     let model = Model::parse(&sealed.model, "sealed.toml").expect("well formed");
-    assert_same_on_any_number_of_threads(|| {
+    assert_independent_of_threads(|| {
         discover(&model, &sealed.data, &Options::default(), &mut |_| {}).expect("an answer")
     });
 }

@@ -4,7 +4,7 @@
 use augsim_data::random_stream;
 use augsim_physics::ball::paper_law::PaperLaw;
 use augsim_trainer::filter::{
-    FilterSettings, RestitutionLaw, Sensor, StartLaw, behind_rows, evaluate_filtered,
+    FilterSettings, InitialStatePrior, RandomRestitution, Sensor, evaluate_filtered, same_prefix_lengths,
 };
 use augsim_trainer::{Sequence, Sequences};
 use rand_distr::{Distribution, StandardNormal};
@@ -32,12 +32,12 @@ fn a_ball_that_touches_the_ground_by_a_hair_is_known_behind_its_rebound() {
     assert!(items.len() > 5, "{}", items.len());
     let columns = ["height_m", "velocity_m_s"].map(String::from).to_vec();
     let test = Sequences { columns, action_columns: Vec::new(), items };
-    let floor = RestitutionLaw { ball: law.ball, mean: law.restitution_mean, sd: law.restitution_sd };
+    let floor = RandomRestitution { ball: law.ball, mean: law.restitution_mean, sd: law.restitution_sd };
     let sensor = Sensor::new(vec![Some(0.01), None]).unwrap();
     // Heights are uniform over a metre.
-    let start = StartLaw { mean: vec![4.5, 0.0], sd: vec![0.29, 0.0] };
+    let start = InitialStatePrior { mean: vec![4.5, 0.0], sd: vec![0.29, 0.0] };
     for seed in 1..=3 {
-        let lengths = behind_rows(&[SEEN], test.items.len());
+        let lengths = same_prefix_lengths(&[SEEN], test.items.len());
         let settings = FilterSettings::new(256, seed);
         let score =
             evaluate_filtered(&floor, &test, (&sensor, &start), &lengths, settings).unwrap().remove(0);

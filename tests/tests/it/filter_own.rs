@@ -5,7 +5,8 @@ use augsim_physics::ball::Axes;
 use augsim_physics::model::Model;
 use augsim_physics::system::{Record, Seed, System};
 use augsim_trainer::filter::{
-    FilterSettings, FilteredScore, OwnLaws, Sensor, StartLaw, SystemFilter, behind_rows, evaluate_filtered,
+    FilterSettings, FilteredScore, InitialStatePrior, LearnedPriors, Sensor, SystemFilter, evaluate_filtered,
+    same_prefix_lengths,
 };
 use augsim_trainer::{Sequence, Sequences};
 use rand_distr::{Distribution, StandardNormal};
@@ -63,16 +64,16 @@ fn filter(count: usize) -> SystemFilter {
 }
 
 fn score(filter: &SystemFilter, test: &Sequences) -> FilteredScore {
-    let (sensor, start) = (Sensor::exact(3), StartLaw { mean: vec![0.0; 3], sd: vec![0.0; 3] });
+    let (sensor, start) = (Sensor::exact(3), InitialStatePrior { mean: vec![0.0; 3], sd: vec![0.0; 3] });
     let settings = FilterSettings { is_measured: true, ..FilterSettings::new(200, 1) };
-    let lengths = behind_rows(&[8], test.items.len());
+    let lengths = same_prefix_lengths(&[8], test.items.len());
     evaluate_filtered(filter, test, (&sensor, &start), &lengths, settings).expect("scores").remove(0)
 }
 
 #[test]
 fn laws_of_other_flights_are_those_that_made_them_and_bands_behind_them_hold() {
     let (train, test) = (flights(60, 1), flights(60, 2));
-    let laws = OwnLaws::learn(&filter(60), &train).unwrap();
+    let laws = LearnedPriors::learn(&filter(60), &train).unwrap();
     let [(Seed::Parameter(_), mean, sd)] = laws.laws() else { panic!("{laws:?}") };
     // The deviation of 60 draws is known to 9 %, their median to 16 % of it.
     assert!((sd / SPIN_SD - 1.0).abs() < 0.3 && mean.abs() < 0.5 * SPIN_SD, "{mean} {sd}");

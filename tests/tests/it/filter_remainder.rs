@@ -1,6 +1,8 @@
 //! Contract: where the rest is a curved function of the beginning, forecasts err by what noise leaves and bands hold.
 use augsim_data::random_stream;
-use augsim_trainer::filter::{FilterSettings, Remembered, Sensor, StartLaw, behind_rows, evaluate_filtered};
+use augsim_trainer::filter::{
+    FilterSettings, InitialStatePrior, Sensor, TrajectoryRegression, evaluate_filtered, same_prefix_lengths,
+};
 use augsim_trainer::{Sequence, Sequences};
 use rand_distr::{Distribution, StandardNormal};
 
@@ -21,10 +23,11 @@ fn curves(count: usize, noise: f64, seed: u64) -> Sequences {
 
 #[test]
 fn the_beginning_tells_the_rest() {
-    let model = Remembered::fit(&curves(400, SD, 1), &[SD], &[1, 11]).unwrap();
+    let model = TrajectoryRegression::fit(&curves(400, SD, 1), &[SD], &[1, 11]).unwrap();
     let test = curves(200, 0.0, 2);
-    let (sensor, start) = (Sensor::new(vec![Some(SD)]).unwrap(), StartLaw { mean: vec![0.0], sd: vec![0.0] });
-    let lengths = behind_rows(&[1, 11], 200);
+    let (sensor, start) =
+        (Sensor::new(vec![Some(SD)]).unwrap(), InitialStatePrior { mean: vec![0.0], sd: vec![0.0] });
+    let lengths = same_prefix_lengths(&[1, 11], 200);
     let scores =
         evaluate_filtered(&model, &test, (&sensor, &start), &lengths, FilterSettings::new(0, 1)).unwrap();
     // The slope is known to 0.01 from eleven readings, the rest then to about 0.02 where nothing was known to 0.5.
@@ -35,6 +38,6 @@ fn the_beginning_tells_the_rest() {
 
 #[test]
 fn other_lengths_and_too_few_curves_are_refused() {
-    assert!(Remembered::fit(&curves(10, SD, 1), &[SD], &[5]).is_err());
-    assert!(Remembered::fit(&curves(100, SD, 1), &[SD], &[40]).is_err());
+    assert!(TrajectoryRegression::fit(&curves(10, SD, 1), &[SD], &[5]).is_err());
+    assert!(TrajectoryRegression::fit(&curves(100, SD, 1), &[SD], &[40]).is_err());
 }

@@ -3,7 +3,9 @@
 use augsim_physics::ball::Axes;
 use augsim_physics::model::Model;
 use augsim_physics::system::{Record, System};
-use augsim_trainer::filter::{FilterSettings, Prefix, PrefixForecaster, Sensor, StartLaw, SystemFilter};
+use augsim_trainer::filter::{
+    FilterSettings, InitialStatePrior, Prefix, PrefixForecaster, Sensor, SystemFilter,
+};
 use augsim_trainer::{Samples, TrainerError};
 use std::sync::Arc;
 
@@ -34,7 +36,7 @@ fn forecast(rows: &[f64], time: usize) -> Result<Samples, TrainerError> {
     let record = Record { times: times(time), values, covariates, ..Record::default() };
     let filter = SystemFilter::new(system, &[record], &[None]);
     let sensor = Sensor::new(vec![Some(SD_M)]).expect("a sensor");
-    let start = StartLaw { mean: vec![0.0], sd: vec![0.0] };
+    let start = InitialStatePrior { mean: vec![0.0], sd: vec![0.0] };
     let prefix = Prefix { id: "a", rows, sensor: &sensor, start: &start, actions: &[], time, index: 0 };
     let settings = FilterSettings { particles: 2000, samples: 2000, seed: 1, is_measured: false };
     Ok(filter.forecasts(prefix, &[rows.len()], settings)?.remove(0))
@@ -74,5 +76,8 @@ fn a_rebound_tells_the_restitution_and_nothing_before_it_does() {
 #[test]
 fn one_height_does_not_say_how_a_flight_began() {
     let refused = forecast(&heights(0.7, 1), 40);
-    assert!(matches!(refused, Err(TrainerError::ShortPrefix { rows: 1, needed: 2, .. })), "{refused:?}");
+    assert!(
+        matches!(refused, Err(TrainerError::UndeterminedStart { rows: 1, needed: 2, .. })),
+        "{refused:?}"
+    );
 }

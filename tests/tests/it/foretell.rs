@@ -7,12 +7,12 @@
 //! so that the bounds are for the share over all sets of a battery.
 
 use augsim_data::{Dataset, random_stream};
-use augsim_discovery::{Discovery, ForetellOptions, Foretelling, Options, Verdict, discover, foretell};
+use augsim_discovery::{Discovery, Options, PredictOptions, PredictionSet, Verdict, discover, foretell};
 use augsim_physics::model::{Model, PushModel};
 use augsim_tests::sealed::{Kind, Scene, Truth, seal};
 use augsim_tests::sealed_push::{PushKind, PushTruth, seal_pushes};
 
-const OPTIONS: ForetellOptions = ForetellOptions { seed: 3, draws: 200, only: None };
+const OPTIONS: PredictOptions = PredictOptions { seed: 3, draws: 200, only: None };
 const SCENE: Scene = Scene { trajectories: 24, ..Scene::DROPS };
 
 /// A discovery, its data, and a second set of the same truth.
@@ -26,7 +26,7 @@ fn twice(name: &str, scene: Scene, effects: &[Kind]) -> (Discovery, Dataset, Dat
     (found, first.data, second.data)
 }
 
-fn run(found: &Discovery, data: &Dataset, options: &ForetellOptions) -> Foretelling {
+fn run(found: &Discovery, data: &Dataset, options: &PredictOptions) -> PredictionSet {
     let model = Model::parse(&found.model_toml, "model.toml").expect("a model");
     foretell(&model, data, options).expect("a forecast")
 }
@@ -87,7 +87,7 @@ fn the_error_is_that_of_the_report() {
     let (found, data, _) = twice("report", SCENE, &[Kind::QuadraticDrag(0.06)]);
     assert_eq!(found.heldout.len(), found.error.heldout_trajectories);
     let only = Some(found.heldout.iter().cloned().collect());
-    let told = run(&found, &data, &ForetellOptions { only, ..OPTIONS });
+    let told = run(&found, &data, &PredictOptions { only, ..OPTIONS });
     assert_eq!(told.records.len(), found.heldout.len());
     // The report's parameters are those of the training part, the file's those of all trajectories.
     let ratio = told.errors[0].rmse / found.error.augmented.rmse;
@@ -99,7 +99,7 @@ fn the_error_is_that_of_the_report() {
     ] {
         let model = Model::parse(text, "before.toml").expect("a model");
         let only = Some(found.heldout.iter().cloned().collect());
-        let told = foretell(&model, &data, &ForetellOptions { only, ..OPTIONS }).expect("a forecast");
+        let told = foretell(&model, &data, &PredictOptions { only, ..OPTIONS }).expect("a forecast");
         assert!((told.errors[0].rmse / row.rmse - 1.0).abs() < 1e-3, "{:?} and {row:?}", told.errors);
     }
 }

@@ -2,16 +2,17 @@
 //! effect, its value within the interval of the clean file. `AUGSIM` reads them all by `recognise`, as `augsim start` does.
 
 use augsim_data::{
-    DataError, Dataset, MissingCells, Reading, Recognised, Recording, random_stream, read_dataset, recognise,
+    DataError, Dataset, MissingCells, Reading, RecognisedData, Recording, random_stream, read_dataset,
+    recognise,
 };
 use augsim_discovery::{Estimate, Options, discover};
-use augsim_physics::ball::seen_floor_m;
+use augsim_physics::ball::detected_floor_m;
 use augsim_physics::model::Model;
 use augsim_tests::sealed::{Kind, Scene, Truth, seal};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use crate::throws_as_files::{PLAIN, Style, write_in_twelve_ways};
+use crate::throws_as_files::{PLAIN, Style, write_in_twelve_layouts};
 
 const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.81, frozen = true }\n\
                      restitution = { nominal = 0.65, min = 0.0, max = 1.0 }\n[release]\nkind = \"free\"\n";
@@ -26,7 +27,7 @@ fn throws() -> Dataset {
 /// The drag that the loop finds in a set, alone.
 fn drag(name: &str, data: &Dataset) -> Estimate {
     let mut text = MODEL.to_owned();
-    if let Some(floor) = seen_floor_m(data).filter(|z| z.abs() > 0.05) {
+    if let Some(floor) = detected_floor_m(data).filter(|z| z.abs() > 0.05) {
         text =
             text.replace("restitution", &format!("floor_height_m = {{ nominal = {floor:.4} }}\nrestitution"));
     }
@@ -38,7 +39,7 @@ fn drag(name: &str, data: &Dataset) -> Estimate {
     d.effects[0].parameters["k_per_m"].clone()
 }
 
-fn read(paths: &[PathBuf]) -> Result<Recognised, DataError> {
+fn read(paths: &[PathBuf]) -> Result<RecognisedData, DataError> {
     recognise(paths, &Reading::default(), MissingCells::AsGap)
 }
 
@@ -56,7 +57,7 @@ fn one_set_of_throws_written_in_twelve_ways_gives_one_answer() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let d = folder.path();
     let mut slow = String::new();
-    let mut same = |name: &str, read: &Recognised| {
+    let mut same = |name: &str, read: &RecognisedData| {
         let begun = std::time::Instant::now();
         assert_eq!(read.recording, Recording::Falls(2), "{name}: {:?}", read.assumed);
         assert_eq!(read.data.trajectories().len(), 12, "{name}");
@@ -69,7 +70,7 @@ fn one_set_of_throws_written_in_twelve_ways_gives_one_answer() {
         );
         let _ = write!(slow, " {name} {:.1}", begun.elapsed().as_secs_f64());
     };
-    let paths = write_in_twelve_ways(&data, d);
+    let paths = write_in_twelve_layouts(&data, d);
     for (name, path) in &paths {
         let read = read(std::slice::from_ref(path)).unwrap_or_else(|e| panic!("{e}"));
         same(name, &read);

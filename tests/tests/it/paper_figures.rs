@@ -3,7 +3,7 @@
 
 use crate::shared_data::shared_data;
 use augsim_data::{Dataset, read_legacy_ball};
-use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
+use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
 use augsim_trainer::models::{Physics, Zero};
 use augsim_trainer::{Engine, Forecaster, Sequences, evaluate_forecast};
 
@@ -12,7 +12,7 @@ fn figures(truth: &Dataset) -> [f64; 5] {
     let test = Sequences::new(truth, &["height_m", "velocity_m_s"]).expect("both columns");
     let error = |model: &dyn Forecaster| evaluate_forecast(model, &test).expect("a score").mean;
     let zero = error(&Zero);
-    let physics = error(&Physics(Engine::PybulletBall(paper_engine())));
+    let physics = error(&Physics(Engine::PybulletBall(published_predictor())));
     assert!((zero.trans_percent - 100.0).abs() < 1e-9);
     [zero.absolute[0], zero.absolute[1], physics.absolute[0], physics.absolute[1], physics.trans_percent]
 }

@@ -4,7 +4,7 @@
 //! calibrated: their median is better than a single one of them, and no average forecast beats them.
 
 use augsim_physics::ball::bullet::BulletBall;
-use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
+use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
 use augsim_trainer::models::{Law, NetModel, Physics, Zero};
 use augsim_trainer::score::{Score, Scoring, score};
 use augsim_trainer::{
@@ -28,7 +28,7 @@ fn data(law: &PaperLaw, trajectories: usize, seed: u64) -> Sequences {
 
 /// A net of each recipe, trained for a few iterations.
 fn nets(train: &Sequences) -> Vec<NetModel> {
-    let engine = Engine::PybulletBall(paper_engine());
+    let engine = Engine::PybulletBall(published_predictor());
     [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus]
         .map(|recipe| {
             let mut training = ok(Training::new(Settings::new(recipe, 20, 1, engine.clone()), train));
@@ -78,7 +78,7 @@ fn physics_with_the_parameters_of_the_data_is_exact_and_others_are_not() {
             assert_eq!(*g, *want as f32);
         }
     }
-    let other = ok(evaluate_forecast(&Physics(Engine::PybulletBall(paper_engine())), &test));
+    let other = ok(evaluate_forecast(&Physics(Engine::PybulletBall(published_predictor())), &test));
     assert!(
         other.mean_of_10.absolute[0] > 0.05,
         "restitution 0.65 instead of 0.5 errs by {}",
@@ -130,7 +130,7 @@ fn the_exact_law_is_calibrated_and_its_median_beats_a_single_sample() {
         assert!((share - want).abs() < tolerance, "{level}: {share} are covered, should be {want}");
     }
 
-    let physics = ok(evaluate_forecast(&Physics(Engine::PybulletBall(paper_engine())), &test));
+    let physics = ok(evaluate_forecast(&Physics(Engine::PybulletBall(published_predictor())), &test));
     for column in 0..2 {
         assert!(got.median.absolute[column] < physics.median.absolute[column]);
         assert!(got.crps[column] < physics.crps[column]);
@@ -141,7 +141,7 @@ fn the_exact_law_is_calibrated_and_its_median_beats_a_single_sample() {
 fn a_forecast_depends_on_the_first_state_and_the_index_alone() {
     let train = data(&PaperLaw { samples: 50, ..law() }, 16, 5);
     let nets = nets(&train);
-    let engine = Engine::PybulletBall(paper_engine());
+    let engine = Engine::PybulletBall(published_predictor());
     let (exact, physics) = (Law { law: law(), seed: 4 }, Physics(engine));
     let mut models: Vec<&dyn Forecaster> = vec![&Zero, &physics, &exact];
     models.extend(nets.iter().map(|n| n as &dyn Forecaster));

@@ -13,7 +13,7 @@ use augsim_tests::random::normals;
 use augsim_trainer::models::{Physics, Still};
 use augsim_trainer::nets::{Net, Tile};
 use augsim_trainer::push::calibrate::calibrate;
-use augsim_trainer::push::{ACTIONS, GpOptions, GpPush, STATES, Thinning, pushes, windows};
+use augsim_trainer::push::{ACTIONS, GpOptions, GpPush, STATES, Subsampling, pushes, windows};
 use augsim_trainer::{
     Correction, Engine, Forecaster, NetModel, Recipe, Sequences, Settings, Task, Training, TrainingState,
     evaluate_forecast,
@@ -44,7 +44,7 @@ fn layout(count: usize) -> Layout {
 }
 
 fn data(count: usize, seed: u64) -> Sequences {
-    ok(pushes(&ok(layout(count).generate(seed)).data, Thinning::default()))
+    ok(pushes(&ok(layout(count).generate(seed)).data, Subsampling::default()))
 }
 
 fn settings(recipe: Recipe) -> Settings {
@@ -350,7 +350,7 @@ fn unfit_data_and_settings_are_refused() {
         text.contains("the engine has the actions pusher_x_m, pusher_y_m, t_s, but the data have "),
         "{text}"
     );
-    let ball = Engine::PybulletBall(augsim_physics::ball::paper_law::paper_engine());
+    let ball = Engine::PybulletBall(augsim_physics::ball::paper_law::published_predictor());
     let text =
         refused(Training::new(Settings { engine: ball.clone(), ..settings(Recipe::NeuralPlus) }, &pushes));
     let rule = "needs an engine of an object pushed by a rod; use `step` for other engines";

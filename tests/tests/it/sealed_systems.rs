@@ -35,7 +35,7 @@ fn laws_move_their_plants() {
 #[test]
 fn one_recording_holds_the_samples_of_all_and_is_shaken() {
     for plant in &PLANTS {
-        let long = plant.in_one_recording();
+        let long = plant.as_one_long_recording();
         let (shaken, still) = (draw(&long, &[], 3).csv, draw(&Plant { motion: 0.0, ..long }, &[], 3).csv);
         let rows = || shaken.lines().skip(1);
         assert_eq!(rows().count(), plant.size.0 * plant.size.1, "{}", plant.name);

@@ -90,7 +90,7 @@ fn a_model_that_forecasts_most_of_the_motion_lacks_something_unknown() {
 
 #[test]
 fn a_shaken_motion_feigns_no_law_beside_the_one_that_is_missing() {
-    let plant = PLANTS[(8_310_011 % 8) as usize].in_one_recording();
+    let plant = PLANTS[(8_310_011 % 8) as usize].as_one_long_recording();
     let found = answer_of(&plant, Kind::Single, 8_310_011);
     assert_eq!(kinds(&found), ["constant on lower_V"], "{}", found.sentence);
 }
@@ -100,7 +100,7 @@ fn a_shaken_motion_feigns_no_law_beside_the_one_that_is_missing() {
 #[test]
 fn a_shaken_motion_to_which_nothing_is_missing_names_no_law() {
     for seed in [840_410, 840_416, 840_422, 840_428] {
-        let plant = PLANTS[(seed % 8) as usize].in_one_recording();
+        let plant = PLANTS[(seed % 8) as usize].as_one_long_recording();
         let found = answer_of(&plant, Kind::Null, seed);
         assert!(found.effects.is_empty(), "{seed}: {}", found.sentence);
     }

@@ -6,7 +6,7 @@
 
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params, checkpoint};
-use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
+use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
 use augsim_tensor::simd::Level;
 use augsim_tensor::{Scalar, Tape, TensorError};
 use augsim_tests::random::normals;
@@ -53,7 +53,7 @@ fn unequal() -> Sequences {
 }
 
 fn settings(recipe: Recipe) -> Settings {
-    let engine = Engine::PybulletBall(paper_engine());
+    let engine = Engine::PybulletBall(published_predictor());
     Settings { batch: 20, ..Settings::new(recipe, 100, 7, engine) }
 }
 

@@ -3,9 +3,9 @@
 //! system is a drift `y = x0 + a t`: with one x0 per window the least-squares slope and its standard error
 //! have closed forms.
 
-use augsim_calibrate::{Calibration, calibrate, fit_start};
+use augsim_calibrate::{Calibration, calibrate, estimate_initial_state};
 use augsim_physics::system::{Record, System};
-use augsim_written::{WrittenSystem, model};
+use augsim_written::{EquationSystem, model};
 
 fn drift_model(rate: &str, parameters: &str) -> String {
     format!(
@@ -32,7 +32,7 @@ fn record(y: impl Fn(f64, usize) -> f64) -> Record {
 /// Calibrates on windows of 2 s, which grow to at most `longest_s`.
 fn calibrate_drift(text: &str, record: &Record, longest_s: Option<f64>) -> Calibration {
     let model = model::parse(text, "drift.toml").unwrap_or_else(|e| panic!("{e}"));
-    let system = WrittenSystem::declared_only(&model).expect("a system").with_windows(Some(2.0));
+    let system = EquationSystem::declared_only(&model).expect("a system").with_windows(Some(2.0));
     let mut record = record.clone();
     system.prepare(&mut record, &[]).expect("a record");
     calibrate(&system, &[record], longest_s).unwrap_or_else(|e| panic!("{e}"))
@@ -128,10 +128,11 @@ fn result_does_not_depend_on_the_number_of_threads() {
 fn initial_state_depends_on_the_first_samples_only() {
     let text = drift_model("a_m_s", SLOPE);
     let model = model::parse(&text, "drift.toml").unwrap_or_else(|e| panic!("{e}"));
-    let system = WrittenSystem::declared_only(&model).expect("a system");
+    let system = EquationSystem::declared_only(&model).expect("a system");
     let mut data = record(|t, k| if k < 6 { 2.0 + 0.5 * t + [0.1, -0.1][k % 2] } else { 1e3 });
     system.prepare(&mut data, &[]).expect("a record");
-    let start = fit_start(&system, &data, 6, &[0.5], &[0.0], &[]).unwrap_or_else(|e| panic!("{e}"));
+    let start =
+        estimate_initial_state(&system, &data, 6, &[0.5], &[0.0], &[]).unwrap_or_else(|e| panic!("{e}"));
     assert!((start.state[0] - 2.0).abs() < 1e-9, "{:?}", start.state);
     assert!((start.rms[0] - 0.1).abs() < 1e-9, "{:?}", start.rms);
 }

@@ -5,7 +5,7 @@
 
 use augsim_calibrate::{CalibrationError, Cause, Smoothed, smooth};
 use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
-use augsim_written::{WrittenSystem, model};
+use augsim_written::{EquationSystem, model};
 
 const MODEL: &str = "scenario = \"system\"\n[states]\nx_m = { start = \"y_m\" }\nv_m_s = { start = \"slope(y_m)\" }\n\
     [parameters]\nstiffness_per_s2 = { nominal = 40.0, frozen = true }\ndamping_per_s = { nominal = 0.1, frozen = true }\n\
@@ -65,16 +65,16 @@ fn record(values: Vec<f64>) -> Record {
 
 fn smoothed(record: Record) -> Result<Smoothed, CalibrationError> {
     let model = model::parse(MODEL, "oscillator.toml").unwrap_or_else(|e| panic!("{e}"));
-    let system = WrittenSystem::declared_only(&model).expect("a system");
+    let system = EquationSystem::declared_only(&model).expect("a system");
     let mut record = record;
     system.prepare(&mut record, &[]).expect("a record");
-    let shown = system.showing_states().expect("a system");
+    let shown = system.with_states_as_channels().expect("a system");
     assert_eq!(
-        system.pushed_states(),
+        system.process_noise_states(),
         [1],
         "only the velocity can have process noise: the rate of the position is the velocity"
     );
-    smooth(&shown, 1, &[record], &[40.0, 0.1], &system.pushed_states(), &[None])
+    smooth(&shown, 1, &[record], &[40.0, 0.1], &system.process_noise_states(), &[None])
 }
 
 /// RMSE of the smoothed states.
@@ -96,7 +96,7 @@ fn white_measurement_noise_is_recognised() {
     let states = simulate(&[0.0; SAMPLES]);
     let values = states.iter().enumerate().map(|(k, s)| s[0] + 5e-3 * normal(1, k)).collect();
     let found = smoothed(record(values)).expect("smoothed states");
-    assert_eq!((found.cause, &found.drive_sd[..], found.memory_s), (Cause::Sensor, &[][..], 0.0));
+    assert_eq!((found.cause, &found.disturbance_sd[..], found.memory_s), (Cause::Sensor, &[][..], 0.0));
     assert_within(found.sensor_sd[0], 5e-3, 0.06);
     // Only the two numbers of the initial state are estimated from 2,000 readings, so the states are precise.
     let [x, v] = state_rmse(&found, &states);
@@ -110,7 +110,7 @@ fn process_noise_is_recognised_with_its_size_and_correlation_time() {
     let found = smoothed(record(values)).expect("smoothed states");
     assert_eq!(found.cause, Cause::Motion);
     assert_within(found.sensor_sd[0], 2e-3, 0.1);
-    assert_within(found.drive_sd[0], 2.0, 0.25);
+    assert_within(found.disturbance_sd[0], 2.0, 0.25);
     assert!((0.1..=0.5).contains(&found.memory_s), "{} s", found.memory_s);
     let [x, v] = state_rmse(&found, &states);
     assert!(x < 1.2e-3 && v < 0.05, "{x} {v}");
@@ -123,7 +123,7 @@ fn autocorrelated_measurement_noise_is_recognised() {
     let values = states.iter().enumerate().map(|(k, s)| s[0] + correlated[k] + 1e-3 * normal(5, k)).collect();
     let found = smoothed(record(values)).expect("smoothed states");
     assert_eq!(found.cause, Cause::LastingSensor);
-    assert_within(found.drive_sd[0], 5e-3, 0.25);
+    assert_within(found.disturbance_sd[0], 5e-3, 0.25);
     assert_within(found.sensor_sd[0], 1e-3, 0.1);
     assert!((0.2..=1.2).contains(&found.memory_s), "{} s", found.memory_s);
 }
@@ -139,7 +139,7 @@ const STOP: &str = "scenario = \"system\"\n[states]\nx_m = { start = \"y_m\" }\n
 #[test]
 fn rebounds_are_not_taken_for_process_noise() {
     let model = model::parse(STOP, "stop.toml").unwrap_or_else(|e| panic!("{e}"));
-    let system = WrittenSystem::declared_only(&model).expect("a system");
+    let system = EquationSystem::declared_only(&model).expect("a system");
     let values = [40.0, 0.1, 0.9];
     let mut record = record(vec![0.0; 250]);
     let task = Task {
@@ -155,9 +155,9 @@ fn rebounds_are_not_taken_for_process_noise() {
     assert!(out.event_times().len() >= 4, "the mass reaches the stop");
     record.values = vec![(0..250).map(|k| out.value(k, 0) + 5e-3 * normal(6, k)).collect()];
     system.prepare(&mut record, &[]).expect("a record");
-    let shown = system.showing_states().expect("a system");
-    let found =
-        smooth(&shown, 1, &[record], &values, &system.pushed_states(), &[None]).expect("smoothed states");
+    let shown = system.with_states_as_channels().expect("a system");
+    let found = smooth(&shown, 1, &[record], &values, &system.process_noise_states(), &[None])
+        .expect("smoothed states");
     assert_eq!(found.cause, Cause::Sensor);
     assert_within(found.sensor_sd[0], 5e-3, 0.15);
 }
@@ -201,7 +201,7 @@ fn process_noise_of_a_measured_state_is_separated_from_measurement_noise() {
     [parameters]\nloss_per_s = { nominal = 0.2, frozen = true }\n[rates]\nexcess_K = \"-loss_per_s * excess_K\"\n\
     [outputs]\nreading_K = { value = \"excess_K\", sd = \"estimate\" }\n";
     let model = model::parse(text, "lag.toml").unwrap_or_else(|e| panic!("{e}"));
-    let system = WrittenSystem::declared_only(&model).expect("a system");
+    let system = EquationSystem::declared_only(&model).expect("a system");
     let (correlation, decay) = ((-0.25_f64).exp(), (-0.1_f64).exp());
     let mut list = Vec::new();
     for j in 0..8 {
@@ -217,10 +217,11 @@ fn process_noise_of_a_measured_state_is_separated_from_measurement_noise() {
         system.prepare(&mut r, &[]).expect("a record");
         list.push(r);
     }
-    let shown = system.showing_states().expect("a system");
-    let found = smooth(&shown, 1, &list, &[0.2], &system.pushed_states(), &[None]).expect("smoothed states");
+    let shown = system.with_states_as_channels().expect("a system");
+    let found =
+        smooth(&shown, 1, &list, &[0.2], &system.process_noise_states(), &[None]).expect("smoothed states");
     assert_eq!(found.cause, Cause::Motion);
-    assert_within(found.drive_sd[0], 1.0, 0.15);
+    assert_within(found.disturbance_sd[0], 1.0, 0.15);
     assert_within(found.memory_s, 2.0, 0.3);
     assert_within(found.sensor_sd[0], 0.1, 0.25);
 }

@@ -1,6 +1,6 @@
 //! Options of `start`.
 
-use augsim_data::Renamed;
+use augsim_data::ColumnMapping;
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
 
@@ -23,7 +23,7 @@ pub struct Start {
     /// Coordinate columns: name in the file, new name, and the unit in the file or the number of metres
     /// per unit; separated by commas.
     #[arg(long, value_name = "NAME=COLUMN[:UNIT],…", value_delimiter = ',')]
-    pub columns: Vec<Renamed>,
+    pub columns: Vec<ColumnMapping>,
     /// Coordinate that points upwards, or downwards if it has a minus sign, as in images: `-y`.
     #[arg(long, value_name = "[-]NAME", allow_hyphen_values = true)]
     pub up: Option<String>,

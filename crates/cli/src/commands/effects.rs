@@ -7,8 +7,8 @@ use augsim_session::usage::{Inapplicable, UnknownName};
 use augsim_session::written::{self, fit, records, unit_text};
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
-use augsim_written::library::{Candidate, CandidateParameter, candidates, is_a_kind, kinds_like};
-use augsim_written::{Model, WrittenSystem};
+use augsim_written::library::{Candidate, CandidateParameter, candidates, is_a_kind, similar_kinds};
+use augsim_written::{EquationSystem, Model};
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -82,8 +82,10 @@ fn list_libraries(kind: Option<&str>) -> anyhow::Result<List> {
         .collect();
     if chosen.is_empty() {
         let kind = kind.unwrap_or_default();
-        let nearest =
-            [augsim_physics::effects::kinds_like(kind), augsim_physics::push::effects::kinds_like(kind)];
+        let nearest = [
+            augsim_physics::effects::similar_kinds(kind),
+            augsim_physics::push::effects::similar_kinds(kind),
+        ];
         let nearest = nearest.concat();
         return Err(Usage::Unknown(UnknownName::Effect { name: kind.to_owned(), nearest }).into());
     }
@@ -110,16 +112,16 @@ fn list_for_model(path: &Path, kind: Option<&str>, data: Option<&Path>) -> anyho
 
 /// Lists the effects for a model of a ball or of pushing.
 fn list_for_built_in_model(path: &Path, kind: Option<&str>) -> anyhow::Result<Vec<Listed>> {
-    let (library, kinds_like): (_, fn(&str) -> Vec<&'static str>) = match ModelFile::read(path)? {
-        ModelFile::Ball(_) => ("ball", augsim_physics::effects::kinds_like),
-        ModelFile::Push(_) => ("push", augsim_physics::push::effects::kinds_like),
+    let (library, similar_kinds): (_, fn(&str) -> Vec<&'static str>) = match ModelFile::read(path)? {
+        ModelFile::Ball(_) => ("ball", augsim_physics::effects::similar_kinds),
+        ModelFile::Push(_) => ("push", augsim_physics::push::effects::similar_kinds),
     };
     let specs = libraries().into_iter().filter(|(name, _)| *name == library).flat_map(|(_, specs)| specs);
     let is_requested = |spec: &&EffectSpec| kind.is_none_or(|kind| kind == spec.kind);
     let chosen: Vec<Listed> = specs.filter(is_requested).map(from_built_in).collect();
     match kind {
         Some(kind) if chosen.is_empty() => {
-            let nearest = kinds_like(kind).into_iter().map(str::to_owned).collect();
+            let nearest = similar_kinds(kind).into_iter().map(str::to_owned).collect();
             Err(unknown(path, kind, nearest))
         }
         _ => Ok(chosen),
@@ -142,7 +144,7 @@ fn list_for_equations(path: &Path, kind: Option<&str>, data: Option<&Path>) -> a
             let (kind, model) = (kind.to_owned(), path.to_owned());
             Err(Usage::Unknown(UnknownName::PlaceOfEffect { kind, model }).into())
         }
-        Some(kind) if chosen.is_empty() => Err(unknown(path, kind, kinds_like(kind, &all))),
+        Some(kind) if chosen.is_empty() => Err(unknown(path, kind, similar_kinds(kind, &all))),
         _ => Ok(chosen),
     }
 }
@@ -155,8 +157,8 @@ fn unknown(model: &Path, name: &str, nearest: Vec<String>) -> anyhow::Error {
 fn measured_candidates(model: &Model, data: &Path) -> anyhow::Result<Vec<Candidate>> {
     let measured = records::read(data, model)?;
     let list = records::records(&measured.data, model, true)?;
-    let list = fit::prepared(&WrittenSystem::declared_only(model)?, &list)?;
-    let scales = WrittenSystem::declared_only(model)?.tuned(&list)?.scales(&list);
+    let list = fit::prepared(&EquationSystem::declared_only(model)?, &list)?;
+    let scales = EquationSystem::declared_only(model)?.tuned(&list)?.scales(&list);
     let mut all = candidates(model)?;
     all.iter_mut().for_each(|candidate| scales.resolve(candidate, model));
     Ok(all)

@@ -1,7 +1,7 @@
 //! `augsim fit`: calibrates the parameters of a model of equations.
 
 use crate::args::Fit;
-use augsim_session::written::fit::TELLING;
+use augsim_session::written::fit::MIN_REPORTED_DIFFERENCE;
 use augsim_session::written::fitted::{Answer, calibrate};
 use augsim_session::{DataFrom, Subject};
 use augsim_terminal::Outcome;
@@ -64,7 +64,7 @@ fn fit_text(answer: &Answer) -> String {
     let second_best =
         answer.holds.iter().map(|h| h.misfit_of_best).filter(|m| *m > 1.0).fold(f64::INFINITY, f64::min);
     if let Some(best) = answer.holds.iter().find(|h| h.misfit_of_best <= 1.0) {
-        let gain = if second_best.is_finite() && 1.0 - 1.0 / second_best > TELLING {
+        let gain = if second_best.is_finite() && 1.0 - 1.0 / second_best > MIN_REPORTED_DIFFERENCE {
             format!("; the residual of the next best is {:.0} % larger", 100.0 * (second_best - 1.0))
         } else {
             String::new()

@@ -4,7 +4,7 @@ use augsim_data::atomic_write;
 use augsim_report::page::figure_names;
 use augsim_session::discovery_page::page;
 use augsim_session::usage::{PathFault, UnknownName};
-use augsim_session::{Circumstances, Subject, discovery_in, folders};
+use augsim_session::{ReportContext, Subject, discovery_in, folders};
 use augsim_terminal::destination::check_file;
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
@@ -52,7 +52,7 @@ pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
         return Err(Usage::path(&args.folder, PathFault::NoDiscovery).into());
     };
     let subject = Subject::parse(&found.models.declared_toml, "the declared model")?;
-    let figures = page(&Circumstances::default(), &subject, &found).into_figures();
+    let figures = page(&ReportContext::default(), &subject, &found).into_figures();
     let names = figure_names(&figures);
     let Some(wanted) = &args.figure else {
         let listed = Listed { figures: names, written: None };

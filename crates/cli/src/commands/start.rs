@@ -2,10 +2,10 @@
 
 use crate::args::Start;
 use augsim_data::{
-    DataError, Dataset, MissingCells, Reading, Recognised, Recording, Summary, read_dataset, recognise,
+    DataError, Dataset, MissingCells, Reading, RecognisedData, Recording, Summary, read_dataset, recognise,
     write_dataset,
 };
-use augsim_physics::ball::seen_floor_m;
+use augsim_physics::ball::detected_floor_m;
 use augsim_physics::model::template;
 use augsim_session::command_line::quoted;
 use augsim_session::usage::Takes;
@@ -56,9 +56,9 @@ pub fn run(args: &Start, force: bool, output: &Output) -> anyhow::Result<Outcome
     let inputs: Vec<&Path> = args.data.iter().map(PathBuf::as_path).collect();
     let claim =
         Results { folder: &args.out, files: &[DATA, MODEL], inputs: &inputs, record, force }.claim()?;
-    let Recognised { data, recording, assumed } = read(args)?;
+    let RecognisedData { data, recording, assumed } = read(args)?;
     let floor = match recording {
-        Recording::Falls(_) => seen_floor_m(&data),
+        Recording::Falls(_) => detected_floor_m(&data),
         _ => None,
     };
     let source: Vec<String> = args.data.iter().map(|p| p.display().to_string()).collect();
@@ -83,7 +83,7 @@ pub fn run(args: &Start, force: bool, output: &Output) -> anyhow::Result<Outcome
 }
 
 /// Reads published formats directly and recognises the layout of text files.
-fn read(args: &Start) -> Result<Recognised, DataError> {
+fn read(args: &Start) -> Result<RecognisedData, DataError> {
     let is_binary = |path: &Path| path.extension().is_some_and(|e| BINARY_ENDINGS.iter().any(|k| e == *k));
     if let [one] = &args.data[..]
         && is_binary(one)
@@ -96,7 +96,7 @@ fn read(args: &Start) -> Result<Recognised, DataError> {
                 _ if data.has_column("height_m") => Recording::Falls(1),
                 _ => Recording::Other,
             };
-        return Ok(Recognised { data, recording, assumed: Vec::new() });
+        return Ok(RecognisedData { data, recording, assumed: Vec::new() });
     }
     let reading = Reading {
         separator: args.sep,

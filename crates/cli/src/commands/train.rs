@@ -2,7 +2,7 @@
 
 use crate::args::Train;
 use augsim_session::RunLock;
-use augsim_session::run_data::paper_engine;
+use augsim_session::run_data::published_predictor;
 use augsim_session::run_dir::{CHECKPOINT, Config, DataSource, FILES, RunDir};
 use augsim_session::training_run::Ended;
 use augsim_session::usage::PathFault;
@@ -62,7 +62,7 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
                     notes = engine_notes;
                     engine
                 }
-                None => paper_engine(),
+                None => published_predictor(),
             };
             let settings = Settings::new(recipe, args.iterations, seed, engine);
             Config {

@@ -45,7 +45,7 @@ fn finds_the_same_effect_in_every_file_layout() {
     let (value, ci95) = drag("clean", &clean, d);
     // The true value of the fixture is 0.031 1/m.
     assert!(ci95[0] <= 0.031 && 0.031 <= ci95[1], "{value} {ci95:?}");
-    for (name, file) in crate::throws_as_files::write_in_twelve_ways(&data, d) {
+    for (name, file) in crate::throws_as_files::write_in_twelve_layouts(&data, d) {
         let (found, _) = drag(name, &file, d);
         assert!(ci95[0] < found && found < ci95[1], "{name}: {found}, clean {value} {ci95:?}");
     }

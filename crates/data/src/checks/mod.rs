@@ -6,9 +6,9 @@
 //! messages: mistakes that would confuse later checks, such as sentinel values, come first.
 
 mod absurd_value;
-mod admit;
 mod angle_in_degrees;
 mod check;
+mod check_data;
 mod clock_unit;
 mod column_scale;
 mod constant_column;
@@ -27,8 +27,8 @@ mod velocity_disagrees;
 
 use crate::dataset::Dataset;
 
-pub use admit::{Accepted, Admitted, Warning, admit};
 pub use check::Check;
+pub use check_data::{AcceptedChecks, CheckedData, Warning, check_data};
 pub use clock_unit::ClockUnit;
 pub use finding::{Finding, Severity};
 pub(crate) use gravity_disagrees::free_motion_acceleration;

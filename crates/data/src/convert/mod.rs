@@ -38,6 +38,6 @@ pub const CONVERTERS: [(&str, Converter); 6] = [
 ];
 
 /// Whether a data set of [`CONVERTERS`] holds pushes; these are large, so commands for balls skip them.
-pub fn is_of_pushes(set: &str) -> bool {
+pub fn holds_pushes(set: &str) -> bool {
     matches!(set, "cmu-mlab" | "mit-push" | "mit-pusher-slider")
 }

@@ -1,8 +1,8 @@
 //! Errors in the files of the push sets: each message states file, key and remedy.
 
 use super::fault::{FilePart, NameFault, StreamLayout};
+use crate::escape_control_characters::{shown, shown_cause, shown_list};
 use crate::limits::LimitExceeded;
-use crate::printable::{shown, shown_cause, shown_list};
 use std::path::PathBuf;
 use thiserror::Error;
 

@@ -26,7 +26,7 @@ mod text;
 mod unrecognised;
 
 pub(crate) use named::in_long_form;
-pub use recognised::{Recognised, recognise};
+pub use recognised::{RecognisedData, recognise};
 pub(crate) use recognised::{files_in, recognise_bytes, stem};
 pub use recording::Recording;
 pub use unrecognised::Unrecognised;
@@ -43,7 +43,7 @@ pub struct Reading {
     /// Name of the column of trajectory identifiers.
     pub trajectory: Option<String>,
     /// Columns of values: name in the file, new name (`x_m`, `z_m`, `height_m`), and unit in the file.
-    pub columns: Vec<Renamed>,
+    pub columns: Vec<ColumnMapping>,
     /// Name of the vertical column, with a minus before it where the values grow downwards.
     pub up: Option<String>,
     /// Frame rate, Hz, where times are frame numbers or absent.
@@ -52,7 +52,7 @@ pub struct Reading {
 
 /// A column of values that a user names.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Renamed {
+pub struct ColumnMapping {
     /// Name in the file.
     pub from: String,
     /// New name, including its unit.
@@ -61,7 +61,7 @@ pub struct Renamed {
     pub unit: Option<String>,
 }
 
-impl std::str::FromStr for Renamed {
+impl std::str::FromStr for ColumnMapping {
     type Err = String;
 
     /// Parses `x=x_m:cm` or `x=x_m`.
@@ -80,6 +80,6 @@ impl std::str::FromStr for Renamed {
             return Err(format!("`{unknown}` is not a known unit; {}", heading::KNOWN_UNITS));
         }
         crate::Column::new(&to).map_err(|e| e.to_string())?;
-        Ok(Renamed { from, to, unit })
+        Ok(ColumnMapping { from, to, unit })
     }
 }

@@ -26,7 +26,7 @@ const SINGLE_ID: &str = "run";
 
 /// Result of [`recognise`]: the data set and the assumptions.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Recognised {
+pub struct RecognisedData {
     /// The data set with SI columns.
     pub data: Dataset,
     /// Kind of the recording.
@@ -45,7 +45,7 @@ pub fn recognise(
     paths: &[PathBuf],
     reading: &Reading,
     missing: MissingCells,
-) -> Result<Recognised, DataError> {
+) -> Result<RecognisedData, DataError> {
     let mut files = Vec::new();
     for path in paths {
         if path.is_dir() {
@@ -68,7 +68,7 @@ pub(crate) fn recognise_bytes(
     path: &Path,
     bytes: Vec<u8>,
     missing: MissingCells,
-) -> Result<Recognised, DataError> {
+) -> Result<RecognisedData, DataError> {
     let reading = Reading::default();
     let sheet = read_sheet(path, bytes, &reading)?;
     recognised(path, vec![sheet], &reading, missing)
@@ -116,7 +116,7 @@ fn recognised(
     sheets: Vec<Sheet>,
     reading: &Reading,
     missing: MissingCells,
-) -> Result<Recognised, DataError> {
+) -> Result<RecognisedData, DataError> {
     let files = with_roles(sheets, reading)?;
     let Some(first) = files.first() else {
         return Err(DataError::NotRecognised { path: origin.to_owned(), reason: Unrecognised::NoFile });
@@ -142,7 +142,7 @@ fn recognised(
     assumed.extend(scene_notes);
     assumed.extend(row_notes(&files, &drafts, changes));
     let data = dataset(origin, &columns, drafts, missing)?.with_notes(assumed.clone());
-    Ok(Recognised { data, recording, assumed })
+    Ok(RecognisedData { data, recording, assumed })
 }
 
 /// Each table with the roles of its columns, which are inferred from the first table.

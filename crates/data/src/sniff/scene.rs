@@ -8,7 +8,7 @@ use super::roles::{Axis, Role};
 use super::rows::Draft;
 use super::unrecognised::Unrecognised;
 use crate::error::DataError;
-use crate::printable::shown;
+use crate::escape_control_characters::shown;
 use crate::statistics::{digits, median};
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! Properties of a file that cannot be inferred, with the option that states them.
 
-use crate::printable::{shown, shown_list};
+use crate::escape_control_characters::{shown, shown_list};
 use std::path::PathBuf;
 use thiserror::Error;
 

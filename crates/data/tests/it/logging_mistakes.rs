@@ -5,7 +5,7 @@
 //! The data are twelve recordings of an object that a heater warms (time constant 100 s, 0.05 K of noise, a
 //! row every 2 s).
 
-use augsim_data::checks::{Accepted, Check, Expected, Finding, Severity, admit, run_checks};
+use augsim_data::checks::{AcceptedChecks, Check, Expected, Finding, Severity, check_data, run_checks};
 use augsim_data::{Dataset, Trajectory, random_stream};
 use rand::RngExt;
 
@@ -78,11 +78,11 @@ fn only(data: Dataset, expected: &Expected, check: Check) -> (Finding, Severity,
     assert_eq!(findings.len(), 1, "{findings:?}");
     let finding = findings.remove(0);
     assert_eq!(finding.check(), check);
-    let accepted = Accepted::default().with(check);
-    let admitted = admit(data.clone(), expected, accepted).expect("accepted");
+    let accepted = AcceptedChecks::default().with(check);
+    let admitted = check_data(data.clone(), expected, accepted).expect("accepted");
     let trajectories = data.trajectories().len();
     assert_eq!((admitted.data.trajectories().len(), admitted.warnings.len()), (trajectories, 0));
-    let text = match admit(data, expected, Accepted::default()) {
+    let text = match check_data(data, expected, AcceptedChecks::default()) {
         Err(refused) => refused.to_string(),
         Ok(admitted) => {
             assert_eq!(admitted.data.trajectories().len(), trajectories, "nothing is left out");

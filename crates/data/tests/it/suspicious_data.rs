@@ -4,7 +4,7 @@
 //! The data are twelve thrown balls (2 mm of noise, 100 Hz, gravity 9.81 m/s², one or two bounces) with the
 //! mistakes that users have made, and pushes of a square for the mistakes that only pushes reveal.
 
-use augsim_data::checks::{Accepted, Check, Expected, Finding, Severity, admit, run_checks};
+use augsim_data::checks::{AcceptedChecks, Check, Expected, Finding, Severity, check_data, run_checks};
 use augsim_data::{Dataset, Trajectory, random_stream};
 use rand::RngExt;
 
@@ -114,12 +114,12 @@ fn found(data: &Dataset, expected: &Expected) -> Vec<Finding> {
 fn refusal(data: Dataset, expected: &Expected, check: Check) -> String {
     let first = found(&data, expected).into_iter().next().expect("something is found");
     assert_eq!((first.check(), first.severity()), (check, Severity::Refused), "{first}");
-    let accepted = Check::all().collect::<Accepted>();
+    let accepted = Check::all().collect::<AcceptedChecks>();
     assert!(
-        admit(data.clone(), expected, accepted).is_ok(),
+        check_data(data.clone(), expected, accepted).is_ok(),
         "no finding remains where all checks are accepted"
     );
-    let text = admit(data, expected, Accepted::default()).expect_err("refused").to_string();
+    let text = check_data(data, expected, AcceptedChecks::default()).expect_err("refused").to_string();
     assert!(text.starts_with("throws.csv: suspicious data") && text.contains(check.name()), "{text}");
     text
 }
@@ -139,12 +139,13 @@ fn a_repeated_trajectory_is_left_out_with_a_warning() {
             let (times, columns) = all[3].clone();
             all.push((times, columns.iter().map(|c| c.iter().map(round).collect()).collect()));
         });
-        let admitted = admit(data.clone(), &BALL, Accepted::default()).expect("a warning only");
+        let admitted = check_data(data.clone(), &BALL, AcceptedChecks::default()).expect("a warning only");
         assert_eq!(admitted.data.trajectories().len(), 12, "one of the two is kept");
         assert!(admitted.data.trajectories().iter().any(|t| t.id() == "3"));
         let text = &admitted.warnings[0].text;
         assert!(text.contains("throws.csv: trajectory `12` repeats `3`"), "{text}");
-        let kept = admit(data, &BALL, Accepted::default().with(Check::RepeatedTrajectory)).expect("accepted");
+        let kept = check_data(data, &BALL, AcceptedChecks::default().with(Check::RepeatedTrajectory))
+            .expect("accepted");
         assert_eq!((kept.data.trajectories().len(), kept.warnings.len()), (13, 0));
     }
 }
@@ -302,7 +303,8 @@ fn a_declared_noise_in_the_wrong_unit_is_refused_and_a_coarse_one_is_a_warning()
     let declared = |sd| Expected { position_sd_m: Some(sd), ..BALL };
     let text = refusal(positions(|_| ()), &declared(2.043), Check::DeclaredNoise);
     assert!(text.contains("`position_sd_m` = 2.043 m") && text.contains("declare it in m"), "{text}");
-    let admitted = admit(positions(|_| ()), &declared(0.06), Accepted::default()).expect("a tolerance");
+    let admitted =
+        check_data(positions(|_| ()), &declared(0.06), AcceptedChecks::default()).expect("a tolerance");
     assert_eq!(admitted.warnings.iter().map(|w| w.check).collect::<Vec<_>>(), [Check::DeclaredNoise]);
 }
 

@@ -80,7 +80,7 @@ pub(crate) fn windows_as_record(record: &Record, windows: Range<usize>) -> Recor
             pieces: pieces.collect(),
             events: data.events.iter().filter(|e| (begin..=end).contains(&e.time)).copied().collect(),
             known: known_samples(data, samples),
-            under_way: data.under_way || first > 0,
+            is_mid_motion: data.is_mid_motion || first > 0,
             ..data.clone()
         },
         weight: record.weight.iter().map(part).collect(),
@@ -152,7 +152,7 @@ mod tests {
         }
         found.sort_by(f64::total_cmp);
         assert_eq!(found, (0..100).map(|k| 10.0 * f64::from(k)).collect::<Vec<_>>());
-        assert!(!blocks[0].data.under_way && blocks[1].data.under_way);
+        assert!(!blocks[0].data.is_mid_motion && blocks[1].data.is_mid_motion);
     }
 
     #[test]

@@ -253,7 +253,7 @@ fn sets_without_columns(
     let promising: Vec<&str> = groups.map(|g| problem.groups[*g].addition.kind()).collect();
     for addition in search.library.iter() {
         let Some(effect) = addition.listed() else { continue };
-        let is_indicated = effect.foretold_by.as_ref().is_some_and(|by| promising.contains(&by.as_str()));
+        let is_indicated = effect.indicated_by.as_ref().is_some_and(|by| promising.contains(&by.as_str()));
         if is_indicated && !promising.contains(&addition.kind()) && can_join(addition, h) {
             out.push(extended(vec![(addition.clone(), probe(effect))]));
         }

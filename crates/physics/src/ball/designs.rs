@@ -63,7 +63,7 @@ pub(super) fn designs(
                 list.push(Design {
                     text: describe(height_m, speed_m_s, spin_rad_s),
                     record,
-                    most_events: MAX_IMPACTS,
+                    max_events: MAX_IMPACTS,
                 });
             }
         }

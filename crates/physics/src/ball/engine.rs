@@ -139,8 +139,8 @@ impl<'a, S: Scalar> Engine<'a, S> {
         }
         Self {
             has_closed_form: !laws.iter().any(|(law, _)| law.changes_flight()),
-            samples_velocity: throw.velocities || laws.iter().any(|(law, _)| law.sees_velocity()),
-            has_sensor_effects: laws.iter().any(|(law, _)| law.changes_sight()),
+            samples_velocity: throw.velocities || laws.iter().any(|(law, _)| law.uses_velocity()),
+            has_sensor_effects: laws.iter().any(|(law, _)| law.changes_measurement()),
             active: throw.world.axes.indices(),
             laws,
             restitution: base(RESTITUTION),

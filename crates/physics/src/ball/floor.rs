@@ -23,7 +23,7 @@ use serde::Serialize;
 
 /// Settings for estimating the floor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FloorOptions {
+pub struct ErrorFloorOptions {
     /// Draws per trajectory. The median of 2000 draws has a 0.1 % larger error than the exact median.
     pub draws: usize,
     /// Number of draws that the predictor "mean of k samples" averages (10 in the published protocol).
@@ -32,9 +32,9 @@ pub struct FloorOptions {
     pub seed: u64,
 }
 
-impl Default for FloorOptions {
+impl Default for ErrorFloorOptions {
     fn default() -> Self {
-        FloorOptions { draws: 2000, averaged: 10, seed: 0 }
+        ErrorFloorOptions { draws: 2000, averaged: 10, seed: 0 }
     }
 }
 
@@ -72,7 +72,7 @@ pub struct Start {
 ///
 /// # Errors
 /// [`ScoreError`] for missing columns, gaps, heights that are all 0, no trajectories, or too few draws.
-pub fn floor<F>(dataset: &Dataset, options: FloorOptions, fill: F) -> Result<Floor, ScoreError>
+pub fn floor<F>(dataset: &Dataset, options: ErrorFloorOptions, fill: F) -> Result<Floor, ScoreError>
 where
     F: Fn(Start, &mut Xoshiro256PlusPlus, &mut Ensemble) + Sync,
 {
@@ -111,7 +111,11 @@ where
 ///
 /// # Errors
 /// Those of [`floor`], and [`ScoreError::OtherRate`] if samples are not at the steps of the law.
-pub fn paper_floor(law: &PaperLaw, dataset: &Dataset, options: FloorOptions) -> Result<Floor, ScoreError> {
+pub fn published_error_floor(
+    law: &PaperLaw,
+    dataset: &Dataset,
+    options: ErrorFloorOptions,
+) -> Result<Floor, ScoreError> {
     check_rate(dataset, law.ball.step_s)?;
     floor(dataset, options, |start, rng, ensemble| {
         let radius = law.ball.radius_m;

@@ -29,7 +29,7 @@ mod world;
 
 pub use engine::{Offsets, Run, Throw, simulate};
 pub use impact::{Impact, ImpactRecord};
-pub use scene::seen_floor_m;
+pub use scene::detected_floor_m;
 pub use state::{Axes, Covariates, State};
 pub use system::{Ball, BallDeclaration};
 pub use world::{BASE_PARAMETERS, FLOOR, GRAVITY, INERTIA_RATIO, LawRef, RADIUS, RESTITUTION, Term, World};

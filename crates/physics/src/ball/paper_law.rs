@@ -117,7 +117,7 @@ impl PaperLaw {
 }
 
 /// The "physics" predictor of the experiment: restitution 0.65, Bullet's damping, `plane.urdf`, 60 Hz.
-pub fn paper_engine() -> BulletBall {
+pub fn published_predictor() -> BulletBall {
     BulletBall::default()
 }
 

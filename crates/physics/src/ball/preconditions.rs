@@ -44,7 +44,7 @@ impl Preconditions<'_> {
             Needs::StartTime => has_start_time(records),
             Needs::AreaPerMass => area_per_mass_varies(records),
             Needs::ReleaseAtRest => self.released_at_rest,
-            Needs::Coasting | Needs::OfEach => false,
+            Needs::Coasting | Needs::PerTrajectory => false,
         };
         has_data && !is_declared && !is_parameter && (spec.location != Location::Impact || has_impacts)
     }

@@ -2,7 +2,7 @@
 
 use super::segmentation::{fit_free_fall, segment};
 use crate::statistics::median;
-use crate::system::{Record, SeenEvent};
+use crate::system::{DetectedEvent, Record};
 use augsim_data::Dataset;
 
 /// Gravity that is assumed for data without a model, m/s².
@@ -23,9 +23,9 @@ pub(super) fn floor_height(records: &[&Record], g: f64) -> Option<f64> {
 ///
 /// The height is the mean of the extrapolations of the arcs before and after the impact; impacts with too few
 /// samples on both sides are omitted.
-pub(crate) fn impact_heights(record: &Record, g: f64) -> Vec<(SeenEvent, f64)> {
+pub(crate) fn impact_heights(record: &Record, g: f64) -> Vec<(DetectedEvent, f64)> {
     let Some(heights) = record.values.last() else { return Vec::new() };
-    let extrapolated = |event: &SeenEvent, before: bool| {
+    let extrapolated = |event: &DetectedEvent, before: bool| {
         let near = |k: &usize| {
             let distance = event.time - record.times[*k];
             let distance = if before { distance } else { -distance };
@@ -39,7 +39,7 @@ pub(crate) fn impact_heights(record: &Record, g: f64) -> Vec<(SeenEvent, f64)> {
         let arc = if before { arcs.next_back() } else { arcs.next() }?;
         Some(fit_free_fall(&record.times, heights, arc.clone().filter(near), event.time, g)?.0)
     };
-    let with_height = |event: &SeenEvent| {
+    let with_height = |event: &DetectedEvent| {
         let sides = [extrapolated(event, true), extrapolated(event, false)];
         let known: Vec<f64> = sides.into_iter().flatten().collect();
         (!known.is_empty()).then(|| (*event, known.iter().sum::<f64>() / known.len() as f64))
@@ -50,7 +50,7 @@ pub(crate) fn impact_heights(record: &Record, g: f64) -> Vec<(SeenEvent, f64)> {
 /// Height of the floor in the column `z_m` or `height_m` of a data set, m, without a model.
 ///
 /// `None` if no impact is detected.
-pub fn seen_floor_m(data: &Dataset) -> Option<f64> {
+pub fn detected_floor_m(data: &Dataset) -> Option<f64> {
     let vertical = ["z_m", "height_m"].iter().find_map(|name| data.column_index(name).ok())?;
     let records: Vec<Record> = data
         .trajectories()

@@ -4,7 +4,7 @@
 //! height. The threshold depends on the noise. Bounces below the threshold are not detected; the record is
 //! cut before them, because an arc with a hidden bounce would look like an arc with coloured noise.
 
-use crate::system::{MEMORY, Record, SeenEvent, Window, typical_step};
+use crate::system::{DetectedEvent, MEMORY, Record, Window, typical_step};
 use std::ops::Range;
 
 /// Lag of the second difference, s.
@@ -208,7 +208,7 @@ fn find_arcs(record: &mut Record, heights: &Heights, peaks: &[usize], g: f64, ma
             break;
         }
         record.pieces.push(arc);
-        record.events.push(SeenEvent { time, value: (speed_out / speed_in).clamp(0.02, 1.1) });
+        record.events.push(DetectedEvent { time, value: (speed_out / speed_in).clamp(0.02, 1.1) });
         out_speed = Some(speed_out);
         arc_start = (0..times.len()).find(|&k| times[k] > time + margin).unwrap_or(times.len());
         end = times.len();

@@ -39,7 +39,7 @@ pub struct Ball {
     /// Whether the model declares a radius.
     has_radius: bool,
     /// Height of the floor estimated from the records, m, where it is calibrated.
-    seen_floor_m: Option<f64>,
+    detected_floor_m: Option<f64>,
 }
 
 /// Declarations of a model file other than world and parameters.
@@ -96,13 +96,13 @@ impl Ball {
             released_at_rest,
             declaration,
             has_radius,
-            seen_floor_m: None,
+            detected_floor_m: None,
         }
     }
 
     /// Height of the floor before any fit, m: estimated from the records, or declared.
     fn floor_m(&self) -> f64 {
-        self.seen_floor_m.unwrap_or(self.parameters[FLOOR].nominal)
+        self.detected_floor_m.unwrap_or(self.parameters[FLOOR].nominal)
     }
 
     /// Simulates a task in the scalar `S`, whose lanes are the seeds of the task.
@@ -275,12 +275,12 @@ impl System for Ball {
         }
         let mut ball = self.clone();
         ball.parameters[FLOOR].frozen = false;
-        ball.seen_floor_m = Some(seen);
+        ball.detected_floor_m = Some(seen);
         Some(Arc::new(ball))
     }
 
-    fn fit_from(&self, parameter: usize) -> Option<f64> {
-        self.seen_floor_m.filter(|_| parameter == FLOOR)
+    fn start_value(&self, parameter: usize) -> Option<f64> {
+        self.detected_floor_m.filter(|_| parameter == FLOOR)
     }
 
     fn objection(&self, records: &[Record], sd: &[f64]) -> Option<Objection> {
@@ -311,7 +311,7 @@ impl System for Ball {
         tables(self.world.axes, floor_m, !self.parameters[RESTITUTION].frozen, records, events)
     }
 
-    fn shown_against(&self, record: &Record, events: &[Event]) -> Vec<(String, Vec<f64>)> {
+    fn residual_axes(&self, record: &Record, events: &[Event]) -> Vec<(String, Vec<f64>)> {
         residual_axes(record, events)
     }
 

@@ -24,7 +24,7 @@ static SPEC: EffectSpec = EffectSpec {
 };
 
 impl<S: Scalar> Law<S> for HeightOffset {
-    fn changes_sight(&self) -> bool {
+    fn changes_measurement(&self) -> bool {
         true
     }
     fn observe(&self, p: &[S], sight: &mut Sight<S>) {

@@ -68,11 +68,11 @@ pub trait Law<S: Scalar>: Send + Sync {
         None
     }
     /// Whether [`observe`](Law::observe) is used.
-    fn changes_sight(&self) -> bool {
+    fn changes_measurement(&self) -> bool {
         false
     }
     /// Whether [`observe`](Law::observe) uses the velocity.
-    fn sees_velocity(&self) -> bool {
+    fn uses_velocity(&self) -> bool {
         false
     }
     /// Changes the measured position.

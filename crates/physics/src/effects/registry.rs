@@ -25,7 +25,7 @@ macro_rules! registry {
         }
 
         /// Suggestions for an unknown kind: those that end in it as a whole word, else the closest spelling.
-        pub fn kinds_like(kind: &str) -> Vec<&'static str> {
+        pub fn similar_kinds(kind: &str) -> Vec<&'static str> {
             let known = || all::<f64>().into_iter().map(|e| e.spec().kind).chain([$($unlisted),*]);
             let has_suffix = |k: &&str| k.strip_suffix(kind).is_some_and(|prefix| prefix.ends_with('-'));
             let matches: Vec<&str> = known().filter(has_suffix).collect();

@@ -72,7 +72,7 @@ pub enum Needs {
     /// A declared release at rest at `t_s = 0`.
     ReleaseAtRest,
     /// One value per trajectory, which only a model file can declare; discovery does not search for it.
-    OfEach,
+    PerTrajectory,
     /// A rod fast enough that the object slides on ahead of it by more than the noise.
     Coasting,
 }
@@ -90,7 +90,7 @@ impl Needs {
             Needs::StartTime => "the session time at the start of each trajectory (start_time_s)",
             Needs::AreaPerMass => "radius_m and mass_kg, with different area-to-mass ratios",
             Needs::ReleaseAtRest => "a model that declares a release at rest at t_s = 0",
-            Needs::OfEach => "a model file that declares it with per = \"trajectory\"",
+            Needs::PerTrajectory => "a model file that declares it with per = \"trajectory\"",
             Needs::Coasting => "a rod fast enough that the object slides on ahead of it",
         }
     }
@@ -146,10 +146,10 @@ impl Polar {
     /// ```
     /// use augsim_physics::effects::Polar;
     /// let (mut ratio, mut angle) = (0.5, 0.0); // half as long along one axis is twice as long along the other
-    /// Polar::Axis.bring_round(&mut ratio, &mut angle);
+    /// Polar::Axis.normalise(&mut ratio, &mut angle);
     /// assert_eq!((ratio, angle.abs()), (2.0, std::f64::consts::FRAC_PI_2));
     /// ```
-    pub fn bring_round(self, amount: &mut f64, angle: &mut f64) {
+    pub fn normalise(self, amount: &mut f64, angle: &mut f64) {
         match self {
             Polar::Axis => {
                 if *amount > 0.0 && *amount < 1.0 {
@@ -215,7 +215,7 @@ pub struct EffectSpec {
     /// A kind whose score test stands in for this one's: where that kind is fitted, this one is fitted too.
     ///
     /// For an effect whose own score test, a linearisation at the null values, does not predict its gain.
-    pub foretold_by: Option<&'static str>,
+    pub indicated_by: Option<&'static str>,
     /// Whether it slows down every simulation (no closed form); tested separately from cheap effects.
     pub costly: bool,
     /// Start values of a fit with it.
@@ -248,7 +248,7 @@ impl EffectSpec {
         same_as: None,
         joins: None,
         contains: None,
-        foretold_by: None,
+        indicated_by: None,
         costly: false,
         start: Start::Estimate,
         probe: &[],

@@ -15,7 +15,7 @@ static SPEC: EffectSpec = EffectSpec {
     kind: "spin-offset",
     location: Location::Sensor,
     parameters: &[rate("x_rad_s"), rate("y_rad_s"), rate("z_rad_s")],
-    needs: Needs::OfEach,
+    needs: Needs::PerTrajectory,
     formula: "spin = recorded spin + (x, y, z), of each trajectory",
     source: "the spin varies from throw to throw; Magnus lift and rebound reveal it",
     ..EffectSpec::PLAIN

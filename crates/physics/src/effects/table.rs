@@ -224,10 +224,10 @@ impl<S: Scalar> Law<S> for Table {
             j[0] += self.interpolate(p, self.impact_feature(impact));
         }
     }
-    fn changes_sight(&self) -> bool {
+    fn changes_measurement(&self) -> bool {
         self.target.location() == Location::Sensor
     }
-    fn sees_velocity(&self) -> bool {
+    fn uses_velocity(&self) -> bool {
         let velocity = [Against::VelocityX, Against::VelocityZ, Against::Speed];
         self.target.location() == Location::Sensor && velocity.contains(&self.against)
     }

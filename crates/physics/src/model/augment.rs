@@ -5,7 +5,7 @@ use crate::ball::Axes;
 use crate::effects::{self, Against, SCATTER_KIND, TABLE_KIND, Table, Target};
 use crate::push;
 use crate::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, ScatterPer,
+    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, Objection, RoundTripError, ScatterPer,
     System,
 };
 use augsim_data::checks::Expected;
@@ -157,14 +157,14 @@ impl ModelFile {
     /// Text of the model file, after checking that it parses back to the same model.
     ///
     /// # Errors
-    /// [`NotReadable`] if it does not.
-    pub fn readable(&self) -> Result<String, NotReadable> {
+    /// [`RoundTripError`] if it does not.
+    pub fn readable(&self) -> Result<String, RoundTripError> {
         let (file, text) = match self {
             ModelFile::Ball(model) => (&model.file, model.to_toml()),
             ModelFile::Push(model) => (&model.file, model.to_toml()),
         };
         let not_readable =
-            |source: Option<Box<dyn StdError + Send + Sync>>| NotReadable { model: file.clone(), source };
+            |source: Option<Box<dyn StdError + Send + Sync>>| RoundTripError { model: file.clone(), source };
         match ModelFile::parse(&text, file) {
             Ok(back) if back == *self => Ok(text),
             Ok(_) => Err(not_readable(None)),
@@ -197,7 +197,7 @@ impl Declaration for Model {
         Ok(Arc::new(ball))
     }
 
-    fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
+    fn augmented(&self, found: &Augmentation) -> Result<String, RoundTripError> {
         ModelFile::Ball(self.with_fit(found)).readable()
     }
 }
@@ -223,7 +223,7 @@ impl Declaration for PushModel {
         Err(Objection::new(MissingColumns::Push(missing.join("`, `"))))
     }
 
-    fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
+    fn augmented(&self, found: &Augmentation) -> Result<String, RoundTripError> {
         ModelFile::Push(self.with_fit(found)).readable()
     }
 }

@@ -3,7 +3,7 @@
 use super::{EffectBlock, Model, Parameter, PushModel};
 use crate::ball::{Axes, Ball, BallDeclaration};
 use crate::push::effects::{SCATTER_KIND, index_of};
-use crate::push::{PushDeclares, Pushing};
+use crate::push::{PushDeclaration, Pushing};
 use crate::system::Scatter;
 
 impl Model {
@@ -51,7 +51,7 @@ impl PushModel {
         let (world, _) = self.world();
         let blocks = self.effects.iter().filter(|b| index_of(&b.kind).is_some());
         let scatter = self.effects.iter().find(|b| b.kind == SCATTER_KIND).and_then(|b| b.parameters.first());
-        let declares = PushDeclares {
+        let declares = PushDeclaration {
             kinds: self.effects.iter().map(|b| b.kind.clone()).collect(),
             position_sd_m: self.position_sd_m,
             angle_sd_rad: self.angle_sd_rad,

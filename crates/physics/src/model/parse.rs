@@ -46,14 +46,14 @@ pub(super) fn effect_default(spec: &ParameterSpec) -> Parameter {
 /// Look-ups in the effect library of a scenario.
 pub(super) struct Library {
     pub(super) spec_of: fn(&str) -> Option<&'static EffectSpec>,
-    pub(super) kinds_like: fn(&str) -> Vec<&'static str>,
+    pub(super) similar_kinds: fn(&str) -> Vec<&'static str>,
     /// An example line for messages about a missing `kind`.
     pub(super) example: &'static str,
 }
 
 const BALL: Library = Library {
     spec_of: effects::spec_of,
-    kinds_like: effects::kinds_like,
+    similar_kinds: effects::similar_kinds,
     example: "kind = \"quadratic-drag\"",
 };
 
@@ -293,7 +293,7 @@ impl<'t> Reader<'t> {
         let (table, kind) = (self.table("effect", value)?, self.kind(value, library)?);
         let (file, line) = (self.file.to_owned(), table.get("kind").map_or(0, |kind| self.line(kind.span())));
         let Some(spec) = (library.spec_of)(kind) else {
-            let nearest = (library.kinds_like)(kind);
+            let nearest = (library.similar_kinds)(kind);
             return Err(ModelError::UnknownKind { file, line, kind: kind.into(), nearest });
         };
         let clash = |b: &&EffectBlock| b.kind == kind || spec.excludes.contains(&b.kind.as_str());

@@ -11,7 +11,7 @@ use toml::de::{DeTable, DeValue};
 
 const PUSH: Library = Library {
     spec_of: effects::spec_of,
-    kinds_like: effects::kinds_like,
+    similar_kinds: effects::similar_kinds,
     example: "kind = \"exact-surface\"",
 };
 

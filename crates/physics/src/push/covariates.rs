@@ -5,7 +5,7 @@ use crate::system::Record;
 
 /// Time since the start, heading and speed of the rod at each sample; NaN for the latter two if the rod
 /// rests.
-pub(super) fn shown_against(record: &Record) -> Vec<(String, Vec<f64>)> {
+pub(super) fn residual_axes(record: &Record) -> Vec<(String, Vec<f64>)> {
     let start_time = record.times.first().copied().unwrap_or(0.0);
     let rod = record.inputs.first();
     let path = rod.and_then(|rod| match &rod.values[..] {

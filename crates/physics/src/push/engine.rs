@@ -131,7 +131,7 @@ pub fn simulate<S: Scalar, P: Path<S>>(
 ///
 /// # Errors
 /// The simulation diverges.
-pub fn simulate_under_way<S: Scalar, P: Path<S>>(
+pub fn simulate_in_progress<S: Scalar, P: Path<S>>(
     push: &Push<'_, S, P>,
     times: &[f64],
     run: &mut Run<S>,
@@ -142,12 +142,12 @@ pub fn simulate_under_way<S: Scalar, P: Path<S>>(
 /// Gap, m, up to which a push in progress counts as touching: several times the noise of a pose.
 const MAX_GAP_UNDER_WAY_M: f64 = 1e-3;
 
-/// [`simulate`], or [`simulate_under_way`] if `under_way` is true.
+/// [`simulate`], or [`simulate_in_progress`] if `is_mid_motion` is true.
 pub(super) fn simulate_push<S: Scalar, P: Path<S>>(
     push: &Push<'_, S, P>,
     times: &[f64],
     run: &mut Run<S>,
-    under_way: bool,
+    is_mid_motion: bool,
 ) -> Result<(), PushError> {
     run.poses.clear();
     run.instants.clear();
@@ -158,10 +158,10 @@ pub(super) fn simulate_push<S: Scalar, P: Path<S>>(
     let mut state = State { pose: stepper.true_pose(&push.start), twist: Twist::zero(), warm_start: None };
     let start_time = first - delay.value();
     let rod = stepper.scene.true_rod(push.path.piece(start_time).position(S::constant(start_time)));
-    if !under_way {
+    if !is_mid_motion {
         stepper.check_start(&state.pose, rod)?;
     }
-    if under_way
+    if is_mid_motion
         && stepper.scene.has_inertia()
         && stepper.scene.gap(&state.pose, rod).0.value() < MAX_GAP_UNDER_WAY_M
     {

@@ -62,7 +62,7 @@ mod world;
 
 pub use batch::simulate_batch;
 pub use contact::{ContactFriction, Mode, Response, Touch};
-pub use engine::{Push, PushError, Run, StepResult, Stepper, Steps, simulate, simulate_under_way};
+pub use engine::{Push, PushError, Run, StepResult, Stepper, Steps, simulate, simulate_in_progress};
 pub use field::Field;
 pub use instant::Instant;
 pub use moments::{Moments, mean_radius};
@@ -74,5 +74,5 @@ pub use poses::simulate_poses;
 pub use response::respond;
 pub use setting::{Anisotropy, Friction, GRAVITY_M_S2, Setting};
 pub use support::{Inertia, Support};
-pub use system::{PushDeclares, Pushing};
+pub use system::{PushDeclaration, Pushing};
 pub use world::{BASE_PARAMETERS, C, CONTACT_FRICTION, MASS, ROD_RADIUS, SUPPORT_FRICTION, Term, World};

@@ -1,7 +1,7 @@
 //! Checks that recorded pushes can be calibrated at all, and the messages for those that cannot.
 
 use super::path::{Motion, Path, Recorded};
-use super::{PushDeclares, ROD_RADIUS, World};
+use super::{PushDeclaration, ROD_RADIUS, World};
 use crate::model::Parameter;
 use crate::system::{Objection, Record};
 use thiserror::Error;
@@ -40,7 +40,7 @@ pub(super) fn too_short() -> Objection {
 pub(super) fn objection(
     world: &World,
     parameters: &[Parameter],
-    declares: &PushDeclares,
+    declares: &PushDeclaration,
     records: &[Record],
 ) -> Option<Objection> {
     let radius = parameters.get(ROD_RADIUS).map_or(0.0, |p| p.nominal);

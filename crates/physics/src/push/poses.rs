@@ -10,8 +10,8 @@ use crate::Scalar;
 ///
 /// The first pose is the start.
 ///
-/// The motion is that of [`simulate`](super::simulate), or with `under_way` that of
-/// [`simulate_under_way`](super::simulate_under_way). Sub-steps end only at corners of the path, and poses
+/// The motion is that of [`simulate`](super::simulate), or with `is_mid_motion` that of
+/// [`simulate_in_progress`](super::simulate_in_progress). Sub-steps end only at corners of the path, and poses
 /// between are interpolated, so the cost does not grow with the number of samples if they are closer than
 /// [`Steps::travel_m`](super::Steps::travel_m). Objects with inertia are stepped from sample to sample.
 ///
@@ -20,7 +20,7 @@ use crate::Scalar;
 pub fn simulate_poses<S: Scalar, P: Path<S>>(
     push: &Push<'_, S, P>,
     times: &[f64],
-    under_way: bool,
+    is_mid_motion: bool,
     poses: &mut Vec<Pose<S>>,
 ) -> Result<(), PushError> {
     poses.clear();
@@ -28,7 +28,7 @@ pub fn simulate_poses<S: Scalar, P: Path<S>>(
     let mut stepper = Stepper::with_field(push.world, push.parameters, push.steps, push.field);
     if stepper.scene.has_inertia() {
         let mut run = Run { poses: Vec::new(), instants: Vec::new(), steps: 0 };
-        simulate_push(push, times, &mut run, under_way)?;
+        simulate_push(push, times, &mut run, is_mid_motion)?;
         *poses = run.poses;
         return Ok(());
     }
@@ -36,7 +36,7 @@ pub fn simulate_poses<S: Scalar, P: Path<S>>(
     let start_time = first - delay.value();
     let (mut pose, mut warm_start) = (stepper.true_pose(&push.start), None);
     let rod = stepper.scene.true_rod(push.path.piece(start_time).position(S::constant(start_time)));
-    if !under_way {
+    if !is_mid_motion {
         stepper.check_start(&pose, rod)?;
     }
     poses.push(push.start);

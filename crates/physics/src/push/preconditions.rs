@@ -2,7 +2,7 @@
 
 use super::effects::all;
 use super::setting::GRAVITY_M_S2;
-use super::{PushDeclares, SUPPORT_FRICTION};
+use super::{PushDeclaration, SUPPORT_FRICTION};
 use crate::effects::Needs;
 use crate::model::Parameter;
 use crate::statistics::{median, quantile};
@@ -19,7 +19,7 @@ const MIN_COASTING_SD: f64 = 3.0;
 pub(super) fn possible(
     effect: usize,
     parameters: &[Parameter],
-    declares: &PushDeclares,
+    declares: &PushDeclaration,
     records: &[&Record],
 ) -> bool {
     let library = all::<f64>();
@@ -49,7 +49,7 @@ fn coasting_m(support_friction: f64, records: &[&Record]) -> f64 {
 ///
 /// The estimate is from third differences of neighbouring samples, which remove smooth motion. Their squared
 /// weights sum to 20, and 1.4826 converts a median absolute value to a standard deviation.
-fn position_sd_m(declares: &PushDeclares, records: &[&Record]) -> f64 {
+fn position_sd_m(declares: &PushDeclaration, records: &[&Record]) -> f64 {
     let values = records.iter().filter_map(|r| r.values.first());
     let third_difference = |w: &[f64]| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs();
     let mut differences: Vec<f64> =

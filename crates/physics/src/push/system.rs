@@ -1,6 +1,6 @@
 //! Planar pushing as a [`System`]: schema, simulation of one window, and data checks.
 
-use super::covariates::shown_against;
+use super::covariates::residual_axes;
 use super::effects;
 use super::engine::{Push as Pushed, Steps};
 use super::objection::{objection, too_short};
@@ -40,14 +40,14 @@ pub struct Pushing {
     schema: Arc<Schema>,
     library: Arc<[Effect]>,
     world: World,
-    declares: Arc<PushDeclares>,
+    declares: Arc<PushDeclaration>,
     parameters: Vec<Parameter>,
     laws: Vec<Law>,
 }
 
 /// Declarations of a model file of pushing besides its parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct PushDeclares {
+pub struct PushDeclaration {
     /// Kinds of the model's effects, including the scatter of friction.
     pub kinds: Vec<String>,
     /// Standard deviation of the position sensor, m.
@@ -65,7 +65,7 @@ const RESOLUTION: f64 = 1e-5;
 
 impl Pushing {
     /// A system of `world` with these parameters, one for each entry of the world's parameter vector.
-    pub fn new(world: World, parameters: Vec<Parameter>, declares: PushDeclares) -> Self {
+    pub fn new(world: World, parameters: Vec<Parameter>, declares: PushDeclaration) -> Self {
         let library = effects::all::<f64>().iter().map(|e| Effect::from(e.spec())).collect();
         let (schema, declares) = (Arc::new(schema(&world, &declares)), Arc::new(declares));
         Self { schema, library, world, declares, parameters, laws: Vec::new() }
@@ -97,8 +97,8 @@ impl Pushing {
             steps: FIT_STEPS,
         };
         let mut poses = Vec::with_capacity(task.window.len());
-        let under_way = task.window.start > 0 || task.record.under_way;
-        simulate_poses(&push, task.times(), under_way, &mut poses)
+        let is_mid_motion = task.window.start > 0 || task.record.is_mid_motion;
+        simulate_poses(&push, task.times(), is_mid_motion, &mut poses)
             .map_err(|e| SimulationError::Engine(Box::new(e)))?;
         out.reset(task.window.len(), 3, task.seeds.len(), 0);
         for (k, pose) in poses.iter().enumerate() {
@@ -209,8 +209,8 @@ impl System for Pushing {
         false
     }
 
-    fn shown_against(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
-        shown_against(record)
+    fn residual_axes(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
+        residual_axes(record)
     }
 
     fn scene(&self, record: &Record, times: &[f64], values: &[f64]) -> Option<TopView> {
@@ -223,7 +223,7 @@ impl System for Pushing {
 }
 
 /// Schema of pushing: states, channels, inputs, error measures and random effects.
-fn schema(world: &World, declares: &PushDeclares) -> Schema {
+fn schema(world: &World, declares: &PushDeclaration) -> Schema {
     let pose = [("x", "m"), ("y", "m"), ("theta", "rad")];
     let channel = |(name, unit): (&str, &str)| {
         let sd = if unit == "rad" { declares.angle_sd_rad } else { declares.position_sd_m };
@@ -232,8 +232,8 @@ fn schema(world: &World, declares: &PushDeclares) -> Schema {
             unit: unit.into(),
             period: (unit == "rad").then_some(TAU),
             sd,
-            sd_at_most: None,
-            sd_at_least: sd,
+            max_sd: None,
+            min_sd: sd,
             fresh: Some("object_new".into()),
         }
     };

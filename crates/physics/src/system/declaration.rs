@@ -55,7 +55,7 @@ pub struct Augmentation {
     "the model that augments {model} does not read back to the same model after writing{}; please report this with the model and the data",
     source.as_ref().map_or(String::new(), |e| format!(" ({e})"))
 )]
-pub struct NotReadable {
+pub struct RoundTripError {
     /// The model.
     pub model: String,
     /// The parse error, if there was one.
@@ -84,6 +84,6 @@ pub trait Declaration: Debug + Send + Sync {
     /// The model file's text with a fit result written into it.
     ///
     /// # Errors
-    /// [`NotReadable`] if the text does not parse back to the same model.
-    fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable>;
+    /// [`RoundTripError`] if the text does not parse back to the same model.
+    fn augmented(&self, found: &Augmentation) -> Result<String, RoundTripError>;
 }

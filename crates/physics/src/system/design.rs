@@ -10,7 +10,7 @@ pub struct Design {
     /// Times, inputs, covariates and one window with its initial state; no measured values.
     pub record: Record,
     /// The record ends after this many events: predictions beyond them are too uncertain for planning.
-    pub most_events: usize,
+    pub max_events: usize,
 }
 
 /// A list of candidate experiments.

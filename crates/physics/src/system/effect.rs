@@ -86,7 +86,7 @@ pub struct Effect {
     /// A simpler kind that it reduces to where some of its parameters have their null value.
     pub contains: Option<String>,
     /// A kind whose score test stands in for this one's: where that kind is fitted, this one is fitted too.
-    pub foretold_by: Option<String>,
+    pub indicated_by: Option<String>,
     /// Whether it slows down every simulation; such effects are tested separately from cheap ones.
     pub costly: bool,
     /// Start values of a fit with it.
@@ -138,7 +138,7 @@ impl From<&EffectSpec> for Effect {
                 own: join.own.iter().map(|values| values.to_vec()).collect(),
             }),
             contains: spec.contains.map(Into::into),
-            foretold_by: spec.foretold_by.map(Into::into),
+            indicated_by: spec.indicated_by.map(Into::into),
             costly: spec.costly,
             start: match spec.start {
                 StartSpec::Estimate => Start::Estimate,
@@ -159,7 +159,7 @@ impl From<&EffectSpec> for Effect {
 ///
 /// Entries for a pair of kinds take precedence over those for a kind and a place, and these over those for a
 /// kind and any other.
-pub fn known_separation<'e>(one: &[&'e Effect], other: &[&'e Effect]) -> Option<&'e str> {
+pub fn known_distinguishing_experiment<'e>(one: &[&'e Effect], other: &[&'e Effect]) -> Option<&'e str> {
     let sides = [(one, other), (other, one)];
     let known = |applies: &dyn Fn(&Rival, &[&Effect]) -> bool| {
         sides.iter().find_map(|(effects, rivals)| {

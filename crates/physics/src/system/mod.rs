@@ -28,15 +28,15 @@ use std::fmt::Debug;
 use std::ops::Range;
 use std::sync::Arc;
 
-pub use declaration::{Addition, Augmentation, Declaration, Fitted, FittedValues, NotReadable};
+pub use declaration::{Addition, Augmentation, Declaration, Fitted, FittedValues, RoundTripError};
 pub use design::{Design, Designs};
-pub use effect::{Effect, EffectParameter, Grammar, Join, Rival, Start, known_separation};
+pub use effect::{Effect, EffectParameter, Grammar, Join, Rival, Start, known_distinguishing_experiment};
 pub use error::{Objection, SimulationError, SystemError};
 pub(crate) use lanes::with_lanes;
 pub use lanes::{in_blocks, seeded};
 pub use law::{Law, Table};
 pub use quantity::Quantity;
-pub use record::{MEMORY, Record, SeenEvent, Stream, Window, pieces_of, spread, typical_step};
+pub use record::{DetectedEvent, MEMORY, Record, Stream, Window, split_by_duration, spread, typical_step};
 pub use scatter::{Scatter, ScatterPer};
 pub use schema::{Begin, Between, Channel, Drawn, EventSchema, Input, Measure, Schema, State, Target};
 pub use simulated::{Event, Simulated};
@@ -73,13 +73,13 @@ pub trait System: Debug + Send + Sync {
     ///
     /// Each result is bit-identical to that of [`simulate`](System::simulate), whatever the other tasks are.
     /// Runs on the calling thread; a caller with several threads splits its list, preferably into multiples
-    /// of [`side_by_side`](System::side_by_side). The default simulates one window after the other; a system
+    /// of [`simd_batch_size`](System::simd_batch_size). The default simulates one window after the other; a system
     /// that batches windows in SIMD lanes overrides it.
     ///
     /// # Errors
     /// One [`SimulationError`] per failed task, whose element of `out` is then undefined; the other tasks are
     /// not affected. A task without an element in `out` is refused.
-    fn simulate_all(&self, tasks: &[Task<'_>], out: &mut [Simulated]) -> Vec<Result<(), SimulationError>> {
+    fn simulate_batch(&self, tasks: &[Task<'_>], out: &mut [Simulated]) -> Vec<Result<(), SimulationError>> {
         let out_count = out.len();
         let mut outputs = out.iter_mut();
         let simulate = |task| match outputs.next() {
@@ -89,8 +89,8 @@ pub trait System: Debug + Send + Sync {
         tasks.iter().map(simulate).collect()
     }
 
-    /// Batch size of [`simulate_all`](System::simulate_all): windows with equal seeds in one pass.
-    fn side_by_side(&self) -> usize {
+    /// Batch size of [`simulate_batch`](System::simulate_batch): windows with equal seeds in one pass.
+    fn simd_batch_size(&self) -> usize {
         1
     }
 
@@ -119,7 +119,7 @@ pub trait System: Debug + Send + Sync {
     }
 
     /// Start value for fitting a declared parameter, if there is a better one than the nominal value.
-    fn fit_from(&self, _parameter: usize) -> Option<f64> {
+    fn start_value(&self, _parameter: usize) -> Option<f64> {
         None
     }
 
@@ -147,7 +147,7 @@ pub trait System: Debug + Send + Sync {
     ///
     /// Such a start may be poor; the caller then refines it by fitting longer and longer first parts of the
     /// window. The default is false: a system that detects events uses them for its initial states.
-    fn begins_from_first_samples(&self) -> bool {
+    fn starts_from_first_samples(&self) -> bool {
         false
     }
 
@@ -199,7 +199,7 @@ pub trait System: Debug + Send + Sync {
     /// Quantities against which residuals are plotted: name and one value per sample, NaN if undefined.
     ///
     /// `events` are the simulated events.
-    fn shown_against(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
+    fn residual_axes(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
         let channels = self.schema().channels.iter().zip(&record.values);
         let time = ("time_s".to_string(), record.times.clone());
         std::iter::once(time).chain(channels.map(|(c, values)| (c.column.clone(), values.clone()))).collect()

@@ -16,7 +16,7 @@ pub struct Stream {
 
 /// An event detected in the data before any model is fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SeenEvent {
+pub struct DetectedEvent {
     /// Time of the event, s.
     pub time: f64,
     /// Rough estimate of the event's parameter (for an impact: the restitution).
@@ -54,13 +54,13 @@ pub struct Record {
     /// Sample ranges without an event, in which the motion is smooth; empty where unknown.
     pub pieces: Vec<Range<usize>>,
     /// Events detected in the data.
-    pub events: Vec<SeenEvent>,
+    pub events: Vec<DetectedEvent>,
     /// Noise of two samples of a channel counts as independent from this time difference on, s.
     pub memory_s: f64,
     /// Number of samples, from the first, that a forecast may use to estimate its initial state.
     pub known: usize,
     /// Whether the record begins during a motion, so that its initial state is unknown.
-    pub under_way: bool,
+    pub is_mid_motion: bool,
 }
 
 impl Record {
@@ -135,7 +135,7 @@ pub fn typical_step(times: &[f64]) -> f64 {
 const MAX_DURATION_RATIO: f64 = 1.2;
 
 /// Splits samples into ranges of `duration_s`; drops an incomplete last one and those with a gap.
-pub fn pieces_of(times: &[f64], duration_s: f64) -> Vec<Range<usize>> {
+pub fn split_by_duration(times: &[f64], duration_s: f64) -> Vec<Range<usize>> {
     let mut ranges = Vec::new();
     let mut first = 0;
     for k in 1..times.len() {

@@ -39,12 +39,12 @@ pub struct Channel {
     /// Declared noise standard deviation, in the unit of the channel.
     pub sd: Option<f64>,
     /// Upper bound of the noise standard deviation, if known (from residuals over the shortest windows).
-    pub sd_at_most: Option<f64>,
+    pub max_sd: Option<f64>,
     /// Lower bound of the noise standard deviation: the declared accuracy of the instrument.
     ///
     /// Neighbouring samples of a marker agree better with each other than with the true position, so an
     /// estimate from their differences can be far too small.
-    pub sd_at_least: Option<f64>,
+    pub min_sd: Option<f64>,
     /// Column that marks (above 0.5) the rows with a new measurement of the channel, if there is one.
     pub fresh: Option<String>,
 }

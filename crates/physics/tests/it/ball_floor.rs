@@ -6,7 +6,7 @@
 use crate::shared_data::shared_data;
 use augsim_data::{Dataset, Trajectory, read_legacy_ball};
 use augsim_physics::ball::bullet::DEFAULT_DAMPING;
-use augsim_physics::ball::floor::{Ensemble, Floor, FloorOptions, Start, floor, paper_floor};
+use augsim_physics::ball::floor::{Ensemble, ErrorFloorOptions, Floor, Start, floor, published_error_floor};
 use augsim_physics::ball::paper_law::PaperLaw;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -28,7 +28,7 @@ fn normal_law() -> (Dataset, impl Fn(Start, &mut rand_xoshiro::Xoshiro256PlusPlu
 #[test]
 fn floor_of_a_normal_distribution_matches_the_closed_form() {
     let (truth, fill) = normal_law();
-    let options = FloorOptions { draws: 200, averaged: 10, seed: 1 };
+    let options = ErrorFloorOptions { draws: 200, averaged: 10, seed: 1 };
     let found = floor(&truth, options, fill).unwrap();
     // E|X| = sqrt(2/pi) for a standard normal X. The error of the mean of k samples is N(0, 1 + 1/k). The
     // CRPS of the exact distribution is 1/sqrt(pi). All are halved, since the first of the two samples has no
@@ -48,7 +48,7 @@ fn floor_of_a_normal_distribution_matches_the_closed_form() {
     assert_eq!(found.crps_velocity_m_s.mean, 0.0);
     // The fair score is unbiased for any number of draws; the plain estimate would be 25 % too large here.
     let (truth, fill) = normal_law();
-    let few = FloorOptions { draws: 4, averaged: 2, seed: 1 };
+    let few = ErrorFloorOptions { draws: 4, averaged: 2, seed: 1 };
     close(floor(&truth, few, fill).unwrap().crps_height_m.mean, crps, "CRPS from 4 draws");
 }
 
@@ -72,8 +72,8 @@ fn check_optimal(found: &Floor) {
 fn each_optimal_predictor_has_the_smallest_error_under_its_loss() {
     let law = PaperLaw { samples: 200, ..PaperLaw::default() };
     let (truth, _) = law.generate(150, 11).unwrap();
-    let options = FloorOptions { draws: 300, averaged: 10, seed: 2 };
-    let found = paper_floor(&law, &truth, options).unwrap();
+    let options = ErrorFloorOptions { draws: 300, averaged: 10, seed: 2 };
+    let found = published_error_floor(&law, &truth, options).unwrap();
     let score = |f: &Floor| f.median.position_m.mean;
     assert!(score(&found) < found.mean.position_m.mean);
     assert!(found.mean.position_m.mean < found.mean_of_samples.position_m.mean);
@@ -82,9 +82,9 @@ fn each_optimal_predictor_has_the_smallest_error_under_its_loss() {
 
     for threads in [1, 2, 7] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        assert_eq!(pool.install(|| paper_floor(&law, &truth, options)).unwrap(), found);
+        assert_eq!(pool.install(|| published_error_floor(&law, &truth, options)).unwrap(), found);
     }
-    assert_ne!(paper_floor(&law, &truth, FloorOptions { seed: 3, ..options }).unwrap(), found);
+    assert_ne!(published_error_floor(&law, &truth, ErrorFloorOptions { seed: 3, ..options }).unwrap(), found);
 }
 
 #[test]
@@ -93,7 +93,7 @@ fn floors_of_the_published_sets_are_reproduced() {
     damped.ball.damping = DEFAULT_DAMPING;
     // The median of 500 draws has a 0.3 % larger error than the exact one; the tolerance of 1 % also covers
     // the rounding of the published figures.
-    let options = FloorOptions { draws: 500, ..FloorOptions::default() };
+    let options = ErrorFloorOptions { draws: 500, ..ErrorFloorOptions::default() };
     // Median: position m, velocity m/s, trans %.
     let rows = [
         ("test", PaperLaw::default(), [0.087, 0.431, 14.05]),
@@ -107,7 +107,7 @@ fn floors_of_the_published_sets_are_reproduced() {
         };
         let truth = read_legacy_ball(&path).unwrap();
         let started = std::time::Instant::now();
-        let found = paper_floor(&law, &truth, options).unwrap();
+        let found = published_error_floor(&law, &truth, options).unwrap();
         println!("{name}: {:.1} s {found:.4?}", started.elapsed().as_secs_f64());
         if name == "test_1000" {
             // Optimality holds on average only; the smaller sets of 100 trajectories can favour another
@@ -126,11 +126,11 @@ fn floors_of_the_published_sets_are_reproduced() {
 fn invalid_floor_requests_are_refused_with_a_message() {
     let law = PaperLaw { samples: 10, ..PaperLaw::default() };
     let (truth, _) = law.generate(2, 0).unwrap();
-    let text = |set: &Dataset, options| paper_floor(&law, set, options).unwrap_err().to_string();
-    let few = FloorOptions { draws: 9, ..FloorOptions::default() };
+    let text = |set: &Dataset, options| published_error_floor(&law, set, options).unwrap_err().to_string();
+    let few = ErrorFloorOptions { draws: 9, ..ErrorFloorOptions::default() };
     assert_eq!(text(&truth, few), "9 draws are too few; use at least 10");
     assert_eq!(
-        text(&truth.select(&[]), FloorOptions::default()),
+        text(&truth.select(&[]), ErrorFloorOptions::default()),
         "no trajectories to score; pass at least one"
     );
 }

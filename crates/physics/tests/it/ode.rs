@@ -145,7 +145,7 @@ fn many_windows_are_simulated_as_each_by_itself_and_refused_one_by_one() {
     let seeds = [Seed::Parameter(0)];
     let tasks = [good.task(&seeds), bad.task(&seeds), good.task(&[]), good.task(&seeds)];
     let mut out = vec![Simulated::default(); 3];
-    let done = system.simulate_all(&tasks, &mut out);
+    let done = system.simulate_batch(&tasks, &mut out);
     assert!(done[0].is_ok() && done[2].is_ok());
     assert!(matches!(
         done[1],

@@ -5,7 +5,7 @@
 use crate::shared_data::{shared_data, workspace};
 use augsim_data::{Dataset, read_legacy_ball};
 use augsim_physics::ball::bullet::DEFAULT_DAMPING;
-use augsim_physics::ball::paper_law::{Drop, PaperLaw, paper_engine, rollout};
+use augsim_physics::ball::paper_law::{Drop, PaperLaw, published_predictor, rollout};
 use flate2::read::MultiGzDecoder;
 use std::fs::File;
 use std::io::Read;
@@ -62,7 +62,7 @@ fn check_reproduced(truth: &Dataset, engine: Option<&Dataset>, law: PaperLaw, dr
     let Some(engine) = engine else { return };
     // Predict from the exact initial state: the rounded one of the file moves an impact by up to a
     // microsecond.
-    let predicted = rollout(&paper_engine(), &simulated).expect("the engine's rate");
+    let predicted = rollout(&published_predictor(), &simulated).expect("the engine's rate");
     let [height, velocity] = largest_difference(engine, &predicted);
     assert!(
         height < ROUNDING_TOLERANCE && velocity < ROUNDING_TOLERANCE,
@@ -131,7 +131,7 @@ fn rollout_refuses_data_with_another_time_step() {
     law.ball.step_s = 1.0 / 50.0;
     let (other_rate, _) = law.generate(1, 0).unwrap();
     assert_eq!(
-        rollout(&paper_engine(), &other_rate).unwrap_err().to_string(),
+        rollout(&published_predictor(), &other_rate).unwrap_err().to_string(),
         "trajectory `0`: sample 1 is not 1 steps of 0.016666666666666666 s after the first; this \
          engine has a fixed step: resample the data"
     );

@@ -8,7 +8,7 @@ use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::paper_law;
 use augsim_physics::effects::SCATTER_KIND;
 use augsim_physics::system::ScatterPer;
-use augsim_session::run_data::paper_engine;
+use augsim_session::run_data::published_predictor;
 use augsim_session::run_dir::DataSource;
 use augsim_terminal::output::Output;
 use augsim_trainer::Engine;
@@ -28,7 +28,7 @@ pub fn chain(
     let augmented = augmented(found, runs.seed);
     let chain = Chain {
         name: None,
-        declared: paper_engine(),
+        declared: published_predictor(),
         calibrated: Engine::PybulletBall(stepped(|name| found.calibrated.get(name).map(|e| e.value))),
         augmented: Engine::PybulletBall(augmented.ball),
         scattered: Some(&augmented),
@@ -57,7 +57,7 @@ fn augmented(found: &Discovery, seed: u64) -> ScatteredBall {
 /// describe the difference between the stepping scheme and the exact engine, which the stepping engine
 /// already has.
 fn stepped(value: impl Fn(&str) -> Option<f64>) -> BulletBall {
-    let nominal = paper_law::paper_engine();
+    let nominal = paper_law::published_predictor();
     BulletBall {
         restitution: value("restitution").unwrap_or(nominal.restitution),
         // Bullet has one damping for both drag effects.

@@ -1,7 +1,7 @@
 //! Discovery on all measured data sets of a folder.
 
 use anyhow::Context;
-use augsim_data::convert::{CONVERTERS, is_of_pushes};
+use augsim_data::convert::{CONVERTERS, holds_pushes};
 use augsim_data::{Dataset, MissingCells, atomic_write, read_dataset, write_dataset};
 use augsim_discovery::Discovery;
 use augsim_session::folders;
@@ -60,7 +60,7 @@ pub struct SetRow {
 /// Runs the discovery on the ball data sets in `data`, each in a separate folder of `out`.
 pub fn run(data: &Path, out: &Path, seed: u64, output: &Output) -> anyhow::Result<Vec<SetRow>> {
     let mut rows = Vec::new();
-    for (set, convert) in CONVERTERS.into_iter().filter(|(set, _)| !is_of_pushes(set)) {
+    for (set, convert) in CONVERTERS.into_iter().filter(|(set, _)| !holds_pushes(set)) {
         let folder = data.join(set);
         if !folder.exists() {
             output.note(format!("{}: not found, skipped", folder.display()));

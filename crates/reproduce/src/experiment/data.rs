@@ -11,12 +11,12 @@ use augsim_physics::push::laboratory::{Generated, Protocol};
 use augsim_report::page::DataSource as Origin;
 use augsim_session::provenance::fingerprint;
 use augsim_session::run_data::{
-    PUBLISHED_RATE_HZ, load, object_on_surface, paper_engine, read, recipe, sequences,
+    PUBLISHED_RATE_HZ, load, object_on_surface, published_predictor, read, recipe, sequences,
 };
 use augsim_session::run_dir::DataSource;
 use augsim_session::usage::Takes;
 use augsim_terminal::Usage;
-use augsim_trainer::push::{Thinning, pushes};
+use augsim_trainer::push::{Subsampling, pushes};
 use augsim_trainer::score::Score;
 use augsim_trainer::{self as trainer, Engine, Sequences};
 use std::collections::BTreeMap;
@@ -120,7 +120,7 @@ impl Laboratory {
         let count = plan.train + plan.test;
         let Generated { data, declared, .. } =
             recipe(Protocol::Mit, object, surface, count)?.generate(seed)?;
-        let all = pushes(&data, Thinning::default())?;
+        let all = pushes(&data, Subsampling::default())?;
         Ok(Laboratory {
             declared,
             data,
@@ -150,7 +150,7 @@ pub fn engine_of(model: PushModel) -> anyhow::Result<Engine> {
 
 fn made(object: &str, surface: &str, count: usize, seed: u64) -> anyhow::Result<Sequences> {
     let made = recipe(Protocol::Mit, object, surface, count)?.generate(seed)?;
-    Ok(pushes(&made.data, Thinning::default())?)
+    Ok(pushes(&made.data, Subsampling::default())?)
 }
 
 /// Describes the source of data.
@@ -177,7 +177,7 @@ pub fn part(all: &Sequences, from: usize, to: usize) -> Sequences {
 impl Data {
     /// Loads or generates training and test drops, with the engine of the experiment of the paper.
     pub fn drops(train: &DataSource, test: &DataSource) -> anyhow::Result<(Self, Dataset)> {
-        let engine = paper_engine();
+        let engine = published_predictor();
         let (train_set, truth) = (load(train, &engine)?, read(test, &engine)?);
         let items = sequences(&truth, &engine)?;
         let tests = vec![Set { on: None, engine: engine.clone(), items }];
@@ -243,7 +243,7 @@ impl Data {
         let items = pairs.remove(&pair).unwrap_or_default();
         let of = |items: &[usize]| -> anyhow::Result<Sequences> {
             let set: Dataset = all.select(items);
-            Ok(pushes(&set, Thinning::default())?)
+            Ok(pushes(&set, Subsampling::default())?)
         };
         let share = plan.train as f64 / (plan.train + plan.test) as f64;
         let split = Split::random(items.len(), SplitSize::TrainFraction(share), seed)?;

@@ -19,7 +19,7 @@ pub use runs::folder as runs_folder;
 pub use sizes::Sizes;
 
 use augsim_data::Dataset;
-use augsim_physics::ball::floor::{FloorOptions, paper_floor};
+use augsim_physics::ball::floor::{ErrorFloorOptions, published_error_floor};
 use augsim_physics::ball::paper_law::PaperLaw;
 use augsim_session::run_dir::{Config, RunDir};
 use augsim_session::training_run::Trained;
@@ -27,7 +27,7 @@ use augsim_terminal::destination::{Claim, REPORT, RESULT};
 use augsim_terminal::output::Output;
 use augsim_terminal::training::{self, Times};
 use augsim_trainer::models::{Law, Physics, Still, Zero};
-use augsim_trainer::push::{GpOptions, GpPush, Thinning};
+use augsim_trainer::push::{GpOptions, GpPush, Subsampling};
 use augsim_trainer::{
     Correction, Forecaster, Losses, Protocol, Recipe, Settings, evaluate_forecast, evaluate_reconstruction,
 };
@@ -92,7 +92,7 @@ impl Experiment {
             (calibration, test_runs) = (Some(measured.calibration.estimates), measured.test_runs);
             notes.push("mit-pusher-slider-runs: windows of 1 s from the measured pose, 25 Hz".to_owned());
         }
-        let thinning = Thinning::default();
+        let thinning = Subsampling::default();
         let result = ResultFile {
             schema: "augsim.reproduce/1",
             scenario: self.words.scenario,
@@ -238,8 +238,8 @@ impl Experiment {
 
     /// Computes the lowest error of any predictor from the first state.
     fn floor(&self, layout: &'static Layout, truth: &Dataset) -> anyhow::Result<Row> {
-        let options = FloorOptions { seed: self.seed, ..Default::default() };
-        let floor = paper_floor(&PaperLaw::default(), truth, options)?;
+        let options = ErrorFloorOptions { seed: self.seed, ..Default::default() };
+        let floor = published_error_floor(&PaperLaw::default(), truth, options)?;
         let errors = [
             floor.weighted_median.trans_percent.mean,
             floor.median.position_m.mean,

@@ -204,13 +204,13 @@ fn errors(drawn: &Drawn<'_>, layout: &Layout) -> Vec<ErrorCurve> {
 fn parts(drawn: &Drawn<'_>) -> Vec<Curve> {
     let moving = drawn.scored.iter().filter(|s| !matches!(s.name.as_str(), "Zero" | "Still"));
     let curve = |s: &Scored| {
-        let n = s.score.over_parts.len();
+        let n = s.score.error_by_part.len();
         Curve {
             model: s.name.clone(),
             measure: "Position".to_owned(),
             unit: "mm".to_owned(),
             x: (0..n).map(|i| (i as f64 + 0.5) / n as f64).collect(),
-            y: s.score.over_parts.iter().map(|v| 1e3 * v).collect(),
+            y: s.score.error_by_part.iter().map(|v| 1e3 * v).collect(),
         }
     };
     moving.map(curve).collect()

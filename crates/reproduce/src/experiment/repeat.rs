@@ -62,7 +62,8 @@ pub fn compare(repeats: usize, seed: u64, models: &[(String, &dyn Forecaster)]) 
     let make = |k: u64| -> anyhow::Result<Sequences> {
         let recipe = recipe(Protocol::Repeat, "rect1", "abs", repeats)?;
         let data = recipe.generate(seed.wrapping_add(SEED_OFFSET + k))?.data;
-        let mut all = pushes(&data, augsim_trainer::push::Thinning { samples: usize::MAX, rate_hz: 20.0 })?;
+        let mut all =
+            pushes(&data, augsim_trainer::push::Subsampling { samples: usize::MAX, rate_hz: 20.0 })?;
         for q in &mut all.items {
             cut(q);
         }

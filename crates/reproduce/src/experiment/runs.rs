@@ -11,7 +11,7 @@ use augsim_physics::model::PushModel;
 use augsim_physics::push::Object;
 use augsim_trainer::models::{Physics, Still, Zero};
 use augsim_trainer::push::calibrate::{Calibration, calibrate};
-use augsim_trainer::push::{Thinning, pushes, windows};
+use augsim_trainer::push::{Subsampling, pushes, windows};
 use augsim_trainer::{
     Forecaster, NetModel, Protocol, Recipe, Sequences, Settings, Training, evaluate_forecast,
 };
@@ -72,7 +72,7 @@ pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measure
     }
     let cut = |items: &[usize], every: usize| -> anyhow::Result<Sequences> {
         let set: Dataset = data.select(items);
-        Ok(windows(&pushes(&set, Thinning { samples: usize::MAX, rate_hz: RATE_HZ })?, SAMPLES, every))
+        Ok(windows(&pushes(&set, Subsampling { samples: usize::MAX, rate_hz: RATE_HZ })?, SAMPLES, every))
     };
     let train = cut(&train, WINDOW_STRIDES[0])?;
     let calibration = calibrate(&declared, &train)?;

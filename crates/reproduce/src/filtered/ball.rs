@@ -8,7 +8,7 @@ use anyhow::Context;
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::paper_law::{self, PaperLaw};
 use augsim_report::page::Block;
-use augsim_session::run_data::paper_engine;
+use augsim_session::run_data::published_predictor;
 use augsim_session::run_dir::{Config, DataSource};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{REPORT, RESULT};
@@ -16,8 +16,8 @@ use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::training::{self, Times};
 use augsim_trainer::filter::{
-    FilterSettings, FilteredScore, FittedDrop, Freedom, Prefix, PrefixForecaster, RestitutionLaw, Sensor,
-    StartLaw, behind_rows, evaluate_filtered, seen_rows,
+    FilterSettings, FilteredScore, FittedDrop, Freedom, InitialStatePrior, Prefix, PrefixForecaster,
+    RandomRestitution, Sensor, evaluate_filtered, measured_rows, same_prefix_lengths,
 };
 use augsim_trainer::{NetModel, Recipe, Sequences, Settings};
 use serde::Serialize;
@@ -128,7 +128,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     claim.begin()?;
     let (data, _) = Data::drops(&train, &test)?;
     output.note(format!("training Hybrid+ ({iterations} iterations)"));
-    let settings = Settings::new(Recipe::HybridPlus, iterations, seed, paper_engine());
+    let settings = Settings::new(Recipe::HybridPlus, iterations, seed, published_predictor());
     let config =
         Config { checkpoint_every: 500, data: train, accept: Vec::new(), residual_of: None, settings };
     let folder = claim.folder().join("hybrid-plus");
@@ -140,11 +140,11 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
         items.items.truncate(QUICK_DROPS);
     }
     let law = PaperLaw::default();
-    let floor = RestitutionLaw { ball: law.ball, mean: law.restitution_mean, sd: law.restitution_sd };
-    let fitted = |freedom| FittedDrop { ball: paper_law::paper_engine(), freedom };
+    let floor = RandomRestitution { ball: law.ball, mean: law.restitution_mean, sd: law.restitution_sd };
+    let fitted = |freedom| FittedDrop { ball: paper_law::published_predictor(), freedom };
     let (declared, calibrated) = (fitted(Freedom::Height), fitted(Freedom::Calibrated));
     output.note("fitting restitution and damping to every training drop");
-    let augmented = RestitutionLaw::fitted(paper_law::paper_engine(), &data.train);
+    let augmented = RandomRestitution::fitted(paper_law::published_predictor(), &data.train);
     let models: [(&'static str, &dyn PrefixForecaster); 5] = [
         ("Floor", &floor),
         ("Least squares, declared", &declared),
@@ -152,7 +152,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
         ("Physics augmented", &augmented),
         ("Hybrid+", &net.model),
     ];
-    let start = StartLaw::of(&data.train);
+    let start = InitialStatePrior::of(&data.train);
     let mut rows = Vec::new();
     for (sensor, sd) in SENSORS {
         for (name, model) in models {
@@ -183,12 +183,12 @@ fn scored(
     name: &'static str,
     model: &dyn PrefixForecaster,
     (sensor_name, sensor): (&'static str, Sensor),
-    start: &StartLaw,
+    start: &InitialStatePrior,
     test: &Sequences,
     seed: u64,
 ) -> anyhow::Result<Vec<Row>> {
     let settings = FilterSettings::new(PARTICLES, seed);
-    let lengths = behind_rows(&PREFIX_LENGTHS, test.items.len());
+    let lengths = same_prefix_lengths(&PREFIX_LENGTHS, test.items.len());
     let scores = evaluate_filtered(model, test, (&sensor, start), &lengths, settings)?;
     let row = |(seen, s): (usize, FilteredScore)| {
         let errors = |percent, e: &[f64]| Errors { trans_percent: percent, pos_m: e[0], vel_m_s: e[1] };
@@ -213,11 +213,16 @@ fn scored(
 const SHOWN: [usize; 4] = [30, 60, 65, 90];
 
 /// Draws forecasts of the first test drop with increasing prefix lengths.
-fn narrowing(model: &NetModel, start: &StartLaw, test: &Sequences, seed: u64) -> anyhow::Result<Block> {
+fn narrowing(
+    model: &NetModel,
+    start: &InitialStatePrior,
+    test: &Sequences,
+    seed: u64,
+) -> anyhow::Result<Block> {
     let (name, sd) = SENSORS[1];
     let sensor = Sensor::new(sd.to_vec())?;
     let q = test.items.first().context("a test drop")?;
-    let rows = seen_rows(q, &sensor, Some(seed), 0);
+    let rows = measured_rows(q, &sensor, Some(seed), 0);
     let (id, columns) = (&q.id, sd.len());
     let last = SHOWN[SHOWN.len() - 1];
     let prefix = Prefix {

@@ -1,12 +1,12 @@
 //! Quantities that are tuned on training trajectories: noise factor, spread of bands, and a network on
 //! the residual.
 
-use augsim_session::filtered::{OfSystem, PARTICLES, Timed};
+use augsim_session::filtered::{PARTICLES, SystemOnPrefix, Timed};
 use augsim_terminal::output::Output;
 use augsim_trainer::SAMPLES;
 use augsim_trainer::filter::{
-    Corrected, FilterSettings, FilteredScore, ForecastCorrection, Kept, OwnLaws, PrefixForecaster, Sensor,
-    StartLaw, Widened, evaluate_filtered,
+    Corrected, FilterSettings, FilteredScore, ForecastCorrection, InitialStatePrior, Kept, LearnedPriors,
+    PrefixForecaster, RescaledSpread, Sensor, evaluate_filtered,
 };
 
 /// Candidate factors of the measurement noise. Residuals of a flight are autocorrelated, so the nominal
@@ -24,8 +24,8 @@ pub type Prefixes<'a> = (&'a [Vec<usize>], u64);
 /// Chooses the noise factor with the smallest CRPS on training trajectories (geometric mean over
 /// prefixes); returns it with the sensor.
 pub fn noise(
-    train: &OfSystem,
-    laws: &OwnLaws,
+    train: &SystemOnPrefix,
+    laws: &LearnedPriors,
     prefixes: Prefixes<'_>,
     output: &Output,
 ) -> anyhow::Result<(f64, Sensor)> {
@@ -33,7 +33,7 @@ pub fn noise(
     let mut best = (f64::INFINITY, NOISE_FACTORS[0]);
     for noise in NOISE_FACTORS {
         let scores = scored(&train.filter, &train.data, (&sensor(noise)?, &train.start), prefixes)?;
-        let crps = scores.iter().map(|s| s.crps_of_most[0].ln()).sum::<f64>() / scores.len() as f64;
+        let crps = scores.iter().map(|s| s.median_crps[0].ln()).sum::<f64>() / scores.len() as f64;
         output.detail(format!("noise times {noise}: CRPS of training flights {:.2} mm", 1e3 * crps.exp()));
         if crps < best.0 {
             best = (crps, noise);
@@ -45,7 +45,7 @@ pub fn noise(
 /// Chooses the smallest spread factor for each prefix with nominal coverage on training trajectories.
 pub fn spread(
     model: &dyn PrefixForecaster,
-    train: &OfSystem,
+    train: &SystemOnPrefix,
     sensor: &Sensor,
     prefixes: Prefixes<'_>,
 ) -> anyhow::Result<Vec<f64>> {
@@ -55,7 +55,7 @@ pub fn spread(
     let mut spread: Vec<Option<f64>> = vec![None; many];
     for factor in SPREAD_FACTORS {
         let factors = vec![factor; many];
-        let widened = Widened::new(&kept, &factors);
+        let widened = RescaledSpread::new(&kept, &factors);
         let scores = scored(&widened, &train.data, known, prefixes)?;
         for (found, score) in spread.iter_mut().zip(&scores) {
             if score.coverage90.is_none_or(|held| held >= MIN_COVERAGE90) {
@@ -73,7 +73,7 @@ pub fn spread(
 /// Trains a network on the residual of forecasts with `learned` prefixes, and tunes its spread for
 /// `asked` ones. Cross-validation: each trajectory is corrected by a network that was not trained on it.
 pub fn correction(
-    train: &OfSystem,
+    train: &SystemOnPrefix,
     sensor: &Sensor,
     learned: &[Vec<usize>],
     asked: Prefixes<'_>,
@@ -90,7 +90,7 @@ pub fn correction(
 pub fn scored(
     model: &dyn PrefixForecaster,
     data: &Timed,
-    known: (&Sensor, &StartLaw),
+    known: (&Sensor, &InitialStatePrior),
     (lengths, seed): Prefixes<'_>,
 ) -> anyhow::Result<Vec<FilteredScore>> {
     Ok(evaluate_filtered(model, &data.set, known, lengths, settings(seed))?)

@@ -12,13 +12,13 @@ use augsim_discovery::Options;
 use augsim_physics::ball::{Axes, FLOOR};
 use augsim_physics::model::{Model, ModelFile};
 use augsim_physics::system::{Seed, System};
-use augsim_session::filtered::{OfSystem, Seen, View, of_built_in};
+use augsim_session::filtered::{Seen, SystemOnPrefix, View, of_built_in};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_trainer::SAMPLES;
-use augsim_trainer::filter::{Corrected, OwnLaws, Widened};
+use augsim_trainer::filter::{Corrected, LearnedPriors, RescaledSpread};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -104,7 +104,7 @@ enum Kind {
     /// Model file without tuning.
     AsItStands,
     /// With priors of flight-specific parameters, and bands tuned on training flights.
-    OwnLaws,
+    LearnedPriors,
     /// The same with a network on the residual.
     Net,
 }
@@ -136,12 +136,12 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     atomic_write(&claim.folder().join("model.toml"), |w| w.write_all(found.model_toml.as_bytes()))?;
     output.note("estimating flight-specific parameters");
     let own = with_spin(&found.model_toml);
-    let opened = |text: &str, data: &Dataset| -> anyhow::Result<OfSystem> {
+    let opened = |text: &str, data: &Dataset| -> anyhow::Result<SystemOnPrefix> {
         of_built_in(&ModelFile::parse(text, "model.toml")?, data, &View::default(), None)
     };
     let mut of_train = opened(&own, &train)?;
-    of_train.filter = of_train.filter.with_own(FLOOR, FLOOR_SD);
-    let laws = OwnLaws::learn(&of_train.filter, &of_train.data.set)?;
+    of_train.filter = of_train.filter.with_random_parameter(FLOOR, FLOOR_SD);
+    let laws = LearnedPriors::learn(&of_train.filter, &of_train.data.set)?;
     of_train.filter = of_train.filter.with_laws(laws.laws(), laws.noise());
     let seen = seen_of(&train, &PREFIXES_S);
     let (noise_factor, sensor) = believed::noise(&of_train, &laws, (&seen, seed), output)?;
@@ -157,23 +157,23 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     for (name, text, kind) in [
         ("Physics", &declared, Kind::AsItStands),
         ("Physics augmented", &found.model_toml, Kind::AsItStands),
-        ("Physics augmented, own spin", &own, Kind::OwnLaws),
+        ("Physics augmented, own spin", &own, Kind::LearnedPriors),
         ("Hybrid", &own, Kind::Net),
     ] {
         output.note(name);
         let score = |data: &Dataset| -> anyhow::Result<_> {
-            let OfSystem { mut filter, data, sensor: stated, start } = opened(text, data)?;
+            let SystemOnPrefix { mut filter, data, sensor: stated, start } = opened(text, data)?;
             let prefixes = (&lengths[..], seed);
             if let Kind::AsItStands = kind {
                 return scored(&filter, &data, (&stated, &start), prefixes);
             }
-            filter = filter.with_own(FLOOR, FLOOR_SD).with_laws(laws.laws(), laws.noise());
+            filter = filter.with_random_parameter(FLOOR, FLOOR_SD).with_laws(laws.laws(), laws.noise());
             let known = (&sensor, &start);
-            if let Kind::OwnLaws = kind {
-                return scored(&Widened::new(&filter, &spread), &data, known, prefixes);
+            if let Kind::LearnedPriors = kind {
+                return scored(&RescaledSpread::new(&filter, &spread), &data, known, prefixes);
             }
             let corrected = Corrected::new(&filter, &correction);
-            scored(&Widened::new(&corrected, &net_spread), &data, known, prefixes)
+            scored(&RescaledSpread::new(&corrected, &net_spread), &data, known, prefixes)
         };
         let (rest, flight) = (score(&test)?, score(&in_flight)?);
         for (k, seen_s) in PREFIXES_S.into_iter().enumerate() {
@@ -184,12 +184,12 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
                 model: name,
                 seen_s,
                 flights: rest.trajectories,
-                rest_mm: 1e3 * rest.rest_of_most[0],
-                near_mm: 1e3 * near.rest_of_most[0],
-                in_flight_mm: 1e3 * flight.rest_of_most[0],
+                rest_mm: 1e3 * rest.median_rest[0],
+                near_mm: 1e3 * near.median_rest[0],
+                in_flight_mm: 1e3 * flight.median_rest[0],
                 in_flight_coverage90: flight.coverage90,
                 rest_mean_mm: 1e3 * rest.rest[0],
-                crps_mm: 1e3 * rest.crps_of_most[0],
+                crps_mm: 1e3 * rest.median_crps[0],
                 coverage50: rest.coverage50,
                 coverage90: rest.coverage90,
             });
@@ -221,7 +221,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
 }
 
 /// Returns the priors by parameter name.
-fn named(laws: &OwnLaws, model: &str) -> anyhow::Result<BTreeMap<String, [f64; 2]>> {
+fn named(laws: &LearnedPriors, model: &str) -> anyhow::Result<BTreeMap<String, [f64; 2]>> {
     let system = Model::parse(model, "model.toml")?.open(Axes::Space);
     let name = |seed: &Seed| match seed {
         Seed::Parameter(i) => system.quantity(*i).name,

@@ -10,7 +10,7 @@ use augsim_terminal::destination::Claim;
 use augsim_terminal::output::Output;
 use augsim_terminal::training;
 use augsim_trainer::filter::{
-    Conditioned, FilterSettings, PrefixForecaster, Sensor, StartLaw, evaluate_filtered,
+    Conditioned, FilterSettings, InitialStatePrior, PrefixForecaster, Sensor, evaluate_filtered,
 };
 use augsim_trainer::{Recipe, Sequence, Sequences, Settings};
 
@@ -53,7 +53,7 @@ pub fn rows(
     };
     let ways: Vec<_> = items.items.iter().map(way_of).collect();
     let [pose, own] = &fitted(&declared, &ways);
-    let (conditioned, plain) = (Conditioned::new(&net.model), Conditioned::not_at_all(&net.model));
+    let (conditioned, plain) = (Conditioned::new(&net.model), Conditioned::unconditioned(&net.model));
     let models: [(&'static str, &dyn PrefixForecaster); 4] = [
         (pose.0, &pose.1),
         (own.0, &own.1),
@@ -63,7 +63,7 @@ pub fn rows(
     let mut out = Vec::new();
     for (name, model) in models {
         output.note(name);
-        out.extend(scored((name, model), (sensor, &StartLaw::of(&train)), items, plan.seed)?);
+        out.extend(scored((name, model), (sensor, &InitialStatePrior::of(&train)), items, plan.seed)?);
     }
     Ok(Some(out))
 }
@@ -71,7 +71,7 @@ pub fn rows(
 /// Scores a model with each measured fraction.
 fn scored(
     (name, model): (&'static str, &dyn PrefixForecaster),
-    known: (&Sensor, &StartLaw),
+    known: (&Sensor, &InitialStatePrior),
     test: &Sequences,
     seed: u64,
 ) -> anyhow::Result<Vec<Row>> {

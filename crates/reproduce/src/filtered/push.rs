@@ -16,7 +16,8 @@ use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_trainer::Sequences;
 use augsim_trainer::filter::{
-    FilterSettings, PrefixForecaster, Remembered, Sensor, StartLaw, behind_rows, evaluate_filtered,
+    FilterSettings, InitialStatePrior, PrefixForecaster, Sensor, TrajectoryRegression, evaluate_filtered,
+    same_prefix_lengths,
 };
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -62,15 +63,15 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let lengths: Vec<usize> =
         PREFIXES_S.iter().map(|s| times.iter().take_while(|t| **t <= times[0] + s + 1e-9).count()).collect();
     output.note("training on prefixes");
-    let remembered = Remembered::fit(&learned, &sd, &lengths)?;
+    let remembered = TrajectoryRegression::fit(&learned, &sd, &lengths)?;
     let sensor = Sensor::new(sd.map(Some).to_vec())?;
     let mut rows = Vec::new();
     let mut score =
         |name: &'static str, model: &dyn PrefixForecaster, test: &Sequences| -> anyhow::Result<()> {
             output.note(name);
-            let start = StartLaw::of(&learned);
+            let start = InitialStatePrior::of(&learned);
             let settings = FilterSettings::new(PARTICLES, seed);
-            let behind = behind_rows(&lengths, test.items.len());
+            let behind = same_prefix_lengths(&lengths, test.items.len());
             let scores = evaluate_filtered(model, test, (&sensor, &start), &behind, settings)?;
             let each = scores.into_iter().zip(PREFIXES_S).zip(&lengths).map(|((s, seconds), seen)| Row {
                 seen_s: Some(seconds),

@@ -15,7 +15,9 @@ pub type Named = (&'static str, SystemFilter);
 /// Returns the physics with a fitted pose, and with fitted c and contact friction as well.
 pub fn fitted(declared: &PushModel, ways: &[Record]) -> [Named; 2] {
     let pose = SystemFilter::new(Arc::new(declared.open()) as Arc<dyn System>, ways, &vec![None; ways.len()]);
-    let own = OWN.into_iter().fold(pose.clone(), |filter, (parameter, sd)| filter.with_own(parameter, sd));
+    let own = OWN
+        .into_iter()
+        .fold(pose.clone(), |filter, (parameter, sd)| filter.with_random_parameter(parameter, sd));
     [("Physics, pose fitted", pose), ("Physics, pose, c and friction fitted", own)]
 }
 

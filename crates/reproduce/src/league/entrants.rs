@@ -28,7 +28,7 @@ pub fn entrants(scenario: LeagueScenario) -> Vec<Entrant> {
     let applies = |r: &Recipe| match r {
         Recipe::HybridStandardised => !push,
         Recipe::NeuralPlus => push,
-        r => push || !r.is_of_pushing(),
+        r => push || !r.supports_pushing_only(),
     };
     // Hybrid+ is last, below the models that it is compared with.
     let others = Recipe::all().filter(|r| *r != Recipe::HybridPlus).filter(applies);

@@ -1,7 +1,7 @@
 //! Trains Hybrid+ on the residual of the augmented model of a set, and scores it on the test record.
 
 use super::sets::Set;
-use augsim_discovery::ForetellOptions;
+use augsim_discovery::PredictOptions;
 use augsim_session::DataFrom;
 use augsim_session::configure::{CHECKPOINT_EVERY, Corrected};
 use augsim_session::foretell::net_scores;
@@ -58,7 +58,7 @@ pub fn net(set: &Set, found: &Path, test: &Path, plan: Plan, output: &Output) ->
     let Some(trained) = train_or_resume(&found.join("net"), &config, &records, plan.resume, output)? else {
         return Ok(None);
     };
-    let options = ForetellOptions { seed: plan.seed, draws: SAMPLES, only: None };
+    let options = PredictOptions { seed: plan.seed, draws: SAMPLES, only: None };
     let scores = net_scores(&trained.model, &DataFrom::from(test), set.burn_in, &options)?;
     let scaled = |v: f64| Some(set.unit.1 * v).filter(|v| v.is_finite());
     let row = scores.first();

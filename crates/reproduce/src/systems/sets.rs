@@ -121,7 +121,7 @@ fn volt() -> Unit {
 
 fn silverbox(folder: &Path) -> Result<Records, DataError> {
     let path = folder.join("multisine.csv.gz");
-    let all = NamedCsv::open(&path)?.read_by("sample", &[("u_v", volt()), ("y_v", volt())])?;
+    let all = NamedCsv::open(&path)?.read_with_clock("sample", &[("u_v", volt()), ("y_v", volt())])?;
     let part = |from: usize, to: usize| -> Result<Dataset, DataError> {
         let trajectories = all.trajectories().iter().map(|t| {
             let range = from.min(t.len())..to.min(t.len());

@@ -7,9 +7,9 @@ mod methods;
 mod residuals;
 
 pub use examples::{Example, TopView};
-pub use residuals::LawCurve;
+pub use residuals::EffectCurve;
 
-use crate::{Circumstances, Subject};
+use crate::{ReportContext, Subject};
 use augsim_discovery::{Discovery, Verdict};
 use augsim_physics::model::{ModelFile, Parameter};
 use augsim_report::figure::Tone;
@@ -85,7 +85,7 @@ impl DeclaredModel {
 }
 
 /// The report of a discovery.
-pub fn page(circumstances: &Circumstances, subject: &Subject, d: &Discovery) -> Page {
+pub fn page(circumstances: &ReportContext, subject: &Subject, d: &Discovery) -> Page {
     let declared = DeclaredModel::of(subject);
     let pictures = &circumstances.pictures;
     let runs = match (pictures.examples.is_empty(), d.heldout.is_empty()) {

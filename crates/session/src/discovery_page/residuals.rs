@@ -17,7 +17,7 @@ const COUNTED: [&str; 1] = ["bounce"];
 
 /// The curve of an added effect over the range of its argument in the data.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct LawCurve {
+pub struct EffectCurve {
     /// Name of the effect.
     pub title: String,
     /// The quantity that the effect changes, e.g. `d(speed)/dt`.
@@ -113,11 +113,11 @@ pub(super) fn quantity_of(name: &str) -> (&str, &str) {
 }
 
 /// Curves of the added effects over the range of the data.
-pub(super) fn laws(laws: &[LawCurve]) -> Vec<Block> {
+pub(super) fn laws(laws: &[EffectCurve]) -> Vec<Block> {
     if laws.is_empty() {
         return Vec::new();
     }
-    let figure = |law: &LawCurve| {
+    let figure = |law: &EffectCurve| {
         let mut line = Line::new(
             &capitalised(&law.title),
             Axis::linear(&law.of, &law.of_unit),

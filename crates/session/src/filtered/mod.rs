@@ -5,15 +5,15 @@ mod system;
 mod view;
 
 pub use crate::prefix_length::Seen;
-pub use net::{OfNet, of_net};
-pub use system::{OfSystem, of_built_in, of_system};
+pub use net::{NetOnPrefix, of_net};
+pub use system::{SystemOnPrefix, of_built_in, of_system};
 pub use view::View;
 
 use crate::Usage;
 use crate::forecast::{check_size, summed};
 use crate::usage::PrefixFault;
 use augsim_data::Dataset;
-use augsim_trainer::filter::{FilterSettings, Prefix, PrefixForecaster, Sensor, StartLaw};
+use augsim_trainer::filter::{FilterSettings, InitialStatePrior, Prefix, PrefixForecaster, Sensor};
 use augsim_trainer::{Samples, Sequences, TrainerError, in_order};
 use rayon::prelude::*;
 
@@ -63,7 +63,7 @@ impl Timed {
 pub fn bands(
     model: &dyn PrefixForecaster,
     data: &Timed,
-    (sensor, start): (&Sensor, &StartLaw),
+    (sensor, start): (&Sensor, &InitialStatePrior),
     seen: Seen,
     settings: FilterSettings,
 ) -> anyhow::Result<Dataset> {

@@ -5,11 +5,11 @@ use crate::run_dir::RunDir;
 use crate::{DataFrom, run_data};
 use anyhow::Context;
 use augsim_trainer::NetModel;
-use augsim_trainer::filter::{Sensor, StartLaw};
+use augsim_trainer::filter::{InitialStatePrior, Sensor};
 
 /// A trained net, with the data and sensor of a filtered forecast.
 #[derive(Debug)]
-pub struct OfNet {
+pub struct NetOnPrefix {
     /// The trained net.
     pub model: NetModel,
     /// The measured trajectories.
@@ -17,7 +17,7 @@ pub struct OfNet {
     /// Observed columns and their noise.
     pub sensor: Sensor,
     /// Prior distribution of the initial state.
-    pub start: StartLaw,
+    pub start: InitialStatePrior,
 }
 
 /// Prepares the net of a run directory for filtered forecasts of measured trajectories.
@@ -25,20 +25,20 @@ pub struct OfNet {
 /// # Errors
 /// The run or the data cannot be read, or the training data, from which the prior of unobserved initial
 /// states is estimated, are gone.
-pub fn of_net(run: &RunDir, from: &DataFrom, view: &View) -> anyhow::Result<OfNet> {
+pub fn of_net(run: &RunDir, from: &DataFrom, view: &View) -> anyhow::Result<NetOnPrefix> {
     let model = NetModel::new(run.read_model()?)?;
     let engine = &model.state().settings.engine;
     let (set, times) = run_data::load_timed(from, engine)?;
     let sensor = view.sensor(&set.columns)?;
     let start = if sensor.is_exact() {
         // The first row is the exact initial state.
-        StartLaw::of(&set.first_row())
+        InitialStatePrior::of(&set.first_row())
     } else {
         let train = run_data::load(&run.read_config()?.data, engine).context(
             "the prior of unobserved initial states is estimated from the training data, which cannot be read; restore them, or \
              observe every column exactly (leave out --seen-columns and --sensor-sd)",
         )?;
-        StartLaw::of(&train)
+        InitialStatePrior::of(&train)
     };
-    Ok(OfNet { model, data: Timed { set, times }, sensor, start })
+    Ok(NetOnPrefix { model, data: Timed { set, times }, sensor, start })
 }

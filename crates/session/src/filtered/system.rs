@@ -9,9 +9,9 @@ use augsim_data::{Dataset, MissingCells, Trajectory};
 use augsim_physics::model::{ModelFile, PushModel};
 use augsim_physics::push::effects::{SCATTER_KIND, index_of};
 use augsim_physics::system::{Declaration, Law, Record, Stream, System};
-use augsim_trainer::filter::{Sensor, StartLaw, SystemFilter};
+use augsim_trainer::filter::{InitialStatePrior, Sensor, SystemFilter};
 use augsim_trainer::{Sequence, Sequences};
-use augsim_written::WrittenSystem;
+use augsim_written::EquationSystem;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ type RandomEffects = Vec<(usize, f64)>;
 
 /// A model, with the data and sensor of a filtered forecast.
 #[derive(Debug)]
-pub struct OfSystem {
+pub struct SystemOnPrefix {
     /// The particle filter of the model.
     pub filter: SystemFilter,
     /// The measured trajectories.
@@ -35,7 +35,7 @@ pub struct OfSystem {
     /// A standard deviation of 0, neither given nor declared, is estimated from the observed rows.
     pub sensor: Sensor,
     /// Prior of the initial state; not used, since the schema of a system has its own.
-    pub start: StartLaw,
+    pub start: InitialStatePrior,
 }
 
 /// Prepares a model for filtered forecasts of measured trajectories; of those named in `only`, if given.
@@ -47,13 +47,13 @@ pub fn of_system(
     from: &DataFrom,
     view: &View,
     only: Option<&BTreeSet<String>>,
-) -> anyhow::Result<OfSystem> {
+) -> anyhow::Result<SystemOnPrefix> {
     match model {
         Subject::Written(model) => {
             let measured = records::read(from, model)?;
             let mut list = records::records(&measured.data, model, false)?;
             list.retain(|r| only.is_none_or(|only| only.contains(&r.id)));
-            let system = WrittenSystem::declared_only(model)?;
+            let system = EquationSystem::declared_only(model)?;
             let windows = prepared(&system, &list)?;
             let system = system.tuned(&windows)?;
             let groups = vec![None; list.len()];
@@ -75,7 +75,7 @@ pub fn of_built_in(
     data: &Dataset,
     view: &View,
     only: Option<&BTreeSet<String>>,
-) -> anyhow::Result<OfSystem> {
+) -> anyhow::Result<SystemOnPrefix> {
     let (system, reference, random_effects): (Arc<dyn System>, _, _) = match model {
         ModelFile::Ball(model) => {
             let opened = model as &dyn Declaration;
@@ -100,7 +100,7 @@ pub fn of_built_in(
     let groups: Vec<Option<&str>> = groups.into_iter().map(|g| g.as_deref()).collect();
     let mut prepared = with_filter(system, list, &groups, view)?;
     for (parameter, sd) in random_effects {
-        prepared.filter = prepared.filter.with_own(parameter, sd);
+        prepared.filter = prepared.filter.with_random_parameter(parameter, sd);
     }
     Ok(prepared)
 }
@@ -182,7 +182,7 @@ fn with_filter(
     mut list: Vec<Record>,
     groups: &[Option<&str>],
     view: &View,
-) -> anyhow::Result<OfSystem> {
+) -> anyhow::Result<SystemOnPrefix> {
     let schema = system.schema();
     for record in &mut list {
         for (channel, values) in schema.channels.iter().zip(&mut record.values) {
@@ -202,10 +202,10 @@ fn with_filter(
     };
     let items = list.iter().map(item).collect();
     let times = list.iter().map(|r| r.times.clone()).collect();
-    let start = StartLaw { mean: vec![0.0; columns.len()], sd: vec![0.0; columns.len()] };
+    let start = InitialStatePrior { mean: vec![0.0; columns.len()], sd: vec![0.0; columns.len()] };
     let set = Sequences { columns, action_columns: Vec::new(), items };
     let filter = SystemFilter::new(system, &list, groups);
-    Ok(OfSystem { filter, data: Timed { set, times }, sensor, start })
+    Ok(SystemOnPrefix { filter, data: Timed { set, times }, sensor, start })
 }
 
 /// Unwraps an angle: moves each value by whole periods to the one nearest to the previous measured value.

@@ -1,6 +1,8 @@
 //! Draws of the outputs of a record by a model or a net, and the prediction bands computed from them.
 
-use augsim_discovery::{FORETOLD_LEVELS, Foretelling, Foretold, ForetoldChannel, ForetoldError};
+use augsim_discovery::{
+    PREDICTION_LEVELS, PredictedChannel, PredictedRecord, PredictionError, PredictionSet,
+};
 use augsim_physics::system::Record;
 use augsim_written::Model;
 
@@ -37,16 +39,16 @@ impl Drawn {
         Drawn { id, times, measured, known, forecast, draws, noise }
     }
 
-    fn channel(&self, name: &str, o: usize) -> ForetoldChannel {
+    fn channel(&self, name: &str, o: usize) -> PredictedChannel {
         let mut mean = Vec::new();
-        let mut quantiles: [Vec<f64>; FORETOLD_LEVELS.len()] = Default::default();
+        let mut quantiles: [Vec<f64>; PREDICTION_LEVELS.len()] = Default::default();
         for list in &self.draws[o] {
             mean.push(list.iter().sum::<f64>() / list.len() as f64);
-            for (quantile, level) in quantiles.iter_mut().zip(FORETOLD_LEVELS) {
+            for (quantile, level) in quantiles.iter_mut().zip(PREDICTION_LEVELS) {
                 quantile.push(augsim_discovery::quantile_of_draws(list, level));
             }
         }
-        ForetoldChannel {
+        PredictedChannel {
             column: name.to_owned(),
             measured: self.measured[o].clone(),
             forecast: self.forecast[o].clone(),
@@ -57,10 +59,10 @@ impl Drawn {
 }
 
 /// Predictions with bands, and errors, of all records; `seed` is that of the bootstrap of the errors.
-pub(super) fn foretelling(model: &Model, list: &[Drawn], seed: u64) -> Foretelling {
-    let records: Vec<Foretold> = list
+pub(super) fn foretelling(model: &Model, list: &[Drawn], seed: u64) -> PredictionSet {
+    let records: Vec<PredictedRecord> = list
         .iter()
-        .map(|drawn| Foretold {
+        .map(|drawn| PredictedRecord {
             id: drawn.id.clone(),
             times: drawn.times.clone(),
             known: drawn.known,
@@ -80,11 +82,16 @@ pub(super) fn foretelling(model: &Model, list: &[Drawn], seed: u64) -> Foretelli
         |o: usize| list.iter().map(|drawn| drawn.noise[o]).sum::<f64>() / list.len().max(1) as f64;
     let noise_sd = (0..model.outputs.len()).map(mean_noise).collect();
     let start = "the first samples of each trajectory (--burn-in)".to_owned();
-    Foretelling { records, errors, squares, noise_sd, start }
+    PredictionSet { records, errors, squares, noise_sd, start }
 }
 
 /// RMSE of an output after the burn-in, and sum and number of squared errors of each record.
-fn error(model: &Model, o: usize, records: &[Foretold], seed: u64) -> (ForetoldError, Vec<(f64, f64)>) {
+fn error(
+    model: &Model,
+    o: usize,
+    records: &[PredictedRecord],
+    seed: u64,
+) -> (PredictionError, Vec<(f64, f64)>) {
     let output = &model.outputs[o];
     let mut squares = Vec::new();
     for r in records {
@@ -97,9 +104,9 @@ fn error(model: &Model, o: usize, records: &[Foretold], seed: u64) -> (ForetoldE
         }
         squares.push((sum, count));
     }
-    let ci95 = augsim_discovery::interval_of_rmse(&squares, seed);
+    let ci95 = augsim_discovery::rmse_interval(&squares, seed);
     let (sum, count) = squares.iter().fold((0.0, 0.0), |a, s| (a.0 + s.0, a.1 + s.1));
     let unit = output.unit.map_or_else(String::new, |u| u.symbol());
     let rmse = (sum / f64::max(count, 1.0)).sqrt();
-    (ForetoldError { measure: output.name.clone(), unit, rmse, ci95 }, squares)
+    (PredictionError { measure: output.name.clone(), unit, rmse, ci95 }, squares)
 }

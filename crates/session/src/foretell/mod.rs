@@ -9,11 +9,11 @@ mod written;
 
 pub use draws::Drawn;
 pub use net::{Beside, beside, foretell_net, net_scores};
-pub use scored::{ScoredRow, scored};
+pub use scored::{OutputScores, scored};
 
 use crate::{DataFrom, Subject};
 use augsim_data::MissingCells;
-use augsim_discovery::{ForetellOptions, Foretelling};
+use augsim_discovery::{PredictOptions, PredictionSet};
 
 /// Default number of draws per trajectory.
 ///
@@ -30,8 +30,8 @@ pub fn foretell(
     model: &Subject,
     data: &DataFrom,
     burn_in: usize,
-    options: &ForetellOptions,
-) -> anyhow::Result<Foretelling> {
+    options: &PredictOptions,
+) -> anyhow::Result<PredictionSet> {
     Ok(match model {
         Subject::Written(model) => written::foretell(model, data, burn_in, options)?,
         Subject::BuiltIn(model) => {

@@ -10,7 +10,7 @@
 //! At its fixed point m(x0) fits the measured samples y.
 
 use super::draws::{Drawn, foretelling};
-use super::scored::{ScoredRow, scored};
+use super::scored::{OutputScores, scored};
 use super::written::{Beginning, free_run, known_noise, run_all, sd_of};
 use crate::DataFrom;
 use crate::usage::{Inapplicable, Usage};
@@ -18,12 +18,12 @@ use crate::written::fit::prepared;
 use crate::written::forecast::read_by_sensor;
 use crate::written::{records, states};
 use anyhow::Context;
-use augsim_calibrate::fit_start;
+use augsim_calibrate::estimate_initial_state;
 use augsim_data::random_stream;
-use augsim_discovery::{ForetellOptions, Foretelling};
+use augsim_discovery::{PredictOptions, PredictionSet};
 use augsim_physics::system::{Record, System};
 use augsim_trainer::{Forecaster, NetModel, Task, WrittenEngine, in_order};
-use augsim_written::{Model, WrittenSystem};
+use augsim_written::{EquationSystem, Model};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
@@ -50,8 +50,8 @@ pub fn foretell_net(
     net: &NetModel,
     data: &DataFrom,
     burn_in: usize,
-    options: &ForetellOptions,
-) -> anyhow::Result<Foretelling> {
+    options: &PredictOptions,
+) -> anyhow::Result<PredictionSet> {
     let run = NetPrediction::new(net, data, burn_in, options)?;
     Ok(foretelling(run.model, &run.predict_all()?, options.seed))
 }
@@ -64,7 +64,7 @@ pub fn beside(
     net: &NetModel,
     data: &DataFrom,
     burn_in: usize,
-    options: &ForetellOptions,
+    options: &PredictOptions,
 ) -> anyhow::Result<Beside> {
     let run = NetPrediction::new(net, data, burn_in, options)?;
     let physics = run_all(run.model, &run.system, &run.prepared, burn_in, options)?;
@@ -79,8 +79,8 @@ pub fn net_scores(
     net: &NetModel,
     data: &DataFrom,
     burn_in: usize,
-    options: &ForetellOptions,
-) -> anyhow::Result<Vec<ScoredRow>> {
+    options: &PredictOptions,
+) -> anyhow::Result<Vec<OutputScores>> {
     let run = NetPrediction::new(net, data, burn_in, options)?;
     Ok(scored(net.name(), run.model, &run.predict_all()?))
 }
@@ -90,12 +90,12 @@ struct NetPrediction<'a> {
     net: &'a NetModel,
     engine: &'a WrittenEngine,
     model: &'a Model,
-    system: WrittenSystem,
+    system: EquationSystem,
     /// The records as read; `prepared` has the same ones prepared by the system.
     read: Vec<Record>,
     prepared: Vec<Record>,
     burn_in: usize,
-    options: &'a ForetellOptions,
+    options: &'a PredictOptions,
 }
 
 impl<'a> NetPrediction<'a> {
@@ -103,7 +103,7 @@ impl<'a> NetPrediction<'a> {
         net: &'a NetModel,
         data: &DataFrom,
         burn_in: usize,
-        options: &'a ForetellOptions,
+        options: &'a PredictOptions,
     ) -> anyhow::Result<Self> {
         let Some(engine) = net.state().settings.engine.written() else {
             return Err(Usage::Inapplicable(Inapplicable::NoEquations).into());
@@ -111,9 +111,9 @@ impl<'a> NetPrediction<'a> {
         let model = engine.equations();
         let measured = records::read(data.clone(), model)?;
         let mut read = records::records(&measured.data, model, false)?;
-        read.retain(|record| options.asks_for(&record.id));
-        states::check_clock_of(engine, &read).with_context(|| data.to_string())?;
-        let system = WrittenSystem::declared_only(model)?;
+        read.retain(|record| options.is_requested(&record.id));
+        states::check_step_of_engine(engine, &read).with_context(|| data.to_string())?;
+        let system = EquationSystem::declared_only(model)?;
         let prepared = prepared(&system, &read)?;
         Ok(NetPrediction { net, engine, model, system, read, prepared, burn_in: burn_in.max(1), options })
     }
@@ -135,7 +135,7 @@ impl<'a> NetPrediction<'a> {
         let actions = states::actions(self.model, read);
         let action_count = actions.len() / samples.max(1);
         for _ in 0..START_ITERATIONS {
-            let start = self.system.full_start(record, &begun.state);
+            let start = self.system.complete_start(record, &begun.state);
             let task =
                 Task { start: &start, actions: &actions[..known * action_count], time: known, index: stream };
             let mean = self.mean_of(self.outputs(task, MEAN_DRAWS)?);
@@ -152,7 +152,7 @@ impl<'a> NetPrediction<'a> {
                 early.values.clone_from(&measured);
                 break;
             }
-            begun = fit_start(&self.system, &early, known, &values, &begun.state, &declared)?;
+            begun = estimate_initial_state(&self.system, &early, known, &values, &begun.state, &declared)?;
         }
         let noise = self.engine.sensor_sd().to_vec();
         let mut rng = random_stream(self.options.seed, "foretell net", stream);
@@ -164,9 +164,9 @@ impl<'a> NetPrediction<'a> {
                 values.iter_mut().for_each(|v| *v += sd * normal());
             }
             // An initial state that cannot be fitted to the perturbed samples is left unchanged.
-            let start = fit_start(&self.system, &noisy, known, &values, &begun.state, &declared);
+            let start = estimate_initial_state(&self.system, &noisy, known, &values, &begun.state, &declared);
             let start = start.map_or_else(|_| begun.state.clone(), |start| start.state);
-            starts.extend(self.system.full_start(record, &start));
+            starts.extend(self.system.complete_start(record, &start));
         }
         let task = Task { start: &starts, actions: &actions, time: samples, index: stream };
         let paths = self.outputs(task, self.options.draws)?;

@@ -6,15 +6,15 @@
 //! 1. w(t + h) = a w(t) + s sqrt(1 - a^2) n, with a = exp(-h / T) and n standard normal; a = 0 for T = 0.
 
 use augsim_physics::system::{Record, Stream};
-use augsim_written::model::Shaken;
-use augsim_written::{ModelError, WrittenSystem};
+use augsim_written::model::RateNoise;
+use augsim_written::{EquationSystem, ModelError};
 use std::sync::Arc;
 
 /// A system with additional inputs for process noise, and the parameters of the noise.
 pub(super) struct ProcessNoise {
-    pub system: WrittenSystem,
+    pub system: EquationSystem,
     /// One process for each additional input.
-    processes: Vec<Shaken>,
+    processes: Vec<RateNoise>,
 }
 
 impl ProcessNoise {
@@ -22,12 +22,12 @@ impl ProcessNoise {
     ///
     /// # Errors
     /// [`ModelError`]: the model does not compile.
-    pub fn on(system: &WrittenSystem) -> Result<Option<Self>, ModelError> {
+    pub fn on(system: &EquationSystem) -> Result<Option<Self>, ModelError> {
         let processes = system.shaken();
         if processes.is_empty() {
             return Ok(None);
         }
-        Ok(Some(ProcessNoise { system: system.with_pushes()?, processes }))
+        Ok(Some(ProcessNoise { system: system.with_process_noise_inputs()?, processes }))
     }
 
     /// A copy of the record with drawn noise inputs.
@@ -35,7 +35,7 @@ impl ProcessNoise {
     /// No noise is drawn within the first `known` samples, to which the initial state was fitted.
     pub fn drawn(&self, record: &Record, known: usize, normal: &mut dyn FnMut() -> f64) -> Record {
         let first = known.saturating_sub(1);
-        let draw = |process: &Shaken| {
+        let draw = |process: &RateNoise| {
             let mut current = process.sd * normal();
             let mut values = vec![0.0; record.times.len()];
             for (k, value) in values.iter_mut().enumerate().skip(first) {

@@ -2,13 +2,13 @@
 
 use super::draws::Drawn;
 use crate::written::forecast::{FreeRun, Row, rows};
-use augsim_trainer::score::{crps_of, quantile};
+use augsim_trainer::score::{crps_from_samples, quantile};
 use augsim_written::Model;
 use serde::Serialize;
 
 /// Scores of one model on one output.
 #[derive(Debug, Serialize)]
-pub struct ScoredRow {
+pub struct OutputScores {
     /// Name of the model.
     pub model: String,
     /// Errors of the noise-free prediction.
@@ -23,7 +23,7 @@ pub struct ScoredRow {
 }
 
 /// Scores of all outputs over the samples after the burn-in.
-pub fn scored(name: &str, model: &Model, list: &[Drawn]) -> Vec<ScoredRow> {
+pub fn scored(name: &str, model: &Model, list: &[Drawn]) -> Vec<OutputScores> {
     let run = |drawn: &Drawn| FreeRun {
         times: drawn.times.clone(),
         measured: drawn.measured.clone(),
@@ -45,7 +45,7 @@ pub fn scored(name: &str, model: &Model, list: &[Drawn]) -> Vec<ScoredRow> {
                 };
                 let mut sorted: Vec<f32> = drawn.draws[o][k].iter().map(|v| unwrap(v) as f32).collect();
                 sorted.sort_unstable_by(f32::total_cmp);
-                crps += crps_of(&sorted, truth);
+                crps += crps_from_samples(&sorted, truth);
                 for (inside, level) in inside.iter_mut().zip([0.5, 0.9]) {
                     let [low, high] = [0.5 - 0.5 * level, 0.5 + 0.5 * level].map(|q| quantile(&sorted, q));
                     *inside += f64::from(u8::from((low..=high).contains(&truth)));
@@ -55,7 +55,7 @@ pub fn scored(name: &str, model: &Model, list: &[Drawn]) -> Vec<ScoredRow> {
         }
         let [coverage50, coverage90] = inside.map(|n| n / f64::max(count, 1.0));
         let crps = crps / f64::max(count, 1.0);
-        ScoredRow { model: name.to_owned(), row, crps, coverage50, coverage90 }
+        OutputScores { model: name.to_owned(), row, crps, coverage50, coverage90 }
     };
     rows(model, &runs).into_iter().enumerate().map(score).collect()
 }

@@ -1,21 +1,21 @@
 //! Predictions as a data set, with columns for the bands.
 
 use augsim_data::{Column, DataError, Dataset, Trajectory};
-use augsim_discovery::{FORETOLD_LEVELS, Foretelling, Foretold};
+use augsim_discovery::{PREDICTION_LEVELS, PredictedRecord, PredictionSet};
 
 /// Index of the median in [`QUANTILES`].
 const MEDIAN: usize = 2;
 
-/// Names of the quantiles, in the order of [`FORETOLD_LEVELS`].
+/// Names of the quantiles, in the order of [`PREDICTION_LEVELS`].
 const QUANTILES: [&str; 5] = ["q05", "q25", "median", "q75", "q95"];
 
 /// Mean, median, 50 % and 90 % bands of every column, as `predict` writes them.
-pub fn bands(forecasts: &Foretelling) -> Result<Dataset, DataError> {
+pub fn bands(forecasts: &PredictionSet) -> Result<Dataset, DataError> {
     let names = |column: &str| {
         let order = [MEDIAN, 0, 1, 3, 4].map(|q| format!("{}_{column}", QUANTILES[q]));
         [vec![format!("mean_{column}")], order.to_vec()].concat()
     };
-    let values = |r: &Foretold| {
+    let values = |r: &PredictedRecord| {
         let columns = r.channels.iter().flat_map(|c| {
             let order = [MEDIAN, 0, 1, 3, 4].map(|q| c.quantiles[q].clone());
             [vec![c.mean.clone()], order.to_vec()].concat()
@@ -26,10 +26,10 @@ pub fn bands(forecasts: &Foretelling) -> Result<Dataset, DataError> {
 }
 
 /// Noise-free predictions under the column names of the data, each with the ends of its 90 % band.
-pub fn trajectories(forecasts: &Foretelling) -> Result<Dataset, DataError> {
+pub fn trajectories(forecasts: &PredictionSet) -> Result<Dataset, DataError> {
     let names = |column: &str| vec![column.to_owned(), format!("q05_{column}"), format!("q95_{column}")];
-    let values = |r: &Foretold| {
-        let last = FORETOLD_LEVELS.len() - 1;
+    let values = |r: &PredictedRecord| {
+        let last = PREDICTION_LEVELS.len() - 1;
         let channels = r.channels.iter();
         channels
             .flat_map(|c| [c.forecast.clone(), c.quantiles[0].clone(), c.quantiles[last].clone()])
@@ -39,9 +39,9 @@ pub fn trajectories(forecasts: &Foretelling) -> Result<Dataset, DataError> {
 }
 
 fn dataset(
-    forecasts: &Foretelling,
+    forecasts: &PredictionSet,
     names: impl Fn(&str) -> Vec<String>,
-    values: impl Fn(&Foretold) -> Vec<Vec<f64>>,
+    values: impl Fn(&PredictedRecord) -> Vec<Vec<f64>>,
 ) -> Result<Dataset, DataError> {
     let channels = forecasts.records.first().map_or(&[][..], |r| &r.channels);
     let mut columns = Vec::new();

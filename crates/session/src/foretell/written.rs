@@ -6,13 +6,13 @@ use crate::DataFrom;
 use crate::written::fit::prepared;
 use crate::written::forecast::read_by_sensor;
 use crate::written::records;
-use augsim_calibrate::{Begun, fit_start};
+use augsim_calibrate::{Begun, estimate_initial_state};
 use augsim_data::random_stream;
-use augsim_discovery::{ForetellOptions, Foretelling};
+use augsim_discovery::{PredictOptions, PredictionSet};
 use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
 use augsim_trainer::in_order;
 use augsim_written::model::{Output, SensorNoise};
-use augsim_written::{Model, WrittenSystem};
+use augsim_written::{EquationSystem, Model};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
@@ -28,12 +28,12 @@ pub(super) fn foretell(
     model: &Model,
     data: &DataFrom,
     burn_in: usize,
-    options: &ForetellOptions,
-) -> anyhow::Result<Foretelling> {
+    options: &PredictOptions,
+) -> anyhow::Result<PredictionSet> {
     let measured = records::read(data, model)?;
     let mut list = records::records(&measured.data, model, false)?;
-    list.retain(|record| options.asks_for(&record.id));
-    let system = WrittenSystem::declared_only(model)?;
+    list.retain(|record| options.is_requested(&record.id));
+    let system = EquationSystem::declared_only(model)?;
     let list = prepared(&system, &list)?;
     let system = system.tuned(&list)?;
     let drawn = run_all(model, &system, &list, burn_in, options)?;
@@ -46,10 +46,10 @@ pub(super) fn foretell(
 /// A record cannot be simulated.
 pub(super) fn run_all(
     model: &Model,
-    system: &WrittenSystem,
+    system: &EquationSystem,
     records: &[Record],
     burn_in: usize,
-    options: &ForetellOptions,
+    options: &PredictOptions,
 ) -> anyhow::Result<Vec<Drawn>> {
     let process_noise = ProcessNoise::on(system)?;
     let run = Prediction { model, system, process_noise, burn_in: burn_in.max(1), options };
@@ -72,7 +72,7 @@ impl Beginning {
     /// Fits the initial state of a prepared record to its first `burn_in` samples.
     pub fn of(
         model: &Model,
-        system: &WrittenSystem,
+        system: &EquationSystem,
         record: &Record,
         burn_in: usize,
         values: &[f64],
@@ -86,7 +86,7 @@ impl Beginning {
         early.values.iter_mut().for_each(|v| v.iter_mut().skip(known).for_each(|x| *x = f64::NAN));
         system.prepare(&mut early, &[])?;
         let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
-        let begun = fit_start(system, &early, known, values, &from, &declared)?;
+        let begun = estimate_initial_state(system, &early, known, values, &from, &declared)?;
         // The estimate is corrected for the degrees of freedom that the initial state takes.
         let degrees_of_freedom = (known * outputs).saturating_sub(begun.state.len()).max(1) as f64;
         let widen = ((known * outputs) as f64 / degrees_of_freedom).sqrt();
@@ -131,11 +131,11 @@ pub(super) fn drawn_errors(
 /// Model and options shared by the predictions of all records.
 struct Prediction<'a> {
     model: &'a Model,
-    system: &'a WrittenSystem,
+    system: &'a EquationSystem,
     /// Process noise, if the model has any.
     process_noise: Option<ProcessNoise>,
     burn_in: usize,
-    options: &'a ForetellOptions,
+    options: &'a PredictOptions,
 }
 
 impl Prediction<'_> {
@@ -167,7 +167,8 @@ impl Prediction<'_> {
                 values.iter_mut().zip(errors).for_each(|(v, e)| *v -= e);
             }
             // Draws whose parameters are so far off that the model cannot be simulated are dropped.
-            let Ok(start) = fit_start(self.system, &noisy, known, &parameters, &begun.state, &declared)
+            let Ok(start) =
+                estimate_initial_state(self.system, &noisy, known, &parameters, &begun.state, &declared)
             else {
                 continue;
             };
@@ -193,7 +194,7 @@ impl Prediction<'_> {
     /// A free run of a record, clipped to the ranges of the sensors, `[output][sample]`.
     fn run(
         &self,
-        system: &WrittenSystem,
+        system: &EquationSystem,
         record: &Record,
         parameters: &[f64],
         start: &[f64],
@@ -208,7 +209,7 @@ impl Prediction<'_> {
 
 /// Noise-free outputs, not clipped, of the first `samples` of a record, `[output][sample]`.
 pub(super) fn free_run(
-    system: &WrittenSystem,
+    system: &EquationSystem,
     record: &Record,
     samples: usize,
     parameters: &[f64],

@@ -1,14 +1,14 @@
 //! Prepares an equation model for discovery: calibration, and length of the shooting windows.
 
 use super::downsample::downsampled;
-use super::fit::{fit, gauge_finding, gauge_sentence, prepared, share_starts};
+use super::fit::{estimate_shared_starts, fit, gauge_finding, gauge_sentence, prepared};
 use super::{noise, records, unit_text};
 use crate::DataFrom;
 use augsim_calibrate::Gauge;
 use augsim_data::Dataset;
 use augsim_discovery::{Discovery, Verdict};
 use augsim_physics::system::Record;
-use augsim_written::{MeasuredModel, Model, WrittenSystem};
+use augsim_written::{CalibratedModel, EquationSystem, Model};
 
 /// Minimum number of windows over all records, if these are long enough.
 ///
@@ -26,7 +26,7 @@ const MAX_WINDOW_SAMPLES: f64 = 500.0;
 pub fn complete(found: &mut Discovery, file: &str, data: &Dataset) -> anyhow::Result<()> {
     let mut model = augsim_written::model::parse(&found.model_toml, file)?;
     let records = records::records(data, &model, true)?;
-    share_starts(&mut model, &records)?;
+    estimate_shared_starts(&mut model, &records)?;
     if found.verdict != Verdict::NotThisSystem {
         // If the model diverges over a whole record, the noise is not estimated, but the findings remain
         // valid.
@@ -50,7 +50,7 @@ pub fn complete(found: &mut Discovery, file: &str, data: &Dataset) -> anyhow::Re
 #[derive(Debug)]
 pub struct Against {
     /// The declared model with its calibrated values.
-    pub declared: MeasuredModel,
+    pub declared: CalibratedModel,
     /// The data in the columns of the model.
     pub data: Dataset,
     /// Notes for the user on what was fixed or downsampled, one sentence each.
@@ -91,7 +91,7 @@ pub fn measured(
         fitted.calibration.stages.first().map_or_else(Vec::new, |stage| stage.noise.clone());
     // Scales, steps and smoothing widths come from a simulation with the calibrated values; the declared
     // values stay unchanged.
-    let found = WrittenSystem::declared_only(&fitted.model)?.with_windows(window_s);
+    let found = EquationSystem::declared_only(&fitted.model)?.with_windows(window_s);
     let mut windows = prepared(&found, &records)?;
     let mut found = found.tuned(&windows)?;
     if let Some(downsampled) = downsampled(&found, &data, &windows)? {

@@ -3,7 +3,7 @@
 use anyhow::Context;
 use augsim_data::{Dataset, Trajectory};
 use augsim_physics::system::Record;
-use augsim_written::WrittenSystem;
+use augsim_written::EquationSystem;
 
 /// Maximum downsampling factor.
 const MAX_FACTOR: usize = 8;
@@ -34,7 +34,7 @@ impl Downsampled {
 /// # Errors
 /// The data lack a column of the model.
 pub fn downsampled(
-    system: &WrittenSystem,
+    system: &EquationSystem,
     data: &Dataset,
     records: &[Record],
 ) -> anyhow::Result<Option<Downsampled>> {
@@ -44,7 +44,7 @@ pub fn downsampled(
     if model.inputs.iter().any(|i| is_output(&i.name)) || !data.trajectories().iter().all(is_complete) {
         return Ok(None);
     }
-    let every = system.told_by_every(MAX_FACTOR, records);
+    let every = system.max_decimation(MAX_FACTOR, records);
     if every == 1 {
         return Ok(None);
     }
@@ -52,7 +52,7 @@ pub fn downsampled(
     for (trajectory, record) in data.trajectories().iter().zip(records) {
         let picked = |values: &[f64]| -> Vec<f64> { values.iter().copied().step_by(every).collect() };
         let mut values: Vec<Vec<f64>> = trajectory.values().iter().map(|column| picked(column)).collect();
-        for (input, averaged) in model.inputs.iter().zip(system.thinned_inputs(record, every)) {
+        for (input, averaged) in model.inputs.iter().zip(system.decimated_inputs(record, every)) {
             values[data.column_index(&input.name)?] = averaged;
         }
         trajectories.push(trajectory.with_samples(picked(trajectory.time_s()), values)?);
@@ -113,7 +113,7 @@ position_m = { value = "x_m", sd = "estimate" }
 
     fn downsampled_from(data: &Dataset) -> Option<Downsampled> {
         let model = augsim_written::model::parse(MODEL, "mass.toml").unwrap();
-        let system = WrittenSystem::declared_only(&model).unwrap();
+        let system = EquationSystem::declared_only(&model).unwrap();
         let windows = prepared(&system, &records(data, &model, true).unwrap()).unwrap();
         let system = system.tuned(&windows).unwrap();
         downsampled(&system, data, &windows).unwrap()

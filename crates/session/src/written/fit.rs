@@ -4,7 +4,7 @@ use augsim_calibrate::{Calibration, Gauge, calibrate};
 use augsim_physics::model::NORMAL_95;
 use augsim_physics::system::{Record, System};
 use augsim_written::model::Hold;
-use augsim_written::{Model, WrittenSystem};
+use augsim_written::{EquationSystem, Model};
 
 /// Length of the shortest windows, in time constants of the fastest mode.
 const MIN_WINDOW_TIME_CONSTANTS: f64 = 2.0;
@@ -15,7 +15,7 @@ const MIN_WINDOW_SAMPLES: f64 = 10.0;
 /// Maximum number of doublings of the shortest windows for the comparison of input interpolations.
 const HOLD_WINDOW_DOUBLINGS: i32 = 4;
 /// Relative difference of the residual above which another interpolation of the inputs is reported.
-pub const TELLING: f64 = 0.05;
+pub const MIN_REPORTED_DIFFERENCE: f64 = 0.05;
 
 /// A calibrated model.
 #[derive(Debug)]
@@ -80,14 +80,14 @@ fn with_hold(
     records: &[Record],
     doublings: Option<i32>,
 ) -> anyhow::Result<(Calibration, usize)> {
-    let system = WrittenSystem::declared_only(model)?;
+    let system = EquationSystem::declared_only(model)?;
     // Steps, smoothing widths and the fastest time constant are estimated over short windows all over the
     // records.
     let step = records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min);
     let system = system.with_windows(Some(10.0 * MIN_WINDOW_SAMPLES * step));
     let short_windows = prepared(&system, records)?;
     let system = system.tuned(&short_windows)?;
-    let time_constant_s = system.fastest_s(&short_windows).unwrap_or(0.0);
+    let time_constant_s = system.fastest_time_constant_s(&short_windows).unwrap_or(0.0);
     let window_s = (MIN_WINDOW_TIME_CONSTANTS * time_constant_s).max(MIN_WINDOW_SAMPLES * step);
     let system = system.with_windows(Some(window_s));
     let records = prepared(&system, records)?;
@@ -99,7 +99,7 @@ fn with_hold(
 ///
 /// # Errors
 /// A record cannot be prepared, e.g. because it has no samples.
-pub fn prepared(system: &WrittenSystem, records: &[Record]) -> anyhow::Result<Vec<Record>> {
+pub fn prepared(system: &EquationSystem, records: &[Record]) -> anyhow::Result<Vec<Record>> {
     let mut records = records.to_vec();
     let noise = vec![1.0; system.schema().channels.len()];
     for record in &mut records {
@@ -132,7 +132,7 @@ fn write_values(model: &mut Model, calibration: &Calibration) {
 ///
 /// # Errors
 /// The model cannot be compiled, or cannot be simulated over the shortest windows.
-pub fn share_starts(model: &mut Model, records: &[Record]) -> anyhow::Result<()> {
+pub fn estimate_shared_starts(model: &mut Model, records: &[Record]) -> anyhow::Result<()> {
     if model.states.iter().any(|s| s.shared) {
         let mut frozen = model.clone();
         frozen.parameters.iter_mut().for_each(|p| p.frozen = true);

@@ -1,9 +1,9 @@
 //! Free runs of an equation model from fitted initial states over whole records, and their errors.
 
 use super::fit::prepared;
-use augsim_calibrate::fit_start;
+use augsim_calibrate::estimate_initial_state;
 use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
-use augsim_written::{Model, WrittenSystem};
+use augsim_written::{EquationSystem, Model};
 use serde::Serialize;
 
 /// Prediction horizons of the error table, s; the whole record is added.
@@ -53,7 +53,7 @@ pub struct Horizon {
 /// # Errors
 /// A record cannot be simulated.
 pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::Result<Vec<FreeRun>> {
-    let system = WrittenSystem::declared_only(model)?;
+    let system = EquationSystem::declared_only(model)?;
     let records = prepared(&system, records)?;
     let system = system.tuned(&records)?;
     let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
@@ -65,7 +65,7 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
         system.prepare(&mut early, &[])?;
         let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
         let sd: Vec<Option<f64>> = model.outputs.iter().map(|o| o.sd).collect();
-        let begun = fit_start(&system, &early, burn_in, &values, &from, &sd)?;
+        let begun = estimate_initial_state(&system, &early, burn_in, &values, &from, &sd)?;
         let task = Task {
             parameters: &values,
             record,

@@ -2,10 +2,10 @@
 
 use super::fit::prepared;
 use augsim_calibrate::{Cause, Smoothed, smooth};
-use augsim_discovery::{NoiseCause, NoiseRow, ShakenBy};
+use augsim_discovery::{NoiseCause, NoiseRow, NoiseSource};
 use augsim_physics::system::{Record, System};
-use augsim_written::model::{SensorNoise, Shaken};
-use augsim_written::{Model, WrittenSystem};
+use augsim_written::model::{RateNoise, SensorNoise};
+use augsim_written::{EquationSystem, Model};
 
 /// Maximum number of samples from which the noise is estimated.
 const MAX_SAMPLES: usize = 6_000;
@@ -17,12 +17,13 @@ const MAX_SAMPLES: usize = 6_000;
 /// # Errors
 /// The model cannot be compiled, there are no measurements, or a record cannot be simulated.
 pub fn smoothed(model: &Model, records: &[Record]) -> anyhow::Result<Smoothed> {
-    let system = WrittenSystem::declared_only(model)?;
+    let system = EquationSystem::declared_only(model)?;
     let records = prepared(&system, records)?;
     let system = system.tuned(&records)?;
     let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let declared: Vec<Option<f64>> = model.outputs.iter().map(|output| output.sd).collect();
-    let (with_state_outputs, noisy_states) = (system.showing_states()?, system.pushed_states());
+    let (with_state_outputs, noisy_states) =
+        (system.with_states_as_channels()?, system.process_noise_states());
     Ok(smooth(&with_state_outputs, model.outputs.len(), &records, &values, &noisy_states, &declared)?)
 }
 
@@ -34,11 +35,11 @@ pub fn smoothed(model: &Model, records: &[Record]) -> anyhow::Result<Smoothed> {
 /// As [`smoothed`].
 pub fn find(model: &mut Model, records: &[Record]) -> anyhow::Result<NoiseCause> {
     let found = smoothed(model, &first_samples(records))?;
-    let noisy_states = WrittenSystem::declared_only(model)?.pushed_states();
+    let noisy_states = EquationSystem::declared_only(model)?.process_noise_states();
     model.states.iter_mut().for_each(|state| state.shaken = None);
     if found.cause == Cause::Motion {
-        for (state, sd) in noisy_states.iter().zip(&found.drive_sd) {
-            model.states[*state].shaken = Some(Shaken { sd: *sd, memory_s: found.memory_s });
+        for (state, sd) in noisy_states.iter().zip(&found.disturbance_sd) {
+            model.states[*state].shaken = Some(RateNoise { sd: *sd, memory_s: found.memory_s });
         }
     }
     let autocorrelated = found.cause == Cause::LastingSensor;
@@ -46,7 +47,7 @@ pub fn find(model: &mut Model, records: &[Record]) -> anyhow::Result<NoiseCause>
         let white = SensorNoise::white(found.sensor_sd[o]);
         output.noise = Some(match autocorrelated {
             true => SensorNoise {
-                autocorrelated_sd: found.drive_sd[o],
+                autocorrelated_sd: found.disturbance_sd[o],
                 correlation_time_s: found.memory_s,
                 ..white
             },
@@ -70,10 +71,12 @@ fn noise_result(model: &Model, noisy_states: &[usize], found: &Smoothed) -> Nois
         )
     };
     let (by, lasting) = match found.cause {
-        Cause::Sensor => (ShakenBy::Sensor, Vec::new()),
-        Cause::LastingSensor => (ShakenBy::LastingSensor, outputs().zip(&found.drive_sd).map(row).collect()),
+        Cause::Sensor => (NoiseSource::Sensor, Vec::new()),
+        Cause::LastingSensor => {
+            (NoiseSource::LastingSensor, outputs().zip(&found.disturbance_sd).map(row).collect())
+        }
         Cause::Motion => {
-            (ShakenBy::Motion, noisy_states.iter().map(rate).zip(&found.drive_sd).map(row).collect())
+            (NoiseSource::Motion, noisy_states.iter().map(rate).zip(&found.disturbance_sd).map(row).collect())
         }
     };
     NoiseCause {

@@ -3,13 +3,13 @@
 use super::fit::prepared;
 use super::forecast::{FreeRun, free_runs};
 use super::records;
-use crate::discovery_page::{Example, LawCurve};
+use crate::discovery_page::{EffectCurve, Example};
 use crate::{DataFrom, Subject};
 use augsim_data::Dataset;
 use augsim_discovery::Discovery;
 use augsim_physics::system::{Record, typical_step};
 use augsim_written::library::curves;
-use augsim_written::{Model, WrittenSystem};
+use augsim_written::{EquationSystem, Model};
 
 /// Maximum number of plotted points of a curve.
 const MAX_POINTS: usize = 600;
@@ -30,7 +30,7 @@ pub struct Pictures {
     /// Records with the free runs of both models.
     pub examples: Vec<Example>,
     /// Added effects as curves.
-    pub laws: Vec<LawCurve>,
+    pub laws: Vec<EffectCurve>,
 }
 
 /// The figures of a discovery on `data`; empty for a built-in scenario, or if a model cannot be simulated.
@@ -129,15 +129,15 @@ fn is_represented(values: &[f64], stride: usize) -> bool {
 }
 
 /// Curves of the added effects, over the range of their arguments in the records.
-fn laws(augmented: &Model, list: &[Record]) -> anyhow::Result<Vec<LawCurve>> {
+fn laws(augmented: &Model, list: &[Record]) -> anyhow::Result<Vec<EffectCurve>> {
     if augmented.additions.is_empty() {
         return Ok(Vec::new());
     }
     let window_s = list.first().map(|record| WINDOW_SAMPLES as f64 * typical_step(&record.times));
-    let system = WrittenSystem::declared_only(augmented)?.with_windows(window_s);
+    let system = EquationSystem::declared_only(augmented)?.with_windows(window_s);
     let windows = prepared(&system, list)?;
     let scales = system.tuned(&windows)?.scales(&windows);
-    let curves = curves(augmented, &scales).into_iter().map(|curve| LawCurve {
+    let curves = curves(augmented, &scales).into_iter().map(|curve| EffectCurve {
         title: curve.kind,
         adds: curve.target,
         unit: curve.unit,

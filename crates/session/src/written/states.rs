@@ -3,11 +3,11 @@
 use super::fit::prepared;
 use super::noise::smoothed;
 use super::records::records;
-use augsim_calibrate::fit_start;
+use augsim_calibrate::estimate_initial_state;
 use augsim_data::Dataset;
 use augsim_physics::system::{Record, System};
 use augsim_trainer::{Engine, Sequence, Sequences, WrittenEngine};
-use augsim_written::WrittenSystem;
+use augsim_written::EquationSystem;
 use augsim_written::engine::Signal;
 use augsim_written::model::{Hold, Model};
 use rayon::prelude::*;
@@ -79,7 +79,7 @@ pub fn step_s(records: &[Record]) -> Result<f64, Clock> {
 ///
 /// # Errors
 /// They have another one.
-pub fn check_clock_of(engine: &WrittenEngine, records: &[Record]) -> Result<(), Clock> {
+pub fn check_step_of_engine(engine: &WrittenEngine, records: &[Record]) -> Result<(), Clock> {
     let step_s = engine.step_s();
     check_clock(records, step_s, |id, _, found| Clock::Other { id, found, step_s })
 }
@@ -108,7 +108,7 @@ fn check_clock(
 /// The sampling step is not constant, or the model cannot be simulated over the records.
 pub fn engine(model: &Model, records: &[Record]) -> anyhow::Result<Engine> {
     let step_s = step_s(records)?;
-    let system = WrittenSystem::declared_only(model)?;
+    let system = EquationSystem::declared_only(model)?;
     let ready = prepared(&system, records)?;
     let system = system.tuned(&ready)?;
     let sensor_sd = sensor_sd(model, &system, records)?;
@@ -121,7 +121,7 @@ pub fn engine(model: &Model, records: &[Record]) -> anyhow::Result<Engine> {
 /// over short windows. White process noise can explain every reading without measurement noise, and a net
 /// trained on such states would learn the noise: on Silverbox the smoother alone gives 1e-14 V, and the net
 /// made the free run seven times worse.
-fn sensor_sd(model: &Model, system: &WrittenSystem, records: &[Record]) -> anyhow::Result<Vec<f64>> {
+fn sensor_sd(model: &Model, system: &EquationSystem, records: &[Record]) -> anyhow::Result<Vec<f64>> {
     let known: Option<Vec<f64>> = model.outputs.iter().map(|output| output.sd).collect();
     if let Some(known) = known {
         return Ok(known);
@@ -141,7 +141,7 @@ fn sensor_sd(model: &Model, system: &WrittenSystem, records: &[Record]) -> anyho
 /// It is corrected for the degrees of freedom of the initial states.
 fn short_window_residuals(
     model: &Model,
-    system: &WrittenSystem,
+    system: &EquationSystem,
     records: &[Record],
 ) -> anyhow::Result<Vec<f64>> {
     let (outputs, values) = (model.outputs.len(), model.nominals());
@@ -160,7 +160,7 @@ fn short_window_residuals(
         system.prepare(&mut part, &[]).ok()?;
         let from = part.windows.first()?.start.clone();
         let declared = vec![None; outputs];
-        let begun = fit_start(system, &part, length, &values, &from, &declared).ok()?;
+        let begun = estimate_initial_state(system, &part, length, &values, &from, &declared).ok()?;
         let readings = (length * outputs) as f64;
         let widen = readings / (readings - begun.state.len() as f64).max(1.0);
         Some(begun.rms.into_iter().map(|rms| widen * rms * rms).collect())
@@ -202,7 +202,7 @@ pub fn sequences(data: &Dataset, engine: &WrittenEngine) -> anyhow::Result<Seque
     let records = records(data, model, true)?;
     let columns = model.states.iter().map(|s| s.name.clone()).collect();
     let action_columns = engine.action_columns().to_vec();
-    check_clock_of(engine, &records)?;
+    check_step_of_engine(engine, &records)?;
     // The measurement noise is that of the engine, not estimated again.
     let mut known = model.clone();
     known

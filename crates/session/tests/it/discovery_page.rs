@@ -4,7 +4,7 @@
 use augsim_data::random_stream;
 use augsim_discovery::{Discovery, Lead, NullRecords, Options};
 use augsim_session::discovery_page::page;
-use augsim_session::{Circumstances, DataFrom, Subject, Wanted, discover};
+use augsim_session::{DataFrom, DiscoverRequest, ReportContext, Subject, discover};
 use rand_distr::{Distribution, StandardNormal};
 use std::fmt::Write;
 use std::sync::OnceLock;
@@ -35,13 +35,16 @@ fn drops() -> DataFrom {
 fn found() -> &'static Discovery {
     static FOUND: OnceLock<Discovery> = OnceLock::new();
     FOUND.get_or_init(|| {
-        let wanted = Wanted { options: Options { null_runs: 0, ..Options::default() }, ..Wanted::default() };
+        let wanted = DiscoverRequest {
+            options: Options { null_runs: 0, ..Options::default() },
+            ..DiscoverRequest::default()
+        };
         discover(&subject(), &drops(), &wanted, &mut |_| {}).expect("an answer")
     })
 }
 
 fn html(found: &Discovery) -> String {
-    page(&Circumstances::default(), &subject(), found).render()
+    page(&ReportContext::default(), &subject(), found).render()
 }
 
 #[test]

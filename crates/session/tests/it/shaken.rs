@@ -3,7 +3,7 @@
 //! autocorrelated measurement noise.
 
 use augsim_data::random_stream;
-use augsim_discovery::{ForetellOptions, ShakenBy};
+use augsim_discovery::{NoiseSource, PredictOptions};
 use augsim_session::foretell::foretell;
 use augsim_session::written::{noise, records};
 use augsim_session::{DataFrom, Subject};
@@ -39,7 +39,7 @@ fn table(seed: u64, trajectories: usize) -> DataFrom {
 
 /// Share of the measured values after the burn-in that lie in the 90 % bands.
 fn coverage(model: &Model, data: &DataFrom) -> f64 {
-    let options = ForetellOptions { draws: 200, seed: 3, ..ForetellOptions::default() };
+    let options = PredictOptions { draws: 200, seed: 3, ..PredictOptions::default() };
     let subject = Subject::Written(Box::new(model.clone()));
     let found = foretell(&subject, data, BURN_IN, &options).expect("forecasts");
     let (mut inside, mut count) = (0, 0);
@@ -76,7 +76,7 @@ fn quiet(seed: u64, trajectories: usize, autocorrelated: bool) -> DataFrom {
 /// from.
 #[test]
 fn estimated_measurement_noise_gives_bands_with_nominal_coverage() {
-    for (autocorrelated, cause) in [(false, ShakenBy::Sensor), (true, ShakenBy::LastingSensor)] {
+    for (autocorrelated, cause) in [(false, NoiseSource::Sensor), (true, NoiseSource::LastingSensor)] {
         let mut model = model::parse(MODEL, "lag.toml").unwrap_or_else(|e| panic!("{e}"));
         let read = records::read(quiet(1, 8, autocorrelated), &model).expect("data");
         let list = records::records(&read.data, &model, true).expect("records");
@@ -101,7 +101,7 @@ fn estimated_process_noise_gives_bands_with_nominal_coverage() {
     let list = records::records(&read.data, &model, true).expect("records");
     let narrow = coverage(&model, &table(2, 20));
     let found = noise::find(&mut model, &list).expect("an answer");
-    assert_eq!(found.by, ShakenBy::Motion);
+    assert_eq!(found.by, NoiseSource::Motion);
     let pushed = model.states[0].shaken.expect("it is written into the model");
     assert!((0.8..1.25).contains(&pushed.sd) && (1.2..3.5).contains(&pushed.memory_s), "{pushed:?}");
     assert_eq!(found.lasting[0].unit, "K/s");

@@ -159,7 +159,7 @@ impl Motion for ModelBall {
         1
     }
 
-    fn own_changes(&self, state: &[f64], _: &[f64], _: &[f64], changes: &mut [f64]) {
+    fn trajectory_sensitivities(&self, state: &[f64], _: &[f64], _: &[f64], changes: &mut [f64]) {
         if !self.may_bounce(state) {
             changes.fill(0.0);
             return;
@@ -236,7 +236,7 @@ fn unobserved_quantity(block: &EffectBlock, axes: Axes) -> Option<(&str, &'stati
             Needs::Spin | Needs::SpinInSpace => Some("the spin"),
             Needs::StartTime => Some("the clock of the session"),
             Needs::AreaPerMass => Some("the ball's size and mass"),
-            Needs::Nothing | Needs::ReleaseAtRest | Needs::Coasting | Needs::OfEach => None,
+            Needs::Nothing | Needs::ReleaseAtRest | Needs::Coasting | Needs::PerTrajectory => None,
         },
     };
     what.map(|what| (block.kind.as_str(), what))
@@ -276,8 +276,8 @@ mod tests {
                 unit_difference(&|e, next| Motion::step(&bullet(e), &state, &[], &[], next));
             let model_difference = unit_difference(&|e, next| exact(e).step(&state, &[], &[], next));
             let (mut bullet_changes, mut model_changes) = ([0.0; 2], [0.0; 2]);
-            bullet(0.5).own_changes(&state, &[], &[], &mut bullet_changes);
-            exact(0.5).own_changes(&state, &[], &[], &mut model_changes);
+            bullet(0.5).trajectory_sensitivities(&state, &[], &[], &mut bullet_changes);
+            exact(0.5).trajectory_sensitivities(&state, &[], &[], &mut model_changes);
             for j in 0..2 {
                 assert!(
                     (bullet_changes[j] - bullet_difference[j]).abs() < 1e-12,

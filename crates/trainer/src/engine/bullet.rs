@@ -32,7 +32,7 @@ impl Motion for BulletBall {
         1
     }
 
-    fn own_changes(&self, state: &[f64], _: &[f64], _: &[f64], changes: &mut [f64]) {
+    fn trajectory_sensitivities(&self, state: &[f64], _: &[f64], _: &[f64], changes: &mut [f64]) {
         // A step is linear in the restitution between 0 and 1.
         let [bounced, stopped] = [1.0, 0.0].map(|restitution| {
             let mut s = BulletState { centre_m: state[0] + self.radius_m, velocity_m_s: state[1] };

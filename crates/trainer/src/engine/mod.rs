@@ -13,8 +13,8 @@ pub use error::EngineError;
 pub(crate) use push::ModelPush;
 pub use system::SystemEngine;
 pub use throw::{Room, ThrowEngine};
+pub(crate) use written::EquationMotion;
 pub use written::WrittenEngine;
-pub(crate) use written::WrittenMotion;
 
 use augsim_data::checks::Expected;
 use augsim_physics::ball::bullet::BulletBall;
@@ -121,15 +121,21 @@ impl Engine {
         self.motion().step(state, from, to, next);
     }
 
-    /// Number P of the parameters in [`own_changes`](Self::own_changes).
+    /// Number P of the parameters in [`trajectory_sensitivities`](Self::trajectory_sensitivities).
     pub(crate) fn own_parameters(&self) -> usize {
         self.motion().own_parameters()
     }
 
     /// Computes how per-trajectory parameters change the state after a [`step`](Self::step), `[P, S]`.
     /// First order, for a change of each parameter by its typical spread between trajectories.
-    pub(crate) fn own_changes(&self, state: &[f64], from: &[f64], to: &[f64], changes: &mut [f64]) {
-        self.motion().own_changes(state, from, to, changes);
+    pub(crate) fn trajectory_sensitivities(
+        &self,
+        state: &[f64],
+        from: &[f64],
+        to: &[f64],
+        changes: &mut [f64],
+    ) {
+        self.motion().trajectory_sensitivities(state, from, to, changes);
     }
 
     /// States `[time, S]` of the roll-out from `start`, which is the first, under `actions [time, A]`.
@@ -146,7 +152,7 @@ impl Engine {
     }
 
     /// The equation model whose rates are corrected, if the engine has one.
-    pub(crate) fn rates(&self) -> Option<&WrittenMotion> {
+    pub(crate) fn rates(&self) -> Option<&EquationMotion> {
         self.written().map(WrittenEngine::motion)
     }
 

@@ -34,14 +34,14 @@ pub(super) trait Motion: Any + Debug + Send + Sync {
     /// Writes the state one step after `state` while the actions go from `from` to `to`.
     fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]);
 
-    /// Number P of the parameters in [`own_changes`](Self::own_changes).
+    /// Number P of the parameters in [`trajectory_sensitivities`](Self::trajectory_sensitivities).
     fn own_parameters(&self) -> usize {
         0
     }
 
     /// Computes how per-trajectory parameters change the state after a [`step`](Self::step), `[P, S]`.
     /// First order, for a change of each parameter (such as a restitution) by its typical spread.
-    fn own_changes(&self, _state: &[f64], _from: &[f64], _to: &[f64], _changes: &mut [f64]) {}
+    fn trajectory_sensitivities(&self, _state: &[f64], _from: &[f64], _to: &[f64], _changes: &mut [f64]) {}
 
     /// States `[time, S]` from `start`, which is the first, under `actions [time, A]`.
     fn rollout(&self, start: &[f64], actions: &[f64], time: usize) -> Vec<f64> {

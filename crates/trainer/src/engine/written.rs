@@ -13,7 +13,7 @@ use augsim_written::engine::{Options, Point, Record, Signal, Window};
 use augsim_written::library;
 use augsim_written::model::{Direction, Hold, Input, Integrator, Model, Output};
 use augsim_written::text::{Kind, Symbol};
-use augsim_written::{System, WrittenSystem};
+use augsim_written::{EquationSystem, System};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -32,7 +32,7 @@ const MAX_HALVINGS: usize = 12;
 #[serde(try_from = "SerialisedEngine", into = "SerialisedEngine")]
 pub struct WrittenEngine {
     serialised: SerialisedEngine,
-    motion: Arc<WrittenMotion>,
+    motion: Arc<EquationMotion>,
 }
 
 /// The serialised form of an engine in configurations and checkpoints.
@@ -59,7 +59,7 @@ impl WrittenEngine {
     ///
     /// # Errors
     /// [`EngineError`] if the step is not positive, or the model cannot be serialised or compiled.
-    pub fn new(system: &WrittenSystem, step_s: f64, sensor_sd: Vec<f64>) -> Result<Self, EngineError> {
+    pub fn new(system: &EquationSystem, step_s: f64, sensor_sd: Vec<f64>) -> Result<Self, EngineError> {
         Self::try_from(SerialisedEngine {
             step_s,
             substeps: system.options().substeps,
@@ -101,7 +101,7 @@ impl WrittenEngine {
         self.motion.outputs(states, actions.chunks_exact(a))
     }
 
-    pub(super) fn motion(&self) -> &WrittenMotion {
+    pub(super) fn motion(&self) -> &EquationMotion {
         &self.motion
     }
 }
@@ -125,7 +125,7 @@ impl TryFrom<SerialisedEngine> for WrittenEngine {
         model.numerics.widths.clone_from(&serialised.widths);
         model.numerics.integrator =
             if serialised.implicit { Integrator::Implicit } else { Integrator::Explicit };
-        let motion = WrittenMotion::new(&model, step_s)?;
+        let motion = EquationMotion::new(&model, step_s)?;
         Ok(WrittenEngine { serialised, motion: Arc::new(motion) })
     }
 }
@@ -138,7 +138,7 @@ impl From<WrittenEngine> for SerialisedEngine {
 
 /// The compiled system, and the part of its states that is corrected.
 #[derive(Debug)]
-pub(crate) struct WrittenMotion {
+pub(crate) struct EquationMotion {
     system: System,
     options: Options,
     parameters: Vec<f64>,
@@ -153,7 +153,7 @@ pub(crate) struct WrittenMotion {
     periods: Vec<Option<f64>>,
 }
 
-impl WrittenMotion {
+impl EquationMotion {
     fn new(model: &Model, step_s: f64) -> Result<Self, EngineError> {
         let system = System::compile(model, &[]).map_err(Box::new)?;
         let options =
@@ -168,7 +168,7 @@ impl WrittenMotion {
             model.inputs.iter().filter(|i| is_spline(i)).map(|i| format!("curvature of {}", i.name));
         let action_columns = inputs.chain(splines).chain([TIME_COLUMN.to_owned()]).collect();
         let periods = (0..model.states.len()).map(|state| state_period(model, state)).collect();
-        Ok(WrittenMotion {
+        Ok(EquationMotion {
             system,
             options,
             parameters,
@@ -322,7 +322,7 @@ impl WrittenMotion {
     }
 }
 
-impl Motion for WrittenMotion {
+impl Motion for EquationMotion {
     fn columns(&self) -> Vec<&str> {
         self.columns.iter().map(String::as_str).collect()
     }
@@ -408,13 +408,13 @@ mod tests {
     //! Contract: required corrections invert applied ones, positions follow, and no event is crossed.
     use super::*;
 
-    fn motion(rates: &str, events: &str) -> WrittenMotion {
+    fn motion(rates: &str, events: &str) -> EquationMotion {
         let text = format!(
             "scenario = \"system\"\nname = \"s\"\n[states]\nx_m = {{ start = \"y_m\" }}\nv_m_s = {{ start = 0.0 }}\n[parameters]\n\
              k_per_s2 = 4.0\n[rates]\n{rates}[outputs]\ny_m = \"x_m\"\n{events}"
         );
         let model = augsim_written::model::parse(&text, "model.toml").unwrap_or_else(|e| panic!("{e}"));
-        WrittenMotion::new(&model, 0.1).unwrap_or_else(|e| panic!("{e}"))
+        EquationMotion::new(&model, 0.1).unwrap_or_else(|e| panic!("{e}"))
     }
 
     const OSCILLATOR: &str = "v_m_s = \"-k_per_s2 * x_m\"\nx_m = \"v_m_s\"\n";

@@ -45,7 +45,7 @@ impl<'m> Conditioned<'m> {
     }
 
     /// Forecasts of `model` that ignore all observed rows after the first: the baseline.
-    pub fn not_at_all(model: &'m dyn Forecaster) -> Self {
+    pub fn unconditioned(model: &'m dyn Forecaster) -> Self {
         Conditioned { model, max_components: 0 }
     }
 }
@@ -136,7 +136,7 @@ impl<'a> SampleDeviations<'a> {
 mod tests {
     //! Contract: conditioned forecasts of lines with a random slope match the closed-form posterior.
     use super::*;
-    use crate::filter::{Sensor, StartLaw};
+    use crate::filter::{InitialStatePrior, Sensor};
     use crate::{Sequence, Sequences, Task};
     use augsim_data::random_stream;
     use rand_distr::{Distribution, StandardNormal};
@@ -172,8 +172,11 @@ mod tests {
         let sensor = Sensor::new(vec![Some(NOISE)]).expect("a sensor");
         let item = Sequence { id: "a".into(), time, states: vec![0.0; time], actions: Vec::new() };
         let columns = ["height_m".to_owned()].into();
-        let start =
-            StartLaw::of(&Sequences { columns, action_columns: Vec::new(), items: vec![item.clone(), item] });
+        let start = InitialStatePrior::of(&Sequences {
+            columns,
+            action_columns: Vec::new(),
+            items: vec![item.clone(), item],
+        });
         let prefix =
             Prefix { id: "a", rows: &rows, sensor: &sensor, start: &start, actions: &[], time, index: 0 };
         let forecast = Conditioned::new(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
@@ -200,7 +203,7 @@ mod tests {
             "{variance} against {expected_variance}"
         );
         let unconditioned =
-            Conditioned::not_at_all(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
+            Conditioned::unconditioned(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
         let task = Task { start: &rows[..1], actions: &[], time, index: 0 };
         let drawn = Lines.forecast(task, 500).expect("draws");
         let (unconditioned, index) = (unconditioned.expect("a forecast").remove(0), n * 500);

@@ -7,19 +7,19 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// A physics engine whose parameters are known; the only unknown is the state.
 #[derive(Debug, Clone)]
-pub struct EngineLaw<'e> {
+pub struct EngineTransition<'e> {
     engine: &'e Engine,
     states: usize,
 }
 
-impl<'e> EngineLaw<'e> {
+impl<'e> EngineTransition<'e> {
     /// The transition model of `engine`.
     pub fn new(engine: &'e Engine) -> Self {
-        EngineLaw { states: engine.columns().len(), engine }
+        EngineTransition { states: engine.columns().len(), engine }
     }
 }
 
-impl TransitionModel for EngineLaw<'_> {
+impl TransitionModel for EngineTransition<'_> {
     fn latent_dim(&self) -> usize {
         0
     }

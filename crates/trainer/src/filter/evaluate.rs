@@ -2,7 +2,7 @@
 
 use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
 use super::score::{FilteredScore, tally_forecast};
-use super::{Sensor, StartLaw};
+use super::{InitialStatePrior, Sensor};
 use crate::in_order;
 use crate::score::Scoring;
 use crate::{Samples, Sequence, Sequences, TrainerError};
@@ -11,7 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 /// The same prefix lengths for each of `trajectories` trajectories, `[trajectory][prefix]`.
-pub fn behind_rows(rows: &[usize], trajectories: usize) -> Vec<Vec<usize>> {
+pub fn same_prefix_lengths(rows: &[usize], trajectories: usize) -> Vec<Vec<usize>> {
     vec![rows.to_vec(); trajectories]
 }
 
@@ -25,7 +25,7 @@ pub fn behind_rows(rows: &[usize], trajectories: usize) -> Vec<Vec<usize>> {
 pub fn evaluate_filtered(
     model: &dyn PrefixForecaster,
     test: &Sequences,
-    known: (&Sensor, &StartLaw),
+    known: (&Sensor, &InitialStatePrior),
     lengths: &[Vec<usize>],
     settings: FilterSettings,
 ) -> Result<Vec<FilteredScore>, TrainerError> {
@@ -53,7 +53,7 @@ pub fn evaluate_filtered(
 pub(super) fn map_forecasts<T: Send>(
     model: &dyn PrefixForecaster,
     set: &Sequences,
-    (sensor, start): (&Sensor, &StartLaw),
+    (sensor, start): (&Sensor, &InitialStatePrior),
     (lengths, settings): (&[Vec<usize>], FilterSettings),
     visit: &(dyn Fn(usize, usize, Samples) -> T + Sync),
 ) -> Result<Vec<Vec<T>>, TrainerError> {
@@ -61,7 +61,7 @@ pub(super) fn map_forecasts<T: Send>(
         |(index, (q, lengths))| -> Result<Vec<T>, TrainerError> {
             let usable_lengths: Vec<usize> = lengths.iter().copied().filter(|n| *n < q.time).collect();
             let noise = (!settings.is_measured).then_some(settings.seed);
-            let rows = seen_rows(q, sensor, noise, index as u64);
+            let rows = measured_rows(q, sensor, noise, index as u64);
             let prefix = Prefix {
                 id: &q.id,
                 rows: &rows[..usable_lengths.last().copied().unwrap_or(0) * sensor.sd().len()],
@@ -85,7 +85,7 @@ pub(super) fn map_forecasts<T: Send>(
 /// Rows `[T, S]` of a trajectory with simulated measurement noise; NaN in unobserved columns.
 /// Each trajectory and seed has its own noise stream. Without a seed the rows are measurements already and
 /// no noise is added.
-pub fn seen_rows(q: &Sequence, sensor: &Sensor, seed: Option<u64>, index: u64) -> Vec<f64> {
+pub fn measured_rows(q: &Sequence, sensor: &Sensor, seed: Option<u64>, index: u64) -> Vec<f64> {
     let mut rng = random_stream(seed.unwrap_or_default(), "sensor", index);
     let scale = if seed.is_some() { 1.0 } else { 0.0 };
     let mut rows = q.states.clone();

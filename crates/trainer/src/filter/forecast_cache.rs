@@ -2,7 +2,7 @@
 
 use super::evaluate::map_forecasts;
 use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
-use super::{Sensor, StartLaw};
+use super::{InitialStatePrior, Sensor};
 use crate::{Samples, Sequences, TrainerError};
 
 /// The forecasts of a model after the prefixes of one set; other forecasts are refused.
@@ -21,7 +21,7 @@ impl Kept {
     pub fn of(
         model: &dyn PrefixForecaster,
         set: &Sequences,
-        known: (&Sensor, &StartLaw),
+        known: (&Sensor, &InitialStatePrior),
         lengths: &[Vec<usize>],
         settings: FilterSettings,
     ) -> Result<Self, TrainerError> {
@@ -56,7 +56,7 @@ mod tests {
     //! Contract: cached forecasts equal those of the model, each is computed once, and others are refused.
     use super::*;
     use crate::Sequence;
-    use crate::filter::{Widened, evaluate_filtered};
+    use crate::filter::{RescaledSpread, evaluate_filtered};
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// A forecaster that counts its calls. It draws two samples: the last observed row, and 1 above it.
@@ -88,14 +88,15 @@ mod tests {
         };
         let items = (0..3).map(item).collect();
         let set = Sequences { columns: vec!["x_m".to_owned()], action_columns: Vec::new(), items };
-        let known = (&Sensor::exact(1), &StartLaw { mean: vec![0.0], sd: vec![1.0] });
+        let known = (&Sensor::exact(1), &InitialStatePrior { mean: vec![0.0], sd: vec![1.0] });
         let settings = FilterSettings { is_measured: true, ..FilterSettings::new(1, 1) };
         let (model, lengths) = (CallCounter(AtomicUsize::new(0)), vec![vec![2, 3]; 3]);
         let kept = Kept::of(&model, &set, known, &lengths, settings).unwrap();
         let calls = model.0.load(Ordering::Relaxed);
         for factors in [[1.0, 1.0], [2.0, 3.0]] {
             let score = |model: &dyn PrefixForecaster| {
-                evaluate_filtered(&Widened::new(model, &factors), &set, known, &lengths, settings).unwrap()
+                evaluate_filtered(&RescaledSpread::new(model, &factors), &set, known, &lengths, settings)
+                    .unwrap()
             };
             let cached_scores = score(&kept);
             assert_eq!(model.0.swap(calls, Ordering::Relaxed), calls, "the model was asked again");

@@ -18,7 +18,7 @@
 use super::evaluate::map_forecasts;
 use super::forecast_net::ForecastNet;
 use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
-use super::{Sensor, StartLaw};
+use super::{InitialStatePrior, Sensor};
 use crate::league::Extents;
 use crate::prepared::Prepared;
 use crate::scales::positive;
@@ -179,7 +179,7 @@ impl ForecastCorrection {
     pub fn learn(
         model: &dyn PrefixForecaster,
         train: &Sequences,
-        known: (&Sensor, &StartLaw),
+        known: (&Sensor, &InitialStatePrior),
         lengths: &[Vec<usize>],
         settings: FilterSettings,
     ) -> Result<Self, TrainerError> {
@@ -404,13 +404,13 @@ mod tests {
     }
 
     fn learn_correction(train: &Sequences) -> Result<ForecastCorrection, TrainerError> {
-        let known = (&Sensor::exact(1), &StartLaw::of(train));
+        let known = (&Sensor::exact(1), &InitialStatePrior::of(train));
         let lengths = vec![vec![5, 10]; train.items.len()];
         ForecastCorrection::learn(&LinearExtrapolation, train, known, &lengths, settings())
     }
 
     fn error(model: &dyn PrefixForecaster, test: &Sequences) -> f64 {
-        let known = (&Sensor::exact(1), &StartLaw::of(test));
+        let known = (&Sensor::exact(1), &InitialStatePrior::of(test));
         let lengths = vec![vec![10]; test.items.len()];
         super::super::evaluate_filtered(model, test, known, &lengths, settings()).unwrap()[0].rest[0]
     }

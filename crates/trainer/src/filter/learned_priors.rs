@@ -14,7 +14,7 @@
 
 use super::prefix::Prefix;
 use super::system::SystemFilter;
-use super::{Sensor, StartLaw};
+use super::{InitialStatePrior, Sensor};
 use crate::{Sequences, TrainerError};
 use augsim_physics::statistics::median;
 use augsim_physics::system::Seed;
@@ -31,12 +31,12 @@ const MIN_SD_SHARE: f64 = 1e-3;
 
 /// Learned priors of the quantities that differ from trajectory to trajectory, and of the noise.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OwnLaws {
+pub struct LearnedPriors {
     laws: Vec<(Seed, f64, f64)>,
     noise: Vec<f64>,
 }
 
-impl OwnLaws {
+impl LearnedPriors {
     /// Learns the priors of all parameters that `filter` estimates for each trajectory.
     /// `train` are the whole trajectories for whose records the filter was made.
     ///
@@ -46,7 +46,7 @@ impl OwnLaws {
         let mut filter = filter.clone();
         let channels = train.state_dim();
         let sensor = Sensor::exact(channels);
-        let start = StartLaw { mean: Vec::new(), sd: Vec::new() };
+        let start = InitialStatePrior { mean: Vec::new(), sd: Vec::new() };
         let indices = filter.prior_indices();
         let min_sd: Vec<f64> = indices.iter().map(|&i| MIN_SD_SHARE * filter.prior(i).1).collect();
         let mut noise = vec![0.0; channels];
@@ -88,7 +88,7 @@ impl OwnLaws {
             let (mean, sd) = filter.prior(i);
             (filter.seed(i), mean, sd)
         };
-        Ok(OwnLaws { laws: indices.into_iter().map(learned).collect(), noise })
+        Ok(LearnedPriors { laws: indices.into_iter().map(learned).collect(), noise })
     }
 
     /// Each quantity with the mean and the standard deviation of its prior.

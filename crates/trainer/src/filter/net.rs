@@ -3,11 +3,11 @@
 use super::{Moments, TransitionModel};
 use crate::difference::Difference;
 use crate::engine::Engine;
-use crate::latent::LatentLaw;
+use crate::latent::LatentDistribution;
 use crate::nets::{Net, StepRunner, Stepwise};
 use crate::scales::Scales;
 use crate::settings::Correction;
-use crate::steps::StepReading;
+use crate::steps::StepRowInputs;
 use crate::{NetModel, TrainerError};
 use augsim_nn::Params;
 use rand_distr::{Distribution, StandardNormal};
@@ -20,21 +20,21 @@ const RESOLUTION: f64 = 1e-3;
 
 /// The steps of the physics engine with the corrections of a trained net.
 #[derive(Debug)]
-pub struct NetLaw<'m> {
+pub struct NetTransition<'m> {
     net: &'m Stepwise,
     params: &'m Params<f32>,
     engine: &'m Engine,
     scales: &'m Scales,
-    prior: &'m LatentLaw,
+    prior: &'m LatentDistribution,
     /// One runner per number of lanes: particles, their cubature points, and forecast samples differ.
     runners: Vec<StepRunner>,
     whitened: Vec<f64>,
     engine_next: Vec<f64>,
-    reading: StepReading,
+    reading: StepRowInputs,
     features: Vec<f32>,
 }
 
-impl<'m> NetLaw<'m> {
+impl<'m> NetTransition<'m> {
     /// The transition model of a trained net that corrects single steps.
     ///
     /// # Errors
@@ -42,12 +42,12 @@ impl<'m> NetLaw<'m> {
     pub fn new(model: &'m NetModel) -> Result<Self, TrainerError> {
         let state = model.state();
         let (Net::Stepwise(net), Correction::Step) = (model.net(), state.settings.correction) else {
-            return Err(Difference::NotFiltered.into());
+            return Err(Difference::NotFilterable.into());
         };
         let Some(prior) = &state.latent else {
             return Err(Difference::Unfinished.into());
         };
-        Ok(NetLaw {
+        Ok(NetTransition {
             net,
             params: model.params(),
             engine: &state.settings.engine,
@@ -56,13 +56,13 @@ impl<'m> NetLaw<'m> {
             runners: Vec::new(),
             whitened: vec![0.0; net.sizes().latent],
             engine_next: vec![0.0; net.sizes().state],
-            reading: StepReading::default(),
+            reading: StepRowInputs::default(),
             features: vec![0.0; net.sizes().condition],
         })
     }
 }
 
-impl TransitionModel for NetLaw<'_> {
+impl TransitionModel for NetTransition<'_> {
     fn latent_dim(&self) -> usize {
         self.net.sizes().latent
     }

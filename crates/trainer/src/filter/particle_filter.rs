@@ -14,7 +14,7 @@
 use super::moments::{Gaussian, weighted_into};
 use super::particles::{States, Workspace, gather_rows};
 use super::weights::{effective_size_into, largest_increment, resample_into};
-use super::{Moments, Sensor, StartLaw, TransitionModel};
+use super::{InitialStatePrior, Moments, Sensor, TransitionModel};
 use crate::latent::{cholesky_into, whiten_into};
 use crate::{Samples, TrainerError};
 use augsim_data::random_stream;
@@ -47,7 +47,7 @@ const SHARED_STATE_TOLERANCE: f64 = 0.1;
 pub struct Filter<'m> {
     model: Box<dyn TransitionModel + 'm>,
     sensor: Sensor,
-    start: StartLaw,
+    start: InitialStatePrior,
     actions: &'m [f64],
     width: usize,
     rng: Xoshiro256PlusPlus,
@@ -139,7 +139,7 @@ impl<'m> Filter<'m> {
     /// trajectory in its set.
     pub fn new(
         model: Box<dyn TransitionModel + 'm>,
-        (sensor, start): (Sensor, StartLaw),
+        (sensor, start): (Sensor, InitialStatePrior),
         (actions, width): (&'m [f64], usize),
         particles: usize,
         stream: (u64, u64),

@@ -1,7 +1,10 @@
 //! The trait [`PrefixForecaster`]: forecasts of a trajectory after its first rows were observed.
 
 use super::initial_state_latents::WithInitialState;
-use super::{EngineLaw, Filter, FittedDrop, NetLaw, RestitutionLaw, Sensor, StartLaw, TransitionModel};
+use super::{
+    EngineTransition, Filter, FittedDrop, InitialStatePrior, NetTransition, RandomRestitution, Sensor,
+    TransitionModel,
+};
 use crate::{Forecaster, NetModel, SAMPLES, Samples, Task, TrainerError};
 use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardNormal};
@@ -37,7 +40,7 @@ pub struct Prefix<'a> {
     /// Sensor through which the rows were observed.
     pub sensor: &'a Sensor,
     /// Prior distribution of the initial state.
-    pub start: &'a StartLaw,
+    pub start: &'a InitialStatePrior,
     /// Actions `[T, A]` of the whole trajectory, known in advance.
     pub actions: &'a [f64],
     /// Number T of rows of the whole trajectory.
@@ -96,7 +99,7 @@ impl PrefixForecaster for NetModel {
             Ok(forecast)
         };
         forecast_with_filter(
-            &|| Ok(Box::new(NetLaw::new(self)?)),
+            &|| Ok(Box::new(NetTransition::new(self)?)),
             Some(&from_initial_state),
             prefix,
             lengths,
@@ -105,7 +108,7 @@ impl PrefixForecaster for NetModel {
     }
 }
 
-impl PrefixForecaster for RestitutionLaw {
+impl PrefixForecaster for RandomRestitution {
     fn forecasts(
         &self,
         prefix: Prefix<'_>,
@@ -123,7 +126,7 @@ impl PrefixForecaster for RestitutionLaw {
     }
 }
 
-impl PrefixForecaster for EngineLaw<'_> {
+impl PrefixForecaster for EngineTransition<'_> {
     fn forecasts(
         &self,
         prefix: Prefix<'_>,

@@ -10,21 +10,21 @@ use crate::{Samples, TrainerError};
 
 /// A forecaster with the spread of its samples rescaled.
 #[derive(Clone, Copy)]
-pub struct Widened<'a> {
+pub struct RescaledSpread<'a> {
     model: &'a dyn PrefixForecaster,
     /// Factor of the spread for each prefix length, in their order.
     factors: &'a [f64],
 }
 
-impl<'a> Widened<'a> {
+impl<'a> RescaledSpread<'a> {
     /// Multiplies the samples' distances from their median by `factors[i]` after the i-th prefix.
     /// The factor is 1 for prefixes beyond the end of the list.
     pub fn new(model: &'a dyn PrefixForecaster, factors: &'a [f64]) -> Self {
-        Widened { model, factors }
+        RescaledSpread { model, factors }
     }
 }
 
-impl PrefixForecaster for Widened<'_> {
+impl PrefixForecaster for RescaledSpread<'_> {
     fn forecasts(
         &self,
         prefix: Prefix<'_>,
@@ -47,7 +47,7 @@ impl PrefixForecaster for Widened<'_> {
 mod tests {
     //! Contract: the median stays and distances from it grow by the factor, which is 1 if there is none.
     use super::*;
-    use crate::filter::{Sensor, StartLaw};
+    use crate::filter::{InitialStatePrior, Sensor};
 
     /// A forecaster with samples 0, 1, 3, 4 of one row after every prefix.
     struct FourSamples;
@@ -65,7 +65,8 @@ mod tests {
 
     #[test]
     fn samples_move_away_from_their_median() {
-        let (sensor, start) = (Sensor::with_sd([1.0; 1]), StartLaw { mean: vec![0.0], sd: vec![1.0] });
+        let (sensor, start) =
+            (Sensor::with_sd([1.0; 1]), InitialStatePrior { mean: vec![0.0], sd: vec![1.0] });
         let prefix = Prefix {
             id: "1",
             rows: &[0.0; 3],
@@ -77,7 +78,7 @@ mod tests {
         };
         let settings = FilterSettings::new(1, 1);
         let forecasts =
-            Widened::new(&FourSamples, &[1.5, 0.5]).forecasts(prefix, &[1, 2, 3], settings).unwrap();
+            RescaledSpread::new(&FourSamples, &[1.5, 0.5]).forecasts(prefix, &[1, 2, 3], settings).unwrap();
         let values: Vec<&[f32]> = forecasts.iter().map(|s| &s.values[..]).collect();
         assert_eq!(values, [[-1.0, 0.5, 3.5, 5.0], [1.0, 1.5, 2.5, 3.0], [0.0, 1.0, 3.0, 4.0]]);
     }

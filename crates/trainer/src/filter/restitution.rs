@@ -16,7 +16,7 @@ const FIT_SD: f64 = 1e-5;
 
 /// A ball whose restitution is drawn from N(mean, sd) for each trajectory; negative values act as 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RestitutionLaw {
+pub struct RandomRestitution {
     /// All parameters but the restitution.
     pub ball: BulletBall,
     /// Mean of the restitution.
@@ -25,7 +25,7 @@ pub struct RestitutionLaw {
     pub sd: f64,
 }
 
-impl RestitutionLaw {
+impl RandomRestitution {
     /// Fits the distribution of the restitution to a set of drops.
     /// The damping is the median over drops; mean and standard deviation are those of the restitutions
     /// fitted with it. All other parameters stay as declared.
@@ -44,11 +44,11 @@ impl RestitutionLaw {
         let n = restitutions.len().max(1) as f64;
         let mean = restitutions.iter().sum::<f64>() / n;
         let variance = restitutions.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-        RestitutionLaw { ball, mean, sd: variance.sqrt() }
+        RandomRestitution { ball, mean, sd: variance.sqrt() }
     }
 }
 
-impl TransitionModel for RestitutionLaw {
+impl TransitionModel for RandomRestitution {
     fn latent_dim(&self) -> usize {
         1
     }

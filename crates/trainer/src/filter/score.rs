@@ -6,7 +6,7 @@
 //! be dominated by objects at rest.
 
 use crate::Samples;
-use crate::score::{Scoring, crps_of, length, quantile};
+use crate::score::{Scoring, crps_from_samples, length, quantile};
 use augsim_physics::statistics::median;
 use std::ops::Range;
 
@@ -33,7 +33,7 @@ pub struct FilteredScore {
     pub rest: Vec<f64>,
     /// Median over trajectories of the mean error of the median over the forecast rows.
     /// Robust to a few trajectories with very large errors.
-    pub rest_of_most: Vec<f64>,
+    pub median_rest: Vec<f64>,
     /// Sum of errors relative to the sum of distances from zero, over all forecast rows, per cent.
     /// Of the first measure.
     pub rest_percent: f64,
@@ -42,7 +42,7 @@ pub struct FilteredScore {
     /// Fair continuous ranked probability score over the forecast rows.
     pub crps: Vec<f64>,
     /// Median over trajectories of the mean continuous ranked probability score over the forecast rows.
-    pub crps_of_most: Vec<f64>,
+    pub median_crps: Vec<f64>,
     /// Share of true values in the central 50 % band where the 90 % band is wide enough.
     /// `None` for a point forecast.
     pub coverage50: Option<f64>,
@@ -105,7 +105,7 @@ pub(super) fn tally_forecast(samples: &Samples, truth: &[f64], n: usize, scoring
                 sorted.copy_from_slice(row);
                 sorted.sort_unstable_by(f32::total_cmp);
                 medians[j] = quantile(&sorted, 0.5);
-                out.crps[k] += crps_of(&sorted, truth_row[j]) / columns.len() as f64;
+                out.crps[k] += crps_from_samples(&sorted, truth_row[j]) / columns.len() as f64;
                 let band = |level: f64| [0.5 - level / 2.0, 0.5 + level / 2.0].map(|q| quantile(&sorted, q));
                 let bands = [band(0.5), band(0.9)];
                 if bands[1][1] - bands[1][0] > MIN_BAND_WIDTH {
@@ -159,8 +159,8 @@ impl FilteredScore {
             whole,
             whole_percent: 100.0 * sum(&|t| t.errors[0] / t.distance_all) / n,
             rest: divided(sums(&|t, k| t.errors[k]), rows),
-            rest_of_most: medians(&|t, k| t.errors[k]),
-            crps_of_most: medians(&|t, k| t.crps[k]),
+            median_rest: medians(&|t, k| t.errors[k]),
+            median_crps: medians(&|t, k| t.crps[k]),
             rest_percent: 100.0 * sum(&|t| t.errors[0]) / sum(&|t| t.distance_rest),
             common: divided(sums(&|t, k| t.common[k]), common),
             crps: divided(sums(&|t, k| t.crps[k]), rows),

@@ -62,20 +62,20 @@ impl Sensor {
 
 /// Prior of the initial state: mean and standard deviation over the training set.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StartLaw {
+pub struct InitialStatePrior {
     /// Mean, `[S]`.
     pub mean: Vec<f64>,
     /// Standard deviation, `[S]`.
     pub sd: Vec<f64>,
 }
 
-impl StartLaw {
+impl InitialStatePrior {
     /// Mean and standard deviation of the initial states of a set, column by column.
     pub fn of(train: &Sequences) -> Self {
         let (n, s) = (train.items.len().max(1) as f64, train.state_dim());
         let initial_states = || train.items.iter().map(|q| q.state(0));
         let mean: Vec<f64> = (0..s).map(|j| initial_states().map(|x| x[j]).sum::<f64>() / n).collect();
         let variance = |j: usize| initial_states().map(|x| (x[j] - mean[j]).powi(2)).sum::<f64>() / n;
-        StartLaw { sd: (0..s).map(|j| variance(j).sqrt()).collect(), mean }
+        InitialStatePrior { sd: (0..s).map(|j| variance(j).sqrt()).collect(), mean }
     }
 }

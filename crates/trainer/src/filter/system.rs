@@ -59,7 +59,7 @@ impl SystemFilter {
 
     /// Makes parameter `index` differ from trajectory to trajectory with this standard deviation.
     #[must_use]
-    pub fn with_own(mut self, index: usize, sd: f64) -> Self {
+    pub fn with_random_parameter(mut self, index: usize, sd: f64) -> Self {
         let seed = Seed::Parameter(index);
         self.unknowns.retain(|u| u.seed != seed);
         let bounds = [f64::NEG_INFINITY, f64::INFINITY];
@@ -71,8 +71,8 @@ impl SystemFilter {
         self
     }
 
-    /// Sets learned priors, each a mean and a standard deviation ([`super::OwnLaws::laws`]).
-    /// `noise` of each channel ([`super::OwnLaws::noise`]) is used where neither the sensor nor the model file
+    /// Sets learned priors, each a mean and a standard deviation ([`super::LearnedPriors::laws`]).
+    /// `noise` of each channel ([`super::LearnedPriors::noise`]) is used where neither the sensor nor the model file
     /// states it.
     #[must_use]
     pub fn with_laws(mut self, laws: &[(Seed, f64, f64)], noise: &[f64]) -> Self {
@@ -168,7 +168,7 @@ impl SystemFilter {
     ) -> Result<(InferenceProblem<'a>, Mode), TrainerError> {
         let schema = self.system.schema();
         let channels = schema.channels.len();
-        let too_short = |needed: usize| TrainerError::ShortPrefix {
+        let too_short = |needed: usize| TrainerError::UndeterminedStart {
             id: prefix.id.to_owned(),
             rows: rows.len() / channels,
             needed,

@@ -43,7 +43,7 @@ const LINEAR_WEIGHT: f64 = 1.0;
 
 /// Forecasts of repeated trajectories after prefixes of given lengths.
 #[derive(Debug, Clone)]
-pub struct Remembered {
+pub struct TrajectoryRegression {
     mean: Vec<f64>,
     sd: Vec<f64>,
     conditionals: BTreeMap<usize, Conditional>,
@@ -90,7 +90,7 @@ impl Kernel {
     }
 }
 
-impl Remembered {
+impl TrajectoryRegression {
     /// Learns from trajectories of equal length; `sd` is the measurement noise of each column.
     ///
     /// # Errors
@@ -117,7 +117,7 @@ impl Remembered {
         let curves: Vec<Vec<f64>> = train.items.iter().map(|q| scaled(&q.states)).collect();
         let conditionals = lengths.iter().map(|&n| Ok((n, Conditional::fit(&curves, n * s)?)));
         let conditionals = conditionals.collect::<Result<_, TrainerError>>()?;
-        Ok(Remembered { mean, sd: sd.to_vec(), conditionals })
+        Ok(TrajectoryRegression { mean, sd: sd.to_vec(), conditionals })
     }
 }
 
@@ -277,7 +277,7 @@ impl Conditional {
     }
 }
 
-impl PrefixForecaster for Remembered {
+impl PrefixForecaster for TrajectoryRegression {
     fn forecasts(
         &self,
         prefix: Prefix<'_>,

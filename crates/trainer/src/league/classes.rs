@@ -37,7 +37,7 @@ impl Recipe {
     }
 
     /// Whether the recipe uses no physics.
-    pub fn is_blind(self) -> bool {
+    pub fn is_without_physics(self) -> bool {
         match self.class() {
             Some(class) => !class.inputs.uses_physics(),
             None => matches!(self, Recipe::Neural | Recipe::NeuralPlus),
@@ -51,7 +51,7 @@ impl Recipe {
     }
 
     /// Whether the recipe supports pushing only.
-    pub fn is_of_pushing(self) -> bool {
+    pub fn supports_pushing_only(self) -> bool {
         self == Recipe::NeuralPlus || self.class().is_some_and(|class| class.is_pushing_only)
     }
 

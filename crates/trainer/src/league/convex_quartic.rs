@@ -18,7 +18,7 @@ use super::strides::{self, CorrectionSampler, ROD_MOTION_WIDTH, rod_motions};
 use super::{Class, Defaults, Fitted, Kind, Trained};
 use crate::league::inputs::ClassInputs;
 use crate::least_squares::{Block, Descent};
-use crate::score::crps_of;
+use crate::score::crps_from_samples;
 use crate::settings::Settings;
 use crate::{Samples, Sequence, Sequences, Task, TrainerError};
 use augsim_data::random_stream;
@@ -186,7 +186,7 @@ impl ConvexQuartic {
             let column = |j: usize| {
                 let mut x = forecast[((q.time - 1) * 3 + j) * samples..][..samples].to_vec();
                 x.sort_unstable_by(f32::total_cmp);
-                crps_of(&x, last[j]) * if j == 2 { contact.c_m } else { 1.0 }
+                crps_from_samples(&x, last[j]) * if j == 2 { contact.c_m } else { 1.0 }
             };
             (0..3).map(column).sum()
         };

@@ -51,7 +51,7 @@ impl Ensemble {
         Ensemble {
             extents,
             members: (0..MEMBERS).map(member).collect(),
-            physics: !settings.recipe.is_blind(),
+            physics: !settings.recipe.is_without_physics(),
         }
     }
 }

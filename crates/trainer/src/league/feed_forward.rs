@@ -41,7 +41,7 @@ impl FeedForward {
             extents,
             hidden: Mlp::new(params, "step", &[extents.condition, h, h]),
             out: Linear::new(params, "out", h, extents.state),
-            physics: !settings.recipe.is_blind(),
+            physics: !settings.recipe.is_without_physics(),
         }
     }
 }

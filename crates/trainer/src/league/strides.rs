@@ -6,11 +6,11 @@
 //! start of the stride, so that a forecast does not depend on the position on the table.
 
 use super::trained::Trained;
-use crate::engine::{Engine, ModelPush, WrittenMotion};
+use crate::engine::{Engine, EquationMotion, ModelPush};
 use crate::prepared::Prepared;
 use crate::push::StartFrame;
 use crate::rates::features as rates;
-use crate::rates::roll::{Motions, roll as roll_out_motion, starts_of};
+use crate::rates::roll::{Motions, repeat_starts, roll as roll_out_motion};
 use crate::scales::{Scales, positive};
 use crate::sequences::{Sequence, Sequences};
 use crate::settings::Settings;
@@ -192,13 +192,13 @@ pub(crate) fn roll_out(
 /// Rolls out a system of equations with corrected rates.
 fn roll_out_rates(
     Trained { scales, .. }: Trained<'_>,
-    motion: &WrittenMotion,
+    motion: &EquationMotion,
     task: Task<'_>,
     samples: usize,
     sampler: &mut dyn CorrectionSampler,
     rng: &mut Xoshiro256PlusPlus,
 ) -> Samples {
-    let starts = starts_of(task.start, motion.periods().len(), samples);
+    let starts = repeat_starts(task.start, motion.periods().len(), samples);
     let motions = Motions { starts: &starts, actions: task.actions, time: task.time };
     let (corrected, unit) = (motion.corrected(), rates::Units::of(scales).target);
     let mut correction = vec![0.0; corrected * samples];

@@ -9,13 +9,13 @@ use crate::nets::tile::repeat_lanes;
 use crate::nets::{Dcvrnn, DcvrnnSampler, Net, Stepwise};
 use crate::noise::{normals, standard};
 use crate::push::features::{self, Condition};
-use crate::rates::Trust;
+use crate::rates::CorrectionShrinkage;
 use crate::rates::features::trusted;
 use crate::rates::forecast::{Hybrid, forecast};
 use crate::recipe::Recipe;
 use crate::sequences::Sequence;
 use crate::settings::Correction;
-use crate::steps::{StepReading, conditions};
+use crate::steps::{StepRowInputs, conditions};
 use crate::training::{TrainingState, rebuild_net};
 use crate::violations::BallLimits;
 use crate::{Forecaster, Samples, TILE, Task, TrainerError};
@@ -98,7 +98,7 @@ impl NetModel {
     }
 
     /// Shrinkage factors of rate corrections, chosen on held-out records; `None` for other nets.
-    pub fn trust(&self) -> Option<Trust> {
+    pub fn trust(&self) -> Option<CorrectionShrinkage> {
         let has_trust =
             matches!(self.net, Net::Stepwise(_)) && self.state.settings.correction == Correction::Rates;
         has_trust.then(|| trusted(&self.state.scales))
@@ -180,7 +180,7 @@ impl NetModel {
         let mut now: Vec<f64> = start.repeat(samples);
         let mut next = now.clone();
         let mut corrected = vec![0.0; s];
-        let (mut row, mut reading) = (vec![0.0_f32; sizes.condition], StepReading::default());
+        let (mut row, mut reading) = (vec![0.0_f32; sizes.condition], StepRowInputs::default());
         let mut u = vec![0.0_f32; sizes.condition * samples];
         for t in 0..time {
             for sample in 0..samples {

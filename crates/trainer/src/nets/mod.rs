@@ -12,7 +12,7 @@ pub use step_runner::StepRunner;
 pub use stepwise::{Stepwise, StepwiseSizes};
 pub use tile::{LossVars, Losses, Tile};
 
-use crate::engine::WrittenMotion;
+use crate::engine::EquationMotion;
 use crate::featuriser::width;
 use crate::league::{ClassNet, Extents};
 use crate::recipe::Recipe;
@@ -37,7 +37,7 @@ impl Net {
         let condition = width(settings, state);
         // For systems of equations only some rates (those of force and flow equations) are corrected, not all
         // states.
-        let state = settings.engine.rates().map_or(state, WrittenMotion::corrected);
+        let state = settings.engine.rates().map_or(state, EquationMotion::corrected);
         if let Some(class) = settings.recipe.class() {
             return Net::Class(ClassNet::new(class, settings, Extents { state, condition }, params));
         }

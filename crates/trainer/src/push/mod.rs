@@ -14,7 +14,7 @@ mod sequences;
 
 pub use frame::StartFrame;
 pub use gp_push::{GpOptions, GpPush};
-pub use sequences::{Thinning, pushes, windows};
+pub use sequences::{Subsampling, pushes, windows};
 
 /// State columns of a push.
 pub const STATES: [&str; 3] = ["x_m", "y_m", "theta_rad"];

@@ -8,21 +8,21 @@ use serde::{Deserialize, Serialize};
 /// Limits for subsampling pushes: every k-th sample is kept, with the smallest k that meets both.
 /// Fast pushes stay shorter than slow ones; nothing is interpolated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Thinning {
+pub struct Subsampling {
     /// Maximum number of samples of a push.
     pub samples: usize,
     /// Maximum number of samples per second.
     pub rate_hz: f64,
 }
 
-impl Default for Thinning {
+impl Default for Subsampling {
     /// 50 samples, 50 Hz.
     fn default() -> Self {
-        Thinning { samples: 50, rate_hz: 50.0 }
+        Subsampling { samples: 50, rate_hz: 50.0 }
     }
 }
 
-impl Thinning {
+impl Subsampling {
     fn stride(&self, samples: usize, duration_s: f64) -> usize {
         let by_count = (samples - 1).div_ceil(self.samples.max(2) - 1);
         let rate = (samples - 1) as f64 / duration_s;
@@ -37,7 +37,7 @@ impl Thinning {
 ///
 /// # Errors
 /// [`TrainerError`] if a column of push data or a value is missing, or a push is too short.
-pub fn pushes(dataset: &Dataset, thinning: Thinning) -> Result<Sequences, TrainerError> {
+pub fn pushes(dataset: &Dataset, thinning: Subsampling) -> Result<Sequences, TrainerError> {
     let mut sequences = Sequences::with_actions(dataset, &STATES, &ACTIONS)?;
     for q in &mut sequences.items {
         let duration = q.action(q.time - 1)[2] - q.action(0)[2];

@@ -7,15 +7,15 @@
 //! corrections is drawn, and whether each trajectory has its own latent.
 
 use super::corrector::Corrector;
-use super::features::{Trust, Units};
+use super::features::{CorrectionShrinkage, Units};
 use super::roll::{Motions, roll};
 use crate::TrainerError;
-use crate::engine::WrittenMotion;
+use crate::engine::EquationMotion;
 use crate::in_order;
-use crate::latent::LatentLaw;
+use crate::latent::LatentDistribution;
 use crate::nets::Stepwise;
 use crate::scales::Scales;
-use crate::score::crps_of;
+use crate::score::crps_from_samples;
 use crate::sequences::Sequence;
 use augsim_data::random_stream;
 use augsim_nn::Params;
@@ -47,10 +47,10 @@ const SCORED_SAMPLES: usize = 64;
 /// A trained net with all that its acceptance test needs.
 #[derive(Clone, Copy)]
 pub(crate) struct Learned<'a> {
-    pub motion: &'a WrittenMotion,
+    pub motion: &'a EquationMotion,
     pub net: &'a Stepwise,
     pub params: &'a Params<f32>,
-    pub law: &'a LatentLaw,
+    pub law: &'a LatentDistribution,
     /// Scales with shrinkage factors of 1.
     pub scales: &'a Scales,
     pub seed: u64,
@@ -58,8 +58,8 @@ pub(crate) struct Learned<'a> {
 
 /// The chosen use of a net's corrections, and whether trajectories have different latents.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Accepted {
-    pub trust: Trust,
+pub(crate) struct AcceptedChecks {
+    pub trust: CorrectionShrinkage,
     pub latents_differ: bool,
 }
 
@@ -74,19 +74,21 @@ struct FreeRun<'a> {
 /// One candidate way to apply a net's corrections.
 #[derive(Clone, Copy)]
 struct Candidate {
-    trust: Trust,
+    trust: CorrectionShrinkage,
     has_own_latents: bool,
 }
 
 impl Learned<'_> {
     /// Chooses the best candidate; `None` where too little data was held out.
-    pub fn decide(self, held_out: &[Sequence]) -> Result<Option<Accepted>, TrainerError> {
+    pub fn decide(self, held_out: &[Sequence]) -> Result<Option<AcceptedChecks>, TrainerError> {
         let free_runs = free_runs(held_out);
         if free_runs.is_empty() {
             return Ok(None);
         }
-        let fixed_gain =
-            |gain| Candidate { trust: Trust { gain, spread: 0.0, memory: 0.0 }, has_own_latents: false };
+        let fixed_gain = |gain| Candidate {
+            trust: CorrectionShrinkage { gain, spread: 0.0, memory: 0.0 },
+            has_own_latents: false,
+        };
         let errors = self.scores(&free_runs, &CANDIDATE_GAINS.map(fixed_gain), 1, &|draws, truth| {
             (draws[0] - truth).powi(2)
         })?;
@@ -116,20 +118,20 @@ impl Learned<'_> {
         {
             candidates.push(Candidate { has_own_latents, ..fixed_gain(gain) });
             for memory in CANDIDATE_MEMORIES {
-                candidates.extend(
-                    CANDIDATE_SPREADS
-                        .map(|spread| Candidate { trust: Trust { gain, spread, memory }, has_own_latents }),
-                );
+                candidates.extend(CANDIDATE_SPREADS.map(|spread| Candidate {
+                    trust: CorrectionShrinkage { gain, spread, memory },
+                    has_own_latents,
+                }));
             }
         }
         let scores = self.scores(&free_runs, &candidates, SAMPLES_PER_CANDIDATE, &|draws, truth| {
             let mut sorted: Vec<f32> = draws.iter().map(|v| *v as f32).collect();
             sorted.sort_unstable_by(f32::total_cmp);
-            crps_of(&sorted, truth)
+            crps_from_samples(&sorted, truth)
         })?;
         let log_crps_ratio = |candidate: usize| mean_log_ratio(&scores[candidate], &scores[0]);
         let best = (0..candidates.len()).min_by(|a, b| log_crps_ratio(*a).total_cmp(&log_crps_ratio(*b)));
-        Ok(best.map(|candidate| Accepted {
+        Ok(best.map(|candidate| AcceptedChecks {
             trust: candidates[candidate].trust,
             latents_differ: candidates[candidate].has_own_latents,
         }))

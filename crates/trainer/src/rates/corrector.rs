@@ -9,7 +9,7 @@
 //! with mean and sd predicted by the net and e_n standard normal: first-order autoregressive noise with
 //! unit variance, whose correlation time is `memory` intervals.
 
-use super::features::{Trust, Units};
+use super::features::{CorrectionShrinkage, Units};
 use crate::nets::{StepRunner, Stepwise};
 use augsim_nn::Params;
 use rand_distr::{Distribution, StandardNormal};
@@ -20,7 +20,7 @@ pub(crate) struct Corrector<'a> {
     runner: StepRunner,
     latents: Vec<f32>,
     /// Shrinkage factors of each lane, which multiply those of the units.
-    shrinkage: Vec<Trust>,
+    shrinkage: Vec<CorrectionShrinkage>,
     units: Units<'a>,
     /// Autoregressive noise z of (1), `[D, lane]`; empty before the first interval.
     noise_state: Vec<f64>,
@@ -32,7 +32,7 @@ impl<'a> Corrector<'a> {
     pub fn new(
         (net, params): (&Stepwise, &Params<f32>),
         latents: Vec<f32>,
-        shrinkage: Vec<Trust>,
+        shrinkage: Vec<CorrectionShrinkage>,
         units: Units<'a>,
         rng: Xoshiro256PlusPlus,
     ) -> Self {

@@ -1,6 +1,6 @@
 //! Features, targets and scales of nets that correct rates.
 
-use crate::engine::WrittenMotion;
+use crate::engine::EquationMotion;
 use crate::prepared::Prepared;
 use crate::scales::{Scales, positive};
 use crate::sequences::{Sequence, Sequences};
@@ -18,12 +18,12 @@ const FEATURES_PER_STATE: usize = 3;
 const FEATURES_PER_INPUT: usize = 2;
 
 /// Number of features of an interval.
-pub(crate) fn width(motion: &WrittenMotion) -> usize {
+pub(crate) fn width(motion: &EquationMotion) -> usize {
     FEATURES_PER_STATE * motion.periods().len() + FEATURES_PER_INPUT * motion.inputs()
 }
 
 /// Sizes of the scales: means, standard deviations, steps of states, and [`Units`].
-pub(crate) fn scale_sizes(motion: &WrittenMotion) -> [usize; 4] {
+pub(crate) fn scale_sizes(motion: &EquationMotion) -> [usize; 4] {
     let (states, d) = (motion.periods().len(), motion.corrected());
     let read = states + motion.inputs();
     [read, read, states, 3 * d + 1]
@@ -54,7 +54,7 @@ impl<'a> Units<'a> {
 
 /// How much of a net's corrections is applied: factors of their means and of their random part.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Trust {
+pub struct CorrectionShrinkage {
     /// Shrinkage factor of the mean corrections; 0 leaves the physics alone.
     pub gain: f64,
     /// Factor of the standard deviations.
@@ -63,13 +63,13 @@ pub struct Trust {
     pub memory: f64,
 }
 
-impl Trust {
+impl CorrectionShrinkage {
     /// The corrections as the net was trained: no shrinkage, independent noise.
-    pub const FULL: Trust = Trust { gain: 1.0, spread: 1.0, memory: 0.0 };
+    pub const FULL: CorrectionShrinkage = CorrectionShrinkage { gain: 1.0, spread: 1.0, memory: 0.0 };
 }
 
 /// Stores the shrinkage factors in the scales.
-pub(crate) fn trust(scales: &mut Scales, trust: Trust) {
+pub(crate) fn trust(scales: &mut Scales, trust: CorrectionShrinkage) {
     let d = scales.correction.len() / 3;
     for k in 0..d {
         scales.correction[d + k] = trust.gain * scales.correction[k];
@@ -79,16 +79,20 @@ pub(crate) fn trust(scales: &mut Scales, trust: Trust) {
 }
 
 /// Reads the shrinkage factors from the scales.
-pub(crate) fn trusted(scales: &Scales) -> Trust {
+pub(crate) fn trusted(scales: &Scales) -> CorrectionShrinkage {
     let units = Units::of(scales);
     let factor_of = |prediction_units: &[f64]| {
         prediction_units.first().zip(units.target.first()).map_or(1.0, |(v, unit)| v / unit)
     };
-    Trust { gain: factor_of(units.mean), spread: factor_of(units.deviation), memory: units.memory }
+    CorrectionShrinkage {
+        gain: factor_of(units.mean),
+        spread: factor_of(units.deviation),
+        memory: units.memory,
+    }
 }
 
 /// States that the physics predicts at the end of each interval of a record, `[time - 1, S]`.
-fn predicted(motion: &WrittenMotion, q: &Sequence) -> Vec<f64> {
+fn predicted(motion: &EquationMotion, q: &Sequence) -> Vec<f64> {
     let (s, a) = (q.states.len() / q.time, q.actions.len() / q.time);
     let rows = q.time - 1;
     let mut next = vec![0.0; rows * s];
@@ -97,7 +101,7 @@ fn predicted(motion: &WrittenMotion, q: &Sequence) -> Vec<f64> {
 }
 
 /// Fits all scales on the training segments.
-pub(crate) fn fit(motion: &WrittenMotion, train: &Sequences) -> Scales {
+pub(crate) fn fit(motion: &EquationMotion, train: &Sequences) -> Scales {
     let (s, inputs, d) = (motion.periods().len(), motion.inputs(), motion.corrected());
     let mut sums = vec![[0.0; 2]; s + inputs];
     let (mut samples, mut rows) = (0.0, 0.0);
@@ -131,12 +135,12 @@ pub(crate) fn fit(motion: &WrittenMotion, train: &Sequences) -> Scales {
     let mut scales =
         Scales { sd: sd.collect(), mean, step: rms(step_squares), correction: vec![0.0; 3 * d + 1] };
     scales.correction[..d].copy_from_slice(&rms(correction_squares));
-    trust(&mut scales, Trust::FULL);
+    trust(&mut scales, CorrectionShrinkage::FULL);
     scales
 }
 
 /// Targets and features of a segment, one row per interval.
-pub(crate) fn prepare(motion: &WrittenMotion, scales: &Scales, q: &Sequence) -> Prepared {
+pub(crate) fn prepare(motion: &EquationMotion, scales: &Scales, q: &Sequence) -> Prepared {
     let (s, d, u_width) = (motion.periods().len(), motion.corrected(), width(motion));
     let (mut x, mut u) = (Vec::with_capacity((q.time - 1) * d), vec![0.0; (q.time - 1) * u_width]);
     let mut rates = vec![0.0; d];
@@ -158,7 +162,7 @@ pub(crate) fn prepare(motion: &WrittenMotion, scales: &Scales, q: &Sequence) -> 
 /// They are the states at its beginning (sine and cosine of periodic ones), the changes predicted by the
 /// physics, and the inputs at its beginning and its end.
 pub(crate) fn write(
-    motion: &WrittenMotion,
+    motion: &EquationMotion,
     scales: &Scales,
     now: &[f64],
     next: &[f64],

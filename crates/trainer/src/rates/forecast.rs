@@ -1,9 +1,9 @@
 //! Forecasts of Hybrid+ with corrected rates.
 
 use super::corrector::Corrector;
-use super::features::{Trust, Units};
-use super::roll::{Motions, roll, starts_of};
-use crate::latent::LatentLaw;
+use super::features::{CorrectionShrinkage, Units};
+use super::roll::{Motions, repeat_starts, roll};
+use crate::latent::LatentDistribution;
 use crate::nets::Stepwise;
 use crate::noise::standard;
 use crate::scales::Scales;
@@ -23,7 +23,7 @@ pub(crate) struct Hybrid<'a> {
     pub scales: &'a Scales,
     pub params: &'a Params<f32>,
     pub net: &'a Stepwise,
-    pub law: &'a LatentLaw,
+    pub law: &'a LatentDistribution,
 }
 
 /// Draws trajectories `[time, S, sample]`.
@@ -35,7 +35,7 @@ pub(crate) fn forecast(hybrid: Hybrid<'_>, task: Task<'_>, samples: usize) -> Re
     let Hybrid { settings, scales, params, net, law } = hybrid;
     let Some(motion) = settings.engine.rates() else { return Err(Difference::OtherSystem.into()) };
     let s = motion.periods().len();
-    let starts = starts_of(task.start, s, samples);
+    let starts = repeat_starts(task.start, s, samples);
     let latent = net.sizes().latent;
     let latents = law.draw(&standard(settings.seed, "forecast", task.index, latent * samples), samples);
     let batches: Vec<Samples> = (0..samples.div_ceil(BATCH_SAMPLES))
@@ -45,7 +45,7 @@ pub(crate) fn forecast(hybrid: Hybrid<'_>, task: Task<'_>, samples: usize) -> Re
             let lane_latents =
                 latents.chunks_exact(samples).flat_map(|row| row[first..end].iter().copied()).collect();
             let memory = Units::of(scales).memory;
-            let trust = vec![Trust { memory, ..Trust::FULL }; end - first];
+            let trust = vec![CorrectionShrinkage { memory, ..CorrectionShrinkage::FULL }; end - first];
             let rng = random_stream(settings.seed, "step-noise", (task.index << 16) + batch as u64);
             let mut corrector = Corrector::new((net, params), lane_latents, trust, Units::of(scales), rng);
             let motions =

@@ -12,4 +12,4 @@ pub(crate) mod forecast;
 pub(crate) mod pieces;
 pub(crate) mod roll;
 
-pub use features::Trust;
+pub use features::CorrectionShrinkage;

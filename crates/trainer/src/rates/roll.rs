@@ -2,7 +2,7 @@
 
 use super::features::{width, write};
 use crate::Samples;
-use crate::engine::WrittenMotion;
+use crate::engine::EquationMotion;
 use crate::scales::Scales;
 
 /// Initial states of a batch of roll-outs, their common actions, and their length.
@@ -20,7 +20,7 @@ pub(crate) struct Motions<'a> {
 /// For the features `[U, lane]` of an interval, `correct` writes the corrections of the rates `[D, lane]`,
 /// per second.
 pub(crate) fn roll(
-    motion: &WrittenMotion,
+    motion: &EquationMotion,
     scales: &Scales,
     motions: Motions<'_>,
     correct: &mut dyn FnMut(&[f32], &mut [f64]),
@@ -56,6 +56,6 @@ pub(crate) fn roll(
 }
 
 /// One initial state per sample, from one state `[S]` for all of them or one for each.
-pub(crate) fn starts_of(start: &[f64], states: usize, samples: usize) -> Vec<f64> {
+pub(crate) fn repeat_starts(start: &[f64], states: usize, samples: usize) -> Vec<f64> {
     if start.len() == states { start.repeat(samples) } else { start.to_vec() }
 }

@@ -1,6 +1,6 @@
 //! Contract: a stepper agrees with the forecasts of its net, and rejects states of the wrong width.
 
-use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
+use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
 use augsim_trainer::{
     Engine, Forecaster, NetModel, Recipe, Sequences, Settings, Stepper, Task, TrainerError, Training,
 };
@@ -8,7 +8,7 @@ use augsim_trainer::{
 fn trained(recipe: Recipe) -> NetModel {
     let (data, _) = PaperLaw::default().generate(20, 5).expect("drops");
     let drops = Sequences::new(&data, &["height_m", "velocity_m_s"]).expect("sequences");
-    let mut settings = Settings::new(recipe, 5, 3, Engine::PybulletBall(paper_engine()));
+    let mut settings = Settings::new(recipe, 5, 3, Engine::PybulletBall(published_predictor()));
     settings.batch = 20;
     let mut training = Training::new(settings, &drops).expect("a run");
     for _ in 0..5 {

@@ -3,8 +3,10 @@
 //! Its latent shifts the restitution of the physics, so that one rebound identifies it.
 
 use augsim_physics::ball::bullet::BulletBall;
-use augsim_physics::ball::paper_law::{PaperLaw, paper_engine};
-use augsim_trainer::filter::{FilterSettings, Sensor, StartLaw, behind_rows, evaluate_filtered};
+use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_trainer::filter::{
+    FilterSettings, InitialStatePrior, Sensor, evaluate_filtered, same_prefix_lengths,
+};
 use augsim_trainer::{Engine, NetModel, Recipe, Sequence, Sequences, Settings, Training};
 
 const ROWS: usize = 200;
@@ -16,7 +18,7 @@ fn a_restitution_outside_the_training_range_is_identified_from_one_rebound() {
     let law = PaperLaw::default();
     let (data, _) = law.generate(60, 5).expect("drops");
     let drops = Sequences::new(&data, &["height_m", "velocity_m_s"]).expect("sequences");
-    let mut settings = Settings::new(Recipe::HybridPlus, 400, 3, Engine::PybulletBall(paper_engine()));
+    let mut settings = Settings::new(Recipe::HybridPlus, 400, 3, Engine::PybulletBall(published_predictor()));
     settings.batch = 30;
     let mut training = Training::new(settings, &drops).expect("a run");
     for _ in 0..400 {
@@ -33,8 +35,8 @@ fn a_restitution_outside_the_training_range_is_identified_from_one_rebound() {
     });
     let test = Sequences { items: items.to_vec(), ..drops.clone() };
     let sensor = Sensor::new(vec![Some(0.002), None]).expect("a sensor");
-    let lengths = behind_rows(&[OBSERVED_ROWS], test.items.len());
-    let prior = (&sensor, &StartLaw::of(&drops));
+    let lengths = same_prefix_lengths(&[OBSERVED_ROWS], test.items.len());
+    let prior = (&sensor, &InitialStatePrior::of(&drops));
     let scores = evaluate_filtered(&model, &test, prior, &lengths, FilterSettings::new(256, 1));
     let score = scores.expect("forecasts").remove(0);
     // Measured: 0.03 m. A perceptron that has to learn the product of latent and speed has an error of 0.14 m

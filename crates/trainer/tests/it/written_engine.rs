@@ -11,7 +11,7 @@ use augsim_trainer::{
 };
 use augsim_written::engine::{Method, Options, Record, Signal, Window};
 use augsim_written::model::{Hold, parse};
-use augsim_written::{System, WrittenSystem};
+use augsim_written::{EquationSystem, System};
 
 const STEP_S: f64 = 0.01;
 
@@ -33,7 +33,7 @@ fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
 
 fn engine(text: &str) -> Engine {
     let model = ok(parse(text, "model.toml"));
-    let system = ok(WrittenSystem::declared_only(&model));
+    let system = ok(EquationSystem::declared_only(&model));
     Engine::Written(ok(WrittenEngine::new(&system, STEP_S, vec![1e-3])))
 }
 

@@ -1,6 +1,6 @@
 //! Decimation of records: decides whether every n-th sample suffices for a fit.
 
-use super::WrittenSystem;
+use super::EquationSystem;
 use super::records::{EngineTask, signal};
 use super::tuning::windows;
 use crate::engine::{OutputChange, Record as EngineRecord, Signal};
@@ -13,7 +13,7 @@ const MAX_ERROR_RATIO: f64 = 1.1;
 /// Weights of four equidistant samples, for the cubic through them at the midpoint.
 const MIDPOINT_WEIGHTS: [f64; 4] = [-1.0 / 16.0, 9.0 / 16.0, 9.0 / 16.0, -1.0 / 16.0];
 
-impl WrittenSystem {
+impl EquationSystem {
     /// The largest factor, among the powers of two up to `most`, by which records can be decimated.
     ///
     /// It is 1 if none suffices; the records must have been prepared by this system.
@@ -22,7 +22,7 @@ impl WrittenSystem {
     /// between them as well as one through the nearest neighbours does. Simulations with inputs averaged over
     /// that many samples must have the same outputs as with the measured inputs. Both errors must be small
     /// compared with the measurement noise, as in the choice of steps.
-    pub fn told_by_every(&self, most: usize, records: &[Record]) -> usize {
+    pub fn max_decimation(&self, most: usize, records: &[Record]) -> usize {
         let noise = self.noise(records);
         let nearest_error = interpolation_error(records, 2, &noise);
         if !nearest_error.is_accepted() {
@@ -66,7 +66,7 @@ impl WrittenSystem {
     }
 
     /// The inputs of a record, averaged onto knots at every `every`-th sample.
-    pub fn thinned_inputs(&self, record: &Record, every: usize) -> Vec<Vec<f64>> {
+    pub fn decimated_inputs(&self, record: &Record, every: usize) -> Vec<Vec<f64>> {
         let times = decimate_times(&record.times, every);
         let inputs = self.model().inputs.iter().zip(record.inputs.iter());
         inputs.map(|(input, stream)| signal(input, stream).averaged(&times)).collect()

@@ -1,11 +1,11 @@
 //! A model file with what data say about its sizes, as the search for effects opens it.
 
-use super::WrittenSystem;
+use super::EquationSystem;
 use crate::error::ModelError;
 use crate::model::{Model, Parameter};
 use augsim_data::checks::Expected;
 use augsim_physics::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, NotReadable, Objection, Record, System,
+    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, Objection, Record, RoundTripError, System,
 };
 use std::error::Error as StdError;
 use std::sync::Arc;
@@ -13,9 +13,9 @@ use thiserror::Error;
 
 /// A declared model with its system, tuned to data: sizes of the library, steps and windows are chosen.
 #[derive(Debug, Clone)]
-pub struct MeasuredModel {
+pub struct CalibratedModel {
     model: Model,
-    system: WrittenSystem,
+    system: EquationSystem,
 }
 
 /// The error of a table that lacks a column of the model.
@@ -38,9 +38,9 @@ enum Difference {
     Value { name: String, written: f64, read: f64 },
 }
 
-impl MeasuredModel {
+impl CalibratedModel {
     /// Combines a model with its system.
-    pub fn new(model: Model, system: WrittenSystem) -> Self {
+    pub fn new(model: Model, system: EquationSystem) -> Self {
         Self { model, system }
     }
 
@@ -134,7 +134,7 @@ impl Model {
     }
 }
 
-impl WrittenSystem {
+impl EquationSystem {
     /// Combines `declared` with what this system has tuned on these records.
     ///
     /// `declared` is the model of this system with other parameter values. Tuned are the sizes of the
@@ -142,17 +142,17 @@ impl WrittenSystem {
     ///
     /// # Errors
     /// A candidate with an unknown place.
-    pub fn measured(&self, declared: Model, records: &[Record]) -> Result<MeasuredModel, ModelError> {
-        let mut system = WrittenSystem::new(&declared, &self.scales(records))?
+    pub fn measured(&self, declared: Model, records: &[Record]) -> Result<CalibratedModel, ModelError> {
+        let mut system = EquationSystem::new(&declared, &self.scales(records))?
             .with_options(self.options.clone())
             .with_windows(self.window_s);
         system.compiled = Arc::new((*system.compiled).clone().with_widths_of(&self.compiled));
         system.complete = Arc::default();
-        Ok(MeasuredModel { model: declared, system })
+        Ok(CalibratedModel { model: declared, system })
     }
 }
 
-impl Declaration for MeasuredModel {
+impl Declaration for CalibratedModel {
     fn file(&self) -> &str {
         &self.model.file
     }
@@ -170,8 +170,8 @@ impl Declaration for MeasuredModel {
         Ok(Arc::new(self.system.clone()))
     }
 
-    fn augmented(&self, found: &Augmentation) -> Result<String, NotReadable> {
+    fn augmented(&self, found: &Augmentation) -> Result<String, RoundTripError> {
         self.augmented_text(found)
-            .map_err(|e| NotReadable { model: self.model.file.clone(), source: Some(e) })
+            .map_err(|e| RoundTripError { model: self.model.file.clone(), source: Some(e) })
     }
 }

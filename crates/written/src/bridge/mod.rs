@@ -21,7 +21,7 @@ use augsim_physics::system::{
     Effect, Event, Law, Objection, Quantity, Record, Schema, Seed, Simulated, SimulationError, System,
     SystemError, Table, Task,
 };
-pub use declaration::MeasuredModel;
+pub use declaration::CalibratedModel;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
@@ -34,7 +34,7 @@ const START_SAMPLES: usize = 5;
 
 /// A system of equations from a model file.
 #[derive(Debug, Clone)]
-pub struct WrittenSystem {
+pub struct EquationSystem {
     schema: Arc<Schema>,
     /// All candidate effects, with the indices of `library`.
     candidates: Arc<[Candidate]>,
@@ -52,10 +52,10 @@ pub struct WrittenSystem {
     /// Effects of a single quantity, as tables, for which the data have values.
     tables: Arc<[Table]>,
     /// Start values of fits of declared parameters; empty: the nominal values.
-    fit_from: Vec<f64>,
+    start_value: Vec<f64>,
 }
 
-impl WrittenSystem {
+impl EquationSystem {
     /// Creates the system of a model; numbers of its library follow from `scales`, which come from data.
     ///
     /// # Errors
@@ -102,7 +102,7 @@ impl WrittenSystem {
             places: (0..model.parameters.len()).collect(),
             laws: Vec::new(),
             tables: Arc::default(),
-            fit_from: Vec::new(),
+            start_value: Vec::new(),
             compiled: Arc::new(compiled),
         })
     }
@@ -115,9 +115,9 @@ impl WrittenSystem {
 
     /// Sets the start values of fits, and the upper bound of each output's noise standard deviation.
     pub fn with_fit(mut self, values: Vec<f64>, noise: &[f64]) -> Self {
-        self.fit_from = values;
+        self.start_value = values;
         let mut schema = (*self.schema).clone();
-        schema.channels.iter_mut().zip(noise).for_each(|(c, sd)| c.sd_at_most = Some(*sd));
+        schema.channels.iter_mut().zip(noise).for_each(|(c, sd)| c.max_sd = Some(*sd));
         self.schema = Arc::new(schema);
         self
     }
@@ -270,7 +270,7 @@ fn copy_result(lanes: &Lanes, channels: usize, seeds: usize, out: &mut Simulated
     lanes.events.iter().for_each(|event| out.push_event(event.time, []));
 }
 
-impl System for WrittenSystem {
+impl System for EquationSystem {
     fn schema(&self) -> &Schema {
         &self.schema
     }
@@ -316,7 +316,7 @@ impl System for WrittenSystem {
         results[0].take().unwrap_or(Ok(()))
     }
 
-    fn simulate_all(&self, tasks: &[Task<'_>], out: &mut [Simulated]) -> Vec<Result<(), SimulationError>> {
+    fn simulate_batch(&self, tasks: &[Task<'_>], out: &mut [Simulated]) -> Vec<Result<(), SimulationError>> {
         // Tasks with equal seeds share a run; the grouping does not change a bit of any result.
         let mut groups: BTreeMap<&[Seed], Vec<usize>> = BTreeMap::new();
         for (index, task) in tasks.iter().enumerate().take(out.len()) {
@@ -340,7 +340,7 @@ impl System for WrittenSystem {
         results
     }
 
-    fn side_by_side(&self) -> usize {
+    fn simd_batch_size(&self) -> usize {
         BATCH_WINDOWS
     }
 
@@ -352,8 +352,8 @@ impl System for WrittenSystem {
         self.free_points(effect, Candidate::scan_points)
     }
 
-    fn fit_from(&self, parameter: usize) -> Option<f64> {
-        self.fit_from.get(parameter).copied()
+    fn start_value(&self, parameter: usize) -> Option<f64> {
+        self.start_value.get(parameter).copied()
     }
 
     fn quantity(&self, parameter: usize) -> Quantity {
@@ -367,7 +367,7 @@ impl System for WrittenSystem {
         Ok(())
     }
 
-    fn begins_from_first_samples(&self) -> bool {
+    fn starts_from_first_samples(&self) -> bool {
         true
     }
 
@@ -376,7 +376,7 @@ impl System for WrittenSystem {
     }
 
     /// Time, outputs and inputs, against which residuals are plotted.
-    fn shown_against(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
+    fn residual_axes(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
         let channels = self.schema.channels.iter().zip(&record.values);
         let mut columns = vec![("time_s".to_owned(), record.times.clone())];
         columns.extend(channels.map(|(c, values)| (c.column.clone(), values.clone())));
@@ -389,7 +389,7 @@ impl System for WrittenSystem {
     }
 }
 
-impl WrittenSystem {
+impl EquationSystem {
     /// Points of a candidate without its frozen parameters.
     fn free_points(&self, effect: usize, points_of: impl Fn(&Candidate) -> Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let Some(candidate) = self.candidates.get(effect) else { return Vec::new() };

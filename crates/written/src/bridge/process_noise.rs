@@ -1,13 +1,13 @@
 //! Process noise: a system with an additional input on the rate of each state that has it.
 
-use super::WrittenSystem;
+use super::EquationSystem;
 use crate::error::ModelError;
-use crate::model::{Hold, Input, Shaken};
+use crate::model::{Hold, Input, RateNoise};
 use crate::text::{Kind, Symbol, TreeNode};
 
-impl WrittenSystem {
+impl EquationSystem {
     /// Process noise of each state that has it, in the order of the states.
-    pub fn shaken(&self) -> Vec<Shaken> {
+    pub fn shaken(&self) -> Vec<RateNoise> {
         self.model().states.iter().filter_map(|state| state.shaken).collect()
     }
 
@@ -17,7 +17,7 @@ impl WrittenSystem {
     ///
     /// # Errors
     /// [`ModelError`]: the model does not compile.
-    pub fn with_pushes(&self) -> Result<Self, ModelError> {
+    pub fn with_process_noise_inputs(&self) -> Result<Self, ModelError> {
         let mut model = self.model().clone();
         for state in model.states.iter_mut().filter(|state| state.shaken.is_some()) {
             let input = Symbol::Input(model.inputs.len());

@@ -1,6 +1,6 @@
 //! Converts records and tasks to those of the engine, and prepares records for fits.
 
-use super::{START_SAMPLES, WrittenSystem};
+use super::{EquationSystem, START_SAMPLES};
 use crate::engine::{Record as EngineRecord, Signal, Window as EngineWindow};
 use crate::model::{FirstSamples, Hold, Input};
 use crate::text::Symbol;
@@ -43,7 +43,7 @@ fn signal_part(input: &Input, stream: &Stream, (begin, end): (f64, f64), delay: 
     Signal::from_coefficients(stream.times[from..to].to_vec(), (from..to).map(piece).collect(), hold)
 }
 
-impl WrittenSystem {
+impl EquationSystem {
     /// Converts a task to the form of the engine.
     pub(super) fn engine_task(&self, task: &Task<'_>) -> Result<EngineTask, SimulationError> {
         let model = self.model();
@@ -82,7 +82,7 @@ impl WrittenSystem {
     /// Completes a start state at the first sample of a record by the states of effects.
     ///
     /// Those start where their expressions say.
-    pub fn full_start(&self, record: &Record, start: &[f64]) -> Vec<f64> {
+    pub fn complete_start(&self, record: &Record, start: &[f64]) -> Vec<f64> {
         let mut full = start.to_vec();
         if start.len() < self.model().states.len() {
             let guessed = self.guess(record, 0, &self.model().nominals());

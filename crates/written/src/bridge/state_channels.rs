@@ -1,19 +1,19 @@
 //! A system that has its states as additional outputs, for filters that estimate them.
 
-use super::WrittenSystem;
+use super::EquationSystem;
 use crate::error::ModelError;
 use crate::library::Motion;
 use crate::model::{Expression, Output};
 use crate::text::{Kind, Symbol, Tree, TreeNode};
 
-impl WrittenSystem {
+impl EquationSystem {
     /// This system with every state as a channel after its outputs, in the order of the schema's states.
     ///
     /// Records of this system can be used for it as well.
     ///
     /// # Errors
     /// [`ModelError`]: the model does not compile.
-    pub fn showing_states(&self) -> Result<Self, ModelError> {
+    pub fn with_states_as_channels(&self) -> Result<Self, ModelError> {
         let mut model = self.model().clone();
         for (index, state) in self.model().states.iter().enumerate() {
             let node = TreeNode { kind: Kind::Symbol(Symbol::State(index)), span: 0..state.name.len() };
@@ -35,7 +35,7 @@ impl WrittenSystem {
     /// States with a force or flow equation, on whose rates unmodelled effects may act.
     ///
     /// The other states have another state as their rate, or belong to an effect.
-    pub fn pushed_states(&self) -> Vec<usize> {
+    pub fn process_noise_states(&self) -> Vec<usize> {
         let mut states = Motion::of(self.model()).laws();
         states.sort_unstable();
         states

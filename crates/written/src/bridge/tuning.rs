@@ -1,6 +1,6 @@
 //! Chooses simulation settings from data: steps, widths of smoothed discontinuities, and sizes.
 
-use super::WrittenSystem;
+use super::EquationSystem;
 use super::records::EngineTask;
 use crate::engine::{Method, Options, Point, SimulationError as EngineError, Window, fastest_mode};
 use crate::library::Scales;
@@ -17,7 +17,7 @@ const SAMPLES_PER_WINDOW: usize = 400;
 /// Noise that steps are judged against where none is declared, as a share of the spread of the output.
 const DEFAULT_NOISE_RATIO: f64 = 0.01;
 
-impl WrittenSystem {
+impl EquationSystem {
     /// Chooses widths of smoothed discontinuities and steps for records that this system has prepared.
     ///
     /// # Errors
@@ -42,7 +42,7 @@ impl WrittenSystem {
     /// Time constant of the fastest mode at the starts of windows (median), s.
     ///
     /// `None` if no rate depends on a state.
-    pub fn fastest_s(&self, records: &[Record]) -> Option<f64> {
+    pub fn fastest_time_constant_s(&self, records: &[Record]) -> Option<f64> {
         let n = self.model().states.len();
         let fastest_rate = |engine_task: &EngineTask| {
             let time = engine_task.record.times().first().copied().unwrap_or(0.0);

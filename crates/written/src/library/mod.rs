@@ -15,7 +15,7 @@ use crate::model::{Model, Row, read_all};
 pub use curve::{Curve, curves};
 pub use expand::{Candidate, CandidateParameter};
 pub(crate) use formulas::formulas;
-pub use named::{is_a_kind, kinds_like};
+pub use named::{is_a_kind, similar_kinds};
 pub use place::Motion;
 pub(crate) use place::target_named;
 pub use scale::Scales;

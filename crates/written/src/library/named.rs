@@ -16,7 +16,7 @@ pub fn is_a_kind(kind: &str, model: &Model) -> bool {
 /// Kinds among candidates that `kind` may mean.
 ///
 /// Those that contain it as a word, or else those with the most similar spelling.
-pub fn kinds_like(kind: &str, all: &[Candidate]) -> Vec<String> {
+pub fn similar_kinds(kind: &str, all: &[Candidate]) -> Vec<String> {
     let mut known: Vec<&str> = Vec::new();
     for candidate in all.iter().filter(|c| c.shape.is_none()) {
         if !known.contains(&candidate.kind.as_str()) {
@@ -44,9 +44,9 @@ mod tests {
             crate::example::EXAMPLES.iter().find(|(name, _)| *name == "servo").expect("an example");
         let model = crate::model::parse(text, "servo.toml").expect("an example");
         let all = super::super::candidates(&model).expect("candidates");
-        assert_eq!(kinds_like("coulom", &all), ["coulomb"]);
-        assert_eq!(kinds_like("delay", &all), ["input-delay", "sensor-delay"]);
-        assert_eq!(kinds_like("colour of the box", &all), Vec::<String>::new());
+        assert_eq!(similar_kinds("coulom", &all), ["coulomb"]);
+        assert_eq!(similar_kinds("delay", &all), ["input-delay", "sensor-delay"]);
+        assert_eq!(similar_kinds("colour of the box", &all), Vec::<String>::new());
         assert!(is_a_kind("overflow", &model) && !is_a_kind("coulom", &model));
     }
 }

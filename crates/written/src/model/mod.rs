@@ -53,7 +53,7 @@ pub struct State {
     /// Whether all trajectories start with the same value.
     pub shared: bool,
     /// Process noise on its rate.
-    pub shaken: Option<Shaken>,
+    pub shaken: Option<RateNoise>,
     /// Expression of its rate, per second.
     pub rate: Expression,
     /// Line of its declaration, from 1.
@@ -64,7 +64,7 @@ pub struct State {
 ///
 /// An Ornstein-Uhlenbeck process, or white noise that changes with every sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shaken {
+pub struct RateNoise {
     /// Standard deviation of the value at a sample, in the unit of the rate.
     pub sd: f64,
     /// Correlation time, s; 0 if the values at different samples are independent.

@@ -6,7 +6,7 @@ use super::quantity::{parameter, unit, unit_of};
 use super::scope::Names;
 use super::toml_reader::{Item, Reader};
 use super::{
-    Expression, Hold, Input, Model, Numerics, Output, SensorNoise, Shaken, State, Table, check, effects,
+    Expression, Hold, Input, Model, Numerics, Output, RateNoise, SensorNoise, State, Table, check, effects,
 };
 use crate::error::{Fault, ModelError, ReadFault};
 use crate::limits;
@@ -195,7 +195,7 @@ fn read_noise(item: &Item<'_, '_>) -> Result<SensorNoise, ModelError> {
 }
 
 /// Reads process noise.
-fn read_process_noise(item: &Item<'_, '_>) -> Result<Shaken, ModelError> {
+fn read_process_noise(item: &Item<'_, '_>) -> Result<RateNoise, ModelError> {
     let example = "shaken = { sd = 0.1, memory_s = 0.02 }";
     item.table("a table such as { sd = 0.1, memory_s = 0.02 }")?;
     item.known(&["sd", "memory_s"])?;
@@ -205,7 +205,7 @@ fn read_process_noise(item: &Item<'_, '_>) -> Result<Shaken, ModelError> {
     if memory_s < 0.0 {
         return Err(memory.error(Fault::Negative { found: memory_s }));
     }
-    Ok(Shaken { sd: entry("sd")?.positive()?, memory_s })
+    Ok(RateNoise { sd: entry("sd")?.positive()?, memory_s })
 }
 
 /// Reads `[inputs]` except for the delays.

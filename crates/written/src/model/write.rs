@@ -2,7 +2,7 @@
 //!
 //! Everything else, including comments and order, stays as the user wrote it.
 
-use super::{Addition, How, Model, Parameter, SensorNoise, Shaken};
+use super::{Addition, How, Model, Parameter, RateNoise, SensorNoise};
 use crate::error::{Fault, ModelError, Place};
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
@@ -199,7 +199,7 @@ fn set_noise(entry: &mut Item, noise: Option<SensorNoise>) {
 }
 
 /// Sets the process noise of a state in its entry, or removes it.
-fn set_process_noise(entry: &mut Item, shaken: Option<Shaken>) {
+fn set_process_noise(entry: &mut Item, shaken: Option<RateNoise>) {
     let number = |v: Option<&Item>| v.and_then(|v| v.as_float().or_else(|| v.as_integer().map(|i| i as f64)));
     let present = entry.get("shaken").map(|t| (number(t.get("sd")), number(t.get("memory_s"))));
     match (shaken, present) {
@@ -208,7 +208,7 @@ fn set_process_noise(entry: &mut Item, shaken: Option<Shaken>) {
                 table.remove("shaken");
             }
         }
-        (Some(Shaken { sd, memory_s }), present) if present != Some((Some(sd), Some(memory_s))) => {
+        (Some(RateNoise { sd, memory_s }), present) if present != Some((Some(sd), Some(memory_s))) => {
             let mut table = InlineTable::new();
             table.insert("sd", sd.into());
             table.insert("memory_s", memory_s.into());

@@ -18,15 +18,15 @@ use augsim_physics::system::{
 use augsim_written::engine::{Method, Options};
 use augsim_written::library::Scales;
 use augsim_written::model::{self, Model};
-use augsim_written::{MeasuredModel, WrittenSystem, example};
+use augsim_written::{CalibratedModel, EquationSystem, example};
 
 fn model(name: &str) -> Model {
     model::parse(example(name).expect("an example"), "test.toml").unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn system(name: &str, substeps: usize) -> WrittenSystem {
+fn system(name: &str, substeps: usize) -> EquationSystem {
     let options = Options { method: Method::RungeKutta, substeps };
-    WrittenSystem::new(&model(name), &Scales::default()).expect("a system").with_options(options)
+    EquationSystem::new(&model(name), &Scales::default()).expect("a system").with_options(options)
 }
 
 /// A record with an input that swings on its own, finer clock.
@@ -130,11 +130,11 @@ fn a_window_is_bit_identical_whatever_is_simulated_with_it() {
         };
         let tasks: Vec<Task<'_>> = (0..37).map(|i| task(i, &prepared)).collect();
         let mut out = vec![Simulated::default(); 37];
-        let done = system.simulate_all(&tasks, &mut out);
+        let done = system.simulate_batch(&tasks, &mut out);
         let mut reversed: Vec<Task<'_>> = tasks.clone();
         reversed.reverse();
         let mut back = vec![Simulated::default(); 37];
-        system.simulate_all(&reversed, &mut back);
+        system.simulate_batch(&reversed, &mut back);
         for i in 0..37 {
             assert!(done[i].is_ok(), "{name} {i}");
             let alone = bytes(&run(&system, &tasks[i]));
@@ -165,7 +165,7 @@ fn a_failed_task_does_not_affect_the_others() {
         task(&[0.1, 0.0], 20..50),
     ];
     let mut out = vec![Simulated::default(); 4];
-    let done = system.simulate_all(&tasks, &mut out);
+    let done = system.simulate_batch(&tasks, &mut out);
     let succeeded: Vec<bool> = done.iter().map(Result::is_ok).collect();
     assert_eq!(succeeded, [true, false, false, false, false], "{done:?}");
     assert_eq!(bytes(&out[0]), bytes(&run(&system, &tasks[0])));
@@ -220,9 +220,9 @@ fn added_effects_have_exact_derivatives() {
 #[test]
 fn found_effects_are_written_and_read_back() {
     let declared = model("pendulum");
-    let measured = MeasuredModel::new(
+    let measured = CalibratedModel::new(
         declared.clone(),
-        WrittenSystem::new(&declared, &Scales::default()).expect("a system"),
+        EquationSystem::new(&declared, &Scales::default()).expect("a system"),
     );
     let system = measured.open(&|_| true).expect("all columns are there");
     let quadratic =
@@ -322,7 +322,7 @@ fn a_measured_model_opens_the_tuned_system() {
 }
 
 /// Channels of a run of the whole record from this start, `[sample][channel]`, at nominal values.
-fn channels(system: &WrittenSystem, record: &Record, start: &[f64]) -> Vec<f64> {
+fn channels(system: &EquationSystem, record: &Record, start: &[f64]) -> Vec<f64> {
     let parameters: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let window = 0..record.times.len();
     let task = Task { parameters: &parameters, record, window, start, offsets: Offsets::None, seeds: &[] };
@@ -351,7 +351,7 @@ fn process_noise_is_read_and_written_back() {
     };
     assert_eq!(read(&shaken).states[1].shaken, None);
     let mut plain = model("pendulum");
-    plain.states[1].shaken = Some(model::Shaken { sd: 0.25, memory_s: 0.0 });
+    plain.states[1].shaken = Some(model::RateNoise { sd: 0.25, memory_s: 0.0 });
     assert_eq!(read(&plain).states[1].shaken, plain.states[1].shaken);
 }
 
@@ -359,9 +359,9 @@ fn process_noise_is_read_and_written_back() {
 fn process_noise_is_added_to_the_rate_of_its_state() {
     let options = Options { method: Method::RungeKutta, substeps: 4 };
     let mut pendulum = model("pendulum");
-    pendulum.states[1].shaken = Some(model::Shaken { sd: 0.5, memory_s: 0.0 });
-    let plain = WrittenSystem::declared_only(&pendulum).expect("a system").with_options(options.clone());
-    let pushed = plain.with_pushes().expect("a system");
+    pendulum.states[1].shaken = Some(model::RateNoise { sd: 0.5, memory_s: 0.0 });
+    let plain = EquationSystem::declared_only(&pendulum).expect("a system").with_options(options.clone());
+    let pushed = plain.with_process_noise_inputs().expect("a system");
     let mut record = record(&plain);
     let half = record.times.len() / 2;
     let push: Vec<f64> = (0..record.times.len()).map(|k| if k < half { 0.7 } else { -1.1 }).collect();
@@ -371,7 +371,7 @@ fn process_noise_is_added_to_the_rate_of_its_state() {
     let text =
         example("pendulum").expect("an example").replace("omega_rad_s = \"-", "omega_rad_s = \"0.7 - ");
     let constant = model::parse(&text, "test.toml").unwrap_or_else(|e| panic!("{e}"));
-    let constant = WrittenSystem::declared_only(&constant).expect("a system").with_options(options);
+    let constant = EquationSystem::declared_only(&constant).expect("a system").with_options(options);
     record.inputs = [].into();
     let expected = channels(&constant, &record, &[0.4, 0.1]);
     let unpushed = channels(&plain, &record, &[0.4, 0.1]);
@@ -390,7 +390,7 @@ fn states_are_channels_after_the_outputs() {
     let start = [0.1, 0.2, 0.3, -0.4];
     let (outputs, shown) = (
         channels(&cart, &record, &start),
-        channels(&cart.showing_states().expect("a system"), &record, &start),
+        channels(&cart.with_states_as_channels().expect("a system"), &record, &start),
     );
     let samples = record.times.len();
     let (c, all) = (outputs.len() / samples, shown.len() / samples);
@@ -399,5 +399,5 @@ fn states_are_channels_after_the_outputs() {
     for k in 0..samples {
         assert_eq!(shown[k * all..k * all + c], outputs[k * c..(k + 1) * c]);
     }
-    assert_eq!(cart.pushed_states(), [1, 3], "positions have speeds as their rates");
+    assert_eq!(cart.process_noise_states(), [1, 3], "positions have speeds as their rates");
 }

@@ -3,9 +3,9 @@
 
 use super::system::errors_text;
 use crate::args::{Evaluate, ProtocolArg};
-use augsim_discovery::ForetellOptions;
+use augsim_discovery::PredictOptions;
 use augsim_session::DataFrom;
-use augsim_session::foretell::{ScoredRow, beside, scored};
+use augsim_session::foretell::{OutputScores, beside, scored};
 use augsim_session::usage::Inapplicable;
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
@@ -21,13 +21,13 @@ struct Score {
     samples: usize,
     /// Shrinkage of the corrections of the network, chosen on held-out recordings.
     #[serde(skip_serializing_if = "Option::is_none")]
-    trust: Option<Trust>,
+    trust: Option<CorrectionShrinkage>,
     /// Scores of the physics alone, then of the network, one row per output.
-    rows: Vec<ScoredRow>,
+    rows: Vec<OutputScores>,
 }
 
 #[derive(Debug, Serialize)]
-struct Trust {
+struct CorrectionShrinkage {
     gain: f64,
     spread: f64,
     memory_s: f64,
@@ -44,12 +44,15 @@ pub(super) fn run(args: &Evaluate, model: &NetModel, seed: u64, output: &Output)
     let Some(engine) = model.state().settings.engine.written() else {
         return Err(Usage::Inapplicable(Inapplicable::NoEquations).into());
     };
-    let options = ForetellOptions { seed, draws: SAMPLES, only: None };
+    let options = PredictOptions { seed, draws: SAMPLES, only: None };
     let runs = beside(model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
     let mut rows = scored("Physics", engine.equations(), &runs.physics);
     rows.extend(scored(model.name(), engine.equations(), &runs.net));
-    let trust =
-        model.trust().map(|t| Trust { gain: t.gain, spread: t.spread, memory_s: t.memory * engine.step_s() });
+    let trust = model.trust().map(|t| CorrectionShrinkage {
+        gain: t.gain,
+        spread: t.spread,
+        memory_s: t.memory * engine.step_s(),
+    });
     let score = Score { trajectories: runs.net.len(), burn_in: args.burn_in, samples: SAMPLES, trust, rows };
     output.result(&score, || score_text(&score))?;
     Ok(Outcome::Done)
@@ -61,7 +64,7 @@ fn score_text(score: &Score) -> String {
         "free runs of {} {noun}, initial state estimated from the first {} samples, {} draws each",
         score.trajectories, score.burn_in, score.samples
     );
-    if let Some(Trust { gain, spread, memory_s }) = score.trust {
+    if let Some(CorrectionShrinkage { gain, spread, memory_s }) = score.trust {
         let correlation =
             if memory_s > 0.0 { format!(" and a correlation time of {memory_s} s") } else { String::new() };
         // Writing to a string cannot fail.

@@ -5,14 +5,15 @@ use super::model::held_out;
 use super::net::physics;
 use crate::args::Evaluate;
 use augsim_data::Column;
-use augsim_session::filtered::{OfSystem, PARTICLES, Seen, Timed, of_net, of_system};
+use augsim_session::filtered::{PARTICLES, Seen, SystemOnPrefix, Timed, of_net, of_system};
 use augsim_session::run_dir::RunDir;
 use augsim_session::usage::Inapplicable;
 use augsim_session::{DataFrom, Given, Subject, discovery_in, written};
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::filter::{
-    EngineLaw, FilterSettings, FilteredScore, PrefixForecaster, Sensor, StartLaw, evaluate_filtered,
+    EngineTransition, FilterSettings, FilteredScore, InitialStatePrior, PrefixForecaster, Sensor,
+    evaluate_filtered,
 };
 use augsim_trainer::{Forecaster, SAMPLES};
 use serde::Serialize;
@@ -53,7 +54,8 @@ struct MeasureErrors {
     /// Mean error over the forecast rows.
     rest: f64,
     /// Median over trajectories of the mean error over the forecast rows.
-    rest_of_most: f64,
+    #[serde(rename = "rest_of_most")]
+    median_rest: f64,
     /// Mean error over the last 70 % of the rows, for every prefix length.
     common: f64,
     /// Continuous ranked probability score over the forecast rows.
@@ -76,7 +78,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
             let net = of_net(&run, &from, &view)?;
             let known = (&net.sensor, &net.start);
             for (name, engine) in physics(&run.read_config()?, &net.model.state().settings.engine, output)? {
-                rows.extend(scored(&name, &EngineLaw::new(&engine), &net.data, known, &seen, seed)?);
+                rows.extend(scored(&name, &EngineTransition::new(&engine), &net.data, known, &seen, seed)?);
             }
             rows.extend(scored(net.model.name(), &net.model, &net.data, known, &seen, seed)?);
         }
@@ -96,7 +98,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
             let name = if models.is_empty() { "model" } else { "augmented" };
             models.push((name, Subject::read(&file)?));
             for (name, model) in models {
-                let OfSystem { filter, data, sensor, start } =
+                let SystemOnPrefix { filter, data, sensor, start } =
                     of_system(&model, &from, &view, only.as_ref())?;
                 rows.extend(scored(name, &filter, &data, (&sensor, &start), &seen, seed)?);
             }
@@ -121,7 +123,7 @@ fn scored(
     name: &str,
     model: &dyn PrefixForecaster,
     data: &Timed,
-    known: (&Sensor, &StartLaw),
+    known: (&Sensor, &InitialStatePrior),
     seen: &[Seen],
     seed: u64,
 ) -> anyhow::Result<Vec<Row>> {
@@ -137,7 +139,7 @@ fn row(name: &str, seen: Seen, columns: &[String], s: FilteredScore) -> Row {
         unit: Column::new(&columns[range.start]).map_or_else(|_| String::new(), |c| c.unit().symbol()),
         whole: s.whole[k],
         rest: s.rest[k],
-        rest_of_most: s.rest_of_most[k],
+        median_rest: s.median_rest[k],
         common: s.common[k],
         crps: s.crps[k],
     });
@@ -193,7 +195,7 @@ fn table_of_scores(all: &Scored) -> String {
                 m.columns.join(", "),
                 figure(m.whole),
                 figure(m.rest),
-                figure(m.rest_of_most),
+                figure(m.median_rest),
                 figure(m.common),
                 figure(m.crps),
                 once(share(r.coverage50)),

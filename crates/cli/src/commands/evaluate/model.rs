@@ -2,7 +2,7 @@
 
 use super::compare::{ErrorReduction, verdict};
 use crate::args::Evaluate;
-use augsim_discovery::{ForetellOptions, Foretelling, reduction_of_rmse};
+use augsim_discovery::{PredictOptions, PredictionSet, rmse_reduction};
 use augsim_session::provenance::fingerprint;
 use augsim_session::usage::Inapplicable;
 use augsim_session::{DataFrom, Subject, discovery_in, foretell, written};
@@ -55,10 +55,10 @@ pub(super) fn run(
     let only = folder.filter(|_| whole).and_then(|folder| held_out(folder, &args.data));
     let held_out = only.is_some();
     let fitted = !held_out && folder.is_some_and(|folder| is_data_of(folder, &args.data));
-    let options = ForetellOptions { seed, draws: foretell::DRAWS, only };
+    let options = PredictOptions { seed, draws: foretell::DRAWS, only };
     let data = DataFrom::from(&args.data);
     let score = |model: &Subject| foretell::foretell(model, &data, args.burn_in as usize, &options);
-    let mut scored: Vec<(&'static str, Foretelling)> = Vec::new();
+    let mut scored: Vec<(&'static str, PredictionSet)> = Vec::new();
     if let Some(found) = folder.and_then(discovery_in) {
         let models = &found.models;
         for (name, text) in [("declared", &models.declared_toml), ("calibrated", &models.calibrated_toml)] {
@@ -78,7 +78,7 @@ pub(super) fn run(
 }
 
 /// Checks the position error against the required limit.
-fn check_criterion(args: &Evaluate, scored: Option<&Foretelling>) -> anyhow::Result<Outcome> {
+fn check_criterion(args: &Evaluate, scored: Option<&PredictionSet>) -> anyhow::Result<Outcome> {
     let Some(limit) = args.require_pos_m else { return Ok(Outcome::Done) };
     let position = scored.and_then(|f| f.errors.first()).filter(|e| e.unit == "m");
     let Some(position) = position else {
@@ -101,7 +101,7 @@ pub(super) fn held_out(folder: &Path, data: &Path) -> Option<BTreeSet<String>> {
     Some(discovery_in(folder)?.heldout.into_iter().collect()).filter(|ids: &BTreeSet<String>| !ids.is_empty())
 }
 
-fn rows(model: &'static str, scored: &Foretelling) -> Vec<Row> {
+fn rows(model: &'static str, scored: &PredictionSet) -> Vec<Row> {
     let [coverage50, coverage90] = [0.5, 0.9].map(|level| scored.coverage(level).0);
     let rows = scored.errors.iter().map(|e| Row {
         model,
@@ -115,10 +115,10 @@ fn rows(model: &'static str, scored: &Foretelling) -> Vec<Row> {
     rows.collect()
 }
 
-fn discovery_verdict(scored: &[(&'static str, Foretelling)], seed: u64) -> Option<String> {
+fn discovery_verdict(scored: &[(&'static str, PredictionSet)], seed: u64) -> Option<String> {
     let [.., (_, calibrated), (_, augmented)] = scored else { return None };
-    let (_, ci95) = reduction_of_rmse(&calibrated.squares, &augmented.squares, seed);
-    let error = |f: &Foretelling| f.errors.first().map_or(f64::NAN, |e| e.rmse);
+    let (_, ci95) = rmse_reduction(&calibrated.squares, &augmented.squares, seed);
+    let error = |f: &PredictionSet| f.errors.first().map_or(f64::NAN, |e| e.rmse);
     let reduction = ErrorReduction { before: error(calibrated), after: error(augmented), ci95 };
     let unit = augmented.errors.first().map_or("", |e| e.unit.as_str());
     let (unit, scale) = if unit == "m" { ("mm", 1e3) } else { (unit, 1.0) };

@@ -3,7 +3,7 @@
 use super::compare::{ErrorReduction, verdict};
 use super::equations;
 use crate::args::{Evaluate, ProtocolArg};
-use augsim_discovery::reduction_of_rmse;
+use augsim_discovery::rmse_reduction;
 use augsim_physics::model::ModelFile;
 use augsim_reproduce::experiment::layout::Layout;
 use augsim_reproduce::experiment::rows::{Row, table};
@@ -110,7 +110,7 @@ fn network_verdict(physics: &[Score], net: &[Score], test: &Sequences, seed: u64
         scores.iter().map(|s| (s.mean.absolute[0] * s.mean.absolute[0], 1.0)).collect()
     };
     let (before, after) = (list(physics), list(net));
-    let (_, ci95) = reduction_of_rmse(&before, &after, seed);
+    let (_, ci95) = rmse_reduction(&before, &after, seed);
     let error = |list: &[(f64, f64)]| (list.iter().map(|e| e.0).sum::<f64>() / list.len() as f64).sqrt();
     let reduction = ErrorReduction { before: error(&before), after: error(&after), ci95 };
     let unit = if test.columns.first().is_some_and(|c| c.ends_with("_m")) { ("mm", 1e3) } else { ("", 1.0) };

@@ -2,7 +2,7 @@
 
 use crate::args::Predict;
 use augsim_data::write_dataset;
-use augsim_discovery::{ForetellOptions, Foretelling};
+use augsim_discovery::{PredictOptions, PredictionSet};
 use augsim_session::foretell::{self, table};
 use augsim_session::{DataFrom, Subject};
 use augsim_terminal::Outcome;
@@ -36,7 +36,7 @@ pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> an
     data_file(&args.out, &[], &[file, &args.data])?;
     let model = Subject::read(file)?;
     let draws = args.samples.map_or(foretell::DRAWS, |n| n as usize);
-    let options = ForetellOptions { seed, draws, only: None };
+    let options = PredictOptions { seed, draws, only: None };
     let all = foretell::foretell(&model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
     write_foretelling(args, &all, draws, output)
 }
@@ -44,7 +44,7 @@ pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> an
 /// Writes the bands and prints the errors.
 pub(super) fn write_foretelling(
     args: &Predict,
-    all: &Foretelling,
+    all: &PredictionSet,
     draws: usize,
     output: &Output,
 ) -> anyhow::Result<Outcome> {
@@ -54,7 +54,7 @@ pub(super) fn write_foretelling(
     Ok(Outcome::Done)
 }
 
-fn summary(args: &Predict, all: &Foretelling, draws: usize) -> Written {
+fn summary(args: &Predict, all: &PredictionSet, draws: usize) -> Written {
     let errors = all.errors.iter().map(|e| Error {
         measure: e.measure.clone(),
         rmse: e.rmse,

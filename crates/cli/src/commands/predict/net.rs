@@ -3,7 +3,7 @@
 use super::model::write_foretelling;
 use crate::args::Predict;
 use augsim_data::write_dataset;
-use augsim_discovery::ForetellOptions;
+use augsim_discovery::PredictOptions;
 use augsim_session::foretell::foretell_net;
 use augsim_session::run_dir::{FILES, RunDir};
 use augsim_session::{DataFrom, forecast, run_data};
@@ -33,7 +33,7 @@ pub(super) fn run(args: &Predict, seed: u64, output: &Output) -> anyhow::Result<
     let model = NetModel::new(run.read_model()?)?;
     if model.state().settings.engine.written().is_some() {
         let draws = args.samples.unwrap_or(DRAWS) as usize;
-        let options = ForetellOptions { seed, draws, only: None };
+        let options = PredictOptions { seed, draws, only: None };
         let all = foretell_net(&model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
         return write_foretelling(args, &all, draws, output);
     }

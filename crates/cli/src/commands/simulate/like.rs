@@ -3,7 +3,7 @@
 
 use crate::args::Simulate;
 use augsim_data::write_dataset;
-use augsim_discovery::ForetellOptions;
+use augsim_discovery::PredictOptions;
 use augsim_session::foretell::{self, table};
 use augsim_session::usage::{Inapplicable, ModelFault};
 use augsim_session::{DataFrom, Subject};
@@ -33,7 +33,7 @@ pub(super) fn run(args: &Simulate, file: &Path, seed: u64, output: &Output) -> a
     }
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("out/{}.csv", model.scenario())));
     data_file(&out, &[], &[file, like])?;
-    let options = ForetellOptions { seed, draws: foretell::DRAWS, only: None };
+    let options = PredictOptions { seed, draws: foretell::DRAWS, only: None };
     let all = foretell::foretell(&model, &DataFrom::from(like), 1, &options)?;
     write_dataset(&table::trajectories(&all)?, &out)?;
     let samples = all.records.iter().map(|r| r.times.len()).sum();

@@ -9,7 +9,7 @@ use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 use augsim_written::model::{FirstSamples, Hold};
-use augsim_written::{Model, Waveform, WrittenSystem};
+use augsim_written::{EquationSystem, Model, Waveform};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -56,7 +56,7 @@ pub(super) fn run(args: &Simulate, model: &Path, output: &Output) -> anyhow::Res
         Some(like) => records::records(&records::read(like, &model)?.data, &model, true)?,
         None => vec![record_without_data(args, &model, output)?],
     };
-    let system = WrittenSystem::declared_only(&model)?;
+    let system = EquationSystem::declared_only(&model)?;
     let mut list = fit::prepared(&system, &list)?;
     for record in &mut list {
         set_initial_state(args, &model, record, output)?;
@@ -85,7 +85,7 @@ pub(super) fn run(args: &Simulate, model: &Path, output: &Output) -> anyhow::Res
                 worst[channel] = worst[channel].max(off);
             }
         }
-        let driven = system.shown_against(record, &[]);
+        let driven = system.residual_axes(record, &[]);
         let mut values: Vec<Vec<f64>> =
             driven.into_iter().skip(1 + model.outputs.len()).map(|(_, values)| values).collect();
         let channel = |c: usize| (0..simulated.samples()).map(|k| simulated.value(k, c)).collect();

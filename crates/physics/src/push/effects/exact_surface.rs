@@ -24,7 +24,7 @@ static SPEC: EffectSpec = EffectSpec {
     confirmed_by: Some(
         "put a sheet of paper under the object, which evens out its pressure; then push at two contact offsets",
     ),
-    foretold_by: Some("superelliptic-surface"),
+    indicated_by: Some("superelliptic-surface"),
     ..EffectSpec::PLAIN
 };
 

@@ -41,7 +41,7 @@ impl TransitionModel for DriftingWalk {
 }
 
 fn filter(rows: &[f64], seed: u64) -> Filter<'static> {
-    let start = StartLaw { mean: vec![0.0], sd: vec![1.0] };
+    let start = InitialStatePrior { mean: vec![0.0], sd: vec![1.0] };
     let sensor = Sensor::new(vec![Some(SENSOR_SD)]).unwrap();
     let mut filter = Filter::new(Box::new(DriftingWalk), (sensor, start), (&[], 0), 2000, (seed, 0));
     rows.iter().for_each(|row| filter.observe(&[*row]).unwrap());

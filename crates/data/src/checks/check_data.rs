@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 
 /// Set of checks whose findings the user accepts; they are not run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Accepted(u32);
+pub struct AcceptedChecks(u32);
 
-impl Accepted {
+impl AcceptedChecks {
     /// Adds `check` to the accepted checks.
     #[must_use]
     pub fn with(self, check: Check) -> Self {
-        Accepted(self.0 | 1 << check as u32)
+        AcceptedChecks(self.0 | 1 << check as u32)
     }
 
     /// Whether `check` is accepted.
@@ -23,9 +23,9 @@ impl Accepted {
     }
 }
 
-impl FromIterator<Check> for Accepted {
+impl FromIterator<Check> for AcceptedChecks {
     fn from_iter<I: IntoIterator<Item = Check>>(checks: I) -> Self {
-        checks.into_iter().fold(Accepted::default(), Accepted::with)
+        checks.into_iter().fold(AcceptedChecks::default(), AcceptedChecks::with)
     }
 }
 
@@ -40,7 +40,7 @@ pub struct Warning {
 
 /// A data set that passed the checks.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Admitted {
+pub struct CheckedData {
     /// The data set, without repeated trajectories unless these are accepted.
     pub data: Dataset,
     /// Warnings to be shown with every result.
@@ -51,7 +51,11 @@ pub struct Admitted {
 ///
 /// # Errors
 /// [`SuspiciousData`] with the findings because of which the data set is refused.
-pub fn admit(data: Dataset, expected: &Expected, accepted: Accepted) -> Result<Admitted, SuspiciousData> {
+pub fn check_data(
+    data: Dataset,
+    expected: &Expected,
+    accepted: AcceptedChecks,
+) -> Result<CheckedData, SuspiciousData> {
     let outcomes = run_checks(&data, expected).into_iter().filter(|o| !accepted.accepts(o.check));
     let (refused, warned): (Vec<Finding>, Vec<Finding>) =
         outcomes.flat_map(|o| o.findings).partition(|f| f.severity() == Severity::Refused);
@@ -62,5 +66,5 @@ pub fn admit(data: Dataset, expected: &Expected, accepted: Accepted) -> Result<A
     let text = |f: &Finding| format!("{}: {f}", data.origin());
     let warnings = warned.iter().map(|f| Warning { check: f.check(), text: text(f) }).collect();
     let data = if has_copies { without_copies(&data) } else { data };
-    Ok(Admitted { data, warnings })
+    Ok(CheckedData { data, warnings })
 }

@@ -15,11 +15,11 @@ const MAX_NAMES: usize = 20;
 /// Escapes the control characters of a text (as `\u{1b}`), except line ends and tabs.
 ///
 /// ```
-/// use augsim_data::printable;
+/// use augsim_data::escape_control_characters;
 /// // A name that would clear the terminal is escaped.
-/// assert_eq!(printable("drop\u{1b}[2J"), "drop\\u{1b}[2J");
+/// assert_eq!(escape_control_characters("drop\u{1b}[2J"), "drop\\u{1b}[2J");
 /// ```
-pub fn printable(text: &str) -> String {
+pub fn escape_control_characters(text: &str) -> String {
     escape(text.chars(), |c| matches!(c, '\n' | '\t'))
 }
 
@@ -79,7 +79,7 @@ mod tests {
     fn control_characters_are_escaped() {
         assert_eq!(shown("\u{1b}[31mred\u{7}\r\n"), "\\u{1b}[31mred\\u{7}\\r\\n");
         assert_eq!(shown("\u{9b}2J \u{202e}txt"), "\\u{9b}2J \\u{202e}txt");
-        assert_eq!(printable("a\n\tb\u{1b}c\u{7f}"), "a\n\tb\\u{1b}c\\u{7f}");
+        assert_eq!(escape_control_characters("a\n\tb\u{1b}c\u{7f}"), "a\n\tb\\u{1b}c\\u{7f}");
         assert_eq!(shown("Fußball µ 重力 e\u{301} \"x\" \\"), "Fußball µ 重力 e\u{301} \"x\" \\");
     }
 
