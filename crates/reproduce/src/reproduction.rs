@@ -1,5 +1,6 @@
 //! Code that all reproductions share: number of iterations, results folder, command line.
 
+use crate::args::Reproduce;
 use augsim_session::command_line::quoted;
 use augsim_session::run_dir::CHECKPOINT;
 use augsim_session::usage::PathFault;
@@ -17,6 +18,19 @@ pub fn repeat(words: Vec<String>) -> String {
     let head = ["augsim", "reproduce"].map(str::to_owned);
     let all: Vec<String> = head.into_iter().chain(words).chain(["--out", "DIR"].map(str::to_owned)).collect();
     quoted(&all)
+}
+
+/// Returns the command line that repeats a reproduction on the measured sets of a folder.
+pub fn repeat_on_data(scenario: &str, args: &Reproduce, data: &Path, seed: u64) -> String {
+    let mut words = vec![scenario.to_owned(), "--data".to_owned(), data.display().to_string()];
+    if args.quick {
+        words.push("--quick".to_owned());
+    }
+    if let Some(iterations) = args.iterations {
+        words.extend(["--iterations".to_owned(), iterations.to_string()]);
+    }
+    words.extend(["--seed".to_owned(), seed.to_string()]);
+    repeat(words)
 }
 
 /// Claims the results folder. Existing trained networks need `resume` (continue) or `force` (overwrite).

@@ -10,7 +10,7 @@ mod sets;
 use crate::args::Reproduce;
 use crate::experiment::Sizes;
 use crate::experiment::rows::{Row, table};
-use crate::reproduction::{ITERATIONS, claim, repeat};
+use crate::reproduction::{ITERATIONS, claim, repeat_on_data};
 use augsim_session::usage::Missing;
 use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::output::Output;
@@ -22,7 +22,6 @@ use serde::Serialize;
 pub use sets::PYBULLET;
 use sets::SetRow;
 use std::fmt::Write as _;
-use std::path::Path;
 
 #[derive(Serialize)]
 struct ResultFile {
@@ -69,24 +68,11 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let result =
         ResultFile { schema: "augsim.reproduce/1", scenario: "loop", sets, chain, pushing, iterations, seed };
     claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-    let html = page::page(&result, data, &command(args, data, seed)).render();
+    let html = page::page(&result, data, &repeat_on_data("loop", args, data, seed)).render();
     let report = claim.write(REPORT, &html)?;
     claim.write_timing(())?;
     output.result(&result, || format!("{}report: {}", text(&result), report.display()))?;
     Ok(Outcome::Done)
-}
-
-/// Returns the command line that repeats the run.
-fn command(args: &Reproduce, data: &Path, seed: u64) -> String {
-    let mut words = vec!["loop".to_owned(), "--data".to_owned(), data.display().to_string()];
-    if args.quick {
-        words.push("--quick".to_owned());
-    }
-    if let Some(iterations) = args.iterations {
-        words.extend(["--iterations".to_owned(), iterations.to_string()]);
-    }
-    words.extend(["--seed".to_owned(), seed.to_string()]);
-    repeat(words)
 }
 
 fn text(result: &ResultFile) -> String {

@@ -7,7 +7,7 @@ mod sets;
 
 use crate::absent::MissingData;
 use crate::args::Reproduce;
-use crate::reproduction::{claim, repeat};
+use crate::reproduction::{claim, repeat_on_data};
 use anyhow::Context;
 use augsim_data::{Dataset, atomic_write, write_dataset};
 use augsim_discovery::Discovery;
@@ -100,24 +100,11 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     }
     let result = ResultFile { schema: "augsim.reproduce/1", scenario: "systems", sets, seed };
     claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-    let html = page::page(&result, data, &command(args, data, seed)).render();
+    let html = page::page(&result, data, &repeat_on_data("systems", args, data, seed)).render();
     let report = claim.write(REPORT, &html)?;
     claim.write_timing(())?;
     output.result(&result, || format!("{}report: {}", text(&result), report.display()))?;
     Ok(Outcome::Done)
-}
-
-/// Returns the command line that repeats the run.
-fn command(args: &Reproduce, data: &Path, seed: u64) -> String {
-    let mut words = vec!["systems".to_owned(), "--data".to_owned(), data.display().to_string()];
-    if args.quick {
-        words.push("--quick".to_owned());
-    }
-    if let Some(iterations) = args.iterations {
-        words.extend(["--iterations".to_owned(), iterations.to_string()]);
-    }
-    words.extend(["--seed".to_owned(), seed.to_string()]);
-    repeat(words)
 }
 
 /// Declares, calibrates and augments the model on the training record of a set, and scores all models on

@@ -11,7 +11,7 @@
 
 use super::draws::{Drawn, foretelling};
 use super::scored::{OutputScores, scored};
-use super::written::{Beginning, free_run, known_noise, run_all, sd_of};
+use super::written::{Beginning, free_run, run_all};
 use crate::DataFrom;
 use crate::usage::{Inapplicable, Usage};
 use crate::written::fit::prepared;
@@ -129,9 +129,9 @@ impl<'a> NetPrediction<'a> {
     fn predict(&self, read: &Record, record: &Record, stream: u64) -> anyhow::Result<Drawn> {
         let (outputs, samples) = (self.model.outputs.len(), record.times.len());
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
-        let Beginning { known, mut early, mut begun, .. } =
+        let Beginning { known, mut early, mut begun, known_sd, .. } =
             Beginning::of(self.model, &self.system, record, self.burn_in, &values)?;
-        let (declared, measured) = (sd_of(&known_noise(self.model)), early.values.clone());
+        let measured = early.values.clone();
         let actions = states::actions(self.model, read);
         let action_count = actions.len() / samples.max(1);
         for _ in 0..START_ITERATIONS {
@@ -152,7 +152,7 @@ impl<'a> NetPrediction<'a> {
                 early.values.clone_from(&measured);
                 break;
             }
-            begun = estimate_initial_state(&self.system, &early, known, &values, &begun.state, &declared)?;
+            begun = estimate_initial_state(&self.system, &early, known, &values, &begun.state, &known_sd)?;
         }
         let noise = self.engine.sensor_sd().to_vec();
         let mut rng = random_stream(self.options.seed, "foretell net", stream);
@@ -164,7 +164,7 @@ impl<'a> NetPrediction<'a> {
                 values.iter_mut().for_each(|v| *v += sd * normal());
             }
             // An initial state that cannot be fitted to the perturbed samples is left unchanged.
-            let start = estimate_initial_state(&self.system, &noisy, known, &values, &begun.state, &declared);
+            let start = estimate_initial_state(&self.system, &noisy, known, &values, &begun.state, &known_sd);
             let start = start.map_or_else(|_| begun.state.clone(), |start| start.state);
             starts.extend(self.system.complete_start(record, &start));
         }

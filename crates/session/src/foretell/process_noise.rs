@@ -41,8 +41,7 @@ impl ProcessNoise {
             for (k, value) in values.iter_mut().enumerate().skip(first) {
                 *value = current;
                 let step_s = record.times.get(k + 1).map_or(0.0, |next| next - record.times[k]);
-                let decay = if process.memory_s > 0.0 { (-step_s / process.memory_s).exp() } else { 0.0 };
-                current = decay * current + process.sd * (1.0 - decay * decay).sqrt() * normal();
+                current = next_value(current, process.sd, process.memory_s, step_s, normal);
             }
             Stream { times: record.times.clone(), values: vec![values] }
         };
@@ -50,4 +49,16 @@ impl ProcessNoise {
         let inputs: Arc<[Stream]> = record.inputs.iter().cloned().chain(noise).collect();
         Record { inputs, ..record.clone() }
     }
+}
+
+/// Draws the next value of the process, equation 1, `step_s` seconds after `current`.
+pub(super) fn next_value(
+    current: f64,
+    sd: f64,
+    correlation_time_s: f64,
+    step_s: f64,
+    normal: &mut dyn FnMut() -> f64,
+) -> f64 {
+    let decay = if correlation_time_s > 0.0 { (-step_s / correlation_time_s).exp() } else { 0.0 };
+    decay * current + sd * (1.0 - decay * decay).sqrt() * normal()
 }

@@ -1,7 +1,7 @@
 //! Free runs of an equation model with prediction bands.
 
 use super::draws::{Drawn, foretelling};
-use super::process_noise::ProcessNoise;
+use super::process_noise::{ProcessNoise, next_value};
 use crate::DataFrom;
 use crate::written::fit::prepared;
 use crate::written::forecast::read_by_sensor;
@@ -66,6 +66,8 @@ pub(super) struct Beginning {
     pub begun: Begun,
     /// Measurement noise of each output: declared, fitted, or else estimated from the first samples.
     pub noise: Vec<SensorNoise>,
+    /// Standard deviation of the noise of each output that the model file states; `None` if it was estimated.
+    pub known_sd: Vec<Option<f64>>,
 }
 
 impl Beginning {
@@ -80,46 +82,37 @@ impl Beginning {
         let outputs = model.outputs.len();
         let known = burn_in.min(record.times.len());
         let known_noise = known_noise(model);
-        let declared = sd_of(&known_noise);
+        let known_sd: Vec<Option<f64>> = known_noise.iter().map(|n| n.map(|n| n.sd())).collect();
         let mut early = record.clone();
         // Later samples are removed first, since the initial guess of `prepare` must not use them either.
         early.values.iter_mut().for_each(|v| v.iter_mut().skip(known).for_each(|x| *x = f64::NAN));
         system.prepare(&mut early, &[])?;
         let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
-        let begun = estimate_initial_state(system, &early, known, values, &from, &declared)?;
+        let begun = estimate_initial_state(system, &early, known, values, &from, &known_sd)?;
         // The estimate is corrected for the degrees of freedom that the initial state takes.
         let degrees_of_freedom = (known * outputs).saturating_sub(begun.state.len()).max(1) as f64;
         let widen = ((known * outputs) as f64 / degrees_of_freedom).sqrt();
         let estimated = |o: usize| SensorNoise::white(widen * begun.rms[o]);
         let noise = (0..outputs).map(|o| known_noise[o].unwrap_or_else(|| estimated(o))).collect();
-        Ok(Beginning { known, early, begun, noise })
+        Ok(Beginning { known, early, begun, noise, known_sd })
     }
 }
 
 /// Measurement noise of each output from the model file: declared by the user, or else written by a fit.
-pub(super) fn known_noise(model: &Model) -> Vec<Option<SensorNoise>> {
+fn known_noise(model: &Model) -> Vec<Option<SensorNoise>> {
     model.outputs.iter().map(|o| o.sd.map(SensorNoise::white).or(o.noise)).collect()
 }
 
-/// Standard deviations of known measurement noise.
-pub(super) fn sd_of(noise: &[Option<SensorNoise>]) -> Vec<Option<f64>> {
-    noise.iter().map(|n| n.map(|n| n.sd())).collect()
-}
-
 /// Draws the measurement errors, `[output][sample]`: white noise plus an Ornstein-Uhlenbeck process.
-pub(super) fn drawn_errors(
-    noise: &[SensorNoise],
-    times: &[f64],
-    normal: &mut dyn FnMut() -> f64,
-) -> Vec<Vec<f64>> {
+fn drawn_errors(noise: &[SensorNoise], times: &[f64], normal: &mut dyn FnMut() -> f64) -> Vec<Vec<f64>> {
     let mut draw = |noise: &SensorNoise| {
         let mut correlated = noise.autocorrelated_sd * normal();
         let mut errors = Vec::with_capacity(times.len());
         for (k, time) in times.iter().enumerate() {
             if k > 0 && noise.autocorrelated_sd > 0.0 {
-                let decay = (-(time - times[k - 1]) / noise.correlation_time_s).exp();
-                correlated =
-                    decay * correlated + noise.autocorrelated_sd * (1.0 - decay * decay).sqrt() * normal();
+                let step_s = time - times[k - 1];
+                let SensorNoise { autocorrelated_sd, correlation_time_s, .. } = *noise;
+                correlated = next_value(correlated, autocorrelated_sd, correlation_time_s, step_s, normal);
             }
             errors.push(correlated + noise.white_sd * normal());
         }
@@ -143,9 +136,8 @@ impl Prediction<'_> {
     fn predict(&self, record: &Record, stream: u64) -> anyhow::Result<Drawn> {
         let outputs = self.model.outputs.len();
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
-        let Beginning { known, early, begun, noise } =
+        let Beginning { known, early, begun, noise, known_sd } =
             Beginning::of(self.model, self.system, record, self.burn_in, &values)?;
-        let declared = sd_of(&known_noise(self.model));
         let forecast = self.run(self.system, record, &values, &begun.state)?;
         let mut rng = random_stream(self.options.seed, "foretell written", stream);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -168,7 +160,7 @@ impl Prediction<'_> {
             }
             // Draws whose parameters are so far off that the model cannot be simulated are dropped.
             let Ok(start) =
-                estimate_initial_state(self.system, &noisy, known, &parameters, &begun.state, &declared)
+                estimate_initial_state(self.system, &noisy, known, &parameters, &begun.state, &known_sd)
             else {
                 continue;
             };
