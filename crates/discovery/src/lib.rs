@@ -65,7 +65,7 @@ pub use discover::discover;
 pub use error::{DiscoveryError, Groups};
 pub use noise_cause::{NoiseCause, NoiseRow, NoiseSource};
 pub use options::{Options, Progress};
-pub use predict::foretell;
+pub use predict::predict_records;
 pub use prediction::{
     PREDICTION_LEVELS, PredictOptions, PredictedChannel, PredictedRecord, PredictionError, PredictionSet,
     quantile_of_draws, rmse_interval, rmse_reduction,

@@ -34,7 +34,7 @@ const MAX_EVENTS: usize = 32;
 ///
 /// # Errors
 /// [`DiscoveryError`], if the model and the data are incompatible.
-pub fn foretell(
+pub fn predict_records(
     model: &dyn Declaration,
     data: &Dataset,
     options: &PredictOptions,

@@ -5,8 +5,8 @@ use crate::error::unlocked;
 use crate::numbers::{Numbers, memory};
 use crate::source::Source;
 use augsim_session::Subject;
+use augsim_session::equations::fitted::calibrate;
 use augsim_session::simulate::{BRIEF, Plan, simulate};
-use augsim_session::written::fitted::calibrate;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use std::path::PathBuf;
@@ -72,7 +72,7 @@ impl Model {
             let (fitted, answer) = calibrate(&subject, &file, &data)?;
             Ok((fitted, serde_json::to_string_pretty(&answer)?))
         })?;
-        Ok((Model { subject: Subject::Written(Box::new(fitted)), path: None }, json))
+        Ok((Model { subject: Subject::Equations(Box::new(fitted)), path: None }, json))
     }
 
     /// Simulates trajectories; returns the values `[trajectory, sample, time, column]`, the first three

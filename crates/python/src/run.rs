@@ -76,7 +76,7 @@ impl Corrects {
             Corrects::Path(path) => Ok(Corrected::Folder(path)),
             Corrects::Model(model) => match &model.get().subject {
                 Subject::BuiltIn(model) => Ok(Corrected::Model(model.clone())),
-                Subject::Written(_) => Err(Usage::Inapplicable(Inapplicable::NetOfEquations).into()),
+                Subject::Equations(_) => Err(Usage::Inapplicable(Inapplicable::NetOfEquations).into()),
             },
         }
     }

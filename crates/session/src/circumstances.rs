@@ -1,8 +1,8 @@
 //! Name, seed, sources and command line of a discovery, as its page shows them.
 
 use crate::command_line::quoted;
+use crate::equations::pictures::Pictures;
 use crate::provenance::{fingerprint, shown};
-use crate::written::pictures::Pictures;
 use crate::{DataFrom, DiscoverRequest};
 use augsim_report::page::DataSource;
 use std::path::Path;

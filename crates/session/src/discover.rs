@@ -1,7 +1,7 @@
 //! Discovery: calibrates a model on data and finds the effects that it lacks.
 
 use crate::usage::{Inapplicable, Takes, UnknownName};
-use crate::{DataFrom, Subject, Usage, written};
+use crate::{DataFrom, Subject, Usage, equations};
 use augsim_data::checks::{Check, check_data};
 use augsim_data::{DataError, Dataset, MissingCells, Trajectory};
 use augsim_discovery::{Discovery, Options, Progress};
@@ -44,7 +44,7 @@ pub fn discover(
     }
     let DiscoverRequest { groups, options, .. } = wanted;
     match subject {
-        Subject::Written(model) => {
+        Subject::Equations(model) => {
             report_progress(Progress::Calibration);
             // Check the data before the fit: a clock in milliseconds, for example, would make the equations
             // stiff and the fit slow.
@@ -53,11 +53,11 @@ pub fn discover(
                 check_data(set, &model.expected(), options.accepted).map_err(DataError::from)?;
                 Ok(())
             };
-            let calibrated = written::discovery::measured(model, data, &check)?;
+            let calibrated = equations::discovery::measured(model, data, &check)?;
             let set = select_groups(groups, data, calibrated.data)?;
             let mut found = augsim_discovery::discover(&calibrated.declared, &set, options, report_progress)?;
             found.notes.splice(0..0, calibrated.notes);
-            written::discovery::complete(&mut found, &model.file, &set)?;
+            equations::discovery::complete(&mut found, &model.file, &set)?;
             Ok(found)
         }
         Subject::BuiltIn(model) => {

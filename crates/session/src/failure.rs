@@ -30,7 +30,7 @@ impl Failure {
             return Some(Failure::Usage);
         }
         if cause.is::<augsim_physics::model::ModelError>()
-            || cause.is::<augsim_written::ModelError>()
+            || cause.is::<augsim_equations::ModelError>()
             || cause.is::<EngineError>()
         {
             return Some(Failure::Model);

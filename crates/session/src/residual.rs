@@ -1,7 +1,7 @@
 //! `train --residual-of` and `train --model`: the physics engine of the model that a net corrects.
 
 use crate::usage::Inapplicable;
-use crate::{DataFrom, Usage, states, written};
+use crate::{DataFrom, Usage, equations, states};
 use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, Trajectory};
 use augsim_physics::model::{ModelFile, Per};
@@ -32,7 +32,7 @@ pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(En
     if !path.is_file() {
         return Err(NoModel { folder: run.to_owned() }.into());
     }
-    if written::is_model(&path) {
+    if equations::is_model(&path) {
         return equations(&path, data);
     }
     engine_of(&ModelFile::read(&path)?, &path.display().to_string(), data, recipe)
@@ -45,7 +45,7 @@ pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(En
 /// # Errors
 /// The model does not fit the data.
 pub fn engine_of_file(path: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(Engine, Vec<String>)> {
-    if written::is_model(path) {
+    if equations::is_model(path) {
         return equations(path, data);
     }
     engine_with_data_step(&ModelFile::read(path)?, &path.display().to_string(), data, recipe)
@@ -53,11 +53,11 @@ pub fn engine_of_file(path: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::R
 
 /// The engine of an equation model, with steps and measurement noise estimated from the data.
 fn equations(path: &Path, data: &DataFrom) -> anyhow::Result<(Engine, Vec<String>)> {
-    let model = written::read(path)?;
-    let measured = written::records::read(data.clone(), &model)?;
-    let records = written::records::records(&measured.data, &model, true)?;
-    let engine = written::states::engine(&model, &records).with_context(|| data.to_string())?;
-    Ok((engine, written::states::notes(&model)))
+    let model = equations::read(path)?;
+    let measured = equations::records::read(data.clone(), &model)?;
+    let records = equations::records::records(&measured.data, &model, true)?;
+    let engine = equations::states::engine(&model, &records).with_context(|| data.to_string())?;
+    Ok((engine, equations::states::notes(&model)))
 }
 
 /// The engine of a model in memory, called `place` in messages, and notes as from [`engine`].

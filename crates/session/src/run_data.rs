@@ -2,7 +2,7 @@
 
 use crate::run_dir::{Config, DataSource};
 use crate::usage::{Inapplicable, Missing, UnknownName};
-use crate::{DataFrom, Usage, states, written};
+use crate::{DataFrom, Usage, equations, states};
 use anyhow::Context;
 use augsim_data::checks::{CheckedData, Expected, Warning, check_data};
 use augsim_data::push::resample;
@@ -52,8 +52,8 @@ pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
 /// # Errors
 /// The data cannot be read, or have another step.
 pub fn read_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Dataset> {
-    if let Some(system) = engine.written() {
-        return Ok(written::records::read(from.clone(), system.equations())?.data);
+    if let Some(system) = engine.equation_engine() {
+        return Ok(equations::records::read(from.clone(), system.equations())?.data);
     }
     let Some(step_s) = engine.step_s() else { return Ok(from.read(MissingCells::AsGap)?) };
     if engine.model().is_some() {
@@ -77,8 +77,8 @@ pub fn read_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Dataset
 /// # Errors
 /// A column is missing, or a sample has a gap.
 pub fn sequences(data: &Dataset, engine: &Engine) -> anyhow::Result<Sequences> {
-    if let Some(system) = engine.written() {
-        return written::states::sequences(data, system);
+    if let Some(system) = engine.equation_engine() {
+        return equations::states::sequences(data, system);
     }
     if engine.step_s().is_some() {
         return Ok(Sequences::with_actions(data, &engine.columns(), &engine.action_columns())?);
@@ -92,7 +92,7 @@ pub fn sequences(data: &Dataset, engine: &Engine) -> anyhow::Result<Sequences> {
 ///
 /// Smoothed estimates of the states would use the samples to be predicted.
 fn check_states_are_measured(engine: &Engine) -> Result<(), Usage> {
-    match engine.written() {
+    match engine.equation_engine() {
         Some(_) => Err(Usage::Inapplicable(Inapplicable::StartOfEquations)),
         None => Ok(()),
     }

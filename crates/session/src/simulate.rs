@@ -1,14 +1,14 @@
 //! Simulation of a model from given initial states, with nominal or drawn parameters.
 
 use crate::usage::{Oversized, PlanFault};
-use crate::{Subject, Usage, written};
+use crate::{Subject, Usage, equations};
 use augsim_data::{Limit, random_stream};
+use augsim_equations::EquationSystem;
+use augsim_equations::model::Hold;
 use augsim_physics::model::{ModelFile, Parameter};
 use augsim_physics::system::{
     Begin, Declaration, Offsets, Record, ScatterPer, Schema, Simulated, Stream, System, Task,
 };
-use augsim_written::EquationSystem;
-use augsim_written::model::Hold;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -145,13 +145,13 @@ impl Simulation {
                 let names = built_in_states(system.schema());
                 Self::with_system(system, &names, plan, batch)
             }
-            Subject::Written(model) => {
-                let mut model = augsim_written::Model::clone(model);
+            Subject::Equations(model) => {
+                let mut model = augsim_equations::Model::clone(model);
                 model.inputs.iter_mut().for_each(|input| input.hold = input.hold.or(Some(Hold::Linear)));
                 let system = EquationSystem::declared_only(&model)?;
                 let names: Vec<String> = model.states.iter().map(|s| s.name.clone()).collect();
                 let opened = Self::with_system(Arc::new(system.clone()), &names, plan, batch)?;
-                let mut records = written::fit::prepared(&system, &opened.records)?;
+                let mut records = equations::fit::prepared(&system, &opened.records)?;
                 for (record, start) in records.iter_mut().zip(&opened.starts) {
                     record.windows.iter_mut().for_each(|window| window.start.clone_from(start));
                 }

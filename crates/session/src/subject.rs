@@ -1,6 +1,6 @@
 //! A model file of any kind.
 
-use crate::written;
+use crate::equations;
 use augsim_physics::model::{ModelFile, Parameter};
 use std::path::Path;
 
@@ -10,7 +10,7 @@ pub enum Subject {
     /// A built-in scenario: the ball, or pushing.
     BuiltIn(Box<ModelFile>),
     /// A system of equations written in the model file.
-    Written(Box<augsim_written::Model>),
+    Equations(Box<augsim_equations::Model>),
 }
 
 impl Subject {
@@ -19,8 +19,8 @@ impl Subject {
     /// # Errors
     /// The first mistake, with file, line and remedy.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
-        match written::is_model(path) {
-            true => Ok(Subject::Written(Box::new(written::read(path)?))),
+        match equations::is_model(path) {
+            true => Ok(Subject::Equations(Box::new(equations::read(path)?))),
             false => Ok(Subject::BuiltIn(Box::new(ModelFile::read(path)?))),
         }
     }
@@ -30,8 +30,8 @@ impl Subject {
     /// # Errors
     /// As [`Subject::read`].
     pub fn parse(text: &str, file: &str) -> anyhow::Result<Self> {
-        match written::is_model_text(text) {
-            true => Ok(Subject::Written(Box::new(augsim_written::model::parse(text, file)?))),
+        match equations::is_model_text(text) {
+            true => Ok(Subject::Equations(Box::new(augsim_equations::model::parse(text, file)?))),
             false => Ok(Subject::BuiltIn(Box::new(ModelFile::parse(text, file)?))),
         }
     }
@@ -43,7 +43,7 @@ impl Subject {
                 ModelFile::Ball(_) => "ball",
                 ModelFile::Push(_) => "push",
             },
-            Subject::Written(_) => "system",
+            Subject::Equations(_) => "system",
         }
     }
 
@@ -51,8 +51,8 @@ impl Subject {
     pub fn parameters(&self) -> Vec<Parameter> {
         match self {
             Subject::BuiltIn(model) => model.parameters().cloned().collect(),
-            Subject::Written(model) => {
-                let declared = |p: &augsim_written::model::Parameter| Parameter {
+            Subject::Equations(model) => {
+                let declared = |p: &augsim_equations::model::Parameter| Parameter {
                     frozen: p.frozen,
                     ci95: p.ci95,
                     ..Parameter::free(p.name.clone(), p.nominal, p.min, p.max)
@@ -69,7 +69,7 @@ impl Subject {
     pub fn to_toml(&self) -> anyhow::Result<String> {
         match self {
             Subject::BuiltIn(model) => Ok(model.readable()?),
-            Subject::Written(model) => Ok(model.to_toml()?),
+            Subject::Equations(model) => Ok(model.to_toml()?),
         }
     }
 }

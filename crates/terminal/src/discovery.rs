@@ -7,8 +7,8 @@ use crate::progress::Steps;
 use crate::record::Record;
 use augsim_discovery::{Discovery, Options};
 use augsim_session::discovery_page::page;
+use augsim_session::equations::pictures::pictures;
 use augsim_session::usage::Takes;
-use augsim_session::written::pictures::pictures;
 use augsim_session::{DataFrom, DiscoverRequest, ReportContext, Subject, Usage, discover};
 use std::time::{Duration, Instant};
 

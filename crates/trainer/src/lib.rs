@@ -29,7 +29,7 @@ mod training;
 mod violations;
 
 pub use difference::Difference;
-pub use engine::{Engine, EngineError, Room, SystemEngine, ThrowEngine, WrittenEngine};
+pub use engine::{Engine, EngineError, EquationEngine, Room, SystemEngine, ThrowEngine};
 pub use error::TrainerError;
 pub use evaluate::{
     Protocol, SAMPLES, check_finite, evaluate_forecast, evaluate_reconstruction, forecast_scores,

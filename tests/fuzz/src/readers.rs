@@ -135,11 +135,11 @@ fn model(path: &Path) -> Verdict {
 /// Reads a model of equations, simulates it briefly, and checks that it is written and read back with equal
 /// numbers.
 fn written_model(path: &Path) -> Verdict {
-    let model = match augsim_written::model::read(path) {
+    let model = match augsim_equations::model::read(path) {
         Ok(model) => model,
         Err(e) => return refusal(path, &e),
     };
-    let system = match augsim_written::EquationSystem::declared_only(&model) {
+    let system = match augsim_equations::EquationSystem::declared_only(&model) {
         Ok(system) => system,
         Err(e) => return refusal(path, &e),
     };
@@ -168,7 +168,7 @@ fn written_model(path: &Path) -> Verdict {
         Ok(text) => text,
         Err(e) => return Verdict::Broken(format!("accepted, but cannot be written: {e}")),
     };
-    match augsim_written::model::parse(&text, &path.display().to_string()) {
+    match augsim_equations::model::parse(&text, &path.display().to_string()) {
         Err(e) => Verdict::Broken(format!("accepted and written, but cannot be read again: {e}")),
         Ok(again)
             if again.nominals() != model.nominals() || again.additions.len() != model.additions.len() =>

@@ -124,9 +124,9 @@ pub fn of(reader: &str) -> anyhow::Result<Vec<Files>> {
             Files::one("model.toml", fixture("steel-square.model.toml")?),
         ],
         "written-model" => {
-            let examples = augsim_written::EXAMPLES.iter();
+            let examples = augsim_equations::EXAMPLES.iter();
             let mut files: Vec<Files> = examples.map(|(_, text)| Files::one("model.toml", *text)).collect();
-            files.push(Files::one("model.toml", format!("{}{EFFECTS}", augsim_written::EXAMPLES[0].1)));
+            files.push(Files::one("model.toml", format!("{}{EFFECTS}", augsim_equations::EXAMPLES[0].1)));
             files
         }
         "written-data" => vec![Files::one("data.csv", TANKS)],

@@ -107,9 +107,9 @@ fn swings() -> String {
 
 #[test]
 fn stamps_in_whole_milliseconds_do_not_blur_a_system_of_equations() {
-    let model = augsim_written::model::parse(PENDULUM, "model.toml").unwrap_or_else(|e| panic!("{e}"));
+    let model = augsim_equations::model::parse(PENDULUM, "model.toml").unwrap_or_else(|e| panic!("{e}"));
     let data = DataFrom::Table { name: "swings.csv".into(), csv: swings().into_bytes().into() };
-    let subject = Subject::Written(Box::new(model));
+    let subject = Subject::Equations(Box::new(model));
     let found = augsim_session::discover(&subject, &data, &DiscoverRequest::default(), &mut |_| {})
         .expect("an answer");
     assert_eq!(found.verdict, Verdict::NothingToAdd, "{}", found.sentence);

@@ -52,7 +52,7 @@ mod filter_impact;
 mod filter_own;
 mod filter_remainder;
 mod filter_system;
-mod foretell;
+mod predict_records;
 
 // Checks of suspicious data pass good data.
 mod suspicious_data_false_alarms;

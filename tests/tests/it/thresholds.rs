@@ -11,7 +11,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// Folders whose constants decide. Those of test modules and of the linear toy are no thresholds.
-const FOLDERS: [&str; 2] = ["crates/discovery/src", "crates/calibrate/src"];
+const FOLDERS: [&str; 2] = ["crates/discovery/src", "crates/fit/src"];
 const NO_THRESHOLDS: &str = "linear_toy.rs";
 const HEAD: &str = "| constant | value | file | guards | the number that led to it | noticed when doubled or halved by |\n|---|---|---|---|---|---|\n";
 

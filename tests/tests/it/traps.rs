@@ -1,8 +1,8 @@
 //! Contract: trap sets are drawn from their seed alone; every kind gives every plant a model file that parses and a table with the
 //! columns that it names; and each peculiarity changes the set. The battery itself runs the binary and is a command of its own
 //! (`discover_battery traps`).
+use augsim_equations::model;
 use augsim_tests::traps::{Class, Defect, Drawn, KINDS, Kind, Logging, Noise, PLANTS, Plant, Trap, draw};
-use augsim_written::model;
 
 /// Plants with every kind.
 fn pairs() -> impl Iterator<Item = (&'static Plant, &'static Kind)> {

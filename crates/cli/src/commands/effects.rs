@@ -1,14 +1,14 @@
 //! `augsim effects`: lists the effects that can be added to a model.
 
 use crate::args::Effects;
+use augsim_equations::library::{Candidate, CandidateParameter, candidates, is_a_kind, similar_kinds};
+use augsim_equations::{EquationSystem, Model};
 use augsim_physics::effects::EffectSpec;
 use augsim_physics::model::ModelFile;
+use augsim_session::equations::{self, fit, records, unit_text};
 use augsim_session::usage::{Inapplicable, UnknownName};
-use augsim_session::written::{self, fit, records, unit_text};
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
-use augsim_written::library::{Candidate, CandidateParameter, candidates, is_a_kind, similar_kinds};
-use augsim_written::{EquationSystem, Model};
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -97,7 +97,7 @@ fn list_libraries(kind: Option<&str>) -> anyhow::Result<List> {
 }
 
 fn list_for_model(path: &Path, kind: Option<&str>, data: Option<&Path>) -> anyhow::Result<List> {
-    let effects = if written::is_model(path) {
+    let effects = if equations::is_model(path) {
         list_for_equations(path, kind, data)?
     } else {
         if data.is_some() {
@@ -105,7 +105,7 @@ fn list_for_model(path: &Path, kind: Option<&str>, data: Option<&Path>) -> anyho
         }
         list_for_built_in_model(path, kind)?
     };
-    let measured = data.is_some() || !written::is_model(path);
+    let measured = data.is_some() || !equations::is_model(path);
     let kind = kind.map(str::to_owned);
     Ok(List { model: path.display().to_string(), measured, effects, kind })
 }
@@ -131,7 +131,7 @@ fn list_for_built_in_model(path: &Path, kind: Option<&str>) -> anyhow::Result<Ve
 /// Lists the effects for a model of equations and its own candidates, with typical values if there are
 /// data.
 fn list_for_equations(path: &Path, kind: Option<&str>, data: Option<&Path>) -> anyhow::Result<Vec<Listed>> {
-    let model = written::read(path)?;
+    let model = equations::read(path)?;
     let all = match data {
         None => candidates(&model)?,
         Some(data) => measured_candidates(&model, data)?,

@@ -1,8 +1,8 @@
 //! `augsim fit`: calibrates the parameters of a model of equations.
 
 use crate::args::Fit;
-use augsim_session::written::fit::MIN_REPORTED_DIFFERENCE;
-use augsim_session::written::fitted::{Answer, calibrate};
+use augsim_session::equations::fit::MIN_REPORTED_DIFFERENCE;
+use augsim_session::equations::fitted::{Answer, calibrate};
 use augsim_session::{DataFrom, Subject};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{RESULT, Results};

@@ -1,7 +1,7 @@
 //! `augsim data inspect --model` for a model of equations: the columns of the model in the data.
 
 use augsim_data::checks::run_checks;
-use augsim_session::written::{self, records};
+use augsim_session::equations::{self, records};
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -44,7 +44,7 @@ const MAX_QUANTISATION_VALUES: usize = 20_000;
 /// # Errors
 /// The model or the data cannot be read, or do not match.
 pub fn inspect(file: &Path, model: &Path) -> anyhow::Result<Inspection> {
-    let model = written::read(model)?;
+    let model = equations::read(model)?;
     let measured = records::read(file, &model)?;
     let data = &measured.data;
     let column = |(index, column): (usize, &augsim_data::Column)| {
@@ -149,5 +149,5 @@ impl fmt::Display for Inspection {
 
 /// Returns the path if the model file is one of equations.
 pub fn applies(model: Option<&Path>) -> Option<&Path> {
-    model.filter(|path| written::is_model(path))
+    model.filter(|path| equations::is_model(path))
 }

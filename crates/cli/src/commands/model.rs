@@ -21,7 +21,7 @@ struct Written {
 pub fn run(args: &ModelArgs, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let ModelAction::New { name, out } = &args.action;
     let built_in = template(name);
-    let text = built_in.or_else(|| augsim_written::example(name));
+    let text = built_in.or_else(|| augsim_equations::example(name));
     let text = text.ok_or_else(|| Usage::Unknown(UnknownName::Model { name: name.clone() }))?;
     let path = out.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
     check_file(&path, &[])?;

@@ -41,7 +41,7 @@ fn commands_page_matches_the_parser() {
 const EFFECTS: &str = "\
 # Effects
 
-Generated from the registries of `crates/physics` and from `crates/written/library.toml`. `augsim effects --for
+Generated from the registries of `crates/physics` and from `crates/equations/library.toml`. `augsim effects --for
 MODEL.toml` lists those that are tried on one model, with usual sizes; [a recipe](recipes/add-an-effect.md) adds one.
 ";
 
@@ -121,7 +121,7 @@ fn effects_page_matches_the_registries() {
     let scatter = &augsim_physics::push::effects::SCATTER_SPEC;
     push.iter().map(|e| e.spec()).chain([scatter]).for_each(|spec| effect(&mut page, spec));
     heading(&mut page, "Of systems of equations (by the place where a row is tried)", COLUMNS);
-    let library = std::fs::read_to_string(root().join("crates/written/library.toml")).expect("the library");
+    let library = std::fs::read_to_string(root().join("crates/equations/library.toml")).expect("the library");
     let library: toml::Table = toml::from_str(&library).expect("TOML");
     let rows = library["candidate"].as_array().expect("rows");
     rows.iter().for_each(|entry| candidate(&mut page, entry.as_table().expect("a table")));

@@ -211,7 +211,7 @@ fn exported_tables_events_and_bounds_follow_the_engine() {
 #[test]
 fn exported_examples_with_events_or_bounds_follow_the_engine() {
     let dir = tempfile::tempdir().expect("a temporary directory");
-    let example = |name: &str| augsim_written::example(name).expect("the example");
+    let example = |name: &str| augsim_equations::example(name).expect("the example");
     // 4 N push the mass to 5 cm and to the stop, where it bounces and comes to rest.
     let start = [("x_m", 0.0), ("v_m_s", 0.5)];
     let far =

@@ -11,18 +11,18 @@ use crate::reproduction::{claim, repeat_on_data};
 use anyhow::Context;
 use augsim_data::{Dataset, atomic_write, write_dataset};
 use augsim_discovery::Discovery;
+use augsim_equations::Model;
+use augsim_session::equations::fit::fit;
+use augsim_session::equations::forecast::{free_runs, rows};
+use augsim_session::equations::records::records;
 use augsim_session::usage::Missing;
-use augsim_session::written::fit::fit;
-use augsim_session::written::forecast::{free_runs, rows};
-use augsim_session::written::records::records;
-use augsim_session::{folders, written};
+use augsim_session::{equations, folders};
 use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::discover_args::{Accept, Discover, Library};
 use augsim_terminal::discovery::run_discovery;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
-use augsim_written::Model;
 use net::{ITERATIONS, Net, Plan, net};
 use serde::Serialize;
 use sets::{Published, SETS, Set};
@@ -125,7 +125,7 @@ fn one(
     let test_path = folder.join("test.csv.gz");
     write_dataset(&records_of.test, &test_path)?;
     output.note(format!("{}: calibrating", set.name));
-    let declared = written::read(&model_path)?;
+    let declared = equations::read(&model_path)?;
     let fitted = fit(&declared, &records(&records_of.train, &declared, true)?)?.model;
     // The file of the declared model leaves the input interpolation open, so it uses the interpolation
     // that was found.
@@ -149,7 +149,7 @@ fn one(
         let found: Discovery = run_discovery(&args, plan.seed, true, output)?;
         output.note(format!("{}: {}", set.name, found.sentence));
         let augmented = sub.join("model.toml");
-        let model = written::read(&augmented).with_context(|| augmented.display().to_string())?;
+        let model = equations::read(&augmented).with_context(|| augmented.display().to_string())?;
         Ok(Scored {
             error: score(&model),
             kinds: found.effects.iter().map(|e| e.kind.clone()).collect(),

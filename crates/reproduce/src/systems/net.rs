@@ -4,7 +4,7 @@ use super::sets::Set;
 use augsim_discovery::PredictOptions;
 use augsim_session::DataFrom;
 use augsim_session::configure::{CHECKPOINT_EVERY, Corrected};
-use augsim_session::foretell::net_scores;
+use augsim_session::predict::net_scores;
 use augsim_session::run_data;
 use augsim_session::run_dir::{Config, DataSource};
 use augsim_terminal::output::Output;

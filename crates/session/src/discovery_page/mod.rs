@@ -43,7 +43,7 @@ impl DeclaredModel {
     fn of(subject: &Subject) -> Self {
         match subject {
             Subject::BuiltIn(model) => Self::of_built_in(model),
-            Subject::Written(model) => {
+            Subject::Equations(model) => {
                 let output = model.outputs.first().map_or("", |o| &o.name);
                 let parameters = model.parameters.iter();
                 Self {

@@ -3,9 +3,9 @@
 use super::{Language, latex_document, latex_name, number};
 use crate::Usage;
 use crate::usage::ModelFault;
-use augsim_written::Model;
-use augsim_written::model::{Direction, How, Target};
-use augsim_written::text::{Comparison, Function, Kind, Symbol, Tree};
+use augsim_equations::Model;
+use augsim_equations::model::{Direction, How, Target};
+use augsim_equations::text::{Comparison, Function, Kind, Symbol, Tree};
 
 /// Reserved words of Python, C or the generated programs, which cannot name a quantity.
 const RESERVED_WORDS: [&str; 74] = [

@@ -27,7 +27,7 @@ pub enum Language {
 /// [`Usage`] names the part of the model that cannot be exported, and an alternative.
 pub fn export(subject: &Subject, language: Language) -> Result<String, Usage> {
     match subject {
-        Subject::Written(model) => equations::export(model, language),
+        Subject::Equations(model) => equations::export(model, language),
         Subject::BuiltIn(model) => match &**model {
             ModelFile::Ball(model) => ball::export(model, language),
             ModelFile::Push(model) => push::export(model, language),

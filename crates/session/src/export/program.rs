@@ -3,8 +3,8 @@
 use super::equations::{Jump, Writer};
 use super::{Language, number};
 use crate::Usage;
-use augsim_written::model::{Direction, Event, How, Target};
-use augsim_written::text::Tree;
+use augsim_equations::model::{Direction, Event, How, Target};
+use augsim_equations::text::Tree;
 
 const PYTHON: &str = include_str!("system.py.txt");
 const PYTHON_EVENTS: &str = include_str!("sudden.py.txt");

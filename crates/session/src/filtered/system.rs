@@ -1,17 +1,17 @@
 //! Filtered forecasts by a model file of any kind.
 
 use super::{Timed, View};
-use crate::written::fit::prepared;
-use crate::written::records;
+use crate::equations::fit::prepared;
+use crate::equations::records;
 use crate::{DataFrom, Subject};
 use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, Trajectory};
+use augsim_equations::EquationSystem;
 use augsim_physics::model::{ModelFile, PushModel};
 use augsim_physics::push::effects::{SCATTER_KIND, index_of};
 use augsim_physics::system::{Declaration, Law, Record, Stream, System};
 use augsim_trainer::filter::{InitialStatePrior, Sensor, SystemFilter};
 use augsim_trainer::{Sequence, Sequences};
-use augsim_written::EquationSystem;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -49,7 +49,7 @@ pub fn of_system(
     only: Option<&BTreeSet<String>>,
 ) -> anyhow::Result<SystemOnPrefix> {
     match model {
-        Subject::Written(model) => {
+        Subject::Equations(model) => {
             let measured = records::read(from, model)?;
             let mut list = records::records(&measured.data, model, false)?;
             list.retain(|r| only.is_none_or(|only| only.contains(&r.id)));

@@ -69,7 +69,7 @@ pub enum Usage {
     Limit { oversized: Oversized, exceeded: LimitExceeded },
     /// An input given as a function of time is invalid.
     #[error("{0}")]
-    Waveform(augsim_written::ModelError),
+    Waveform(augsim_equations::ModelError),
     /// The virtual laboratory refuses a setting.
     #[error("{0}")]
     Laboratory(LaboratoryError),

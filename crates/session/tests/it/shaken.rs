@@ -4,10 +4,10 @@
 
 use augsim_data::random_stream;
 use augsim_discovery::{NoiseSource, PredictOptions};
-use augsim_session::foretell::foretell;
-use augsim_session::written::{noise, records};
+use augsim_equations::{Model, model};
+use augsim_session::equations::{noise, records};
+use augsim_session::predict::predict;
 use augsim_session::{DataFrom, Subject};
-use augsim_written::{Model, model};
 use rand_distr::{Distribution, StandardNormal};
 use std::fmt::Write;
 
@@ -40,8 +40,8 @@ fn table(seed: u64, trajectories: usize) -> DataFrom {
 /// Share of the measured values after the burn-in that lie in the 90 % bands.
 fn coverage(model: &Model, data: &DataFrom) -> f64 {
     let options = PredictOptions { draws: 200, seed: 3, ..PredictOptions::default() };
-    let subject = Subject::Written(Box::new(model.clone()));
-    let found = foretell(&subject, data, BURN_IN, &options).expect("forecasts");
+    let subject = Subject::Equations(Box::new(model.clone()));
+    let found = predict(&subject, data, BURN_IN, &options).expect("forecasts");
     let (mut inside, mut count) = (0, 0);
     for record in &found.records {
         let channel = &record.channels[0];

@@ -27,7 +27,7 @@ pub enum EngineError {
     NotThrown,
     /// The text is no model of equations, or one that cannot be compiled.
     #[error(transparent)]
-    Written(#[from] Box<augsim_written::ModelError>),
+    Equations(#[from] Box<augsim_equations::ModelError>),
     /// The text is no model file.
     #[error(transparent)]
     Model(#[from] Box<ModelError>),

@@ -2,19 +2,19 @@
 
 mod ball;
 mod bullet;
+mod equations;
 mod error;
 mod motion;
 mod push;
 mod system;
 mod throw;
-mod written;
 
+pub use equations::EquationEngine;
+pub(crate) use equations::EquationMotion;
 pub use error::EngineError;
 pub(crate) use push::ModelPush;
 pub use system::SystemEngine;
 pub use throw::{Room, ThrowEngine};
-pub(crate) use written::EquationMotion;
-pub use written::WrittenEngine;
 
 use augsim_data::checks::Expected;
 use augsim_physics::ball::bullet::BulletBall;
@@ -35,7 +35,8 @@ pub enum Engine {
     /// The ball of a model file, thrown in a plane or in space.
     Throw(ThrowEngine),
     /// A system of equations.
-    Written(WrittenEngine),
+    #[serde(rename = "written")]
+    Equations(EquationEngine),
 }
 
 impl Engine {
@@ -52,7 +53,7 @@ impl Engine {
             Engine::PybulletBall(ball) => ball,
             Engine::Model(system) => system.motion(),
             Engine::Throw(throw) => throw.motion(),
-            Engine::Written(system) => system.motion(),
+            Engine::Equations(system) => system.motion(),
         }
     }
 
@@ -76,7 +77,7 @@ impl Engine {
             Engine::PybulletBall(_) => None,
             Engine::Model(system) => Some(system.model()),
             Engine::Throw(throw) => Some(throw.model()),
-            Engine::Written(system) => Some(system.model()),
+            Engine::Equations(system) => Some(system.model()),
         }
     }
 
@@ -144,16 +145,16 @@ impl Engine {
     }
 
     /// The equation engine, if the model file has equations.
-    pub fn written(&self) -> Option<&WrittenEngine> {
+    pub fn equation_engine(&self) -> Option<&EquationEngine> {
         match self {
-            Engine::Written(system) => Some(system),
+            Engine::Equations(system) => Some(system),
             _ => None,
         }
     }
 
     /// The equation model whose rates are corrected, if the engine has one.
     pub(crate) fn rates(&self) -> Option<&EquationMotion> {
-        self.written().map(WrittenEngine::motion)
+        self.equation_engine().map(EquationEngine::motion)
     }
 
     /// The pushing engine, if a rod pushes an object: features are computed from its contacts.

@@ -8,7 +8,7 @@ use augsim_data::Column;
 use augsim_session::filtered::{PARTICLES, Seen, SystemOnPrefix, Timed, of_net, of_system};
 use augsim_session::run_dir::RunDir;
 use augsim_session::usage::Inapplicable;
-use augsim_session::{DataFrom, Given, Subject, discovery_in, written};
+use augsim_session::{DataFrom, Given, Subject, discovery_in, equations};
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::filter::{
@@ -85,7 +85,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
         Given::Model { file, folder } => {
             // Discoveries hold out segments of long recordings of equations, but forecasts cover whole
             // recordings.
-            let whole = !written::is_model(&file);
+            let whole = !equations::is_model(&file);
             let only = folder.as_deref().filter(|_| whole).and_then(|folder| held_out(folder, &args.data));
             let mut models = Vec::new();
             if let Some(found) = folder.as_deref().and_then(discovery_in) {

@@ -1,7 +1,7 @@
 //! `augsim evaluate`: scores a model file, a discovery or a network on unseen data.
 
 mod compare;
-mod equations;
+mod equation_net;
 mod filtered;
 mod model;
 mod net;
@@ -9,7 +9,7 @@ mod system;
 
 use crate::args::{Evaluate, ProtocolArg};
 use augsim_session::usage::Inapplicable;
-use augsim_session::{Given, written};
+use augsim_session::{Given, equations};
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 
@@ -24,7 +24,7 @@ pub fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcom
     }
     match Given::of(&args.run)? {
         Given::Net => net::run(args, seed, output),
-        Given::Model { folder: None, file } if written::is_model(&file) => system::run(args, output),
+        Given::Model { folder: None, file } if equations::is_model(&file) => system::run(args, output),
         Given::Model { folder, file } => model::run(args, &file, folder.as_deref(), seed, output),
     }
 }

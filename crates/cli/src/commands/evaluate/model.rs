@@ -5,7 +5,7 @@ use crate::args::Evaluate;
 use augsim_discovery::{PredictOptions, PredictionSet, rmse_reduction};
 use augsim_session::provenance::fingerprint;
 use augsim_session::usage::Inapplicable;
-use augsim_session::{DataFrom, Subject, discovery_in, foretell, written};
+use augsim_session::{DataFrom, Subject, discovery_in, equations, predict};
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
@@ -51,13 +51,13 @@ pub(super) fn run(
 ) -> anyhow::Result<Outcome> {
     // Discoveries hold out segments of long recordings of equations, but free runs cover whole
     // recordings.
-    let whole = !written::is_model(file);
+    let whole = !equations::is_model(file);
     let only = folder.filter(|_| whole).and_then(|folder| held_out(folder, &args.data));
     let held_out = only.is_some();
     let fitted = !held_out && folder.is_some_and(|folder| is_data_of(folder, &args.data));
-    let options = PredictOptions { seed, draws: foretell::DRAWS, only };
+    let options = PredictOptions { seed, draws: predict::DRAWS, only };
     let data = DataFrom::from(&args.data);
-    let score = |model: &Subject| foretell::foretell(model, &data, args.burn_in as usize, &options);
+    let score = |model: &Subject| predict::predict(model, &data, args.burn_in as usize, &options);
     let mut scored: Vec<(&'static str, PredictionSet)> = Vec::new();
     if let Some(found) = folder.and_then(discovery_in) {
         let models = &found.models;

@@ -1,7 +1,7 @@
 //! `augsim evaluate RUN`: scores a trained network and the physics model that it corrects.
 
 use super::compare::{ErrorReduction, verdict};
-use super::equations;
+use super::equation_net;
 use crate::args::{Evaluate, ProtocolArg};
 use augsim_discovery::rmse_reduction;
 use augsim_physics::model::ModelFile;
@@ -37,8 +37,8 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
     let run = RunDir::open(&args.run);
     let model = NetModel::new(run.read_model()?)?;
     let settings = &model.state().settings;
-    if settings.engine.written().is_some() {
-        return equations::run(args, &model, seed, output);
+    if settings.engine.equation_engine().is_some() {
+        return equation_net::run(args, &model, seed, output);
     }
     if settings.correction == Correction::Rollout && args.protocol == ProtocolArg::Reconstruction {
         return Err(Usage::Inapplicable(Inapplicable::ReconstructedPushes).into());

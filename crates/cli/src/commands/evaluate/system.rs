@@ -1,8 +1,8 @@
 //! `augsim evaluate MODEL.toml`: scores the free run of a model of equations.
 
 use crate::args::Evaluate;
+use augsim_session::equations::{self, forecast, records};
 use augsim_session::usage::Inapplicable;
-use augsim_session::written::{self, forecast, records};
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
@@ -20,7 +20,7 @@ pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
     if args.require_pos_m.is_some() {
         return Err(Usage::Inapplicable(Inapplicable::PositionOfEquations).into());
     }
-    let model = written::read(&args.run)?;
+    let model = equations::read(&args.run)?;
     let measured = records::read(&args.data, &model)?;
     let list = records::records(&measured.data, &model, false)?;
     let runs = forecast::free_runs(&model, &list, args.burn_in as usize)?;

@@ -3,7 +3,7 @@
 use crate::args::Predict;
 use augsim_data::write_dataset;
 use augsim_discovery::{PredictOptions, PredictionSet};
-use augsim_session::foretell::{self, table};
+use augsim_session::predict::{self, table};
 use augsim_session::{DataFrom, Subject};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::data_file;
@@ -35,14 +35,14 @@ struct Error {
 pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     data_file(&args.out, &[], &[file, &args.data])?;
     let model = Subject::read(file)?;
-    let draws = args.samples.map_or(foretell::DRAWS, |n| n as usize);
+    let draws = args.samples.map_or(predict::DRAWS, |n| n as usize);
     let options = PredictOptions { seed, draws, only: None };
-    let all = foretell::foretell(&model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
-    write_foretelling(args, &all, draws, output)
+    let all = predict::predict(&model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
+    write_predictions(args, &all, draws, output)
 }
 
 /// Writes the bands and prints the errors.
-pub(super) fn write_foretelling(
+pub(super) fn write_predictions(
     args: &Predict,
     all: &PredictionSet,
     draws: usize,

@@ -1,10 +1,10 @@
 //! `augsim predict RUN`: forecasts of a trained network.
 
-use super::model::write_foretelling;
+use super::model::write_predictions;
 use crate::args::Predict;
 use augsim_data::write_dataset;
 use augsim_discovery::PredictOptions;
-use augsim_session::foretell::foretell_net;
+use augsim_session::predict::predict_with_net;
 use augsim_session::run_dir::{FILES, RunDir};
 use augsim_session::{DataFrom, forecast, run_data};
 use augsim_terminal::Outcome;
@@ -31,11 +31,11 @@ pub(super) fn run(args: &Predict, seed: u64, output: &Output) -> anyhow::Result<
     let inputs: Vec<&Path> = trained.iter().chain([&args.data]).map(PathBuf::as_path).collect();
     data_file(&args.out, &[], &inputs)?;
     let model = NetModel::new(run.read_model()?)?;
-    if model.state().settings.engine.written().is_some() {
+    if model.state().settings.engine.equation_engine().is_some() {
         let draws = args.samples.unwrap_or(DRAWS) as usize;
         let options = PredictOptions { seed, draws, only: None };
-        let all = foretell_net(&model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
-        return write_foretelling(args, &all, draws, output);
+        let all = predict_with_net(&model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
+        return write_predictions(args, &all, draws, output);
     }
     let (starts, times) = run_data::load_timed(&DataFrom::from(&args.data), &model.state().settings.engine)?;
     let samples = args.samples.unwrap_or(DRAWS) as usize;

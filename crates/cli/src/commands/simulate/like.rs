@@ -4,7 +4,7 @@
 use crate::args::Simulate;
 use augsim_data::write_dataset;
 use augsim_discovery::PredictOptions;
-use augsim_session::foretell::{self, table};
+use augsim_session::predict::{self, table};
 use augsim_session::usage::{Inapplicable, ModelFault};
 use augsim_session::{DataFrom, Subject};
 use augsim_terminal::destination::data_file;
@@ -33,8 +33,8 @@ pub(super) fn run(args: &Simulate, file: &Path, seed: u64, output: &Output) -> a
     }
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("out/{}.csv", model.scenario())));
     data_file(&out, &[], &[file, like])?;
-    let options = PredictOptions { seed, draws: foretell::DRAWS, only: None };
-    let all = foretell::foretell(&model, &DataFrom::from(like), 1, &options)?;
+    let options = PredictOptions { seed, draws: predict::DRAWS, only: None };
+    let all = predict::predict(&model, &DataFrom::from(like), 1, &options)?;
     write_dataset(&table::trajectories(&all)?, &out)?;
     let samples = all.records.iter().map(|r| r.times.len()).sum();
     let written = Written { data: out, trajectories: all.records.len(), samples, start: all.start };

@@ -7,7 +7,7 @@ mod system;
 
 use crate::args::{Simulate, SimulateScenario};
 use augsim_session::usage::ModelFault;
-use augsim_session::{Given, written};
+use augsim_session::{Given, equations};
 use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
@@ -18,7 +18,7 @@ pub fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> anyhow::
     if let Some(given) = args.model.as_ref().or(args.named_model.as_ref()) {
         return match Given::of(given)? {
             Given::Net => Err(Usage::model(given.display(), ModelFault::NetSimulated).into()),
-            Given::Model { file, .. } if written::is_model(&file) => system::run(args, &file, output),
+            Given::Model { file, .. } if equations::is_model(&file) => system::run(args, &file, output),
             Given::Model { file, .. } => like::run(args, &file, seed, output),
         };
     }

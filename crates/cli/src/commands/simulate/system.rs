@@ -2,14 +2,14 @@
 
 use crate::args::Simulate;
 use augsim_data::{Column, Dataset, Trajectory, Unit, write_dataset};
+use augsim_equations::model::{FirstSamples, Hold};
+use augsim_equations::{EquationSystem, Model, Waveform};
 use augsim_physics::system::{Offsets, Record, Simulated, Stream, System, Task};
+use augsim_session::equations::{self, fit, records, unit_text};
 use augsim_session::usage::{ModelFault, Takes, UnknownName};
-use augsim_session::written::{self, fit, records, unit_text};
 use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
-use augsim_written::model::{FirstSamples, Hold};
-use augsim_written::{EquationSystem, Model, Waveform};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -42,7 +42,7 @@ struct Deviation {
 
 /// Simulates a model.
 pub(super) fn run(args: &Simulate, model: &Path, output: &Output) -> anyhow::Result<Outcome> {
-    if !written::is_model(model) {
+    if !equations::is_model(model) {
         augsim_physics::model::ModelFile::read(model)?;
         return Err(Usage::model(model.display(), ModelFault::BuiltInSimulated).into());
     }
@@ -50,7 +50,7 @@ pub(super) fn run(args: &Simulate, model: &Path, output: &Output) -> anyhow::Res
     let mut inputs = vec![model];
     inputs.extend(args.like.as_deref());
     data_file(&out, &[], &inputs)?;
-    let mut model = written::read(model)?;
+    let mut model = equations::read(model)?;
     model.inputs.iter_mut().for_each(|input| input.hold = input.hold.or(Some(Hold::Linear)));
     let list = match &args.like {
         Some(like) => records::records(&records::read(like, &model)?.data, &model, true)?,
@@ -99,7 +99,7 @@ pub(super) fn run(args: &Simulate, model: &Path, output: &Output) -> anyhow::Res
         inputs.chain(model.outputs.iter().map(|o| column(&o.name, o.unit))).collect();
     let samples = list.iter().map(|r| r.times.len()).sum();
     write_dataset(&Dataset::new(columns?, trajectories)?, &out)?;
-    let deviation = |(output, largest): (&augsim_written::model::Output, &f64)| Deviation {
+    let deviation = |(output, largest): (&augsim_equations::model::Output, &f64)| Deviation {
         output: output.name.clone(),
         largest: *largest,
         unit: unit_text(output.unit).trim().to_owned(),

@@ -1,0 +1,138 @@
+//! Contract: a calibration equals the least-squares solution over windows with initial states of their own,
+//! for any number of threads; it reports gauges, parameters at a bound, and why windows did not grow. The
+//! system is a drift `y = x0 + a t`: with one x0 per window the least-squares slope and its standard error
+//! have closed forms.
+
+use augsim_equations::{EquationSystem, model};
+use augsim_fit::{Calibration, calibrate, estimate_initial_state};
+use augsim_physics::system::{Record, System};
+
+fn drift_model(rate: &str, parameters: &str) -> String {
+    format!(
+        "scenario = \"system\"\n[states]\nx_m = {{ start = \"y_m\" }}\n[parameters]\n{parameters}\n[rates]\nx_m = \"{rate}\"\n\
+         [outputs]\ny_m = {{ value = \"x_m\", sd = \"estimate\" }}\n"
+    )
+}
+
+const SLOPE: &str = "a_m_s = { nominal = 0.0, min = -10.0, max = 10.0 }";
+
+/// A pseudo-random number in [-0.5, 0.5).
+fn pseudo_random(k: usize) -> f64 {
+    let x = (k as f64 * 12.9898 + 4.1).sin() * 43758.5453;
+    x - x.floor() - 0.5
+}
+
+fn record(y: impl Fn(f64, usize) -> f64) -> Record {
+    let times: Vec<f64> = (0..160).map(|k| 0.1 * k as f64).collect();
+    // Two windows share the sample at 7.9 s. Some tests let the data jump there, so it is not measured.
+    let values = times.iter().enumerate().map(|(k, t)| if k == 79 { f64::NAN } else { y(*t, k) }).collect();
+    Record { id: "1".into(), times, values: vec![values], ..Record::default() }
+}
+
+/// Calibrates on windows of 2 s, which grow to at most `longest_s`.
+fn calibrate_drift(text: &str, record: &Record, longest_s: Option<f64>) -> Calibration {
+    let model = model::parse(text, "drift.toml").unwrap_or_else(|e| panic!("{e}"));
+    let system = EquationSystem::declared_only(&model).expect("a system").with_windows(Some(2.0));
+    let mut record = record.clone();
+    system.prepare(&mut record, &[]).expect("a record");
+    calibrate(&system, &[record], longest_s).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn slope_and_standard_error_equal_least_squares_with_one_intercept_per_window() {
+    let record = record(|t, k| 0.7 * t + 0.2 * pseudo_random(k) + f64::from(u8::from(t > 7.9)));
+    let found = calibrate_drift(&drift_model("a_m_s", SLOPE), &record, Some(3.0));
+    let count = found.stages[0].windows;
+    assert_eq!((count, found.stages.len()), (8, 1));
+    // Neighbouring windows share one sample, as those of the calibration do.
+    let (mut covariance, mut variance) = (0.0, 0.0);
+    for window in 0..count {
+        let first = 159 * window / count;
+        let samples = first..=(159 * (window + 1) / count);
+        let measured: Vec<usize> = samples.filter(|k| *k != 79).collect();
+        let n = measured.len() as f64;
+        let t = measured.iter().map(|k| record.times[*k]).sum::<f64>() / n;
+        let y = measured.iter().map(|k| record.values[0][*k]).sum::<f64>() / n;
+        covariance +=
+            measured.iter().map(|k| (record.times[*k] - t) * (record.values[0][*k] - y)).sum::<f64>();
+        variance += measured.iter().map(|k| (record.times[*k] - t).powi(2)).sum::<f64>();
+    }
+    let slope = covariance / variance;
+    assert!((found.values[0] - slope).abs() < 2e-3, "{} and {slope}", found.values[0]);
+    let error = found.standard_errors[0].expect("fitted");
+    let expected = found.rms()[0] / variance.sqrt();
+    assert!((0.7..1.6).contains(&(error / expected)), "{error} and {expected}");
+}
+
+#[test]
+fn one_outlier_hardly_changes_the_estimate() {
+    let [clean, outlier] = [0.0, 40.0].map(|error| {
+        record(move |t, k| 0.7 * t + 0.2 * pseudo_random(k) + if k == 76 { error } else { 0.0 })
+    });
+    let [clean, outlier] =
+        [clean, outlier].map(|r| calibrate_drift(&drift_model("a_m_s", SLOPE), &r, None).values[0]);
+    // Without the robust cost the slope would change by 40 (7.6 - 6.9) / (160 * 21.3) = 8e-3.
+    assert!((clean - outlier).abs() < 1e-3, "{clean} and {outlier}");
+}
+
+#[test]
+fn parameters_that_act_only_as_a_product_are_a_gauge() {
+    let two =
+        "a = { nominal = 1.0, min = -10.0, max = 10.0 }\nb_m_s = { nominal = 0.5, min = -10.0, max = 10.0 }";
+    let found = calibrate_drift(
+        &drift_model("a * b_m_s", two),
+        &record(|t, k| 0.7 * t + 0.01 * pseudo_random(k)),
+        None,
+    );
+    assert_eq!(found.gauges.len(), 1);
+    assert_eq!((&found.gauges[0].parameters[..], found.gauges[0].combinations), (&[0, 1][..], 1));
+    assert!((found.values[0] * found.values[1] - 0.7).abs() < 1e-3);
+    assert!(calibrate_drift(&drift_model("a_m_s", SLOPE), &record(|t, _| t), None).gauges.is_empty());
+}
+
+#[test]
+fn parameters_stay_within_their_bounds() {
+    let bounded = "a_m_s = { nominal = 0.1, min = 0.0, max = 0.5 }";
+    let found = calibrate_drift(
+        &drift_model("a_m_s", bounded),
+        &record(|t, k| 0.7 * t + 0.01 * pseudo_random(k)),
+        None,
+    );
+    assert_eq!((found.values[0], found.at_bound[0]), (0.5, true));
+}
+
+#[test]
+fn windows_stop_growing_where_the_model_does_not_follow_the_data() {
+    // A jump of the level disturbs only the window that contains it: the others have initial states of their
+    // own.
+    let jump = record(|t, k| 0.7 * t + if t > 7.9 { 5.0 } else { 0.0 } + 1e-3 * pseudo_random(k));
+    let found = calibrate_drift(&drift_model("a_m_s", SLOPE), &jump, None);
+    assert_eq!(found.stages.last().map(|s| s.windows), Some(2), "{:?}", found.stages);
+    assert!(found.stopped.is_some() && (found.values[0] - 0.7).abs() < 1e-3);
+    let straight = record(|t, k| 0.7 * t + 1e-3 * pseudo_random(k));
+    let found = calibrate_drift(&drift_model("a_m_s", SLOPE), &straight, None);
+    assert_eq!((found.stopped, found.stages.last().map(|s| s.windows)), (None, Some(1)));
+}
+
+#[test]
+fn result_does_not_depend_on_the_number_of_threads() {
+    let record = record(|t, k| 0.7 * t + 0.2 * pseudo_random(k));
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| calibrate_drift(&drift_model("a_m_s", SLOPE), &record, None))
+    };
+    assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn initial_state_depends_on_the_first_samples_only() {
+    let text = drift_model("a_m_s", SLOPE);
+    let model = model::parse(&text, "drift.toml").unwrap_or_else(|e| panic!("{e}"));
+    let system = EquationSystem::declared_only(&model).expect("a system");
+    let mut data = record(|t, k| if k < 6 { 2.0 + 0.5 * t + [0.1, -0.1][k % 2] } else { 1e3 });
+    system.prepare(&mut data, &[]).expect("a record");
+    let start =
+        estimate_initial_state(&system, &data, 6, &[0.5], &[0.0], &[]).unwrap_or_else(|e| panic!("{e}"));
+    assert!((start.state[0] - 2.0).abs() < 1e-9, "{:?}", start.state);
+    assert!((start.rms[0] - 0.1).abs() < 1e-9, "{:?}", start.rms);
+}

@@ -1,0 +1,153 @@
+//! Prepares an equation model for discovery: calibration, and length of the shooting windows.
+
+use super::downsample::downsampled;
+use super::fit::{estimate_shared_starts, fit, gauge_finding, gauge_sentence, prepared};
+use super::{noise, records, unit_text};
+use crate::DataFrom;
+use augsim_data::Dataset;
+use augsim_discovery::{Discovery, Verdict};
+use augsim_equations::{CalibratedModel, EquationSystem, Model};
+use augsim_fit::Gauge;
+use augsim_physics::system::Record;
+
+/// Minimum number of windows over all records, if these are long enough.
+///
+/// With more windows, which would be shorter, the unmeasured initial states would add too many free values.
+const MIN_WINDOWS: f64 = 8.0;
+/// Maximum number of samples of a window in the search.
+///
+/// The engine simulates many windows in one pass of SIMD lanes, and a few long windows leave lanes unused.
+const MAX_WINDOW_SAMPLES: f64 = 500.0;
+
+/// Adds to a result the initial states shared by all trajectories and the noise of the augmented model.
+///
+/// # Errors
+/// The model cannot be simulated over the shortest windows.
+pub fn complete(found: &mut Discovery, file: &str, data: &Dataset) -> anyhow::Result<()> {
+    let mut model = augsim_equations::model::parse(&found.model_toml, file)?;
+    let records = records::records(data, &model, true)?;
+    estimate_shared_starts(&mut model, &records)?;
+    if found.verdict != Verdict::NotThisSystem {
+        // If the model diverges over a whole record, the noise is not estimated, but the findings remain
+        // valid.
+        match noise::find(&mut model, &records) {
+            Ok(noise) => {
+                found.notes.extend(noise.sentence());
+                found.noise_cause = Some(noise);
+            }
+            Err(error) => {
+                found
+                    .notes
+                    .push(format!("process noise and measurement noise could not be estimated: {error}"));
+            }
+        }
+    }
+    found.model_toml = model.to_toml()?;
+    Ok(())
+}
+
+/// A calibrated model with the data for the search.
+#[derive(Debug)]
+pub struct Against {
+    /// The declared model with its calibrated values.
+    pub declared: CalibratedModel,
+    /// The data in the columns of the model.
+    pub data: Dataset,
+    /// Notes for the user on what was fixed or downsampled, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Calibrates a model on data, and prepares both for the search for missing effects.
+///
+/// Data that are sampled more finely than needed are downsampled. `check` refuses invalid data before the
+/// fit.
+///
+/// # Errors
+/// A column is missing, `check` refuses the data, or the declared model cannot be simulated.
+pub fn measured(
+    model: &Model,
+    source: &DataFrom,
+    check: &dyn Fn(&Dataset) -> anyhow::Result<()>,
+) -> anyhow::Result<Against> {
+    let mut data = records::read(source, model)?.data;
+    check(&data)?;
+    let records = records::records(&data, model, true)?;
+    let fitted = fit(model, &records)?;
+    let gauges = &fitted.calibration.gauges;
+    if let Some((reduced, sentence)) = gauges.iter().find_map(|gauge| fix_gauge(model, gauge)) {
+        let mut calibrated = measured(&reduced, source, check)?;
+        calibrated.notes.insert(0, sentence);
+        return Ok(calibrated);
+    }
+    let mut notes: Vec<String> = gauges.iter().map(|gauge| gauge_sentence(model, gauge)).collect();
+    let stages = &fitted.calibration.stages;
+    let duration_s = |r: &Record| r.times.last().zip(r.times.first()).map_or(0.0, |(b, a)| b - a);
+    let step_s = records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min);
+    let longest_s =
+        (records.iter().map(duration_s).sum::<f64>() / MIN_WINDOWS).min(MAX_WINDOW_SAMPLES * step_s);
+    let chosen = stages.iter().rev().find(|stage| stage.window_s <= longest_s);
+    let window_s = chosen.or(stages.first()).map(|stage| stage.window_s);
+    let shortest_window_noise =
+        fitted.calibration.stages.first().map_or_else(Vec::new, |stage| stage.noise.clone());
+    // Scales, steps and smoothing widths come from a simulation with the calibrated values; the declared
+    // values stay unchanged.
+    let found = EquationSystem::declared_only(&fitted.model)?.with_windows(window_s);
+    let mut windows = prepared(&found, &records)?;
+    let mut found = found.tuned(&windows)?;
+    if let Some(downsampled) = downsampled(&found, &data, &windows)? {
+        notes.push(downsampled.sentence());
+        data = downsampled.data;
+        windows = prepared(&found, &records::records(&data, model, true)?)?;
+        found = found.tuned(&windows)?;
+    }
+    let mut declared = model.clone();
+    for (input, found) in declared.inputs.iter_mut().zip(&fitted.model.inputs) {
+        input.hold = found.hold;
+    }
+    let declared = found.measured(declared, &windows)?;
+    let declared = declared.calibrated(fitted.calibration.values, &shortest_window_noise);
+    Ok(Against { declared, data, notes })
+}
+
+/// Removes a gauge freedom: fixes its last parameter at the declared value.
+///
+/// `None` if more than one parameter would have to be fixed, which is left to the user, or if a single
+/// parameter has no effect.
+fn fix_gauge(model: &Model, gauge: &Gauge) -> Option<(Model, String)> {
+    let [_, .., last] = gauge.parameters[..] else { return None };
+    if gauge.combinations + 1 != gauge.parameters.len() {
+        return None;
+    }
+    let mut reduced = model.clone();
+    let p = reduced.parameters.get_mut(last)?;
+    p.frozen = true;
+    let (name, value, unit) = (p.name.clone(), p.nominal, unit_text(p.unit));
+    Some((reduced, format!("{}: `{name}` is fixed at {value}{unit}", gauge_finding(model, gauge))))
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: one parameter of a gauge is fixed if that makes the others identifiable; otherwise none is
+    //! fixed.
+    use super::*;
+
+    #[test]
+    fn one_parameter_is_fixed_if_the_gauge_has_one_degree_of_freedom() {
+        let text =
+            augsim_equations::EXAMPLES.iter().find(|(name, _)| *name == "tanks").expect("an example").1;
+        let model = augsim_equations::model::parse(text, "tanks.toml").expect("an example");
+        let free: Vec<usize> = (0..model.parameters.len()).filter(|i| !model.parameters[*i].frozen).collect();
+        let gauge =
+            |parameters: &[usize], combinations| Gauge { parameters: parameters.to_vec(), combinations };
+        let (reduced, sentence) = fix_gauge(&model, &gauge(&free[..2], 1)).expect("one is fixed");
+        let frozen = |i: &usize| reduced.parameters[*i].frozen;
+        assert!(!frozen(&free[0]) && frozen(&free[1]));
+        let name = &model.parameters[free[1]].name;
+        assert!(
+            sentence.contains("only one combination")
+                && sentence.contains(&format!(": `{name}` is fixed at "))
+        );
+        assert!(fix_gauge(&model, &gauge(&free[..3], 1)).is_none(), "two would have to be fixed");
+        assert!(fix_gauge(&model, &gauge(&free[..1], 0)).is_none(), "it has no effect");
+    }
+}

@@ -1,0 +1,190 @@
+//! Calibration of an equation model: input interpolation (hold), parameters, initial states.
+
+use augsim_equations::model::Hold;
+use augsim_equations::{EquationSystem, Model};
+use augsim_fit::{Calibration, Gauge, calibrate};
+use augsim_physics::model::NORMAL_95;
+use augsim_physics::system::{Record, System};
+
+/// Length of the shortest windows, in time constants of the fastest mode.
+const MIN_WINDOW_TIME_CONSTANTS: f64 = 2.0;
+/// Minimum number of samples of the shortest windows.
+///
+/// From fewer samples the initial states could not be estimated against the noise.
+const MIN_WINDOW_SAMPLES: f64 = 10.0;
+/// Maximum number of doublings of the shortest windows for the comparison of input interpolations.
+const HOLD_WINDOW_DOUBLINGS: i32 = 4;
+/// Relative difference of the residual above which another interpolation of the inputs is reported.
+pub const MIN_REPORTED_DIFFERENCE: f64 = 0.05;
+
+/// A calibrated model.
+#[derive(Debug)]
+pub struct Fitted {
+    /// The model with the calibrated values and the chosen input interpolation.
+    pub model: Model,
+    /// Values, errors and windows of the fit.
+    pub calibration: Calibration,
+    /// Residual norm of every interpolation that was tried, relative to the best.
+    pub holds: Vec<(Hold, f64)>,
+    /// Integration steps per sample interval.
+    pub substeps: usize,
+}
+
+/// Calibrates a model.
+///
+/// If the model does not declare the interpolation of its inputs, each is tried, and the one with the
+/// smallest residual over equal windows is chosen.
+///
+/// # Errors
+/// The declared model cannot be compiled, or cannot be simulated over the shortest windows.
+pub fn fit(model: &Model, records: &[Record]) -> anyhow::Result<Fitted> {
+    let (mut model, holds) = choose_hold(model, records)?;
+    let (calibration, substeps) = with_hold(&model, records, None)?;
+    write_values(&mut model, &calibration);
+    Ok(Fitted { model, calibration, holds, substeps })
+}
+
+/// Chooses the interpolation of the inputs with the smallest residual.
+///
+/// Residuals are compared over the longest windows that all candidates reached.
+///
+/// Returns the model with the best one, and the residual norm of each, relative to the best. The norm is the
+/// geometric mean of the RMS residuals of the outputs.
+fn choose_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Model, Vec<(Hold, f64)>)> {
+    if model.inputs.iter().all(|input| input.hold.is_some()) {
+        return Ok((model.clone(), Vec::new()));
+    }
+    let mut tried: Vec<(Hold, Model, Calibration)> = Vec::new();
+    for hold in [Hold::Zero, Hold::Linear, Hold::Spline] {
+        let mut model = model.clone();
+        model.inputs.iter_mut().for_each(|input| input.hold = input.hold.or(Some(hold)));
+        let (calibration, _) = with_hold(&model, records, Some(HOLD_WINDOW_DOUBLINGS))?;
+        tried.push((hold, model, calibration));
+    }
+    let stage = tried.iter().map(|(_, _, c)| c.stages.len()).min().unwrap_or(1).saturating_sub(1);
+    let outputs = model.outputs.len().max(1) as f64;
+    let log_residual = |c: &Calibration| c.stages[stage].rms.iter().map(|r| r.ln()).sum::<f64>() / outputs;
+    let smallest = tried.iter().map(|(_, _, c)| log_residual(c)).fold(f64::INFINITY, f64::min);
+    let holds = tried.iter().map(|(hold, _, c)| (*hold, (log_residual(c) - smallest).exp())).collect();
+    let best = tried.into_iter().min_by(|a, b| log_residual(&a.2).total_cmp(&log_residual(&b.2)));
+    Ok((best.map_or_else(|| model.clone(), |(_, model, _)| model), holds))
+}
+
+/// Calibrates a model whose inputs have an interpolation.
+///
+/// Also returns the integration steps per sample interval.
+///
+/// `doublings` bounds the length of the windows.
+fn with_hold(
+    model: &Model,
+    records: &[Record],
+    doublings: Option<i32>,
+) -> anyhow::Result<(Calibration, usize)> {
+    let system = EquationSystem::declared_only(model)?;
+    // Steps, smoothing widths and the fastest time constant are estimated over short windows all over the
+    // records.
+    let step = records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min);
+    let system = system.with_windows(Some(10.0 * MIN_WINDOW_SAMPLES * step));
+    let short_windows = prepared(&system, records)?;
+    let system = system.tuned(&short_windows)?;
+    let time_constant_s = system.fastest_time_constant_s(&short_windows).unwrap_or(0.0);
+    let window_s = (MIN_WINDOW_TIME_CONSTANTS * time_constant_s).max(MIN_WINDOW_SAMPLES * step);
+    let system = system.with_windows(Some(window_s));
+    let records = prepared(&system, records)?;
+    let longest_s = doublings.map(|n| window_s * 2.0_f64.powi(n));
+    Ok((calibrate(&system, &records, longest_s)?, system.options().substeps))
+}
+
+/// Copies of records, prepared by a system: cut into windows, with initial guesses.
+///
+/// # Errors
+/// A record cannot be prepared, e.g. because it has no samples.
+pub fn prepared(system: &EquationSystem, records: &[Record]) -> anyhow::Result<Vec<Record>> {
+    let mut records = records.to_vec();
+    let noise = vec![1.0; system.schema().channels.len()];
+    for record in &mut records {
+        system.prepare(record, &noise)?;
+    }
+    Ok(records)
+}
+
+/// Writes calibrated values, intervals and shared initial states into the model.
+fn write_values(model: &mut Model, calibration: &Calibration) {
+    let found = calibration.values.iter().zip(&calibration.standard_errors);
+    for (index, (p, (value, error))) in model.parameters.iter_mut().zip(found).enumerate() {
+        if p.frozen {
+            continue;
+        }
+        let in_gauge = calibration.gauges.iter().any(|g| g.parameters.contains(&index));
+        p.nominal = *value;
+        p.ci95 = error
+            .filter(|e| e.is_finite() && *e > 0.0 && !in_gauge && !calibration.at_bound[index])
+            .map(|error| [value - NORMAL_95 * error, value + NORMAL_95 * error])
+            // With noise-free data the interval may have zero width, which a model file cannot state.
+            .filter(|[low, high]| low < high);
+    }
+    write_shared_starts(model, calibration);
+}
+
+/// Writes the initial states shared by all trajectories into the model.
+///
+/// They are estimated with fixed parameters.
+///
+/// # Errors
+/// The model cannot be compiled, or cannot be simulated over the shortest windows.
+pub fn estimate_shared_starts(model: &mut Model, records: &[Record]) -> anyhow::Result<()> {
+    if model.states.iter().any(|s| s.shared) {
+        let mut frozen = model.clone();
+        frozen.parameters.iter_mut().for_each(|p| p.frozen = true);
+        write_shared_starts(model, &with_hold(&frozen, records, None)?.0);
+    }
+    Ok(())
+}
+
+fn write_shared_starts(model: &mut Model, calibration: &Calibration) {
+    for (index, state) in model.states.iter_mut().enumerate().filter(|(_, s)| s.shared) {
+        // Mean weighted by the inverse variance of each record's estimate.
+        let starts = calibration.starts.iter().filter_map(|(x, e)| Some((*x.get(index)?, *e.get(index)?)));
+        let known: Vec<(f64, f64)> = starts.filter(|(_, e)| *e > 0.0 && e.is_finite()).collect();
+        let weight: f64 = known.iter().map(|(_, e)| 1.0 / (e * e)).sum();
+        if weight > 0.0 {
+            let mean = known.iter().map(|(x, e)| x / (e * e)).sum::<f64>() / weight;
+            state.set_start(mean, (1.0 / weight).sqrt());
+        }
+    }
+}
+
+/// Sentence on parameters that are not identifiable individually, with the remedy.
+pub fn gauge_sentence(model: &Model, gauge: &Gauge) -> String {
+    let remedy = if gauge.parameters.len() == 1 { "freeze it" } else { "freeze one" };
+    format!("{}; {remedy}", gauge_finding(model, gauge))
+}
+
+/// Sentence on how many combinations of the parameters of a gauge are identifiable.
+pub(super) fn gauge_finding(model: &Model, gauge: &Gauge) -> String {
+    let names: Vec<String> = gauge
+        .parameters
+        .iter()
+        .filter_map(|p| model.parameters.get(*p))
+        .map(|p| format!("`{}`", p.name))
+        .collect();
+    let combinations = match gauge.combinations {
+        0 => "no combination".to_owned(),
+        1 => "only one combination".to_owned(),
+        2 => "only two combinations".to_owned(),
+        n => format!("only {n} combinations"),
+    };
+    let unmeasured: Vec<String> = model
+        .states
+        .iter()
+        .filter(|s| !s.start.tree.symbols().any(|x| matches!(x, augsim_equations::text::Symbol::Output(_))))
+        .map(|s| format!("`{}`", s.name))
+        .collect();
+    let scale = match &unmeasured[..] {
+        [] => String::new(),
+        [one] => format!(" (scale of the unmeasured state {one})"),
+        many => format!(" (scale of the unmeasured states {})", many.join(", ")),
+    };
+    let parameters = if names.len() == 1 { "parameter" } else { "parameters" };
+    format!("{parameters} {}: {combinations} can be identified{scale}", names.join(", "))
+}

@@ -1,0 +1,142 @@
+//! The `fit` command: calibration of an equation model, with its result in the format of `result.json`.
+
+use super::fit::{Fitted, fit, gauge_sentence};
+use super::{noise, records, unit_text};
+use crate::usage::ModelFault;
+use crate::{DataFrom, Subject, Usage};
+use augsim_discovery::NoiseCause;
+use augsim_equations::Model;
+use serde::Serialize;
+
+/// Result of `fit`.
+#[derive(Debug, Serialize)]
+pub struct Answer {
+    /// Version of the format.
+    pub schema: &'static str,
+    /// Declared parameters.
+    pub parameters: Vec<Parameter>,
+    /// Residual of each output over the longest windows.
+    pub rows: Vec<Row>,
+    /// Stages of the fit, shortest windows first.
+    pub windows: Vec<Stage>,
+    /// Why the windows were not made longer, if they did not reach the whole recording.
+    pub stopped: Option<&'static str>,
+    /// Sentences on parameters that are not identifiable individually.
+    pub gauges: Vec<String>,
+    /// Input interpolations that were tried.
+    pub holds: Vec<HoldTried>,
+    /// Integration steps per sample interval.
+    pub substeps: usize,
+    /// Process noise and measurement noise of the calibrated model.
+    pub noise: NoiseCause,
+    /// Columns of the data that the model does not use.
+    pub unnamed_columns: Vec<String>,
+}
+
+/// A declared parameter and its calibrated value.
+#[derive(Debug, Serialize)]
+pub struct Parameter {
+    /// Name.
+    pub name: String,
+    /// Unit; empty if dimensionless.
+    pub unit: String,
+    /// Value in the model file.
+    pub declared: f64,
+    /// Calibrated value.
+    pub value: f64,
+    /// 95 % interval.
+    pub ci95: Option<[f64; 2]>,
+    /// Whether it was fixed.
+    pub frozen: bool,
+    /// Whether the fit ended at one of its bounds.
+    pub at_bound: bool,
+}
+
+/// Residual of an output.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    /// Name of the output.
+    pub output: String,
+    /// RMS of the residual, in the unit of the output.
+    pub rmse: f64,
+    /// Unit; empty if dimensionless.
+    pub unit: String,
+}
+
+/// Fit with windows of one length.
+#[derive(Debug, Serialize)]
+pub struct Stage {
+    /// Length of the windows, s.
+    pub window_s: f64,
+    /// Number of windows.
+    pub windows: usize,
+    /// RMS of the residual of each output.
+    pub rmse: Vec<f64>,
+    /// Whether the fit converged.
+    pub converged: bool,
+}
+
+/// An input interpolation that was tried.
+#[derive(Debug, Serialize)]
+pub struct HoldTried {
+    /// Name of the interpolation: `zero`, `linear` or `spline`.
+    pub hold: &'static str,
+    /// Residual norm relative to the best.
+    pub misfit_of_best: f64,
+}
+
+/// Calibrates an equation model; returns the model with the calibrated values, and the result.
+///
+/// # Errors
+/// [`Usage`] for another kind of model; data that do not fit the model, or a model that cannot be simulated.
+pub fn calibrate(subject: &Subject, file: &str, data: &DataFrom) -> anyhow::Result<(Model, Answer)> {
+    let Subject::Equations(model) = subject else {
+        return Err(Usage::model(file, ModelFault::BuiltInFitted).into());
+    };
+    let measured = records::read(data, model)?;
+    let records = records::records(&measured.data, model, true)?;
+    let mut fitted = fit(model, &records)?;
+    let noise = noise::find(&mut fitted.model, &records)?;
+    let answer = answer(model, &fitted, noise, measured.unnamed);
+    Ok((fitted.model, answer))
+}
+
+fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns: Vec<String>) -> Answer {
+    let calibration = &fitted.calibration;
+    let parameter = |(index, p): (usize, &augsim_equations::model::Parameter)| Parameter {
+        name: p.name.clone(),
+        unit: unit_text(p.unit).trim().to_owned(),
+        declared: declared.parameters[index].nominal,
+        value: p.nominal,
+        ci95: p.ci95,
+        frozen: p.frozen,
+        at_bound: calibration.at_bound[index],
+    };
+    let row = |(output, rmse): (&augsim_equations::model::Output, &f64)| Row {
+        output: output.name.clone(),
+        rmse: *rmse,
+        unit: unit_text(output.unit).trim().to_owned(),
+    };
+    let stages = calibration.stages.iter().map(|s| Stage {
+        window_s: s.window_s,
+        windows: s.windows,
+        rmse: s.rms.clone(),
+        converged: s.converged,
+    });
+    Answer {
+        schema: "augsim.fit/1",
+        parameters: fitted.model.parameters.iter().enumerate().map(parameter).collect(),
+        rows: fitted.model.outputs.iter().zip(calibration.rms()).map(row).collect(),
+        windows: stages.collect(),
+        stopped: calibration.stopped,
+        gauges: calibration.gauges.iter().map(|g| gauge_sentence(&fitted.model, g)).collect(),
+        holds: fitted
+            .holds
+            .iter()
+            .map(|(hold, residual)| HoldTried { hold: hold.word(), misfit_of_best: *residual })
+            .collect(),
+        substeps: fitted.substeps,
+        noise,
+        unnamed_columns,
+    }
+}

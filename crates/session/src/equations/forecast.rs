@@ -1,0 +1,142 @@
+//! Free runs of an equation model from fitted initial states over whole records, and their errors.
+
+use super::fit::prepared;
+use augsim_equations::{EquationSystem, Model};
+use augsim_fit::estimate_initial_state;
+use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
+use serde::Serialize;
+
+/// Prediction horizons of the error table, s; the whole record is added.
+const HORIZONS_S: [f64; 3] = [0.1, 0.5, 2.0];
+
+/// A record with the predicted outputs at its samples.
+#[derive(Debug)]
+pub struct FreeRun {
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// Measured values, `[output][sample]`.
+    pub measured: Vec<Vec<f64>>,
+    /// Predicted values, `[output][sample]`.
+    pub foretold: Vec<Vec<f64>>,
+    /// Index of the first sample that was not used to fit the initial state.
+    pub first: usize,
+}
+
+/// Errors of an output.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    /// Name of the output.
+    pub output: String,
+    /// Root mean square error over all samples after the burn-in.
+    pub rmse: f64,
+    /// Unit.
+    pub unit: String,
+    /// Errors up to several times after the burn-in.
+    pub horizons: Vec<Horizon>,
+    /// Coefficient of determination: share of the variance that is explained.
+    pub r2: f64,
+    /// Number of samples compared.
+    pub samples: usize,
+}
+
+/// Error up to a horizon.
+#[derive(Debug, Serialize)]
+pub struct Horizon {
+    /// Seconds after the burn-in.
+    pub horizon_s: f64,
+    /// Root mean square error.
+    pub rmse: f64,
+}
+
+/// Free runs of all records, with initial states fitted to the first `burn_in` samples.
+///
+/// # Errors
+/// A record cannot be simulated.
+pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::Result<Vec<FreeRun>> {
+    let system = EquationSystem::declared_only(model)?;
+    let records = prepared(&system, records)?;
+    let system = system.tuned(&records)?;
+    let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
+    let mut runs = Vec::with_capacity(records.len());
+    for record in &records {
+        let mut early = record.clone();
+        // Later samples are removed first, since the initial guess of `prepare` must not use them either.
+        early.values.iter_mut().for_each(|v| v.iter_mut().skip(burn_in.max(1)).for_each(|x| *x = f64::NAN));
+        system.prepare(&mut early, &[])?;
+        let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
+        let sd: Vec<Option<f64>> = model.outputs.iter().map(|o| o.sd).collect();
+        let begun = estimate_initial_state(&system, &early, burn_in, &values, &from, &sd)?;
+        let task = Task {
+            parameters: &values,
+            record,
+            window: 0..record.times.len(),
+            start: &begun.state,
+            offsets: Offsets::None,
+            seeds: &[],
+        };
+        let mut out = Simulated::default();
+        system.simulate(&task, &mut out)?;
+        let read = |o: usize, k: usize| read_by_sensor(&model.outputs[o], out.value(k, o));
+        let outputs = 0..model.outputs.len();
+        let foretold = outputs.map(|o| (0..out.samples()).map(|k| read(o, k)).collect()).collect();
+        runs.push(FreeRun {
+            times: record.times.clone(),
+            measured: record.values.clone(),
+            foretold,
+            first: burn_in.min(record.times.len()),
+        });
+    }
+    Ok(runs)
+}
+
+/// Clips a value to the range of an output's sensor.
+pub fn read_by_sensor(output: &augsim_equations::model::Output, value: f64) -> f64 {
+    match output.range {
+        Some([low, high]) => value.clamp(low, high),
+        None => value,
+    }
+}
+
+/// RMSE, horizons and R² of all outputs.
+pub fn rows(model: &Model, runs: &[FreeRun]) -> Vec<Row> {
+    let row = |(index, output): (usize, &augsim_equations::model::Output)| {
+        let squares_until = |horizon_s: f64| {
+            let mut sum = 0.0;
+            let mut count = 0_usize;
+            for run in runs {
+                let begin = run.times.get(run.first).copied().unwrap_or(f64::INFINITY);
+                for k in run.first..run.times.len() {
+                    let error = output.error(run.measured[index][k], run.foretold[index][k]);
+                    if error.is_finite() && run.times[k] - begin <= horizon_s {
+                        sum += error * error;
+                        count += 1;
+                    }
+                }
+            }
+            (sum, count)
+        };
+        let rmse = |(sum, count): (f64, usize)| (sum / count.max(1) as f64).sqrt();
+        let (sum, count) = squares_until(f64::INFINITY);
+        let measured = || {
+            let after_burn_in = |run: &FreeRun| run.measured[index][run.first..].to_vec();
+            runs.iter().flat_map(after_burn_in).filter(|v| v.is_finite())
+        };
+        let mean = measured().sum::<f64>() / count.max(1) as f64;
+        let variance: f64 = measured().map(|v| (v - mean) * (v - mean)).sum();
+        let longest =
+            runs.iter().filter_map(|r| Some(r.times.last()? - r.times.get(r.first)?)).fold(0.0, f64::max);
+        // Horizons of fewer than four samples are left out: over these even a wrong model has a small error.
+        let steps = runs.iter().filter_map(|r| Some(r.times.get(r.first + 1)? - r.times.get(r.first)?));
+        let step = steps.fold(0.0, f64::max);
+        let horizons = HORIZONS_S.into_iter().filter(|h| *h < longest && *h >= 4.0 * step);
+        Row {
+            output: output.name.clone(),
+            rmse: rmse((sum, count)),
+            unit: output.unit.map_or_else(String::new, |u| u.symbol()),
+            horizons: horizons.map(|h| Horizon { horizon_s: h, rmse: rmse(squares_until(h)) }).collect(),
+            r2: 1.0 - sum / variance,
+            samples: count,
+        }
+    };
+    model.outputs.iter().enumerate().map(row).collect()
+}

@@ -1,0 +1,177 @@
+//! Figures in the report on an equation model: free runs and curves of the added effects.
+
+use super::fit::prepared;
+use super::forecast::{FreeRun, free_runs};
+use super::records;
+use crate::discovery_page::{EffectCurve, Example};
+use crate::{DataFrom, Subject};
+use augsim_data::Dataset;
+use augsim_discovery::Discovery;
+use augsim_equations::library::curves;
+use augsim_equations::{EquationSystem, Model};
+use augsim_physics::system::{Record, typical_step};
+
+/// Maximum number of plotted points of a curve.
+const MAX_POINTS: usize = 600;
+/// Number of first samples that the initial states of the free runs are fitted to.
+const BURN_IN: usize = 20;
+/// Maximum RMS error of linear interpolation between plotted points.
+///
+/// Relative to the standard deviation of the curve.
+const MAX_INTERPOLATION_ERROR: f64 = 0.02;
+/// Samples of the windows from which the scales of quantities are estimated.
+const WINDOW_SAMPLES: usize = 400;
+/// Maximum number of plotted records.
+const MAX_RECORDS: usize = 2;
+
+/// Figures for the page.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Pictures {
+    /// Records with the free runs of both models.
+    pub examples: Vec<Example>,
+    /// Added effects as curves.
+    pub laws: Vec<EffectCurve>,
+}
+
+/// The figures of a discovery on `data`; empty for a built-in scenario, or if a model cannot be simulated.
+pub fn pictures(subject: &Subject, found: &Discovery, data: &DataFrom) -> Pictures {
+    match subject {
+        Subject::BuiltIn(_) => Pictures::default(),
+        Subject::Equations(model) => records::read(data, model)
+            .and_then(|measured| draw(model, found, &measured.data))
+            .unwrap_or_default(),
+    }
+}
+
+fn draw(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<Pictures> {
+    let augmented = augsim_equations::model::parse(&found.model_toml, &declared.file)?;
+    let mut calibrated = declared.clone();
+    for (input, chosen) in calibrated.inputs.iter_mut().zip(&augmented.inputs) {
+        input.hold = chosen.hold;
+    }
+    for p in &mut calibrated.parameters {
+        if let Some(estimate) = found.calibrated.get(&p.name) {
+            p.nominal = estimate.value;
+        }
+    }
+    let mut list: Vec<Record> = records::records(data, declared, false)?;
+    list.truncate(MAX_RECORDS);
+    let laws = laws(&augmented, &list)?;
+    let (before, after) = match runs(&calibrated, &augmented, &list) {
+        Ok(runs) => runs,
+        Err(_) => {
+            // A model that diverges later may still be simulated over the beginning.
+            for record in &mut list {
+                record.times.truncate(MAX_POINTS);
+                record.values.iter_mut().for_each(|v| v.truncate(MAX_POINTS));
+            }
+            runs(&calibrated, &augmented, &list)?
+        }
+    };
+    let mut examples = Vec::new();
+    for (index, (record, before)) in list.iter().zip(&before).enumerate() {
+        let predictions =
+            before.foretold.iter().chain(after.get(index).into_iter().flat_map(|run| &run.foretold));
+        let stride = stride(&predictions.map(Vec::as_slice).collect::<Vec<_>>());
+        let thinned =
+            |values: &[f64]| values.iter().copied().step_by(stride).take(MAX_POINTS).collect::<Vec<_>>();
+        for (output, column) in declared.outputs.iter().enumerate() {
+            let predicted = |run: &FreeRun| thinned(&run.foretold[output]);
+            examples.push(Example {
+                trajectory: format!("trajectory {}", record.id),
+                channel: column.name.clone(),
+                unit: super::unit_text(column.unit).trim().to_owned(),
+                t_s: thinned(&before.times),
+                measured: thinned(&before.measured[output]),
+                before: predicted(before),
+                after: after.get(index).map_or_else(Vec::new, predicted),
+                ..Example::default()
+            });
+        }
+    }
+    Ok(Pictures { examples, laws })
+}
+
+/// Free runs of the calibrated and of the augmented model; the latter are empty if no effect was added.
+fn runs(
+    calibrated: &Model,
+    augmented: &Model,
+    list: &[Record],
+) -> anyhow::Result<(Vec<FreeRun>, Vec<FreeRun>)> {
+    let is_same = augmented.additions.is_empty();
+    let after = if is_same { Vec::new() } else { free_runs(augmented, list, BURN_IN)? };
+    Ok((free_runs(calibrated, list, BURN_IN)?, after))
+}
+
+/// The largest stride, in samples, at which linear interpolation still represents all series.
+///
+/// It is at most the stride with which [`MAX_POINTS`] points reach the end of the series.
+fn stride(outputs: &[&[f64]]) -> usize {
+    let samples = outputs.first().map_or(0, |values| values.len());
+    let is_accurate = |stride: &usize| outputs.iter().all(|values| is_represented(values, *stride));
+    let longest = samples.div_ceil(MAX_POINTS).max(1);
+    (1..=longest).rev().find(is_accurate).unwrap_or(1)
+}
+
+/// Whether every `stride`-th sample, linearly interpolated, represents the plotted part of a series.
+fn is_represented(values: &[f64], stride: usize) -> bool {
+    let plotted = &values[..values.len().min(MAX_POINTS * stride)];
+    let mean = plotted.iter().sum::<f64>() / plotted.len().max(1) as f64;
+    let (mut error_squares, mut deviation_squares) = (0.0, 0.0);
+    for piece in plotted.windows(stride + 1).step_by(stride) {
+        for (k, value) in piece.iter().enumerate() {
+            let line = piece[0] + (piece[stride] - piece[0]) * k as f64 / stride as f64;
+            error_squares += (value - line).powi(2);
+            deviation_squares += (value - mean).powi(2);
+        }
+    }
+    error_squares <= MAX_INTERPOLATION_ERROR * MAX_INTERPOLATION_ERROR * deviation_squares
+}
+
+/// Curves of the added effects, over the range of their arguments in the records.
+fn laws(augmented: &Model, list: &[Record]) -> anyhow::Result<Vec<EffectCurve>> {
+    if augmented.additions.is_empty() {
+        return Ok(Vec::new());
+    }
+    let window_s = list.first().map(|record| WINDOW_SAMPLES as f64 * typical_step(&record.times));
+    let system = EquationSystem::declared_only(augmented)?.with_windows(window_s);
+    let windows = prepared(&system, list)?;
+    let scales = system.tuned(&windows)?.scales(&windows);
+    let curves = curves(augmented, &scales).into_iter().map(|curve| EffectCurve {
+        title: curve.kind,
+        adds: curve.target,
+        unit: curve.unit,
+        of: curve.of.0,
+        of_unit: curve.of.1,
+        x: curve.x,
+        y: curve.y,
+    });
+    Ok(curves.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: plotted points are as far apart as linear interpolation allows, and no farther than needed
+    //! to reach the end.
+    use super::*;
+
+    fn wave(samples: usize, period: f64) -> Vec<f64> {
+        (0..samples).map(|k| (std::f64::consts::TAU * k as f64 / period).sin()).collect()
+    }
+
+    #[test]
+    fn slow_curves_are_plotted_to_the_end_and_fast_ones_with_a_shorter_stride() {
+        assert_eq!(stride(&[&wave(500, 100.0)]), 1, "all of it fits");
+        assert_eq!(stride(&[&wave(24_000, 5_000.0)]), 40, "to the end");
+        let fast = stride(&[&wave(24_000, 40.0)]);
+        assert!((2..8).contains(&fast), "{fast} samples apart");
+        assert_eq!(stride(&[&wave(24_000, 5_000.0), &wave(24_000, 40.0)]), fast, "all outputs");
+    }
+
+    #[test]
+    fn diverging_curves_are_plotted_at_their_beginning() {
+        let mut values = wave(24_000, 5_000.0);
+        values[2_000..].fill(f64::NAN);
+        assert!(stride(&[&values]) <= 3);
+    }
+}

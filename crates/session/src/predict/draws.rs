@@ -1,0 +1,112 @@
+//! Draws of the outputs of a record by a model or a net, and the prediction bands computed from them.
+
+use augsim_discovery::{
+    PREDICTION_LEVELS, PredictedChannel, PredictedRecord, PredictionError, PredictionSet,
+};
+use augsim_equations::Model;
+use augsim_physics::system::Record;
+
+/// Draws of a record from an initial state fitted to its first samples.
+#[derive(Debug)]
+pub struct Drawn {
+    /// Name in the data.
+    pub id: String,
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// Measured values, `[output][sample]`.
+    pub measured: Vec<Vec<f64>>,
+    /// Number of first samples that the initial state was fitted to.
+    pub known: usize,
+    /// Prediction without noise, `[output][sample]`.
+    pub forecast: Vec<Vec<f64>>,
+    /// Draws with measurement noise, `[output][sample][draw]`, sorted; non-finite draws are dropped.
+    pub draws: Vec<Vec<Vec<f64>>>,
+    /// Standard deviation of the measurement noise of each output.
+    pub noise: Vec<f64>,
+}
+
+impl Drawn {
+    /// Draws of a record; sorts them.
+    pub fn new(
+        record: &Record,
+        known: usize,
+        forecast: Vec<Vec<f64>>,
+        mut draws: Vec<Vec<Vec<f64>>>,
+        noise: Vec<f64>,
+    ) -> Self {
+        draws.iter_mut().flatten().for_each(|list| list.sort_by(f64::total_cmp));
+        let (id, times, measured) = (record.id.clone(), record.times.clone(), record.values.clone());
+        Drawn { id, times, measured, known, forecast, draws, noise }
+    }
+
+    fn channel(&self, name: &str, o: usize) -> PredictedChannel {
+        let mut mean = Vec::new();
+        let mut quantiles: [Vec<f64>; PREDICTION_LEVELS.len()] = Default::default();
+        for list in &self.draws[o] {
+            mean.push(list.iter().sum::<f64>() / list.len() as f64);
+            for (quantile, level) in quantiles.iter_mut().zip(PREDICTION_LEVELS) {
+                quantile.push(augsim_discovery::quantile_of_draws(list, level));
+            }
+        }
+        PredictedChannel {
+            column: name.to_owned(),
+            measured: self.measured[o].clone(),
+            forecast: self.forecast[o].clone(),
+            mean,
+            quantiles,
+        }
+    }
+}
+
+/// Predictions with bands, and errors, of all records; `seed` is that of the bootstrap of the errors.
+pub(super) fn prediction_set(model: &Model, list: &[Drawn], seed: u64) -> PredictionSet {
+    let records: Vec<PredictedRecord> = list
+        .iter()
+        .map(|drawn| PredictedRecord {
+            id: drawn.id.clone(),
+            times: drawn.times.clone(),
+            known: drawn.known,
+            channels: model
+                .outputs
+                .iter()
+                .enumerate()
+                .map(|(o, output)| drawn.channel(&output.name, o))
+                .collect(),
+        })
+        .collect();
+    let outputs = model.outputs.iter().enumerate();
+    let (errors, mut squares): (Vec<_>, Vec<_>) =
+        outputs.map(|(o, _)| error(model, o, &records, seed)).unzip();
+    let squares = if squares.is_empty() { Vec::new() } else { squares.swap_remove(0) };
+    let mean_noise =
+        |o: usize| list.iter().map(|drawn| drawn.noise[o]).sum::<f64>() / list.len().max(1) as f64;
+    let noise_sd = (0..model.outputs.len()).map(mean_noise).collect();
+    let start = "the first samples of each trajectory (--burn-in)".to_owned();
+    PredictionSet { records, errors, squares, noise_sd, start }
+}
+
+/// RMSE of an output after the burn-in, and sum and number of squared errors of each record.
+fn error(
+    model: &Model,
+    o: usize,
+    records: &[PredictedRecord],
+    seed: u64,
+) -> (PredictionError, Vec<(f64, f64)>) {
+    let output = &model.outputs[o];
+    let mut squares = Vec::new();
+    for r in records {
+        let c = &r.channels[o];
+        let (mut sum, mut count) = (0.0, 0.0);
+        for k in (r.known..r.times.len()).filter(|&k| c.measured[k].is_finite()) {
+            let error = output.error(c.measured[k], c.forecast[k]);
+            sum += error * error;
+            count += 1.0;
+        }
+        squares.push((sum, count));
+    }
+    let ci95 = augsim_discovery::rmse_interval(&squares, seed);
+    let (sum, count) = squares.iter().fold((0.0, 0.0), |a, s| (a.0 + s.0, a.1 + s.1));
+    let unit = output.unit.map_or_else(String::new, |u| u.symbol());
+    let rmse = (sum / f64::max(count, 1.0)).sqrt();
+    (PredictionError { measure: output.name.clone(), unit, rmse, ci95 }, squares)
+}

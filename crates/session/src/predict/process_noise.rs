@@ -1,0 +1,64 @@
+//! Simulation of process noise as drawn inputs that are added to the rates.
+//!
+//! The noise is an Ornstein-Uhlenbeck process with standard deviation s and correlation time T, sampled
+//! exactly at the times of the record (Gillespie, Physical Review E 54, 1996):
+//!
+//! 1. w(t + h) = a w(t) + s sqrt(1 - a^2) n, with a = exp(-h / T) and n standard normal; a = 0 for T = 0.
+
+use augsim_equations::model::RateNoise;
+use augsim_equations::{EquationSystem, ModelError};
+use augsim_physics::system::{Record, Stream};
+use std::sync::Arc;
+
+/// A system with additional inputs for process noise, and the parameters of the noise.
+pub(super) struct ProcessNoise {
+    pub system: EquationSystem,
+    /// One process for each additional input.
+    processes: Vec<RateNoise>,
+}
+
+impl ProcessNoise {
+    /// Adds the noise inputs to a system; `None` if the model has no process noise.
+    ///
+    /// # Errors
+    /// [`ModelError`]: the model does not compile.
+    pub fn on(system: &EquationSystem) -> Result<Option<Self>, ModelError> {
+        let processes = system.shaken();
+        if processes.is_empty() {
+            return Ok(None);
+        }
+        Ok(Some(ProcessNoise { system: system.with_process_noise_inputs()?, processes }))
+    }
+
+    /// A copy of the record with drawn noise inputs.
+    ///
+    /// No noise is drawn within the first `known` samples, to which the initial state was fitted.
+    pub fn drawn(&self, record: &Record, known: usize, normal: &mut dyn FnMut() -> f64) -> Record {
+        let first = known.saturating_sub(1);
+        let draw = |process: &RateNoise| {
+            let mut current = process.sd * normal();
+            let mut values = vec![0.0; record.times.len()];
+            for (k, value) in values.iter_mut().enumerate().skip(first) {
+                *value = current;
+                let step_s = record.times.get(k + 1).map_or(0.0, |next| next - record.times[k]);
+                current = next_value(current, process.sd, process.memory_s, step_s, normal);
+            }
+            Stream { times: record.times.clone(), values: vec![values] }
+        };
+        let noise = self.processes.iter().map(draw).collect::<Vec<_>>();
+        let inputs: Arc<[Stream]> = record.inputs.iter().cloned().chain(noise).collect();
+        Record { inputs, ..record.clone() }
+    }
+}
+
+/// Draws the next value of the process, equation 1, `step_s` seconds after `current`.
+pub(super) fn next_value(
+    current: f64,
+    sd: f64,
+    correlation_time_s: f64,
+    step_s: f64,
+    normal: &mut dyn FnMut() -> f64,
+) -> f64 {
+    let decay = if correlation_time_s > 0.0 { (-step_s / correlation_time_s).exp() } else { 0.0 };
+    decay * current + sd * (1.0 - decay * decay).sqrt() * normal()
+}
