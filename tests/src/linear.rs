@@ -10,7 +10,7 @@
 
 use augsim_physics::model::Parameter;
 use augsim_physics::system::{
-    Begin, Channel, Effect, EffectParameter, EventSchema, Law, Measure, Offsets, Quantity, Schema, Seed,
+    InitialValue, Channel, Effect, EffectParameter, EventSchema, Law, ErrorFigure, Offsets, Quantity, Schema, Seed,
     Simulated, SimulationError, State, System, SystemError, Task,
 };
 use std::sync::Arc;
@@ -34,22 +34,22 @@ impl Linear {
         let schema = Schema {
             system: "linear".into(),
             record: ["record".into(), "records".into()],
-            states: vec![State { quantity: Quantity::new("level", "m"), begin: Begin::Free }],
+            states: vec![State { quantity: Quantity::new("level", "m"), initial: InitialValue::Free }],
             channels: vec![Channel { column: "y_m".into(), unit: "m".into(), ..Channel::default() }],
             covariates: vec![Quantity::new("x", "")],
             features: vec![Quantity::new("time", "s")],
-            measures: vec![Measure {
+            error_figures: vec![ErrorFigure {
                 name: "y".into(),
                 channels: vec![0],
                 unit: ("mm".into(), 1e3),
-                length: false,
+                is_euclidean: false,
             }],
             event: Some(EventSchema {
                 words: ["step".into(), "steps".into()],
                 parameter: 0,
                 scatter: scatter(),
                 declared: None,
-                strength: None,
+                periodic_scale_feature: None,
             }),
             ..Schema::default()
         };
@@ -115,7 +115,7 @@ impl System for Linear {
         &self.library
     }
 
-    fn laws(&self) -> &[Law] {
+    fn terms(&self) -> &[Law] {
         &self.laws
     }
 

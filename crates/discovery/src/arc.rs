@@ -49,7 +49,7 @@ impl Arc {
             linked: samples
                 .iter()
                 .enumerate()
-                .map(|(i, &k)| i > 0 && data.data.follows(samples[i - 1], k))
+                .map(|(i, &k)| i > 0 && data.data.is_correlated_with(samples[i - 1], k))
                 .collect(),
             place: (record, samples),
         };

@@ -160,7 +160,7 @@ fn withdraw_unsupported(
     let changes_predictions = |a: &Addition| !matches!(a, Addition::Scatter(_));
     let adds = searched.found.sets[judged.best].additions().iter().any(changes_predictions);
     let table = errors.lists.first(schema, 0, 0.0);
-    match judge::doubt_from_errors(&table, prepared.spread(), adds, schema.decides()) {
+    match judge::doubt_from_errors(&table, prepared.spread(), adds, schema.primary_unit()) {
         Some(Doubt::NotThisSystem(why)) => {
             withdraw_findings(judged, Verdict::NotThisSystem);
             judged.doubt = Some(why);

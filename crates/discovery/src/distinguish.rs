@@ -31,7 +31,7 @@ pub(crate) fn separation(sample: &ChosenRecords<'_>, noise: &[f64], a: &Fit, b: 
     let mut steps: Vec<f64> = times.flat_map(|t| t.windows(2).map(|w| w[1] - w[0])).collect();
     let step = median(&mut steps).max(1e-4);
     let records: Vec<_> = sample.records().map(|r| &r.data).collect();
-    let designs = sample.data.system.designs(&records, step);
+    let designs = sample.data.system.candidate_experiments(&records, step);
     let mut best = Separation { design: String::new(), records: f64::INFINITY, among: designs.words };
     for design in designs.list {
         let distance = |truth, other| distance(sample, noise, &design, truth, other);

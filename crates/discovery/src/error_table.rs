@@ -4,7 +4,7 @@ use crate::fit::{ChosenRecords, Fit};
 use crate::forecast::{self, Errors, ForecastSpan};
 use crate::hypothesis::Hypothesis;
 use crate::result::{ErrorTable, FreeRun, Horizon, HorizonErrors, Rmse};
-use augsim_physics::system::{Measure, Schema, System};
+use augsim_physics::system::{ErrorFigure, Schema, System};
 use std::collections::BTreeMap;
 
 /// Minimum number of predictions for a horizon.
@@ -129,11 +129,11 @@ impl ForecastErrors {
 
     /// Tables of the other measures by name, in their display units.
     pub fn others(&self, schema: &Schema, seed: u64, heldout_gain: f64) -> BTreeMap<String, ErrorTable> {
-        let table = |(i, measure): (usize, &Measure)| {
+        let table = |(i, measure): (usize, &ErrorFigure)| {
             let (unit, scale) = &measure.unit;
             (measure.name.clone(), self.table(i, *scale, unit, seed, heldout_gain))
         };
-        schema.measures.iter().enumerate().skip(1).map(table).collect()
+        schema.error_figures.iter().enumerate().skip(1).map(table).collect()
     }
 
     fn table(&self, measure: usize, scale: f64, unit: &str, seed: u64, heldout_gain: f64) -> ErrorTable {
@@ -158,7 +158,7 @@ impl ForecastErrors {
     pub fn horizons(&self, schema: &Schema, seed: u64) -> Vec<Horizon> {
         let horizons =
             schema.horizons_s.iter().zip(&self.ends).filter(|(_, f)| f.records.len() >= MIN_PREDICTIONS);
-        let errors = |f: &Forecasts, i: usize, measure: &Measure| {
+        let errors = |f: &Forecasts, i: usize, measure: &ErrorFigure| {
             let (unit, scale) = &measure.unit;
             let [declared, calibrated, augmented] = [0, 1, 2].map(|model| f.row(model, i, *scale, seed));
             let reduction = f.reduction(i, *scale, seed);
@@ -169,7 +169,7 @@ impl ForecastErrors {
                 horizon_s,
                 forecasts: f.records.len(),
                 errors: schema
-                    .measures
+                    .error_figures
                     .iter()
                     .enumerate()
                     .map(|(i, measure)| (measure.name.clone(), errors(f, i, measure)))
@@ -193,7 +193,7 @@ impl FreeRun {
 
 /// Unit and channels of the deciding measure, the first of the schema.
 pub(crate) fn deciding_measure(schema: &Schema) -> (String, Vec<usize>) {
-    let channels = schema.measures.first().map_or(Vec::new(), |m| m.channels.clone());
+    let channels = schema.error_figures.first().map_or(Vec::new(), |m| m.channels.clone());
     let first = channels.first().and_then(|&c| schema.channels.get(c));
     (first.map_or(String::new(), |c| c.unit.clone()), channels)
 }

@@ -10,7 +10,7 @@ use crate::record::{Record, RecordWindow};
 use crate::statistics::median;
 use augsim_physics::model::Per;
 use augsim_physics::system::{
-    Begin, Event, Offsets, ScatterPer, Seed, Simulated, SimulationError, System, Task,
+    InitialValue, Event, Offsets, ScatterPer, Seed, Simulated, SimulationError, System, Task,
 };
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -128,8 +128,8 @@ impl<'a> Point<'a> {
         for (&index, &value) in lanes.local.iter().zip(&nuisance[lanes.start.len()..]) {
             values[index] = value;
         }
-        let begins = system.schema().states.iter().map(|state| match state.begin {
-            Begin::Fixed(value) => value,
+        let begins = system.schema().states.iter().map(|state| match state.initial {
+            InitialValue::Fixed(value) => value,
             _ => 0.0,
         });
         let mut start: Vec<f64> = begins.collect();
@@ -457,7 +457,7 @@ fn for_each_whitened<D: AsMut<[f64]> + Clone>(
     let mut previous: Option<(usize, f64)> = None;
     for k in window.window.samples.clone().filter(|&k| record.weight[c][k] != 0.0) {
         let plain = residual(k, row);
-        match previous.filter(|p| correlation != 0.0 && record.data.follows(p.0, k)) {
+        match previous.filter(|p| correlation != 0.0 && record.data.is_correlated_with(p.0, k)) {
             None => each(plain, row),
             Some((_, before)) => {
                 let rows = row.as_mut().iter().zip(row_before.as_mut().iter());
@@ -512,8 +512,8 @@ pub(crate) fn nuisance_priors(point: &Point<'_>, lanes: &Lanes, window: RecordWi
     // A prior of the initial state applies only to the beginning of the motion.
     let begins = window.window.samples.start == 0 && !window.record.data.is_mid_motion;
     let states = &point.system.schema().states;
-    let start = |&state: &usize| match states[state].begin {
-        Begin::Prior(mean, sd) if begins => (mean, sd.powi(-2)),
+    let start = |&state: &usize| match states[state].initial {
+        InitialValue::Prior(mean, sd) if begins => (mean, sd.powi(-2)),
         _ => (0.0, 0.0),
     };
     let starts = lanes.start.iter().map(start);

@@ -53,7 +53,7 @@ pub(crate) fn examples(
         let (first, length) = (piece.samples.start, piece.samples.len());
         let step = stride(length);
         let shown = || (0..length).step_by(step);
-        let known = if first == 0 { record.data.known } else { 1 };
+        let known = if first == 0 { record.data.initial_sample_count } else { 1 };
         let times_s: Vec<f64> = shown().map(|k| record.data.times[first + k]).collect();
         let values = best.hypothesis.values_at(&best.theta, record.data.group);
         let scene = best.hypothesis.system.scene(&record.data, &times_s, &values);

@@ -12,7 +12,7 @@ use augsim_data::random_stream;
 use augsim_physics::model::Per;
 use augsim_physics::system::Record as SystemRecord;
 use augsim_physics::system::{
-    Begin, Measure, ScatterPer, Simulated, State, Window, split_by_duration, spread,
+    InitialValue, ErrorFigure, ScatterPer, Simulated, State, Window, split_by_duration, channel_sd,
 };
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
@@ -142,12 +142,12 @@ pub(crate) fn predictor(training: &Fit) -> Hypothesis {
 
 /// Measured part of the state at a sample, from which a prediction within a record starts.
 fn measured_at(data: &Measured, record: &Record, sample: usize) -> Vec<f64> {
-    let measured = |state: &State| match state.begin {
-        Begin::Measured(channel) => {
+    let measured = |state: &State| match state.initial {
+        InitialValue::Measured(channel) => {
             record.data.values[channel][sample..].iter().copied().find(|v| v.is_finite()).unwrap_or(0.0)
         }
-        Begin::Fixed(value) | Begin::Prior(value, _) => value,
-        Begin::Free => 0.0,
+        InitialValue::Fixed(value) | InitialValue::Prior(value, _) => value,
+        InitialValue::Free => 0.0,
     };
     data.system.schema().states.iter().map(measured).collect()
 }
@@ -155,7 +155,7 @@ fn measured_at(data: &Measured, record: &Record, sample: usize) -> Vec<f64> {
 /// The samples of a record that a prediction starts from, as a record of one window.
 pub(crate) fn beginning(record: &Record) -> Record {
     let start = record.data.windows.first().map_or_else(Vec::new, |w| w.start.clone());
-    cut_to(record, 0..record.data.known, start)
+    cut_to(record, 0..record.data.initial_sample_count, start)
 }
 
 /// The samples of a record that a prediction from sample `first` on starts from.
@@ -177,7 +177,7 @@ fn cut_to(record: &Record, known: Range<usize>, start: Vec<f64>) -> Record {
             values: data.values.iter().map(until).collect(),
             windows: vec![Window { samples: known, start }],
             forecasts: Vec::new(),
-            pieces: Vec::new(),
+            smooth_segments: Vec::new(),
             events: Vec::new(),
             ..data.clone()
         },
@@ -236,10 +236,10 @@ pub(crate) fn squares(
     first: usize,
     counted: Range<usize>,
 ) -> Vec<Error> {
-    let sums = |measure: &Measure| {
+    let sums = |measure: &ErrorFigure| {
         let (mut s, mut n) = (0.0, 0.0);
         for &c in &measure.channels {
-            let most = MAX_ERROR * spread(std::slice::from_ref(&record.data), c);
+            let most = MAX_ERROR * channel_sd(std::slice::from_ref(&record.data), c);
             for k in counted.clone().filter(|&k| record.weight[c][k] > 0.0) {
                 let error = record.data.values[c][k] - run.value(k - first, c);
                 // `f64::min` returns the limit if the error is NaN.
@@ -248,9 +248,9 @@ pub(crate) fn squares(
             }
         }
         // A length counts once per sample, other measures once per channel.
-        if measure.length { (s, n / measure.channels.len().max(1) as f64) } else { (s, n) }
+        if measure.is_euclidean { (s, n / measure.channels.len().max(1) as f64) } else { (s, n) }
     };
-    data.system.schema().measures.iter().map(sums).collect()
+    data.system.schema().error_figures.iter().map(sums).collect()
 }
 
 /// Errors of one prediction, for each measure.
@@ -299,7 +299,7 @@ pub(crate) fn simulate_from(
 
 /// Transposes the errors of each prediction to lists by measure.
 fn lists_by_measure(data: &Measured, each: Vec<Vec<Error>>) -> Errors {
-    let measures = data.system.schema().measures.len();
+    let measures = data.system.schema().error_figures.len();
     (0..measures).map(|m| each.iter().map(|errors| errors[m]).collect()).collect()
 }
 
@@ -341,7 +341,7 @@ pub(crate) fn noise_floor(
     let one = |(i, piece): (usize, &ForecastSpan)| {
         let record = &sample.data.records[sample.chosen[piece.chosen]];
         let nuisance = &fit.nuisance[windows[piece.chosen].clone()];
-        let mut sum = vec![(0.0, 0.0); sample.data.system.schema().measures.len()];
+        let mut sum = vec![(0.0, 0.0); sample.data.system.schema().error_figures.len()];
         for replicate in 0..REPLICATES {
             let rng = random_stream(seed, "floor", i as u64 * REPLICATES + replicate);
             let copy = replicated(sample, fit, record, piece, nuisance, rng);
@@ -393,7 +393,7 @@ fn replicated(
             if w == 0.0 {
                 continue;
             }
-            let linked = before.is_some_and(|b| record.data.follows(b, k));
+            let linked = before.is_some_and(|b| record.data.is_correlated_with(b, k));
             let rho = if linked { sample.correlation } else { 0.0 };
             last = rho * last + (1.0 - rho * rho).sqrt() * normal();
             before = Some(k);

@@ -41,7 +41,7 @@ impl FreeRuns {
                 let everything = |_: usize| true;
                 let first = known_samples(&recording.whole.data, recording.whole.data.times.len());
                 let mut start = as_single_window(data, index, everything);
-                start.data.known = first;
+                start.data.initial_sample_count = first;
                 let mut judged = as_single_window(data, index, |j| heldout.chosen.contains(&j));
                 judged.weight.iter_mut().for_each(|w| w[..first].fill(0.0));
                 let has_samples = judged.weight.iter().flatten().any(|w| *w > 0.0);

@@ -74,8 +74,8 @@ impl Hypothesis {
         // Kinds and tables come from this system, so it accepts them.
         let system = data.system.augmented(&laws).unwrap_or_else(|_| data.system.clone());
         let values = system.parameters().iter().map(|p| p.nominal).collect();
-        let mut parameter_ranges = system.places().into_iter();
-        let declared = data.system.parameters().iter().take(data.system.declared());
+        let mut parameter_ranges = system.term_parameter_ranges().into_iter();
+        let declared = data.system.parameters().iter().take(data.system.declared_count());
         let declared: Vec<(usize, &Parameter)> = declared.enumerate().collect();
         let grouped = declared.iter().filter(|(_, p)| !p.groups.is_empty());
         let by_group = grouped.map(|(index, p)| (*index, p.values_of(&data.groups))).collect();
@@ -115,7 +115,7 @@ impl Hypothesis {
                         let knot = &system.parameters()[index];
                         free.push(FreeParameter {
                             addition: Some(number),
-                            ..FreeParameter::new(index, knot.min, knot.max, table.target.usual)
+                            ..FreeParameter::new(index, knot.min, knot.max, table.target.typical)
                         });
                     }
                 }

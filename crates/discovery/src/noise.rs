@@ -347,7 +347,7 @@ const MAX_SEGMENTS: usize = 400;
 fn collect_arcs(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
     let mut arcs = Vec::new();
     for (j, r) in data.records.iter().enumerate() {
-        for range in &r.data.pieces {
+        for range in &r.data.smooth_segments {
             for (channel, masked) in masked[j].iter().enumerate() {
                 let samples: Vec<usize> = range.clone().filter(|&k| !masked[k]).collect();
                 arcs.extend(Arc::new(r, samples, channel, j));

@@ -50,7 +50,7 @@ pub(crate) fn p_value(sample: &ChosenRecords<'_>, fit: &Fit) -> f64 {
 fn points(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Point> {
     let shared = fit.hypothesis.scatter.is_some_and(|s| s.per == ScatterPer::Record);
     let schema = fit.hypothesis.system.schema();
-    let strength = schema.event.as_ref().and_then(|e| e.strength);
+    let strength = schema.event.as_ref().and_then(|e| e.periodic_scale_feature);
     let mut points = Vec::new();
     for (i, window) in sample.windows().into_iter().enumerate() {
         let record = window.record;

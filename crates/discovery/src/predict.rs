@@ -21,7 +21,7 @@ use crate::record::{Measured, Record, RecordWindow};
 use crate::{DiscoveryError, error_table};
 use augsim_data::{Dataset, random_stream};
 use augsim_physics::model::{NORMAL_95, Parameter, Per};
-use augsim_physics::system::{Declaration, Measure, ScatterPer, Window};
+use augsim_physics::system::{Declaration, ErrorFigure, ScatterPer, Window};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -63,7 +63,7 @@ pub fn predict_records(
     let schema = data.system.schema();
     let clusters: Vec<usize> = pieces.iter().map(|piece| chosen[piece.chosen]).collect();
     let listed = |m: usize| -> Vec<Error> { each.iter().map(|errors| errors[m]).collect() };
-    let error = |(m, measure): (usize, &Measure)| {
+    let error = |(m, measure): (usize, &ErrorFigure)| {
         // The first measure is given in the unit of its channels, as in the error table.
         let (unit, scale) = match m {
             0 => (error_table::deciding_measure(schema).0, 1.0),
@@ -82,7 +82,7 @@ pub fn predict_records(
         None if data.is_idealised() => "the first measured state".to_owned(),
         None => format!("the first samples of each {record}"),
     };
-    let errors = schema.measures.iter().enumerate().map(error).collect();
+    let errors = schema.error_figures.iter().enumerate().map(error).collect();
     Ok(PredictionSet { records, errors, squares: listed(0), noise_sd: noise.sd, start })
 }
 
@@ -102,12 +102,12 @@ struct VaryingParameters {
 impl VaryingParameters {
     /// The random effect that the model declares; `None` without one.
     fn predictor(data: &Measured) -> Option<Self> {
-        let drawn = data.system.schema().drawn.as_ref()?;
+        let drawn = data.system.schema().record_random_effect.as_ref()?;
         let (sd, ci95) = (drawn.declared?, drawn.declared_ci95);
-        if let Some(places) = drawn.places.clone() {
+        if let Some(places) = drawn.parameters.clone() {
             return Some(Self { through: None, places, sd, ci95 });
         }
-        let through = Addition::effect(&*data.system, drawn.through, Per::All)?;
+        let through = Addition::effect(&*data.system, drawn.effect, Per::All)?;
         let first = data.system.parameters().len();
         Some(Self { places: first..first + through.size(), through: Some(through), sd, ci95 })
     }

@@ -16,7 +16,7 @@ use crate::statistics::median;
 use crate::{DiscoveryError, Options};
 use augsim_data::Dataset;
 use augsim_physics::model::unknown_group;
-use augsim_physics::system::{Declaration, Record as SystemRecord, spread};
+use augsim_physics::system::{Declaration, Record as SystemRecord, channel_sd};
 
 /// Data ready for fits.
 #[derive(Clone)]
@@ -44,9 +44,9 @@ impl Prepared {
     /// Standard deviation of the deciding measure about its mean, in the unit of its channels.
     pub fn spread(&self) -> f64 {
         let records: Vec<SystemRecord> = self.data.records.iter().map(|r| r.data.clone()).collect();
-        let Some(measure) = self.data.system.schema().measures.first() else { return f64::INFINITY };
-        let squares: f64 = measure.channels.iter().map(|&channel| spread(&records, channel).powi(2)).sum();
-        let count = if measure.length { 1 } else { measure.channels.len().max(1) };
+        let Some(measure) = self.data.system.schema().error_figures.first() else { return f64::INFINITY };
+        let squares: f64 = measure.channels.iter().map(|&channel| channel_sd(&records, channel).powi(2)).sum();
+        let count = if measure.is_euclidean { 1 } else { measure.channels.len().max(1) };
         (squares / count as f64).sqrt()
     }
 
@@ -194,7 +194,7 @@ pub(crate) fn load_records(
         data.records = split_record;
     }
     data.records.retain_mut(|r| system.prepare(&mut r.data, &rough).is_ok());
-    if let Some(settled) = system.settled(&data.system_records()) {
+    if let Some(settled) = system.with_scene_from_data(&data.system_records()) {
         data.system = settled;
     }
     let system = data.system.clone();

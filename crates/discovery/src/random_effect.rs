@@ -28,7 +28,7 @@ use crate::linear::{Square, eliminate};
 use crate::nuisance_fit::nuisance_step;
 use crate::statistics::{chi2_quantile, median};
 use augsim_physics::model::Per;
-use augsim_physics::system::Drawn;
+use augsim_physics::system::RecordRandomEffect;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -43,7 +43,7 @@ const MIN_WINDOWS_PER_RECORD: usize = 2;
 /// A fit with common values of the parameters that may vary; it includes the mean of the draws.
 #[derive(Debug)]
 pub(crate) struct CommonFit {
-    drawn: Drawn,
+    drawn: RecordRandomEffect,
     hypothesis: Hypothesis,
     theta: Vec<f64>,
     /// Nuisances of the fitted windows.
@@ -98,7 +98,7 @@ impl CommonFit {
     /// Fits a set of additions with common values of the parameters that may vary; `None` with too few
     /// records or windows.
     pub fn with(
-        drawn: &Drawn,
+        drawn: &RecordRandomEffect,
         sample: &ChosenRecords<'_>,
         from: &Fit,
         additions: &[Addition],
@@ -108,20 +108,20 @@ impl CommonFit {
         if !has_enough && drawn.declared.is_none() {
             return None;
         }
-        let through = Addition::effect(&*sample.data.system, drawn.through, Per::All)?;
+        let through = Addition::effect(&*sample.data.system, drawn.effect, Per::All)?;
         let mut additions = additions.to_vec();
-        if drawn.places.is_none() && !additions.contains(&through) {
+        if drawn.parameters.is_none() && !additions.contains(&through) {
             additions.push(through.clone());
         }
         let mut hypothesis = Hypothesis::new(sample.data, &additions);
-        let frozen: Vec<usize> = drawn.places.iter().flat_map(|places| places.clone()).collect();
+        let frozen: Vec<usize> = drawn.parameters.iter().flat_map(|places| places.clone()).collect();
         for (k, index) in frozen.into_iter().enumerate() {
             if hypothesis.entries_of_parameter(index).is_none() {
                 let p = &through.parameters()[k];
                 hypothesis.free.push(FreeParameter::new(index, p.min, p.max, p.typical));
             }
         }
-        let varying = match &drawn.places {
+        let varying = match &drawn.parameters {
             Some(declared) => {
                 let entry =
                     |index: usize| hypothesis.entries_of_parameter(index).map(|entries| entries.start);
@@ -411,12 +411,12 @@ const MIN_SD: f64 = 0.02;
 const GRID_POINTS: usize = 60;
 
 /// Minimum and maximum standard deviation.
-fn sd_bounds(drawn: &Drawn) -> (f64, f64) {
+fn sd_bounds(drawn: &RecordRandomEffect) -> (f64, f64) {
     drawn.scatter.parameters.first().map_or((1e-6, 1.0), |p| (MIN_SD * p.typical, p.max))
 }
 
 /// Minimum of a function of the standard deviation; `None` if it is at the smallest one.
-fn most_likely_sd(drawn: &Drawn, criterion: impl Fn(f64) -> f64) -> Option<f64> {
+fn most_likely_sd(drawn: &RecordRandomEffect, criterion: impl Fn(f64) -> f64) -> Option<f64> {
     let (least, most) = sd_bounds(drawn);
     let span = (most / least).ln();
     let grid = (0..=GRID_POINTS).map(|i| least * (span * i as f64 / GRID_POINTS as f64).exp());
@@ -434,7 +434,7 @@ fn most_likely_sd(drawn: &Drawn, criterion: impl Fn(f64) -> f64) -> Option<f64> 
 }
 
 /// 95 % interval by the profile likelihood.
-fn interval(drawn: &Drawn, criterion: impl Fn(f64) -> f64, best: f64) -> [f64; 2] {
+fn interval(drawn: &RecordRandomEffect, criterion: impl Fn(f64) -> f64, best: f64) -> [f64; 2] {
     let edge = criterion(best) + chi2_quantile(0.05, 1.0);
     let (least, most) = sd_bounds(drawn);
     [(least, 0.0), (most, most)].map(|(end, bound)| {

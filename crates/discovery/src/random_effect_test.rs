@@ -5,7 +5,7 @@ use crate::random_effect::{CommonFit, ScatterEstimate};
 use crate::result::Estimate;
 use crate::score::Scored;
 use crate::search::{Penalty, Search};
-use augsim_physics::system::Drawn;
+use augsim_physics::system::RecordRandomEffect;
 use std::collections::BTreeMap;
 
 /// A random effect that the records support.
@@ -19,8 +19,8 @@ pub(crate) struct RandomEffectEstimate {
 }
 
 /// Parameters that may vary between records in the system of a sample.
-fn drawn<'s>(sample: &'s ChosenRecords<'_>) -> Option<&'s Drawn> {
-    sample.data.system.schema().drawn.as_ref()
+fn drawn<'s>(sample: &'s ChosenRecords<'_>) -> Option<&'s RecordRandomEffect> {
+    sample.data.system.schema().record_random_effect.as_ref()
 }
 
 /// The random effect beside a set, if its gain exceeds the penalty or the model declares it; `None` with too
@@ -43,7 +43,7 @@ pub(crate) fn find_random_effect(
 }
 
 /// Fits and estimates the random effect beside the additions of a fit.
-fn estimated(sample: &ChosenRecords<'_>, drawn: &Drawn, fit: &Fit) -> Option<(CommonFit, ScatterEstimate)> {
+fn estimated(sample: &ChosenRecords<'_>, drawn: &RecordRandomEffect, fit: &Fit) -> Option<(CommonFit, ScatterEstimate)> {
     let shared = CommonFit::with(drawn, sample, fit, &fit.hypothesis.additions)?;
     let found = shared.estimate(sample)?;
     Some((shared, found))

@@ -196,7 +196,7 @@ fn random_effect(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64
         parts.judged.random_effect.as_ref().filter(|s| !s.is_declared && parts.judged.doubt.is_none());
     let (scattered, sd) = scattered.zip(parts.random_effect_sd.clone())?;
     let schema = parts.prepared.data.system.schema();
-    let effect = &schema.drawn.as_ref()?.scatter;
+    let effect = &schema.record_random_effect.as_ref()?.scatter;
     let share = scattered.gain / (scattered.gain + laws.max(0.0));
     let name = effect.parameters.first().map_or("sd", |p| &p.name);
     let found = FoundEffect {

@@ -86,10 +86,10 @@ fn clocked(record: &Record, group: Option<String>, step_s: f64) -> Option<Unifor
 fn stretches(record: &Record) -> Vec<(f64, Range<usize>)> {
     let data = &record.data;
     let mut out = Vec::new();
-    for (i, piece) in data.pieces.iter().enumerate().filter(|(_, piece)| !piece.is_empty()) {
+    for (i, piece) in data.smooth_segments.iter().enumerate().filter(|(_, piece)| !piece.is_empty()) {
         let ends = data.times[piece.end - 1];
         let until = data.events.iter().map(|e| e.time).find(|&e| e >= ends).unwrap_or(f64::INFINITY);
-        let cut = data.known;
+        let cut = data.initial_sample_count;
         let far = piece.end.saturating_sub(cut) >= COEFFICIENTS.0 + 2;
         if i == 0 && piece.start < cut && cut < piece.end && far && cut - piece.start >= COEFFICIENTS.0 + 2 {
             out.push((data.times[cut], piece.start..cut));
@@ -160,9 +160,9 @@ mod tests {
         let weight = (0..70).map(|k| if missing.contains(&k) { 0.0 } else { 1e3 }).collect();
         let data = SystemRecord {
             values: vec![times.iter().map(|&t| place(t)).collect()],
-            pieces: vec![0..split, split..70],
+            smooth_segments: vec![0..split, split..70],
             events: vec![DetectedEvent { time: turn, value: 1.0 }],
-            known: split,
+            initial_sample_count: split,
             times,
             ..SystemRecord::default()
         };

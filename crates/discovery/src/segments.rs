@@ -13,7 +13,7 @@ const MAX_SMOOTH_RATIO: f64 = 1.3;
 /// shortest ones. Returns whether polynomials follow the motion at all: if samples are too sparse, their
 /// residuals are not measurement noise.
 pub(crate) fn split_smooth_segments(data: &mut Measured) -> bool {
-    if data.records.iter().any(|r| !r.data.pieces.is_empty()) {
+    if data.records.iter().any(|r| !r.data.smooth_segments.is_empty()) {
         return true;
     }
     let mut chosen_length = LENGTHS[0];
@@ -39,7 +39,7 @@ pub(crate) fn split_smooth_segments(data: &mut Measured) -> bool {
     for record in &mut data.records {
         let samples = record.data.times.len();
         let cuts = (0..samples).step_by(chosen_length).map(|a| a..(a + chosen_length).min(samples));
-        record.data.pieces = cuts.filter(|piece| piece.len() * 2 >= chosen_length).collect();
+        record.data.smooth_segments = cuts.filter(|piece| piece.len() * 2 >= chosen_length).collect();
     }
     is_smooth
 }

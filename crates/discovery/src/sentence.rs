@@ -102,7 +102,7 @@ pub(crate) fn sentence(
     alternatives: &[Vec<String>],
 ) -> String {
     let schema = parts.prepared.data.system.schema();
-    let (unit, scale) = schema.decides();
+    let (unit, scale) = schema.primary_unit();
     let rows = [error.calibrated, error.augmented, error.noise_floor].map(|row| scale * row.rmse);
     // Two decimals, or three digits of the smallest error where it is below 0.1.
     let least = rows.into_iter().filter(|x| *x > 0.0).fold(1.0, f64::min);

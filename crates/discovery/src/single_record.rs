@@ -1,16 +1,16 @@
 //! Split of a single record into two parts that predict each other.
 
 use crate::record::Record;
-use augsim_physics::system::{Begin, System};
+use augsim_physics::system::{InitialValue, System};
 
 /// The two parts of a record, split in the middle of a smooth segment near its middle, and the time of the
 /// split, s. `None` where the system names no smooth segments or has a fixed initial state.
 pub(crate) fn split_record(system: &dyn System, record: &Record, sd: &[f64]) -> Option<(Vec<Record>, f64)> {
-    let starts_anywhere = system.schema().states.iter().all(|s| !matches!(s.begin, Begin::Fixed(_)));
+    let starts_anywhere = system.schema().states.iter().all(|s| !matches!(s.initial, InitialValue::Fixed(_)));
     let mut whole = record.data.clone();
-    system.prepare(&mut whole, sd).ok().filter(|()| starts_anywhere && whole.pieces.len() > 2)?;
+    system.prepare(&mut whole, sd).ok().filter(|()| starts_anywhere && whole.smooth_segments.len() > 2)?;
     let half = whole.times.len() / 2;
-    let middles = whole.pieces.iter().skip(1).map(|piece| (piece.start + piece.end) / 2);
+    let middles = whole.smooth_segments.iter().skip(1).map(|piece| (piece.start + piece.end) / 2);
     let cut = middles.min_by_key(|middle| middle.abs_diff(half))?;
     let part = |range: std::ops::Range<usize>, name: &str| {
         let mut data = record.data.clone();

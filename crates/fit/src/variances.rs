@@ -14,7 +14,7 @@ use crate::kalman::{Filter, Noise, Sample, Smoothing, VarianceBalance, diagonal,
 use crate::linearise::{Disturbance, Layout, LinearisedInterval, SystemWithStates};
 use crate::outcome::CalibrationError;
 use crate::starts::estimate_initial_state;
-use augsim_physics::system::{Begin, Offsets, Record, Simulated, SimulationError, System, Task, spread};
+use augsim_physics::system::{InitialValue, Offsets, Record, Simulated, SimulationError, System, Task, channel_sd};
 use rayon::prelude::*;
 
 /// Maximum number of iterations of the variances.
@@ -130,9 +130,9 @@ impl<'a> NoiseProblem<'a> {
     /// The initial state of a window, completed by the states that effects have added to the model.
     fn complete_start(&self, start: &[f64]) -> Vec<f64> {
         let states = &self.system.system.schema().states;
-        let added = states.iter().skip(start.len()).map(|state| match state.begin {
-            Begin::Fixed(value) | Begin::Prior(value, _) => value,
-            Begin::Free | Begin::Measured(_) => 0.0,
+        let added = states.iter().skip(start.len()).map(|state| match state.initial {
+            InitialValue::Fixed(value) | InitialValue::Prior(value, _) => value,
+            InitialValue::Free | InitialValue::Measured(_) => 0.0,
         });
         start.iter().copied().chain(added).collect()
     }
@@ -150,10 +150,10 @@ impl<'a> NoiseProblem<'a> {
     /// A noise model with rough variances.
     pub fn rough_noise_model(&self, disturbances: Vec<Disturbance>, correlation_steps: f64) -> NoiseModel {
         let schema = self.system.system.schema();
-        let initial = schema.states.iter().zip(&self.state_rms).map(|(state, rms)| match state.begin {
-            Begin::Fixed(_) => 0.0,
-            Begin::Prior(_, sd) => sd * sd,
-            Begin::Free | Begin::Measured(_) => rms * rms,
+        let initial = schema.states.iter().zip(&self.state_rms).map(|(state, rms)| match state.initial {
+            InitialValue::Fixed(_) => 0.0,
+            InitialValue::Prior(_, sd) => sd * sd,
+            InitialValue::Free | InitialValue::Measured(_) => rms * rms,
         });
         let initial: Vec<f64> = initial.collect();
         let sensor_variance = |channel: usize| {
@@ -394,5 +394,5 @@ fn rough_sensor_sd(records: &[Record], channel: usize) -> f64 {
     }
     // The third difference of white noise has 1² + 3² + 3² + 1² = 20 times its variance.
     let sd = (sum / (20.0 * count.max(1.0))).sqrt();
-    sd.max(1e-9 * spread(records, channel))
+    sd.max(1e-9 * channel_sd(records, channel))
 }

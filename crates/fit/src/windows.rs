@@ -1,6 +1,6 @@
 //! Multiple-shooting windows of records, and the estimation problem that they belong to.
 
-use augsim_physics::system::{Begin, Record, Schema, System, spread};
+use augsim_physics::system::{InitialValue, Record, Schema, System, channel_sd};
 use std::ops::Range;
 
 /// RMSE below this share of a channel's standard deviation counts as a perfect fit.
@@ -38,7 +38,7 @@ impl<'a> Problem<'a> {
     ///
     /// Fits begin with it as the scale of the residuals.
     pub fn channel_sd(&self) -> Vec<f64> {
-        (0..self.schema().channels.len()).map(|channel| spread(self.records, channel)).collect()
+        (0..self.schema().channels.len()).map(|channel| channel_sd(self.records, channel)).collect()
     }
 
     pub fn schema(&self) -> &Schema {
@@ -49,8 +49,8 @@ impl<'a> Problem<'a> {
     ///
     /// Only a window at the start of a record has priors.
     pub fn prior(&self, window: &ShootingWindow, state: usize) -> Option<(f64, f64)> {
-        match self.schema().states.get(state)?.begin {
-            Begin::Prior(mean, sd) if window.samples.start == 0 => Some((mean, sd)),
+        match self.schema().states.get(state)?.initial {
+            InitialValue::Prior(mean, sd) if window.samples.start == 0 => Some((mean, sd)),
             _ => None,
         }
     }

@@ -12,7 +12,7 @@ use augsim_physics::Scalar;
 use augsim_physics::model::Parameter;
 use augsim_physics::ode::{At, Equations, Ode};
 use augsim_physics::system::{
-    Addition, Augmentation, Begin, Channel, Declaration, Effect, EffectParameter, Measure, Objection,
+    Addition, Augmentation, InitialValue, Channel, Declaration, Effect, EffectParameter, ErrorFigure, Objection,
     Quantity, RoundTripError, Schema, State, System,
 };
 use rand_distr::{Distribution, Normal};
@@ -52,13 +52,13 @@ impl Tank {
         let schema = Schema {
             system: "tank".into(),
             record: ["draining".into(), "drainings".into()],
-            states: vec![State { quantity: Quantity::new("level", "m"), begin: Begin::Measured(0) }],
+            states: vec![State { quantity: Quantity::new("level", "m"), initial: InitialValue::Measured(0) }],
             channels: vec![Channel { column: "level_m".into(), unit: "m".into(), ..Channel::default() }],
-            measures: vec![Measure {
+            error_figures: vec![ErrorFigure {
                 name: "level".into(),
                 channels: vec![0],
                 unit: ("mm".into(), 1e3),
-                length: false,
+                is_euclidean: false,
             }],
             ..Schema::default()
         };

@@ -7,7 +7,7 @@ use augsim_equations::EquationSystem;
 use augsim_equations::model::Hold;
 use augsim_physics::model::{ModelFile, Parameter};
 use augsim_physics::system::{
-    Begin, Declaration, Offsets, Record, ScatterPer, Schema, Simulated, Stream, System, Task,
+    InitialValue, Declaration, Offsets, Record, ScatterPer, Schema, Simulated, Stream, System, Task,
 };
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -186,9 +186,9 @@ impl Simulation {
         }
         let mut starts = vec![Vec::with_capacity(names.len()); batch];
         for (name, state) in names.iter().zip(&schema.states) {
-            let values = match (known(name), state.begin) {
+            let values = match (known(name), state.initial) {
                 (Some(values), _) => values.clone(),
-                (None, Begin::Fixed(value) | Begin::Prior(value, _)) => vec![value; batch],
+                (None, InitialValue::Fixed(value) | InitialValue::Prior(value, _)) => vec![value; batch],
                 (None, _) => {
                     let (name, states) = (name.clone(), names.to_vec());
                     return Err(Usage::Plan(PlanFault::MissingState { name, states }).into());
@@ -274,8 +274,8 @@ fn drawn(p: &Parameter, normal: &mut dyn FnMut() -> f64) -> f64 {
 /// `velocity_m_s` if there is only one position.
 fn built_in_states(schema: &Schema) -> Vec<String> {
     let has_one_channel = schema.channels.len() == 1;
-    let name = |state: &augsim_physics::system::State| match state.begin {
-        Begin::Measured(channel) => schema.channels[channel].column.clone(),
+    let name = |state: &augsim_physics::system::State| match state.initial {
+        InitialValue::Measured(channel) => schema.channels[channel].column.clone(),
         _ => match state.quantity.name.strip_prefix("velocity of ") {
             Some(_) if has_one_channel => "velocity_m_s".to_owned(),
             Some(axis) => format!("velocity_{axis}_m_s"),

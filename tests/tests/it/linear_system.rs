@@ -2,7 +2,7 @@
 //! on it can be held against a formula. Also the parts of the trait that every system inherits: a record as one window, the
 //! places of added laws.
 
-use augsim_physics::system::{Begin, Law, Offsets, Record, Seed, Simulated, System, Task};
+use augsim_physics::system::{InitialValue, Law, Offsets, Record, Seed, Simulated, System, Task};
 use augsim_tests::linear::{EVENTS_S, Linear};
 
 fn record() -> Record {
@@ -36,8 +36,8 @@ fn values_are_the_design_matrix_times_the_unknowns() {
         assert!((row[2] - 1.35 * (8.0 * t).sin()).abs() < 1e-15, "the effect of index 4 is a sine of 8 t");
     }
     assert_eq!(out.event_times(), EVENTS_S);
-    assert_eq!(system.places(), [2..3, 3..4]);
-    assert_eq!(system.declared(), 2);
+    assert_eq!(system.term_parameter_ranges(), [2..3, 3..4]);
+    assert_eq!(system.declared_count(), 2);
 }
 
 #[test]
@@ -50,10 +50,10 @@ fn a_record_is_one_window_that_begins_where_the_schema_says() {
     assert_eq!((record.windows[0].samples.clone(), &record.windows[0].start[..]), (0..80, &[0.0][..]));
     let mut schema = system.schema().clone();
     for (begin, start) in
-        [(Begin::Measured(0), 0.25), (Begin::Fixed(3.0), 3.0), (Begin::Prior(2.0, 0.1), 2.0)]
+        [(InitialValue::Measured(0), 0.25), (InitialValue::Fixed(3.0), 3.0), (InitialValue::Prior(2.0, 0.1), 2.0)]
     {
-        schema.states[0].begin = begin;
-        record.whole(&schema);
+        schema.states[0].initial = begin;
+        record.use_as_one_window(&schema);
         assert_eq!(record.windows[0].start, [start]);
     }
     assert_eq!(schema.free_states().collect::<Vec<_>>(), [0]);

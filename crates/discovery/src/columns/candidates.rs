@@ -27,14 +27,14 @@ pub(crate) fn library_candidates(data: &Measured, family: Family) -> Vec<Additio
     let mut out = Vec::new();
     let is_of_family = |i: &usize| system.library()[*i].grammar.is_some() == (family == Family::Grammar);
     let indices = (0..system.library().len()).filter(is_of_family);
-    for index in indices.filter(|&i| system.possible(i, &records)) {
+    for index in indices.filter(|&i| system.can_search_effect(i, &records)) {
         out.extend(Addition::effect(system, index, Per::All));
-        if grouped && system.by_group(index) {
+        if grouped && system.can_vary_by_group(index) {
             out.extend(Addition::effect(system, index, Per::Group));
         }
     }
     if grouped {
-        let declared = system.parameters().iter().take(system.declared()).enumerate();
+        let declared = system.parameters().iter().take(system.declared_count()).enumerate();
         let single = declared.filter(|(_, p)| !p.frozen && p.per == Per::All);
         out.extend(single.map(|(index, _)| Addition::split(system, index)));
     }
@@ -56,6 +56,6 @@ pub(crate) fn can_join(addition: &Addition, h: &Hypothesis) -> bool {
 /// Tabulated functions of one feature that varies in these data; `events` are the simulated events of the
 /// searched records.
 pub(crate) fn table_candidates(data: &Measured, events: &[Vec<Event>]) -> Vec<Addition> {
-    let tables = data.system.tables(&data.system_records(), events);
+    let tables = data.system.candidate_tables(&data.system_records(), events);
     tables.into_iter().filter_map(|table| Addition::table(&*data.system, table)).collect()
 }

@@ -31,7 +31,7 @@ pub(crate) fn verdict(is_named: bool, has_table: bool, left: &ResidualTests) -> 
 /// Reason why the data are not from the declared system, checked before any fit.
 pub(crate) fn doubt_from_data(prepared: &Prepared) -> Option<String> {
     let data = &prepared.data;
-    data.system.unlike(&data.system_records(), &prepared.noise.sd).map(|objection| objection.to_string())
+    data.system.reject_as_other_system(&data.system_records(), &prepared.noise.sd).map(|objection| objection.to_string())
 }
 
 /// Values of all parameters of the system after a fit; groupwise values as their mean.
@@ -50,7 +50,7 @@ fn values(fit: &Fit) -> Vec<f64> {
 /// Rejects fitted values that are implausible for the system or at a bound.
 pub(crate) fn doubt_from_values(fit: &Fit) -> Option<Doubt> {
     let h = &fit.hypothesis;
-    if let Some(objection) = h.system.implausible(&values(fit)) {
+    if let Some(objection) = h.system.check_plausible_values(&values(fit)) {
         return Some(Doubt::NotThisSystem(objection.to_string()));
     }
     let (name, bound) = at_bound(h, &fit.theta)?;

@@ -53,7 +53,7 @@ pub(crate) fn split_into_blocks(records: Vec<Record>) -> (Vec<Record>, Vec<Recor
 
 /// Number of samples that a prediction of `samples` samples of a record starts from.
 pub(crate) fn known_samples(data: &SystemRecord, samples: usize) -> usize {
-    (samples / KNOWN_SAMPLES.0).clamp(data.known.min(KNOWN_SAMPLES.1), KNOWN_SAMPLES.1).min(samples)
+    (samples / KNOWN_SAMPLES.0).clamp(data.initial_sample_count.min(KNOWN_SAMPLES.1), KNOWN_SAMPLES.1).min(samples)
 }
 
 /// Some consecutive windows of a record, as a record.
@@ -64,7 +64,7 @@ pub(crate) fn windows_as_record(record: &Record, windows: Range<usize>) -> Recor
     let last = chosen.last().map_or(first, |w| w.samples.end);
     let shifted = |range: &Range<usize>| range.start.max(first) - first..range.end.min(last) - first;
     let part = |values: &Vec<f64>| values[first..last].to_vec();
-    let pieces = data.pieces.iter().filter(|p| p.start < last && p.end > first).map(shifted);
+    let pieces = data.smooth_segments.iter().filter(|p| p.start < last && p.end > first).map(shifted);
     let (begin, end) = (data.times[first], data.times[last - 1]);
     let samples = last - first;
     Record {
@@ -77,9 +77,9 @@ pub(crate) fn windows_as_record(record: &Record, windows: Range<usize>) -> Recor
                 .map(|w| Window { samples: shifted(&w.samples), start: w.start.clone() })
                 .collect(),
             forecasts: Vec::new(),
-            pieces: pieces.collect(),
+            smooth_segments: pieces.collect(),
             events: data.events.iter().filter(|e| (begin..=end).contains(&e.time)).copied().collect(),
-            known: known_samples(data, samples),
+            initial_sample_count: known_samples(data, samples),
             is_mid_motion: data.is_mid_motion || first > 0,
             ..data.clone()
         },
@@ -126,7 +126,7 @@ mod tests {
                 times: (0..samples).map(|k| k as f64 * 0.1).collect(),
                 values: vec![(0..samples).map(|k| k as f64).collect()],
                 windows: windows.collect(),
-                known: 5,
+                initial_sample_count: 5,
                 ..SystemRecord::default()
             },
             weight: vec![vec![1.0; samples]],

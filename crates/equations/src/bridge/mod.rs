@@ -188,7 +188,7 @@ impl EquationSystem {
                 let draft =
                     table_draft(target, &target_quantity.quantity.name, &against.name, end_knots, &zeros);
                 model.add(&draft).map_err(|_| SystemError::Full)?;
-                let bound = tables::knot_bound(target_quantity.usual);
+                let bound = tables::knot_bound(target_quantity.typical);
                 let knot = |i: usize| Parameter { min: -bound, max: bound, ..Parameter::knot(i) };
                 Ok((0..table.knots).map(|i| (knot(i), first + i)).collect())
             }
@@ -283,7 +283,7 @@ impl System for EquationSystem {
         &self.library
     }
 
-    fn laws(&self) -> &[Law] {
+    fn terms(&self) -> &[Law] {
         &self.laws
     }
 
@@ -371,7 +371,7 @@ impl System for EquationSystem {
         true
     }
 
-    fn tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
+    fn candidate_tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
         self.tables.to_vec()
     }
 

@@ -115,7 +115,7 @@ impl EquationSystem {
                 values.iter_mut().filter(|v| **v <= low || **v >= high).for_each(|v| *v = f64::NAN);
             }
         }
-        record.whole(&self.schema);
+        record.use_as_one_window(&self.schema);
         for (input, stream) in model.inputs.iter().zip(Arc::make_mut(&mut record.inputs)) {
             if let [_] = &stream.values[..] {
                 let found = signal(input, stream);
@@ -124,7 +124,7 @@ impl EquationSystem {
                 *stream = Stream { times: times.to_vec(), values: (0..COEFFICIENTS).map(column).collect() };
             }
         }
-        record.known = START_SAMPLES.min(record.times.len());
+        record.initial_sample_count = START_SAMPLES.min(record.times.len());
         let parameters = model.nominals();
         let finite_or_zero = |x: f64| if x.is_finite() { x } else { 0.0 };
         let record_start: Vec<f64> =

@@ -6,7 +6,7 @@ use crate::text::{Kind, Lexer, Symbol, Token};
 use augsim_data::{Dimensions, Unit};
 use augsim_physics::model::Parameter;
 use augsim_physics::system::{
-    Begin, Between, Channel, Effect, EffectParameter, Grammar, Input, Measure, Quantity, Schema, State,
+    InitialValue, InputInterpolation, Channel, Effect, EffectParameter, Grammar, Input, ErrorFigure, Quantity, Schema, State,
     Target,
 };
 
@@ -25,14 +25,14 @@ pub(super) fn schema_of(model: &Model) -> Schema {
     });
     let inputs = model.inputs.iter().map(|input| Input {
         columns: vec![input.name.clone()],
-        between: if input.hold == Some(Hold::Zero) { Between::Held } else { Between::Linear },
-        fresh: None,
+        interpolation: if input.hold == Some(Hold::Zero) { InputInterpolation::ZeroOrderHold } else { InputInterpolation::Linear },
+        update_column: None,
     });
-    let measures = model.outputs.iter().enumerate().map(|(index, output)| Measure {
+    let measures = model.outputs.iter().enumerate().map(|(index, output)| ErrorFigure {
         name: output.name.clone(),
         channels: vec![index],
         unit: (symbol_of(output.unit), 1.0),
-        length: false,
+        is_euclidean: false,
     });
     let states = model.states.iter().take(model.declared_states());
     let rate_unit = |unit: Option<Unit>| {
@@ -43,13 +43,13 @@ pub(super) fn schema_of(model: &Model) -> Schema {
         quantity: Quantity::new(&state.name, &rate_unit(state.unit)),
         place: "rate".into(),
         costly: false,
-        usual: 1.0,
+        typical: 1.0,
     });
     let outputs = model.outputs.iter().map(|output| Target {
         quantity: Quantity::new(&output.name, &symbol_of(output.unit)),
         place: "output".into(),
         costly: false,
-        usual: 1.0,
+        typical: 1.0,
     });
     Schema {
         system: model.name.clone(),
@@ -59,7 +59,7 @@ pub(super) fn schema_of(model: &Model) -> Schema {
         inputs: inputs.collect(),
         features: features(model),
         targets: rates.chain(outputs).collect(),
-        measures: measures.collect(),
+        error_figures: measures.collect(),
         conditions: conditions(model),
         ..Schema::default()
     }
@@ -71,23 +71,23 @@ pub(super) fn states(model: &Model) -> Vec<State> {
     let begin = |index: usize| {
         let state = &model.states[index];
         match (&state.start.tree.nodes[..], state.sd) {
-            _ if index >= declared => Begin::Fixed(0.0),
+            _ if index >= declared => InitialValue::Fixed(0.0),
             ([node], sd) => match (&node.kind, sd) {
-                (Kind::Number(mean), Some(sd)) => Begin::Prior(*mean, sd),
+                (Kind::Number(mean), Some(sd)) => InitialValue::Prior(*mean, sd),
                 // Only a state that is itself an output is measured; other outputs only help to guess it.
                 (Kind::Symbol(Symbol::Output(output)), _) if equals_state(model, *output, index) => {
-                    Begin::Measured(*output)
+                    InitialValue::Measured(*output)
                 }
-                _ => Begin::Free,
+                _ => InitialValue::Free,
             },
-            _ => Begin::Free,
+            _ => InitialValue::Free,
         }
     };
     let quantity = |index: usize| {
         let state = &model.states[index];
         Quantity::new(&state.name, &state.unit.map_or_else(String::new, Unit::symbol))
     };
-    (0..model.states.len()).map(|i| State { quantity: quantity(i), begin: begin(i) }).collect()
+    (0..model.states.len()).map(|i| State { quantity: quantity(i), initial: begin(i) }).collect()
 }
 
 /// Whether an output equals a state.

@@ -33,7 +33,7 @@ pub(super) fn with_typical_sizes(mut schema: Schema, model: &Model, scales: &Sca
         if let (Some(size), Some(target)) =
             (scales.typical_rate_change(state, model), schema.targets.get_mut(state))
         {
-            target.usual = size;
+            target.typical = size;
         }
     }
     schema
@@ -76,7 +76,7 @@ mod tests {
         let [low, high] = [found[0].first, found[0].last];
         assert!(-0.5 < low && low < -0.4 && 0.4 < high && high < 0.5, "{low} {high}");
         let sized = with_typical_sizes(schema, &model, &scales);
-        let typical_size = sized.targets[found[0].target].usual;
+        let typical_size = sized.targets[found[0].target].typical;
         // A twentieth (TYPICAL_RATIO) of a rate of at most g / length * sin(0.5 rad) = 30.7 rad/s².
         assert!(0.5 < typical_size && typical_size < 1.54, "{typical_size}");
     }

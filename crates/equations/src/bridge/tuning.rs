@@ -4,7 +4,7 @@ use super::EquationSystem;
 use super::records::EngineTask;
 use crate::engine::{Method, Options, Point, SimulationError as EngineError, Window, fastest_mode};
 use crate::library::Scales;
-use augsim_physics::system::{Offsets, Record, SimulationError, Task, spread};
+use augsim_physics::system::{Offsets, Record, SimulationError, Task, channel_sd};
 use std::sync::Arc;
 
 /// Maximum number of windows, spread over the records, that settings are chosen from.
@@ -82,7 +82,7 @@ impl EquationSystem {
         let outputs = self.model().outputs.iter().enumerate();
         outputs
             .map(|(channel, output)| {
-                output.sd.unwrap_or_else(|| DEFAULT_NOISE_RATIO * spread(records, channel))
+                output.sd.unwrap_or_else(|| DEFAULT_NOISE_RATIO * channel_sd(records, channel))
             })
             .collect()
     }

@@ -186,8 +186,8 @@ fn added_effects_have_exact_derivatives() {
     ];
     let augmented =
         system.augmented(&laws[..2]).expect("two effects").augmented(&laws[2..]).expect("one more");
-    assert_eq!((augmented.declared(), augmented.laws()), (system.parameters().len(), &laws[..]));
-    let first = augmented.declared();
+    assert_eq!((augmented.declared_count(), augmented.terms()), (system.parameters().len(), &laws[..]));
+    let first = augmented.declared_count();
     let mut values: Vec<f64> = augmented.parameters().iter().map(|p| p.nominal).collect();
     values[first..].copy_from_slice(&[0.4, 0.3, 2.0, 0.2, 0.1, -0.3, 0.2, 0.4]);
     let seeds: Vec<Seed> = (first..values.len()).map(Seed::Parameter).collect();

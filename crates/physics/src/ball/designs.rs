@@ -57,7 +57,7 @@ pub(super) fn designs(
                     covariates: with_spin(first, spin_rad_s),
                     group: first.group,
                     windows: vec![Window { samples: 0..samples, start }],
-                    memory_s: f64::INFINITY,
+                    noise_correlation_s: f64::INFINITY,
                     ..Record::default()
                 };
                 list.push(Design {

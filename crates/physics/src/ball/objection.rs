@@ -46,7 +46,7 @@ fn unlike_free_fall(g: f64, records: &[Record], sd_m: f64) -> Option<Reason> {
     let mut rmses = Vec::new();
     for r in records {
         let Some(vertical) = r.values.len().checked_sub(1) else { continue };
-        let (Some(arc), Some(window)) = (r.pieces.first(), r.windows.first()) else { continue };
+        let (Some(arc), Some(window)) = (r.smooth_segments.first(), r.windows.first()) else { continue };
         let (p, v) = (window.start[vertical], window.start[r.values.len() + vertical]);
         let (mut n, mut sum, mut square_sum, mut residual_sum) = (0.0, 0.0, 0.0, 0.0);
         for k in arc.clone().filter(|&k| r.values[vertical][k].is_finite()) {

@@ -124,7 +124,7 @@ pub(super) fn unlike(parameters: &[Parameter], records: &[&Record], sd_m: f64) -
 
 /// Median downward acceleration of the arcs, m/s².
 fn observed_gravity(records: &[&Record]) -> Option<f64> {
-    let arcs = records.iter().flat_map(|r| r.pieces.iter().map(move |a| (r, a)));
+    let arcs = records.iter().flat_map(|r| r.smooth_segments.iter().map(move |a| (r, a)));
     let mut accelerations: Vec<f64> = arcs
         .filter_map(|(r, a)| {
             let heights = r.values.last()?;

@@ -9,7 +9,7 @@ pub(super) fn residual_axes(record: &Record, events: &[Event]) -> Vec<(String, V
     let samples = record.times.len();
     let height = record.values.last().cloned().unwrap_or_default();
     let speed = |k: usize| {
-        if k == 0 || !record.follows(k - 1, k) {
+        if k == 0 || !record.is_correlated_with(k - 1, k) {
             return f64::NAN;
         }
         let dt = record.times[k] - record.times[k - 1];

@@ -31,7 +31,7 @@ pub(crate) fn impact_heights(record: &Record, g: f64) -> Vec<(DetectedEvent, f64
             let distance = if before { distance } else { -distance };
             (0.0..SIDE_DURATION).contains(&distance)
         };
-        let mut arcs = record.pieces.iter().filter(|a| {
+        let mut arcs = record.smooth_segments.iter().filter(|a| {
             let middle = 0.5 * (record.times[a.start] + record.times[a.end - 1]);
             (middle < event.time) == before
         });

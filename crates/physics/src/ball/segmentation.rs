@@ -4,7 +4,7 @@
 //! height. The threshold depends on the noise. Bounces below the threshold are not detected; the record is
 //! cut before them, because an arc with a hidden bounce would look like an arc with coloured noise.
 
-use crate::system::{DetectedEvent, MEMORY, Record, Window, typical_step};
+use crate::system::{DetectedEvent, CORRELATION_STEPS, Record, Window, typical_step};
 use std::ops::Range;
 
 /// Lag of the second difference, s.
@@ -163,12 +163,12 @@ pub(super) fn segment(record: &mut Record, g: f64, sigma: f64, has_bounces: bool
     let peaks = if has_bounces { heights.peaks(sigma) } else { Vec::new() };
     let margin = heights.step.max(MARGIN);
     let end = find_arcs(record, &heights, &peaks, g, margin);
-    record.memory_s = MEMORY * typical_step(&record.times);
-    record.pieces.retain(|a| heights.count(a) >= MIN_HEIGHTS && a.end <= end);
+    record.noise_correlation_s = CORRELATION_STEPS * typical_step(&record.times);
+    record.smooth_segments.retain(|a| heights.count(a) >= MIN_HEIGHTS && a.end <= end);
     record.times.truncate(end);
     record.values.iter_mut().for_each(|c| c.truncate(end));
     set_rough_start(record, g);
-    record.known = match (record.events.first(), record.pieces.first()) {
+    record.initial_sample_count = match (record.events.first(), record.smooth_segments.first()) {
         (Some(_), Some(arc)) => arc.end,
         // The first part of a flight without impacts.
         _ => (record.times.len() * 2 / 5).max(6).min(record.times.len()),
@@ -203,11 +203,11 @@ fn find_arcs(record: &mut Record, heights: &Heights, peaks: &[usize], g: f64, ma
                 // The impact before the short arc has a usable arc on one side only: drop it as well.
                 end = record.events.last().map_or(end, |e| arc_end(&times, e.time, margin));
                 record.events.pop();
-                record.pieces.retain(|a| a.end <= end);
+                record.smooth_segments.retain(|a| a.end <= end);
             }
             break;
         }
-        record.pieces.push(arc);
+        record.smooth_segments.push(arc);
         record.events.push(DetectedEvent { time, value: (speed_out / speed_in).clamp(0.02, 1.1) });
         out_speed = Some(speed_out);
         arc_start = (0..times.len()).find(|&k| times[k] > time + margin).unwrap_or(times.len());
@@ -220,7 +220,7 @@ fn find_arcs(record: &mut Record, heights: &Heights, peaks: &[usize], g: f64, ma
             end = end_of_hop(&times, begin, out_speed, g, margin);
         }
         if heights.count(&(arc_start..end)) >= MIN_HEIGHTS {
-            record.pieces.push(arc_start..end);
+            record.smooth_segments.push(arc_start..end);
         } else if !record.events.is_empty() {
             end = record.events.last().map_or(end, |e| arc_end(&times, e.time, margin));
             record.events.pop();
@@ -261,7 +261,7 @@ fn end_of_hop(times: &[f64], begin: f64, out_speed: Option<f64>, g: f64, margin:
 fn set_rough_start(record: &mut Record, g: f64) {
     let channels = record.values.len();
     let mut start = vec![0.0; 2 * channels];
-    if let (Some(first), Some(&t0)) = (record.pieces.first(), record.times.first()) {
+    if let (Some(first), Some(&t0)) = (record.smooth_segments.first(), record.times.first()) {
         for (channel, values) in record.values.iter().enumerate() {
             let pull = if channel + 1 == channels { g } else { 0.0 };
             if let Some((p, v)) = fit_free_fall(&record.times, values, first.clone(), t0, pull) {

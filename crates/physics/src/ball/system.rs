@@ -14,7 +14,7 @@ use crate::Scalar;
 use crate::effects::{self, Against, Location, SCATTER_SPEC, Table as TableLaw, Target as TableTarget};
 use crate::model::{Parameter, Release};
 use crate::system::{
-    Begin, Channel, Designs, Effect, Event, EventSchema, Law, Measure, Objection, Quantity, Record, Scatter,
+    InitialValue, Channel, Designs, Effect, Event, EventSchema, Law, ErrorFigure, Objection, Quantity, Record, Scatter,
     Schema, Seed, Simulated, SimulationError, State as StateSchema, System, SystemError, Table, Target, Task,
     in_blocks, seeded, with_lanes,
 };
@@ -191,7 +191,7 @@ impl System for Ball {
         &self.library
     }
 
-    fn laws(&self) -> &[Law] {
+    fn terms(&self) -> &[Law] {
         &self.laws
     }
 
@@ -260,13 +260,13 @@ impl System for Ball {
         }
         segment(record, self.parameters[GRAVITY].nominal.max(0.1), sigma, self.declaration.bounces);
         let remaining = record.values.last().map_or(0, |z| z.iter().filter(|z| z.is_finite()).count());
-        if remaining < MIN_HEIGHTS || record.pieces.is_empty() {
+        if remaining < MIN_HEIGHTS || record.smooth_segments.is_empty() {
             return Err(too_few_heights());
         }
         Ok(())
     }
 
-    fn settled(&self, records: &[&Record]) -> Option<Arc<dyn System>> {
+    fn with_scene_from_data(&self, records: &[&Record]) -> Option<Arc<dyn System>> {
         let seen = floor_height(records, self.parameters[GRAVITY].nominal)?;
         let floor = &self.parameters[FLOOR];
         let is_elsewhere = (seen - floor.nominal).abs() > MAX_FLOOR_DIFFERENCE_M && !self.declaration.floor;
@@ -287,15 +287,15 @@ impl System for Ball {
         objection(&self.parameters, records, sd.last().copied().unwrap_or(0.0))
     }
 
-    fn unlike(&self, records: &[&Record], sd: &[f64]) -> Option<Objection> {
+    fn reject_as_other_system(&self, records: &[&Record], sd: &[f64]) -> Option<Objection> {
         unlike(&self.parameters, records, sd.last().copied().unwrap_or(0.0))
     }
 
-    fn implausible(&self, values: &[f64]) -> Option<Objection> {
+    fn check_plausible_values(&self, values: &[f64]) -> Option<Objection> {
         implausible(&self.parameters, values)
     }
 
-    fn possible(&self, effect: usize, records: &[&Record]) -> bool {
+    fn can_search_effect(&self, effect: usize, records: &[&Record]) -> bool {
         let preconditions = Preconditions {
             axes: self.world.axes,
             released_at_rest: self.released_at_rest,
@@ -306,7 +306,7 @@ impl System for Ball {
         preconditions.allows(effect, records)
     }
 
-    fn tables(&self, records: &[&Record], events: &[Vec<Event>]) -> Vec<Table> {
+    fn candidate_tables(&self, records: &[&Record], events: &[Vec<Event>]) -> Vec<Table> {
         let floor_m = self.floor_m();
         tables(self.world.axes, floor_m, !self.parameters[RESTITUTION].frozen, records, events)
     }
@@ -315,7 +315,7 @@ impl System for Ball {
         residual_axes(record, events)
     }
 
-    fn designs(&self, records: &[&Record], step_s: f64) -> Designs {
+    fn candidate_experiments(&self, records: &[&Record], step_s: f64) -> Designs {
         designs(self.schema.channels.len(), self.floor_m(), self.released_at_rest, records, step_s)
     }
 }
@@ -330,15 +330,15 @@ fn schema(axes: Axes, released_at_rest: bool, declaration: &BallDeclaration) -> 
     };
     let positions = columns.iter().enumerate().map(|(channel, column)| StateSchema {
         quantity: Quantity::new(column.trim_end_matches("_m"), "m"),
-        begin: Begin::Measured(channel),
+        initial: InitialValue::Measured(channel),
     });
     let velocities = columns.iter().map(|column| StateSchema {
         quantity: Quantity::new(&format!("velocity of {}", column.trim_end_matches("_m")), "m/s"),
-        begin: if released_at_rest { Begin::Fixed(0.0) } else { Begin::Free },
+        initial: if released_at_rest { InitialValue::Fixed(0.0) } else { InitialValue::Free },
     });
     let features = Against::ALL.iter().map(|a| Quantity::new(a.name(), a.unit()));
     let targets = TableTarget::ALL.iter().map(|t| Target {
-        usual: 1.0,
+        typical: 1.0,
         quantity: Quantity::new(t.name(), t.unit()),
         place: t.location().name().into(),
         costly: t.location() == Location::Flight,
@@ -361,14 +361,14 @@ fn schema(axes: Axes, released_at_rest: bool, declaration: &BallDeclaration) -> 
         clock: Some(covariates::CLOCK),
         features: features.collect(),
         targets: targets.collect(),
-        measures: vec![Measure {
+        error_figures: vec![ErrorFigure {
             name: "position".into(),
             channels: (0..columns.len()).collect(),
             unit: ("mm".into(), 1e3),
-            length: false,
+            is_euclidean: false,
         }],
         horizons_s: Vec::new(),
-        drawn: None,
+        record_random_effect: None,
         event: Some(EventSchema {
             words: ["impact".into(), "impacts".into()],
             parameter: RESTITUTION,
@@ -376,7 +376,7 @@ fn schema(axes: Axes, released_at_rest: bool, declaration: &BallDeclaration) -> 
             declared: declaration.scatter,
             // A moving floor changes the rebound speed by its own velocity; relative to the impact speed,
             // that change decreases with the impact speed.
-            strength: Against::ALL.iter().position(|a| *a == Against::NormalSpeed),
+            periodic_scale_feature: Against::ALL.iter().position(|a| *a == Against::NormalSpeed),
         }),
         conditions: ["heights", "speeds", "spins"].map(String::from).to_vec(),
     }

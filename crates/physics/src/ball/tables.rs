@@ -119,7 +119,7 @@ fn feature_range(
 fn flight_values(against: Against, axes: Axes, floor_m: f64, r: &Record) -> Vec<f64> {
     let channel = |axis: usize| axes.indices().iter().position(|&a| a == axis);
     let mut out = Vec::new();
-    for a in &r.pieces {
+    for a in &r.smooth_segments {
         for k in a.clone().skip(1) {
             let y = |axis: usize, k: usize| channel(axis).map_or(0.0, |c| r.values[c][k]);
             let rate = |axis: usize| {

@@ -1,7 +1,7 @@
 //! Recorded inputs between their samples.
 
 use crate::Scalar;
-use crate::system::{Between, Record, Schema};
+use crate::system::{InputInterpolation, Record, Schema};
 
 /// The inputs of a record, each on the piece between two of its samples that holds a time.
 #[derive(Clone, Debug)]
@@ -40,8 +40,8 @@ impl<'a> Inputs<'a> {
         for ((stream, piece), input) in self.record.inputs.iter().zip(&self.pieces).zip(&self.schema.inputs) {
             let first = piece.unwrap_or(0);
             // Before the first sample and after the last there is nothing to go to: the value is held.
-            let span = match (piece, input.between) {
-                (Some(i), Between::Linear) => stream.times.get(i + 1).map(|t| t - stream.times[*i]),
+            let span = match (piece, input.interpolation) {
+                (Some(i), InputInterpolation::Linear) => stream.times.get(i + 1).map(|t| t - stream.times[*i]),
                 _ => None,
             };
             for column in &stream.values {

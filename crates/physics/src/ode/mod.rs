@@ -7,7 +7,7 @@
 //! use augsim_physics::model::Parameter;
 //! use augsim_physics::ode::{At, Equations, Ode};
 //! use augsim_physics::system::{
-//!     Begin, Channel, Measure, Offsets, Quantity, Record, Schema, Seed, Simulated, State, System, Task,
+//!     InitialValue, Channel, ErrorFigure, Offsets, Quantity, Record, Schema, Seed, Simulated, State, System, Task,
 //! };
 //! use augsim_physics::Scalar;
 //!
@@ -36,9 +36,9 @@
 //! let schema = Schema {
 //!     system: "pendulum".into(),
 //!     record: ["swing".into(), "swings".into()],
-//!     states: vec![state("angle", "rad", Begin::Measured(0)), state("speed", "rad/s", Begin::Fixed(0.0))],
+//!     states: vec![state("angle", "rad", InitialValue::Measured(0)), state("speed", "rad/s", InitialValue::Fixed(0.0))],
 //!     channels: vec![Channel { column: "theta_rad".into(), unit: "rad".into(), ..Channel::default() }],
-//!     measures: vec![Measure { name: "angle".into(), channels: vec![0], unit: ("rad".into(), 1.0), length: false }],
+//!     error_figures: vec![ErrorFigure { name: "angle".into(), channels: vec![0], unit: ("rad".into(), 1.0), is_euclidean: false }],
 //!     ..Schema::default()
 //! };
 //! let pendulum = Ode::new(Pendulum(schema, vec![Parameter::free("b_per_s".into(), 0.1, 0.0, 5.0)]));
@@ -129,7 +129,7 @@ impl<E: Equations> System for Ode<E> {
         self.equations.library()
     }
 
-    fn laws(&self) -> &[Law] {
+    fn terms(&self) -> &[Law] {
         &self.laws
     }
 

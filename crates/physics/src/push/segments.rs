@@ -1,7 +1,7 @@
 //! Division of a push into windows for fits (by travel of the rod) and segments for forecasts (by time).
 
 use super::path::simplify_path;
-use crate::system::{MEMORY, Record, Window, split_by_duration};
+use crate::system::{CORRELATION_STEPS, Record, Window, split_by_duration};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -41,8 +41,8 @@ pub(super) fn split(record: &mut Record, position_sd_m: f64) -> bool {
     let is_forecast_whole = travel.last().is_none_or(|length| *length <= MAX_WHOLE_FORECAST_M);
     record.forecasts =
         if is_forecast_whole { Vec::new() } else { split_by_duration(&record.times, FORECAST_SEGMENT_S) };
-    record.memory_s = MEMORY * record.typical_step();
-    record.known = 1;
+    record.noise_correlation_s = CORRELATION_STEPS * record.typical_step();
+    record.initial_sample_count = 1;
     !record.windows.is_empty()
 }
 

@@ -15,7 +15,7 @@ use crate::Scalar;
 use crate::effects::Polar;
 use crate::model::Parameter;
 use crate::system::{
-    Begin, Between, Channel, Drawn, Effect, Event, Input, Law, Measure, Objection, Quantity, Record, Schema,
+    InitialValue, InputInterpolation, Channel, RecordRandomEffect, Effect, Event, Input, Law, ErrorFigure, Objection, Quantity, Record, Schema,
     Seed, Simulated, SimulationError, State, System, SystemError, Task, TopView, in_blocks, seeded,
     with_lanes,
 };
@@ -123,7 +123,7 @@ impl System for Pushing {
         &self.library
     }
 
-    fn laws(&self) -> &[Law] {
+    fn terms(&self) -> &[Law] {
         &self.laws
     }
 
@@ -200,12 +200,12 @@ impl System for Pushing {
         objection(&self.world, &self.parameters, &self.declares, records)
     }
 
-    fn possible(&self, effect: usize, records: &[&Record]) -> bool {
+    fn can_search_effect(&self, effect: usize, records: &[&Record]) -> bool {
         possible(effect, &self.parameters, &self.declares, records)
     }
 
     /// False: model files of pushing give an effect one value for all groups.
-    fn by_group(&self, _effect: usize) -> bool {
+    fn can_vary_by_group(&self, _effect: usize) -> bool {
         false
     }
 
@@ -234,14 +234,14 @@ fn schema(world: &World, declares: &PushDeclaration) -> Schema {
             sd,
             max_sd: None,
             min_sd: sd,
-            fresh: Some("object_new".into()),
+            update_column: Some("object_new".into()),
         }
     };
-    let measure = |name: &str, channels: &[usize], unit: &str, factor: f64| Measure {
+    let measure = |name: &str, channels: &[usize], unit: &str, factor: f64| ErrorFigure {
         name: name.into(),
         channels: channels.to_vec(),
         unit: (unit.into(), factor),
-        length: true,
+        is_euclidean: true,
     };
     let centre = world.terms().iter().find(|t| Some(t.effect) == effects::index_of(SCATTERED_EFFECT));
     Schema {
@@ -250,13 +250,13 @@ fn schema(world: &World, declares: &PushDeclaration) -> Schema {
         states: pose
             .iter()
             .enumerate()
-            .map(|(c, (name, unit))| State { quantity: Quantity::new(name, unit), begin: Begin::Measured(c) })
+            .map(|(c, (name, unit))| State { quantity: Quantity::new(name, unit), initial: InitialValue::Measured(c) })
             .collect(),
         channels: pose.into_iter().map(channel).collect(),
         inputs: vec![Input {
             columns: vec!["pusher_x_m".into(), "pusher_y_m".into()],
-            between: Between::Linear,
-            fresh: Some("pusher_new".into()),
+            interpolation: InputInterpolation::Linear,
+            update_column: Some("pusher_new".into()),
         }],
         features: vec![
             Quantity::new("time", "s"),
@@ -264,13 +264,13 @@ fn schema(world: &World, declares: &PushDeclaration) -> Schema {
             Quantity::new("speed", "m/s"),
         ],
         horizons_s: vec![0.5, 1.0, 2.0],
-        measures: vec![
+        error_figures: vec![
             measure("position", &[0, 1], "mm", 1e3),
             measure("rotation", &[2], "degrees", 180.0 / PI),
         ],
-        drawn: effects::index_of(SCATTERED_EFFECT).map(|through| Drawn {
-            through,
-            places: centre.map(|t| t.first..t.first + t.count),
+        record_random_effect: effects::index_of(SCATTERED_EFFECT).map(|through| RecordRandomEffect {
+            effect: through,
+            parameters: centre.map(|t| t.first..t.first + t.count),
             scatter: Effect::from(&effects::SCATTER_SPEC),
             declared: declares.scatter_sd_m,
             declared_ci95: declares.scatter_ci95_m,

@@ -36,9 +36,9 @@ pub(crate) use lanes::with_lanes;
 pub use lanes::{in_blocks, seeded};
 pub use law::{Law, Table};
 pub use quantity::Quantity;
-pub use record::{DetectedEvent, MEMORY, Record, Stream, Window, split_by_duration, spread, typical_step};
+pub use record::{DetectedEvent, CORRELATION_STEPS, Record, Stream, Window, split_by_duration, channel_sd, typical_step};
 pub use scatter::{Scatter, ScatterPer};
-pub use schema::{Begin, Between, Channel, Drawn, EventSchema, Input, Measure, Schema, State, Target};
+pub use schema::{InitialValue, InputInterpolation, Channel, RecordRandomEffect, EventSchema, Input, ErrorFigure, Schema, State, Target};
 pub use simulated::{Event, Simulated};
 pub use task::{Offsets, Seed, Task};
 pub use top_view::TopView;
@@ -55,7 +55,7 @@ pub trait System: Debug + Send + Sync {
     fn library(&self) -> &[Effect];
 
     /// Effects that [`augmented`](System::augmented) has added, in the order of their parameters.
-    fn laws(&self) -> &[Law];
+    fn terms(&self) -> &[Law];
 
     /// Returns this system with further effects; their parameters are appended in the order of `laws`.
     ///
@@ -139,7 +139,7 @@ pub trait System: Debug + Send + Sync {
     /// [`Objection`] if the record is unusable.
     fn prepare(&self, record: &mut Record, sd: &[f64]) -> Result<(), Objection> {
         let _ = sd;
-        record.whole(self.schema());
+        record.use_as_one_window(self.schema());
         Ok(())
     }
 
@@ -154,7 +154,7 @@ pub trait System: Debug + Send + Sync {
     /// This system with scene parameters, such as the floor height, estimated from data and calibrated.
     ///
     /// `None` where the declared scene agrees with the records.
-    fn settled(&self, _records: &[&Record]) -> Option<Arc<dyn System>> {
+    fn with_scene_from_data(&self, _records: &[&Record]) -> Option<Arc<dyn System>> {
         None
     }
 
@@ -166,33 +166,33 @@ pub trait System: Debug + Send + Sync {
     }
 
     /// Why these records cannot come from such a system, at any parameter values; with a remedy.
-    fn unlike(&self, _records: &[&Record], _sd: &[f64]) -> Option<Objection> {
+    fn reject_as_other_system(&self, _records: &[&Record], _sd: &[f64]) -> Option<Objection> {
         None
     }
 
     /// Why calibrated parameter values are implausible for such a system, with the most likely remedy.
     ///
     /// `values` are in the order of [`parameters`](System::parameters).
-    fn implausible(&self, _values: &[f64]) -> Option<Objection> {
+    fn check_plausible_values(&self, _values: &[f64]) -> Option<Objection> {
         None
     }
 
     /// Whether an effect of the library can be searched for in these records.
     ///
     /// False if the records lack the data that it needs, or if the declared model contains it already.
-    fn possible(&self, _effect: usize, _records: &[&Record]) -> bool {
+    fn can_search_effect(&self, _effect: usize, _records: &[&Record]) -> bool {
         true
     }
 
     /// Whether an effect of the library may have one value per group.
     ///
     /// The default is false for effects that act through another one.
-    fn by_group(&self, effect: usize) -> bool {
+    fn can_vary_by_group(&self, effect: usize) -> bool {
         self.library().get(effect).is_some_and(|e| e.joins.is_none())
     }
 
     /// Candidate tables (functions of one feature), given records and their simulated events.
-    fn tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
+    fn candidate_tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
         Vec::new()
     }
 
@@ -211,7 +211,7 @@ pub trait System: Debug + Send + Sync {
     }
 
     /// Candidate experiments for experiment design, sampled every `step_s` seconds.
-    fn designs(&self, _records: &[&Record], _step_s: f64) -> Designs {
+    fn candidate_experiments(&self, _records: &[&Record], _step_s: f64) -> Designs {
         Designs::default()
     }
 
@@ -224,15 +224,15 @@ pub trait System: Debug + Send + Sync {
     }
 
     /// Number of declared parameters, that is without those of the added effects.
-    fn declared(&self) -> usize {
-        let added: usize = self.laws().iter().map(|law| law.size(self.library())).sum();
+    fn declared_count(&self) -> usize {
+        let added: usize = self.terms().iter().map(|law| law.size(self.library())).sum();
         self.parameters().len() - added
     }
 
     /// Index range of each added effect's parameters in a task's parameter vector.
-    fn places(&self) -> Vec<Range<usize>> {
-        let mut first = self.declared();
-        self.laws()
+    fn term_parameter_ranges(&self) -> Vec<Range<usize>> {
+        let mut first = self.declared_count();
+        self.terms()
             .iter()
             .map(|law| {
                 let range = first..first + law.size(self.library());

@@ -1,6 +1,6 @@
 //! A measured record: samples, inputs, covariates, windows and detected events.
 
-use super::schema::{Begin, Schema};
+use super::schema::{InitialValue, Schema};
 use crate::statistics::median;
 use std::ops::Range;
 use std::sync::Arc;
@@ -52,13 +52,13 @@ pub struct Record {
     /// Sample ranges that are forecast separately; empty: the whole record.
     pub forecasts: Vec<Range<usize>>,
     /// Sample ranges without an event, in which the motion is smooth; empty where unknown.
-    pub pieces: Vec<Range<usize>>,
+    pub smooth_segments: Vec<Range<usize>>,
     /// Events detected in the data.
     pub events: Vec<DetectedEvent>,
     /// Noise of two samples of a channel counts as independent from this time difference on, s.
-    pub memory_s: f64,
+    pub noise_correlation_s: f64,
     /// Number of samples, from the first, that a forecast may use to estimate its initial state.
-    pub known: usize,
+    pub initial_sample_count: usize,
     /// Whether the record begins during a motion, so that its initial state is unknown.
     pub is_mid_motion: bool,
 }
@@ -68,8 +68,8 @@ impl Record {
     ///
     /// True if at most one sample is missing in between. Missing samples are those not recorded, empty or
     /// masked.
-    pub fn follows(&self, before: usize, k: usize) -> bool {
-        self.times[k] - self.times[before] < self.memory_s
+    pub fn is_correlated_with(&self, before: usize, k: usize) -> bool {
+        self.times[k] - self.times[before] < self.noise_correlation_s
     }
 
     /// Median time step, s.
@@ -86,22 +86,22 @@ impl Record {
     ///
     /// Measured states start at the first finite value of their channel, fixed ones at their value, those
     /// with a prior at its mean, and free ones at 0.
-    pub fn whole(&mut self, schema: &Schema) {
+    pub fn use_as_one_window(&mut self, schema: &Schema) {
         let first_value = |channel: usize| {
             let values = self.values.get(channel).map_or(&[][..], Vec::as_slice);
             values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0)
         };
-        let start = schema.states.iter().map(|state| match state.begin {
-            Begin::Free => 0.0,
-            Begin::Fixed(value) | Begin::Prior(value, _) => value,
-            Begin::Measured(channel) => first_value(channel),
+        let start = schema.states.iter().map(|state| match state.initial {
+            InitialValue::Free => 0.0,
+            InitialValue::Fixed(value) | InitialValue::Prior(value, _) => value,
+            InitialValue::Measured(channel) => first_value(channel),
         });
         let start = start.collect();
         let samples = 0..self.times.len();
         self.windows = vec![Window { samples, start }];
-        self.pieces.clear();
-        self.memory_s = MEMORY * self.typical_step();
-        self.known = 1.min(self.times.len());
+        self.smooth_segments.clear();
+        self.noise_correlation_s = CORRELATION_STEPS * self.typical_step();
+        self.initial_sample_count = 1.min(self.times.len());
     }
 }
 
@@ -109,10 +109,10 @@ impl Record {
 ///
 /// Above 2, so that one missing sample does not make its neighbours independent: treating them as independent
 /// would halve the estimated slow part of coloured noise.
-pub const MEMORY: f64 = 2.6;
+pub const CORRELATION_STEPS: f64 = 2.6;
 
 /// Standard deviation of a channel's samples over all records; 1 if it is 0 or there are none.
-pub fn spread(records: &[Record], channel: usize) -> f64 {
+pub fn channel_sd(records: &[Record], channel: usize) -> f64 {
     let samples = records.iter().filter_map(|r| r.values.get(channel)).flatten().copied();
     let values: Vec<f64> = samples.filter(|v| v.is_finite()).collect();
     let count = values.len().max(1) as f64;

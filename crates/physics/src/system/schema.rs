@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// How the initial value of a state is determined.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Begin {
+pub enum InitialValue {
     /// Estimated for each record.
     Free,
     /// Known: this value.
@@ -24,7 +24,7 @@ pub struct State {
     /// Name and unit.
     pub quantity: Quantity,
     /// How its initial value is determined.
-    pub begin: Begin,
+    pub initial: InitialValue,
 }
 
 /// A measured channel.
@@ -46,14 +46,14 @@ pub struct Channel {
     /// estimate from their differences can be far too small.
     pub min_sd: Option<f64>,
     /// Column that marks (above 0.5) the rows with a new measurement of the channel, if there is one.
-    pub fresh: Option<String>,
+    pub update_column: Option<String>,
 }
 
 /// Interpolation of an input between its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Between {
+pub enum InputInterpolation {
     /// Zero-order hold: the last value.
-    Held,
+    ZeroOrderHold,
     /// Linear interpolation (first-order hold).
     Linear,
 }
@@ -64,9 +64,9 @@ pub struct Input {
     /// Columns of the data.
     pub columns: Vec<String>,
     /// Interpolation between its samples.
-    pub between: Between,
+    pub interpolation: InputInterpolation,
     /// Column that marks (above 0.5) the rows with a new sample of the input, if there is one.
-    pub fresh: Option<String>,
+    pub update_column: Option<String>,
 }
 
 /// A quantity that a table can add to.
@@ -79,12 +79,12 @@ pub struct Target {
     /// Whether a table there slows down every simulation.
     pub costly: bool,
     /// Typical magnitude of a relevant addition, in the unit of the quantity.
-    pub usual: f64,
+    pub typical: f64,
 }
 
 /// Channels whose errors are combined into one error figure.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Measure {
+pub struct ErrorFigure {
     /// Name of the error figure (`position`, `rotation`).
     pub name: String,
     /// Channels, by index.
@@ -92,7 +92,7 @@ pub struct Measure {
     /// Display unit, and conversion factor from the unit of the channels.
     pub unit: (String, f64),
     /// Whether a sample's error is the Euclidean norm over the channels, not one error per channel.
-    pub length: bool,
+    pub is_euclidean: bool,
 }
 
 /// The kind of event of a system, such as impacts.
@@ -107,16 +107,16 @@ pub struct EventSchema {
     /// The random effect that the model declares.
     pub declared: Option<Scatter>,
     /// Index of the feature that scales a periodic disturbance of the parameter at events.
-    pub strength: Option<usize>,
+    pub periodic_scale_feature: Option<usize>,
 }
 
 /// Per-record random effect: parameters of an effect that vary between records about a common mean.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Drawn {
+pub struct RecordRandomEffect {
     /// Index of the effect with these parameters in the library; it vanishes where they are 0.
-    pub through: usize,
+    pub effect: usize,
     /// Indices of these parameters in the declared parameter vector, if the model declares the effect.
-    pub places: Option<Range<usize>>,
+    pub parameters: Option<Range<usize>>,
     /// The random effect as a library effect; its only parameter is the standard deviation.
     pub scatter: Effect,
     /// The standard deviation that the model declares.
@@ -149,19 +149,19 @@ pub struct Schema {
     /// Forecast horizons, s, for a system whose states are all measured.
     pub horizons_s: Vec<f64>,
     /// Error figures; the first is the primary one.
-    pub measures: Vec<Measure>,
+    pub error_figures: Vec<ErrorFigure>,
     /// Kind of event, for a system that has events.
     pub event: Option<EventSchema>,
     /// Per-record random effect, for a system that has one.
-    pub drawn: Option<Drawn>,
+    pub record_random_effect: Option<RecordRandomEffect>,
     /// Conditions that can be varied between records, most informative first (`heights`, `speeds`).
     pub conditions: Vec<String>,
 }
 
 impl Schema {
     /// Display unit of the primary error figure, and conversion factor from the unit of the channels.
-    pub fn decides(&self) -> (&str, f64) {
-        self.measures.first().map_or(("", 1.0), |m| (m.unit.0.as_str(), m.unit.1))
+    pub fn primary_unit(&self) -> (&str, f64) {
+        self.error_figures.first().map_or(("", 1.0), |m| (m.unit.0.as_str(), m.unit.1))
     }
 
     /// Index of the covariate with this name.
@@ -176,7 +176,7 @@ impl Schema {
 
     /// Indices of the states whose initial value is estimated.
     pub fn free_states(&self) -> impl Iterator<Item = usize> + '_ {
-        self.states.iter().enumerate().filter(|(_, s)| !matches!(s.begin, Begin::Fixed(_))).map(|(i, _)| i)
+        self.states.iter().enumerate().filter(|(_, s)| !matches!(s.initial, InitialValue::Fixed(_))).map(|(i, _)| i)
     }
 }
 

@@ -9,12 +9,12 @@ use augsim_physics::Scalar;
 use augsim_physics::model::Parameter;
 use augsim_physics::ode::{At, Equations, Ode, Tolerance};
 use augsim_physics::system::{
-    Begin, Between, Channel, Effect, EffectParameter, EventSchema, Input, Law, Measure, Offsets, Quantity,
+    InitialValue, InputInterpolation, Channel, Effect, EffectParameter, EventSchema, Input, Law, ErrorFigure, Offsets, Quantity,
     Record, Schema, Seed, Simulated, SimulationError, State, Stream, System, Task,
 };
 
-fn schema(system: &str, states: usize, inputs: &[Between]) -> Schema {
-    let state = |i| State { quantity: Quantity::new(&format!("x{i}"), "m"), begin: Begin::Free };
+fn schema(system: &str, states: usize, inputs: &[InputInterpolation]) -> Schema {
+    let state = |i| State { quantity: Quantity::new(&format!("x{i}"), "m"), initial: InitialValue::Free };
     Schema {
         system: system.into(),
         record: ["record".into(), "records".into()],
@@ -22,13 +22,13 @@ fn schema(system: &str, states: usize, inputs: &[Between]) -> Schema {
         channels: vec![Channel { column: "y_m".into(), unit: "m".into(), ..Channel::default() }],
         inputs: inputs
             .iter()
-            .map(|&between| Input { columns: vec!["u".into()], between, fresh: None })
+            .map(|&between| Input { columns: vec!["u".into()], interpolation: between, update_column: None })
             .collect(),
-        measures: vec![Measure {
+        error_figures: vec![ErrorFigure {
             name: "y".into(),
             channels: vec![0],
             unit: ("mm".into(), 1e3),
-            length: false,
+            is_euclidean: false,
         }],
         ..Schema::default()
     }
@@ -207,7 +207,7 @@ impl Bouncing {
             parameter: 1,
             scatter: Effect::default(),
             declared: None,
-            strength: None,
+            periodic_scale_feature: None,
         };
         let schema = Schema { event: Some(event), ..schema("bouncing", 2, &[]) };
         Self(schema, vec![parameter("g_m_s2", 9.81), parameter("e", 0.9)], rests)
@@ -371,18 +371,18 @@ impl Equations for Driven {
 #[test]
 fn inputs_are_held_or_linear_between_their_own_samples() {
     let (knots, u) = (vec![0.1, 0.25, 0.31, 0.7], vec![1.0, -2.0, 4.0, 0.5]);
-    let integral = |between: Between, t: f64| {
+    let integral = |between: InputInterpolation, t: f64| {
         // Before the first sample and after the last the value is held.
         let mut sum = u[0] * t.min(knots[0]);
         for i in 0..3 {
             let (a, b) = (knots[i], knots[i + 1]);
             let end = t.clamp(a, b);
-            let slope = if between == Between::Linear { (u[i + 1] - u[i]) / (b - a) } else { 0.0 };
+            let slope = if between == InputInterpolation::Linear { (u[i + 1] - u[i]) / (b - a) } else { 0.0 };
             sum += u[i] * (end - a) + 0.5 * slope * (end - a).powi(2);
         }
         sum + u[3] * (t - knots[3]).max(0.0)
     };
-    for between in [Between::Held, Between::Linear] {
+    for between in [InputInterpolation::ZeroOrderHold, InputInterpolation::Linear] {
         let system = Ode::new(Driven(schema("driven", 1, &[between]), vec![parameter("k", 2.0)]));
         let stream = Stream { times: knots.clone(), values: vec![u.clone()] };
         let record = Record { inputs: [stream].into(), ..times(50, 0.02) };

@@ -8,7 +8,7 @@ use augsim_physics::ball::{Axes, Ball, Covariates, Run, State, Throw};
 use augsim_physics::effects::{Against, Target};
 use augsim_physics::model::Model;
 use augsim_physics::system::{
-    Begin, Law, Offsets, Record, Seed, Simulated, System, SystemError, Table, Task,
+    InitialValue, Law, Offsets, Record, Seed, Simulated, System, SystemError, Table, Task,
 };
 use augsim_physics::{Dual, Scalar, ball};
 use std::sync::Arc;
@@ -180,17 +180,17 @@ fn effects_can_be_added_one_by_one_or_together() {
     let together = base.augmented(&laws).expect("known laws");
     let one_by_one = base.augmented(&laws[..1]).and_then(|s| s.augmented(&laws[1..])).expect("known laws");
     assert_eq!(together.parameters(), one_by_one.parameters());
-    assert_eq!((one_by_one.declared(), one_by_one.places()), (5, vec![5..6, 6..11, 11..12]));
-    assert_eq!(one_by_one.laws(), &laws);
+    assert_eq!((one_by_one.declared_count(), one_by_one.term_parameter_ranges()), (5, vec![5..6, 6..11, 11..12]));
+    assert_eq!(one_by_one.terms(), &laws);
     let names: Vec<&str> = one_by_one.parameters()[5..].iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["phi_rad", "knot0", "knot1", "knot2", "knot3", "knot4", "s"]);
 }
 
 #[test]
 fn release_at_rest_fixes_the_initial_velocity() {
-    let initial_velocity = |release| plain(Axes::Vertical, release).schema().states[1].begin;
-    assert_eq!(initial_velocity("rest"), Begin::Fixed(0.0));
-    assert_eq!(initial_velocity("free"), Begin::Free);
+    let initial_velocity = |release| plain(Axes::Vertical, release).schema().states[1].initial;
+    assert_eq!(initial_velocity("rest"), InitialValue::Fixed(0.0));
+    assert_eq!(initial_velocity("free"), InitialValue::Free);
 }
 
 #[test]

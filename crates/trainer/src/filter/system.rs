@@ -10,7 +10,7 @@ use super::weights::resample;
 use crate::{Samples, TrainerError};
 use augsim_data::random_stream;
 use augsim_physics::model::{Parameter, Per};
-use augsim_physics::system::{Begin, Record, Scatter, ScatterPer, Seed, Simulated, System};
+use augsim_physics::system::{InitialValue, Record, Scatter, ScatterPer, Seed, Simulated, System};
 use std::sync::Arc;
 
 /// Number of events of a trajectory with an offset of their own; later events have none.
@@ -122,10 +122,10 @@ impl SystemFilter {
         let schema = self.system.schema();
         let unbounded = [f64::NEG_INFINITY, f64::INFINITY];
         for (i, state) in schema.states.iter().enumerate() {
-            let prior = match state.begin {
-                Begin::Fixed(_) => continue,
-                Begin::Prior(mean, sd) => Some((mean, sd)),
-                Begin::Free | Begin::Measured(_) => None,
+            let prior = match state.initial {
+                InitialValue::Fixed(_) => continue,
+                InitialValue::Prior(mean, sd) => Some((mean, sd)),
+                InitialValue::Free | InitialValue::Measured(_) => None,
             };
             self.unknowns.push(Unknown { seed: Seed::Start(i), prior, bounds: unbounded });
         }
@@ -227,7 +227,7 @@ impl SystemFilter {
         }
         let noise: Vec<f64> = observed.values.iter().map(|v| rough_noise(v)).collect();
         let mut uncut = observed.clone();
-        uncut.whole(schema);
+        uncut.use_as_one_window(schema);
         let is_start = |r: &Record| {
             r.windows.first().is_some_and(|w| w.samples.start == 0 && w.start.len() == schema.states.len())
         };
