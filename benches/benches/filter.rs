@@ -4,7 +4,7 @@
 //!   moves (target 0.5 ms).
 //! - 100 sampled forecasts of the remaining 335 rows (target 50 ms).
 
-use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
 use augsim_trainer::filter::{Filter, InitialStatePrior, NetTransition, Sensor};
 use augsim_trainer::{Engine, NetModel, Recipe, Sequences, Settings, Training};
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -20,7 +20,7 @@ fn ok<R, E: std::fmt::Debug>(result: Result<R, E>) -> R {
 
 fn filtering(c: &mut Criterion) {
     let drops = |trajectories, seed| {
-        let (data, _) = ok(PaperLaw::default().generate(trajectories, seed));
+        let (data, _) = ok(DropDistribution::default().generate(trajectories, seed));
         ok(Sequences::new(&data, &["height_m", "velocity_m_s"]))
     };
     let (train, test) = (drops(40, 1), drops(1, 2));

@@ -8,14 +8,14 @@
 
 use augsim_benches::flops::{BALL, Extents};
 use augsim_benches::ok;
-use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
 use augsim_trainer::{Engine, Forecaster, NetModel, Recipe, SAMPLES, Sequences, Settings, Task, Training};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rayon::ThreadPoolBuilder;
 use std::hint::black_box;
 
 fn data() -> Sequences {
-    ok(Sequences::new(&ok(PaperLaw::default().generate(200, 1)).0, &["height_m", "velocity_m_s"]))
+    ok(Sequences::new(&ok(DropDistribution::default().generate(200, 1)).0, &["height_m", "velocity_m_s"]))
 }
 
 fn training(recipe: Recipe, data: &Sequences) -> Training {

@@ -58,7 +58,7 @@ impl Answers {
     ///
     /// # Panics
     /// If the reason has ten characters or fewer.
-    pub fn minted(reason: String, sets: BTreeMap<String, Answer>) -> Self {
+    pub fn keep(reason: String, sets: BTreeMap<String, Answer>) -> Self {
         assert!(reason.len() > 10, "AUGSIM_MINT says why the answers change");
         Self { reason, sets }
     }

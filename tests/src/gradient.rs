@@ -65,7 +65,7 @@ pub fn pull_back<T: Scalar>(
     variable: impl Fn(usize) -> bool,
     seed: u64,
 ) -> Outcome<T> {
-    let narrow = |v: &[f64]| v.iter().map(|v| T::of(*v)).collect::<Vec<T>>();
+    let narrow = |v: &[f64]| v.iter().map(|v| T::from_f64(*v)).collect::<Vec<T>>();
     let vars: Vec<Var> = inputs
         .iter()
         .enumerate()

@@ -10,7 +10,7 @@
 
 use augsim_physics::model::Parameter;
 use augsim_physics::system::{
-    InitialValue, Channel, Effect, EffectParameter, EventSchema, Law, ErrorFigure, Offsets, Quantity, Schema, Seed,
+    InitialValue, Channel, Effect, EffectParameter, EventSchema, ModelTerm, ErrorFigure, Offsets, Quantity, Schema, Seed,
     Simulated, SimulationError, State, System, SystemError, Task,
 };
 use std::sync::Arc;
@@ -24,7 +24,7 @@ pub struct Linear {
     schema: Schema,
     parameters: Vec<Parameter>,
     library: Vec<Effect>,
-    laws: Vec<Law>,
+    laws: Vec<ModelTerm>,
 }
 
 impl Linear {
@@ -63,7 +63,7 @@ impl Linear {
             0 => t,
             1 => x * (3.0 * t).sin(),
             _ => match self.laws.get(parameter - 2) {
-                Some(Law::Effect(i)) => (1.0 + 0.5 * x) * ((4.0 + *i as f64) * t).sin(),
+                Some(ModelTerm::Effect(i)) => (1.0 + 0.5 * x) * ((4.0 + *i as f64) * t).sin(),
                 _ => 0.0,
             },
         }
@@ -115,16 +115,16 @@ impl System for Linear {
         &self.library
     }
 
-    fn terms(&self) -> &[Law] {
+    fn terms(&self) -> &[ModelTerm] {
         &self.laws
     }
 
-    fn augmented(&self, laws: &[Law]) -> Result<Arc<dyn System>, SystemError> {
+    fn augmented(&self, laws: &[ModelTerm]) -> Result<Arc<dyn System>, SystemError> {
         let mut system = self.clone();
         for law in laws {
             let index = match law {
-                Law::Effect(index) => *index,
-                Law::Table(t) => return Err(SystemError::Table { target: t.target, against: t.against }),
+                ModelTerm::Effect(index) => *index,
+                ModelTerm::Table(t) => return Err(SystemError::Table { target: t.target, against: t.against }),
             };
             let count = self.library.len();
             let effect = self.library.get(index).ok_or(SystemError::Effect { index, count })?;
@@ -145,7 +145,7 @@ impl System for Linear {
             y += match task.offsets {
                 Offsets::None => 0.0,
                 Offsets::Shared(xi) => xi * (0..EVENTS_S.len()).map(|m| Self::offset(m, t)).sum::<f64>(),
-                Offsets::Each(list) => {
+                Offsets::PerEvent(list) => {
                     list.iter().enumerate().map(|(m, xi)| xi * Self::offset(m, t)).sum::<f64>()
                 }
             };

@@ -111,9 +111,9 @@ fn external<T: Scalar>(tape: &mut Tape<T>, x: Var) -> Result<Var, TensorError> {
             let [a, b, c] = [0, 1, 2].map(|k| feature(t, k, lane));
             let rows = [(a.sin() * b, [a.cos() * b, a.sin(), 0.0]), (a * b * c, [b * c, a * c, a * b])];
             for (o, (value, derivatives)) in rows.into_iter().enumerate() {
-                values[(t * 2 + o) * batch + lane] = T::of(value);
+                values[(t * 2 + o) * batch + lane] = T::from_f64(value);
                 for (i, derivative) in derivatives.into_iter().enumerate() {
-                    jacobian[((t * 2 + o) * 3 + i) * batch + lane] = T::of(derivative);
+                    jacobian[((t * 2 + o) * 3 + i) * batch + lane] = T::from_f64(derivative);
                 }
             }
         }

@@ -3,7 +3,7 @@
 //! allocation of this process, so this file holds one test.
 #![expect(unsafe_code, reason = "counting allocations takes a global allocator")]
 
-use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
 use augsim_trainer::filter::{Filter, InitialStatePrior, NetTransition, Sensor};
 use augsim_trainer::{Engine, NetModel, Recipe, Sequences, Settings, Training};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -39,7 +39,7 @@ static ALLOCATOR: Counting = Counting;
 #[test]
 fn rows_and_forecasts_after_the_first_ask_for_no_memory() {
     let drops = |trajectories, seed| {
-        let data = PaperLaw { samples: 90, ..PaperLaw::default() }.generate(trajectories, seed).unwrap().0;
+        let data = DropDistribution { samples: 90, ..DropDistribution::default() }.generate(trajectories, seed).unwrap().0;
         Sequences::new(&data, &["height_m", "velocity_m_s"]).unwrap()
     };
     let (train, test) = (drops(20, 1), drops(1, 2));

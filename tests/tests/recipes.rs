@@ -144,13 +144,13 @@ fn answer(hash: &str) -> Answer {
 #[test]
 fn golden_that_changed_is_refused_until_it_is_minted_with_a_reason() {
     let sets = |hash: &str| BTreeMap::from([("drops".to_owned(), answer(hash))]);
-    let kept = Answers::minted("the first answers of this recipe".to_owned(), sets("00"));
+    let kept = Answers::keep("the first answers of this recipe".to_owned(), sets("00"));
     assert!(kept.differences(&sets("00")).is_empty());
     let changed = kept.differences(&sets("01"));
     assert!(changed.len() == 1 && changed[0].contains("drops"), "{changed:?}");
     assert_eq!(kept.differences(&BTreeMap::new()), ["drops: kept, and not found"]);
     let minted =
-        Answers::minted("sums run in another order, by a digit in the last place".to_owned(), sets("01"));
+        Answers::keep("sums run in another order, by a digit in the last place".to_owned(), sets("01"));
     let text = serde_json::to_string(&minted).expect("JSON");
     let read: Answers = serde_json::from_str(&text).expect("answers");
     assert!(read.differences(&sets("01")).is_empty());
@@ -159,5 +159,5 @@ fn golden_that_changed_is_refused_until_it_is_minted_with_a_reason() {
 #[test]
 #[should_panic(expected = "says why the answers change")]
 fn golden_without_a_reason_is_refused() {
-    Answers::minted("new".to_owned(), BTreeMap::new());
+    Answers::keep("new".to_owned(), BTreeMap::new());
 }

@@ -7,7 +7,7 @@
 //! whatever the net. Driven from inside the pool, as here, it takes none.
 #![expect(unsafe_code, reason = "counting allocations takes a global allocator")]
 
-use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
 use augsim_trainer::{Engine, Recipe, Sequences, Settings, Training};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
@@ -84,13 +84,13 @@ fn train(data: &Sequences, recipe: Recipe, what: &str) {
 
 #[test]
 fn a_training_iteration_allocates_nothing_after_the_first() {
-    let (dataset, _) = ok(PaperLaw::default().generate(200, 1));
+    let (dataset, _) = ok(DropDistribution::default().generate(200, 1));
     let equal = ok(Sequences::new(&dataset, &["height_m", "velocity_m_s"]));
     let recipes = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus];
     // Driven from outside the pool: what rayon's queue takes, and no more. Before any other pool: threads of one that ends
     // ask for memory when they go, whenever that is.
     let settings = Settings::new(Recipe::Hybrid, 10_000, 1, Engine::PybulletBall(published_predictor()));
-    let short = PaperLaw { samples: 10, ..PaperLaw::default() };
+    let short = DropDistribution { samples: 10, ..DropDistribution::default() };
     let short = ok(Sequences::new(&ok(short.generate(100, 1)).0, &["height_m", "velocity_m_s"]));
     let mut training = ok(Training::new(settings, &short));
     rayon::broadcast(|_| warm_up());

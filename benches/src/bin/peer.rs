@@ -7,7 +7,7 @@
 use augsim_benches::{clock, ok, push::push_net, synthetic::Synthetic};
 use augsim_data::random_stream;
 use augsim_nn::Params;
-use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
 use augsim_tensor::kernels::normal::NormalLanes;
 use augsim_trainer::nets::{Dcvrnn, DcvrnnSampler, DcvrnnSizes, Decoder};
 use augsim_trainer::{Engine, Recipe, Sequences, Settings, TILE, Training};
@@ -25,7 +25,7 @@ fn main() {
     let pool = ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build());
     pool.install(|| match case.as_str() {
         "train_ball" => {
-            let (dataset, _) = ok(PaperLaw::default().generate(200, 1));
+            let (dataset, _) = ok(DropDistribution::default().generate(200, 1));
             let data = ok(Sequences::new(&dataset, &["height_m", "velocity_m_s"]));
             let engine = Engine::PybulletBall(published_predictor());
             let mut training = ok(Training::new(Settings::new(Recipe::Hybrid, 10_000, 1, engine), &data));

@@ -12,7 +12,7 @@ use augsim_benches::kernels::{Gru, Linear, Product};
 use augsim_benches::{ok, push::push_net, synthetic::Synthetic};
 use augsim_data::random_stream;
 use augsim_nn::Params;
-use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
 use augsim_tensor::kernels::{GruDims, LinearDims};
 use augsim_tensor::simd::Level;
 use augsim_trainer::{Engine, Recipe, Sequences, Settings, Training};
@@ -68,7 +68,7 @@ fn run() {
     table.measure("linear 16 to 4, 16 x 400: forward", flops, || linear.forward());
     table.measure("linear 16 to 4, 16 x 400: backward", 2.0 * flops, || linear.backward());
 
-    let (dataset, _) = ok(PaperLaw::default().generate(200, 1));
+    let (dataset, _) = ok(DropDistribution::default().generate(200, 1));
     let data = ok(Sequences::new(&dataset, &["height_m", "velocity_m_s"]));
     let settings = Settings::new(Recipe::Hybrid, 10_000, 1, Engine::PybulletBall(published_predictor()));
     let mut training = ok(Training::new(settings, &data));

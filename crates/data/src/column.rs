@@ -38,7 +38,7 @@ impl Column {
     pub fn new(name: &str) -> Result<Self, ColumnError> {
         check_name(name)?;
         let unit =
-            Unit::of_column_name(name).ok_or_else(|| ColumnError::UnknownUnit { name: name.into() })?;
+            Unit::from_column_name(name).ok_or_else(|| ColumnError::UnknownUnit { name: name.into() })?;
         Self::with_unit(name, unit)
     }
 

@@ -66,7 +66,7 @@ impl NamedCsv {
     ///
     /// # Errors
     /// The text is not CSV.
-    pub fn of_table(name: &str, csv: Vec<u8>) -> Result<Self, DataError> {
+    pub fn from_csv(name: &str, csv: Vec<u8>) -> Result<Self, DataError> {
         let path = Path::new(name);
         Ok(Self::of_file(path, CsvSource::of_bytes(path, csv)?))
     }

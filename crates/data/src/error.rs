@@ -2,7 +2,7 @@
 
 use crate::atomic_file::AtomicWriteError;
 use crate::checks::suspicious::SuspiciousData;
-use crate::escape_control_characters::{escape_control_characters, shown, shown_list};
+use crate::escape_control_characters::{escape_control_characters, escaped_short, escaped_list};
 use crate::limits::LimitExceeded;
 use crate::npz_fault::ArrayFault;
 use crate::push::PushError;
@@ -20,7 +20,7 @@ pub enum ColumnError {
     #[error(
         "column `{}`: a column name may hold only ASCII letters, digits and underscores, must start with a \
          letter and be at most 256 characters long; rename it",
-        shown(name)
+        escaped_short(name)
     )]
     Malformed {
         /// Name as it is in the file.
@@ -36,7 +36,7 @@ pub enum ColumnError {
     #[error(
         "column `{}`: the name does not end in a known unit; convert the values to SI and end the name in one \
          of {}; put text labels into a column called `group`",
-        shown(name),
+        escaped_short(name),
         Unit::accepted_suffixes()
     )]
     UnknownUnit {
@@ -73,7 +73,7 @@ impl fmt::Display for RowRemedy {
 fn number_remedy(cell: &str) -> String {
     let pointed = cell.replacen(',', ".", 1);
     match cell.contains(',') && pointed.parse::<f64>().is_ok_and(f64::is_finite) {
-        true => format!("write decimals with a point: {}", shown(&pointed)),
+        true => format!("write decimals with a point: {}", escaped_short(&pointed)),
         false => {
             "write a decimal such as 1.25 or -3e-4, and leave out samples that were not measured".to_owned()
         }
@@ -198,7 +198,7 @@ pub enum DataError {
     /// The header lacks a column that the layout needs.
     #[error(
         "{}: line 1: column `{column}` is missing; the header has: {}; {layout}",
-        path.display(), shown_list(available), column = shown(column))]
+        path.display(), escaped_list(available), column = escaped_short(column))]
     MissingColumn {
         /// Path of the file.
         path: PathBuf,
@@ -227,7 +227,7 @@ pub enum DataError {
         cause: ColumnError,
     },
     /// A column name occurs twice in a header or in a list of columns.
-    #[error("{origin}: column `{column}` occurs twice; rename or remove one of them", column = shown(column))]
+    #[error("{origin}: column `{column}` occurs twice; rename or remove one of them", column = escaped_short(column))]
     DuplicateColumn {
         /// Origin of the data set.
         origin: Source,
@@ -237,7 +237,7 @@ pub enum DataError {
     /// A row has more or fewer cells than the header.
     #[error(
         "{}: line {line}: the row has {found} cells but the header has {expected}; {remedy} (the first column is `{}`)",
-        path.display(), shown(first_column)
+        path.display(), escaped_short(first_column)
     )]
     RaggedRow {
         /// Path of the file.
@@ -254,7 +254,7 @@ pub enum DataError {
         remedy: RowRemedy,
     },
     /// The bytes are not UTF-8 text.
-    #[error("{}: line {line}, column `{column}`: not UTF-8 text; save the file as UTF-8", path.display(), column = shown(column))]
+    #[error("{}: line {line}, column `{column}`: not UTF-8 text; save the file as UTF-8", path.display(), column = escaped_short(column))]
     NotUtf8 {
         /// Path of the file.
         path: PathBuf,
@@ -266,7 +266,7 @@ pub enum DataError {
     /// A cell is not a finite number.
     #[error(
         "{}: line {line}, column `{}`: `{}` is not a finite number; {}",
-        path.display(), shown(column), shown(cell), number_remedy(cell)
+        path.display(), escaped_short(column), escaped_short(cell), number_remedy(cell)
     )]
     BadNumber {
         /// Path of the file.
@@ -279,7 +279,7 @@ pub enum DataError {
         cell: String,
     },
     /// A cell is empty where no gaps are allowed.
-    #[error("{}: line {line}, column `{column}`: empty cell; {remedy}", path.display(), column = shown(column))]
+    #[error("{}: line {line}, column `{column}`: empty cell; {remedy}", path.display(), column = escaped_short(column))]
     EmptyCell {
         /// Path of the file.
         path: PathBuf,
@@ -294,7 +294,7 @@ pub enum DataError {
     #[error(
         "{}: line {line}, column `{column}`: the time of trajectory `{trajectory}` does not increase ({time_s} s \
          follows {previous_s} s); sort its rows by time and remove repeated times",
-        path.display(), trajectory = shown(trajectory))]
+        path.display(), trajectory = escaped_short(trajectory))]
     TimeNotIncreasing {
         /// Path of the file.
         path: PathBuf,
@@ -313,7 +313,7 @@ pub enum DataError {
     #[error(
         "{}: line {line}, column `{column}`: trajectory `{trajectory}` appears again after it ended \
          on line {ended_line}; keep its rows together or give the second part another name",
-        path.display(), trajectory = shown(trajectory))]
+        path.display(), trajectory = escaped_short(trajectory))]
     TrajectoryReappears {
         /// Path of the file.
         path: PathBuf,
@@ -329,8 +329,8 @@ pub enum DataError {
     /// The group changes within a trajectory.
     #[error(
         "{}: line {line}, column `group`: the group of trajectory `{trajectory}` changes from `{expected}` to \
-         `{found}`; give all rows of a trajectory the same group", path.display(), trajectory = shown(trajectory),
-        found = shown(found), expected = shown(expected))]
+         `{found}`; give all rows of a trajectory the same group", path.display(), trajectory = escaped_short(trajectory),
+        found = escaped_short(found), expected = escaped_short(expected))]
     GroupChanges {
         /// Path of the file.
         path: PathBuf,
@@ -346,7 +346,7 @@ pub enum DataError {
     /// An identifier or a group in a file would not survive writing and reading back.
     #[error(
         "{}: line {line}, column `{column}`: \"{label}\" begins or ends with a space, contains a \
-         control character or is longer than 256 bytes; rename it", path.display(), label = shown(label))]
+         control character or is longer than 256 bytes; rename it", path.display(), label = escaped_short(label))]
     BadLabelInFile {
         /// Path of the file.
         path: PathBuf,
@@ -360,13 +360,13 @@ pub enum DataError {
     /// An identifier or a group given by code would not survive writing and reading back.
     #[error(
         "trajectory \"{trajectory}\": identifiers and groups must not be empty, begin or end with a \
-         space, contain control characters or be longer than 256 bytes; rename it", trajectory = shown(trajectory))]
+         space, contain control characters or be longer than 256 bytes; rename it", trajectory = escaped_short(trajectory))]
     BadLabel {
         /// Identifier of the trajectory, as given.
         trajectory: String,
     },
     /// Two trajectories have the same name.
-    #[error("{origin}: trajectory `{trajectory}` occurs twice; give each trajectory a different name", trajectory = shown(trajectory))]
+    #[error("{origin}: trajectory `{trajectory}` occurs twice; give each trajectory a different name", trajectory = escaped_short(trajectory))]
     DuplicateTrajectory {
         /// Origin of the data set.
         origin: Source,
@@ -376,7 +376,7 @@ pub enum DataError {
     /// Some trajectories have a group and others do not.
     #[error("{origin}: trajectory `{trajectory}` has {} group but the first trajectory has {}; \
              give a group to all trajectories or to none",
-             if *has_group { "a" } else { "no" }, if *has_group { "none" } else { "one" }, trajectory = shown(trajectory))]
+             if *has_group { "a" } else { "no" }, if *has_group { "none" } else { "one" }, trajectory = escaped_short(trajectory))]
     PartialGroups {
         /// Origin of the data set.
         origin: Source,
@@ -388,7 +388,7 @@ pub enum DataError {
     /// A trajectory does not have one value vector per column of the data set.
     #[error(
         "{origin}: trajectory `{trajectory}` has {found} value columns but the data set has \
-         {expected}; pass one vector for each column", trajectory = shown(trajectory))]
+         {expected}; pass one vector for each column", trajectory = escaped_short(trajectory))]
     ColumnCount {
         /// Origin of the data set.
         origin: Source,
@@ -402,7 +402,7 @@ pub enum DataError {
     /// A column and the time have different numbers of samples.
     #[error(
         "trajectory `{trajectory}`: value column {column} has {found} samples but there are {expected} times; \
-         pass one value for each time", trajectory = shown(trajectory))]
+         pass one value for each time", trajectory = escaped_short(trajectory))]
     SampleCount {
         /// Identifier of the trajectory.
         trajectory: String,
@@ -414,7 +414,7 @@ pub enum DataError {
         expected: usize,
     },
     /// A trajectory has no samples.
-    #[error("trajectory `{trajectory}` has no samples; leave it out", trajectory = shown(trajectory))]
+    #[error("trajectory `{trajectory}` has no samples; leave it out", trajectory = escaped_short(trajectory))]
     NoSamples {
         /// Identifier of the trajectory.
         trajectory: String,
@@ -422,7 +422,7 @@ pub enum DataError {
     /// A time of a trajectory built by code is not finite or does not increase.
     #[error(
         "trajectory `{trajectory}`: the time of sample {sample} is not finite or not greater than the one \
-         before; times must increase strictly", trajectory = shown(trajectory))]
+         before; times must increase strictly", trajectory = escaped_short(trajectory))]
     BadTime {
         /// Identifier of the trajectory.
         trajectory: String,
@@ -432,7 +432,7 @@ pub enum DataError {
     /// A value of a trajectory built by code is infinite.
     #[error(
         "trajectory `{trajectory}`: value column {column} is infinite at sample {sample}; only \
-         finite values, and NaN for a gap, are allowed", trajectory = shown(trajectory))]
+         finite values, and NaN for a gap, are allowed", trajectory = escaped_short(trajectory))]
     Infinite {
         /// Identifier of the trajectory.
         trajectory: String,
@@ -447,7 +447,7 @@ pub enum DataError {
     /// The requested column does not exist.
     #[error(
         "{origin}: there is no column `{column}`; the columns are: {}; rename a column or use one of these",
-        shown_list(available), column = shown(column))]
+        escaped_list(available), column = escaped_short(column))]
     NoSuchColumn {
         /// Origin of the data set.
         origin: Source,
@@ -457,7 +457,7 @@ pub enum DataError {
         available: Vec<String>,
     },
     /// A column has no measured value.
-    #[error("{origin}: column `{column}` has no measured values, so it cannot be scaled; leave it out", column = shown(column))]
+    #[error("{origin}: column `{column}` has no measured values, so it cannot be scaled; leave it out", column = escaped_short(column))]
     NoMeasuredValues {
         /// Origin of the data set.
         origin: Source,
@@ -490,7 +490,7 @@ pub enum DataError {
         path: PathBuf,
     },
     /// An array of an NPZ file cannot be used.
-    #[error("{}: array `{array}`: {fault}", path.display(), array = shown(array))]
+    #[error("{}: array `{array}`: {fault}", path.display(), array = escaped_short(array))]
     Array {
         /// Path of the file.
         path: PathBuf,

@@ -26,12 +26,12 @@ pub fn escape_control_characters(text: &str) -> String {
 /// One cell or name for a message: all control characters escaped, cut after 60 characters.
 ///
 /// A text that was cut is followed by its length in bytes.
-pub fn shown(text: &str) -> String {
+pub fn escaped_short(text: &str) -> String {
     cut(text, MAX_TEXT_CHARS)
 }
 
 /// An error text of a library or the system on one line, escaped and cut after 300 characters.
-pub fn shown_cause(cause: &impl fmt::Display) -> String {
+pub fn escaped_cause(cause: &impl fmt::Display) -> String {
     cut(&cause.to_string(), MAX_CAUSE_CHARS)
 }
 
@@ -41,8 +41,8 @@ fn cut(text: &str, max_chars: usize) -> String {
 }
 
 /// A list of names for a message: the first 20, each as by [`shown`], and the number of the others.
-pub fn shown_list<T: AsRef<str>>(names: &[T]) -> String {
-    let mut texts: Vec<String> = names.iter().take(MAX_NAMES).map(|name| shown(name.as_ref())).collect();
+pub fn escaped_list<T: AsRef<str>>(names: &[T]) -> String {
+    let mut texts: Vec<String> = names.iter().take(MAX_NAMES).map(|name| escaped_short(name.as_ref())).collect();
     if let Some(more) = names.len().checked_sub(MAX_NAMES).filter(|more| *more > 0) {
         texts.push(format!("and {more} more"));
     }
@@ -77,19 +77,19 @@ mod tests {
 
     #[test]
     fn control_characters_are_escaped() {
-        assert_eq!(shown("\u{1b}[31mred\u{7}\r\n"), "\\u{1b}[31mred\\u{7}\\r\\n");
-        assert_eq!(shown("\u{9b}2J \u{202e}txt"), "\\u{9b}2J \\u{202e}txt");
+        assert_eq!(escaped_short("\u{1b}[31mred\u{7}\r\n"), "\\u{1b}[31mred\\u{7}\\r\\n");
+        assert_eq!(escaped_short("\u{9b}2J \u{202e}txt"), "\\u{9b}2J \\u{202e}txt");
         assert_eq!(escape_control_characters("a\n\tb\u{1b}c\u{7f}"), "a\n\tb\\u{1b}c\\u{7f}");
-        assert_eq!(shown("Fußball µ 重力 e\u{301} \"x\" \\"), "Fußball µ 重力 e\u{301} \"x\" \\");
+        assert_eq!(escaped_short("Fußball µ 重力 e\u{301} \"x\" \\"), "Fußball µ 重力 e\u{301} \"x\" \\");
     }
 
     #[test]
     fn a_message_shows_at_most_sixty_characters_and_twenty_names() {
-        assert_eq!(shown(&"é".repeat(60)), "é".repeat(60));
-        assert_eq!(shown(&"é".repeat(100)), format!("{}… (200 bytes)", "é".repeat(60)));
+        assert_eq!(escaped_short(&"é".repeat(60)), "é".repeat(60));
+        assert_eq!(escaped_short(&"é".repeat(100)), format!("{}… (200 bytes)", "é".repeat(60)));
         let names: Vec<String> = (0..25).map(|k| format!("c{k}")).collect();
-        let text = shown_list(&names);
+        let text = escaped_list(&names);
         assert!(text.starts_with("c0, c1, ") && text.ends_with("c19, and 5 more"), "{text}");
-        assert_eq!(shown_list(&names[..2]), "c0, c1");
+        assert_eq!(escaped_list(&names[..2]), "c0, c1");
     }
 }

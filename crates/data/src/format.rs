@@ -8,7 +8,7 @@ use crate::error::DataError;
 use crate::legacy_ball::read_ball;
 use crate::npz::{is_npz, npz_of_bytes, write_npz};
 use crate::push::{PushError, may_hold_trials, push_dataset_of_bytes, read_push_dataset};
-use crate::sniff::{Reading, recognise, recognise_bytes};
+use crate::sniff::{RecognitionOptions, recognise, recognise_bytes};
 use crate::whole_file::read_whole;
 use std::path::Path;
 
@@ -41,7 +41,7 @@ pub fn read_dataset(path: &Path, missing: MissingCells) -> Result<Dataset, DataE
         return match read_push_dataset(path) {
             // A folder without published pushes may hold recordings, one trajectory per file.
             Err(no_pushes @ DataError::Push(PushError::NoPushFiles { .. })) => {
-                match recognise(&[path.to_owned()], &Reading::default(), missing) {
+                match recognise(&[path.to_owned()], &RecognitionOptions::default(), missing) {
                     Err(DataError::NotRecognised { path: place, .. }) if place == path => Err(no_pushes),
                     result => result.map(|r| r.data),
                 }
@@ -111,7 +111,7 @@ fn may_be_other_layout(cause: &DataError) -> bool {
 ///
 /// # Errors
 /// The errors of [`read_csv`](crate::read_csv).
-pub fn read_table(name: &str, csv: Vec<u8>, missing: MissingCells) -> Result<Dataset, DataError> {
+pub fn read_csv_bytes(name: &str, csv: Vec<u8>, missing: MissingCells) -> Result<Dataset, DataError> {
     read_long(CsvSource::of_bytes(Path::new(name), csv)?, missing)
 }
 

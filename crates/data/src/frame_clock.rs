@@ -46,7 +46,7 @@ impl FrameClock {
     /// assert!((clock.period_s - 6.93e-3).abs() < 5e-6 && clock.jitter_s < 4e-4);
     /// # Ok::<(), augsim_data::DataError>(())
     /// ```
-    pub fn of(data: &Dataset) -> Option<Self> {
+    pub fn estimate(data: &Dataset) -> Option<Self> {
         let clocks: Vec<&[f64]> = data.trajectories().iter().map(Trajectory::time_s).collect();
         let mut steps: Vec<f64> = clocks.iter().flat_map(|t| t.windows(2).map(|w| w[1] - w[0])).collect();
         steps.sort_by(f64::total_cmp);
@@ -69,7 +69,7 @@ impl FrameClock {
     ///
     /// # Errors
     /// Does not occur for valid data, because the kept frames increase.
-    pub fn steady(&self, data: &Dataset) -> Result<Dataset, DataError> {
+    pub fn apply_to(&self, data: &Dataset) -> Result<Dataset, DataError> {
         let steady = |t: &Trajectory| {
             let frames = frames(t.time_s(), self.period_s).0;
             let kept: Vec<usize> = (0..t.len()).filter(|&k| k == 0 || frames[k] > frames[k - 1]).collect();
@@ -141,8 +141,8 @@ mod tests {
         let recorded: Vec<i32> = (0..120).filter(|k| ![7, 8, 40].contains(k)).collect();
         let data = dataset(recorded.iter().map(|k| (6.927 * f64::from(*k)).round() / 1e3).collect());
         let data = data.with_path("flights.csv").with_notes(vec!["a note".to_owned()]);
-        let clock = FrameClock::of(&data).expect("a clock");
-        let steady = clock.steady(&data).expect("data");
+        let clock = FrameClock::estimate(&data).expect("a clock");
+        let steady = clock.apply_to(&data).expect("data");
         assert_eq!((steady.origin(), steady.notes()), (data.origin(), data.notes()));
         for (k, t) in recorded.iter().zip(steady.trajectories()[0].time_s()) {
             assert!((t - 6.927e-3 * f64::from(*k)).abs() < 2e-4, "frame {k}: {t}");
@@ -163,7 +163,7 @@ mod tests {
                 time
             })
             .collect();
-        assert_eq!(FrameClock::of(&dataset(times)), None);
-        assert_eq!(FrameClock::of(&dataset(vec![0.0])), None);
+        assert_eq!(FrameClock::estimate(&dataset(times)), None);
+        assert_eq!(FrameClock::estimate(&dataset(vec![0.0])), None);
     }
 }

@@ -1,6 +1,6 @@
 //! Faults of an array in an NPZ file, with their messages.
 
-use crate::escape_control_characters::{shown_cause, shown_list};
+use crate::escape_control_characters::{escaped_cause, escaped_list};
 use crate::limits::LimitExceeded;
 use std::fmt;
 use std::io;
@@ -32,7 +32,7 @@ impl fmt::Display for ArrayFault {
                 f,
                 "is missing; the file has: {}; save one-dimensional arrays `trajectory`, `t_s` and one for each \
                  column whose name ends in its unit, with one value per sample",
-                shown_list(available)
+                escaped_list(available)
             ),
             ArrayFault::Length { found, samples } => {
                 write!(f, "has {found} values but `trajectory` has {samples}; save one value per sample")
@@ -42,7 +42,7 @@ impl fmt::Display for ArrayFault {
             ArrayFault::NotTexts => f.write_str("is not an array of texts or whole numbers; save it as str"),
             ArrayFault::Limit(cause) => write!(f, "{cause}"),
             ArrayFault::Damaged(cause) => {
-                write!(f, "is damaged or cut off ({}); copy or save the file again", shown_cause(cause))
+                write!(f, "is damaged or cut off ({}); copy or save the file again", escaped_cause(cause))
             }
         }
     }

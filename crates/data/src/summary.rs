@@ -1,7 +1,7 @@
 //! Summary of a data set in a few figures, for `data inspect`.
 
 use crate::dataset::Dataset;
-use crate::escape_control_characters::{escape_control_characters, shown};
+use crate::escape_control_characters::{escape_control_characters, escaped_short};
 use crate::statistics::{digits, median};
 use crate::stream_summary::{PushSummary, StreamSummary, pushes, streams};
 use crate::trajectory::Trajectory;
@@ -205,7 +205,7 @@ impl fmt::Display for Summary {
         writeln!(f)?;
         if !self.groups.is_empty() {
             let groups: Vec<String> =
-                self.groups.iter().map(|(name, count)| format!("{} ({count})", shown(name))).collect();
+                self.groups.iter().map(|(name, count)| format!("{} ({count})", escaped_short(name))).collect();
             writeln!(f, "groups: {}", groups.join(", "))?;
         }
         if let Some(s) = self.sampling {

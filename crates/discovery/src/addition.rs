@@ -1,7 +1,7 @@
 //! Effects added to a declared model, and names of sets of them.
 
 use augsim_physics::model::Per;
-use augsim_physics::system::{Effect, EffectParameter, Law, Quantity, ScatterPer, System, Table, Target};
+use augsim_physics::system::{Effect, EffectParameter, ModelTerm, Quantity, ScatterPer, System, Table, Target};
 use std::sync::Arc;
 
 /// Kind of a tabulated effect, which is not in the library.
@@ -152,21 +152,21 @@ impl Addition {
     /// Whether it changes the simulation even at the null values of its parameters, so that it needs a
     /// simulation of its own: a switch without parameters, or an effect that is singular at its null.
     pub fn is_structural(&self) -> bool {
-        let is_structural = |effect: &Effect| effect.parameters.is_empty() || !effect.probe.is_empty();
+        let is_structural = |effect: &Effect| effect.parameters.is_empty() || !effect.first_simulated_at.is_empty();
         matches!(self, Addition::Effect(listed, _) if is_structural(&listed.effect))
     }
 
     /// Whether it is a formula of a grammar.
     pub fn is_formula(&self) -> bool {
-        self.listed().is_some_and(|effect| effect.grammar.is_some())
+        self.listed().is_some_and(|effect| effect.formula_domain.is_some())
     }
 
     /// The equation that it adds to the system; `None` for random effects and groupwise values.
-    pub fn law(&self) -> Option<Law> {
+    pub fn law(&self) -> Option<ModelTerm> {
         match self {
-            Addition::Effect(listed, _) => Some(Law::Effect(listed.index)),
+            Addition::Effect(listed, _) => Some(ModelTerm::Effect(listed.index)),
             Addition::Scatter(_) | Addition::Split(_) => None,
-            Addition::Table(t) => Some(Law::Table(t.table)),
+            Addition::Table(t) => Some(ModelTerm::Table(t.table)),
         }
     }
 
@@ -189,7 +189,7 @@ impl Addition {
     /// null values of some parameters.
     pub fn is_variant_of(&self, other: &Addition) -> bool {
         let contains = |one: &Addition, another: &Addition| match (one.listed(), another.listed()) {
-            (Some(one), Some(another)) => one.contains.as_ref() == Some(&another.kind),
+            (Some(one), Some(another)) => one.reduces_to.as_ref() == Some(&another.kind),
             _ => false,
         };
         self.excludes(other) || other.excludes(self) || contains(self, other) || contains(other, self)

@@ -164,7 +164,7 @@ impl<'a> Point<'a> {
     fn task<'t>(&'t self, lanes: &Lanes, window: RecordWindow<'t>, seeds: &'t [Seed]) -> Task<'t> {
         let offsets = match self.nuisance.get(lanes.state_nuisances()..) {
             Some(&[xi, ..]) if self.shared && lanes.offsets > 0 => Offsets::Shared(xi),
-            Some(list) if lanes.offsets > 0 => Offsets::Each(&list[..lanes.offsets]),
+            Some(list) if lanes.offsets > 0 => Offsets::PerEvent(&list[..lanes.offsets]),
             _ => Offsets::None,
         };
         let (record, samples) = (&window.record.data, window.window.samples.clone());

@@ -25,7 +25,7 @@ pub(crate) fn search_formulas(
     };
     let system = &*prepared.data.system;
     if !options.library
-        || !system.library().iter().any(|effect| effect.grammar.is_some())
+        || !system.library().iter().any(|effect| effect.formula_domain.is_some())
         || prepared.clock.is_over()
         || !exceeds_noise()
     {

@@ -40,11 +40,11 @@ pub(crate) fn snap_to_frames(
     if is_regular(data, &subset) {
         return Ok(None);
     }
-    let Some(clock) = FrameClock::of(&data.select(&subset)).filter(|c| c.jitter_s > MIN_JITTER * c.period_s)
+    let Some(clock) = FrameClock::estimate(&data.select(&subset)).filter(|c| c.jitter_s > MIN_JITTER * c.period_s)
     else {
         return Ok(None);
     };
-    let Ok(steady) = clock.steady(data) else { return Ok(None) };
+    let Ok(steady) = clock.apply_to(data) else { return Ok(None) };
     let [at_stamps, on_frames] = [data, &steady].map(|data| Measured::from_dataset(data, model));
     Ok(is_quieter(&at_stamps?, &on_frames?).then_some((steady, clock)))
 }

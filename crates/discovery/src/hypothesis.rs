@@ -5,7 +5,7 @@ use crate::record::Measured;
 use augsim_physics::effects::Polar;
 use augsim_physics::model::{Parameter, Per};
 use augsim_physics::system::{
-    Addition as Added, Augmentation, Effect, Fitted, FittedValues, Law, Scatter, System,
+    Addition as Added, Augmentation, Effect, Fitted, FittedValues, ModelTerm, Scatter, System,
 };
 use std::ops::Range;
 use std::sync::Arc;
@@ -70,7 +70,7 @@ fn fit_range(effect: &Effect, k: usize) -> (f64, f64) {
 impl Hypothesis {
     /// The declared model with additions.
     pub fn new(data: &Measured, additions: &[Addition]) -> Self {
-        let laws: Vec<Law> = additions.iter().filter_map(Addition::law).collect();
+        let laws: Vec<ModelTerm> = additions.iter().filter_map(Addition::law).collect();
         // Kinds and tables come from this system, so it accepts them.
         let system = data.system.augmented(&laws).unwrap_or_else(|_| data.system.clone());
         let values = system.parameters().iter().map(|p| p.nominal).collect();
@@ -299,7 +299,7 @@ impl Hypothesis {
         for (addition, values) in self.additions.iter().zip(fitted) {
             out.additions.extend(match (addition, addition.law()) {
                 (Addition::Scatter(s), _) => Some(Added::Scatter(s.per, self.scatter.map_or(0.0, |s| s.sd))),
-                (_, Some(law)) => Some(Added::Law(law, values)),
+                (_, Some(law)) => Some(Added::Term(law, values)),
                 (_, None) => None,
             });
         }

@@ -9,9 +9,11 @@ pub enum NoiseSource {
     /// White measurement noise.
     Sensor,
     /// Autocorrelated measurement noise.
-    LastingSensor,
+    #[serde(rename = "lasting-sensor")]
+    AutocorrelatedSensor,
     /// Process noise, beside measurement noise.
-    Motion,
+    #[serde(rename = "motion")]
+    ProcessNoise,
 }
 
 /// Standard deviation of one quantity.
@@ -52,10 +54,10 @@ impl NoiseCause {
         };
         match self.by {
             NoiseSource::Sensor => None,
-            NoiseSource::LastingSensor => Some(format!(
+            NoiseSource::AutocorrelatedSensor => Some(format!(
                 "the measurement noise is autocorrelated: standard deviation {rows}, {correlation}"
             )),
-            NoiseSource::Motion => Some(format!(
+            NoiseSource::ProcessNoise => Some(format!(
                 "the model lacks a process noise, or an effect that the library does not have: the rates have a noise of standard \
                  deviation {rows}, {correlation}"
             )),
@@ -79,10 +81,10 @@ mod tests {
             readings: vec![row("y_m", 1e-3, "m")],
         };
         assert_eq!(cause(NoiseSource::Sensor, Vec::new(), 0.0).sentence(), None);
-        let pushed = cause(NoiseSource::Motion, vec![row("v_m_s", 0.036, "m/s^2")], 0.02).sentence();
+        let pushed = cause(NoiseSource::ProcessNoise, vec![row("v_m_s", 0.036, "m/s^2")], 0.02).sentence();
         let pushed = pushed.expect("a sentence");
         assert!(pushed.contains("v_m_s 3.600e-2 m/s^2") && pushed.contains("time of 0.020 s"), "{pushed}");
-        let lasting = cause(NoiseSource::LastingSensor, vec![row("y_m", 5e-3, "m")], 0.0).sentence();
+        let lasting = cause(NoiseSource::AutocorrelatedSensor, vec![row("y_m", 5e-3, "m")], 0.0).sentence();
         assert!(lasting.is_some_and(|s| s.contains("y_m 5.000e-3 m") && s.contains("independent")));
     }
 }

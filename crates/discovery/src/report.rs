@@ -162,7 +162,7 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
         let label = kinds(std::slice::from_ref(a));
         out.push(FoundEffect {
             kind: a.kind().into(),
-            stands_for: a.listed().map_or(Vec::new(), |effect| effect.stands_for.clone()),
+            stands_for: a.listed().map_or(Vec::new(), |effect| effect.equivalent_causes.clone()),
             parameters: estimates(parts, parts.full, Some(n)),
             inclusion: findings.inclusion.get(place).copied(),
             q_value: findings.q_values.get(place).copied(),
@@ -170,8 +170,8 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
                 .then(|| [folds.iter().filter(|f| f.contains(&label[0])).count(), folds.len()]),
             share: if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 },
             formula: a.listed().and_then(|effect| {
-                let grammar = effect.grammar.as_ref()?;
-                let (quantity, unit) = (grammar.of.name.clone(), grammar.of.unit.clone());
+                let grammar = effect.formula_domain.as_ref()?;
+                let (quantity, unit) = (grammar.variable.name.clone(), grammar.variable.unit.clone());
                 Some(FoundFormula { text: effect.formula.clone(), of: quantity, unit, range: grammar.range })
             }),
             removed: removed.filter(|x| x.is_finite()),
@@ -201,7 +201,7 @@ fn random_effect(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64
     let name = effect.parameters.first().map_or("sd", |p| &p.name);
     let found = FoundEffect {
         kind: effect.kind.clone(),
-        stands_for: effect.stands_for.clone(),
+        stands_for: effect.equivalent_causes.clone(),
         parameters: BTreeMap::from([(name.to_string(), sd)]),
         share,
         per: Some(schema.record[0].clone()),

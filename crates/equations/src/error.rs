@@ -2,7 +2,7 @@
 
 use crate::limits::{MAX_FILE_BYTES, MAX_OPERATIONS};
 use crate::text::{Problem, suggest};
-use augsim_data::{escape_control_characters, shown_cause};
+use augsim_data::{escape_control_characters, escaped_cause};
 use std::fmt;
 use std::sync::Arc;
 use thiserror::Error;
@@ -109,9 +109,9 @@ pub enum Fault {
         "the file has {bytes} bytes, but at most {MAX_FILE_BYTES} are allowed; put measured data into a CSV file"
     )]
     FileTooLong { bytes: usize },
-    #[error("the file is not valid TOML: {}; `augsim model new pendulum` writes a file to start from", shown_cause(&cause.message()))]
+    #[error("the file is not valid TOML: {}; `augsim model new pendulum` writes a file to start from", escaped_cause(&cause.message()))]
     Syntax { cause: toml::de::Error },
-    #[error("the file cannot be edited as TOML: {}; write the model file again", shown_cause(&cause.message()))]
+    #[error("the file cannot be edited as TOML: {}; write the model file again", escaped_cause(&cause.message()))]
     NotEditable { cause: toml_edit::TomlError },
     #[error(transparent)]
     Expression(#[from] Problem),

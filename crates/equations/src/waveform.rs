@@ -2,7 +2,7 @@
 
 use crate::error::{Excerpt, Fault, ModelError, Place};
 use crate::text::{self, Bindings, Problem, Scope, Symbol, Tree};
-use augsim_data::shown;
+use augsim_data::escaped_short;
 
 /// A function of time, read from an expression of `t`.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,12 +17,12 @@ impl Scope for TimeScope {
     fn symbol(&self, name: &str) -> Result<Symbol, Problem> {
         match name {
             "t" => Ok(Symbol::Time),
-            _ => Err(Problem::UnknownName { name: shown(name), nearest: Some("t".into()) }),
+            _ => Err(Problem::UnknownName { name: escaped_short(name), nearest: Some("t".into()) }),
         }
     }
 
     fn table(&self, name: &str) -> Result<usize, Problem> {
-        Err(Problem::UnknownTable { name: shown(name), nearest: None })
+        Err(Problem::UnknownTable { name: escaped_short(name), nearest: None })
     }
 }
 

@@ -111,7 +111,7 @@ pub fn calibrate(
 
 /// Largest factor, over the channels, by which the RMSE has grown from one stage to the next.
 fn rmse_growth(longer: &Stage, shorter: &Stage, channel_sd: &[f64]) -> f64 {
-    let channels = longer.rms.iter().zip(&shorter.rms).zip(channel_sd);
+    let channels = longer.rmse.iter().zip(&shorter.rmse).zip(channel_sd);
     channels.map(|((longer, shorter), sd)| longer / shorter.max(NEGLIGIBLE_RMSE * sd)).fold(0.0, f64::max)
 }
 
@@ -123,7 +123,7 @@ fn stage(problem: &Problem<'_>, fit: &Fit) -> Stage {
     };
     let mut durations: Vec<f64> = fit.windows.iter().map(duration).collect();
     durations.sort_by(f64::total_cmp);
-    let rms = fit.normal.rms(problem.schema().channels.len());
+    let rms = fit.normal.rmse(problem.schema().channels.len());
     let count = fit.normal.count() as f64;
     let unknowns = problem.free_parameters.len() + problem.free_states.len() * fit.windows.len();
     let degrees_of_freedom = (count - unknowns as f64).max(1.0);
@@ -131,7 +131,7 @@ fn stage(problem: &Problem<'_>, fit: &Fit) -> Stage {
         window_s: durations.get(durations.len() / 2).copied().unwrap_or(0.0),
         windows: fit.windows.len(),
         noise: rms.iter().map(|rms| rms * (count / degrees_of_freedom).sqrt()).collect(),
-        rms,
+        rmse: rms,
         steps: fit.steps,
         converged: fit.converged,
     }
@@ -222,5 +222,5 @@ fn calibration(
         .zip(&fit.values)
         .map(|(p, value)| !p.frozen && (*value <= p.min || *value >= p.max))
         .collect();
-    Calibration { values: fit.values, standard_errors, at_bound, starts, stages, stopped, gauges }
+    Calibration { values: fit.values, standard_errors, at_bound, initial_states: starts, stages, stopped, gauges }
 }

@@ -25,7 +25,7 @@ pub(crate) fn select_window_length(problem: &Problem<'_>, fits: &[Fit], channel_
     let floors: Vec<f64> =
         channel_sd.iter().map(|sd| (NEGLIGIBLE_RMSE * sd).max(f64::MIN_POSITIVE)).collect();
     let ln_rmse = |fit: &Fit| {
-        let rms = fit.normal.rms(channel_sd.len());
+        let rms = fit.normal.rmse(channel_sd.len());
         rms.iter().zip(&floors).map(|(rms, floor)| rms.max(*floor).ln()).sum::<f64>()
     };
     let counts: Vec<usize> = fits.iter().map(|fit| fit.windows.len()).collect();

@@ -16,4 +16,4 @@ mod windows;
 pub use growth::calibrate;
 pub use outcome::{Calibration, CalibrationError, Gauge, Stage};
 pub use smooth::{Cause, Smoothed, smooth};
-pub use starts::{Begun, estimate_initial_state};
+pub use starts::{InitialStateEstimate, estimate_initial_state};

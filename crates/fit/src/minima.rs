@@ -64,7 +64,7 @@ pub(crate) fn best_of_multistart(problem: &Problem<'_>, windows: &[ShootingWindo
 
 /// Geometric mean over channels of the RMSE, so that the units of the channels do not matter.
 fn mean_rmse(problem: &Problem<'_>, fit: &Fit) -> f64 {
-    let rms = fit.normal.rms(problem.schema().channels.len());
+    let rms = fit.normal.rmse(problem.schema().channels.len());
     (rms.iter().map(|r| r.max(f64::MIN_POSITIVE).ln()).sum::<f64>() / rms.len().max(1) as f64).exp()
 }
 

@@ -63,7 +63,7 @@ pub(crate) struct NormalEquations {
 
 impl NormalEquations {
     /// RMSE of each channel, in its unit.
-    pub fn rms(&self, channels: usize) -> Vec<f64> {
+    pub fn rmse(&self, channels: usize) -> Vec<f64> {
         let channel_rms = |channel: usize| {
             let sums = self.windows.iter().filter_map(|w| w.squared_residuals.get(channel));
             let (sum, count) = sums.fold((0.0, 0), |(s, n), (square, k)| (s + square, n + k));
@@ -77,7 +77,7 @@ impl NormalEquations {
     /// Outliers do not affect a median. It is bounded below by a quarter of the RMSE, because the median is
     /// almost zero where a system is at rest most of the time.
     pub fn scales(&self, channels: usize) -> Vec<f64> {
-        let rms = self.rms(channels);
+        let rms = self.rmse(channels);
         let scale = |(channel, rms): (usize, f64)| {
             let mut residuals: Vec<f64> = self
                 .windows

@@ -11,7 +11,7 @@ pub struct Stage {
     /// Number of windows.
     pub windows: usize,
     /// RMSE of each channel, in its unit.
-    pub rms: Vec<f64>,
+    pub rmse: Vec<f64>,
     /// Residual standard deviation of each channel, in its unit.
     ///
     /// It exceeds the RMSE, because every estimated parameter and initial state uses up one degree of
@@ -44,7 +44,7 @@ pub struct Calibration {
     /// Whether each parameter is estimated and lies at one of its bounds.
     pub at_bound: Vec<bool>,
     /// Initial state of each record and its standard errors, in the order of the schema.
-    pub starts: Vec<(Vec<f64>, Vec<f64>)>,
+    pub initial_states: Vec<(Vec<f64>, Vec<f64>)>,
     /// The window lengths that were fitted, shortest first; the parameter values are those of the last.
     pub stages: Vec<Stage>,
     /// Why longer windows were not used although the records are long enough for them.
@@ -55,8 +55,8 @@ pub struct Calibration {
 
 impl Calibration {
     /// RMSE of each channel over the final windows, in its unit.
-    pub fn rms(&self) -> &[f64] {
-        self.stages.last().map_or(&[], |stage| &stage.rms)
+    pub fn rmse(&self) -> &[f64] {
+        self.stages.last().map_or(&[], |stage| &stage.rmse)
     }
 }
 

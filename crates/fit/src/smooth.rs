@@ -45,9 +45,9 @@ pub enum Cause {
     /// White measurement noise alone.
     Sensor,
     /// White and autocorrelated measurement noise.
-    LastingSensor,
+    AutocorrelatedSensor,
     /// White measurement noise and process noise.
-    Motion,
+    ProcessNoise,
 }
 
 /// Smoothed states and estimated noise of records.
@@ -61,7 +61,7 @@ pub struct Smoothed {
     /// sample step; for [`Cause::LastingSensor`] one for each channel, in its unit.
     pub disturbance_sd: Vec<f64>,
     /// Correlation time of the disturbances, s: their autocorrelation falls to 1/e; 0 for white noise.
-    pub memory_s: f64,
+    pub correlation_time_s: f64,
     /// Standard deviation of the white measurement noise of each channel, in its unit.
     pub sensor_sd: Vec<f64>,
     /// Ln likelihood of the readings under each cause, in the order of [`Cause`].
@@ -102,11 +102,11 @@ pub fn smooth(
     // With process noise the motion can follow any readings, so this cause always has a path; the other
     // causes need undisturbed motions of the model near the readings.
     let mut best = problem.fit_process_noise(values)?;
-    let mut cause = Cause::Motion;
+    let mut cause = Cause::ProcessNoise;
     let mut ln_likelihood = [f64::NEG_INFINITY, f64::NEG_INFINITY, best.noise_model.ln_likelihood];
     let runs = problem.simulate_records(values).unwrap_or_default();
     let readings: Vec<Disturbance> = (0..outputs).map(Disturbance::Reading).collect();
-    let others = [(Cause::LastingSensor, readings, 1), (Cause::Sensor, Vec::new(), 0)];
+    let others = [(Cause::AutocorrelatedSensor, readings, 1), (Cause::Sensor, Vec::new(), 0)];
     for (other, disturbances, index) in others.into_iter().filter(|_| !runs.is_empty()) {
         if let Ok(fitted) = problem.fit_cause(values, disturbances, runs.clone())
             && fitted.has_converged
@@ -121,7 +121,7 @@ pub fn smooth(
     Ok(Smoothed {
         cause,
         disturbance_sd: problem.disturbance_variances(&noise_model).iter().map(|v| v.sqrt()).collect(),
-        memory_s: noise_model.correlation_steps * problem.min_step_s(),
+        correlation_time_s: noise_model.correlation_steps * problem.min_step_s(),
         sensor_sd: noise_model.noise.sensor.iter().map(|v| v.sqrt()).collect(),
         ln_likelihood,
         paths,

@@ -10,11 +10,11 @@ const FIRST_FIT_SAMPLES: usize = 8;
 
 /// An estimated initial state.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Begun {
+pub struct InitialStateEstimate {
     /// State at the first sample, in the order of the schema.
     pub state: Vec<f64>,
     /// RMSE of each channel over the samples that were used, in its unit.
-    pub rms: Vec<f64>,
+    pub rmse: Vec<f64>,
 }
 
 /// Estimates the initial state of a record from its first `samples`, at fixed parameter values.
@@ -31,7 +31,7 @@ pub fn estimate_initial_state(
     values: &[f64],
     from: &[f64],
     sd: &[Option<f64>],
-) -> Result<Begun, CalibrationError> {
+) -> Result<InitialStateEstimate, CalibrationError> {
     let samples = samples.clamp(1, record.times.len());
     if !record.values.iter().flat_map(|v| &v[..samples]).any(|v| v.is_finite()) {
         return Err(CalibrationError::NothingMeasured);
@@ -52,8 +52,8 @@ pub fn estimate_initial_state(
             .map_err(CalibrationError::Simulation)?;
         (values, windows, scales) = (fit.values, fit.windows, fit.scales);
         if count == samples {
-            let rms = fit.normal.rms(problem.schema().channels.len());
-            return Ok(Begun { state: windows.remove(0).initial_state, rms });
+            let rms = fit.normal.rmse(problem.schema().channels.len());
+            return Ok(InitialStateEstimate { state: windows.remove(0).initial_state, rmse: rms });
         }
         count = (2 * count).min(samples);
     }

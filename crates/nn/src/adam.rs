@@ -70,9 +70,9 @@ impl Adam {
         let t = i32::try_from(state.steps).unwrap_or(i32::MAX);
         // The moments start at 0, so they are too small by the factor 1 - β^t at first (Kingma and Ba,
         // section 3). Both corrections are scalars here; ε is added after the correction of v, as in PyTorch.
-        let step = T::of(lr / (1.0 - self.beta1.powi(t)));
-        let scale = T::of((1.0 - self.beta2.powi(t)).sqrt());
-        let [b1, b2, eps, decay] = [self.beta1, self.beta2, self.eps, self.weight_decay].map(T::of);
+        let step = T::from_f64(lr / (1.0 - self.beta1.powi(t)));
+        let scale = T::from_f64((1.0 - self.beta2.powi(t)).sqrt());
+        let [b1, b2, eps, decay] = [self.beta1, self.beta2, self.eps, self.weight_decay].map(T::from_f64);
         let moments = state.first.iter_mut().zip(&mut state.second);
         for ((p, g), (m, v)) in params.iter_mut().zip(grads).zip(moments) {
             let g = *g + decay * *p;

@@ -96,7 +96,7 @@ fn log_sum_exp<T: Scalar>(tape: &mut Tape<T>, x: Var) -> Result<Var, TensorError
     for (t, out) in largest.chunks_exact_mut(batch.max(1)).enumerate() {
         for (lane, out) in out.iter_mut().enumerate() {
             let column = (0..features).map(|k| values[(t * features + k) * batch + lane]);
-            *out = column.fold(T::of(f64::MIN), |m, v| if v > m { v } else { m });
+            *out = column.fold(T::from_f64(f64::MIN), |m, v| if v > m { v } else { m });
         }
     }
     let largest = tape.constant(&[time, 1, batch], &largest)?;

@@ -57,10 +57,10 @@ impl<T: Scalar> Params<T> {
     pub fn add(&mut self, name: String, dims: &[usize], init: Init) -> ParamId {
         let (start, n) = (self.values.len(), dims.iter().product::<usize>());
         match init {
-            Init::Constant(v) => self.values.extend(std::iter::repeat_n(T::of(v), n)),
+            Init::Constant(v) => self.values.extend(std::iter::repeat_n(T::from_f64(v), n)),
             Init::Uniform { bound } => {
                 match Uniform::new_inclusive(-bound, bound) {
-                    Ok(u) => self.values.extend((0..n).map(|_| T::of(u.sample(&mut self.rng)))),
+                    Ok(u) => self.values.extend((0..n).map(|_| T::from_f64(u.sample(&mut self.rng)))),
                     // The bound is infinite only for a layer without inputs, which has no weights.
                     Err(_) => self.values.extend(std::iter::repeat_n(T::ZERO, n)),
                 }
@@ -113,7 +113,7 @@ impl<T: Scalar> Params<T> {
     /// assert_eq!(params.part("b", &[10, 20, 30]), Some(&[30][..]));
     /// assert_eq!(params.part("c", &[10, 20, 30]), None);
     /// ```
-    pub fn part<'a, U>(&self, name: &str, flat: &'a [U]) -> Option<&'a [U]> {
+    pub fn range_of<'a, U>(&self, name: &str, flat: &'a [U]) -> Option<&'a [U]> {
         let entry = self.entries.iter().find(|e| e.name == name)?;
         flat.get(entry.start..entry.end)
     }

@@ -148,7 +148,7 @@ pub fn import<T: Scalar>(path: &Path, params: &mut Params<T>) -> Result<(), Weig
         };
         match decoded {
             Some(data) if view.shape() == dims => {
-                values.iter_mut().zip(data).for_each(|(v, d)| *v = T::of(d));
+                values.iter_mut().zip(data).for_each(|(v, d)| *v = T::from_f64(d));
             }
             _ => {
                 return Err(WeightsError::Mismatch {

@@ -6,10 +6,10 @@ use crate::model::Model;
 use crate::numbers::{Numbers, memory};
 use crate::source::Data;
 use augsim_data::Limit;
-use augsim_physics::ball::paper_law::PaperLaw;
+use augsim_physics::ball::paper_law::DropDistribution;
 use augsim_physics::model::ModelFile;
 use augsim_physics::push::Pose;
-use augsim_physics::push::laboratory::{Protocol, Recipe};
+use augsim_physics::push::laboratory::{PushDesign, PushRecipe};
 use augsim_session::run_data::recipe;
 use augsim_session::usage::{Oversized, PlanFault, Takes};
 use augsim_session::{Subject, Usage};
@@ -35,7 +35,7 @@ pub fn drops(py: Python<'_>, trajectories: usize, samples: usize, seed: u64) -> 
         Limit::Cells
             .check((trajectories as u64).saturating_mul(samples as u64))
             .map_err(|exceeded| Usage::Limit { oversized, exceeded })?;
-        Ok(PaperLaw { samples, ..PaperLaw::default() }.generate(trajectories, seed)?.0)
+        Ok(DropDistribution { samples, ..DropDistribution::default() }.generate(trajectories, seed)?.0)
     })?;
     Data::of(py, made)
 }
@@ -51,7 +51,7 @@ pub fn pushes(
 ) -> PyResult<(Data, Model)> {
     let made = background::run(py, None, move |_| {
         check(trajectories)?;
-        Ok(recipe(Protocol::Mit, &shape, &surface, trajectories)?.generate(seed)?)
+        Ok(recipe(PushDesign::Mit, &shape, &surface, trajectories)?.generate(seed)?)
     })?;
     let subject = Subject::BuiltIn(Box::new(ModelFile::Push(made.declared)));
     Ok((Data::of(py, made.data)?, Model { subject, path: None }))
@@ -60,7 +60,7 @@ pub fn pushes(
 /// The virtual laboratory, for single pushes.
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Laboratory {
-    recipe: Recipe,
+    recipe: PushRecipe,
     seed: u64,
 }
 
@@ -68,7 +68,7 @@ pub struct Laboratory {
 impl Laboratory {
     #[new]
     fn new(py: Python<'_>, surface: String, shape: String, seed: u64) -> PyResult<Self> {
-        let recipe = unlocked(py, || Ok(recipe(Protocol::Random, &shape, &surface, 1)?))?;
+        let recipe = unlocked(py, || Ok(recipe(PushDesign::Random, &shape, &surface, 1)?))?;
         Ok(Laboratory { recipe, seed })
     }
 
@@ -88,7 +88,7 @@ impl Laboratory {
             let [px, py, angle] = start[..] else {
                 return Err(Usage::Plan(PlanFault::Pose { found: start.len() }).into());
             };
-            let poses = self.recipe.pushed(Pose::new(px, py, angle), &times, [&x, &y], self.seed, index);
+            let poses = self.recipe.simulate_along(Pose::new(px, py, angle), &times, [&x, &y], self.seed, index);
             let poses = poses.map_err(Usage::Laboratory)?;
             Ok(poses.iter().flat_map(|p| [p.position[0], p.position[1], p.angle]).collect::<Vec<f64>>())
         })?;

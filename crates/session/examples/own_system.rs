@@ -5,7 +5,7 @@
 //! through the wall. [`Equations`] implements the dynamics; [`Declaration`] tells discovery how to open the
 //! system and how to write the result.
 
-use augsim_data::checks::Expected;
+use augsim_data::checks::ExpectedData;
 use augsim_data::{Dataset, Trajectory, random_stream};
 use augsim_discovery::{Discovery, Options, discover};
 use augsim_physics::Scalar;
@@ -115,8 +115,8 @@ impl Declaration for Declared {
         "own_system.rs"
     }
 
-    fn expected(&self) -> Expected {
-        Expected::default()
+    fn expected(&self) -> ExpectedData {
+        ExpectedData::default()
     }
 
     fn open(&self, has: &dyn Fn(&str) -> bool) -> Result<Arc<dyn System>, Objection> {
@@ -129,7 +129,7 @@ impl Declaration for Declared {
     fn augmented(&self, found: &Augmentation) -> Result<String, RoundTripError> {
         let declared = found.declared.iter().map(|(place, fitted)| format!("parameter {place}: {fitted:?}"));
         let additions = found.additions.iter().map(|addition| match addition {
-            Addition::Law(law, fitted) => format!("{law:?}: {fitted:?}"),
+            Addition::Term(law, fitted) => format!("{law:?}: {fitted:?}"),
             Addition::Scatter(per, sd) => format!("scatter per {per:?}: {sd}"),
         });
         Ok(declared.chain(additions).collect::<Vec<_>>().join("\n"))

@@ -1,7 +1,7 @@
 //! The source of trajectories: a file, or a table in memory that is read like one.
 
 use crate::provenance::{fingerprint, fingerprint_of_bytes};
-use augsim_data::{DataError, Dataset, MissingCells, NamedCsv, read_dataset, read_table};
+use augsim_data::{DataError, Dataset, MissingCells, NamedCsv, read_dataset, read_csv_bytes};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -56,7 +56,7 @@ impl DataFrom {
     pub fn read(&self, missing: MissingCells) -> Result<Dataset, DataError> {
         match self {
             DataFrom::File(path) => read_dataset(path, missing),
-            DataFrom::Table { name, csv } => read_table(name, csv.to_vec(), missing),
+            DataFrom::Table { name, csv } => read_csv_bytes(name, csv.to_vec(), missing),
         }
     }
 
@@ -67,7 +67,7 @@ impl DataFrom {
     pub fn named(&self) -> Result<NamedCsv, DataError> {
         match self {
             DataFrom::File(path) => NamedCsv::open(path),
-            DataFrom::Table { name, csv } => NamedCsv::of_table(name, csv.to_vec()),
+            DataFrom::Table { name, csv } => NamedCsv::from_csv(name, csv.to_vec()),
         }
     }
 

@@ -30,7 +30,7 @@ pub fn bands(
         check_finite(&forecast, q)?;
         anyhow::Ok((q.id.clone(), t.clone(), forecast))
     });
-    summed(&starts.columns, in_order(rows)?)
+    summed(&starts.columns, collect_in_order(rows)?)
 }
 
 /// Mean, median, 50 % and 90 % bands of every column of sampled forecasts.
@@ -44,7 +44,7 @@ pub fn summed(columns: &[String], rows: Vec<(String, Vec<f64>, Samples)>) -> any
         let columns = summarise(&samples, times.len());
         Trajectory::new(id, times, columns)
     };
-    let rows = in_order(rows.into_par_iter().map(row))?;
+    let rows = collect_in_order(rows.into_par_iter().map(row))?;
     let statistics = |column: &String| {
         // A column of an equation model need not have a unit suffix; then the unit is unknown here.
         let unit = Column::new(column).map_or(Unit::DIMENSIONLESS, |c| c.unit());

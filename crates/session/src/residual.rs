@@ -5,7 +5,7 @@ use crate::{DataFrom, Usage, equations, states};
 use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, Trajectory};
 use augsim_physics::model::{ModelFile, Per};
-use augsim_trainer::{Engine, Recipe, Room, ThrowEngine};
+use augsim_trainer::{Engine, Recipe, ThrowAxes, ThrowEngine};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -92,12 +92,12 @@ fn engine_with_data_step(
     let engine = match &model {
         ModelFile::Ball(ball) => match room(&dataset) {
             Some(room) => ThrowEngine::new(ball, room, step_s).map(Engine::Throw),
-            None => Engine::of(&model, Some(step_s)),
+            None => Engine::from_model_file(&model, Some(step_s)),
         },
-        ModelFile::Push(_) => Engine::of(&model, None),
+        ModelFile::Push(_) => Engine::from_model_file(&model, None),
     };
     let engine = engine.with_context(|| place.to_owned())?;
-    let left_out = engine.left_out().iter();
+    let left_out = engine.ignored_effects().iter();
     let mut notes: Vec<String> = left_out
         .map(|kind| {
             format!("{kind} is left out of the physics: it changes the measurement or is random, and the net learns it")
@@ -117,7 +117,7 @@ fn engine_with_data_step(
         ));
     }
     // The engine of pushes has no contact duration, so this concerns balls only.
-    let long = engine.contact_s().filter(|tau| recipe == Recipe::HybridPlus && *tau > 0.5 * step_s);
+    let long = engine.contact_duration_s().filter(|tau| recipe == Recipe::HybridPlus && *tau > 0.5 * step_s);
     if let Some(tau) = long {
         notes.push(format!(
             "contacts last {tau:.4} s, long against the step of {step_s:.4} s; this recipe simulates single steps with instantaneous \
@@ -135,10 +135,10 @@ fn check_uses_physics(recipe: Recipe) -> Result<(), Usage> {
 }
 
 /// The measured coordinates of a ball; `None` if only its height was measured.
-fn room(data: &Dataset) -> Option<Room> {
+fn room(data: &Dataset) -> Option<ThrowAxes> {
     match ["x_m", "y_m", "z_m"].map(|column| data.has_column(column)) {
-        [true, true, true] => Some(Room::Space),
-        [true, false, true] => Some(Room::Plane),
+        [true, true, true] => Some(ThrowAxes::Space),
+        [true, false, true] => Some(ThrowAxes::Plane),
         _ => None,
     }
 }

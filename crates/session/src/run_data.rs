@@ -4,11 +4,11 @@ use crate::run_dir::{Config, DataSource};
 use crate::usage::{Inapplicable, Missing, UnknownName};
 use crate::{DataFrom, Usage, equations, states};
 use anyhow::Context;
-use augsim_data::checks::{CheckedData, Expected, Warning, check_data};
+use augsim_data::checks::{CheckedData, ExpectedData, Warning, check_data};
 use augsim_data::push::resample;
 use augsim_data::{DataError, Dataset, MissingCells};
-use augsim_physics::ball::paper_law::{self, PaperLaw, check_rate};
-use augsim_physics::push::laboratory::{self, Protocol, SUPPORTS, SupportSheet};
+use augsim_physics::ball::paper_law::{self, DropDistribution, check_rate};
+use augsim_physics::push::laboratory::{self, PushDesign, SUPPORTS, SupportSheet};
 use augsim_physics::push::{OBJECTS, Object};
 use augsim_trainer::push::{Subsampling, pushes};
 use augsim_trainer::{Engine, Sequences};
@@ -32,9 +32,9 @@ pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
         DataSource::Table { name, .. } => {
             return Err(Usage::Missing(Missing::Table { name: name.clone() }).into());
         }
-        DataSource::PaperLaw { trajectories, seed } => PaperLaw::default().generate(*trajectories, *seed)?.0,
+        DataSource::PaperLaw { trajectories, seed } => DropDistribution::default().generate(*trajectories, *seed)?.0,
         DataSource::PushLaboratory { object, surface, pushes, seed } => {
-            recipe(Protocol::Mit, object, surface, *pushes)?.generate(*seed)?.data
+            recipe(PushDesign::Mit, object, surface, *pushes)?.generate(*seed)?.data
         }
     };
     if let Some(step_s) = engine.step_s() {
@@ -112,13 +112,13 @@ pub fn load(source: &DataSource, engine: &Engine) -> anyhow::Result<Sequences> {
 /// # Errors
 /// An unknown object or surface.
 pub fn recipe(
-    protocol: Protocol,
+    protocol: PushDesign,
     object: &str,
     surface: &str,
     pushes: usize,
-) -> Result<laboratory::Recipe, Usage> {
+) -> Result<laboratory::PushRecipe, Usage> {
     let (known, sheet) = object_on_surface(object, surface)?;
-    Ok(laboratory::Recipe::new(protocol, &known, sheet, pushes))
+    Ok(laboratory::PushRecipe::new(protocol, &known, sheet, pushes))
 }
 
 /// Looks up a pushed object and its support sheet by name.
@@ -176,7 +176,7 @@ pub fn admit_measured(data: Dataset, config: &Config) -> anyhow::Result<(Sequenc
     let engine = &config.settings.engine;
     // A net without physics may be trained on any system, so no gravity is expected.
     let expected =
-        if config.settings.recipe.is_without_physics() { Expected::default() } else { engine.expected() };
+        if config.settings.recipe.is_without_physics() { ExpectedData::default() } else { engine.expected() };
     let accepted = config.accept.iter().copied().collect();
     let CheckedData { data, warnings } = check_data(data, &expected, accepted).map_err(DataError::from)?;
     Ok((sequences(&data, engine)?, warnings))

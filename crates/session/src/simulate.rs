@@ -235,7 +235,7 @@ impl Simulation {
         let offsets = match (&offsets[..], scatter.map(|s| s.per)) {
             ([], _) => Offsets::None,
             ([one], Some(ScatterPer::Record)) => Offsets::Shared(*one),
-            (all, _) => Offsets::Each(all),
+            (all, _) => Offsets::PerEvent(all),
         };
         let record = &self.records[trajectory];
         let start = &self.starts[trajectory];

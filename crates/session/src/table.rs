@@ -1,6 +1,6 @@
 //! Conversion of a table in memory to a CSV file, and of a data set to a table.
 
-use augsim_data::{Dataset, GROUP, TIME, TRAJECTORY, Trajectory, shown};
+use augsim_data::{Dataset, GROUP, TIME, TRAJECTORY, Trajectory, escaped_short};
 use thiserror::Error;
 
 /// A table in memory that cannot be written as measurements.
@@ -10,7 +10,7 @@ pub enum TableFault {
     #[error("the table has no columns; it needs `trajectory`, `t_s` and measured ones")]
     NoColumns,
     /// Two columns have different lengths.
-    #[error("the table's column `{}` has {found} values, but `{}` has {rows}", shown(name), shown(first))]
+    #[error("the table's column `{}` has {found} values, but `{}` has {rows}", escaped_short(name), escaped_short(first))]
     Lengths {
         /// The column.
         name: String,
@@ -24,7 +24,7 @@ pub enum TableFault {
     /// A number is infinite.
     #[error(
         "the table's column `{}`, row {row}: {value} is no measurement; use NaN for a missing value",
-        shown(name)
+        escaped_short(name)
     )]
     Infinite {
         /// The column.

@@ -33,7 +33,7 @@ pub trait Scalar:
     /// Multiplicative identity.
     const ONE: Self;
     /// Nearest value to `x`.
-    fn of(x: f64) -> Self;
+    fn from_f64(x: f64) -> Self;
     /// The value in double precision.
     fn to_f64(self) -> f64;
     /// Whether the value is neither NaN nor infinite.
@@ -93,7 +93,7 @@ fn zero_fresh<const N: usize>(mut grads: [&mut [f64]; N], fresh: [bool; N]) -> [
 impl Scalar for f64 {
     const ZERO: f64 = 0.0;
     const ONE: f64 = 1.0;
-    fn of(x: f64) -> f64 {
+    fn from_f64(x: f64) -> f64 {
         x
     }
     fn to_f64(self) -> f64 {
@@ -169,7 +169,7 @@ impl Scalar for f64 {
 impl Scalar for f32 {
     const ZERO: f32 = 0.0;
     const ONE: f32 = 1.0;
-    fn of(x: f64) -> f32 {
+    fn from_f64(x: f64) -> f32 {
         x as f32
     }
     fn to_f64(self) -> f64 {

@@ -75,6 +75,6 @@ pub enum Difference {
 
 impl From<Difference> for TrainerError {
     fn from(difference: Difference) -> Self {
-        TrainerError::Foreign { difference }
+        TrainerError::Mismatch { difference }
     }
 }

@@ -93,7 +93,7 @@ pub enum TrainerError {
         "row {row} has no value in column {column} (both counted from 0), which the sensor measures; fill it in, or observe \
          fewer rows"
     )]
-    Unseen {
+    MissingMeasurement {
         /// Row, from 0.
         row: usize,
         /// State column, from 0.
@@ -121,7 +121,7 @@ pub enum TrainerError {
     #[error(
         "the checkpoint does not belong to this run: {difference}; use the data and settings of the saved run, or start a new run"
     )]
-    Foreign {
+    Mismatch {
         /// The part that does not match.
         difference: Difference,
     },

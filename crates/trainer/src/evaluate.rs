@@ -1,6 +1,6 @@
 //! Evaluation on a test set under one of three protocols, whose scores are never compared.
 
-use crate::in_order;
+use crate::collect_in_order;
 use crate::score::{Score, Scoring, average, score};
 use crate::{Forecaster, NetModel, Samples, Sequence, Sequences, Task, TrainerError};
 use rayon::prelude::*;
@@ -66,7 +66,7 @@ fn score_each(
         return Err(TrainerError::NoTrajectories { what: "the test set" });
     }
     let scoring = Scoring::of(test);
-    in_order(test.items.par_iter().enumerate().map(|(i, q)| {
+    collect_in_order(test.items.par_iter().enumerate().map(|(i, q)| {
         let samples = samples(q, i as u64)?;
         check_finite(&samples, q)?;
         Ok(score(&samples, &q.states, &scoring))

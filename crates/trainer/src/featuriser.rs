@@ -34,7 +34,7 @@ impl<'a> Featuriser<'a> {
         if let Some(class) = settings.recipe.class() {
             return Ok(Featuriser::Class(class.inputs, settings));
         }
-        Ok(match (settings.rollouts()?, settings.engine.rates()) {
+        Ok(match (settings.rollouts()?, settings.engine.rate_model()) {
             (Some(push), _) => Featuriser::Rollout(settings.recipe, push),
             (None, Some(motion)) => Featuriser::Rates(motion),
             (None, None) => Featuriser::Step(settings.recipe, &settings.engine),
@@ -67,7 +67,7 @@ pub(crate) fn width(settings: &Settings, state: usize) -> usize {
     match (settings.recipe.class(), settings.correction) {
         (Some(class), _) => class.inputs.width(settings),
         (None, Correction::Step) => steps::width(settings.recipe, &settings.engine, state),
-        (None, Correction::Rates) => settings.engine.rates().map_or(0, rates::width),
+        (None, Correction::Rates) => settings.engine.rate_model().map_or(0, rates::width),
         (None, Correction::Rollout) => features::width(settings.recipe),
     }
 }
@@ -77,7 +77,7 @@ pub(crate) fn fits(scales: &Scales, settings: &Settings, state: usize) -> bool {
     let expected = match (settings.recipe.class(), settings.correction) {
         (Some(class), _) => class.inputs.scale_sizes(settings, state),
         (None, Correction::Step) => [state; 4],
-        (None, Correction::Rates) => settings.engine.rates().map_or([0; 4], rates::scale_sizes),
+        (None, Correction::Rates) => settings.engine.rate_model().map_or([0; 4], rates::scale_sizes),
         (None, Correction::Rollout) => {
             let inputs = features::width(settings.recipe);
             [inputs, inputs, 0, state]

@@ -4,7 +4,7 @@
 //! 2020).
 
 use crate::TrainerError;
-use crate::in_order;
+use crate::collect_in_order;
 use crate::nets::Stepwise;
 use crate::prepared::Prepared;
 use augsim_nn::{Bound, Params};
@@ -33,7 +33,7 @@ impl LatentDistribution {
         train: &[Prepared],
     ) -> Result<Self, TrainerError> {
         let l = net.sizes().latent;
-        let posteriors = in_order(train.par_iter().map(|p| encode(net, params, p)))?;
+        let posteriors = collect_in_order(train.par_iter().map(|p| encode(net, params, p)))?;
         let n = posteriors.len() as f64;
         let mean: Vec<f64> = (0..l).map(|i| posteriors.iter().map(|p| p.0[i]).sum::<f64>() / n).collect();
         let mut covariance = vec![0.0; l * l];
@@ -49,7 +49,7 @@ impl LatentDistribution {
     }
 
     /// Maps standard normal `draws [L]` to a latent `[L]`: mean + factor * draws.
-    pub(crate) fn place(&self, draws: &[f64]) -> Vec<f64> {
+    pub(crate) fn from_standard(&self, draws: &[f64]) -> Vec<f64> {
         let l = self.mean.len();
         let shift = |i: usize| (0..=i).map(|j| self.factor[i * l + j] * draws[j]).sum::<f64>();
         (0..l).map(|i| self.mean[i] + shift(i)).collect()

@@ -27,18 +27,18 @@ const MAX_DAMPING: f64 = 1e6;
 
 /// Options of a Levenberg-Marquardt fit.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Descent {
+pub(crate) struct LevenbergMarquardt {
     /// Step of the forward differences.
-    pub nudge: f64,
+    pub difference_step: f64,
     /// Largest change of a parameter in one iteration.
-    pub reach: f64,
+    pub max_change: f64,
     /// Maximum number of iterations.
-    pub iterations: usize,
+    pub max_iterations: usize,
 }
 
 /// Result of a fit.
 #[derive(Debug, Clone)]
-pub(crate) struct Found {
+pub(crate) struct FitResult {
     /// Estimated parameter values.
     pub values: Vec<f64>,
     /// Mean over the blocks of Huber's loss of the root mean square residual.
@@ -55,9 +55,9 @@ pub(crate) struct Normal {
     pub gradients: Vec<Vec<f64>>,
 }
 
-impl Descent {
+impl LevenbergMarquardt {
     /// Minimises the robust loss of the blocks that `residuals` returns, from the values `start`.
-    pub fn run(&self, start: Vec<f64>, residuals: &dyn Fn(&[f64]) -> Vec<Block>) -> Found {
+    pub fn run(&self, start: Vec<f64>, residuals: &dyn Fn(&[f64]) -> Vec<Block>) -> FitResult {
         let mut values = start;
         let mut blocks = residuals(&values);
         let mut errors: Vec<f64> = blocks.iter().map(|r| rms(r)).collect();
@@ -70,10 +70,10 @@ impl Descent {
         let mut best = loss(&blocks);
         let mut damping = INITIAL_DAMPING;
         let mut normal = Normal::new(&blocks, &self.jacobian(&values, &blocks, residuals), threshold);
-        for _ in 0..self.iterations {
+        for _ in 0..self.max_iterations {
             let Some(step) = normal.step(damping) else { break };
             let moved: Vec<f64> =
-                values.iter().zip(&step).map(|(v, s)| v - s.clamp(-self.reach, self.reach)).collect();
+                values.iter().zip(&step).map(|(v, s)| v - s.clamp(-self.max_change, self.max_change)).collect();
             let moved_blocks = residuals(&moved);
             let moved_loss = loss(&moved_blocks);
             if moved_loss < best {
@@ -91,7 +91,7 @@ impl Descent {
                 }
             }
         }
-        Found { values, loss: best, normal }
+        FitResult { values, loss: best, normal }
     }
 
     /// Derivatives of all residuals by each parameter, `[parameter][block]`, by forward differences.
@@ -103,9 +103,9 @@ impl Descent {
     ) -> Vec<Vec<Block>> {
         let column = |k: usize| {
             let mut moved = values.to_vec();
-            moved[k] += self.nudge;
+            moved[k] += self.difference_step;
             let difference =
-                |(a, b): (&Block, &Block)| a.iter().zip(b).map(|(a, b)| (a - b) / self.nudge).collect();
+                |(a, b): (&Block, &Block)| a.iter().zip(b).map(|(a, b)| (a - b) / self.difference_step).collect();
             residuals(&moved).iter().zip(blocks).map(difference).collect()
         };
         (0..values.len()).map(column).collect()
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn an_exponential_decay_is_recovered() {
-        let descent = Descent { nudge: 1e-6, reach: 1.0, iterations: 50 };
+        let descent = LevenbergMarquardt { difference_step: 1e-6, max_change: 1.0, max_iterations: 50 };
         let found = descent.run(vec![0.5, 3.0], &residuals);
         assert!((found.values[0] - 2.0).abs() < 1e-6 && (found.values[1] - 0.7).abs() < 1e-6, "{found:?}");
         assert!(found.loss < 1e-12);
@@ -186,7 +186,7 @@ mod tests {
             blocks[3].iter_mut().for_each(|r| *r += 5.0);
             blocks
         };
-        let descent = Descent { nudge: 1e-6, reach: 1.0, iterations: 80 };
+        let descent = LevenbergMarquardt { difference_step: 1e-6, max_change: 1.0, max_iterations: 80 };
         let found = descent.run(vec![1.9, 0.75], &with_outlier);
         // Huber's rule weights the outlier as if its error were a hundredth; plain least squares would be off
         // by more than 1.

@@ -7,7 +7,7 @@ mod evaluate;
 mod featuriser;
 pub mod filter;
 mod forecast;
-mod in_order;
+mod collect_in_order;
 mod latent;
 mod league;
 mod least_squares;
@@ -29,13 +29,13 @@ mod training;
 mod violations;
 
 pub use difference::Difference;
-pub use engine::{Engine, EngineError, EquationEngine, Room, SystemEngine, ThrowEngine};
+pub use engine::{Engine, EngineError, EquationEngine, ThrowAxes, SystemEngine, ThrowEngine};
 pub use error::TrainerError;
 pub use evaluate::{
     Protocol, SAMPLES, check_finite, evaluate_forecast, evaluate_reconstruction, forecast_scores,
 };
 pub use forecast::{Forecaster, Samples, Task};
-pub use in_order::in_order;
+pub use collect_in_order::collect_in_order;
 pub use latent::LatentDistribution;
 pub use models::NetModel;
 pub use rates::CorrectionShrinkage;

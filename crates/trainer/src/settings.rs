@@ -31,7 +31,7 @@ impl Correction {
 
     /// The correction for an engine other than one of pushing.
     pub(crate) fn of(engine: &Engine) -> Self {
-        if engine.rates().is_some() { Correction::Rates } else { Correction::Step }
+        if engine.rate_model().is_some() { Correction::Rates } else { Correction::Step }
     }
 }
 
@@ -84,7 +84,7 @@ impl Settings {
     /// the paper): rate 3e-3, 32 units, one latent of 2 per trajectory, or of 4 per push together with a GRU
     /// over the features of the roll-out.
     pub fn new(recipe: Recipe, iterations: u64, seed: u64, engine: Engine) -> Self {
-        let pushing = engine.pushing().is_some();
+        let pushing = engine.push_model().is_some();
         if let Some(class) = recipe.class() {
             return class.settings(recipe, iterations, seed, engine);
         }
@@ -138,7 +138,7 @@ impl Settings {
         let missing = TrainerError::Setting { key: "correction", value: "rollout".to_owned(), rule };
         match self.correction {
             Correction::Step | Correction::Rates => Ok(None),
-            Correction::Rollout => self.engine.pushing().ok_or(missing).map(Some),
+            Correction::Rollout => self.engine.push_model().ok_or(missing).map(Some),
         }
     }
 
@@ -149,7 +149,7 @@ impl Settings {
     pub fn check(&self) -> Result<(), TrainerError> {
         let recipe_rule = match (self.recipe, self.correction) {
             (Recipe::NeuralPlus, Correction::Step) => Some("is for pushing only"),
-            (recipe, _) if self.engine.rates().is_some() && !recipe.corrects_rates() => Some(
+            (recipe, _) if self.engine.rate_model().is_some() && !recipe.corrects_rates() => Some(
                 "does not correct rates of equations; use hybrid-plus, feed-forward-residual, recurrent-residual, \
                  mixture-residual or ensemble-residual",
             ),
@@ -162,7 +162,7 @@ impl Settings {
             return Err(TrainerError::Setting { key: "recipe", value: self.recipe.label().to_owned(), rule });
         }
         self.rollouts()?;
-        if (self.correction == Correction::Rates) != self.engine.rates().is_some() {
+        if (self.correction == Correction::Rates) != self.engine.rate_model().is_some() {
             let rule = "does not fit the engine: systems of equations need `rates`, and only they can use it";
             return Err(TrainerError::Setting {
                 key: "correction",

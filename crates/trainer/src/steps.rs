@@ -154,7 +154,7 @@ pub(crate) fn width(recipe: Recipe, engine: &Engine, state: usize) -> usize {
         Recipe::Neural => state,
         Recipe::Hybrid | Recipe::HybridStandardised => 2 * state,
         // The row that `StepRowInputs` writes; league classes define their own widths.
-        _ => (FEATURES + engine.own_parameters()) * state,
+        _ => (FEATURES + engine.sensitivity_count()) * state,
     }
 }
 

@@ -56,7 +56,7 @@ pub(crate) struct TileResult {
 }
 
 /// Sums the gradients of tiles in tile order; returns the sum of their losses times `scale`.
-pub(crate) fn gather<'t>(
+pub(crate) fn sum_gradients<'t>(
     tiles: impl IntoIterator<Item = &'t TileResult>,
     scale: f64,
     grads: &mut [f32],
@@ -100,11 +100,11 @@ pub(crate) struct Workspace {
 
 /// Inputs that all tiles of an iteration share.
 #[derive(Clone, Copy)]
-pub(crate) struct Shared<'a> {
+pub(crate) struct TileContext<'a> {
     pub net: &'a dyn Trainable,
     pub params: &'a Params<f32>,
     /// The training set.
-    pub all: &'a [Prepared],
+    pub train_set: &'a [Prepared],
     /// Factor of the gradients (1 / batch size).
     pub scale: f64,
     pub seed: u64,
@@ -115,7 +115,7 @@ impl Workspace {
     ///
     /// The noise of the k-th of them comes from stream `first + k`; `first` counts all trajectories processed
     /// since the start of training, so that no stream is used twice.
-    pub fn run_all(&mut self, shared: Shared<'_>, items: &[usize], first: u64) -> Result<(), TrainerError> {
+    pub fn run_all(&mut self, shared: TileContext<'_>, items: &[usize], first: u64) -> Result<(), TrainerError> {
         let mut results = std::mem::take(&mut self.results);
         results.resize_with(items.len().div_ceil(TILE), TileResult::default);
         let mut tiles = results.iter_mut().zip(items.chunks(TILE)).enumerate();
@@ -128,12 +128,12 @@ impl Workspace {
     /// Computes loss and scaled gradient, summed over the trajectories `items` of one tile.
     fn run(
         &mut self,
-        shared: Shared<'_>,
+        shared: TileContext<'_>,
         items: &[usize],
         first: u64,
         result: &mut TileResult,
     ) -> Result<(), TrainerError> {
-        let Shared { net, params, all, scale, seed } = shared;
+        let TileContext { net, params, train_set: all, scale, seed } = shared;
         let lanes = items.len();
         debug_assert!(lanes <= TILE);
         let time = items.iter().map(|&i| all[i].time).max().unwrap_or(0);

@@ -6,13 +6,13 @@ use crate::latent::LatentDistribution;
 use crate::league::ClassNet;
 use crate::nets::Net;
 use crate::prepared::Prepared;
-use crate::rates::accept::{AcceptedChecks, Learned};
+use crate::rates::acceptance::{AcceptedCorrection, TrainedRateNet};
 use crate::rates::features::{self, CorrectionShrinkage};
-use crate::rates::pieces::{Pieces, pieces};
+use crate::rates::split_records::{Segments, split_records};
 use crate::scales::Scales;
 use crate::sequences::{Sequence, Sequences};
 use crate::settings::Settings;
-use crate::tiles::{Shared, TileLoss, Workspace, clip, gather};
+use crate::tiles::{TileContext, TileLoss, Workspace, clip, sum_gradients};
 use crate::{Engine, TILE, TrainerError};
 use augsim_data::random_stream;
 use augsim_nn::{AdamState, Params};
@@ -195,12 +195,12 @@ impl Training {
     pub fn finish(&mut self) -> Result<&TrainingState, TrainerError> {
         if let Net::Stepwise(net) = &self.net {
             let mut law = LatentDistribution::fit(net, &self.params, &self.prepared)?;
-            if let Some(motion) = self.state.settings.engine.rates() {
-                features::trust(&mut self.state.scales, CorrectionShrinkage::FULL);
+            if let Some(motion) = self.state.settings.engine.rate_model() {
+                features::set_shrinkage(&mut self.state.scales, CorrectionShrinkage::FULL);
                 let (scales, seed) = (&self.state.scales, self.state.settings.seed);
-                let learned = Learned { motion, net, params: &self.params, law: &law, scales, seed };
-                if let Some(AcceptedChecks { trust, latents_differ }) = learned.decide(&self.held_out)? {
-                    features::trust(&mut self.state.scales, trust);
+                let learned = TrainedRateNet { motion, net, params: &self.params, latent_distribution: &law, scales, seed };
+                if let Some(AcceptedCorrection { shrinkage: trust, latents_differ }) = learned.decide(&self.held_out)? {
+                    features::set_shrinkage(&mut self.state.scales, trust);
                     if !latents_differ {
                         law.factor.fill(0.0);
                     }
@@ -258,7 +258,7 @@ impl Training {
         let chosen = &self.chosen;
         let (net, params, all, seed) = (&self.net, &self.params, &self.prepared, settings.seed);
         let scale = 1.0 / batch as f64;
-        let shared = Shared { net, params, all, scale, seed };
+        let shared = TileContext { net, params, train_set: all, scale, seed };
         // Consecutive tiles share a workspace; the workspace does not affect a tile's result. The last tile
         // may be a narrow one, so the rounding gives the later shares more tiles.
         let tiles = batch.div_ceil(TILE);
@@ -269,7 +269,7 @@ impl Training {
             workspace.run_all(shared, &chosen[first..end], iteration * batch as u64 + first as u64)
         })?;
         let results = self.workspaces.iter().flat_map(|w| &w.results);
-        let TileLoss { kl, misfit } = gather(results, scale, &mut self.grads);
+        let TileLoss { kl, misfit } = sum_gradients(results, scale, &mut self.grads);
         let loss = kl + misfit;
         let norm = clip(&mut self.grads, settings.clip_norm);
         if !loss.is_finite() || !norm.is_finite() {
@@ -282,9 +282,9 @@ impl Training {
 }
 
 /// Cuts records of equations into training segments and held-out records; else `None`.
-fn cut_records(settings: &Settings, train: &Sequences) -> Option<Pieces> {
+fn cut_records(settings: &Settings, train: &Sequences) -> Option<Segments> {
     // Corrections of league classes are not shrunk, so nothing is held out of their training.
-    settings.engine.rates().map(|_| pieces(train, settings.recipe.class().is_none()))
+    settings.engine.rate_model().map(|_| split_records(train, settings.recipe.class().is_none()))
 }
 
 /// Rebuilds the net and its parameters from a saved state.

@@ -41,7 +41,7 @@ pub enum Violations {
 
 /// Measures the violations of a forecast of a ball over flat ground or a push; else `None`.
 pub fn violations(engine: &Engine, task: Task<'_>, samples: &Samples) -> Option<Violations> {
-    if let Some(push) = engine.pushing() {
+    if let Some(push) = engine.push_model() {
         return Some(push_violations(push, task, samples));
     }
     Some(ball_violations(&BallLimits::of(engine, task.start)?, task, samples))

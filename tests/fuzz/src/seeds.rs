@@ -8,7 +8,7 @@ use crate::reader::Files;
 use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, read_csv, write_npz};
 use augsim_nn::{Init, Params, checkpoint, weights};
-use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
 use augsim_trainer::{Engine, NetSettings, Recipe, Sequences, Settings, Training};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -273,7 +273,7 @@ pub fn small_net() -> Params<f32> {
 pub fn short_drops() -> &'static Sequences {
     static DROPS: OnceLock<Sequences> = OnceLock::new();
     DROPS.get_or_init(|| {
-        let law = PaperLaw { samples: 10, ..PaperLaw::default() };
+        let law = DropDistribution { samples: 10, ..DropDistribution::default() };
         let drops = law.generate(2, 1).map(|(data, _)| Sequences::new(&data, &["height_m", "velocity_m_s"]));
         drops.expect("drops of the paper's law").expect("its two columns")
     })

@@ -19,7 +19,7 @@ const fn law(name: &'static str, depends_on_speed: bool, term: fn(f64, f64, f64)
 }
 
 /// Effects that the library has.
-pub fn listed(is_force: bool) -> &'static [Law] {
+pub fn library_laws(is_force: bool) -> &'static [Law] {
     const FORCE: [Law; 6] = [
         law("quadratic-damping", true, |v, _, _| -v.abs() * v),
         law("cubic-damping", true, |v, _, _| -v.powi(3)),
@@ -34,7 +34,7 @@ pub fn listed(is_force: bool) -> &'static [Law] {
 }
 
 /// Formulas that the search grammar contains.
-pub fn inside(is_force: bool) -> &'static [Law] {
+pub fn grammar_laws(is_force: bool) -> &'static [Law] {
     const FORCE: [Law; 5] = [
         law("z^3", false, |x, _, _| -x.powi(3)),
         law("abs(z) * z", true, |v, _, _| -v.abs() * v),
@@ -51,7 +51,7 @@ pub fn inside(is_force: bool) -> &'static [Law] {
 }
 
 /// Effects that neither library nor grammar contain.
-pub fn outside(is_force: bool) -> &'static [Law] {
+pub fn unlisted_laws(is_force: bool) -> &'static [Law] {
     const FORCE: [Law; 3] = [
         law(
             "a window of position",

@@ -9,7 +9,7 @@ mod plants;
 mod score;
 mod simulate;
 
-pub use laws::{Law, inside, listed, outside};
+pub use laws::{Law, grammar_laws, library_laws, unlisted_laws};
 pub use plants::{PLANTS, Plant};
 pub use score::{Kind, Row, Summary, run, truth};
 pub use simulate::{Drawn, draw};

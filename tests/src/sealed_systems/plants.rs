@@ -31,7 +31,7 @@ pub struct Plant {
     /// Position of a stop of state 0, and its coefficient of restitution.
     pub stop: Option<(f64, f64)>,
     /// Process noise on the equation that effects are added to: RMS relative to that of its rate.
-    pub motion: f64,
+    pub process_noise: f64,
 }
 
 /// Process noise in one long recording, relative to the rate.
@@ -41,7 +41,7 @@ impl Plant {
     /// The plant in one long recording instead of several, with process noise.
     pub fn as_one_long_recording(self) -> Self {
         let (records, samples, step_s) = self.size;
-        Self { size: (1, records * samples, step_s), motion: PROCESS_NOISE_SHARE, ..self }
+        Self { size: (1, records * samples, step_s), process_noise: PROCESS_NOISE_SHARE, ..self }
     }
 }
 
@@ -61,7 +61,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[1.4, 2.0],
         input: (0.0, 0.0),
         stop: None,
-        motion: 0.0,
+        process_noise: 0.0,
     },
     Plant {
         name: "mass with stop",
@@ -77,7 +77,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[0.03, 0.3],
         input: (0.0, 5.0),
         stop: Some((0.05, 0.6)),
-        motion: 0.0,
+        process_noise: 0.0,
     },
     Plant {
         name: "cart-pole",
@@ -100,7 +100,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[0.1, 0.3, 0.8, 1.0],
         input: (0.0, 3.0),
         stop: None,
-        motion: 0.0,
+        process_noise: 0.0,
     },
     Plant {
         name: "two tanks",
@@ -119,7 +119,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[6.0, 6.0],
         input: (3.0, 2.0),
         stop: None,
-        motion: 0.0,
+        process_noise: 0.0,
     },
     Plant {
         name: "servo",
@@ -135,7 +135,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[0.5, 1.0],
         input: (0.0, 1.5),
         stop: None,
-        motion: 0.0,
+        process_noise: 0.0,
     },
     Plant {
         name: "Duffing",
@@ -151,7 +151,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[0.4, 1.0],
         input: (0.0, 12.0),
         stop: None,
-        motion: 0.0,
+        process_noise: 0.0,
     },
     Plant {
         name: "two-mass drive",
@@ -170,7 +170,7 @@ pub const PLANTS: [Plant; 8] = [
         start: &[0.3, 1.0, 0.3, 1.0],
         input: (0.0, 0.6),
         stop: None,
-        motion: 0.0,
+        process_noise: 0.0,
     },
     Plant {
         name: "thermal lag",
@@ -186,6 +186,6 @@ pub const PLANTS: [Plant; 8] = [
         start: &[30.0],
         input: (15.0, 15.0),
         stop: None,
-        motion: 0.0,
+        process_noise: 0.0,
     },
 ];

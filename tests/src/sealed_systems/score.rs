@@ -1,6 +1,6 @@
 //! Scoring of the discovery loop on sealed systems, run as a user does: binary, model file and table.
 
-use super::laws::{Law, inside, listed, outside};
+use super::laws::{Law, grammar_laws, library_laws, unlisted_laws};
 use super::plants::{PLANTS, Plant};
 use super::simulate::draw;
 use serde_json::Value;
@@ -138,13 +138,13 @@ pub fn truth(kind: Kind, plant: &Plant, seed: u64) -> Vec<(Law, f64)> {
         let missing: Vec<&Law> = list.iter().filter(|law| !plant.declares.contains(&law.name)).collect();
         (*missing[k % missing.len()], share)
     };
-    let list = listed(plant.is_force);
+    let list = library_laws(plant.is_force);
     match kind {
         Kind::Null => Vec::new(),
         Kind::Single => vec![pick(list, turn, RELATIVE_SIZES[turn % 3])],
         Kind::Pair => vec![pick(list, turn, RELATIVE_SIZES[2]), pick(list, turn + 1, RELATIVE_SIZES[1])],
-        Kind::Inside => vec![pick(inside(plant.is_force), turn, RELATIVE_SIZES[1 + turn % 2])],
-        Kind::Outside => vec![pick(outside(plant.is_force), turn, RELATIVE_SIZES[1 + turn % 2])],
+        Kind::Inside => vec![pick(grammar_laws(plant.is_force), turn, RELATIVE_SIZES[1 + turn % 2])],
+        Kind::Outside => vec![pick(unlisted_laws(plant.is_force), turn, RELATIVE_SIZES[1 + turn % 2])],
     }
 }
 
@@ -260,7 +260,7 @@ mod tests {
     #[test]
     fn names_in_answers_denote_effects() {
         let law =
-            |name| *listed(true).iter().chain(inside(true)).find(|law| law.name == name).expect("a law");
+            |name| *library_laws(true).iter().chain(grammar_laws(true)).find(|law| law.name == name).expect("a law");
         assert!(denotes("coulomb on v_m_s", &law("coulomb")) && denotes("coulomb", &law("coulomb")));
         assert!(!denotes("coulomb-like", &law("coulomb")));
         assert!(denotes("x_m^3 on v_m_s", &law("z^3")) && !denotes("x_m^2 on v_m_s", &law("z^3")));

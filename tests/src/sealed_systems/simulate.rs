@@ -46,7 +46,7 @@ pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> Drawn {
     let mut process_rng = random_stream(seed, "sealed system motion", 0);
     let process_noise: Vec<f64> = (0..plant.size.1 / HOLD_SAMPLES + 2)
         .map(|_| -> f64 { StandardNormal.sample(&mut process_rng) })
-        .map(|normal| plant.motion * rate * normal)
+        .map(|normal| plant.process_noise * rate * normal)
         .collect();
     let term = |state: &[f64], _: f64, time: f64| {
         let effects = laws.iter().zip(&amounts).map(|((law, _), amount)| amount * value(law, state, time));

@@ -69,7 +69,7 @@ fn samples_taken_at_uneven_times_stay() {
     };
     let drops = (0..12).map(&mut drop).collect();
     let data = Dataset::from_names(&["height_m"], drops).expect("data");
-    assert!(augsim_data::FrameClock::of(&data).is_some(), "the stamps would tell frames");
+    assert!(augsim_data::FrameClock::estimate(&data).is_some(), "the stamps would tell frames");
     assert_eq!(answer(&model, &data).noise.frame_s, None);
 }
 

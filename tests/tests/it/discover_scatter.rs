@@ -4,7 +4,7 @@
 use augsim_data::{Dataset, Trajectory, random_stream};
 use augsim_discovery::{Discovery, Options, discover};
 use augsim_physics::ball::bullet::{BulletBall, BulletState};
-use augsim_physics::ball::paper_law::PaperLaw;
+use augsim_physics::ball::paper_law::DropDistribution;
 use augsim_physics::model::Model;
 
 /// Gravity and a constant restitution; the deviation of a position is a tolerance for the engine's steps.
@@ -36,7 +36,7 @@ fn scatter(found: &Discovery) -> (&str, f64, [f64; 2]) {
 #[test]
 #[should_panic]
 fn restitution_drawn_for_each_drop_is_told_so() {
-    let (data, drops) = PaperLaw::default().generate(DROPS, 11).expect("drops");
+    let (data, drops) = DropDistribution::default().generate(DROPS, 11).expect("drops");
     let found = found(&data);
     let (per, sd, ci95) = scatter(&found);
     assert_eq!(per, "trajectory", "{}", found.sentence);
@@ -50,7 +50,7 @@ fn restitution_drawn_for_each_drop_is_told_so() {
 #[test]
 #[should_panic]
 fn restitution_drawn_for_each_impact_is_told_so() {
-    let law = PaperLaw::default();
+    let law = DropDistribution::default();
     let drop = |index: u64| {
         let mut rng = random_stream(11, "impacts", index);
         let height_m = law.draw(&mut rng).drop_height_m;

@@ -2,7 +2,7 @@
 //! that does not know the height to a hair forecasts the rest all the same: behind ten rows after the rebound as well as behind
 //! any other drop.
 use augsim_data::random_stream;
-use augsim_physics::ball::paper_law::PaperLaw;
+use augsim_physics::ball::paper_law::DropDistribution;
 use augsim_trainer::filter::{
     FilterSettings, InitialStatePrior, RandomRestitution, Sensor, evaluate_filtered, same_prefix_lengths,
 };
@@ -14,7 +14,7 @@ const SEEN: usize = 75;
 
 #[test]
 fn a_ball_that_touches_the_ground_by_a_hair_is_known_behind_its_rebound() {
-    let law = PaperLaw::default();
+    let law = DropDistribution::default();
     let mut rng = random_stream(1, "hair", 0);
     let mut items = Vec::new();
     let lowest =

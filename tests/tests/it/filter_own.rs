@@ -74,11 +74,11 @@ fn score(filter: &SystemFilter, test: &Sequences) -> FilteredScore {
 fn laws_of_other_flights_are_those_that_made_them_and_bands_behind_them_hold() {
     let (train, test) = (flights(60, 1), flights(60, 2));
     let laws = LearnedPriors::learn(&filter(60), &train).unwrap();
-    let [(Seed::Parameter(_), mean, sd)] = laws.laws() else { panic!("{laws:?}") };
+    let [(Seed::Parameter(_), mean, sd)] = laws.normal_priors() else { panic!("{laws:?}") };
     // The deviation of 60 draws is known to 9 %, their median to 16 % of it.
     assert!((sd / SPIN_SD - 1.0).abs() < 0.3 && mean.abs() < 0.5 * SPIN_SD, "{mean} {sd}");
     assert!(laws.noise().iter().all(|noise| (noise / SD_M - 1.0).abs() < 0.2), "{:?}", laws.noise());
-    let (taught, plain) = (filter(60).with_laws(laws.laws(), laws.noise()), filter(60));
+    let (taught, plain) = (filter(60).with_normal_priors(laws.normal_priors(), laws.noise()), filter(60));
     let (taught, plain) = (score(&taught, &test), score(&plain, &test));
     assert!(taught.crps[0] <= plain.crps[0], "{} {}", taught.crps[0], plain.crps[0]);
     let inside = taught.coverage90.unwrap();

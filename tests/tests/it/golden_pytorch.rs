@@ -52,7 +52,7 @@ fn assert_gradients(params: &Params<f64>, tape: &Tape<f64>, bound: &Bound, prefi
     let mut flat_grads = vec![0.0; params.values().len()];
     params.gather_grads(tape, bound, &mut flat_grads);
     for (name, ..) in params.iter() {
-        let part = params.part(name, &flat_grads).unwrap_or_else(|| panic!("{name}"));
+        let part = params.range_of(name, &flat_grads).unwrap_or_else(|| panic!("{name}"));
         let key = name.strip_prefix(prefix).unwrap_or(name);
         assert!(want[key].is_array(), "no golden gradient of {key}");
         assert_close(&format!("gradient of {name}"), part, &flat(&want[key]));

@@ -2,7 +2,7 @@
 //! on it can be held against a formula. Also the parts of the trait that every system inherits: a record as one window, the
 //! places of added laws.
 
-use augsim_physics::system::{InitialValue, Law, Offsets, Record, Seed, Simulated, System, Task};
+use augsim_physics::system::{InitialValue, ModelTerm, Offsets, Record, Seed, Simulated, System, Task};
 use augsim_tests::linear::{EVENTS_S, Linear};
 
 fn record() -> Record {
@@ -16,7 +16,7 @@ fn record() -> Record {
 
 #[test]
 fn values_are_the_design_matrix_times_the_unknowns() {
-    let system = Linear::new(6).augmented(&[Law::Effect(4), Law::Effect(1)]).expect("in the library");
+    let system = Linear::new(6).augmented(&[ModelTerm::Effect(4), ModelTerm::Effect(1)]).expect("in the library");
     let record = record();
     let unknowns = [0.3, -0.2, 0.05, 0.11, 1.4, 0.02, -0.03, 0.01];
     let (parameters, rest) = unknowns.split_at(4);
@@ -24,7 +24,7 @@ fn values_are_the_design_matrix_times_the_unknowns() {
     let mut seeds: Vec<Seed> = (0..4).map(Seed::Parameter).collect();
     seeds.push(Seed::Start(0));
     seeds.extend((0..3).map(Seed::Offset));
-    let offsets = Offsets::Each(xi);
+    let offsets = Offsets::PerEvent(xi);
     let task = Task { parameters, record: &record, window: 10..80, start, offsets, seeds: &seeds };
     let mut out = Simulated::default();
     system.simulate(&task, &mut out).expect("it is linear");

@@ -5,7 +5,7 @@ use augsim_data::{Dataset, random_stream};
 use augsim_discovery::{Discovery, Options, Verdict, discover};
 use augsim_physics::model::Model;
 use augsim_tests::sealed::{Kind, Scene, Truth, seal};
-use augsim_tests::strange::{changed, pendulum, spring, tossed_cubes, tumbling_squares};
+use augsim_tests::unmodelled_systems::{changed, pendulum, spring, tossed_cubes, tumbling_squares};
 
 fn model(gravity: &str) -> Model {
     let text = format!(

@@ -2,7 +2,7 @@
 //! effect, its value within the interval of the clean file. `AUGSIM` reads them all by `recognise`, as `augsim start` does.
 
 use augsim_data::{
-    DataError, Dataset, MissingCells, Reading, RecognisedData, Recording, random_stream, read_dataset,
+    DataError, Dataset, MissingCells, RecognitionOptions, RecognisedData, RecordingKind, random_stream, read_dataset,
     recognise,
 };
 use augsim_discovery::{Estimate, Options, discover};
@@ -40,7 +40,7 @@ fn drag(name: &str, data: &Dataset) -> Estimate {
 }
 
 fn read(paths: &[PathBuf]) -> Result<RecognisedData, DataError> {
-    recognise(paths, &Reading::default(), MissingCells::AsGap)
+    recognise(paths, &RecognitionOptions::default(), MissingCells::AsGap)
 }
 
 fn write(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
@@ -59,14 +59,14 @@ fn one_set_of_throws_written_in_twelve_ways_gives_one_answer() {
     let mut slow = String::new();
     let mut same = |name: &str, read: &RecognisedData| {
         let begun = std::time::Instant::now();
-        assert_eq!(read.recording, Recording::Falls(2), "{name}: {:?}", read.assumed);
+        assert_eq!(read.recording, RecordingKind::Falls(2), "{name}: {:?}", read.assumptions);
         assert_eq!(read.data.trajectories().len(), 12, "{name}");
         let found = drag(name, &read.data);
         let half = 0.5 * (clean.ci95[1] - clean.ci95[0]);
         assert!(
             (found.value - clean.value).abs() < half,
             "{name}: {found}, clean {clean}: {:?}",
-            read.assumed
+            read.assumptions
         );
         let _ = write!(slow, " {name} {:.1}", begun.elapsed().as_secs_f64());
     };
@@ -95,14 +95,14 @@ fn what_is_taken_for_granted_is_said_and_can_be_overridden() {
     let path = write(folder.path(), "image.csv", style.text(&data));
     let error = read(std::slice::from_ref(&path)).expect_err("u and v mean nothing").to_string();
     assert!(error.contains("--columns") || error.contains("--rate-hz"), "{error}");
-    let reading = Reading {
+    let reading = RecognitionOptions {
         columns: vec!["u=x_m:cm".parse().expect("a column"), "v=z_m:-0.01".parse().expect("a column")],
         rate_hz: Some(60.0),
-        ..Reading::default()
+        ..RecognitionOptions::default()
     };
     let read = recognise(&[path], &reading, MissingCells::AsGap).unwrap_or_else(|e| panic!("{e}"));
-    assert!(read.assumed.iter().any(|a| a.contains("columns not used: note")), "{:?}", read.assumed);
-    assert_eq!(read.recording, Recording::Falls(2));
+    assert!(read.assumptions.iter().any(|a| a.contains("columns not used: note")), "{:?}", read.assumptions);
+    assert_eq!(read.recording, RecordingKind::Falls(2));
     for (t, clean) in read.data.trajectories().iter().zip(data.trajectories()) {
         let far = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 1e-6);
         assert!(!far(t.column(0), clean.column(0)) && !far(t.column(1), clean.column(1)));
@@ -118,12 +118,12 @@ fn frame_rate_and_unit_are_told_by_the_fall() {
     let read =
         read(&[write(folder.path(), "frames.csv", style.text(&data))]).unwrap_or_else(|e| panic!("{e}"));
     for part in ["free fall implies 60 Hz", "y_mm grows downwards"] {
-        assert!(read.assumed.iter().any(|a| a.contains(part)), "{part}: {:?}", read.assumed);
+        assert!(read.assumptions.iter().any(|a| a.contains(part)), "{part}: {:?}", read.assumptions);
     }
     let style = Style { header: "run,time,x,y", metres: [1e-3, 1e-3], ..PLAIN };
     let read = self::read(&[write(folder.path(), "unitless.csv", style.text(&data))])
         .unwrap_or_else(|e| panic!("{e}"));
-    assert!(read.assumed.iter().any(|a| a.contains("implies mm")), "{:?}", read.assumed);
+    assert!(read.assumptions.iter().any(|a| a.contains("implies mm")), "{:?}", read.assumptions);
 }
 
 #[test]

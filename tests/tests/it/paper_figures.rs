@@ -3,7 +3,7 @@
 
 use crate::shared_data::shared_data;
 use augsim_data::{Dataset, read_legacy_ball};
-use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
 use augsim_trainer::models::{Physics, Zero};
 use augsim_trainer::{Engine, Forecaster, Sequences, evaluate_forecast};
 
@@ -38,7 +38,7 @@ fn the_published_figures_of_the_baselines() {
 
 #[test]
 fn our_own_draws_give_the_same_figures() {
-    let (truth, _) = PaperLaw::default().generate(1000, 1).expect("drops");
+    let (truth, _) = DropDistribution::default().generate(1000, 1).expect("drops");
     let figures = figures(&truth);
     // Standard errors of 1000 trajectories are a tenth of those published for 100-trajectory test
     // sets times sqrt(10): 0.0054 m, 0.014 m/s, 0.003 m, 0.0095 m/s, 0.44 %; four of them.

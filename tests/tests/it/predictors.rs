@@ -4,8 +4,8 @@
 //! calibrated: their median is better than a single one of them, and no average forecast beats them.
 
 use augsim_physics::ball::bullet::BulletBall;
-use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
-use augsim_trainer::models::{Law, NetModel, Physics, Zero};
+use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
+use augsim_trainer::models::{ExactDistribution, NetModel, Physics, Zero};
 use augsim_trainer::score::{Score, Scoring, score};
 use augsim_trainer::{
     Engine, Forecaster, Recipe, SAMPLES, Samples, Sequences, Settings, Task, Training, evaluate_forecast,
@@ -18,11 +18,11 @@ fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
     result.unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn law() -> PaperLaw {
-    PaperLaw { samples: 150, ..PaperLaw::default() }
+fn law() -> DropDistribution {
+    DropDistribution { samples: 150, ..DropDistribution::default() }
 }
 
-fn data(law: &PaperLaw, trajectories: usize, seed: u64) -> Sequences {
+fn data(law: &DropDistribution, trajectories: usize, seed: u64) -> Sequences {
     ok(Sequences::new(&ok(law.generate(trajectories, seed)).0, &COLUMNS))
 }
 
@@ -65,7 +65,7 @@ fn zero_errs_by_the_size_of_the_state() {
 
 #[test]
 fn physics_with_the_parameters_of_the_data_is_exact_and_others_are_not() {
-    let fixed = PaperLaw { restitution_sd: 0.0, ..law() };
+    let fixed = DropDistribution { restitution_sd: 0.0, ..law() };
     let test = data(&fixed, 5, 2);
     let ball = BulletBall { restitution: fixed.restitution_mean, ..fixed.ball };
     let exact = Physics(Engine::PybulletBall(ball));
@@ -90,7 +90,7 @@ fn physics_with_the_parameters_of_the_data_is_exact_and_others_are_not() {
 fn the_exact_law_is_calibrated_and_its_median_beats_a_single_sample() {
     let law = law();
     let test = data(&law, 150, 3);
-    let exact = Law { law, seed: 4 };
+    let exact = ExactDistribution { law, seed: 4 };
     let got = ok(evaluate_forecast(&exact, &test));
     // Mean over trajectories of a single sample's absolute error.
     let singles: Vec<Score> = test
@@ -139,10 +139,10 @@ fn the_exact_law_is_calibrated_and_its_median_beats_a_single_sample() {
 
 #[test]
 fn a_forecast_depends_on_the_first_state_and_the_index_alone() {
-    let train = data(&PaperLaw { samples: 50, ..law() }, 16, 5);
+    let train = data(&DropDistribution { samples: 50, ..law() }, 16, 5);
     let nets = nets(&train);
     let engine = Engine::PybulletBall(published_predictor());
-    let (exact, physics) = (Law { law: law(), seed: 4 }, Physics(engine));
+    let (exact, physics) = (ExactDistribution { law: law(), seed: 4 }, Physics(engine));
     let mut models: Vec<&dyn Forecaster> = vec![&Zero, &physics, &exact];
     models.extend(nets.iter().map(|n| n as &dyn Forecaster));
     for model in models {
@@ -168,7 +168,7 @@ fn a_forecast_depends_on_the_first_state_and_the_index_alone() {
 /// its error against the changed truth is known from the unchanged run.
 #[test]
 fn changing_the_future_changes_no_forecast_but_every_reconstruction() {
-    let train = data(&PaperLaw { samples: 50, ..law() }, 16, 6);
+    let train = data(&DropDistribution { samples: 50, ..law() }, 16, 6);
     let test = Sequences { items: train.items[..2].to_vec(), ..train.clone() };
     let mut changed = test.clone();
     for q in &mut changed.items {

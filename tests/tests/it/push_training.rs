@@ -7,7 +7,7 @@ use augsim_data::random_stream;
 use augsim_nn::{Bound, Params, checkpoint};
 use augsim_physics::model::{ModelFile, PushModel};
 use augsim_physics::push::Object;
-use augsim_physics::push::laboratory::{Protocol, Recipe as Layout, SupportSheet};
+use augsim_physics::push::laboratory::{PushDesign, PushRecipe as Layout, SupportSheet};
 use augsim_tensor::{Scalar, Tape};
 use augsim_tests::random::normals;
 use augsim_trainer::models::{Physics, Still};
@@ -31,7 +31,7 @@ fn declared() -> PushModel {
 }
 
 fn engine_of(model: PushModel) -> Engine {
-    ok(Engine::of(&ModelFile::Push(model), None))
+    ok(Engine::from_model_file(&ModelFile::Push(model), None))
 }
 
 fn engine() -> Engine {
@@ -40,7 +40,7 @@ fn engine() -> Engine {
 
 fn layout(count: usize) -> Layout {
     let object = Object::named("rect1").expect("built in");
-    Layout::new(Protocol::Mit, &object, SupportSheet::named("abs").expect("known"), count)
+    Layout::new(PushDesign::Mit, &object, SupportSheet::named("abs").expect("known"), count)
 }
 
 fn data(count: usize, seed: u64) -> Sequences {

@@ -4,15 +4,15 @@
 //! the test says so.
 
 use crate::shared_data::{shared_data, workspace};
-use augsim_data::checks::{Expected, run_checks};
+use augsim_data::checks::{ExpectedData, run_checks};
 use augsim_data::convert::CONVERTERS;
 use augsim_data::{Dataset, MissingCells, random_stream, read_dataset};
-use augsim_physics::ball::paper_law::PaperLaw;
+use augsim_physics::ball::paper_law::DropDistribution;
 use augsim_physics::model::{Model, ModelFile, PushModel};
 use augsim_tests::sealed::{draw, seal};
 use augsim_tests::sealed_push::{draw_push, seal_pushes};
 
-fn passes(data: &Dataset, expected: &Expected, name: &str) {
+fn passes(data: &Dataset, expected: &ExpectedData, name: &str) {
     let found: Vec<String> =
         run_checks(data, expected).into_iter().flat_map(|o| o.findings).map(|f| f.to_string()).collect();
     assert!(found.is_empty(), "{name}: {found:#?}");
@@ -46,8 +46,8 @@ fn sealed_pushes_and_drops_of_the_papers_law_pass() {
         let expected = PushModel::parse(&sealed.model, "sealed.toml").expect("a model").expected();
         passes(&sealed.data, &expected, &format!("pushes {seed}"));
     }
-    let (drops, _) = PaperLaw::default().generate(60, 5).expect("drops");
-    passes(&drops, &Expected { gravity_m_s2: Some(9.8), ..Expected::default() }, "drops");
+    let (drops, _) = DropDistribution::default().generate(60, 5).expect("drops");
+    passes(&drops, &ExpectedData { gravity_m_s2: Some(9.8), ..ExpectedData::default() }, "drops");
 }
 
 #[test]
@@ -63,11 +63,11 @@ fn measured_sets_pass() {
         let (_, convert) = CONVERTERS.iter().find(|(name, _)| *name == set).expect("a converter");
         let converted = convert(&folder).expect("convertible");
         let model = converted.model_toml.map(|text| ModelFile::parse(&text, "model.toml").expect("a model"));
-        passes(&converted.data, &model.map_or_else(Expected::default, |m| m.expected()), set);
+        passes(&converted.data, &model.map_or_else(ExpectedData::default, |m| m.expected()), set);
     }
     if let Some(folder) = shared_data("pybullet-ball") {
         let test = read_dataset(&folder.join("test.csv.gz"), MissingCells::Refuse).expect("a set");
-        passes(&test, &Expected { gravity_m_s2: Some(9.8), ..Expected::default() }, "pybullet-ball");
+        passes(&test, &ExpectedData { gravity_m_s2: Some(9.8), ..ExpectedData::default() }, "pybullet-ball");
     }
     let sealed = workspace().join("fixtures/sealed");
     let bounces = read_dataset(&sealed.join("bounces.csv"), MissingCells::Refuse).expect("a fixture");

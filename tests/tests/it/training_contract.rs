@@ -6,7 +6,7 @@
 
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params, checkpoint};
-use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
 use augsim_tensor::simd::Level;
 use augsim_tensor::{Scalar, Tape, TensorError};
 use augsim_tests::random::normals;
@@ -33,7 +33,7 @@ fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
 /// 24 trajectories of the paper's law with `samples(i)` samples. They start in flight, 0.2 s after the
 /// release: at rest the initial velocity, 0, would leave the weights that read it without a gradient.
 fn data(seed: u64, samples: impl Fn(usize) -> usize) -> Sequences {
-    let law = PaperLaw { samples: 120, ..PaperLaw::default() };
+    let law = DropDistribution { samples: 120, ..DropDistribution::default() };
     let (dataset, _) = ok(law.generate(24, seed));
     let mut all = ok(Sequences::new(&dataset, &["height_m", "velocity_m_s"]));
     for (i, q) in all.items.iter_mut().enumerate() {
@@ -262,7 +262,7 @@ fn tile_loss<T: Scalar>(
             let values = normals(10 * purpose + l as u64, 9 * width);
             for at in 0..rows * width {
                 let beyond = padding.filter(|_| at / width >= LENGTHS[l]);
-                out[at * lanes.len() + lane] = T::of(beyond.unwrap_or(values[at]));
+                out[at * lanes.len() + lane] = T::from_f64(beyond.unwrap_or(values[at]));
             }
         }
         out

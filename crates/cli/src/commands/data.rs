@@ -126,11 +126,11 @@ impl Conversion<'_> {
         let mut converted = (self.converter)(self.input)?;
         let rate_hz = clock.rate_hz;
         if clock.frames {
-            let found = FrameClock::of(&converted.data).ok_or_else(|| {
+            let found = FrameClock::estimate(&converted.data).ok_or_else(|| {
                 let input = self.input.display().to_string();
                 Usage::Inapplicable(Inapplicable::NoFrames { input })
             })?;
-            converted.data = found.steady(&converted.data)?;
+            converted.data = found.apply_to(&converted.data)?;
         }
         if let Some(rate_hz) = rate_hz {
             converted.data = resample(&converted.data, rate_hz)?;

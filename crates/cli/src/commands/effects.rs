@@ -179,7 +179,7 @@ fn from_built_in(spec: &EffectSpec) -> Listed {
         place: effect.place,
         formula: effect.formula,
         needs: spec.needs.words(),
-        stands_for: effect.stands_for,
+        stands_for: effect.equivalent_causes,
         source: effect.source,
     }
 }

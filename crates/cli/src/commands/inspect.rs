@@ -1,6 +1,6 @@
 //! `augsim data inspect`: contents of a data set and the results of all data checks.
 
-use augsim_data::checks::{Check, Expected, Severity, run_checks};
+use augsim_data::checks::{Check, ExpectedData, Severity, run_checks};
 use augsim_data::{MissingCells, Summary, read_dataset};
 use augsim_physics::model::ModelFile;
 use augsim_terminal::output::Output;
@@ -55,7 +55,7 @@ pub fn inspect(file: &Path, model: Option<&Path>, output: &Output) -> anyhow::Re
     }
     let expected = match model {
         Some(path) => ModelFile::read(path)?.expected(),
-        None => Expected::default(),
+        None => ExpectedData::default(),
     };
     let checks = run_checks(&data, &expected).into_iter().map(|result| {
         let refused = result.findings.iter().any(|f| f.severity() == Severity::Refused);

@@ -2,7 +2,7 @@
 
 use crate::args::Start;
 use augsim_data::{
-    DataError, Dataset, MissingCells, Reading, RecognisedData, Recording, Summary, read_dataset, recognise,
+    DataError, Dataset, MissingCells, RecognitionOptions, RecognisedData, RecordingKind, Summary, read_dataset, recognise,
     write_dataset,
 };
 use augsim_physics::ball::detected_floor_m;
@@ -56,9 +56,9 @@ pub fn run(args: &Start, force: bool, output: &Output) -> anyhow::Result<Outcome
     let inputs: Vec<&Path> = args.data.iter().map(PathBuf::as_path).collect();
     let claim =
         Results { folder: &args.out, files: &[DATA, MODEL], inputs: &inputs, record, force }.claim()?;
-    let RecognisedData { data, recording, assumed } = read(args)?;
+    let RecognisedData { data, recording, assumptions: assumed } = read(args)?;
     let floor = match recording {
-        Recording::Falls(_) => detected_floor_m(&data),
+        RecordingKind::Falls(_) => detected_floor_m(&data),
         _ => None,
     };
     let source: Vec<String> = args.data.iter().map(|p| p.display().to_string()).collect();
@@ -91,14 +91,14 @@ fn read(args: &Start) -> Result<RecognisedData, DataError> {
         let data = read_dataset(one, MissingCells::AsGap)?;
         let recording =
             match (data.has_column("pusher_x_m"), data.has_column("x_m") && data.has_column("z_m")) {
-                (true, _) => Recording::Pushes,
-                (_, true) => Recording::Falls(if data.has_column("y_m") { 3 } else { 2 }),
-                _ if data.has_column("height_m") => Recording::Falls(1),
-                _ => Recording::Other,
+                (true, _) => RecordingKind::Pushes,
+                (_, true) => RecordingKind::Falls(if data.has_column("y_m") { 3 } else { 2 }),
+                _ if data.has_column("height_m") => RecordingKind::Falls(1),
+                _ => RecordingKind::Other,
             };
-        return Ok(RecognisedData { data, recording, assumed: Vec::new() });
+        return Ok(RecognisedData { data, recording, assumptions: Vec::new() });
     }
-    let reading = Reading {
+    let reading = RecognitionOptions {
         separator: args.sep,
         decimal: args.decimal.as_ref().and_then(|d| d.chars().next()),
         time: args.time.clone(),
@@ -110,23 +110,23 @@ fn read(args: &Start) -> Result<RecognisedData, DataError> {
     recognise(&args.data, &reading, MissingCells::AsGap)
 }
 
-fn word(recording: &Recording) -> &'static str {
+fn word(recording: &RecordingKind) -> &'static str {
     match recording {
-        Recording::Falls(1) => "drops",
-        Recording::Falls(2) => "throws in a plane",
-        Recording::Falls(_) => "throws in space",
-        Recording::Pushes => "pushes",
-        Recording::Moves(_) => "a motion without free fall",
-        Recording::Other => "other data",
+        RecordingKind::Falls(1) => "drops",
+        RecordingKind::Falls(2) => "throws in a plane",
+        RecordingKind::Falls(_) => "throws in space",
+        RecordingKind::Pushes => "pushes",
+        RecordingKind::Moves(_) => "a motion without free fall",
+        RecordingKind::Other => "other data",
     }
 }
 
 /// Returns the starting model file; `None` if no built-in model fits.
-fn model(recording: Recording, floor: Option<f64>, source: &str) -> Option<String> {
+fn model(recording: RecordingKind, floor: Option<f64>, source: &str) -> Option<String> {
     let head =
         |text: &str| format!("# Made by augsim start from {}.\n{text}", source.replace(['\n', '\r'], " "));
     match recording {
-        Recording::Falls(_) => {
+        RecordingKind::Falls(_) => {
             let mut text = template("ball")?.to_owned();
             let suggested = "# floor_height_m = { nominal = 0.0, min = -0.5, max = 0.5 }";
             match floor {
@@ -144,16 +144,16 @@ fn model(recording: Recording, floor: Option<f64>, source: &str) -> Option<Strin
             }
             Some(head(&text))
         }
-        Recording::Pushes => template("push").map(head),
-        Recording::Moves(_) | Recording::Other => None,
+        RecordingKind::Pushes => template("push").map(head),
+        RecordingKind::Moves(_) | RecordingKind::Other => None,
     }
 }
 
-fn next(recording: &Recording, data: &Path, model: Option<&Path>) -> String {
+fn next(recording: &RecordingKind, data: &Path, model: Option<&Path>) -> String {
     let words = |list: &[&str]| quoted(&list.iter().map(|w| (*w).to_owned()).collect::<Vec<_>>());
     let data = data.display().to_string();
     match (recording, model) {
-        (Recording::Pushes, Some(model)) => {
+        (RecordingKind::Pushes, Some(model)) => {
             let model = model.display().to_string();
             format!("set the object in {model}, then {}", words(&["augsim", "discover", &model, &data]))
         }
@@ -166,7 +166,7 @@ fn next(recording: &Recording, data: &Path, model: Option<&Path>) -> String {
 }
 
 /// Formats the interpretation of the recording and the next command in at most ten lines.
-fn start_text(result: &StartResult, data: &Dataset, recording: &Recording) -> String {
+fn start_text(result: &StartResult, data: &Dataset, recording: &RecordingKind) -> String {
     let mut lines = result.assumed.clone();
     lines.truncate(5);
     let summary = Summary::of(data);
@@ -188,8 +188,8 @@ fn start_text(result: &StartResult, data: &Dataset, recording: &Recording) -> St
     lines.push(what);
     match (recording, result.floor_height_m) {
         (_, Some(z)) => lines.push(format!("floor at {z:.3} m")),
-        (Recording::Falls(_), None) => lines.push("no impacts were found".to_owned()),
-        (Recording::Moves(Some(a)), _) => lines.push(format!(
+        (RecordingKind::Falls(_), None) => lines.push("no impacts were found".to_owned()),
+        (RecordingKind::Moves(Some(a)), _) => lines.push(format!(
             "the vertical acceleration is {a:.3} m/s^2, not that of gravity: for a ball, give the units with --columns and the direction with --up"
         )),
         _ => {}

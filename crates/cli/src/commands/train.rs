@@ -90,7 +90,7 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
             Ok(Outcome::Interrupted)
         }
         Ended::Trained(trained) => {
-            if trained.model.trust().is_some_and(|trust| trust.gain == 0.0) {
+            if trained.model.shrinkage().is_some_and(|trust| trust.gain == 0.0) {
                 output.note(
                     "the corrections of the net do not improve free runs of held-out recordings: the mean forecasts are those of the \
                      physics, with the standard deviations of the net",

@@ -5,7 +5,7 @@
 
 use crate::command::augsim;
 use augsim_physics::push::Object;
-use augsim_physics::push::laboratory::{Protocol, Recipe, SupportSheet};
+use augsim_physics::push::laboratory::{PushDesign, PushRecipe, SupportSheet};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use std::path::Path;
 fn publish(folder: &Path, surface: &str, count: usize) {
     let object = Object::named("rect1").expect("built in");
     let sheet = SupportSheet::named(surface).expect("known");
-    let made = Recipe::new(Protocol::Mit, &object, sheet, count).generate(4).expect("it can be made");
+    let made = PushRecipe::new(PushDesign::Mit, &object, sheet, count).generate(4).expect("it can be made");
     let folder = folder.join(surface).join("rect1");
     std::fs::create_dir_all(&folder).expect("a folder");
     for (i, t) in made.data.trajectories().iter().enumerate() {

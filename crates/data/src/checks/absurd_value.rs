@@ -1,6 +1,6 @@
 //! Check for values that are too large for any measurement in SI units.
 
-use super::{Expected, Finding};
+use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
 /// Largest absolute value that passes.
@@ -9,7 +9,7 @@ use crate::dataset::Dataset;
 const MAX_VALUE: f64 = 1e12;
 
 /// Finds the first such value of each column.
-pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
+pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     let first = |(i, column): (usize, &crate::Column)| {
         data.trajectories().iter().find_map(|t| {
             let k = t.column(i).iter().position(|v| v.abs() > MAX_VALUE)?;

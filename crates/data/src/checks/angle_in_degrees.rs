@@ -3,7 +3,7 @@
 //! The path of the rod limits the angle by which it can turn an object.
 
 use super::measured::{Series, rod_path};
-use super::{Expected, Finding};
+use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 use std::f64::consts::TAU;
 
@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 const MAX_TURN_RATIO: f64 = 1.5;
 
 /// Finds the push with the largest ratio, where it is too large and angles exceed one turn.
-pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
+pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     find(data).into_iter().collect()
 }
 

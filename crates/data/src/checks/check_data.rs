@@ -2,7 +2,7 @@
 
 use super::repeated_trajectory::without_copies;
 use super::suspicious::SuspiciousData;
-use super::{Check, Expected, Finding, Severity, run_checks};
+use super::{Check, ExpectedData, Finding, Severity, run_checks};
 use crate::dataset::Dataset;
 use serde::{Deserialize, Serialize};
 
@@ -53,7 +53,7 @@ pub struct CheckedData {
 /// [`SuspiciousData`] with the findings because of which the data set is refused.
 pub fn check_data(
     data: Dataset,
-    expected: &Expected,
+    expected: &ExpectedData,
     accepted: AcceptedChecks,
 ) -> Result<CheckedData, SuspiciousData> {
     let outcomes = run_checks(&data, expected).into_iter().filter(|o| !accepted.accepts(o.check));

@@ -1,7 +1,7 @@
 //! Check for a coordinate in another unit than the others of its frame, or than the rod.
 
 use super::measured::{FRAMES, Series, rod_path};
-use super::{Expected, Finding};
+use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
 /// Maximum ratio of the noise of two coordinates; centimetres are a factor of 100.
@@ -19,7 +19,7 @@ const MAX_OBJECT_RATIO: f64 = 5.0;
 const MIN_SHARE: usize = 20;
 
 /// Compares the coordinates of each frame with the least noisy one, and the object with the rod.
-pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
+pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     let mut findings: Vec<Finding> = FRAMES.iter().flat_map(|frame| compare_in_frame(data, frame)).collect();
     findings.extend(["x_m", "y_m"].iter().filter_map(|column| compare_with_rod(data, column)));
     findings

@@ -1,6 +1,6 @@
 //! Check for a position, an angle or a velocity that is constant.
 
-use super::{Expected, Finding};
+use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
 /// Columns that describe a motion.
@@ -11,7 +11,7 @@ const MOTION_COLUMNS: [&str; 6] = ["height_m", "velocity_m_s", "x_m", "y_m", "z_
 const MIN_SAMPLES: usize = 3;
 
 /// Finds the columns of motion whose measured values are all equal.
-pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
+pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     let motion = data.columns().iter().enumerate().filter(|(_, c)| MOTION_COLUMNS.contains(&c.name()));
     motion
         .filter_map(|(i, column)| {

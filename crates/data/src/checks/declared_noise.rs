@@ -1,7 +1,7 @@
 //! Check for a declared measurement noise far above the noise of the data.
 
 use super::measured::Series;
-use super::{Expected, Finding};
+use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
 /// Maximum declared noise relative to the typical span; above it no motion would be visible.
@@ -12,7 +12,7 @@ const MAX_SPAN_SHARE: f64 = 0.1;
 const MAX_NOISE_RATIO: f64 = 20.0;
 
 /// Compares the positions with `position_sd_m` and the angle with `angle_sd_rad`.
-pub(super) fn run(data: &Dataset, expected: &Expected) -> Vec<Finding> {
+pub(super) fn run(data: &Dataset, expected: &ExpectedData) -> Vec<Finding> {
     let positions = ["height_m", "x_m", "y_m", "z_m"];
     let compare =
         |columns, key, unit, sd| compare(data, columns, (key, unit, sd), expected.gravity_m_s2.is_some());

@@ -7,7 +7,7 @@
 //! 1. Two readings that differ by d are rounded to the same multiple of q with probability p = 1 - d/q.
 //! 2. The columns are one signal where p^n is below `exp(MAX_LOG_PROBABILITY)` for n changes.
 
-use super::{Expected, Finding};
+use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
 /// Difference of two sensors relative to the span (d); the best industrial instruments agree to 5e-4.
@@ -27,7 +27,7 @@ enum Role {
 }
 
 /// Finds the pairs of equal columns among those that the model reads, or without a model among all.
-pub(super) fn run(data: &Dataset, expected: &Expected) -> Vec<Finding> {
+pub(super) fn run(data: &Dataset, expected: &ExpectedData) -> Vec<Finding> {
     let has_no_model = expected.outputs.is_empty() && expected.inputs.is_empty();
     let role = |name: &str| match () {
         () if expected.outputs.iter().any(|o| o == name) => Some(Role::Output),

@@ -1,7 +1,7 @@
 //! Check for a free fall other than that of the model: another unit, upside down, or swapped columns.
 
 use super::measured::Series;
-use super::{Expected, Finding};
+use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 use crate::statistics::median;
 
@@ -30,7 +30,7 @@ const MAX_PARABOLA_RESIDUAL: f64 = 0.05;
 const MIN_TRAJECTORIES: usize = 2;
 
 /// Compares the free fall of the height, or of another coordinate instead, with the model's gravity.
-pub(super) fn run(data: &Dataset, expected: &Expected) -> Vec<Finding> {
+pub(super) fn run(data: &Dataset, expected: &ExpectedData) -> Vec<Finding> {
     let Some(expected_m_s2) = expected.gravity_m_s2.filter(|g| *g > 0.0) else { return Vec::new() };
     let vertical = ["z_m", "height_m"].iter().find_map(|name| Series::named(data, name));
     vertical.map_or_else(Vec::new, |z| compare(data, z, expected_m_s2))

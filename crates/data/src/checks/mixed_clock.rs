@@ -6,7 +6,7 @@
 
 use super::clock_unit::ClockUnit;
 use super::measured::Series;
-use super::{Expected, Finding};
+use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 use crate::statistics::median;
 use crate::trajectory::Trajectory;
@@ -34,7 +34,7 @@ const MAX_EXCEPTIONS: f64 = 1.0 / 3.0;
 const MIN_OTHERS: usize = 3;
 
 /// Finds the trajectories whose time step is that of the others in another unit.
-pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
+pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     find(data).into_iter().collect()
 }
 

@@ -5,7 +5,7 @@
 //! others.
 
 use super::measured::Series;
-use super::{Expected, Finding};
+use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 use crate::statistics::median;
 
@@ -24,7 +24,7 @@ const MAX_EXCEPTIONS: f64 = 1.0 / 3.0;
 const MIN_OTHERS: usize = 3;
 
 /// Finds the exceptional trajectories of each column.
-pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
+pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     (0..data.columns().len()).filter_map(|i| exception(data, Series::of_column(data, i))).collect()
 }
 

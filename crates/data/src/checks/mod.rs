@@ -36,7 +36,7 @@ pub use suspicious::SuspiciousData;
 
 /// Properties of the data that a model states; `None` where it states nothing or there is no model.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Expected {
+pub struct ExpectedData {
     /// Gravity, m/s², downward positive.
     pub gravity_m_s2: Option<f64>,
     /// Standard deviation of measured positions, m.
@@ -49,7 +49,7 @@ pub struct Expected {
     pub inputs: Vec<String>,
 }
 
-type RunCheck = fn(&Dataset, &Expected) -> Vec<Finding>;
+type RunCheck = fn(&Dataset, &ExpectedData) -> Vec<Finding>;
 
 /// Every check with the mistake that it looks for, in the order of the messages.
 const CHECKS: [(Check, &str, RunCheck); 13] = [
@@ -104,7 +104,7 @@ pub struct Outcome {
 }
 
 /// Runs all checks on `data`; `expected` are the properties that a model states.
-pub fn run_checks(data: &Dataset, expected: &Expected) -> Vec<Outcome> {
+pub fn run_checks(data: &Dataset, expected: &ExpectedData) -> Vec<Outcome> {
     let outcome = |&(check, looks_for, run): &(Check, &'static str, RunCheck)| Outcome {
         check,
         looks_for,

@@ -8,7 +8,7 @@
 //!    values with noise of standard deviation s differ by less than d with a probability below d / (s
 //!    sqrt(pi)).
 
-use super::{Expected, Finding};
+use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 use crate::trajectory::Trajectory;
 use crate::unit::Unit;
@@ -29,7 +29,7 @@ const MIN_SAMPLES: usize = 4;
 const MAX_DECIMALS: i32 = 12;
 
 /// Finds the first copy, with the number of copies.
-pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
+pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     let copies = copies(data);
     copies
         .first()

@@ -1,6 +1,6 @@
 //! Check for a value far outside the range of all others that stands for "not measured".
 
-use super::{Expected, Finding};
+use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
 /// Minimum distance of a sentinel from all other values, relative to their range.
@@ -12,7 +12,7 @@ const MIN_DISTANCE: f64 = 5.0;
 const MAX_SHARE: f64 = 0.5;
 
 /// Tests the largest and the smallest value of every column that changes within trajectories.
-pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
+pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     let covariates: Vec<&str> = data.covariates().map(|c| c.name()).collect();
     let is_changing = |name: &str| !covariates.contains(&name);
     let columns = data.columns().iter().enumerate().filter(|(_, c)| is_changing(c.name()));

@@ -6,7 +6,7 @@
 
 use super::measured::Series;
 use super::velocity_disagrees::PAIRS;
-use super::{Expected, Finding};
+use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 use crate::statistics::median;
 
@@ -26,7 +26,7 @@ const MIN_SAMPLES: usize = 4;
 const MAX_ERROR_RATIO: f64 = 0.5;
 
 /// Tests the boundaries of every column, and each height against its velocity.
-pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
+pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     let mut findings: Vec<Finding> = (0..data.columns().len())
         .filter_map(|i| shift_at_boundaries(data, Series::of_column(data, i)))
         .collect();

@@ -1,7 +1,7 @@
 //! Check for a velocity that is not the rate of change of the height.
 
 use super::measured::Series;
-use super::{Expected, Finding};
+use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
 /// Maximum mean difference of height change and velocity integral, relative to the larger of the two.
@@ -18,7 +18,7 @@ const MIN_INTERVALS: usize = 30;
 pub(super) const PAIRS: [[&str; 2]; 2] = [["height_m", "velocity_m_s"], ["z_m", "velocity_m_s"]];
 
 /// Compares each pair of columns that the data set has.
-pub(super) fn run(data: &Dataset, _: &Expected) -> Vec<Finding> {
+pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     PAIRS.iter().filter_map(|pair| disagrees(data, *pair)).collect()
 }
 

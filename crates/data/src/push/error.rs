@@ -1,7 +1,7 @@
 //! Errors in the files of the push sets: each message states file, key and remedy.
 
 use super::fault::{FilePart, NameFault, StreamLayout};
-use crate::escape_control_characters::{shown, shown_cause, shown_list};
+use crate::escape_control_characters::{escaped_short, escaped_cause, escaped_list};
 use crate::limits::LimitExceeded;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -15,7 +15,7 @@ pub enum PushError {
     /// A field of the file name has an unknown value.
     #[error(
         "{}: file name: unknown {field} `{value}`; known values are {}; correct the name or remove the file",
-        path.display(), known.join(", "), value = shown(value))]
+        path.display(), known.join(", "), value = escaped_short(value))]
     UnknownName {
         /// Path of the file.
         path: PathBuf,
@@ -44,7 +44,7 @@ pub enum PushError {
         path: PathBuf,
     },
     /// The HDF5 file, or one data set in it, cannot be decoded.
-    #[error("{}: `{key}`: the HDF5 file is damaged or cut off ({cause}); copy or download it again", path.display(), key = shown(key), cause = shown_cause(cause))]
+    #[error("{}: `{key}`: the HDF5 file is damaged or cut off ({cause}); copy or download it again", path.display(), key = escaped_short(key), cause = escaped_cause(cause))]
     Hdf5 {
         /// Path of the file.
         path: PathBuf,
@@ -54,7 +54,7 @@ pub enum PushError {
         cause: Box<hdf5_reader::error::Error>,
     },
     /// The text is not JSON, or is cut off.
-    #[error("{}: not valid JSON ({cause}); the file is damaged or cut off: copy or download it again", path.display(), cause = shown_cause(cause))]
+    #[error("{}: not valid JSON ({cause}); the file is damaged or cut off: copy or download it again", path.display(), cause = escaped_cause(cause))]
     Json {
         /// Path of the file.
         path: PathBuf,
@@ -64,7 +64,7 @@ pub enum PushError {
     /// One of the streams is missing.
     #[error(
         "{}: stream `{key}` is missing; the file has: {}; a trial needs tip_pose, object_pose and ft_wrench: \
-         copy or download the file again, or remove it", path.display(), shown_list(found)
+         copy or download the file again, or remove it", path.display(), escaped_list(found)
     )]
     MissingStream {
         /// Path of the file.
@@ -85,7 +85,7 @@ pub enum PushError {
         found: StreamLayout,
     },
     /// A value is not a finite number.
-    #[error("{}: stream `{key}`, row {row}: a value is not a finite number; remove the row", path.display(), key = shown(key))]
+    #[error("{}: stream `{key}`, row {row}: a value is not a finite number; remove the row", path.display(), key = escaped_short(key))]
     NotFinite {
         /// Path of the file.
         path: PathBuf,
@@ -129,7 +129,7 @@ pub enum PushError {
         path: PathBuf,
     },
     /// A zip archive, or a member of it, cannot be unpacked.
-    #[error("{}: {}the zip archive is damaged or cut off ({cause}); copy or download it again", path.display(), member_prefix(member), cause = shown_cause(cause))]
+    #[error("{}: {}the zip archive is damaged or cut off ({cause}); copy or download it again", path.display(), member_prefix(member), cause = escaped_cause(cause))]
     Zip {
         /// Path of the archive.
         path: PathBuf,
@@ -139,7 +139,7 @@ pub enum PushError {
         cause: Box<zip::result::ZipError>,
     },
     /// The name of a member is too long or has control characters, which a message must not show.
-    #[error("{}: the name of member `{}` is too long or contains control characters; rename it", path.display(), shown(member))]
+    #[error("{}: the name of member `{}` is too long or contains control characters; rename it", path.display(), escaped_short(member))]
     MemberName {
         /// Path of the archive.
         path: PathBuf,
@@ -166,7 +166,7 @@ pub enum PushError {
         expected: &'static str,
     },
     /// A file that an index lists is missing.
-    #[error("{}: the listed file `{file}` is missing; restore it or remove its row", path.display(), file = shown(file))]
+    #[error("{}: the listed file `{file}` is missing; restore it or remove its row", path.display(), file = escaped_short(file))]
     ListedFileMissing {
         /// Path of the index.
         path: PathBuf,
@@ -211,5 +211,5 @@ pub enum PushError {
 
 /// Prefix with the name of a member; empty for the archive as a whole.
 fn member_prefix(member: &Option<String>) -> String {
-    member.as_ref().map_or(String::new(), |name| format!("member `{}`: ", shown(name)))
+    member.as_ref().map_or(String::new(), |name| format!("member `{}`: ", escaped_short(name)))
 }

@@ -1,6 +1,6 @@
 //! Faults of the file name of a trial and of the layout of a stream, with their messages.
 
-use crate::escape_control_characters::{shown, shown_cause};
+use crate::escape_control_characters::{escaped_short, escaped_cause};
 use std::fmt;
 
 /// Fault of a field in the file name of a trial.
@@ -49,7 +49,7 @@ pub enum FilePart {
 impl fmt::Display for FilePart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            FilePart::Member(name) => write!(f, "member `{}`", shown(name)),
+            FilePart::Member(name) => write!(f, "member `{}`", escaped_short(name)),
             FilePart::Stream(key) => write!(f, "stream `{key}`"),
         }
     }
@@ -75,7 +75,7 @@ impl fmt::Display for StreamLayout {
             StreamLayout::Shape { shape } => write!(f, "has the shape {shape:?}"),
             StreamLayout::Type => f.write_str("has another type than 64-bit floating point"),
             StreamLayout::NotRows { cause } => {
-                write!(f, "is not rows of numbers ({})", shown_cause(cause))
+                write!(f, "is not rows of numbers ({})", escaped_cause(cause))
             }
             StreamLayout::Row { row, numbers } => write!(f, "has {numbers} numbers in row {row}"),
         }

@@ -3,7 +3,7 @@
 use super::recording::{RecordedFile, Target};
 use super::roles::Role;
 use super::rows::{Draft, RowChanges};
-use crate::escape_control_characters::{shown, shown_list};
+use crate::escape_control_characters::{escaped_short, escaped_list};
 use crate::statistics::digits;
 
 /// Note about separator, decimal mark, header and encoding.
@@ -35,16 +35,16 @@ pub(super) fn column_notes(file: &RecordedFile, columns: &[Target]) -> Vec<Strin
     for (h, role) in file.headings.iter().zip(&file.roles) {
         match role {
             Role::Trajectory if h.raw != "trajectory" => {
-                pairs.push(format!("{} is the trajectory identifier", shown(&h.raw)))
+                pairs.push(format!("{} is the trajectory identifier", escaped_short(&h.raw)))
             }
-            Role::Time(_) if h.raw != "t_s" => pairs.push(format!("{} is the time", shown(&h.raw))),
+            Role::Time(_) if h.raw != "t_s" => pairs.push(format!("{} is the time", escaped_short(&h.raw))),
             _ => {}
         }
     }
     let renamed = columns.iter().filter(|c| c.from != c.name || c.factor != 1.0);
     pairs.extend(renamed.map(|c| match c.factor {
-        1.0 => format!("{} is {}", shown(&c.from), c.name),
-        f => format!("{} times {} is {}", shown(&c.from), digits(f), c.name),
+        1.0 => format!("{} is {}", escaped_short(&c.from), c.name),
+        f => format!("{} times {} is {}", escaped_short(&c.from), digits(f), c.name),
     }));
     let unused: Vec<&str> = file
         .headings
@@ -58,7 +58,7 @@ pub(super) fn column_notes(file: &RecordedFile, columns: &[Target]) -> Vec<Strin
         out.push(pairs.join(", "));
     }
     if !unused.is_empty() {
-        out.push(format!("columns not used: {}", shown_list(&unused)));
+        out.push(format!("columns not used: {}", escaped_list(&unused)));
     }
     out
 }

@@ -28,12 +28,12 @@ mod unrecognised;
 pub(crate) use named::in_long_form;
 pub use recognised::{RecognisedData, recognise};
 pub(crate) use recognised::{files_in, recognise_bytes, stem};
-pub use recording::Recording;
+pub use recording::RecordingKind;
 pub use unrecognised::Unrecognised;
 
 /// Options of [`recognise`]; what is not given is inferred.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Reading {
+pub struct RecognitionOptions {
     /// Character between cells; a space stands for any sequence of white space.
     pub separator: Option<char>,
     /// Decimal mark: a point or a comma.

@@ -1,6 +1,6 @@
 //! Converts a recording of unknown layout to CSV in long form, line by line.
 
-use super::Reading;
+use super::RecognitionOptions;
 use super::dialect::{number, read_table};
 use super::heading::{Heading, Quantity};
 use super::roles::{Role, assign_roles};
@@ -21,7 +21,7 @@ pub(crate) fn in_long_form(path: &Path, bytes: &[u8]) -> Option<Vec<u8>> {
     let unit = |i: usize| sheet.units.get(i).map_or("", String::as_str);
     let names = sheet.names.as_ref()?;
     let headings: Vec<Heading> = names.iter().enumerate().map(|(i, n)| Heading::read(n, unit(i))).collect();
-    let roles = assign_roles(&headings, &Reading::default()).ok()?;
+    let roles = assign_roles(&headings, &RecognitionOptions::default()).ok()?;
     let mut has_time = false;
     let columns: Vec<(String, f64)> = headings
         .iter()

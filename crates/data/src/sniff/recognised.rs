@@ -1,10 +1,10 @@
 //! Reads files of unknown layout into a data set, with notes about the assumptions.
 
-use super::Reading;
+use super::RecognitionOptions;
 use super::assumptions::{column_notes, layout_note, row_notes};
 use super::dialect::{Sheet, read_table};
 use super::heading::Heading;
-use super::recording::{RecordedFile, Recording, Target};
+use super::recording::{RecordedFile, RecordingKind, Target};
 use super::roles::{Axis, Role, assign_roles};
 use super::rows::{Draft, RowChanges, read_drafts};
 use super::scene::Scene;
@@ -30,9 +30,9 @@ pub struct RecognisedData {
     /// The data set with SI columns.
     pub data: Dataset,
     /// Kind of the recording.
-    pub recording: Recording,
+    pub recording: RecordingKind,
     /// Assumptions, one sentence each.
-    pub assumed: Vec<String>,
+    pub assumptions: Vec<String>,
 }
 
 /// Reads files of unknown layout, or a folder of them; all must have the same columns.
@@ -43,7 +43,7 @@ pub struct RecognisedData {
 /// [`DataError`] with file, line or column, and the option that states what could not be inferred.
 pub fn recognise(
     paths: &[PathBuf],
-    reading: &Reading,
+    reading: &RecognitionOptions,
     missing: MissingCells,
 ) -> Result<RecognisedData, DataError> {
     let mut files = Vec::new();
@@ -69,7 +69,7 @@ pub(crate) fn recognise_bytes(
     bytes: Vec<u8>,
     missing: MissingCells,
 ) -> Result<RecognisedData, DataError> {
-    let reading = Reading::default();
+    let reading = RecognitionOptions::default();
     let sheet = read_sheet(path, bytes, &reading)?;
     recognised(path, vec![sheet], &reading, missing)
 }
@@ -94,7 +94,7 @@ pub(crate) fn files_in(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
 }
 
 /// Decodes the bytes of a file, plain or gzip, and splits them into a table.
-fn read_sheet(path: &Path, mut bytes: Vec<u8>, reading: &Reading) -> Result<Sheet, DataError> {
+fn read_sheet(path: &Path, mut bytes: Vec<u8>, reading: &RecognitionOptions) -> Result<Sheet, DataError> {
     if is_gzip(&bytes) {
         bytes = gunzip(path, &bytes)?;
     }
@@ -114,7 +114,7 @@ fn read_sheet(path: &Path, mut bytes: Vec<u8>, reading: &Reading) -> Result<Shee
 fn recognised(
     origin: &Path,
     sheets: Vec<Sheet>,
-    reading: &Reading,
+    reading: &RecognitionOptions,
     missing: MissingCells,
 ) -> Result<RecognisedData, DataError> {
     let files = with_roles(sheets, reading)?;
@@ -142,14 +142,14 @@ fn recognised(
     assumed.extend(scene_notes);
     assumed.extend(row_notes(&files, &drafts, changes));
     let data = dataset(origin, &columns, drafts, missing)?.with_notes(assumed.clone());
-    Ok(RecognisedData { data, recording, assumed })
+    Ok(RecognisedData { data, recording, assumptions: assumed })
 }
 
 /// Each table with the roles of its columns, which are inferred from the first table.
 ///
 /// # Errors
 /// The tables have different columns, or the roles cannot be inferred.
-fn with_roles(sheets: Vec<Sheet>, reading: &Reading) -> Result<Vec<RecordedFile>, DataError> {
+fn with_roles(sheets: Vec<Sheet>, reading: &RecognitionOptions) -> Result<Vec<RecordedFile>, DataError> {
     let mut out: Vec<RecordedFile> = Vec::with_capacity(sheets.len());
     for sheet in sheets {
         let refuse = |reason| DataError::NotRecognised { path: sheet.path.clone(), reason };

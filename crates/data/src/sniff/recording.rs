@@ -6,7 +6,7 @@ use super::roles::Role;
 
 /// Kind of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Recording {
+pub enum RecordingKind {
     /// A falling object with this many coordinates.
     Falls(usize),
     /// A rod pushes an object.

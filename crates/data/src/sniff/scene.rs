@@ -1,14 +1,14 @@
 //! Infers time unit, unit of length, direction of up and kind of recording, and converts to SI.
 
-use super::Reading;
+use super::RecognitionOptions;
 use super::fall::{acceleration, is_fall, rate_of_fall, unit_of_fall};
 use super::heading::{FileUnit, Heading, Quantity};
-use super::recording::{RecordedFile, Recording, Target};
+use super::recording::{RecordedFile, RecordingKind, Target};
 use super::roles::{Axis, Role};
 use super::rows::Draft;
 use super::unrecognised::Unrecognised;
 use crate::error::DataError;
-use crate::escape_control_characters::shown;
+use crate::escape_control_characters::escaped_short;
 use crate::statistics::{digits, median};
 use std::path::Path;
 
@@ -24,7 +24,7 @@ const MAX_ANGLE_RAD: f64 = 7.0;
 const LONG_FORM_POSITIONS: [&str; 4] = ["x_m", "y_m", "z_m", "height_m"];
 
 /// Columns of the data set, kind of the recording, trajectories with times in s, and notes.
-type Resolved = (Vec<Target>, Recording, Vec<Draft>, Vec<String>);
+type Resolved = (Vec<Target>, RecordingKind, Vec<Draft>, Vec<String>);
 
 /// A coordinate: index of its column of values, axis, and unit where the file states it.
 type Coordinate = (usize, Axis, Option<FileUnit>);
@@ -32,7 +32,7 @@ type Coordinate = (usize, Axis, Option<FileUnit>);
 /// Trajectories of all files while their units are inferred.
 pub(super) struct Scene<'a> {
     origin: &'a Path,
-    reading: &'a Reading,
+    reading: &'a RecognitionOptions,
     first: &'a RecordedFile,
     drafts: Vec<Draft>,
     /// Heading and role of each column of values.
@@ -44,7 +44,7 @@ impl<'a> Scene<'a> {
     /// Scene of `drafts`, whose columns of values are `used`; `first` is the first file.
     pub fn new(
         origin: &'a Path,
-        reading: &'a Reading,
+        reading: &'a RecognitionOptions,
         first: &'a RecordedFile,
         drafts: Vec<Draft>,
         used: Vec<(&'a Heading, &'a Role)>,
@@ -150,7 +150,7 @@ impl<'a> Scene<'a> {
     }
 
     /// The columns of the data set and the kind of recording.
-    fn columns(&mut self) -> Result<(Vec<Target>, Recording), DataError> {
+    fn columns(&mut self) -> Result<(Vec<Target>, RecordingKind), DataError> {
         let mut out: Vec<Target> = Vec::new();
         let mut axes: Vec<Coordinate> = Vec::new();
         for (value, (h, role)) in self.used.iter().enumerate() {
@@ -170,7 +170,7 @@ impl<'a> Scene<'a> {
         let has = |axis: Axis| axes.iter().any(|(_, a, _)| *a == axis);
         if has(Axis::PusherX) && has(Axis::PusherY) && has(Axis::X) && has(Axis::Y) {
             out.splice(0..0, self.push_columns(&axes));
-            return Ok((out, Recording::Pushes));
+            return Ok((out, RecordingKind::Pushes));
         }
         axes.retain(|(_, a, _)| a.is_position());
         let raw = |value: usize| self.used[value].0.raw.as_str();
@@ -197,10 +197,10 @@ impl<'a> Scene<'a> {
             return self.refuse(Unrecognised::NoPositions { columns: self.names() });
         }
         let recording = match vertical {
-            None => Recording::Other,
+            None => RecordingKind::Other,
             Some(t) => match acceleration(&self.drafts, t.value).map(|a| a * t.factor) {
-                Some(a) if is_fall(a) => Recording::Falls(count),
-                other => Recording::Moves(other),
+                Some(a) if is_fall(a) => RecordingKind::Falls(count),
+                other => RecordingKind::Moves(other),
             },
         };
         Ok((out, recording))
@@ -250,15 +250,15 @@ impl<'a> Scene<'a> {
         let is_usual = matches!(axes[vertical].1, Axis::Height | Axis::Z)
             || axes.len() < 3 && axes[vertical].1 == Axis::Y;
         if is_downward {
-            self.notes.push(format!("{} grows downwards: up is minus {0}", shown(&name(vertical))));
+            self.notes.push(format!("{} grows downwards: up is minus {0}", escaped_short(&name(vertical))));
         } else if !is_usual && axes.len() > 1 {
-            self.notes.push(format!("{} is the vertical coordinate", shown(&name(vertical))));
+            self.notes.push(format!("{} is the vertical coordinate", escaped_short(&name(vertical))));
         }
         let mut out = Vec::new();
         let mut horizontal_names = ["x_m", "y_m"].into_iter();
         for (i, (value, axis, _)) in axes.iter().enumerate().filter(|(i, _)| *i != vertical) {
             if !self.moves(*value) {
-                self.notes.push(format!("{} never changes and was left out", shown(&name(i))));
+                self.notes.push(format!("{} never changes and was left out", escaped_short(&name(i))));
                 continue;
             }
             // Where y is vertical, z changes its sign, so that the frame remains right-handed.

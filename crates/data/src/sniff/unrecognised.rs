@@ -1,6 +1,6 @@
 //! Properties of a file that cannot be inferred, with the option that states them.
 
-use crate::escape_control_characters::{shown, shown_list};
+use crate::escape_control_characters::{escaped_short, escaped_list};
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -26,7 +26,7 @@ pub enum Unrecognised {
     )]
     NotNumbers,
     /// The columns of the file differ from those of the first file.
-    #[error("its columns differ from those of {} ({}); read it separately", first.display(), shown_list(columns))]
+    #[error("its columns differ from those of {} ({}); read it separately", first.display(), escaped_list(columns))]
     DifferentColumns {
         /// File that was read first.
         first: PathBuf,
@@ -34,7 +34,7 @@ pub enum Unrecognised {
         columns: Vec<String>,
     },
     /// An option names a column that does not exist.
-    #[error("{option} {name}: there is no such column; the columns are {}", shown_list(columns))]
+    #[error("{option} {name}: there is no such column; the columns are {}", escaped_list(columns))]
     NoSuchColumn {
         /// Option of the command.
         option: &'static str,
@@ -56,7 +56,7 @@ pub enum Unrecognised {
     #[error(
         "no time column was found among {}; name it with --time NAME, or give the sample rate in Hz with \
          --rate-hz (augsim start), or rename it to t_s",
-        shown_list(columns)
+        escaped_list(columns)
     )]
     NoTimes {
         /// Names of the columns.
@@ -66,7 +66,7 @@ pub enum Unrecognised {
     #[error(
         "`{0}` is in pixels; give the size of a pixel in metres, such as --columns '{0}=height_m:0.0021' (augsim \
          start)",
-        shown(column)
+        escaped_short(column)
     )]
     Pixels {
         /// Name of the column.
@@ -76,14 +76,14 @@ pub enum Unrecognised {
     #[error(
         "no column of positions was found among {}; name the columns with --columns x=x_m:cm,y=z_m:cm (augsim \
          start)",
-        shown_list(columns)
+        escaped_list(columns)
     )]
     NoPositions {
         /// Names of the columns.
         columns: Vec<String>,
     },
     /// The vertical coordinate that an option names does not exist.
-    #[error("--up {name}: there is no such coordinate; the coordinates are {}", shown_list(columns))]
+    #[error("--up {name}: there is no such coordinate; the coordinates are {}", escaped_list(columns))]
     NoSuchCoordinate {
         /// The name in the option.
         name: String,

@@ -62,7 +62,7 @@ impl Unit {
     ///
     /// It consists of base units, or of one named unit and base units where that takes fewer symbols; of
     /// several such units it is the one with the smallest exponents. `None` where it has too many factors.
-    pub fn of_dimensions(dimensions: Dimensions) -> Option<Unit> {
+    pub fn from_dimensions(dimensions: Dimensions) -> Option<Unit> {
         let bases = |d: Dimensions| -> Vec<(Symbol, i32)> {
             d.factors().filter_map(|(base, t)| Some((Symbol::from_text(base)?, t))).collect()
         };
@@ -126,8 +126,8 @@ mod tests {
             ("V^0.5/s", "V^0.5/s"),
             ("m^0.5/s", "m^0.5/s"),
         ] {
-            let unit = Unit::of_text(text).expect("a unit");
-            let computed = Unit::of_dimensions(unit.dimensions()).expect("few symbols");
+            let unit = Unit::parse(text).expect("a unit");
+            let computed = Unit::from_dimensions(unit.dimensions()).expect("few symbols");
             assert_eq!(computed.symbol(), shown, "{text}");
             assert_eq!(computed.dimensions(), unit.dimensions(), "{text}");
         }

@@ -44,7 +44,7 @@ impl Unit {
     ///
     /// The suffix follows an underscore and must not be the whole name. A pure number is recognised by its
     /// last word, which may be the whole name.
-    pub fn of_column_name(name: &str) -> Option<Unit> {
+    pub fn from_column_name(name: &str) -> Option<Unit> {
         let words: Vec<&str> = name.split('_').collect();
         let (last, before) = words.split_last()?;
         if factor(last).is_none() {
@@ -145,7 +145,7 @@ mod tests {
             ("restitution", ""),
             ("sheets_count", ""),
         ] {
-            assert_eq!(Unit::of_column_name(name).map(Unit::symbol).as_deref(), Some(symbol), "{name}");
+            assert_eq!(Unit::from_column_name(name).map(Unit::symbol).as_deref(), Some(symbol), "{name}");
         }
     }
 
@@ -173,7 +173,7 @@ mod tests {
             ("capacity_J_per_kg_K", "J/(kg K)", "m^2/(s^2 K)"),
             ("c_m_per_N", "m/N", "s^2/kg"),
         ] {
-            let unit = Unit::of_column_name(name).unwrap_or_else(|| panic!("{name} is refused"));
+            let unit = Unit::from_column_name(name).unwrap_or_else(|| panic!("{name} is refused"));
             assert_eq!(
                 (unit.symbol(), unit.dimensions().to_string()),
                 (symbol.into(), dimensions.into()),
@@ -190,7 +190,7 @@ mod tests {
             ("k_N_m_per_rad", "k_J_per_rad"),
             ("gain_m_s_per_V", "gain_m_per_s_V"),
         ] {
-            let dimensions = |name| Unit::of_column_name(name).map(Unit::dimensions);
+            let dimensions = |name| Unit::from_column_name(name).map(Unit::dimensions);
             assert!(dimensions(name).is_some(), "{name}");
             assert_eq!(dimensions(name), dimensions(same), "{name}");
         }
@@ -228,7 +228,7 @@ mod tests {
             "_",
             "é_m2é",
         ] {
-            assert_eq!(Unit::of_column_name(name), None, "{name}");
+            assert_eq!(Unit::from_column_name(name), None, "{name}");
         }
     }
 }

@@ -21,7 +21,7 @@ impl Unit {
     /// assert_eq!(Unit::of_text("N s/m").unwrap().dimensions(), Unit::of_text("kg/s").unwrap().dimensions());
     /// assert!(Unit::of_text("furlong").is_none());
     /// ```
-    pub fn of_text(text: &str) -> Option<Unit> {
+    pub fn parse(text: &str) -> Option<Unit> {
         let text = text.replace(['*', '·', '⋅'], " ").replace('²', "^2").replace('³', "^3");
         let (numerator, divisor) = match text.trim().split_once('/') {
             Some((numerator, divisor)) => (numerator.trim(), Some(divisor.trim())),
@@ -68,16 +68,16 @@ mod tests {
     #[test]
     fn a_printed_unit_reads_back() {
         for text in ["", "m", "m/s^2", "N m", "N s/m", "1/s", "rad/(V s^2)", "kg m^2", "V^0.5/s", "Ohm"] {
-            assert_eq!(Unit::of_text(text).map(Unit::symbol).as_deref(), Some(text), "{text}");
+            assert_eq!(Unit::parse(text).map(Unit::symbol).as_deref(), Some(text), "{text}");
         }
         for (text, same) in
             [("N*m", "N m"), ("kg·m²", "kg m^2"), ("rad/(V*s²)", "rad/(V s^2)"), ("m³/s", "m^3/s")]
         {
-            assert_eq!(Unit::of_text(text), Unit::of_text(same), "{text}");
-            assert!(Unit::of_text(text).is_some(), "{text}");
+            assert_eq!(Unit::parse(text), Unit::parse(same), "{text}");
+            assert!(Unit::parse(text).is_some(), "{text}");
         }
-        assert_eq!(Unit::of_text("1"), Some(Unit::DIMENSIONLESS));
-        assert_eq!(Unit::of_text("m^0.5").unwrap().dimensions().power(2.0), Some(Unit::METRE.dimensions()));
+        assert_eq!(Unit::parse("1"), Some(Unit::DIMENSIONLESS));
+        assert_eq!(Unit::parse("m^0.5").unwrap().dimensions().power(2.0), Some(Unit::METRE.dimensions()));
     }
 
     #[test]
@@ -100,7 +100,7 @@ mod tests {
             "m m m m m m m",
             "2",
         ] {
-            assert_eq!(Unit::of_text(text), None, "{text}");
+            assert_eq!(Unit::parse(text), None, "{text}");
         }
     }
 }

@@ -5,7 +5,7 @@
 //! The data are twelve recordings of an object that a heater warms (time constant 100 s, 0.05 K of noise, a
 //! row every 2 s).
 
-use augsim_data::checks::{AcceptedChecks, Check, Expected, Finding, Severity, check_data, run_checks};
+use augsim_data::checks::{AcceptedChecks, Check, ExpectedData, Finding, Severity, check_data, run_checks};
 use augsim_data::{Dataset, Trajectory, random_stream};
 use rand::RngExt;
 
@@ -59,21 +59,21 @@ fn changed(change: impl Fn(&mut Vec<Recording>)) -> Dataset {
 }
 
 /// Expectations of a model with these outputs and inputs.
-fn model(outputs: &[&str], inputs: &[&str]) -> Expected {
+fn model(outputs: &[&str], inputs: &[&str]) -> ExpectedData {
     let names = |list: &[&str]| list.iter().map(|n| (*n).to_owned()).collect();
-    Expected { outputs: names(outputs), inputs: names(inputs), ..Expected::default() }
+    ExpectedData { outputs: names(outputs), inputs: names(inputs), ..ExpectedData::default() }
 }
 
-fn heater() -> Expected {
+fn heater() -> ExpectedData {
     model(&["object_K", "heater_K"], &["heat_W"])
 }
 
-fn found(data: &Dataset, expected: &Expected) -> Vec<Finding> {
+fn found(data: &Dataset, expected: &ExpectedData) -> Vec<Finding> {
     run_checks(data, expected).into_iter().flat_map(|o| o.findings).collect()
 }
 
 /// The only finding, its severity, and the message of the error or the warning.
-fn only(data: Dataset, expected: &Expected, check: Check) -> (Finding, Severity, String) {
+fn only(data: Dataset, expected: &ExpectedData, check: Check) -> (Finding, Severity, String) {
     let mut findings = found(&data, expected);
     assert_eq!(findings.len(), 1, "{findings:?}");
     let finding = findings.remove(0);
@@ -100,7 +100,7 @@ fn stretch(recordings: &mut [Recording], factor: f64) {
 #[test]
 fn correct_recordings_pass() {
     assert_eq!(found(&set(recordings()), &heater()), []);
-    assert_eq!(found(&set(recordings()), &Expected::default()), []);
+    assert_eq!(found(&set(recordings()), &ExpectedData::default()), []);
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn a_clock_in_another_unit_is_refused() {
         }
     }
     let (finding, _, text) =
-        only(changed(|all| stretch(&mut all[3..4], 1e3)), &Expected::default(), Check::MixedClock);
+        only(changed(|all| stretch(&mut all[3..4], 1e3)), &ExpectedData::default(), Check::MixedClock);
     assert!(
         text.contains("2000 s, but that of the other 11 trajectories is 2 s, a ratio of about 1000"),
         "{text}"
@@ -240,7 +240,7 @@ fn a_repeated_input_or_one_equal_to_an_output_is_a_warning() {
             "column `object_K`, an input of the model, holds the same",
         ),
         (model(&[], &["object_K", "heater_K"]), "both inputs of the model"),
-        (Expected::default(), "columns `object_K` and `heater_K` hold the same numbers"),
+        (ExpectedData::default(), "columns `object_K` and `heater_K` hold the same numbers"),
     ] {
         let (_, severity, text) = only(twice(), &expected, Check::DuplicateColumn);
         assert_eq!(severity, Severity::Warning);

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 fn read(path: &Path) -> Result<Dataset, DataError> {
-    let metre = Unit::of_text("m").expect("a unit");
+    let metre = Unit::parse("m").expect("a unit");
     NamedCsv::open(path)?.read(&[("x_m", metre)])
 }
 

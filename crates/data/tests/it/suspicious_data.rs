@@ -4,19 +4,19 @@
 //! The data are twelve thrown balls (2 mm of noise, 100 Hz, gravity 9.81 m/s², one or two bounces) with the
 //! mistakes that users have made, and pushes of a square for the mistakes that only pushes reveal.
 
-use augsim_data::checks::{AcceptedChecks, Check, Expected, Finding, Severity, check_data, run_checks};
+use augsim_data::checks::{AcceptedChecks, Check, ExpectedData, Finding, Severity, check_data, run_checks};
 use augsim_data::{Dataset, Trajectory, random_stream};
 use rand::RngExt;
 
 const NOISE_M: f64 = 2e-3;
-const BALL: Expected = Expected {
+const BALL: ExpectedData = ExpectedData {
     gravity_m_s2: Some(9.81),
     position_sd_m: Some(NOISE_M),
     angle_sd_rad: None,
     outputs: Vec::new(),
     inputs: Vec::new(),
 };
-const PUSH: Expected = Expected {
+const PUSH: ExpectedData = ExpectedData {
     gravity_m_s2: None,
     position_sd_m: Some(3e-4),
     angle_sd_rad: Some(2e-3),
@@ -106,12 +106,12 @@ fn scale(all: &mut [Rows], which: &[usize], factor: f64) {
     }
 }
 
-fn found(data: &Dataset, expected: &Expected) -> Vec<Finding> {
+fn found(data: &Dataset, expected: &ExpectedData) -> Vec<Finding> {
     run_checks(data, expected).into_iter().flat_map(|o| o.findings).collect()
 }
 
 /// The message of the first finding, which must be of `check` and refuse the data.
-fn refusal(data: Dataset, expected: &Expected, check: Check) -> String {
+fn refusal(data: Dataset, expected: &ExpectedData, check: Check) -> String {
     let first = found(&data, expected).into_iter().next().expect("something is found");
     assert_eq!((first.check(), first.severity()), (check, Severity::Refused), "{first}");
     let accepted = Check::all().collect::<AcceptedChecks>();
@@ -161,7 +161,7 @@ fn repeated_measurements_in_whole_millimetres_are_not_copies() {
         (times, vec![heights])
     };
     let data = set(&["height_m"], (0..8).map(drop).collect());
-    assert_eq!(found(&data, &Expected::default()), []);
+    assert_eq!(found(&data, &ExpectedData::default()), []);
 }
 
 #[test]
@@ -189,19 +189,19 @@ fn one_trajectory_that_only_goes_far_passes() {
     // others.
     let wind =
         |all: &mut Vec<Rows>| all[4].1[0].iter_mut().enumerate().for_each(|(k, x)| *x += 0.5 * k as f64);
-    assert_eq!(found(&positions(wind), &Expected::default()), []);
-    assert_ne!(found(&positions(|all| scale(&mut all[4..5], &[0], 100.0)), &Expected::default()), []);
+    assert_eq!(found(&positions(wind), &ExpectedData::default()), []);
+    assert_ne!(found(&positions(|all| scale(&mut all[4..5], &[0], 100.0)), &ExpectedData::default()), []);
     // An accelerated motion has a larger curvature than the others, but an even larger span.
     let faster = |all: &mut Vec<Rows>| {
         all[4].1[0].iter_mut().enumerate().for_each(|(k, x)| *x += 2.0 * k as f64 + 2e-2 * (k * k) as f64);
     };
-    assert_eq!(found(&positions(faster), &Expected::default()), []);
+    assert_eq!(found(&positions(faster), &ExpectedData::default()), []);
     // It does not hide a trajectory that is in another unit.
     let both = positions(|all| {
         wind(all);
         scale(&mut all[7..8], &[0], 100.0);
     });
-    let findings = found(&both, &Expected::default());
+    let findings = found(&both, &ExpectedData::default());
     let [Finding::MixedUnits { trajectory, alike, .. }] = &findings[..] else { panic!("{findings:?}") };
     assert_eq!((trajectory.as_str(), *alike), ("7", 1));
 }
@@ -251,7 +251,7 @@ fn a_column_shifted_by_a_row_is_refused() {
             columns[2].rotate_right(2);
         }
     });
-    refusal(data, &Expected::default(), Check::ShiftedColumn);
+    refusal(data, &ExpectedData::default(), Check::ShiftedColumn);
 }
 
 #[test]
@@ -273,16 +273,16 @@ fn a_constant_angle_height_or_velocity_is_refused() {
 
 #[test]
 fn values_too_large_for_a_measurement_are_refused() {
-    let text = refusal(changed(|all| scale(all, &[1, 2], 1e30)), &Expected::default(), Check::AbsurdValue);
+    let text = refusal(changed(|all| scale(all, &[1, 2], 1e30)), &ExpectedData::default(), Check::AbsurdValue);
     assert!(text.contains("trajectory `0`, t_s = 0 s: column `z_m`"), "{text}");
 }
 
 #[test]
 fn swapped_height_and_velocity_or_two_units_are_refused() {
     let swap = |all: &mut Vec<Rows>| all.iter_mut().for_each(|(_, columns)| columns.swap(1, 2));
-    refusal(changed(swap), &Expected::default(), Check::VelocityDisagrees);
-    refusal(changed(|all| scale(all, &[2], 1000.0)), &Expected::default(), Check::VelocityDisagrees);
-    refusal(changed(|all| scale(all, &[2], -1.0)), &Expected::default(), Check::VelocityDisagrees);
+    refusal(changed(swap), &ExpectedData::default(), Check::VelocityDisagrees);
+    refusal(changed(|all| scale(all, &[2], 1000.0)), &ExpectedData::default(), Check::VelocityDisagrees);
+    refusal(changed(|all| scale(all, &[2], -1.0)), &ExpectedData::default(), Check::VelocityDisagrees);
 }
 
 #[test]
@@ -295,12 +295,12 @@ fn free_fall_that_differs_from_the_models_gravity_is_refused() {
     let text = refusal(positions(swap), &BALL, Check::GravityDisagrees);
     assert!(text.contains("`z_m` shows no free fall, but `x_m` falls") && text.contains("swapped"), "{text}");
     // Without a model there is no expected gravity.
-    assert_eq!(found(&changed(|all| scale(all, &[0, 1, 2], 1000.0)), &Expected::default()), []);
+    assert_eq!(found(&changed(|all| scale(all, &[0, 1, 2], 1000.0)), &ExpectedData::default()), []);
 }
 
 #[test]
 fn a_declared_noise_in_the_wrong_unit_is_refused_and_a_coarse_one_is_a_warning() {
-    let declared = |sd| Expected { position_sd_m: Some(sd), ..BALL };
+    let declared = |sd| ExpectedData { position_sd_m: Some(sd), ..BALL };
     let text = refusal(positions(|_| ()), &declared(2.043), Check::DeclaredNoise);
     assert!(text.contains("`position_sd_m` = 2.043 m") && text.contains("declare it in m"), "{text}");
     let admitted =

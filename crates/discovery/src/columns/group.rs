@@ -52,7 +52,7 @@ impl ColumnGroup {
                 true
             }
             ColumnKind::Slopes | ColumnKind::Fitted => {
-                let amounts = effect.amounts.unwrap_or(usize::MAX);
+                let amounts = effect.amplitude_count.unwrap_or(usize::MAX);
                 let each = effect.parameters.iter().zip(coefficients).take(amounts);
                 // A null at the edge of the range makes a parameter one-sided.
                 each.into_iter().all(|(p, c)| !(p.null <= p.min && *c < 0.0 || p.null >= p.max && *c > 0.0))
@@ -65,7 +65,7 @@ impl ColumnGroup {
         let Addition::Effect(listed, _) = &self.addition else { return coefficients.to_vec() };
         // Coefficients are offsets from the nulls, one for each group with groupwise values; shape
         // parameters keep their grid values.
-        let amounts = listed.effect.amounts.unwrap_or(usize::MAX).min(self.point.len()).max(1);
+        let amounts = listed.effect.amplitude_count.unwrap_or(usize::MAX).min(self.point.len()).max(1);
         let groups = coefficients.len() / amounts;
         let estimate = || -> Vec<f64> {
             let nulls = self.point.iter().flat_map(|v| std::iter::repeat_n(*v, groups));
@@ -108,9 +108,9 @@ pub(crate) fn acting_points(system: &dyn System, addition: &Addition) -> Vec<Vec
 
 /// Values at which an effect is first simulated: its nulls, or near them where it is singular there.
 pub(crate) fn probe(effect: &augsim_physics::system::Effect) -> Vec<f64> {
-    if effect.probe.is_empty() {
+    if effect.first_simulated_at.is_empty() {
         effect.parameters.iter().map(|p| p.null).collect()
     } else {
-        effect.probe.clone()
+        effect.first_simulated_at.clone()
     }
 }

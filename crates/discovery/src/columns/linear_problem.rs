@@ -12,7 +12,7 @@ use crate::record::ChosenRecords;
 use crate::score::{Blocks, FitWindows, Rows, Scored, distances_from_nulls};
 use augsim_linear::gram_of_rows;
 use augsim_physics::model::Per;
-use augsim_physics::system::Law;
+use augsim_physics::system::ModelTerm;
 use rayon::prelude::*;
 
 /// Columns per simulation: more share the cost of the motion, but a SIMD pass has 32 lanes.
@@ -224,7 +224,7 @@ impl<'a> ProblemBuilder<'a> {
     fn slopes(&self, batch: &[(&Addition, Vec<f64>)]) -> Vec<(ColumnGroup, Columns)> {
         batch.iter().for_each(|_| self.places.sample.data.work.count_score());
         let h = &self.at.fit.hypothesis;
-        let laws: Vec<Law> = batch.iter().filter_map(|(a, _)| a.law()).collect();
+        let laws: Vec<ModelTerm> = batch.iter().filter_map(|(a, _)| a.law()).collect();
         let Ok(system) = h.system.augmented(&laws) else { return Vec::new() };
         let values: Vec<f64> = batch.iter().flat_map(|(_, point)| point.iter().copied()).collect();
         let first = h.system.parameters().len();
@@ -238,7 +238,7 @@ impl<'a> ProblemBuilder<'a> {
             let by_group = matches!(addition, Addition::Effect(_, Per::Group));
             // At the nulls of the amplitudes, shape parameters have no derivative.
             let amplitudes = match addition {
-                Addition::Effect(listed, _) => listed.effect.amounts.unwrap_or(point.len()).min(point.len()),
+                Addition::Effect(listed, _) => listed.effect.amplitude_count.unwrap_or(point.len()).min(point.len()),
                 _ => point.len(),
             };
             let used = range.start..range.start + amplitudes;

@@ -144,7 +144,7 @@ impl Scored {
             Addition::Scatter(_) | Addition::Table(_) | Addition::Split(_) => None,
             Addition::Effect(listed, _) => {
                 let amounts = coefficients_of(&listed.effect, range.clone());
-                let is_structural = range.is_empty() || !listed.effect.probe.is_empty();
+                let is_structural = range.is_empty() || !listed.effect.first_simulated_at.is_empty();
                 (!is_structural && !amounts.is_empty())
                     .then(|| amounts.into_iter().map(|(i, null)| (i, self.fit.theta[i] - null)).unzip())
             }
@@ -156,7 +156,7 @@ impl Scored {
 /// have no null.
 fn coefficients_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize, f64)> {
     let width = range.len() / effect.parameters.len().max(1);
-    let amounts = effect.amounts.unwrap_or(usize::MAX).saturating_mul(width);
+    let amounts = effect.amplitude_count.unwrap_or(usize::MAX).saturating_mul(width);
     let nulls = effect.parameters.iter().flat_map(|p| std::iter::repeat_n(p.null, width));
     range.zip(nulls).take(amounts).collect()
 }

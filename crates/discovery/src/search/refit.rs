@@ -113,7 +113,7 @@ impl<'a> Search<'a> {
             let Addition::Effect(listed, _) = addition else { continue };
             let Some(number) = best.hypothesis.additions.iter().position(|a| a == addition) else { continue };
             let entries = best.hypothesis.entries_of_addition(number);
-            let amplitudes = listed.effect.amounts.unwrap_or(entries.len());
+            let amplitudes = listed.effect.amplitude_count.unwrap_or(entries.len());
             let bounds = best.hypothesis.fit_bounds();
             let is_trapped = entries
                 .clone()
@@ -222,7 +222,7 @@ impl<'a> Search<'a> {
 
     /// The simpler effect that an addition becomes at null values of some parameters.
     pub fn simpler_form(&self, addition: &Addition) -> Option<Addition> {
-        let kind = addition.listed()?.contains.as_ref()?;
+        let kind = addition.listed()?.reduces_to.as_ref()?;
         self.library.iter().find(|a| a.kind() == kind && matches!(a, Addition::Effect(_, Per::All))).cloned()
     }
 }

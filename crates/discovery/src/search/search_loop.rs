@@ -262,8 +262,8 @@ fn sets_without_columns(
             && can_join(&first, h)
         {
             let both =
-                |own: &Vec<f64>| vec![(first.clone(), join.start.clone()), (addition.clone(), own.clone())];
-            out.extend(join.own.iter().map(|own| extended(both(own))));
+                |own: &Vec<f64>| vec![(first.clone(), join.carrier_start.clone()), (addition.clone(), own.clone())];
+            out.extend(join.effect_starts.iter().map(|own| extended(both(own))));
         }
     }
     out

@@ -3,9 +3,9 @@
 use super::EquationSystem;
 use crate::error::ModelError;
 use crate::model::{Model, Parameter};
-use augsim_data::checks::Expected;
+use augsim_data::checks::ExpectedData;
 use augsim_physics::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, Objection, Record, RoundTripError, System,
+    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Objection, Record, RoundTripError, System,
 };
 use std::error::Error as StdError;
 use std::sync::Arc;
@@ -63,10 +63,10 @@ impl CalibratedModel {
     /// The text is read again, and an error is returned if it reads back as another model.
     fn augmented_text(&self, found: &Augmentation) -> Result<String, Box<dyn StdError + Send + Sync>> {
         let system = &self.system;
-        let laws: Vec<Law> = found
+        let laws: Vec<ModelTerm> = found
             .additions
             .iter()
-            .filter_map(|a| if let Addition::Law(law, _) = a { Some(law.clone()) } else { None })
+            .filter_map(|a| if let Addition::Term(law, _) = a { Some(law.clone()) } else { None })
             .collect();
         let mut model = self.model.clone();
         let mut places: Vec<usize> = (0..model.parameters.len()).collect();
@@ -74,7 +74,7 @@ impl CalibratedModel {
             places.extend(system.add(&mut model, law)?.into_iter().map(|(_, place)| place));
         }
         let added = found.additions.iter().filter_map(|a| match a {
-            Addition::Law(_, values) => Some(values),
+            Addition::Term(_, values) => Some(values),
             Addition::Scatter(..) => None,
         });
         let added = (self.model.parameters.len()..).zip(added.flatten());
@@ -125,11 +125,11 @@ fn set_fitted(p: &mut Parameter, fitted: &Fitted) {
 
 impl Model {
     /// Columns of the outputs and inputs, for the checks of suspicious data.
-    pub fn expected(&self) -> Expected {
-        Expected {
+    pub fn expected(&self) -> ExpectedData {
+        ExpectedData {
             outputs: self.outputs.iter().map(|o| o.name.clone()).collect(),
             inputs: self.inputs.iter().map(|i| i.name.clone()).collect(),
-            ..Expected::default()
+            ..ExpectedData::default()
         }
     }
 }
@@ -157,7 +157,7 @@ impl Declaration for CalibratedModel {
         &self.model.file
     }
 
-    fn expected(&self) -> Expected {
+    fn expected(&self) -> ExpectedData {
         self.model.expected()
     }
 

@@ -18,7 +18,7 @@ use crate::model::{Model, Target as ModelTarget};
 use crate::system::System as Compiled;
 use augsim_physics::model::Parameter;
 use augsim_physics::system::{
-    Effect, Event, Law, Objection, Quantity, Record, Schema, Seed, Simulated, SimulationError, System,
+    Effect, Event, ModelTerm, Objection, Quantity, Record, Schema, Seed, Simulated, SimulationError, System,
     SystemError, Table, Task,
 };
 pub use declaration::CalibratedModel;
@@ -48,7 +48,7 @@ pub struct EquationSystem {
     parameters: Vec<Parameter>,
     /// Index in the model of each of these parameters.
     places: Vec<usize>,
-    laws: Vec<Law>,
+    laws: Vec<ModelTerm>,
     /// Effects of a single quantity, as tables, for which the data have values.
     tables: Arc<[Table]>,
     /// Start values of fits of declared parameters; empty: the nominal values.
@@ -66,7 +66,7 @@ impl EquationSystem {
         candidates.iter_mut().for_each(|candidate| scales.resolve(candidate, model));
         let mut system = Self::with_candidates(model, candidates)?;
         let effects = system.candidates.iter().map(|candidate| Effect {
-            grammar: schema::grammar(candidate, model, scales),
+            formula_domain: schema::grammar(candidate, model, scales),
             ..schema::effect(candidate)
         });
         system.library = effects.collect();
@@ -161,10 +161,10 @@ impl EquationSystem {
     }
 
     /// Adds an effect to `model`; returns its parameters with their indices in the model.
-    fn add(&self, model: &mut Model, law: &Law) -> Result<Vec<(Parameter, usize)>, SystemError> {
+    fn add(&self, model: &mut Model, law: &ModelTerm) -> Result<Vec<(Parameter, usize)>, SystemError> {
         let first = model.parameters.len();
         match law {
-            Law::Effect(index) => {
+            ModelTerm::Effect(index) => {
                 let missing = SystemError::Effect { index: *index, count: self.library.len() };
                 let candidate = self.candidates.get(*index).ok_or(missing)?;
                 model.add(&candidate.draft(&candidate.nulls())).map_err(|_| SystemError::Full)?;
@@ -173,7 +173,7 @@ impl EquationSystem {
                 let parameters = effect.parameters.iter().map(Parameter::added);
                 Ok(parameters.zip(free.map(|(i, _)| first + i)).collect())
             }
-            Law::Table(table) => {
+            ModelTerm::Table(table) => {
                 let missing = SystemError::Table { target: table.target, against: table.against };
                 let states = model.declared_states();
                 let target = match table.target {
@@ -283,11 +283,11 @@ impl System for EquationSystem {
         &self.library
     }
 
-    fn terms(&self) -> &[Law] {
+    fn terms(&self) -> &[ModelTerm] {
         &self.laws
     }
 
-    fn augmented(&self, laws: &[Law]) -> Result<Arc<dyn System>, SystemError> {
+    fn augmented(&self, laws: &[ModelTerm]) -> Result<Arc<dyn System>, SystemError> {
         let mut model = self.model().clone();
         let mut system = self.clone();
         for law in laws {
@@ -323,7 +323,7 @@ impl System for EquationSystem {
             groups.entry(task.seeds).or_default().push(index);
         }
         let out_count = out.len();
-        let refused = |_| Err(SimulationError::no_place(&self.schema, tasks.len(), out_count));
+        let refused = |_| Err(SimulationError::missing_output(&self.schema, tasks.len(), out_count));
         let mut results: Vec<Result<(), SimulationError>> = (0..tasks.len()).map(refused).collect();
         let mut slots: Vec<Option<&mut Simulated>> = out.iter_mut().map(Some).collect();
         for indices in groups.into_values() {

@@ -6,7 +6,7 @@ use crate::text::{Kind, Lexer, Symbol, Token};
 use augsim_data::{Dimensions, Unit};
 use augsim_physics::model::Parameter;
 use augsim_physics::system::{
-    InitialValue, InputInterpolation, Channel, Effect, EffectParameter, Grammar, Input, ErrorFigure, Quantity, Schema, State,
+    InitialValue, InputInterpolation, Channel, Effect, EffectParameter, FormulaDomain, Input, ErrorFigure, Quantity, Schema, State,
     Target,
 };
 
@@ -97,7 +97,7 @@ fn equals_state(model: &Model, output: usize, state: usize) -> bool {
 
 /// The shortest symbol of a unit with these dimensions.
 fn symbol_for(dimensions: Dimensions) -> String {
-    Unit::of_dimensions(dimensions).map_or_else(|| dimensions.to_string(), Unit::symbol)
+    Unit::from_dimensions(dimensions).map_or_else(|| dimensions.to_string(), Unit::symbol)
 }
 
 /// Quantities that a table effect may depend on, each named by an expression of the model.
@@ -148,12 +148,12 @@ fn conditions(model: &Model) -> Vec<String> {
 }
 
 /// Size and argument of a formula of the grammar; `None` for any other effect.
-pub(super) fn grammar(candidate: &Candidate, model: &Model, scales: &Scales) -> Option<Grammar> {
+pub(super) fn grammar(candidate: &Candidate, model: &Model, scales: &Scales) -> Option<FormulaDomain> {
     let argument = candidate.shape.as_ref()?;
     let unit = size_unit(argument, &[], model).map_or_else(String::new, Unit::symbol);
-    Some(Grammar {
+    Some(FormulaDomain {
         nodes: count_tokens(candidate.text()?),
-        of: Quantity::new(argument, &unit),
+        variable: Quantity::new(argument, &unit),
         range: scales.range(argument, model).unwrap_or([0.0, 0.0]),
     })
 }
@@ -175,10 +175,10 @@ pub(super) fn effect(candidate: &Candidate) -> Effect {
         parameters: parameters.collect(),
         formula: candidate.formula.clone(),
         source: candidate.source.clone(),
-        stands_for: candidate.stands_for.clone(),
+        equivalent_causes: candidate.stands_for.clone(),
         excludes: candidate.excludes.clone(),
-        contains: candidate.contains.clone(),
-        amounts: Some(free().take_while(|p| !p.is_inner).count().max(1)),
+        reduces_to: candidate.contains.clone(),
+        amplitude_count: Some(free().take_while(|p| !p.is_inner).count().max(1)),
         ..Effect::default()
     }
 }

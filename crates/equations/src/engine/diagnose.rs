@@ -136,7 +136,7 @@ fn cause_in(tree: &Tree, values: &[f64]) -> Option<String> {
         if !is_broken(&index) {
             continue;
         }
-        let text = |i: usize| augsim_data::shown(without_outer_parentheses(tree.text_of(i)));
+        let text = |i: usize| augsim_data::escaped_short(without_outer_parentheses(tree.text_of(i)));
         return Some(match &node.kind {
             Kind::Divide(a, b) if !is_broken(a) && values[*b] == 0.0 => {
                 format!("division by `{}` = 0", text(*b))

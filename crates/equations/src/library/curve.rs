@@ -55,7 +55,7 @@ fn curve(model: &Model, scales: &Scales, index: usize) -> Option<Curve> {
     let y = scales.values_over(model, &change.value.tree, argument, &x)?;
     let per_second = |unit: Option<Unit>| {
         let dimensions = unit?.dimensions() / augsim_data::Dimensions::TIME;
-        Unit::of_dimensions(dimensions)
+        Unit::from_dimensions(dimensions)
     };
     let (target, target_unit) = match change.target {
         Target::Rate(i) => (format!("d({})/dt", model.states[i].name), per_second(model.states[i].unit)),

@@ -7,7 +7,7 @@ use crate::error::{Fault, ModelError, Place as FilePlace};
 use crate::model::{
     Draft, DraftState, DraftTarget, How, Model, Parameter, Row, RowParameter, Target, dimensions_of,
 };
-use augsim_data::{Dimensions, Unit, shown};
+use augsim_data::{Dimensions, Unit, escaped_short};
 
 /// An effect that may be added to a model at a given place.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,7 +83,7 @@ pub(super) fn expand(row: &Row, model: &Model) -> Result<Vec<Candidate>, ModelEr
         let Some(found) = places(place_name, model) else {
             let (file, line) = row.place.clone();
             let place = FilePlace { file, line, key: format!("candidate.{}", row.kind) };
-            let fault = Box::new(Fault::NoSuchPlace { name: shown(place_name) });
+            let fault = Box::new(Fault::NoSuchPlace { name: escaped_short(place_name) });
             return Err(ModelError { place, fault, excerpt: None });
         };
         for place in found {
@@ -349,7 +349,7 @@ impl Candidate {
             if dimensions.is_pure() {
                 return Some(Unit::DIMENSIONLESS);
             }
-            Unit::of_dimensions(dimensions)
+            Unit::from_dimensions(dimensions)
         });
         coefficients.iter().for_each(|i| self.parameters[*i].unit = unit);
     }

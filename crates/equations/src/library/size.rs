@@ -58,5 +58,5 @@ pub(crate) fn size_unit(of: &str, names: &[(&'static str, String)], model: &Mode
     if dimensions.is_pure() {
         return Some(Unit::DIMENSIONLESS);
     }
-    Unit::of_dimensions(dimensions)
+    Unit::from_dimensions(dimensions)
 }

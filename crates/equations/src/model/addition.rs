@@ -5,7 +5,7 @@ use crate::error::{Excerpt, Fault, ModelError, Place};
 use crate::limits;
 use crate::nearest::nearest;
 use crate::text::{self, Problem, Scope, Symbol, Tree};
-use augsim_data::{Unit, shown};
+use augsim_data::{Unit, escaped_short};
 use std::ops::Range;
 
 /// A quantity of the equations that can be changed.
@@ -169,7 +169,7 @@ impl Scope for View<'_> {
                 let known_names = quantities
                     .map(|(n, _)| n.as_str())
                     .chain(self.local_names.iter().map(|(n, _)| n.as_str()));
-                Err(Problem::UnknownName { name: shown(name), nearest: nearest(name, known_names) })
+                Err(Problem::UnknownName { name: escaped_short(name), nearest: nearest(name, known_names) })
             }
         }
     }
@@ -177,7 +177,7 @@ impl Scope for View<'_> {
     fn table(&self, name: &str) -> Result<usize, Problem> {
         let tables = &self.model.tables;
         tables.iter().position(|t| t.name == name).ok_or_else(|| Problem::UnknownTable {
-            name: shown(name),
+            name: escaped_short(name),
             nearest: nearest(name, tables.iter().map(|t| t.name.as_str())),
         })
     }
@@ -194,7 +194,7 @@ impl Model {
     /// An expression that cannot be parsed, a parameter that the effect does not use, or more states or
     /// parameters than a model may have.
     pub fn add(&mut self, draft: &Draft) -> Result<(), ModelError> {
-        let key = format!("effect.{}", shown(&draft.kind));
+        let key = format!("effect.{}", escaped_short(&draft.kind));
         let place = |key: String| Place { file: self.file.clone(), line: draft.line, key };
         let error = |key: String, fault: Fault| ModelError {
             place: place(key),
@@ -250,7 +250,7 @@ impl Model {
             let symbol = Symbol::Parameter(first_parameter + index);
             let is_delay = changes.iter().any(|c| matches!(c.target, Target::Delay(_)));
             if !is_delay && !trees().any(|tree| tree.symbols().any(|s| s == symbol)) {
-                return Err(error(format!("{key}.{}", shown(&p.name)), Fault::Unused));
+                return Err(error(format!("{key}.{}", escaped_short(&p.name)), Fault::Unused));
             }
         }
         let prefix = self.free_prefix(draft);
@@ -339,11 +339,11 @@ fn local_names(draft: &Draft, first_parameter: usize, first_state: usize) -> Vec
 
 /// Returns a name without the unit at its end; `None` if it has no unit.
 fn without_unit(name: &str) -> Option<&str> {
-    Unit::of_column_name(name)?;
+    Unit::from_column_name(name)?;
     // The shortest ending that gives the whole unit contains no other word.
     let underscores = name.match_indices('_').map(|(at, _)| at);
     let mut cuts = underscores.filter(|at| {
-        *at > 0 && Unit::of_column_name(&format!("q{}", &name[*at..])) == Unit::of_column_name(name)
+        *at > 0 && Unit::from_column_name(&format!("q{}", &name[*at..])) == Unit::from_column_name(name)
     });
     cuts.next_back().map(|at| &name[..at])
 }

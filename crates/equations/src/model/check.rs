@@ -29,7 +29,7 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
     for text in model.numerics.widths.keys() {
         if !smoothed_arguments(model).any(|argument| argument == text) {
             let line = reader.text.find("sign_width").map_or(1, |position| reader.line(position));
-            let fault = Fault::UnusedWidth { text: augsim_data::shown(text) };
+            let fault = Fault::UnusedWidth { text: augsim_data::escaped_short(text) };
             return Err(reader.error(line, "numerics.sign_width", fault));
         }
     }

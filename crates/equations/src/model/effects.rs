@@ -11,7 +11,7 @@ use crate::error::{Fault, ModelError};
 use crate::library::{generic, places_of, tables};
 use crate::limits;
 use crate::nearest::nearest;
-use augsim_data::shown;
+use augsim_data::escaped_short;
 
 /// Kind of an effect whose expression is given in its block.
 const FORMULA: &str = "formula";
@@ -74,7 +74,7 @@ fn parameters(item: &Item<'_, '_>, known: &[&str]) -> Result<Vec<Parameter>, Mod
 /// Finds the target of an effect by its name.
 fn target(on: &Item<'_, '_>, name: &str, model: &Model) -> Result<Target, ModelError> {
     crate::library::target_named(name, model)
-        .ok_or_else(|| on.error(Fault::NoSuchPlace { name: shown(name) }))
+        .ok_or_else(|| on.error(Fault::NoSuchPlace { name: escaped_short(name) }))
 }
 
 /// Reads an effect of kind `formula`.
@@ -121,7 +121,7 @@ fn library_effect(
     let rows_of_kind: Vec<&Row> = rows.iter().filter(|row| row.kind == kind).collect();
     if rows_of_kind.is_empty() {
         let known = rows.iter().map(|r| r.kind.as_str()).chain([FORMULA, TABLE]);
-        return Err(item.error(Fault::NoSuchEffect { kind: shown(kind), nearest: nearest(kind, known) }));
+        return Err(item.error(Fault::NoSuchEffect { kind: escaped_short(kind), nearest: nearest(kind, known) }));
     }
     let mut places = Vec::new();
     for row in rows_of_kind {
@@ -133,7 +133,7 @@ fn library_effect(
     let Some(candidate) = places.iter().find(is_requested) else {
         let mut possible: Vec<String> = places.iter().map(|c| c.on.clone()).collect();
         possible.dedup();
-        return Err(on.error(Fault::CannotActOn { kind: kind.into(), on: shown(on_text), possible }));
+        return Err(on.error(Fault::CannotActOn { kind: kind.into(), on: escaped_short(on_text), possible }));
     };
     let names: Vec<&str> = candidate.parameters.iter().map(|p| p.name.as_str()).collect();
     let keys: Vec<&str> =

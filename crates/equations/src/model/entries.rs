@@ -3,7 +3,7 @@
 use super::toml_reader::Item;
 use crate::error::{Fault, ModelError};
 use crate::text;
-use augsim_data::shown;
+use augsim_data::escaped_short;
 
 /// Entries of a top-level table; none if it is absent.
 pub(super) fn section<'r, 't>(
@@ -24,7 +24,7 @@ pub(super) fn section<'r, 't>(
 pub(crate) fn check_name(item: &Item<'_, '_>, name: &str) -> Result<(), ModelError> {
     let begins_well = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
     if !begins_well || name.len() > 64 || !name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') {
-        return Err(item.error(Fault::MalformedName { name: shown(name) }));
+        return Err(item.error(Fault::MalformedName { name: escaped_short(name) }));
     }
     if text::is_reserved(name) {
         return Err(item.error(Fault::ReservedName { name: name.into() }));

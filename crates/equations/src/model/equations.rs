@@ -8,7 +8,7 @@ use crate::error::{Fault, ModelError};
 use crate::limits;
 use crate::nearest::nearest;
 use crate::text::{self, Problem, Tree};
-use augsim_data::{Dimensions, Unit, shown};
+use augsim_data::{Dimensions, Unit, escaped_short};
 use std::collections::BTreeMap;
 
 /// The second pass over a model file.
@@ -29,7 +29,7 @@ impl<'n> Equations<'n> {
             section(file, "let", "values", limits::MAX_PARAMETERS)?.into_iter().enumerate()
         {
             let value = self.expression(&item, Site::Let(index), false)?;
-            let dimensions_of_name = || Unit::of_column_name(name).map(Unit::dimensions);
+            let dimensions_of_name = || Unit::from_column_name(name).map(Unit::dimensions);
             let dimensions = infer(model, &item, &value.tree)?.or_else(dimensions_of_name);
             model.lets.push(Let { name: name.into(), dimensions, value });
         }
@@ -126,7 +126,7 @@ impl<'n> Equations<'n> {
             item.table(expected)?;
             let name = item.at("name").map(|n| n.text("a name in quotes")).transpose()?;
             let name = name.map_or_else(|| format!("{}", index + 1), str::to_owned);
-            let printable_name = shown(&name);
+            let printable_name = escaped_short(&name);
             item.key = format!("events.{printable_name}");
             item.known(&["name", "when", "direction", "set", "rest"])?;
             let missing = |key, example| item.error(Fault::Missing { key, example });
@@ -208,7 +208,7 @@ fn infer(model: &Model, item: &Item<'_, '_>, tree: &Tree) -> Result<Option<Dimen
 fn state_named(model: &Model, item: &Item<'_, '_>, name: &str) -> Result<usize, ModelError> {
     model.state(name).ok_or_else(|| {
         let nearest = nearest(name, model.states.iter().map(|s| s.name.as_str()));
-        item.error(Fault::NoSuchState { state: shown(name), nearest })
+        item.error(Fault::NoSuchState { state: escaped_short(name), nearest })
     })
 }
 

@@ -3,7 +3,7 @@
 use super::Parameter;
 use super::toml_reader::Item;
 use crate::error::{Fault, ModelError};
-use augsim_data::{Unit, shown};
+use augsim_data::{Unit, escaped_short};
 
 /// Reads a parameter: a number, or a table with its bounds.
 pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, ModelError> {
@@ -41,12 +41,12 @@ pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, Mo
 pub(super) fn unit(item: &Item<'_, '_>, name: &str) -> Result<Option<Unit>, ModelError> {
     match item.at("unit") {
         Some(unit) => unit_of(&unit).map(Some),
-        None => Ok(Unit::of_column_name(name)),
+        None => Ok(Unit::from_column_name(name)),
     }
 }
 
 /// Reads a unit in quotes.
 pub(super) fn unit_of(unit: &Item<'_, '_>) -> Result<Unit, ModelError> {
     let text = unit.text("a unit in quotes, such as \"N/m\"")?;
-    Unit::of_text(text).ok_or_else(|| unit.error(Fault::UnknownUnit { text: shown(text) }))
+    Unit::parse(text).ok_or_else(|| unit.error(Fault::UnknownUnit { text: escaped_short(text) }))
 }

@@ -5,7 +5,7 @@ use super::quantity::unit;
 use super::toml_reader::{Item, Reader};
 use super::{DraftState, How};
 use crate::error::{Fault, ModelError};
-use augsim_data::{Unit, shown};
+use augsim_data::{Unit, escaped_short};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -107,7 +107,7 @@ impl Row {
             }
         };
         let kind = item.at("kind").ok_or_else(|| missing("kind", "kind = \"my-effect\""))?;
-        let kind = shown(kind.text("a name in quotes")?);
+        let kind = escaped_short(kind.text("a name in quotes")?);
         let on = texts("on")?;
         if on.is_empty() {
             return Err(missing("on", "on = \"omega_rad_s\", the rate, output or input that it changes"));
@@ -136,8 +136,8 @@ impl Row {
                 parameters.push(RowParameter::read(name, &entry)?);
             }
         }
-        let contains = item.at("contains").map(|c| c.text("a kind in quotes").map(shown)).transpose()?;
-        let source = item.at("source").map(|s| s.text("a text in quotes").map(shown)).transpose()?;
+        let contains = item.at("contains").map(|c| c.text("a kind in quotes").map(escaped_short)).transpose()?;
+        let source = item.at("source").map(|s| s.text("a text in quotes").map(escaped_short)).transpose()?;
         Ok(Row {
             kind,
             on,

@@ -86,6 +86,6 @@ impl View<'_> {
         let outputs = self.names.outputs.iter().filter(|_| self.site == Site::Start);
         let known = self.names.quantities.iter().map(|(n, _)| n).chain(outputs);
         let nearest = nearest(name, known.map(String::as_str));
-        Problem::UnknownName { name: augsim_data::shown(name), nearest }
+        Problem::UnknownName { name: augsim_data::escaped_short(name), nearest }
     }
 }

@@ -3,7 +3,7 @@
 use crate::error::{Excerpt, Fault, ModelError, Place};
 use crate::nearest::nearest;
 use crate::text::Problem;
-use augsim_data::shown;
+use augsim_data::escaped_short;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -59,7 +59,7 @@ impl<'t> Reader<'t> {
         for (key, line, _) in self.entries(table) {
             if !known.contains(&key) {
                 let fault = Fault::UnknownKey {
-                    key: shown(key),
+                    key: escaped_short(key),
                     nearest: nearest(key, known.iter().copied()),
                     known: known.iter().map(|name| (*name).to_owned()).collect(),
                 };
@@ -99,7 +99,7 @@ impl<'r, 't> Item<'r, 't> {
     pub(crate) fn entries(&self, expected: &'static str) -> Result<Vec<(&'r str, Item<'r, 't>)>, ModelError> {
         let entries = self.reader.entries(self.table(expected)?);
         let item = |(name, line, value): (&'r str, usize, &'r Value<'t>)| {
-            (name, Item { reader: self.reader, key: join(&self.key, &shown(name)), line, value })
+            (name, Item { reader: self.reader, key: join(&self.key, &escaped_short(name)), line, value })
         };
         Ok(entries.into_iter().map(item).collect())
     }
@@ -166,7 +166,7 @@ impl<'r, 't> Item<'r, 't> {
     pub(crate) fn texts(&self, expected: &'static str) -> Result<Vec<String>, ModelError> {
         let list = self.value.get_ref().as_array().ok_or_else(|| self.wrong(expected))?;
         let text =
-            |value: &Value<'_>| value.get_ref().as_str().map(shown).ok_or_else(|| self.wrong(expected));
+            |value: &Value<'_>| value.get_ref().as_str().map(escaped_short).ok_or_else(|| self.wrong(expected));
         list.iter().map(text).collect()
     }
 
@@ -191,7 +191,7 @@ impl<'r, 't> Item<'r, 't> {
             let mut item = Item { reader: self.reader, key: format!("{key}.{}", index + 1), line, value };
             item.table(expected)?;
             if let Some(kind) = item.at("kind").and_then(|k| k.value.get_ref().as_str()) {
-                item.key = format!("{key}.{}", shown(kind));
+                item.key = format!("{key}.{}", escaped_short(kind));
             }
             Ok(item)
         };

@@ -5,7 +5,7 @@
 
 use super::Model;
 use crate::text::{Function, Kind, Problem, Side, Symbol, Tree};
-use augsim_data::{Dimensions, Unit, shown};
+use augsim_data::{Dimensions, Unit, escaped_short};
 use std::ops::Range;
 
 /// Infers the dimensions of an expression; `None` if they cannot be determined.
@@ -23,7 +23,7 @@ pub(super) fn infer(model: &Model, tree: &Tree) -> Result<Option<Dimensions>, (P
             (Some(x), Some(y)) if x != y => {
                 let side = |node: usize, dimensions| {
                     let unit = unit_of(model, tree, node, dimensions);
-                    Box::new(Side { unit, text: shown(tree.text_of(node)) })
+                    Box::new(Side { unit, text: escaped_short(tree.text_of(node)) })
                 };
                 let problem = Problem::Units { verb, sign, left: side(*a, x), right: side(*b, y) };
                 Err((problem, tree.nodes[index].span.clone()))

@@ -16,7 +16,7 @@ use augsim_physics::Scalar;
 use augsim_physics::model::Parameter;
 use augsim_physics::ode::{At, Equations, Ode};
 use augsim_physics::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, Offsets, Record, Schema, Seed, Simulated,
+    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Offsets, Record, Schema, Seed, Simulated,
     Stream, System, Table, Task,
 };
 
@@ -180,9 +180,9 @@ fn added_effects_have_exact_derivatives() {
         |kind: &str| library.iter().position(|e| e.kind == kind).unwrap_or_else(|| panic!("no {kind}"));
     let table = Table { target: 3, against: 2, first: -1.0, last: 1.0, knots: 4 };
     let laws = [
-        Law::Effect(index("coulomb on v_m_s")),
-        Law::Effect(index("presliding on omega_rad_s")),
-        Law::Table(table),
+        ModelTerm::Effect(index("coulomb on v_m_s")),
+        ModelTerm::Effect(index("presliding on omega_rad_s")),
+        ModelTerm::Table(table),
     ];
     let augmented =
         system.augmented(&laws[..2]).expect("two effects").augmented(&laws[2..]).expect("one more");
@@ -233,8 +233,8 @@ fn found_effects_are_written_and_read_back() {
     let found = Augmentation {
         declared: vec![(1, one(0.2))],
         additions: vec![
-            Addition::Law(Law::Effect(quadratic), vec![one(0.3)]),
-            Addition::Law(Law::Table(table), vec![one(0.1), one(0.2), one(0.3)]),
+            Addition::Term(ModelTerm::Effect(quadratic), vec![one(0.3)]),
+            Addition::Term(ModelTerm::Table(table), vec![one(0.1), one(0.2), one(0.3)]),
         ],
         ..Augmentation::default()
     };

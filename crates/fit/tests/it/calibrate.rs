@@ -60,7 +60,7 @@ fn slope_and_standard_error_equal_least_squares_with_one_intercept_per_window() 
     let slope = covariance / variance;
     assert!((found.values[0] - slope).abs() < 2e-3, "{} and {slope}", found.values[0]);
     let error = found.standard_errors[0].expect("fitted");
-    let expected = found.rms()[0] / variance.sqrt();
+    let expected = found.rmse()[0] / variance.sqrt();
     assert!((0.7..1.6).contains(&(error / expected)), "{error} and {expected}");
 }
 
@@ -134,5 +134,5 @@ fn initial_state_depends_on_the_first_samples_only() {
     let start =
         estimate_initial_state(&system, &data, 6, &[0.5], &[0.0], &[]).unwrap_or_else(|e| panic!("{e}"));
     assert!((start.state[0] - 2.0).abs() < 1e-9, "{:?}", start.state);
-    assert!((start.rms[0] - 0.1).abs() < 1e-9, "{:?}", start.rms);
+    assert!((start.rmse[0] - 0.1).abs() < 1e-9, "{:?}", start.rmse);
 }

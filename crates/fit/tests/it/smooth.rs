@@ -96,7 +96,7 @@ fn white_measurement_noise_is_recognised() {
     let states = simulate(&[0.0; SAMPLES]);
     let values = states.iter().enumerate().map(|(k, s)| s[0] + 5e-3 * normal(1, k)).collect();
     let found = smoothed(record(values)).expect("smoothed states");
-    assert_eq!((found.cause, &found.disturbance_sd[..], found.memory_s), (Cause::Sensor, &[][..], 0.0));
+    assert_eq!((found.cause, &found.disturbance_sd[..], found.correlation_time_s), (Cause::Sensor, &[][..], 0.0));
     assert_within(found.sensor_sd[0], 5e-3, 0.06);
     // Only the two numbers of the initial state are estimated from 2,000 readings, so the states are precise.
     let [x, v] = state_rmse(&found, &states);
@@ -108,10 +108,10 @@ fn process_noise_is_recognised_with_its_size_and_correlation_time() {
     let states = simulate(&ornstein_uhlenbeck(2, 2.0, 10.0));
     let values = states.iter().enumerate().map(|(k, s)| s[0] + 2e-3 * normal(3, k)).collect();
     let found = smoothed(record(values)).expect("smoothed states");
-    assert_eq!(found.cause, Cause::Motion);
+    assert_eq!(found.cause, Cause::ProcessNoise);
     assert_within(found.sensor_sd[0], 2e-3, 0.1);
     assert_within(found.disturbance_sd[0], 2.0, 0.25);
-    assert!((0.1..=0.5).contains(&found.memory_s), "{} s", found.memory_s);
+    assert!((0.1..=0.5).contains(&found.correlation_time_s), "{} s", found.correlation_time_s);
     let [x, v] = state_rmse(&found, &states);
     assert!(x < 1.2e-3 && v < 0.05, "{x} {v}");
 }
@@ -122,10 +122,10 @@ fn autocorrelated_measurement_noise_is_recognised() {
     let correlated = ornstein_uhlenbeck(4, 5e-3, 20.0);
     let values = states.iter().enumerate().map(|(k, s)| s[0] + correlated[k] + 1e-3 * normal(5, k)).collect();
     let found = smoothed(record(values)).expect("smoothed states");
-    assert_eq!(found.cause, Cause::LastingSensor);
+    assert_eq!(found.cause, Cause::AutocorrelatedSensor);
     assert_within(found.disturbance_sd[0], 5e-3, 0.25);
     assert_within(found.sensor_sd[0], 1e-3, 0.1);
-    assert!((0.2..=1.2).contains(&found.memory_s), "{} s", found.memory_s);
+    assert!((0.2..=1.2).contains(&found.correlation_time_s), "{} s", found.correlation_time_s);
 }
 
 /// A mass on a spring that rebounds from a stop.
@@ -167,7 +167,7 @@ fn states_are_estimated_across_missing_samples() {
     let states = simulate(&ornstein_uhlenbeck(2, 2.0, 10.0));
     let read = |(k, s): (usize, &[f64; 2])| if k % 3 == 1 { f64::NAN } else { s[0] + 2e-3 * normal(3, k) };
     let found = smoothed(record(states.iter().enumerate().map(read).collect())).expect("smoothed states");
-    assert_eq!(found.cause, Cause::Motion);
+    assert_eq!(found.cause, Cause::ProcessNoise);
     let [x, v] = state_rmse(&found, &states);
     assert!(x < 1.5e-3 && v < 0.06, "{x} {v}");
 }
@@ -220,8 +220,8 @@ fn process_noise_of_a_measured_state_is_separated_from_measurement_noise() {
     let shown = system.with_states_as_channels().expect("a system");
     let found =
         smooth(&shown, 1, &list, &[0.2], &system.process_noise_states(), &[None]).expect("smoothed states");
-    assert_eq!(found.cause, Cause::Motion);
+    assert_eq!(found.cause, Cause::ProcessNoise);
     assert_within(found.disturbance_sd[0], 1.0, 0.15);
-    assert_within(found.memory_s, 2.0, 0.3);
+    assert_within(found.correlation_time_s, 2.0, 0.3);
     assert_within(found.sensor_sd[0], 0.1, 0.25);
 }

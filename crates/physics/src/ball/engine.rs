@@ -12,7 +12,7 @@ use super::{
     Covariates, FLOOR, GRAVITY, INERTIA_RATIO, Impact, ImpactRecord, RADIUS, RESTITUTION, State, World,
 };
 use crate::Scalar;
-use crate::effects::{Flight, Law, Sight};
+use crate::effects::{Flight, Law, Measurement};
 use crate::scalar::{axpy, cross, dot};
 
 /// Normal speed after an impact below which the ball stays on the ground, m/s; a bounce of 0.5 nm.
@@ -222,7 +222,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
             let velocity = if self.samples_velocity { Some(velocity(time)) } else { None };
             if self.has_sensor_effects {
                 let mut sight =
-                    Sight { position: truth, truth, velocity: velocity.unwrap_or([S::zero(); 3]) };
+                    Measurement { position: truth, truth, velocity: velocity.unwrap_or([S::zero(); 3]) };
                 for (law, p) in &self.laws {
                     law.observe(p, &mut sight);
                 }

@@ -14,7 +14,7 @@
 use super::bullet::BulletState;
 pub use super::ensemble::Ensemble;
 use super::order_statistics::{median, partition_at_middle, weighted_median};
-use super::paper_law::{PaperLaw, check_rate};
+use super::paper_law::{DropDistribution, check_rate};
 use super::score::{BallScore, Estimate, Observation, ScoreError, TrajectoryError, observations};
 use augsim_data::{Dataset, random_stream};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -112,7 +112,7 @@ where
 /// # Errors
 /// Those of [`floor`], and [`ScoreError::OtherRate`] if samples are not at the steps of the law.
 pub fn published_error_floor(
-    law: &PaperLaw,
+    law: &DropDistribution,
     dataset: &Dataset,
     options: ErrorFloorOptions,
 ) -> Result<Floor, ScoreError> {

@@ -21,7 +21,7 @@ const TIME_TOLERANCE_S: f64 = 1e-4;
 
 /// Distribution of drops: drop height, restitution, and simulation settings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct PaperLaw {
+pub struct DropDistribution {
     /// Range of the drop height of the underside, m; uniformly distributed.
     pub drop_height_m: [f64; 2],
     /// Mean of the restitution.
@@ -34,9 +34,9 @@ pub struct PaperLaw {
     pub samples: usize,
 }
 
-impl Default for PaperLaw {
+impl Default for DropDistribution {
     fn default() -> Self {
-        PaperLaw {
+        DropDistribution {
             drop_height_m: [4.0, 5.0],
             restitution_mean: 0.5,
             restitution_sd: 0.1,
@@ -55,7 +55,7 @@ pub struct Drop {
     pub restitution: f64,
 }
 
-impl PaperLaw {
+impl DropDistribution {
     /// Draws a restitution from N(mean, sd); Bullet's `max(0, -e v)` makes a negative one act as 0.
     pub fn draw_restitution(&self, rng: &mut impl Rng) -> f64 {
         let standard: f64 = StandardNormal.sample(rng);

@@ -11,10 +11,10 @@ use super::segmentation::segment;
 use super::tables::tables;
 use super::{Axes, FLOOR, GRAVITY, LawRef, Offsets, RADIUS, RESTITUTION, Run, State, Throw, World, simulate};
 use crate::Scalar;
-use crate::effects::{self, Against, Location, SCATTER_SPEC, Table as TableLaw, Target as TableTarget};
+use crate::effects::{self, Feature, Location, SCATTER_SPEC, Table as TableLaw, Target as TableTarget};
 use crate::model::{Parameter, Release};
 use crate::system::{
-    InitialValue, Channel, Designs, Effect, Event, EventSchema, Law, ErrorFigure, Objection, Quantity, Record, Scatter,
+    InitialValue, Channel, Designs, Effect, Event, EventSchema, ModelTerm, ErrorFigure, Objection, Quantity, Record, Scatter,
     Schema, Seed, Simulated, SimulationError, State as StateSchema, System, SystemError, Table, Target, Task,
     in_blocks, seeded, with_lanes,
 };
@@ -33,7 +33,7 @@ pub struct Ball {
     library: Arc<[Effect]>,
     world: World,
     parameters: Vec<Parameter>,
-    laws: Vec<Law>,
+    laws: Vec<ModelTerm>,
     released_at_rest: bool,
     declaration: BallDeclaration,
     /// Whether the model declares a radius.
@@ -131,7 +131,7 @@ impl Ball {
         let xi: Vec<S> = match task.offsets {
             crate::system::Offsets::None => Vec::new(),
             crate::system::Offsets::Shared(x) => seeded(&[x], task.seeds, offset),
-            crate::system::Offsets::Each(list) => seeded(list, task.seeds, offset),
+            crate::system::Offsets::PerEvent(list) => seeded(list, task.seeds, offset),
         };
         let offsets = match (task.offsets, xi.first()) {
             (_, None) => Offsets::None,
@@ -153,25 +153,25 @@ impl Ball {
             velocities: false,
         };
         simulate(&throw, times, &mut run);
-        out.reset(times.len(), axes.len(), task.seeds.len(), Against::ALL.len());
+        out.reset(times.len(), axes.len(), task.seeds.len(), Feature::ALL.len());
         for (k, position) in run.positions.iter().enumerate() {
             axes.iter().enumerate().for_each(|(c, &axis)| out.set(k, c, position[axis]));
         }
         for (index, impact) in run.impacts.iter().enumerate() {
             let length = |v: [S; 3]| v.iter().map(|x| x.value() * x.value()).sum::<f64>().sqrt();
-            let features = Against::ALL.iter().map(|feature| match feature {
-                Against::Time => impact.time.value(),
-                Against::Clock => impact.time.value() + covariates.clock_s,
-                Against::Bounce => index as f64,
-                Against::NormalSpeed => impact.speed_in.value(),
-                Against::TangentialSpeed | Against::VelocityX => impact.tangential[0].value(),
-                Against::Slip => impact.slip[0].value(),
-                Against::Spin => length(impact.spin),
-                Against::X => impact.position[0].value(),
-                Against::Y => impact.position[1].value(),
-                Against::Z => impact.position[2].value(),
+            let features = Feature::ALL.iter().map(|feature| match feature {
+                Feature::Time => impact.time.value(),
+                Feature::Clock => impact.time.value() + covariates.clock_s,
+                Feature::Bounce => index as f64,
+                Feature::NormalSpeed => impact.speed_in.value(),
+                Feature::TangentialSpeed | Feature::VelocityX => impact.tangential[0].value(),
+                Feature::Slip => impact.slip[0].value(),
+                Feature::Spin => length(impact.spin),
+                Feature::X => impact.position[0].value(),
+                Feature::Y => impact.position[1].value(),
+                Feature::Z => impact.position[2].value(),
                 // These features are not defined at impacts.
-                Against::Speed | Against::VelocityZ => f64::NAN,
+                Feature::Speed | Feature::VelocityZ => f64::NAN,
             });
             out.push_event(impact.time.value(), features);
         }
@@ -191,26 +191,26 @@ impl System for Ball {
         &self.library
     }
 
-    fn terms(&self) -> &[Law] {
+    fn terms(&self) -> &[ModelTerm] {
         &self.laws
     }
 
-    fn augmented(&self, laws: &[Law]) -> Result<Arc<dyn System>, SystemError> {
+    fn augmented(&self, laws: &[ModelTerm]) -> Result<Arc<dyn System>, SystemError> {
         let mut ball = self.clone();
         for law in laws {
             match law {
-                Law::Effect(index) => {
+                ModelTerm::Effect(index) => {
                     let count = self.library.len();
                     let missing = SystemError::Effect { index: *index, count };
                     let effect = self.library.get(*index).ok_or(missing)?;
                     ball.world.add(LawRef::Listed(*index), effect.parameters.len());
                     ball.parameters.extend(effect.parameters.iter().map(Parameter::added));
                 }
-                Law::Table(table) => {
+                ModelTerm::Table(table) => {
                     let missing = SystemError::Table { target: table.target, against: table.against };
                     let target = *TableTarget::ALL.get(table.target).ok_or(missing)?;
-                    let against = *Against::ALL.get(table.against).ok_or(missing)?;
-                    let shape = TableLaw { target, against, first: table.first, last: table.last };
+                    let against = *Feature::ALL.get(table.against).ok_or(missing)?;
+                    let shape = TableLaw { target, feature: against, first: table.first, last: table.last };
                     ball.world.add(LawRef::Table(shape), table.knots);
                     ball.parameters.extend((0..table.knots).map(Parameter::knot));
                 }
@@ -336,7 +336,7 @@ fn schema(axes: Axes, released_at_rest: bool, declaration: &BallDeclaration) -> 
         quantity: Quantity::new(&format!("velocity of {}", column.trim_end_matches("_m")), "m/s"),
         initial: if released_at_rest { InitialValue::Fixed(0.0) } else { InitialValue::Free },
     });
-    let features = Against::ALL.iter().map(|a| Quantity::new(a.name(), a.unit()));
+    let features = Feature::ALL.iter().map(|a| Quantity::new(a.name(), a.unit()));
     let targets = TableTarget::ALL.iter().map(|t| Target {
         typical: 1.0,
         quantity: Quantity::new(t.name(), t.unit()),
@@ -376,7 +376,7 @@ fn schema(axes: Axes, released_at_rest: bool, declaration: &BallDeclaration) -> 
             declared: declaration.scatter,
             // A moving floor changes the rebound speed by its own velocity; relative to the impact speed,
             // that change decreases with the impact speed.
-            periodic_scale_feature: Against::ALL.iter().position(|a| *a == Against::NormalSpeed),
+            periodic_scale_feature: Feature::ALL.iter().position(|a| *a == Feature::NormalSpeed),
         }),
         conditions: ["heights", "speeds", "spins"].map(String::from).to_vec(),
     }

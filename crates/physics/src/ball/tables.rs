@@ -2,7 +2,7 @@
 
 use super::Axes;
 use super::covariates::{clock_s, has_spin, has_start_time};
-use crate::effects::{Against, Location, Target};
+use crate::effects::{Feature, Location, Target};
 use crate::statistics::quantile;
 use crate::system::{Event, Record, Table};
 
@@ -22,25 +22,25 @@ pub(super) fn tables(
 ) -> Vec<Table> {
     let is_horizontal = axes != Axes::Vertical;
     let (has_clock, spins) = (has_start_time(records), has_spin(records));
-    let mut pairs: Vec<(Target, Against)> = vec![
-        (Target::AccelerationZ, Against::Z),
-        (Target::AccelerationZ, Against::Time),
-        (Target::SensorZ, Against::Z),
-        (Target::SensorZ, Against::VelocityZ),
-        (Target::Drag, Against::Speed),
-        (Target::Drag, Against::Time),
+    let mut pairs: Vec<(Target, Feature)> = vec![
+        (Target::AccelerationZ, Feature::Z),
+        (Target::AccelerationZ, Feature::Time),
+        (Target::SensorZ, Feature::Z),
+        (Target::SensorZ, Feature::VelocityZ),
+        (Target::Drag, Feature::Speed),
+        (Target::Drag, Feature::Time),
     ];
     let has_impact_tables = calibrates_restitution && records.iter().any(|r| !r.events.is_empty());
     if has_impact_tables {
-        for against in [Against::NormalSpeed, Against::Time, Against::Bounce] {
+        for against in [Feature::NormalSpeed, Feature::Time, Feature::Bounce] {
             pairs.push((Target::Restitution, against));
         }
         if has_clock {
-            pairs.push((Target::Restitution, Against::Clock));
+            pairs.push((Target::Restitution, Feature::Clock));
         }
     }
     if is_horizontal {
-        use Against::*;
+        use Feature::*;
         use Target::*;
         pairs.extend([
             (AccelerationZ, X),
@@ -74,7 +74,7 @@ pub(super) fn tables(
         }
     }
     if axes == Axes::Space {
-        pairs.extend([(Target::AccelerationY, Against::Y), (Target::AccelerationY, Against::Time)]);
+        pairs.extend([(Target::AccelerationY, Feature::Y), (Target::AccelerationY, Feature::Time)]);
     }
     pairs
         .into_iter()
@@ -82,7 +82,7 @@ pub(super) fn tables(
             let (first, last) = feature_range(target, against, axes, floor_m, records, events)?;
             Some(Table {
                 target: Target::ALL.iter().position(|t| *t == target)?,
-                against: Against::ALL.iter().position(|a| *a == against)?,
+                against: Feature::ALL.iter().position(|a| *a == against)?,
                 first,
                 last,
                 knots: KNOTS,
@@ -94,14 +94,14 @@ pub(super) fn tables(
 /// 1 % and 99 % quantiles of a feature; `None` if it does not vary or has too few values.
 fn feature_range(
     target: Target,
-    against: Against,
+    against: Feature,
     axes: Axes,
     floor_m: f64,
     records: &[&Record],
     events: &[Vec<Event>],
 ) -> Option<(f64, f64)> {
     let mut x: Vec<f64> = if target.location() == Location::Impact {
-        let index = Against::ALL.iter().position(|a| *a == against)?;
+        let index = Feature::ALL.iter().position(|a| *a == against)?;
         events.iter().flatten().map(|event| event.feature(index)).collect()
     } else {
         records.iter().flat_map(|r| flight_values(against, axes, floor_m, r)).collect()
@@ -116,7 +116,7 @@ fn feature_range(
 }
 
 /// Values of a feature at the samples of a record's arcs; heights are relative to the floor.
-fn flight_values(against: Against, axes: Axes, floor_m: f64, r: &Record) -> Vec<f64> {
+fn flight_values(against: Feature, axes: Axes, floor_m: f64, r: &Record) -> Vec<f64> {
     let channel = |axis: usize| axes.indices().iter().position(|&a| a == axis);
     let mut out = Vec::new();
     for a in &r.smooth_segments {
@@ -128,13 +128,13 @@ fn flight_values(against: Against, axes: Axes, floor_m: f64, r: &Record) -> Vec<
                 (y(axis, high) - y(axis, low)) / (r.times[high] - r.times[low])
             };
             out.push(match against {
-                Against::Time => r.times[k],
-                Against::Clock => r.times[k] + clock_s(r),
-                Against::X => y(0, k),
-                Against::Y => y(1, k),
-                Against::Z => y(2, k) - floor_m,
-                Against::VelocityX => rate(0),
-                Against::VelocityZ => rate(2),
+                Feature::Time => r.times[k],
+                Feature::Clock => r.times[k] + clock_s(r),
+                Feature::X => y(0, k),
+                Feature::Y => y(1, k),
+                Feature::Z => y(2, k) - floor_m,
+                Feature::VelocityX => rate(0),
+                Feature::VelocityZ => rate(2),
                 _ => (0..3).map(|axis| rate(axis).powi(2)).sum::<f64>().sqrt(),
             });
         }

@@ -1,7 +1,7 @@
 //! Camera roll: a camera rotated about its optical axis.
 
 use crate::Scalar;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Sight};
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Measurement};
 
 /// The formula is x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi).
 pub struct CameraRoll;
@@ -18,7 +18,7 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Horizontal,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi)",
     source: "geometry of projection",
@@ -26,14 +26,14 @@ static SPEC: EffectSpec = EffectSpec {
         Rival::Any,
         "rotate the camera by 90 degrees, then the ground by 180 degrees: the effects of camera, ground and force change sign independently",
     )],
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for CameraRoll {
     fn changes_measurement(&self) -> bool {
         true
     }
-    fn observe(&self, p: &[S], sight: &mut Sight<S>) {
+    fn observe(&self, p: &[S], sight: &mut Measurement<S>) {
         let (sin, cos) = (p[0].sin(), p[0].cos());
         let [x, y, z] = sight.position;
         sight.position = [x * cos - z * sin, y, x * sin + z * cos];

@@ -11,7 +11,7 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Impact,
     parameters: &[ParameterSpec { name: "tau_s", unit: "s", min: 0.0, max: 0.2, typical: 0.003, null: 0.0 }],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "z'' = -g - 2 l z' - w0^2 z while z < 0; pi / sqrt(w0^2 - l^2) = tau, l tau = -ln e",
     source: "Cross 1999, Am. J. Phys. 67:222; Kelvin-Voigt contact",
@@ -20,7 +20,7 @@ static SPEC: EffectSpec = EffectSpec {
         Rival::Any,
         "also record the impacts with a microphone: the impact times determine delay and contact duration independently of the heights",
     )],
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for ContactDuration {

@@ -13,7 +13,7 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Impact,
     parameters: &[ParameterSpec { name: "mu", unit: "", min: 0.0, max: 3.0, typical: 0.05, null: 0.0 }],
     needs: Needs::Slip,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &["grip-friction"],
     formula: "dv_t = -min(mu (1 + e) v_n, |u| i / (1 + i)) u / |u|, u the slip, i the inertia ratio",
     source: "Garwin 1969, Am. J. Phys. 37:88; Cross 2002, Am. J. Phys. 70:1093",
@@ -22,7 +22,7 @@ static SPEC: EffectSpec = EffectSpec {
         Rival::Kind("grip-friction"),
         "throw with fast spin at a shallow angle: grip removes a fixed fraction of the slip, sliding friction a fixed amount",
     )],
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for CoulombFriction {

@@ -15,12 +15,12 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Flight,
     parameters: &[ParameterSpec { name: "cd", unit: "", min: 0.0, max: 5.0, typical: 0.4, null: 0.0 }],
     needs: Needs::AreaPerMass,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &["quadratic-drag"],
     formula: "a = -rho Cd A / (2 m) |v - w| (v - w), rho = 1.204 kg/m³, A = pi R², R and m of each trajectory",
     source: "Nagurka 2003, Int. J. Engng Ed. 19:623",
     costly: true,
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for DragCoefficient {

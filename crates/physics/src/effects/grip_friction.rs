@@ -13,11 +13,11 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Impact,
     parameters: &[ParameterSpec { name: "kappa", unit: "", min: 0.0, max: 1.0, typical: 0.05, null: 0.0 }],
     needs: Needs::Slip,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &["coulomb-friction"],
     formula: "dv_t = -kappa u, u the slip; kappa = i / (1 + i) when the ball sticks",
     source: "Cross 2002, Am. J. Phys. 70:1093 (grip)",
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for GripFriction {

@@ -18,7 +18,7 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Horizontal,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "ground plane z = x tan(alpha)",
     source: "geometry",
@@ -26,7 +26,7 @@ static SPEC: EffectSpec = EffectSpec {
         Rival::Any,
         "rotate the camera by 90 degrees, then the ground by 180 degrees: the effects of camera, ground and force change sign independently",
     )],
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for GroundTilt {

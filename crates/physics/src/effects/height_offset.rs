@@ -1,7 +1,7 @@
 //! Constant offset of the measured height.
 
 use crate::Scalar;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Sight};
+use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Measurement};
 
 /// The formula is z' = z + b.
 pub struct HeightOffset;
@@ -11,7 +11,7 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Sensor,
     parameters: &[ParameterSpec { name: "b_m", unit: "m", min: -0.5, max: 0.5, typical: 0.003, null: 0.0 }],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "z' = z + b",
     source: "calibration of the instrument",
@@ -20,14 +20,14 @@ static SPEC: EffectSpec = EffectSpec {
         Rival::Any,
         "also record the impacts with a microphone: the impact times determine delay and contact duration independently of the heights",
     )],
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for HeightOffset {
     fn changes_measurement(&self) -> bool {
         true
     }
-    fn observe(&self, p: &[S], sight: &mut Sight<S>) {
+    fn observe(&self, p: &[S], sight: &mut Measurement<S>) {
         sight.position[2] += p[0];
     }
 }

@@ -18,7 +18,7 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Horizontal,
-    stands_for: &["steady side force", "tilted apparatus"],
+    equivalent_causes: &["steady side force", "tilted apparatus"],
     excludes: &[],
     formula: "a_x = a",
     source: "geometry: gravity times the tangent of the tilt angle",
@@ -29,7 +29,7 @@ static SPEC: EffectSpec = EffectSpec {
     confirmed_by: Some(
         "rotate the apparatus by 180 degrees about the vertical: relative to the apparatus an external force changes sign, a tilt of the apparatus does not",
     ),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for HorizontalAcceleration {

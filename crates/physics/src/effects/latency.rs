@@ -18,7 +18,7 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::ReleaseAtRest,
-    stands_for: &["late clock", "release before or after t = 0"],
+    equivalent_causes: &["late clock", "release before or after t = 0"],
     excludes: &[],
     formula: "z'(t) = z(t - delay)",
     source: "calibration of the instrument",
@@ -29,7 +29,7 @@ static SPEC: EffectSpec = EffectSpec {
     confirmed_by: Some(
         "record the release itself with a second instrument (a light gate or a microphone): this distinguishes a late clock from a late release",
     ),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for Latency {

@@ -18,11 +18,11 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Lateral,
-    stands_for: &["steady side force", "tilted apparatus"],
+    equivalent_causes: &["steady side force", "tilted apparatus"],
     excludes: &[],
     formula: "a_y = a",
     source: "geometry: gravity times the tangent of the tilt angle",
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for LateralAcceleration {

@@ -23,7 +23,7 @@ pub struct Flight<'a, S> {
 
 /// A state that is about to be measured.
 #[derive(Clone, Copy, Debug)]
-pub struct Sight<S> {
+pub struct Measurement<S> {
     /// Measured position, m; sensor effects change it.
     pub position: [S; 3],
     /// True position, m.
@@ -76,7 +76,7 @@ pub trait Law<S: Scalar>: Send + Sync {
         false
     }
     /// Changes the measured position.
-    fn observe(&self, _p: &[S], _sight: &mut Sight<S>) {}
+    fn observe(&self, _p: &[S], _sight: &mut Measurement<S>) {}
 }
 
 /// An effect of the library: a [`Law`] with its description.

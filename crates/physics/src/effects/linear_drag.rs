@@ -19,12 +19,12 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "a = -c (v - w), w the velocity of the air",
     source: "Stokes 1851; also the linear damping of simulation engines",
     costly: true,
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for LinearDrag {

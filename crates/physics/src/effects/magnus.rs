@@ -12,12 +12,12 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Flight,
     parameters: &[ParameterSpec { name: "s", unit: "", min: -1.0, max: 1.0, typical: 0.005, null: 0.0 }],
     needs: Needs::Spin,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "a = s (spin x v); in the plane a = s w (v_z, -v_x)",
     source: "Mehta 1985, Annu. Rev. Fluid Mech. 17:151",
     costly: true,
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for Magnus {

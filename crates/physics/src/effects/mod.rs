@@ -32,10 +32,10 @@ mod spin_offset;
 mod vertical_acceleration;
 mod wind;
 
-pub use law::{Effect, Flight, Law, Sight};
+pub use law::{Effect, Flight, Law, Measurement};
 pub use scatter::{SCATTER_KIND, SCATTER_SPEC, scatter_word};
 pub use spec::{EffectSpec, Join, Location, Needs, ParameterSpec, Polar, Rival, Start};
-pub use table::{Against, TABLE_KIND, Table, Target};
+pub use table::{Feature, TABLE_KIND, Table, Target};
 
 // Effects on the restitution act in this order: additive ones first, then multiplicative ones, since the two
 // do not commute. The engine adds the random scatter last.

@@ -19,7 +19,7 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &["drag-coefficient"],
     formula: "a = -k |v - w| (v - w), w the velocity of the air",
     source: "Nagurka 2003, Int. J. Engng Ed. 19:623; k = rho Cd A / (2 m)",
@@ -28,7 +28,7 @@ static SPEC: EffectSpec = EffectSpec {
         Rival::Kind("linear-drag"),
         "drop from 0.3 m and from 5 m: the two drags differ most over a wide range of speeds",
     )],
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for QuadraticDrag {

@@ -19,12 +19,12 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::StartTime,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "e = e0 + d (T - T_ref), T the session time of the impact",
     source: "measurements on squash and tennis balls: restitution versus temperature",
     separated_by: &[(Rival::Any, "repeat the same throw at marked places, in random order over the session")],
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for RestitutionDrift {

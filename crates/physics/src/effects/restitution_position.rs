@@ -19,12 +19,12 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Horizontal,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "e = e0 + q x",
     source: "a floor with non-uniform properties",
     separated_by: &[(Rival::Any, "repeat the same throw at marked places, in random order over the session")],
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for RestitutionPosition {

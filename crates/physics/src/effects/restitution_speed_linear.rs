@@ -19,7 +19,7 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &["restitution-speed-power"],
     formula: "e = e0 - b (v_n - 3 m/s)",
     source: "Cross 1999, Am. J. Phys. 67:222",
@@ -33,7 +33,7 @@ static SPEC: EffectSpec = EffectSpec {
             "record flights without a bounce (catch the ball): residuals there are not caused by restitution",
         ),
     ],
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for RestitutionSpeedLinear {

@@ -12,7 +12,7 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Impact,
     parameters: &[ParameterSpec { name: "p", unit: "", min: -1.0, max: 1.0, typical: 0.05, null: 0.0 }],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &["restitution-speed-linear"],
     formula: "e = e0 (v_n / 3 m/s)^-p",
     source: "Johnson 1985, Contact Mechanics (plastic: p = 1/4); Thornton and Ning 1998",
@@ -20,7 +20,7 @@ static SPEC: EffectSpec = EffectSpec {
         Rival::At(Location::Flight),
         "record flights without a bounce (catch the ball): residuals there are not caused by restitution",
     )],
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for RestitutionSpeedPower {

@@ -15,11 +15,11 @@ pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     location: Location::Impact,
     parameters: &[ParameterSpec { name: "sd", unit: "", min: 0.0, max: 0.5, typical: 0.02, null: 0.0 }],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "e = e0 + xi, xi normal with mean 0 and standard deviation sd, drawn per impact or per trajectory",
     source: "Montaine et al. 2011, arXiv:1104.0049 (roughness)",
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 /// Value of the model-file key `per`: whether the restitution is drawn per impact or per trajectory.

@@ -113,9 +113,9 @@ pub struct Join {
     /// Kind of the carrier, which has to be in the model.
     pub kind: &'static str,
     /// Start values of the carrier's parameters when both are tried together.
-    pub start: &'static [f64],
+    pub carrier_start: &'static [f64],
     /// Start values of the effect's own parameters then: one fit from each.
-    pub own: &'static [&'static [f64]],
+    pub effect_starts: &'static [&'static [f64]],
 }
 
 /// Start values of the fit of an added effect.
@@ -197,7 +197,7 @@ pub struct EffectSpec {
     /// Data without which it is not searched for.
     pub needs: Needs,
     /// Other physical causes with the same term, not distinguishable with data of one apparatus.
-    pub stands_for: &'static [&'static str],
+    pub equivalent_causes: &'static [&'static str],
     /// Kinds that describe the same phenomenon in another form; a model has at most one of them.
     pub excludes: &'static [&'static str],
     /// The formula in one line.
@@ -211,7 +211,7 @@ pub struct EffectSpec {
     /// A simpler kind that it reduces to where some of its parameters have their null value.
     ///
     /// The additional parameters are tested as one further step.
-    pub contains: Option<&'static str>,
+    pub reduces_to: Option<&'static str>,
     /// A kind whose score test stands in for this one's: where that kind is fitted, this one is fitted too.
     ///
     /// For an effect whose own score test, a linearisation at the null values, does not predict its gain.
@@ -221,11 +221,11 @@ pub struct EffectSpec {
     /// Start values of a fit with it.
     pub start: Start,
     /// Values of its first simulation, if it is singular at its null values; empty: the null values.
-    pub probe: &'static [f64],
+    pub first_simulated_at: &'static [f64],
     /// Number of leading parameters that are amplitudes; `None`: all of them.
     ///
     /// The others are directions or scales and have no null value of their own.
-    pub amounts: Option<usize>,
+    pub amplitude_count: Option<usize>,
     /// How its two parameters form an amplitude and a direction, if they do.
     pub polar: Option<Polar>,
     /// Experiments that distinguish it from alternative explanations.
@@ -236,23 +236,23 @@ pub struct EffectSpec {
 
 impl EffectSpec {
     /// Default values of all fields, for struct update syntax.
-    pub const PLAIN: EffectSpec = EffectSpec {
+    pub const DEFAULT: EffectSpec = EffectSpec {
         kind: "",
         location: Location::Flight,
         parameters: &[],
         needs: Needs::Nothing,
-        stands_for: &[],
+        equivalent_causes: &[],
         excludes: &[],
         formula: "",
         source: "",
         same_as: None,
         joins: None,
-        contains: None,
+        reduces_to: None,
         indicated_by: None,
         costly: false,
         start: Start::Estimate,
-        probe: &[],
-        amounts: None,
+        first_simulated_at: &[],
+        amplitude_count: None,
         polar: None,
         separated_by: &[],
         confirmed_by: None,

@@ -16,11 +16,11 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Sensor,
     parameters: &[angle("alpha_rad"), angle("beta_rad"), angle("gamma_rad")],
     needs: Needs::SpinInSpace,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "spin = Rz(gamma) Ry(beta) Rx(alpha) recorded spin",
     source: "rotation matrix; the sensor that measures spin has its own axes",
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for SpinMisalignment {

@@ -18,7 +18,7 @@ static SPEC: EffectSpec = EffectSpec {
     needs: Needs::PerTrajectory,
     formula: "spin = recorded spin + (x, y, z), of each trajectory",
     source: "the spin varies from throw to throw; Magnus lift and rebound reveal it",
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for SpinOffset {

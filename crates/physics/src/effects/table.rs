@@ -1,6 +1,6 @@
 //! A piecewise-linear function of one feature, for effects that the library does not have.
 
-use super::{Flight, Law, Location, Sight};
+use super::{Flight, Law, Location, Measurement};
 use crate::Scalar;
 use crate::ball::Impact;
 use crate::scalar::{axpy, cross, dot};
@@ -33,7 +33,7 @@ pub enum Target {
 
 /// The feature that a table is a function of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Against {
+pub enum Feature {
     /// Time since the release, s.
     Time,
     /// Session time relative to the reference of the session clock, s.
@@ -81,17 +81,17 @@ macro_rules! names {
 }
 names!(Target: Restitution = "restitution", Drag = "drag", AccelerationX = "acceleration-x", AccelerationY = "acceleration-y",
     AccelerationZ = "acceleration-z", Magnus = "magnus", TangentialJump = "tangential-jump", SensorX = "sensor-x", SensorZ = "sensor-z");
-names!(Against: Time = "time", Clock = "clock", Bounce = "bounce", NormalSpeed = "impact-speed", TangentialSpeed = "tangential-speed",
+names!(Feature: Time = "time", Clock = "clock", Bounce = "bounce", NormalSpeed = "impact-speed", TangentialSpeed = "tangential-speed",
     Slip = "slip", Spin = "spin", Speed = "speed", X = "x", Y = "y", Z = "height", VelocityX = "velocity-x", VelocityZ = "velocity-z");
 
-impl Against {
+impl Feature {
     /// Unit of the feature, as printed.
     pub fn unit(self) -> &'static str {
         match self {
-            Against::Time | Against::Clock => "s",
-            Against::Bounce => "",
-            Against::Spin => "rad/s",
-            Against::X | Against::Y | Against::Z => "m",
+            Feature::Time | Feature::Clock => "s",
+            Feature::Bounce => "",
+            Feature::Spin => "rad/s",
+            Feature::X | Feature::Y | Feature::Z => "m",
             _ => "m/s",
         }
     }
@@ -127,7 +127,7 @@ pub struct Table {
     /// The quantity that the table adds to.
     pub target: Target,
     /// The feature that it depends on.
-    pub against: Against,
+    pub feature: Feature,
     /// First knot, in the feature's unit.
     pub first: f64,
     /// Last knot, in the feature's unit.
@@ -154,42 +154,42 @@ impl Table {
 
     /// Value of the feature in flight.
     fn flight_feature<S: Scalar>(&self, f: &Flight<'_, S>) -> S {
-        match self.against {
-            Against::Time => f.time,
-            Against::Clock => f.time + f.covariates.clock_s,
-            Against::X => f.position[0],
-            Against::Y => f.position[1],
-            Against::Z => f.position[2],
-            Against::VelocityX => f.velocity[0],
-            Against::VelocityZ => f.velocity[2],
-            Against::Spin => dot(&f.spin, &f.spin).sqrt(),
+        match self.feature {
+            Feature::Time => f.time,
+            Feature::Clock => f.time + f.covariates.clock_s,
+            Feature::X => f.position[0],
+            Feature::Y => f.position[1],
+            Feature::Z => f.position[2],
+            Feature::VelocityX => f.velocity[0],
+            Feature::VelocityZ => f.velocity[2],
+            Feature::Spin => dot(&f.spin, &f.spin).sqrt(),
             _ => dot(&f.airspeed, &f.airspeed).sqrt(),
         }
     }
 
     /// Value of the feature at an impact.
     fn impact_feature<S: Scalar>(&self, i: &Impact<'_, S>) -> S {
-        match self.against {
-            Against::Time => i.time,
-            Against::Clock => i.clock(),
-            Against::Bounce => S::constant(i.index as f64),
-            Against::TangentialSpeed | Against::VelocityX => i.tangential[0],
-            Against::Slip => i.slip[0],
-            Against::Spin => dot(&i.spin, &i.spin).sqrt(),
-            Against::X => i.position[0],
-            Against::Y => i.position[1],
+        match self.feature {
+            Feature::Time => i.time,
+            Feature::Clock => i.clock(),
+            Feature::Bounce => S::constant(i.index as f64),
+            Feature::TangentialSpeed | Feature::VelocityX => i.tangential[0],
+            Feature::Slip => i.slip[0],
+            Feature::Spin => dot(&i.spin, &i.spin).sqrt(),
+            Feature::X => i.position[0],
+            Feature::Y => i.position[1],
             _ => i.normal_speed,
         }
     }
 
     /// Value of the feature at a measurement; true positions, not measured ones.
-    fn sensor_feature<S: Scalar>(&self, s: &Sight<S>) -> S {
-        match self.against {
-            Against::X => s.truth[0],
-            Against::Y => s.truth[1],
-            Against::VelocityX => s.velocity[0],
-            Against::VelocityZ => s.velocity[2],
-            Against::Speed => dot(&s.velocity, &s.velocity).sqrt(),
+    fn sensor_feature<S: Scalar>(&self, s: &Measurement<S>) -> S {
+        match self.feature {
+            Feature::X => s.truth[0],
+            Feature::Y => s.truth[1],
+            Feature::VelocityX => s.velocity[0],
+            Feature::VelocityZ => s.velocity[2],
+            Feature::Speed => dot(&s.velocity, &s.velocity).sqrt(),
             _ => s.truth[2],
         }
     }
@@ -228,10 +228,10 @@ impl<S: Scalar> Law<S> for Table {
         self.target.location() == Location::Sensor
     }
     fn uses_velocity(&self) -> bool {
-        let velocity = [Against::VelocityX, Against::VelocityZ, Against::Speed];
-        self.target.location() == Location::Sensor && velocity.contains(&self.against)
+        let velocity = [Feature::VelocityX, Feature::VelocityZ, Feature::Speed];
+        self.target.location() == Location::Sensor && velocity.contains(&self.feature)
     }
-    fn observe(&self, p: &[S], sight: &mut Sight<S>) {
+    fn observe(&self, p: &[S], sight: &mut Measurement<S>) {
         match self.target {
             Target::SensorX => sight.position[0] += self.interpolate(p, self.sensor_feature(sight)),
             Target::SensorZ => sight.position[2] += self.interpolate(p, self.sensor_feature(sight)),

@@ -18,7 +18,7 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Nothing,
-    stands_for: &[
+    equivalent_causes: &[
         "wrong gravity",
         "buoyancy or added mass",
         "steady updraught",
@@ -32,7 +32,7 @@ static SPEC: EffectSpec = EffectSpec {
         "measure a known time and a known length in view (a blinking LED, a ruler), and drop a heavy and a light ball of equal size: buoyancy changes with the mass, clock and scale do not",
     ),
     same_as: Some("gravity_m_s2"),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for VerticalAcceleration {

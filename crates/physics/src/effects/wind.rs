@@ -18,12 +18,12 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Horizontal,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "the air moves with w along x; drag acts on v - w",
     source: "relative-velocity drag, e.g. Mehta 1985",
-    joins: Some(Join { kind: "quadratic-drag", start: &[0.02], own: &[&[-2.0], &[2.0]] }),
-    ..EffectSpec::PLAIN
+    joins: Some(Join { kind: "quadratic-drag", carrier_start: &[0.02], effect_starts: &[&[-2.0], &[2.0]] }),
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for Wind {

@@ -2,13 +2,13 @@
 
 use super::{EffectBlock, Model, ModelFile, Parameter, Per, PushModel};
 use crate::ball::Axes;
-use crate::effects::{self, Against, SCATTER_KIND, TABLE_KIND, Table, Target};
+use crate::effects::{self, Feature, SCATTER_KIND, TABLE_KIND, Table, Target};
 use crate::push;
 use crate::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, Law, Objection, RoundTripError, ScatterPer,
+    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Objection, RoundTripError, ScatterPer,
     System,
 };
-use augsim_data::checks::Expected;
+use augsim_data::checks::ExpectedData;
 use std::error::Error as StdError;
 use std::sync::Arc;
 use thiserror::Error;
@@ -54,10 +54,10 @@ fn blank(specs: &[effects::ParameterSpec]) -> Vec<Parameter> {
 
 /// The block of a ball table with fitted values; `None` if target or feature is out of range.
 fn tabulated(table: &crate::system::Table, values: &[Fitted]) -> Option<EffectBlock> {
-    let (target, against) = (*Target::ALL.get(table.target)?, *Against::ALL.get(table.against)?);
+    let (target, against) = (*Target::ALL.get(table.target)?, *Feature::ALL.get(table.against)?);
     let mut block = block(TABLE_KIND, (0..table.knots).map(Parameter::knot).collect(), values);
     block.parameters.iter_mut().for_each(|p| p.ci95 = None);
-    block.table = Some(Table { target, against, first: table.first, last: table.last });
+    block.table = Some(Table { target, feature: against, first: table.first, last: table.last });
     Some(block)
 }
 
@@ -101,10 +101,10 @@ impl Model {
         let library = effects::all::<f64>();
         for addition in &found.additions {
             out.effects.extend(match addition {
-                Addition::Law(Law::Effect(i), values) => {
+                Addition::Term(ModelTerm::Effect(i), values) => {
                     library.get(*i).map(|e| block(e.spec().kind, blank(e.spec().parameters), values))
                 }
-                Addition::Law(Law::Table(table), values) => tabulated(table, values),
+                Addition::Term(ModelTerm::Table(table), values) => tabulated(table, values),
                 Addition::Scatter(per, _) => {
                     let parameters = blank(effects::SCATTER_SPEC.parameters);
                     Some(EffectBlock { scatter: Some(*per), ..block(SCATTER_KIND, parameters, &[]) })
@@ -124,10 +124,10 @@ impl PushModel {
         let library = push::effects::all::<f64>();
         for addition in &found.additions {
             out.effects.extend(match addition {
-                Addition::Law(Law::Effect(i), values) => {
+                Addition::Term(ModelTerm::Effect(i), values) => {
                     library.get(*i).map(|e| block(e.spec().kind, blank(e.spec().parameters), values))
                 }
-                Addition::Law(Law::Table(_), _) => None,
+                Addition::Term(ModelTerm::Table(_), _) => None,
                 Addition::Scatter(..) => {
                     let kind = push::effects::SCATTER_KIND;
                     let parameters = blank(push::effects::SCATTER_SPEC.parameters);
@@ -178,7 +178,7 @@ impl Declaration for Model {
         &self.file
     }
 
-    fn expected(&self) -> Expected {
+    fn expected(&self) -> ExpectedData {
         Model::expected(self)
     }
 
@@ -207,7 +207,7 @@ impl Declaration for PushModel {
         &self.file
     }
 
-    fn expected(&self) -> Expected {
+    fn expected(&self) -> ExpectedData {
         PushModel::expected(self)
     }
 

@@ -1,7 +1,7 @@
 //! Errors in model files, each with file, line and remedy.
 
 use super::{Place, Rule};
-use augsim_data::{shown, shown_cause};
+use augsim_data::{escaped_short, escaped_cause};
 use std::fmt;
 use thiserror::Error;
 
@@ -28,7 +28,7 @@ pub enum ModelError {
     /// The file is not valid TOML.
     #[error(
         "{file}:{line}: not valid TOML: {}; a model file looks like `scenario = \"ball\"` followed by a [parameters] table",
-        shown_cause(&cause.message())
+        escaped_cause(&cause.message())
     )]
     Syntax {
         /// The file.
@@ -39,7 +39,7 @@ pub enum ModelError {
         cause: Box<toml::de::Error>,
     },
     /// A key is unknown.
-    #[error("{file}:{line}: unknown key `{}` in {place}; {known}", shown(key))]
+    #[error("{file}:{line}: unknown key `{}` in {place}; {known}", escaped_short(key))]
     UnknownKey {
         /// The file.
         file: String,
@@ -53,7 +53,7 @@ pub enum ModelError {
         known: Box<KnownKeys>,
     },
     /// An effect is not in the library.
-    #[error("{file}:{line}: unknown effect kind `{}`; did you mean `{}`?", shown(kind), nearest.join("` or `"))]
+    #[error("{file}:{line}: unknown effect kind `{}`; did you mean `{}`?", escaped_short(kind), nearest.join("` or `"))]
     UnknownKind {
         /// The file.
         file: String,
@@ -79,7 +79,7 @@ pub enum ModelError {
         example: &'static str,
     },
     /// A value has the wrong type or breaks a rule.
-    #[error("{file}:{line}: `{}` must be {rule}", shown(key))]
+    #[error("{file}:{line}: `{}` must be {rule}", escaped_short(key))]
     WrongType {
         /// The file.
         file: String,

@@ -2,31 +2,31 @@
 
 use super::{Model, ModelFile, PushModel};
 use crate::ball::GRAVITY;
-use augsim_data::checks::Expected;
+use augsim_data::checks::ExpectedData;
 
 impl Model {
     /// Expected gravity, sensor noise and columns of the data.
-    pub fn expected(&self) -> Expected {
-        Expected {
+    pub fn expected(&self) -> ExpectedData {
+        ExpectedData {
             gravity_m_s2: Some(self.parameters[GRAVITY].nominal),
             position_sd_m: self.position_sd_m,
             // `height_m` is not listed: a file may have the height under both names, and the model reads one
             // of them.
             outputs: names(&["x_m", "y_m", "z_m"]),
-            ..Expected::default()
+            ..ExpectedData::default()
         }
     }
 }
 
 impl PushModel {
     /// Expected sensor noise, and the columns of object pose and rod position.
-    pub fn expected(&self) -> Expected {
-        Expected {
+    pub fn expected(&self) -> ExpectedData {
+        ExpectedData {
             position_sd_m: self.position_sd_m,
             angle_sd_rad: self.angle_sd_rad,
             outputs: names(&["x_m", "y_m", "theta_rad"]),
             inputs: names(&["pusher_x_m", "pusher_y_m"]),
-            ..Expected::default()
+            ..ExpectedData::default()
         }
     }
 }
@@ -38,7 +38,7 @@ fn names(columns: &[&str]) -> Vec<String> {
 
 impl ModelFile {
     /// Expectations of this model about its data.
-    pub fn expected(&self) -> Expected {
+    pub fn expected(&self) -> ExpectedData {
         match self {
             ModelFile::Ball(model) => model.expected(),
             ModelFile::Push(model) => model.expected(),

@@ -52,7 +52,7 @@ impl PushModel {
         let blocks = self.effects.iter().filter(|b| index_of(&b.kind).is_some());
         let scatter = self.effects.iter().find(|b| b.kind == SCATTER_KIND).and_then(|b| b.parameters.first());
         let declares = PushDeclaration {
-            kinds: self.effects.iter().map(|b| b.kind.clone()).collect(),
+            effect_kinds: self.effects.iter().map(|b| b.kind.clone()).collect(),
             position_sd_m: self.position_sd_m,
             angle_sd_rad: self.angle_sd_rad,
             scatter_sd_m: scatter.map(|p| p.nominal),

@@ -2,7 +2,7 @@
 
 use super::{EffectBlock, KnownKeys, Model, ModelError, Parameter, Per, Place, Release, Rule};
 use crate::ball::BASE_PARAMETERS;
-use crate::effects::{self, Against, EffectSpec, ParameterSpec, SCATTER_KIND, TABLE_KIND, Table, Target};
+use crate::effects::{self, Feature, EffectSpec, ParameterSpec, SCATTER_KIND, TABLE_KIND, Table, Target};
 use crate::system::ScatterPer;
 use std::ops::Range;
 use toml::Spanned;
@@ -341,7 +341,7 @@ impl<'t> Reader<'t> {
             table.get(key).ok_or_else(|| self.missing(line, place(), key, example))
         };
         let targets: Vec<_> = Target::ALL.iter().map(|t| t.name()).collect();
-        let features: Vec<_> = Against::ALL.iter().map(|t| t.name()).collect();
+        let features: Vec<_> = Feature::ALL.iter().map(|t| t.name()).collect();
         let target = self.word("target", required("target", "target = \"restitution\"")?, &targets)?;
         let against = self.word("against", required("against", "against = \"impact-speed\"")?, &features)?;
         let knots = required("values", "values = [0.0, -0.01, -0.02]")?;
@@ -349,12 +349,12 @@ impl<'t> Reader<'t> {
         if values.is_empty() {
             return Err(self.wrong("values", knots, "a list of one number or more: the values at the knots"));
         }
-        let (Some(target), Some(against)) = (Target::from_name(target), Against::from_name(against)) else {
+        let (Some(target), Some(against)) = (Target::from_name(target), Feature::from_name(against)) else {
             return Err(self.missing(line, place(), "target", "target = \"restitution\""));
         };
         let shape = Table {
             target,
-            against,
+            feature: against,
             first: self.number("first", required("first", "first = 0.5")?)?,
             last: self.number("last", required("last", "last = 5.0")?)?,
         };

@@ -84,7 +84,7 @@ pub(super) fn to_toml(model: &Model) -> String {
             let knots: Vec<f64> = block.parameters.iter().map(|p| p.nominal).collect();
             let rows = [
                 ("target", value(t.target.name())),
-                ("against", value(t.against.name())),
+                ("against", value(t.feature.name())),
                 ("first", value(&t.first)),
                 ("last", value(&t.last)),
                 ("values", value(&knots)),

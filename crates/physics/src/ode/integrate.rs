@@ -58,7 +58,7 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
         let offsets = match task.offsets {
             Offsets::None => Vec::new(),
             Offsets::Shared(x) => seeded(&[x], task.seeds, offset),
-            Offsets::Each(list) => seeded(list, task.seeds, offset),
+            Offsets::PerEvent(list) => seeded(list, task.seeds, offset),
         };
         let begin = task.times().first().copied().unwrap_or(0.0);
         Self {

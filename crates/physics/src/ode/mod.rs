@@ -68,7 +68,7 @@ mod tableau;
 use crate::Scalar;
 use crate::model::Parameter;
 use crate::system::{
-    Effect, Law, Schema, Simulated, SimulationError, System, SystemError, Task, in_blocks, with_lanes,
+    Effect, ModelTerm, Schema, Simulated, SimulationError, System, SystemError, Task, in_blocks, with_lanes,
 };
 use integrate::Integration;
 use std::sync::Arc;
@@ -84,7 +84,7 @@ pub struct Ode<E> {
     equations: Arc<E>,
     tolerance: Tolerance,
     parameters: Vec<Parameter>,
-    laws: Vec<Law>,
+    laws: Vec<ModelTerm>,
     /// Declared parameters and those of every effect of the library, at their nominal values and their nulls.
     values: Vec<f64>,
     /// Where each parameter of a task stands in `values`.
@@ -129,18 +129,18 @@ impl<E: Equations> System for Ode<E> {
         self.equations.library()
     }
 
-    fn terms(&self) -> &[Law] {
+    fn terms(&self) -> &[ModelTerm] {
         &self.laws
     }
 
-    fn augmented(&self, laws: &[Law]) -> Result<Arc<dyn System>, SystemError> {
+    fn augmented(&self, laws: &[ModelTerm]) -> Result<Arc<dyn System>, SystemError> {
         let library = self.equations.library();
         let (mut parameters, mut places, mut all) =
             (self.parameters.clone(), self.places.clone(), self.laws.clone());
         for law in laws {
             let index = match law {
-                Law::Effect(index) => *index,
-                Law::Table(t) => return Err(SystemError::Table { target: t.target, against: t.against }),
+                ModelTerm::Effect(index) => *index,
+                ModelTerm::Table(t) => return Err(SystemError::Table { target: t.target, against: t.against }),
             };
             let effect = library.get(index).ok_or(SystemError::Effect { index, count: library.len() })?;
             let before: usize = library[..index].iter().map(|e| e.parameters.len()).sum();

@@ -1,7 +1,7 @@
 //! Checks that recorded pushes can be calibrated at all, and the messages for those that cannot.
 
 use super::path::{Motion, Path, Recorded};
-use super::{PushDeclaration, ROD_RADIUS, World};
+use super::{PushDeclaration, ROD_RADIUS_INDEX, World};
 use crate::model::Parameter;
 use crate::system::{Objection, Record};
 use thiserror::Error;
@@ -43,7 +43,7 @@ pub(super) fn objection(
     declares: &PushDeclaration,
     records: &[Record],
 ) -> Option<Objection> {
-    let radius = parameters.get(ROD_RADIUS).map_or(0.0, |p| p.nominal);
+    let radius = parameters.get(ROD_RADIUS_INDEX).map_or(0.0, |p| p.nominal);
     let gaps = records.iter().flat_map(|record| contact_gaps(world, radius, record));
     let closest_m = gaps.fold(f64::INFINITY, f64::min);
     if closest_m >= MAX_CONTACT_GAP_M {

@@ -2,7 +2,7 @@
 
 use super::effects::all;
 use super::setting::GRAVITY_M_S2;
-use super::{PushDeclaration, SUPPORT_FRICTION};
+use super::{PushDeclaration, SUPPORT_FRICTION_INDEX};
 use crate::effects::Needs;
 use crate::model::Parameter;
 use crate::statistics::{median, quantile};
@@ -25,10 +25,10 @@ pub(super) fn possible(
     let library = all::<f64>();
     let Some(spec) = library.get(effect).map(|e| e.spec()) else { return false };
     let conflicts = |kind: &String| kind == spec.kind || spec.excludes.contains(&kind.as_str());
-    let friction = parameters.get(SUPPORT_FRICTION).map_or(1.0, |p| p.nominal);
+    let friction = parameters.get(SUPPORT_FRICTION_INDEX).map_or(1.0, |p| p.nominal);
     let coasts_too_little =
         || coasting_m(friction, records) < MIN_COASTING_SD * position_sd_m(declares, records);
-    let has_conflict = declares.kinds.iter().any(conflicts);
+    let has_conflict = declares.effect_kinds.iter().any(conflicts);
     !has_conflict && (spec.needs != Needs::Coasting || !coasts_too_little())
 }
 

@@ -15,7 +15,7 @@ use crate::Scalar;
 use crate::effects::Polar;
 use crate::model::Parameter;
 use crate::system::{
-    InitialValue, InputInterpolation, Channel, RecordRandomEffect, Effect, Event, Input, Law, ErrorFigure, Objection, Quantity, Record, Schema,
+    InitialValue, InputInterpolation, Channel, RecordRandomEffect, Effect, Event, Input, ModelTerm, ErrorFigure, Objection, Quantity, Record, Schema,
     Seed, Simulated, SimulationError, State, System, SystemError, Task, TopView, in_blocks, seeded,
     with_lanes,
 };
@@ -42,14 +42,14 @@ pub struct Pushing {
     world: World,
     declares: Arc<PushDeclaration>,
     parameters: Vec<Parameter>,
-    laws: Vec<Law>,
+    laws: Vec<ModelTerm>,
 }
 
 /// Declarations of a model file of pushing besides its parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PushDeclaration {
     /// Kinds of the model's effects, including the scatter of friction.
-    pub kinds: Vec<String>,
+    pub effect_kinds: Vec<String>,
     /// Standard deviation of the position sensor, m.
     pub position_sd_m: Option<f64>,
     /// Standard deviation of the angle sensor, rad.
@@ -123,21 +123,21 @@ impl System for Pushing {
         &self.library
     }
 
-    fn terms(&self) -> &[Law] {
+    fn terms(&self) -> &[ModelTerm] {
         &self.laws
     }
 
-    fn augmented(&self, laws: &[Law]) -> Result<Arc<dyn System>, SystemError> {
+    fn augmented(&self, laws: &[ModelTerm]) -> Result<Arc<dyn System>, SystemError> {
         let mut pushing = self.clone();
         for law in laws {
             match law {
-                Law::Effect(index) => {
+                ModelTerm::Effect(index) => {
                     let missing = SystemError::Effect { index: *index, count: self.library.len() };
                     let effect = self.library.get(*index).ok_or(missing)?;
                     pushing.world.add(*index);
                     pushing.parameters.extend(effect.parameters.iter().map(Parameter::added));
                 }
-                Law::Table(t) => {
+                ModelTerm::Table(t) => {
                     return Err(SystemError::Table { target: t.target, against: t.against });
                 }
             }

@@ -1,6 +1,6 @@
 //! Outline and rod positions of a push, for drawing it from above.
 
-use super::ROD_RADIUS;
+use super::ROD_RADIUS_INDEX;
 use super::world::World;
 use crate::system::{Record, TopView};
 
@@ -19,7 +19,7 @@ pub(super) fn top_view(world: &World, record: &Record, times: &[f64], values: &[
             .iter()
             .map(|&t| [interpolated(&rod.times, x, t), interpolated(&rod.times, y, t)])
             .collect(),
-        rod_radius_m: *values.get(ROD_RADIUS)?,
+        rod_radius_m: *values.get(ROD_RADIUS_INDEX)?,
     })
 }
 

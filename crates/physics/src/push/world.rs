@@ -15,15 +15,15 @@ use crate::Scalar;
 pub const BASE_PARAMETERS: [&str; 5] =
     ["c_m", "contact_friction", "rod_radius_m", "support_friction", "mass_kg"];
 /// Index of `c`, m.
-pub const C: usize = 0;
+pub const C_INDEX: usize = 0;
 /// Index of the friction between rod and object.
-pub const CONTACT_FRICTION: usize = 1;
+pub const CONTACT_FRICTION_INDEX: usize = 1;
 /// Index of the rod's radius, m.
-pub const ROD_RADIUS: usize = 2;
+pub const ROD_RADIUS_INDEX: usize = 2;
 /// Index of the friction between object and support.
-pub const SUPPORT_FRICTION: usize = 3;
+pub const SUPPORT_FRICTION_INDEX: usize = 3;
 /// Index of the mass, kg.
-pub const MASS: usize = 4;
+pub const MASS_INDEX: usize = 4;
 
 /// Number of sides of the polygon that approximates an ellipse in the uniform surface.
 const ELLIPSE_SIDES: usize = 48;
@@ -141,11 +141,11 @@ impl World {
                 .unwrap_or_else(|| S::constant(self.nominal().get(i).copied().unwrap_or(0.0)))
         };
         let mut setting = Setting::plain(
-            base(C),
-            base(CONTACT_FRICTION),
-            base(ROD_RADIUS),
-            base(SUPPORT_FRICTION),
-            base(MASS),
+            base(C_INDEX),
+            base(CONTACT_FRICTION_INDEX),
+            base(ROD_RADIUS_INDEX),
+            base(SUPPORT_FRICTION_INDEX),
+            base(MASS_INDEX),
         );
         let library = effects::all::<S>();
         for term in &self.terms {

@@ -1,7 +1,7 @@
 //! Interface to the model files of all systems: declarations, and writing of fit results.
 
-use super::{Law, Objection, ScatterPer, System};
-use augsim_data::checks::Expected;
+use super::{ModelTerm, Objection, ScatterPer, System};
+use augsim_data::checks::ExpectedData;
 use std::error::Error as StdError;
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -29,7 +29,7 @@ pub enum FittedValues {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Addition {
     /// An effect or table with the values of its parameters.
-    Law(Law, Vec<Fitted>),
+    Term(ModelTerm, Vec<Fitted>),
     /// A random effect in the event parameter, with its standard deviation.
     Scatter(ScatterPer, f64),
 }
@@ -68,7 +68,7 @@ pub trait Declaration: Debug + Send + Sync {
     fn file(&self) -> &str;
 
     /// Properties that it expects of the data, for plausibility checks.
-    fn expected(&self) -> Expected;
+    fn expected(&self) -> ExpectedData;
 
     /// Reference of the session clock, s, where the model declares it.
     fn clock_reference_s(&self) -> Option<f64> {

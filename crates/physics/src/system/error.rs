@@ -61,7 +61,7 @@ pub enum SimulationError {
 
 impl SimulationError {
     /// The error of `simulate_batch` if there are more `tasks` than outputs (`places`).
-    pub fn no_place(schema: &Schema, tasks: usize, places: usize) -> Self {
+    pub fn missing_output(schema: &Schema, tasks: usize, places: usize) -> Self {
         let system = schema.system.clone();
         Self::Task { system, part: "outputs", expected: tasks, found: places }
     }

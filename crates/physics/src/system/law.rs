@@ -4,19 +4,19 @@ use super::Effect;
 
 /// A term of a model: a library effect or a table.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Law {
+pub enum ModelTerm {
     /// An effect, by its index in the system's library.
     Effect(usize),
     /// A piecewise-linear function of one feature.
     Table(Table),
 }
 
-impl Law {
+impl ModelTerm {
     /// Number of parameters.
     pub fn size(&self, library: &[Effect]) -> usize {
         match self {
-            Law::Effect(i) => library.get(*i).map_or(0, |e| e.parameters.len()),
-            Law::Table(table) => table.knots,
+            ModelTerm::Effect(i) => library.get(*i).map_or(0, |e| e.parameters.len()),
+            ModelTerm::Table(table) => table.knots,
         }
     }
 }

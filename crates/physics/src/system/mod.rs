@@ -30,11 +30,11 @@ use std::sync::Arc;
 
 pub use declaration::{Addition, Augmentation, Declaration, Fitted, FittedValues, RoundTripError};
 pub use design::{Design, Designs};
-pub use effect::{Effect, EffectParameter, Grammar, Join, Rival, Start, known_distinguishing_experiment};
+pub use effect::{Effect, EffectParameter, FormulaDomain, Join, Rival, Start, known_distinguishing_experiment};
 pub use error::{Objection, SimulationError, SystemError};
 pub(crate) use lanes::with_lanes;
 pub use lanes::{in_blocks, seeded};
-pub use law::{Law, Table};
+pub use law::{ModelTerm, Table};
 pub use quantity::Quantity;
 pub use record::{DetectedEvent, CORRELATION_STEPS, Record, Stream, Window, split_by_duration, channel_sd, typical_step};
 pub use scatter::{Scatter, ScatterPer};
@@ -55,13 +55,13 @@ pub trait System: Debug + Send + Sync {
     fn library(&self) -> &[Effect];
 
     /// Effects that [`augmented`](System::augmented) has added, in the order of their parameters.
-    fn terms(&self) -> &[Law];
+    fn terms(&self) -> &[ModelTerm];
 
     /// Returns this system with further effects; their parameters are appended in the order of `laws`.
     ///
     /// # Errors
     /// [`SystemError`] if the system does not have one of the effects.
-    fn augmented(&self, laws: &[Law]) -> Result<Arc<dyn System>, SystemError>;
+    fn augmented(&self, laws: &[ModelTerm]) -> Result<Arc<dyn System>, SystemError>;
 
     /// Simulates one window: the channels and their derivatives with respect to the task's seeds.
     ///
@@ -84,7 +84,7 @@ pub trait System: Debug + Send + Sync {
         let mut outputs = out.iter_mut();
         let simulate = |task| match outputs.next() {
             Some(output) => self.simulate(task, output),
-            None => Err(SimulationError::no_place(self.schema(), tasks.len(), out_count)),
+            None => Err(SimulationError::missing_output(self.schema(), tasks.len(), out_count)),
         };
         tasks.iter().map(simulate).collect()
     }

@@ -23,7 +23,7 @@ pub enum Offsets<'a> {
     /// One offset for every event of the window.
     Shared(f64),
     /// One offset per event, in order; 0 beyond the end of the list.
-    Each(&'a [f64]),
+    PerEvent(&'a [f64]),
 }
 
 impl Offsets<'_> {
@@ -32,7 +32,7 @@ impl Offsets<'_> {
         match self {
             Offsets::None => 0,
             Offsets::Shared(_) => 1,
-            Offsets::Each(list) => list.len(),
+            Offsets::PerEvent(list) => list.len(),
         }
     }
 

@@ -7,7 +7,7 @@ use crate::shared_data::shared_data;
 use augsim_data::{Dataset, Trajectory, read_legacy_ball};
 use augsim_physics::ball::bullet::DEFAULT_DAMPING;
 use augsim_physics::ball::floor::{Ensemble, ErrorFloorOptions, Floor, Start, floor, published_error_floor};
-use augsim_physics::ball::paper_law::PaperLaw;
+use augsim_physics::ball::paper_law::DropDistribution;
 use rand_distr::{Distribution, StandardNormal};
 
 /// Trajectories of two samples: 0, and a standard normal height; all errors have a closed form.
@@ -70,7 +70,7 @@ fn check_optimal(found: &Floor) {
 
 #[test]
 fn each_optimal_predictor_has_the_smallest_error_under_its_loss() {
-    let law = PaperLaw { samples: 200, ..PaperLaw::default() };
+    let law = DropDistribution { samples: 200, ..DropDistribution::default() };
     let (truth, _) = law.generate(150, 11).unwrap();
     let options = ErrorFloorOptions { draws: 300, averaged: 10, seed: 2 };
     let found = published_error_floor(&law, &truth, options).unwrap();
@@ -89,15 +89,15 @@ fn each_optimal_predictor_has_the_smallest_error_under_its_loss() {
 
 #[test]
 fn floors_of_the_published_sets_are_reproduced() {
-    let mut damped = PaperLaw::default();
+    let mut damped = DropDistribution::default();
     damped.ball.damping = DEFAULT_DAMPING;
     // The median of 500 draws has a 0.3 % larger error than the exact one; the tolerance of 1 % also covers
     // the rounding of the published figures.
     let options = ErrorFloorOptions { draws: 500, ..ErrorFloorOptions::default() };
     // Median: position m, velocity m/s, trans %.
     let rows = [
-        ("test", PaperLaw::default(), [0.087, 0.431, 14.05]),
-        ("test_1000", PaperLaw::default(), [0.107, 0.505, 15.07]),
+        ("test", DropDistribution::default(), [0.087, 0.431, 14.05]),
+        ("test_1000", DropDistribution::default(), [0.107, 0.505, 15.07]),
         ("test_damped", damped, [0.062, 0.377, 10.23]),
     ];
     for (name, law, published) in rows {
@@ -124,7 +124,7 @@ fn floors_of_the_published_sets_are_reproduced() {
 
 #[test]
 fn invalid_floor_requests_are_refused_with_a_message() {
-    let law = PaperLaw { samples: 10, ..PaperLaw::default() };
+    let law = DropDistribution { samples: 10, ..DropDistribution::default() };
     let (truth, _) = law.generate(2, 0).unwrap();
     let text = |set: &Dataset, options| published_error_floor(&law, set, options).unwrap_err().to_string();
     let few = ErrorFloorOptions { draws: 9, ..ErrorFloorOptions::default() };

@@ -9,7 +9,7 @@ use augsim_physics::Scalar;
 use augsim_physics::model::Parameter;
 use augsim_physics::ode::{At, Equations, Ode, Tolerance};
 use augsim_physics::system::{
-    InitialValue, InputInterpolation, Channel, Effect, EffectParameter, EventSchema, Input, Law, ErrorFigure, Offsets, Quantity,
+    InitialValue, InputInterpolation, Channel, Effect, EffectParameter, EventSchema, Input, ModelTerm, ErrorFigure, Offsets, Quantity,
     Record, Schema, Seed, Simulated, SimulationError, State, Stream, System, Task,
 };
 
@@ -177,7 +177,7 @@ fn the_error_falls_with_the_tolerance() {
 #[test]
 fn an_effect_that_is_added_acts_through_its_place() {
     let system = Ode::new(Oscillator::new());
-    let augmented = system.augmented(&[Law::Effect(0)]).expect("in the library");
+    let augmented = system.augmented(&[ModelTerm::Effect(0)]).expect("in the library");
     let scene = Scene {
         parameters: &[3.0, 0.8],
         start: &[1.0, 0.0],
@@ -267,7 +267,7 @@ fn a_ball_through_ten_bounces_is_the_closed_form() {
         parameters: &[9.81, 0.9],
         start: &[1.3, 0.0],
         record: times(800, 0.01),
-        offsets: Offsets::Each(&xi),
+        offsets: Offsets::PerEvent(&xi),
     };
     let seeds = [Seed::Parameter(0), Seed::Parameter(1), Seed::Start(0), Seed::Offset(1)];
     let out = scene.run(&system, &seeds);
@@ -334,7 +334,7 @@ fn any_number_of_seeds_gives_the_bytes_of_one_at_a_time() {
         parameters: &[9.81, 0.9],
         start: &[1.3, 0.0],
         record: times(300, 0.01),
-        offsets: Offsets::Each(&xi),
+        offsets: Offsets::PerEvent(&xi),
     };
     // 44 derivatives: two blocks.
     let mut seeds = vec![Seed::Parameter(0), Seed::Parameter(1), Seed::Start(0), Seed::Start(1)];

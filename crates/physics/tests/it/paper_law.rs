@@ -5,18 +5,18 @@
 use crate::shared_data::{shared_data, workspace};
 use augsim_data::{Dataset, read_legacy_ball};
 use augsim_physics::ball::bullet::DEFAULT_DAMPING;
-use augsim_physics::ball::paper_law::{Drop, PaperLaw, published_predictor, rollout};
+use augsim_physics::ball::paper_law::{Drop, DropDistribution, published_predictor, rollout};
 use flate2::read::MultiGzDecoder;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-fn undamped() -> PaperLaw {
-    PaperLaw::default()
+fn undamped() -> DropDistribution {
+    DropDistribution::default()
 }
 
-fn damped() -> PaperLaw {
-    let mut law = PaperLaw::default();
+fn damped() -> DropDistribution {
+    let mut law = DropDistribution::default();
     law.ball.damping = DEFAULT_DAMPING;
     law
 }
@@ -55,7 +55,7 @@ fn largest_difference(a: &Dataset, b: &Dataset) -> [f64; 2] {
 const ROUNDING_TOLERANCE: f64 = 0.51e-5;
 
 /// Compares simulated drops and engine predictions with the published ones.
-fn check_reproduced(truth: &Dataset, engine: Option<&Dataset>, law: PaperLaw, drops: &[Drop]) {
+fn check_reproduced(truth: &Dataset, engine: Option<&Dataset>, law: DropDistribution, drops: &[Drop]) {
     let simulated = law.simulate(drops).expect("finite drops");
     let [height, velocity] = largest_difference(truth, &simulated);
     assert!(height < ROUNDING_TOLERANCE && velocity < ROUNDING_TOLERANCE, "{height:e} m, {velocity:e} m/s");
@@ -116,7 +116,7 @@ fn draws_depend_on_seed_and_index_only() {
 
 #[test]
 fn draws_have_the_declared_distribution() {
-    let (_, drops) = PaperLaw { samples: 1, ..undamped() }.generate(20_000, 3).unwrap();
+    let (_, drops) = DropDistribution { samples: 1, ..undamped() }.generate(20_000, 3).unwrap();
     let mean = |pick: fn(&Drop) -> f64| drops.iter().map(pick).sum::<f64>() / 20_000.0;
     // Five standard errors: uniform on [4, 5] has sd 0.289, the restitution 0.1.
     assert!((mean(|d| d.drop_height_m) - 4.5).abs() < 0.0102);

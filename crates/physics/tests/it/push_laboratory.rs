@@ -2,22 +2,22 @@
 //! threads; the truth differs from the declared model by more than the measurement noise, in the recorded
 //! ways; all values are finite.
 
-use augsim_physics::push::laboratory::{Generated, Protocol, Recipe, SUPPORTS, SupportSheet};
+use augsim_physics::push::laboratory::{Generated, PushDesign, PushRecipe, SUPPORTS, SupportSheet};
 use augsim_physics::push::{OBJECTS, Object, Pose, Push, Recorded, Run, Steps, simulate};
 
-fn recipe(protocol: Protocol, object: &str, support: &str, pushes: usize) -> Recipe {
+fn recipe(protocol: PushDesign, object: &str, support: &str, pushes: usize) -> PushRecipe {
     let object = Object::named(object).expect("built in");
-    Recipe::new(protocol, &object, SupportSheet::named(support).expect("known"), pushes)
+    PushRecipe::new(protocol, &object, SupportSheet::named(support).expect("known"), pushes)
 }
 
-fn generate_on(threads: usize, recipe: &Recipe, seed: u64) -> Generated {
+fn generate_on(threads: usize, recipe: &PushRecipe, seed: u64) -> Generated {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
     pool.install(|| recipe.generate(seed)).expect("generated")
 }
 
 #[test]
 fn bytes_do_not_depend_on_the_number_of_threads_or_pushes() {
-    for protocol in [Protocol::Mit, Protocol::Repeat, Protocol::Random] {
+    for protocol in [PushDesign::Mit, PushDesign::Repeat, PushDesign::Random] {
         let few = recipe(protocol, "rect1", "pu", 6);
         let single_threaded = generate_on(1, &few, 11);
         for threads in [2, 7] {
@@ -25,7 +25,7 @@ fn bytes_do_not_depend_on_the_number_of_threads_or_pushes() {
             assert_eq!(single_threaded.data, other.data);
             assert_eq!(single_threaded.made, other.made);
         }
-        let more = generate_on(2, &Recipe { pushes: 9, ..few }, 11);
+        let more = generate_on(2, &PushRecipe { pushes: 9, ..few }, 11);
         assert_eq!(more.data.trajectories()[..6], *single_threaded.data.trajectories());
         assert_ne!(generate_on(2, &recipe(protocol, "rect1", "pu", 6), 12).data, single_threaded.data);
     }
@@ -34,13 +34,13 @@ fn bytes_do_not_depend_on_the_number_of_threads_or_pushes() {
 #[test]
 fn design_of_a_rectangle_is_that_of_the_mit_set() {
     let rect1 = Object::named("rect1").expect("built in");
-    let plans = Protocol::Mit.plan(&rect1, 7128, 3);
+    let plans = PushDesign::Mit.plan(&rect1, 7128, 3);
     let mut cells: Vec<String> = plans.iter().map(|p| format!("{p:?}")).collect();
     cells.sort();
     cells.dedup();
     assert_eq!(cells.len(), 7128, "44 contacts x 9 angles x 18 motions, all different");
     assert_eq!(plans.iter().filter(|p| p.acceleration_m_s2 > 0.0).count(), 44 * 9 * 8);
-    assert_eq!(Protocol::Mit.plan(&rect1, 8000, 3)[7128..], plans[..872], "the design is repeated");
+    assert_eq!(PushDesign::Mit.plan(&rect1, 8000, 3)[7128..], plans[..872], "the design is repeated");
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn every_object_and_support_gives_finite_pushes_that_move() {
     let mut moved = 0;
     let mut total = 0;
     for (i, object) in OBJECTS.iter().enumerate() {
-        for protocol in [Protocol::Mit, Protocol::Random] {
+        for protocol in [PushDesign::Mit, PushDesign::Random] {
             let support = SUPPORTS[i % SUPPORTS.len()].name;
             let set = recipe(protocol, object, support, 6).generate(i as u64).expect("generated");
             for (trajectory, made) in set.data.trajectories().iter().zip(&set.made) {
@@ -95,7 +95,7 @@ fn end_errors(set: &Generated, only: impl Fn(usize) -> bool) -> Vec<f64> {
 
 #[test]
 fn truth_differs_from_the_declared_model_most_with_inertia() {
-    let set = recipe(Protocol::Mit, "rect1", "abs", 120).generate(5).expect("generated");
+    let set = recipe(PushDesign::Mit, "rect1", "abs", 120).generate(5).expect("generated");
     let slow = end_errors(&set, |i| !set.made[i].inertia);
     let fast = end_errors(&set, |i| set.made[i].planned.speed_m_s >= 0.3);
     let median = |m: &[f64]| m[m.len() / 2];
@@ -107,7 +107,7 @@ fn truth_differs_from_the_declared_model_most_with_inertia() {
 fn repeated_pushes_scatter_as_random_friction_maps_predict() {
     // A reference simulation of this push gives 2.55 mm and 0.6 degrees after 15 cm from a new friction map
     // (12 %, 3 cm) per push; 0.3 mm of scatter in the contact point adds 0.9 mm and 0.27 degrees.
-    let set = recipe(Protocol::Repeat, "rect1", "abs", 150).generate(9).expect("generated");
+    let set = recipe(PushDesign::Repeat, "rect1", "abs", 150).generate(9).expect("generated");
     let n = set.made.len() as f64;
     let sd = |pick: fn(&[f64; 3]) -> f64| {
         let mean = set.made.iter().map(|m| pick(&m.end)).sum::<f64>() / n;
@@ -121,7 +121,7 @@ fn repeated_pushes_scatter_as_random_friction_maps_predict() {
 
 #[test]
 fn measurement_noise_has_the_declared_size() {
-    let set = recipe(Protocol::Repeat, "rect1", "abs", 40).generate(2).expect("generated");
+    let set = recipe(PushDesign::Repeat, "rect1", "abs", 40).generate(2).expect("generated");
     // The first five samples are before the push.
     let (mut position, mut angle, mut count) = (0.0, 0.0, 0.0);
     for (t, made) in set.data.trajectories().iter().zip(&set.made) {

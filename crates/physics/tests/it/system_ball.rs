@@ -5,10 +5,10 @@
 //! that a difference in the last bit could change their results.
 
 use augsim_physics::ball::{Axes, Ball, Covariates, Run, State, Throw};
-use augsim_physics::effects::{Against, Target};
+use augsim_physics::effects::{Feature, Target};
 use augsim_physics::model::Model;
 use augsim_physics::system::{
-    InitialValue, Law, Offsets, Record, Seed, Simulated, System, SystemError, Table, Task,
+    InitialValue, ModelTerm, Offsets, Record, Seed, Simulated, System, SystemError, Table, Task,
 };
 use augsim_physics::{Dual, Scalar, ball};
 use std::sync::Arc;
@@ -23,17 +23,17 @@ fn plain(axes: Axes, release: &str) -> Ball {
 }
 
 /// An effect of the library by kind.
-fn law(system: &dyn System, kind: &str) -> Law {
+fn law(system: &dyn System, kind: &str) -> ModelTerm {
     let index = system.library().iter().position(|e| e.kind == kind);
-    Law::Effect(index.unwrap_or_else(|| panic!("{kind} in the library")))
+    ModelTerm::Effect(index.unwrap_or_else(|| panic!("{kind} in the library")))
 }
 
 /// A table of a target against a feature.
-fn table(system: &dyn System, target: &str, against: &str, [first, last]: [f64; 2], knots: usize) -> Law {
+fn table(system: &dyn System, target: &str, against: &str, [first, last]: [f64; 2], knots: usize) -> ModelTerm {
     let schema = system.schema();
     let target = schema.targets.iter().position(|t| t.quantity.name == target).expect("a target");
     let against = schema.features.iter().position(|f| f.name == against).expect("a feature");
-    Law::Table(Table { target, against, first, last, knots })
+    ModelTerm::Table(Table { target, against, first, last, knots })
 }
 
 fn record(radius: f64) -> Record {
@@ -73,7 +73,7 @@ fn trait_and_engine_give_bit_identical_throws() {
         record: &record,
         window: 0..200,
         start: &start,
-        offsets: Offsets::Each(&xi),
+        offsets: Offsets::PerEvent(&xi),
         seeds: &seeds,
     };
     let mut out = Simulated::default();
@@ -86,7 +86,7 @@ fn trait_and_engine_give_bit_identical_throws() {
     }
     let shape = augsim_physics::effects::Table {
         target: Target::Restitution,
-        against: Against::NormalSpeed,
+        feature: Feature::NormalSpeed,
         first: 0.5,
         last: 5.0,
     };
@@ -222,6 +222,6 @@ fn mismatched_tasks_are_refused_with_a_message() {
         "the ball system takes 200 samples, and the task has 201"
     );
     let count = system.library().len();
-    let missing = system.augmented(&[Law::Effect(count)]).expect_err("refused");
+    let missing = system.augmented(&[ModelTerm::Effect(count)]).expect_err("refused");
     assert_eq!(missing, SystemError::Effect { index: count, count });
 }

@@ -8,7 +8,7 @@
 use augsim_physics::Dual;
 use augsim_physics::model::PushModel;
 use augsim_physics::push::{Pose, Push, Pushing, Recorded, Steps, effects, simulate_poses};
-use augsim_physics::system::{Law, Offsets, Record, Seed, Simulated, Stream, System, Task};
+use augsim_physics::system::{ModelTerm, Offsets, Record, Seed, Simulated, Stream, System, Task};
 
 const TEXT: &str = "scenario = \"push\"\nobject = \"rect1\"\n[[effect]]\nkind = \"frame-registration\"\nscale = 0.004\nangle_rad = 0.01\ndx_m = 1e-4\ndy_m = -2e-4\n";
 
@@ -36,7 +36,7 @@ fn record() -> Record {
 fn a_window_through_the_trait_equals_that_of_the_engine() {
     let (base, model) = system();
     let effect_index = |kind: &str| effects::index_of(kind).expect("in the library");
-    let system = base.augmented(&[Law::Effect(effect_index("table-anisotropy"))]).expect("in the library");
+    let system = base.augmented(&[ModelTerm::Effect(effect_index("table-anisotropy"))]).expect("in the library");
     let (mut world, mut values) = model.world();
     world.add(effect_index("table-anisotropy")).expect("in the library");
     values.extend([1.2, 0.4]);
@@ -83,7 +83,7 @@ fn more_seeds_than_lanes_are_computed_in_equal_blocks() {
     // table-tilt, and three start states: 19 derivatives, more than one simulation carries.
     let (base, _) = system();
     let laws = ["pose-offset", "tip-offset", "table-tilt"]
-        .map(|kind| Law::Effect(base.library().iter().position(|e| e.kind == kind).expect("in the library")));
+        .map(|kind| ModelTerm::Effect(base.library().iter().position(|e| e.kind == kind).expect("in the library")));
     let system = base.augmented(&laws).expect("in the library");
     let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let mut seeds: Vec<Seed> = (0..values.len()).map(Seed::Parameter).collect();

@@ -7,7 +7,7 @@ use anyhow::Context;
 use augsim_data::push::{Surface, read_push_dataset, resample};
 use augsim_data::{Dataset, Split, SplitSize};
 use augsim_physics::model::{ModelFile, PushModel};
-use augsim_physics::push::laboratory::{Generated, Protocol};
+use augsim_physics::push::laboratory::{Generated, PushDesign};
 use augsim_report::page::DataSource as Origin;
 use augsim_session::provenance::fingerprint;
 use augsim_session::run_data::{
@@ -119,7 +119,7 @@ impl Laboratory {
         let (object, surface) = TRAINING_PAIR;
         let count = plan.train + plan.test;
         let Generated { data, declared, .. } =
-            recipe(Protocol::Mit, object, surface, count)?.generate(seed)?;
+            recipe(PushDesign::Mit, object, surface, count)?.generate(seed)?;
         let all = pushes(&data, Subsampling::default())?;
         Ok(Laboratory {
             declared,
@@ -145,11 +145,11 @@ pub fn engine(object: &str, surface: &str) -> anyhow::Result<Engine> {
 
 /// Returns the engine of a push model.
 pub fn engine_of(model: PushModel) -> anyhow::Result<Engine> {
-    Ok(Engine::of(&ModelFile::Push(model), None)?)
+    Ok(Engine::from_model_file(&ModelFile::Push(model), None)?)
 }
 
 fn made(object: &str, surface: &str, count: usize, seed: u64) -> anyhow::Result<Sequences> {
-    let made = recipe(Protocol::Mit, object, surface, count)?.generate(seed)?;
+    let made = recipe(PushDesign::Mit, object, surface, count)?.generate(seed)?;
     Ok(pushes(&made.data, Subsampling::default())?)
 }
 

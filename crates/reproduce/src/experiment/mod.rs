@@ -20,13 +20,13 @@ pub use sizes::Sizes;
 
 use augsim_data::Dataset;
 use augsim_physics::ball::floor::{ErrorFloorOptions, published_error_floor};
-use augsim_physics::ball::paper_law::PaperLaw;
+use augsim_physics::ball::paper_law::DropDistribution;
 use augsim_session::run_dir::{Config, RunDir};
 use augsim_session::training_run::Trained;
 use augsim_terminal::destination::{Claim, REPORT, RESULT};
 use augsim_terminal::output::Output;
 use augsim_terminal::training::{self, Times};
-use augsim_trainer::models::{Law, Physics, Still, Zero};
+use augsim_trainer::models::{ExactDistribution, Physics, Still, Zero};
 use augsim_trainer::push::{GpOptions, GpPush, Subsampling};
 use augsim_trainer::{
     Correction, Forecaster, Losses, Protocol, Recipe, Settings, evaluate_forecast, evaluate_reconstruction,
@@ -191,7 +191,7 @@ impl Experiment {
         if let Some(truth) = truth {
             let set = &data.tests[0];
             rows.push(self.floor(Layout::of(&set.engine), truth)?);
-            let law = Law { law: PaperLaw::default(), seed: self.seed };
+            let law = ExactDistribution { law: DropDistribution::default(), seed: self.seed };
             let score = evaluate_forecast(&law, &set.items)?;
             rows.push(set.row(data.name, law.name(), Protocol::Floor, 0, &score));
             scored.push(Scored { name: law.name().to_owned(), protocol: Protocol::Floor, score });
@@ -239,7 +239,7 @@ impl Experiment {
     /// Computes the lowest error of any predictor from the first state.
     fn floor(&self, layout: &'static Layout, truth: &Dataset) -> anyhow::Result<Row> {
         let options = ErrorFloorOptions { seed: self.seed, ..Default::default() };
-        let floor = published_error_floor(&PaperLaw::default(), truth, options)?;
+        let floor = published_error_floor(&DropDistribution::default(), truth, options)?;
         let errors = [
             floor.weighted_median.trans_percent.mean,
             floor.median.position_m.mean,

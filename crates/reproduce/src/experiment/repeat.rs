@@ -2,9 +2,9 @@
 //! virtual laboratory.
 
 use super::data::LABORATORY;
-use augsim_physics::push::laboratory::Protocol;
+use augsim_physics::push::laboratory::PushDesign;
 use augsim_session::run_data::recipe;
-use augsim_trainer::push::{cloud, pushes};
+use augsim_trainer::push::{point_sets, pushes};
 use augsim_trainer::{Forecaster, Sequence, Sequences, Task, in_order};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -60,7 +60,7 @@ pub struct Clouds {
 /// the second set with the first set.
 pub fn compare(repeats: usize, seed: u64, models: &[(String, &dyn Forecaster)]) -> anyhow::Result<Clouds> {
     let make = |k: u64| -> anyhow::Result<Sequences> {
-        let recipe = recipe(Protocol::Repeat, "rect1", "abs", repeats)?;
+        let recipe = recipe(PushDesign::Repeat, "rect1", "abs", repeats)?;
         let data = recipe.generate(seed.wrapping_add(SEED_OFFSET + k))?.data;
         let mut all =
             pushes(&data, augsim_trainer::push::Subsampling { samples: usize::MAX, rate_hz: 20.0 })?;
@@ -81,20 +81,20 @@ pub fn compare(repeats: usize, seed: u64, models: &[(String, &dyn Forecaster)]) 
             let end: Vec<f64> = samples.values[3 * (q.time - 1)..].iter().map(|v| f64::from(*v)).collect();
             Ok(displacement(q.state(0), &end))
         });
-        clouds.push((name.clone(), in_order(points)?));
+        clouds.push((name.clone(), collect_in_order(points)?));
     }
     let reference = clouds[0].1.clone();
-    let floor = cloud::chamfer(&reference, &clouds[1].1);
+    let floor = point_sets::chamfer(&reference, &clouds[1].1);
     let distances = clouds[1..]
         .iter()
         .map(|(name, points)| {
-            let chamfer_mm = cloud::chamfer(&reference, points);
+            let chamfer_mm = point_sets::chamfer(&reference, points);
             let (mean_mm, sd_mm) = moments(points);
             Distance {
                 model: name.clone(),
                 chamfer_mm,
                 over_floor: chamfer_mm / floor,
-                energy_mm: cloud::energy(&reference, points),
+                energy_mm: point_sets::energy(&reference, points),
                 mean_mm,
                 sd_mm,
             }

@@ -6,7 +6,7 @@ use crate::experiment::data::Data;
 use crate::reproduction::{ITERATIONS, claim, repeat};
 use anyhow::Context;
 use augsim_physics::ball::bullet::BulletBall;
-use augsim_physics::ball::paper_law::{self, PaperLaw};
+use augsim_physics::ball::paper_law::{self, DropDistribution};
 use augsim_report::page::Block;
 use augsim_session::run_data::published_predictor;
 use augsim_session::run_dir::{Config, DataSource};
@@ -16,7 +16,7 @@ use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::training::{self, Times};
 use augsim_trainer::filter::{
-    FilterSettings, FilteredScore, FittedDrop, Freedom, InitialStatePrior, Prefix, PrefixForecaster,
+    FilterSettings, FilteredScore, FittedDrop, FreeParameters, InitialStatePrior, Prefix, PrefixForecaster,
     RandomRestitution, Sensor, evaluate_filtered, measured_rows, same_prefix_lengths,
 };
 use augsim_trainer::{NetModel, Recipe, Sequences, Settings};
@@ -139,10 +139,10 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     if args.quick {
         items.items.truncate(QUICK_DROPS);
     }
-    let law = PaperLaw::default();
+    let law = DropDistribution::default();
     let floor = RandomRestitution { ball: law.ball, mean: law.restitution_mean, sd: law.restitution_sd };
     let fitted = |freedom| FittedDrop { ball: paper_law::published_predictor(), freedom };
-    let (declared, calibrated) = (fitted(Freedom::Height), fitted(Freedom::Calibrated));
+    let (declared, calibrated) = (fitted(FreeParameters::Height), fitted(FreeParameters::Calibrated));
     output.note("fitting restitution and damping to every training drop");
     let augmented = RandomRestitution::fitted(paper_law::published_predictor(), &data.train);
     let models: [(&'static str, &dyn PrefixForecaster); 5] = [
@@ -200,7 +200,7 @@ fn scored(
             whole: errors(s.whole_percent, &s.whole),
             whole_se: [s.whole_se[0], s.whole_se[1]],
             rest: errors(s.rest_percent, &s.rest),
-            common: [s.common[0], s.common[1]],
+            common: [s.last_70_percent[0], s.last_70_percent[1]],
             crps: [s.crps[0], s.crps[1]],
             coverage50: s.coverage50,
             coverage90: s.coverage90,

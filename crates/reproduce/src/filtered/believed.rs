@@ -5,7 +5,7 @@ use augsim_session::filtered::{PARTICLES, SystemOnPrefix, Timed};
 use augsim_terminal::output::Output;
 use augsim_trainer::SAMPLES;
 use augsim_trainer::filter::{
-    Corrected, FilterSettings, FilteredScore, ForecastCorrection, InitialStatePrior, Kept, LearnedPriors,
+    CorrectedForecaster, FilterSettings, FilteredScore, ForecastCorrection, InitialStatePrior, CachedForecasts, LearnedPriors,
     PrefixForecaster, RescaledSpread, Sensor, evaluate_filtered,
 };
 
@@ -50,7 +50,7 @@ pub fn spread(
     prefixes: Prefixes<'_>,
 ) -> anyhow::Result<Vec<f64>> {
     let known = (sensor, &train.start);
-    let kept = Kept::of(model, &train.data.set, known, prefixes.0, settings(prefixes.1))?;
+    let kept = CachedForecasts::of(model, &train.data.set, known, prefixes.0, settings(prefixes.1))?;
     let many = prefixes.0.first().map_or(0, Vec::len);
     let mut spread: Vec<Option<f64>> = vec![None; many];
     for factor in SPREAD_FACTORS {
@@ -81,7 +81,7 @@ pub fn correction(
     let known = (sensor, &train.start);
     let learned =
         ForecastCorrection::learn(&train.filter, &train.data.set, known, learned, settings(asked.1))?;
-    let crossed = Corrected::crossed(&train.filter, &learned);
+    let crossed = CorrectedForecaster::out_of_fold(&train.filter, &learned);
     let spread = spread(&crossed, train, sensor, asked)?;
     Ok((learned, spread))
 }

@@ -18,7 +18,7 @@ use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_trainer::SAMPLES;
-use augsim_trainer::filter::{Corrected, LearnedPriors, RescaledSpread};
+use augsim_trainer::filter::{CorrectedForecaster, LearnedPriors, RescaledSpread};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -118,9 +118,9 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     let (_, convert) = CONVERTERS.iter().find(|(name, _)| *name == super::FLIGHTS).context("a converter")?;
     let converted = convert(data)?;
     let declared = converted.model_toml.context("flights come with a model")?;
-    let clock = FrameClock::of(&converted.data)
+    let clock = FrameClock::estimate(&converted.data)
         .context("the time stamps of the flights have no common frame period")?;
-    let steady = until_they_turn(&clock.steady(&converted.data)?)?;
+    let steady = until_they_turn(&clock.apply_to(&converted.data)?)?;
     let held_out = |t: &Trajectory| t.id().parse::<u32>().is_ok_and(|n| n % HELD_OUT_EVERY == 0);
     let places = |held: bool| -> Vec<usize> {
         (0..steady.trajectories().len()).filter(|&i| held_out(&steady.trajectories()[i]) == held).collect()
@@ -142,7 +142,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     let mut of_train = opened(&own, &train)?;
     of_train.filter = of_train.filter.with_random_parameter(FLOOR, FLOOR_SD);
     let laws = LearnedPriors::learn(&of_train.filter, &of_train.data.set)?;
-    of_train.filter = of_train.filter.with_laws(laws.laws(), laws.noise());
+    of_train.filter = of_train.filter.with_normal_priors(laws.normal_priors(), laws.noise());
     let seen = seen_of(&train, &PREFIXES_S);
     let (noise_factor, sensor) = believed::noise(&of_train, &laws, (&seen, seed), output)?;
     let spread = believed::spread(&of_train.filter, &of_train, &sensor, (&seen, seed))?;
@@ -167,12 +167,12 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
             if let Kind::AsItStands = kind {
                 return scored(&filter, &data, (&stated, &start), prefixes);
             }
-            filter = filter.with_random_parameter(FLOOR, FLOOR_SD).with_laws(laws.laws(), laws.noise());
+            filter = filter.with_random_parameter(FLOOR, FLOOR_SD).with_normal_priors(laws.normal_priors(), laws.noise());
             let known = (&sensor, &start);
             if let Kind::LearnedPriors = kind {
                 return scored(&RescaledSpread::new(&filter, &spread), &data, known, prefixes);
             }
-            let corrected = Corrected::new(&filter, &correction);
+            let corrected = CorrectedForecaster::new(&filter, &correction);
             scored(&RescaledSpread::new(&corrected, &net_spread), &data, known, prefixes)
         };
         let (rest, flight) = (score(&test)?, score(&in_flight)?);
@@ -207,7 +207,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
         noise_m: laws.noise().to_vec(),
         noise_factor,
         spread_factors: spread,
-        net_trust: correction.trust(),
+        net_trust: correction.shrinkage(),
         net_spread_factors: net_spread,
         own: named(&laws, &own)?,
         rows,
@@ -228,7 +228,7 @@ fn named(laws: &LearnedPriors, model: &str) -> anyhow::Result<BTreeMap<String, [
         Seed::Start(i) => format!("start {i}"),
         Seed::Offset(i) => format!("offset {i}"),
     };
-    Ok(laws.laws().iter().map(|(seed, mean, sd)| (name(seed), [*mean, *sd])).collect())
+    Ok(laws.normal_priors().iter().map(|(seed, mean, sd)| (name(seed), [*mean, *sd])).collect())
 }
 
 /// Returns the number of measured rows of each flight for each prefix length in s.

@@ -10,7 +10,7 @@ use augsim_terminal::destination::Claim;
 use augsim_terminal::output::Output;
 use augsim_terminal::training;
 use augsim_trainer::filter::{
-    Conditioned, FilterSettings, InitialStatePrior, PrefixForecaster, Sensor, evaluate_filtered,
+    ConditionedForecaster, FilterSettings, InitialStatePrior, PrefixForecaster, Sensor, evaluate_filtered,
 };
 use augsim_trainer::{Recipe, Sequence, Sequences, Settings};
 
@@ -53,7 +53,7 @@ pub fn rows(
     };
     let ways: Vec<_> = items.items.iter().map(way_of).collect();
     let [pose, own] = &fitted(&declared, &ways);
-    let (conditioned, plain) = (Conditioned::new(&net.model), Conditioned::unconditioned(&net.model));
+    let (conditioned, plain) = (ConditionedForecaster::new(&net.model), ConditionedForecaster::unconditioned(&net.model));
     let models: [(&'static str, &dyn PrefixForecaster); 4] = [
         (pose.0, &pose.1),
         (own.0, &own.1),

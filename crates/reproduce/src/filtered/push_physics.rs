@@ -1,14 +1,14 @@
 //! Declared physics of pushing with parameters fitted to a prefix.
 
 use augsim_physics::model::PushModel;
-use augsim_physics::push::{C, CONTACT_FRICTION};
+use augsim_physics::push::{C_INDEX, CONTACT_FRICTION_INDEX};
 use augsim_physics::system::{Record, Stream, System};
 use augsim_trainer::filter::SystemFilter;
 use std::sync::Arc;
 
 /// Prior standard deviations over pushes of the limit surface parameter c (m) and the contact friction
 /// when both are fitted: those of the baseline of the reference.
-const OWN: [(usize, f64); 2] = [(C, 1.8e-3), (CONTACT_FRICTION, 0.02)];
+const OWN: [(usize, f64); 2] = [(C_INDEX, 1.8e-3), (CONTACT_FRICTION_INDEX, 0.02)];
 /// A model and its name in the table.
 pub type Named = (&'static str, SystemFilter);
 

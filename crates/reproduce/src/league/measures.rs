@@ -114,7 +114,7 @@ pub fn measure(model: Option<&dyn Forecaster>, set: &Set) -> anyhow::Result<Meas
         let broken = violations(&set.engine, task, &samples);
         Ok((score(&samples, &q.states, &scoring), broken, duration * samples.count as f64))
     };
-    let all = in_order(set.items.items.par_iter().enumerate().map(each))?;
+    let all = collect_in_order(set.items.items.par_iter().enumerate().map(each))?;
     let spent = processor_s() - begun;
     let simulated: f64 = all.iter().map(|(.., s)| s).sum();
     let scores: Vec<Score> = all.iter().map(|(s, ..)| s.clone()).collect();

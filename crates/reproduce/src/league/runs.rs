@@ -9,12 +9,12 @@ use super::rows::{Row, Scored, Spread, Tried};
 use super::set_name;
 use crate::args::{LeagueScenario, Reproduce};
 use crate::experiment::data::{Data, Set, part};
-use augsim_physics::ball::paper_law::PaperLaw;
+use augsim_physics::ball::paper_law::DropDistribution;
 use augsim_session::run_dir::Config;
 use augsim_terminal::destination::Claim;
 use augsim_terminal::output::Output;
 use augsim_terminal::training;
-use augsim_trainer::models::{Apart, Law, NetModel, Physics, Still, Zero};
+use augsim_trainer::models::{NonPenetrating, ExactDistribution, NetModel, Physics, Still, Zero};
 use augsim_trainer::push::{GpOptions, GpPush};
 use augsim_trainer::{Forecaster, Recipe, Sequences, Settings};
 use std::path::Path;
@@ -177,7 +177,7 @@ impl Runs<'_> {
                     let model = net.model.with_engine(set.engine.clone())?;
                     seeds.push(match variant {
                         Variant::AsTrained => measure(Some(&model), set)?,
-                        Variant::Apart => measure(Some(&Apart::new(&model, &set.engine)?), set)?,
+                        Variant::Apart => measure(Some(&NonPenetrating::new(&model, &set.engine)?), set)?,
                     });
                 }
                 let mut scored = self.row(set, &variant.label(recipe), &seeds);
@@ -227,7 +227,7 @@ impl Runs<'_> {
         let mut out = Vec::new();
         for set in &self.data.tests {
             let physics = Physics(set.engine.clone());
-            let law = Law { law: PaperLaw::default(), seed: self.seed };
+            let law = ExactDistribution { law: DropDistribution::default(), seed: self.seed };
             let gp = gp.as_ref().map(|gp| gp.with_engine(&set.engine)).transpose()?;
             let still = self.scenario == LeagueScenario::Push;
             let (model, name): (&dyn Forecaster, &str) = match (entrant, &gp) {

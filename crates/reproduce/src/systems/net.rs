@@ -67,7 +67,7 @@ pub fn net(set: &Set, found: &Path, test: &Path, plan: Plan, output: &Output) ->
         crps: row.and_then(|r| scaled(r.crps)),
         coverage50: row.map_or(0.0, |r| r.coverage50),
         coverage90: row.map_or(0.0, |r| r.coverage90),
-        gain: trained.model.trust().map_or(1.0, |trust| trust.gain),
+        gain: trained.model.shrinkage().map_or(1.0, |trust| trust.gain),
         run: Path::new(set.name).join("net"),
     }))
 }

@@ -116,7 +116,7 @@ fn record(path: &Path, wanted: &[(&str, Unit)]) -> Result<Dataset, DataError> {
 }
 
 fn volt() -> Unit {
-    Unit::of_text("V").unwrap_or(Unit::DIMENSIONLESS)
+    Unit::parse("V").unwrap_or(Unit::DIMENSIONLESS)
 }
 
 fn silverbox(folder: &Path) -> Result<Records, DataError> {

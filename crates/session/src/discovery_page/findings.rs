@@ -71,7 +71,7 @@ fn calibrated(declared: &DeclaredParameter, fitted: Option<&Estimate>) -> Option
     let name = &declared.name;
     let unit = match fitted {
         Some(estimate) => estimate.unit.clone(),
-        None => Unit::of_column_name(name).map_or(String::new(), |u| u.symbol()),
+        None => Unit::from_column_name(name).map_or(String::new(), |u| u.symbol()),
     };
     let value = match fitted {
         _ if declared.is_frozen => Cell::text("frozen"),

@@ -63,7 +63,7 @@ fn choose_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Model, Vec<
     }
     let stage = tried.iter().map(|(_, _, c)| c.stages.len()).min().unwrap_or(1).saturating_sub(1);
     let outputs = model.outputs.len().max(1) as f64;
-    let log_residual = |c: &Calibration| c.stages[stage].rms.iter().map(|r| r.ln()).sum::<f64>() / outputs;
+    let log_residual = |c: &Calibration| c.stages[stage].rmse.iter().map(|r| r.ln()).sum::<f64>() / outputs;
     let smallest = tried.iter().map(|(_, _, c)| log_residual(c)).fold(f64::INFINITY, f64::min);
     let holds = tried.iter().map(|(hold, _, c)| (*hold, (log_residual(c) - smallest).exp())).collect();
     let best = tried.into_iter().min_by(|a, b| log_residual(&a.2).total_cmp(&log_residual(&b.2)));
@@ -144,7 +144,7 @@ pub fn estimate_shared_starts(model: &mut Model, records: &[Record]) -> anyhow::
 fn write_shared_starts(model: &mut Model, calibration: &Calibration) {
     for (index, state) in model.states.iter_mut().enumerate().filter(|(_, s)| s.shared) {
         // Mean weighted by the inverse variance of each record's estimate.
-        let starts = calibration.starts.iter().filter_map(|(x, e)| Some((*x.get(index)?, *e.get(index)?)));
+        let starts = calibration.initial_states.iter().filter_map(|(x, e)| Some((*x.get(index)?, *e.get(index)?)));
         let known: Vec<(f64, f64)> = starts.filter(|(_, e)| *e > 0.0 && e.is_finite()).collect();
         let weight: f64 = known.iter().map(|(_, e)| 1.0 / (e * e)).sum();
         if weight > 0.0 {

@@ -120,13 +120,13 @@ fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns:
     let stages = calibration.stages.iter().map(|s| Stage {
         window_s: s.window_s,
         windows: s.windows,
-        rmse: s.rms.clone(),
+        rmse: s.rmse.clone(),
         converged: s.converged,
     });
     Answer {
         schema: "augsim.fit/1",
         parameters: fitted.model.parameters.iter().enumerate().map(parameter).collect(),
-        rows: fitted.model.outputs.iter().zip(calibration.rms()).map(row).collect(),
+        rows: fitted.model.outputs.iter().zip(calibration.rmse()).map(row).collect(),
         windows: stages.collect(),
         stopped: calibration.stopped,
         gauges: calibration.gauges.iter().map(|g| gauge_sentence(&fitted.model, g)).collect(),

@@ -37,18 +37,18 @@ pub fn find(model: &mut Model, records: &[Record]) -> anyhow::Result<NoiseCause>
     let found = smoothed(model, &first_samples(records))?;
     let noisy_states = EquationSystem::declared_only(model)?.process_noise_states();
     model.states.iter_mut().for_each(|state| state.shaken = None);
-    if found.cause == Cause::Motion {
+    if found.cause == Cause::ProcessNoise {
         for (state, sd) in noisy_states.iter().zip(&found.disturbance_sd) {
-            model.states[*state].shaken = Some(RateNoise { sd: *sd, memory_s: found.memory_s });
+            model.states[*state].shaken = Some(RateNoise { sd: *sd, memory_s: found.correlation_time_s });
         }
     }
-    let autocorrelated = found.cause == Cause::LastingSensor;
+    let autocorrelated = found.cause == Cause::AutocorrelatedSensor;
     for (o, output) in model.outputs.iter_mut().enumerate() {
         let white = SensorNoise::white(found.sensor_sd[o]);
         output.noise = Some(match autocorrelated {
             true => SensorNoise {
                 autocorrelated_sd: found.disturbance_sd[o],
-                correlation_time_s: found.memory_s,
+                correlation_time_s: found.correlation_time_s,
                 ..white
             },
             false => white,
@@ -67,22 +67,22 @@ fn noise_result(model: &Model, noisy_states: &[usize], found: &Smoothed) -> Nois
         let unit = state.unit.map(|unit| unit.dimensions() / augsim_data::Dimensions::TIME);
         (
             state.name.clone(),
-            unit.and_then(augsim_data::Unit::of_dimensions).map_or_else(String::new, |u| u.symbol()),
+            unit.and_then(augsim_data::Unit::from_dimensions).map_or_else(String::new, |u| u.symbol()),
         )
     };
     let (by, lasting) = match found.cause {
         Cause::Sensor => (NoiseSource::Sensor, Vec::new()),
-        Cause::LastingSensor => {
-            (NoiseSource::LastingSensor, outputs().zip(&found.disturbance_sd).map(row).collect())
+        Cause::AutocorrelatedSensor => {
+            (NoiseSource::AutocorrelatedSensor, outputs().zip(&found.disturbance_sd).map(row).collect())
         }
-        Cause::Motion => {
-            (NoiseSource::Motion, noisy_states.iter().map(rate).zip(&found.disturbance_sd).map(row).collect())
+        Cause::ProcessNoise => {
+            (NoiseSource::ProcessNoise, noisy_states.iter().map(rate).zip(&found.disturbance_sd).map(row).collect())
         }
     };
     NoiseCause {
         by,
         lasting,
-        memory_s: found.memory_s,
+        memory_s: found.correlation_time_s,
         readings: outputs().zip(&found.sensor_sd).map(row).collect(),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::DataFrom;
 use anyhow::Context;
-use augsim_data::{Dataset, Trajectory, Unit, shown, shown_list};
+use augsim_data::{Dataset, Trajectory, Unit, escaped_short, escaped_list};
 use augsim_equations::Model;
 use augsim_physics::system::{Record, Stream};
 use thiserror::Error;
@@ -14,9 +14,9 @@ const FORMAT_COLUMNS: [&str; 4] = ["trajectory", "t_s", "group", "start_time_s"]
 #[derive(Debug, Error)]
 #[error(
     "{} has no column `{}`, {what} of {model}; its columns are {}",
-    shown(data),
-    shown(column),
-    shown_list(header)
+    escaped_short(data),
+    escaped_short(column),
+    escaped_list(header)
 )]
 struct NoColumn {
     data: String,

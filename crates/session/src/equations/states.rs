@@ -163,7 +163,7 @@ fn short_window_residuals(
         let begun = estimate_initial_state(system, &part, length, &values, &from, &declared).ok()?;
         let readings = (length * outputs) as f64;
         let widen = readings / (readings - begun.state.len() as f64).max(1.0);
-        Some(begun.rms.into_iter().map(|rms| widen * rms * rms).collect())
+        Some(begun.rmse.into_iter().map(|rms| widen * rms * rms).collect())
     };
     let chosen: Vec<(&Record, usize)> = windows.into_iter().step_by(stride).collect();
     let squares: Vec<Vec<f64>> = chosen.into_par_iter().filter_map(mean_squares).collect();

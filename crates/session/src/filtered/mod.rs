@@ -96,7 +96,7 @@ pub fn bands(
             anyhow::Ok((q.id.clone(), times[n..].to_vec(), samples))
         },
     );
-    summed(&set.columns, in_order(rows)?)
+    summed(&set.columns, collect_in_order(rows)?)
 }
 
 /// The forecast of the only prefix.

@@ -9,7 +9,7 @@ use augsim_data::{Dataset, MissingCells, Trajectory};
 use augsim_equations::EquationSystem;
 use augsim_physics::model::{ModelFile, PushModel};
 use augsim_physics::push::effects::{SCATTER_KIND, index_of};
-use augsim_physics::system::{Declaration, Law, Record, Stream, System};
+use augsim_physics::system::{Declaration, ModelTerm, Record, Stream, System};
 use augsim_trainer::filter::{InitialStatePrior, Sensor, SystemFilter};
 use augsim_trainer::{Sequence, Sequences};
 use std::collections::BTreeSet;
@@ -121,7 +121,7 @@ fn pushing(model: &PushModel) -> anyhow::Result<(Arc<dyn System>, RandomEffects)
     }
     let Some(index) = index_of(CENTRE_KIND) else { return Ok((system, Vec::new())) };
     let before = system.parameters().len();
-    let system = system.augmented(&[Law::Effect(index)])?;
+    let system = system.augmented(&[ModelTerm::Effect(index)])?;
     let random_effects = (before..system.parameters().len()).map(|i| (i, sd_m)).collect();
     Ok((system, random_effects))
 }

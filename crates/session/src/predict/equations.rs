@@ -10,7 +10,7 @@ use augsim_data::random_stream;
 use augsim_discovery::{PredictOptions, PredictionSet};
 use augsim_equations::model::{Output, SensorNoise};
 use augsim_equations::{EquationSystem, Model};
-use augsim_fit::{Begun, estimate_initial_state};
+use augsim_fit::{InitialStateEstimate, estimate_initial_state};
 use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
 use augsim_trainer::in_order;
 use rand_distr::{Distribution, StandardNormal};
@@ -53,7 +53,7 @@ pub(super) fn run_all(
 ) -> anyhow::Result<Vec<Drawn>> {
     let process_noise = ProcessNoise::on(system)?;
     let run = Prediction { model, system, process_noise, burn_in: burn_in.max(1), options };
-    in_order(records.par_iter().enumerate().map(|(i, record)| run.predict(record, i as u64)))
+    collect_in_order(records.par_iter().enumerate().map(|(i, record)| run.predict(record, i as u64)))
 }
 
 /// The first samples of a record, and the initial state fitted to them.
@@ -63,7 +63,7 @@ pub(super) struct Beginning {
     /// The record with all later samples set to NaN.
     pub early: Record,
     /// The fitted initial state.
-    pub begun: Begun,
+    pub begun: InitialStateEstimate,
     /// Measurement noise of each output: declared, fitted, or else estimated from the first samples.
     pub noise: Vec<SensorNoise>,
     /// Standard deviation of the noise of each output that the model file states; `None` if it was estimated.
@@ -92,7 +92,7 @@ impl Beginning {
         // The estimate is corrected for the degrees of freedom that the initial state takes.
         let degrees_of_freedom = (known * outputs).saturating_sub(begun.state.len()).max(1) as f64;
         let widen = ((known * outputs) as f64 / degrees_of_freedom).sqrt();
-        let estimated = |o: usize| SensorNoise::white(widen * begun.rms[o]);
+        let estimated = |o: usize| SensorNoise::white(widen * begun.rmse[o]);
         let noise = (0..outputs).map(|o| known_noise[o].unwrap_or_else(|| estimated(o))).collect();
         Ok(Beginning { known, early, begun, noise, known_sd })
     }

@@ -120,7 +120,7 @@ impl<'a> NetPrediction<'a> {
 
     fn predict_all(&self) -> anyhow::Result<Vec<Drawn>> {
         let pairs = self.read.par_iter().zip(&self.prepared).enumerate();
-        in_order(pairs.map(|(i, (read, prepared))| {
+        collect_in_order(pairs.map(|(i, (read, prepared))| {
             self.predict(read, prepared, i as u64).with_context(|| format!("trajectory `{}`", read.id))
         }))
     }

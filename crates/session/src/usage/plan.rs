@@ -1,7 +1,7 @@
 //! Initial states, times and inputs of a simulation that do not fit the model.
 
 use super::unknown::names_or_none;
-use augsim_data::{shown, shown_list};
+use augsim_data::{escaped_short, escaped_list};
 use augsim_physics::system::Objection;
 use std::fmt;
 
@@ -47,18 +47,18 @@ impl fmt::Display for PlanFault {
                 write!(
                     f,
                     "start `{}`: it has {found} values, but the other states have {others}",
-                    shown(name)
+                    escaped_short(name)
                 )
             }
             PlanFault::StartValue { name, at, value } => {
-                write!(f, "start `{}`: value {at} is {value}; give a finite number", shown(name))
+                write!(f, "start `{}`: value {at} is {value}; give a finite number", escaped_short(name))
             }
             PlanFault::UnknownState { name, states } => {
-                let (name, states) = (shown(name), shown_list(states));
+                let (name, states) = (escaped_short(name), escaped_list(states));
                 write!(f, "start `{name}`: this is no state of the model; its states are {states}")
             }
             PlanFault::MissingState { name, states } => {
-                write!(f, "start: `{name}` is missing; the states of the model are {}", shown_list(states))
+                write!(f, "start: `{name}` is missing; the states of the model are {}", escaped_list(states))
             }
             PlanFault::Objection(objection) => write!(f, "start: {objection}"),
             PlanFault::NoTimes => {
@@ -68,7 +68,7 @@ impl fmt::Display for PlanFault {
                 write!(f, "times: value {at} is {value}; times must be finite and increasing")
             }
             PlanFault::UnknownInput { name, inputs } => {
-                let (name, inputs) = (shown(name), names_or_none(inputs));
+                let (name, inputs) = (escaped_short(name), names_or_none(inputs));
                 write!(f, "input `{name}`: the model has no such input; it has {inputs}")
             }
             PlanFault::MissingInput { name, inputs } => {

@@ -1,6 +1,6 @@
 //! Unknown names, with the known ones.
 
-use augsim_data::shown;
+use augsim_data::escaped_short;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -50,11 +50,11 @@ impl fmt::Display for UnknownName {
             Name::Effect { name, nearest } => write!(
                 f,
                 "no library and no effect is called `{}`; did you mean {}? augsim effects lists all",
-                shown(name),
+                escaped_short(name),
                 nearest.join(" or ")
             ),
             Name::EffectOn { name, model, nearest } => {
-                let (name, model) = (shown(name), model.display());
+                let (name, model) = (escaped_short(name), model.display());
                 write!(f, "no effect for {model} is called `{name}`; ")?;
                 if !nearest.is_empty() {
                     write!(f, "did you mean {}? ", nearest.join(" or "))?;
@@ -71,10 +71,10 @@ impl fmt::Display for UnknownName {
                 write!(f, "{}: has no figure `{name}`; it has {}", folder.display(), known.join(", "))
             }
             Name::Object { name, known } => {
-                write!(f, "there is no object `{}`; choose one of {}", shown(name), known.join(", "))
+                write!(f, "there is no object `{}`; choose one of {}", escaped_short(name), known.join(", "))
             }
             Name::Surface { name, known } => {
-                write!(f, "there is no surface `{}`; choose one of {}", shown(name), known.join(", "))
+                write!(f, "there is no surface `{}`; choose one of {}", escaped_short(name), known.join(", "))
             }
             Name::OptionInput { name, known } => {
                 write!(f, "--input {name}: the model has no such input; it has {}", names_or_none(known))

@@ -76,7 +76,7 @@ fn quiet(seed: u64, trajectories: usize, autocorrelated: bool) -> DataFrom {
 /// from.
 #[test]
 fn estimated_measurement_noise_gives_bands_with_nominal_coverage() {
-    for (autocorrelated, cause) in [(false, NoiseSource::Sensor), (true, NoiseSource::LastingSensor)] {
+    for (autocorrelated, cause) in [(false, NoiseSource::Sensor), (true, NoiseSource::AutocorrelatedSensor)] {
         let mut model = model::parse(MODEL, "lag.toml").unwrap_or_else(|e| panic!("{e}"));
         let read = records::read(quiet(1, 8, autocorrelated), &model).expect("data");
         let list = records::records(&read.data, &model, true).expect("records");
@@ -101,7 +101,7 @@ fn estimated_process_noise_gives_bands_with_nominal_coverage() {
     let list = records::records(&read.data, &model, true).expect("records");
     let narrow = coverage(&model, &table(2, 20));
     let found = noise::find(&mut model, &list).expect("an answer");
-    assert_eq!(found.by, NoiseSource::Motion);
+    assert_eq!(found.by, NoiseSource::ProcessNoise);
     let pushed = model.states[0].shaken.expect("it is written into the model");
     assert!((0.8..1.25).contains(&pushed.sd) && (1.2..3.5).contains(&pushed.memory_s), "{pushed:?}");
     assert_eq!(found.lasting[0].unit, "K/s");

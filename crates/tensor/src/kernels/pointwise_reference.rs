@@ -27,7 +27,7 @@ pub fn softplus_vjp<T: Scalar>(x: &[T], g: &[T], dx: &mut [T]) {
 ///
 /// `ln(sd_p / sd_q) + (sd_q^2 + (mean_q - mean_p)^2) / (2 sd_p^2) - 1/2`.
 pub fn gaussian_kl<T: Scalar>([mq, sq, mp, sp]: [&[T]; 4], y: &mut [T]) {
-    let half = T::of(0.5);
+    let half = T::from_f64(0.5);
     for (i, y) in y.iter_mut().enumerate() {
         let (ratio, shift) = (sq[i] / sp[i], (mq[i] - mp[i]) / sp[i]);
         *y = half * (ratio * ratio + shift * shift) - half - ratio.ln();
@@ -48,7 +48,7 @@ pub fn gaussian_kl_vjp<T: Scalar>([mq, sq, mp, sp]: [&[T]; 4], g: &[T], grads: [
 
 /// `ln sd + (x - mean)^2 / (2 sd^2)`, from `[x, mean, sd]`.
 pub fn gaussian_nll<T: Scalar>([x, mean, sd]: [&[T]; 3], y: &mut [T]) {
-    let half = T::of(0.5);
+    let half = T::from_f64(0.5);
     for (i, y) in y.iter_mut().enumerate() {
         let e = (x[i] - mean[i]) / sd[i];
         *y = sd[i].ln() + half * e * e;

@@ -26,7 +26,7 @@ impl<T: Scalar> Tape<T> {
         if extent == 0 {
             return Err(TensorError::BadShape { op: "mean", shape, rule: EMPTY_RULE });
         }
-        self.sum_axis(Op::Mean(a, axis), a, axis, T::ONE / T::of(extent as f64))
+        self.sum_axis(Op::Mean(a, axis), a, axis, T::ONE / T::from_f64(extent as f64))
     }
 
     /// Mean of all elements, a scalar.
@@ -48,7 +48,7 @@ impl<T: Scalar> Tape<T> {
         if shape.is_empty() {
             return Err(TensorError::BadShape { op: "mean_all", shape, rule: EMPTY_RULE });
         }
-        let mean = self.total(a) / T::of(shape.len() as f64);
+        let mean = self.total(a) / T::from_f64(shape.len() as f64);
         let mut out = self.pool.take(1);
         out[0] = mean;
         self.push(Op::MeanAll(a), Shape::SCALAR, self.needs_grad(&[a]), out)
@@ -57,10 +57,10 @@ impl<T: Scalar> Tape<T> {
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, axis: usize, grad: &[T]) {
     let extent = tape.shape(a).dims()[axis];
-    sum::broadcast_gradient(tape, a, axis, grad, T::ONE / T::of(extent as f64));
+    sum::broadcast_gradient(tape, a, axis, grad, T::ONE / T::from_f64(extent as f64));
 }
 
 pub(super) fn vjp_all<T: Scalar>(tape: &mut Tape<T>, a: Var, grad: &[T]) {
-    let g = grad[0] / T::of(tape.shape(a).len() as f64);
+    let g = grad[0] / T::from_f64(tape.shape(a).len() as f64);
     tape.accumulate(a, |da, _| da.iter_mut().for_each(|d| *d += g));
 }

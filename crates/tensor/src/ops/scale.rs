@@ -21,12 +21,12 @@ impl<T: Scalar> Tape<T> {
     /// # Errors
     /// [`TensorError::NotFinite`] when the check is on.
     pub fn scale(&mut self, a: Var, factor: f64) -> Result<Var, TensorError> {
-        let k = T::of(factor);
+        let k = T::from_f64(factor);
         self.map(Op::Scale(a, factor), a, |x| x * k)
     }
 }
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, factor: f64, grad: &[T]) {
-    let k = T::of(factor);
+    let k = T::from_f64(factor);
     tape.map_vjp(a, a, grad, |_| k);
 }

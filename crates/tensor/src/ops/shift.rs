@@ -18,7 +18,7 @@ impl<T: Scalar> Tape<T> {
     /// # Errors
     /// [`TensorError::NotFinite`] when the check is on.
     pub fn shift(&mut self, a: Var, offset: f64) -> Result<Var, TensorError> {
-        let k = T::of(offset);
+        let k = T::from_f64(offset);
         self.map(Op::Shift(a), a, |x| x + k)
     }
 }

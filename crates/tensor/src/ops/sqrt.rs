@@ -26,5 +26,5 @@ impl<T: Scalar> Tape<T> {
 }
 
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, out: Var, grad: &[T]) {
-    tape.map_vjp(a, out, grad, |y| T::of(0.5) / y);
+    tape.map_vjp(a, out, grad, |y| T::from_f64(0.5) / y);
 }

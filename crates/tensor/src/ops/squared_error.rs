@@ -26,7 +26,7 @@ impl<T: Scalar> Tape<T> {
     /// [`TensorError::ShapeMismatch`] unless the shapes are equal.
     pub fn squared_error(&mut self, x: Var, mean: Var) -> Result<Var, TensorError> {
         same_shape("squared_error", self.shape(x), self.shape(mean))?;
-        let half = T::of(0.5);
+        let half = T::from_f64(0.5);
         self.zip(Op::SquaredError, x, mean, |x, m| half * (x - m) * (x - m))
     }
 }

@@ -1,12 +1,12 @@
 //! The ball of a model file as an engine that nets correct.
 
 use super::error::EngineError;
-use super::motion::Motion;
-use augsim_data::checks::Expected;
+use super::motion::EngineModel;
+use augsim_data::checks::ExpectedData;
 use augsim_physics::ball::{
     Axes, Covariates, FLOOR, GRAVITY, Offsets, RESTITUTION, Run, State, Throw, World, simulate,
 };
-use augsim_physics::effects::{Against, Location, Needs, SCATTER_KIND, spec_of};
+use augsim_physics::effects::{Feature, Location, Needs, SCATTER_KIND, spec_of};
 use augsim_physics::model::{EffectBlock, Model};
 
 /// Kind of the effect of contacts with a duration.
@@ -39,7 +39,7 @@ pub(super) struct ModelBall {
     axes: Axes,
     /// Height of the ground in the data, m.
     ground_m: f64,
-    expected: Expected,
+    expected: ExpectedData,
     left_out: Vec<String>,
     contact_s: Option<f64>,
     /// World and parameters of a roll-out.
@@ -74,7 +74,7 @@ impl ModelBall {
             step_s,
             axes,
             ground_m: offset.map_or(0.0, |b| b.nominal),
-            expected: Expected { gravity_m_s2: model.expected().gravity_m_s2, ..Expected::default() },
+            expected: ExpectedData { gravity_m_s2: model.expected().gravity_m_s2, ..ExpectedData::default() },
             left_out: model.effects.iter().filter(|b| !is_simulated(b)).map(|b| b.kind.clone()).collect(),
             contact_s: contact.map(|tau| tau.nominal),
             rollout_model: world_with(&|_| true),
@@ -128,7 +128,7 @@ impl ModelBall {
 /// Index of the vertical axis.
 const UP: usize = 2;
 
-impl Motion for ModelBall {
+impl EngineModel for ModelBall {
     fn columns(&self) -> Vec<&str> {
         match self.axes {
             Axes::Vertical => COLUMNS.to_vec(),
@@ -141,7 +141,7 @@ impl Motion for ModelBall {
         Some(self.step_s)
     }
 
-    fn expected(&self) -> Expected {
+    fn expected(&self) -> ExpectedData {
         self.expected.clone()
     }
 
@@ -155,7 +155,7 @@ impl Motion for ModelBall {
         next.copy_from_slice(&self.run((world, parameters), state, &[self.step_s]));
     }
 
-    fn own_parameters(&self) -> usize {
+    fn sensitivity_count(&self) -> usize {
         1
     }
 
@@ -184,11 +184,11 @@ impl Motion for ModelBall {
         out
     }
 
-    fn left_out(&self) -> &[String] {
+    fn ignored_effects(&self) -> &[String] {
         &self.left_out
     }
 
-    fn contact_s(&self) -> Option<f64> {
+    fn contact_duration_s(&self) -> Option<f64> {
         self.contact_s
     }
 }
@@ -211,17 +211,17 @@ fn unobserved_quantity(block: &EffectBlock, axes: Axes) -> Option<(&str, &'stati
         return None;
     }
     let what = match &block.table {
-        Some(table) => match table.against {
-            Against::Time => Some("the time since the release"),
-            Against::Clock => Some("the clock of the session"),
-            Against::Bounce => Some("the number of the bounce"),
-            Against::Slip | Against::Spin => Some("the spin"),
-            Against::X | Against::VelocityX | Against::TangentialSpeed if axes == Axes::Vertical => {
+        Some(table) => match table.feature {
+            Feature::Time => Some("the time since the release"),
+            Feature::Clock => Some("the clock of the session"),
+            Feature::Bounce => Some("the number of the bounce"),
+            Feature::Slip | Feature::Spin => Some("the spin"),
+            Feature::X | Feature::VelocityX | Feature::TangentialSpeed if axes == Axes::Vertical => {
                 Some("motion along the ground")
             }
-            Against::Y if axes != Axes::Space => Some("motion across the plane"),
-            Against::X | Against::Y | Against::VelocityX | Against::TangentialSpeed => None,
-            Against::NormalSpeed | Against::Speed | Against::Z | Against::VelocityZ => None,
+            Feature::Y if axes != Axes::Space => Some("motion across the plane"),
+            Feature::X | Feature::Y | Feature::VelocityX | Feature::TangentialSpeed => None,
+            Feature::NormalSpeed | Feature::Speed | Feature::Z | Feature::VelocityZ => None,
         },
         // An effect that acts through another one (wind through drag) is visible in the height alone as
         // well.
@@ -273,7 +273,7 @@ mod tests {
         // In the air, about to touch, a little below the ground, at rest on it.
         for state in [[2.0, -3.0], [0.05, -6.0], [-0.02, -8.0], [0.0, 0.0]] {
             let bullet_difference =
-                unit_difference(&|e, next| Motion::step(&bullet(e), &state, &[], &[], next));
+                unit_difference(&|e, next| EngineModel::step(&bullet(e), &state, &[], &[], next));
             let model_difference = unit_difference(&|e, next| exact(e).step(&state, &[], &[], next));
             let (mut bullet_changes, mut model_changes) = ([0.0; 2], [0.0; 2]);
             bullet(0.5).trajectory_sensitivities(&state, &[], &[], &mut bullet_changes);

@@ -1,11 +1,11 @@
 //! PyBullet's stepping scheme as an engine that nets correct.
 
 use super::ball::{COLUMNS, RESTITUTION_SPREAD};
-use super::motion::Motion;
-use augsim_data::checks::Expected;
+use super::motion::EngineModel;
+use augsim_data::checks::ExpectedData;
 use augsim_physics::ball::bullet::{BulletBall, BulletState};
 
-impl Motion for BulletBall {
+impl EngineModel for BulletBall {
     fn columns(&self) -> Vec<&str> {
         COLUMNS.to_vec()
     }
@@ -14,8 +14,8 @@ impl Motion for BulletBall {
         Some(self.step_s)
     }
 
-    fn expected(&self) -> Expected {
-        Expected { gravity_m_s2: Some(self.gravity_m_s2), ..Expected::default() }
+    fn expected(&self) -> ExpectedData {
+        ExpectedData { gravity_m_s2: Some(self.gravity_m_s2), ..ExpectedData::default() }
     }
 
     fn ground_m(&self) -> Option<f64> {
@@ -28,7 +28,7 @@ impl Motion for BulletBall {
         (next[0], next[1]) = (s.centre_m - self.radius_m, s.velocity_m_s);
     }
 
-    fn own_parameters(&self) -> usize {
+    fn sensitivity_count(&self) -> usize {
         1
     }
 

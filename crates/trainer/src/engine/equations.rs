@@ -8,7 +8,7 @@
 //! ```
 
 use super::error::EngineError;
-use super::motion::Motion;
+use super::motion::EngineModel;
 use augsim_equations::engine::{Options, Point, Record, Signal, Window};
 use augsim_equations::library;
 use augsim_equations::model::{Direction, Hold, Input, Integrator, Model, Output};
@@ -182,7 +182,7 @@ impl EquationMotion {
     }
 
     /// Number D of rates that are corrected.
-    pub fn corrected(&self) -> usize {
+    pub fn corrected_count(&self) -> usize {
         self.corrected.len()
     }
 
@@ -261,7 +261,7 @@ impl EquationMotion {
     }
 
     /// Corrections of the rates, `[D]` per second, that turn state `predicted` into `after`.
-    pub fn lacking(&self, predicted: &[f64], after: &[f64], rates: &mut [f64]) {
+    pub fn required_corrections(&self, predicted: &[f64], after: &[f64], rates: &mut [f64]) {
         for (rate, &state) in rates.iter_mut().zip(&self.corrected) {
             *rate = (after[state] - predicted[state]) / self.step_s;
         }
@@ -322,7 +322,7 @@ impl EquationMotion {
     }
 }
 
-impl Motion for EquationMotion {
+impl EngineModel for EquationMotion {
     fn columns(&self) -> Vec<&str> {
         self.columns.iter().map(String::as_str).collect()
     }
@@ -426,7 +426,7 @@ mod tests {
         let (predicted, mut after, mut rates) = ([0.2, 0.5], [0.0; 2], [0.0]);
         motion.correct(&predicted, &[0.0], &[3.0], &mut after);
         assert!((after[0] - 0.215).abs() < 1e-15 && (after[1] - 0.8).abs() < 1e-15, "{after:?}");
-        motion.lacking(&predicted, &after, &mut rates);
+        motion.required_corrections(&predicted, &after, &mut rates);
         assert!((rates[0] - 3.0).abs() < 1e-12, "{rates:?}");
     }
 

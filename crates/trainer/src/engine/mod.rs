@@ -14,12 +14,12 @@ pub(crate) use equations::EquationMotion;
 pub use error::EngineError;
 pub(crate) use push::ModelPush;
 pub use system::SystemEngine;
-pub use throw::{Room, ThrowEngine};
+pub use throw::{ThrowAxes, ThrowEngine};
 
-use augsim_data::checks::Expected;
+use augsim_data::checks::ExpectedData;
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::model::ModelFile;
-use motion::Motion;
+use motion::EngineModel;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 
@@ -44,11 +44,11 @@ impl Engine {
     ///
     /// # Errors
     /// The errors of [`SystemEngine::new`].
-    pub fn of(file: &ModelFile, step_s: Option<f64>) -> Result<Self, EngineError> {
+    pub fn from_model_file(file: &ModelFile, step_s: Option<f64>) -> Result<Self, EngineError> {
         SystemEngine::new(file, step_s).map(Engine::Model)
     }
 
-    fn motion(&self) -> &dyn Motion {
+    fn motion(&self) -> &dyn EngineModel {
         match self {
             Engine::PybulletBall(ball) => ball,
             Engine::Model(system) => system.motion(),
@@ -67,7 +67,7 @@ impl Engine {
                 let step_s = self.step_s().unwrap_or(f64::NAN);
                 ThrowEngine::new(model, throw.room(), step_s).map(Engine::Throw)
             }
-            _ => Engine::of(file, self.step_s()),
+            _ => Engine::from_model_file(file, self.step_s()),
         }
     }
 
@@ -82,13 +82,13 @@ impl Engine {
     }
 
     /// Kinds of the model's effects that the engine ignores: sensor effects and random effects.
-    pub fn left_out(&self) -> &[String] {
-        self.motion().left_out()
+    pub fn ignored_effects(&self) -> &[String] {
+        self.motion().ignored_effects()
     }
 
     /// Duration of contacts that single steps treat as instantaneous, in s, if the model has one.
-    pub fn contact_s(&self) -> Option<f64> {
-        self.motion().contact_s()
+    pub fn contact_duration_s(&self) -> Option<f64> {
+        self.motion().contact_duration_s()
     }
 
     /// Names of the state columns, with units.
@@ -102,7 +102,7 @@ impl Engine {
     }
 
     /// Properties that the training data should show, such as the gravity of a falling ball.
-    pub fn expected(&self) -> Expected {
+    pub fn expected(&self) -> ExpectedData {
         self.motion().expected()
     }
 
@@ -123,8 +123,8 @@ impl Engine {
     }
 
     /// Number P of the parameters in [`trajectory_sensitivities`](Self::trajectory_sensitivities).
-    pub(crate) fn own_parameters(&self) -> usize {
-        self.motion().own_parameters()
+    pub(crate) fn sensitivity_count(&self) -> usize {
+        self.motion().sensitivity_count()
     }
 
     /// Computes how per-trajectory parameters change the state after a [`step`](Self::step), `[P, S]`.
@@ -153,12 +153,12 @@ impl Engine {
     }
 
     /// The equation model whose rates are corrected, if the engine has one.
-    pub(crate) fn rates(&self) -> Option<&EquationMotion> {
+    pub(crate) fn rate_model(&self) -> Option<&EquationMotion> {
         self.equation_engine().map(EquationEngine::motion)
     }
 
     /// The pushing engine, if a rod pushes an object: features are computed from its contacts.
-    pub(crate) fn pushing(&self) -> Option<&ModelPush> {
+    pub(crate) fn push_model(&self) -> Option<&ModelPush> {
         (self.motion() as &dyn Any).downcast_ref()
     }
 }

@@ -1,13 +1,13 @@
 //! The trait of a system that nets correct: single steps, and roll-outs from an initial state.
 
-use augsim_data::checks::Expected;
+use augsim_data::checks::ExpectedData;
 use std::any::Any;
 use std::fmt::Debug;
 
 /// A system at the nominal values of its parameters.
 /// To add one of a model file, implement this trait and construct it in
 /// [`SystemEngine::new`](super::SystemEngine::new).
-pub(super) trait Motion: Any + Debug + Send + Sync {
+pub(super) trait EngineModel: Any + Debug + Send + Sync {
     /// Names of the state columns, with units.
     fn columns(&self) -> Vec<&str>;
 
@@ -22,8 +22,8 @@ pub(super) trait Motion: Any + Debug + Send + Sync {
     }
 
     /// Properties that the training data should show.
-    fn expected(&self) -> Expected {
-        Expected::default()
+    fn expected(&self) -> ExpectedData {
+        ExpectedData::default()
     }
 
     /// Height of flat ground in the data, m, for systems that only move vertically.
@@ -35,7 +35,7 @@ pub(super) trait Motion: Any + Debug + Send + Sync {
     fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]);
 
     /// Number P of the parameters in [`trajectory_sensitivities`](Self::trajectory_sensitivities).
-    fn own_parameters(&self) -> usize {
+    fn sensitivity_count(&self) -> usize {
         0
     }
 
@@ -56,12 +56,12 @@ pub(super) trait Motion: Any + Debug + Send + Sync {
     }
 
     /// Kinds of the model's effects that the engine ignores: sensor effects and random effects.
-    fn left_out(&self) -> &[String] {
+    fn ignored_effects(&self) -> &[String] {
         &[]
     }
 
     /// Duration of contacts that single steps treat as instantaneous, in s, if the model has one.
-    fn contact_s(&self) -> Option<f64> {
+    fn contact_duration_s(&self) -> Option<f64> {
         None
     }
 }

@@ -3,12 +3,12 @@
 //! Quasi-static motion with an ellipsoidal limit surface (Lynch, Maekawa and Tanie 1992), and the effects
 //! that a discovery has added.
 
-use super::motion::Motion;
+use super::motion::EngineModel;
 use crate::push::{ACTIONS, STATES};
 use augsim_physics::model::PushModel;
 use augsim_physics::push::effects::index_of;
 use augsim_physics::push::{
-    C, CONTACT_FRICTION, Instant, Pose, Push, ROD_RADIUS, Recorded, Run, SUPPORT_FRICTION, Steps, World,
+    C_INDEX, CONTACT_FRICTION_INDEX, Instant, Pose, Push, ROD_RADIUS_INDEX, Recorded, Run, SUPPORT_FRICTION_INDEX, Steps, World,
     simulate,
 };
 
@@ -33,23 +33,23 @@ impl ModelPush {
 
     /// Ratio of maximum moment to maximum force of the limit surface, m.
     pub fn c_m(&self) -> f64 {
-        self.parameters[C]
+        self.parameters[C_INDEX]
     }
 
     /// Friction coefficient between rod and object.
     pub fn contact_friction(&self) -> f64 {
-        self.parameters[CONTACT_FRICTION]
+        self.parameters[CONTACT_FRICTION_INDEX]
     }
 
     /// Radius of the rod, m.
     pub fn rod_radius_m(&self) -> f64 {
-        self.parameters[ROD_RADIUS]
+        self.parameters[ROD_RADIUS_INDEX]
     }
 
     /// Friction coefficient between object and support.
     /// Quasi-static motion does not depend on it; the nets' features use it for the coasting distance.
     pub fn support_friction(&self) -> f64 {
-        self.parameters[SUPPORT_FRICTION]
+        self.parameters[SUPPORT_FRICTION_INDEX]
     }
 
     /// The object and its effects.
@@ -94,7 +94,7 @@ impl ModelPush {
     }
 }
 
-impl Motion for ModelPush {
+impl EngineModel for ModelPush {
     fn columns(&self) -> Vec<&str> {
         STATES.to_vec()
     }
@@ -111,7 +111,7 @@ impl Motion for ModelPush {
         self.poses(start, actions)
     }
 
-    fn left_out(&self) -> &[String] {
+    fn ignored_effects(&self) -> &[String] {
         &self.left_out
     }
 }

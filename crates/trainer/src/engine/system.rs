@@ -2,7 +2,7 @@
 
 use super::ball::ModelBall;
 use super::error::EngineError;
-use super::motion::Motion;
+use super::motion::EngineModel;
 use super::push::ModelPush;
 use augsim_physics::ball::Axes;
 use augsim_physics::model::ModelFile;
@@ -17,7 +17,7 @@ use std::sync::Arc;
 #[serde(try_from = "SerialisedEngine", into = "SerialisedEngine")]
 pub struct SystemEngine {
     serialised: SerialisedEngine,
-    motion: Arc<dyn Motion>,
+    motion: Arc<dyn EngineModel>,
 }
 
 /// The serialised form of an engine in configurations and checkpoints.
@@ -37,7 +37,7 @@ impl SystemEngine {
     /// # Errors
     /// [`EngineError`] if an effect depends on more than the states, or the step is not positive.
     pub fn new(file: &ModelFile, step_s: Option<f64>) -> Result<Self, EngineError> {
-        let (model, motion): (String, Arc<dyn Motion>) = match file {
+        let (model, motion): (String, Arc<dyn EngineModel>) = match file {
             ModelFile::Ball(model) => (
                 model.to_toml(),
                 Arc::new(ModelBall::new(model, Axes::Vertical, step_s.unwrap_or(f64::NAN))?),
@@ -52,7 +52,7 @@ impl SystemEngine {
         &self.serialised.model
     }
 
-    pub(super) fn motion(&self) -> &dyn Motion {
+    pub(super) fn motion(&self) -> &dyn EngineModel {
         &*self.motion
     }
 }

@@ -11,18 +11,18 @@ use std::sync::Arc;
 /// The coordinates in which a throw was measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Room {
+pub enum ThrowAxes {
     /// `x_m`, `z_m`.
     Plane,
     /// `x_m`, `y_m`, `z_m`.
     Space,
 }
 
-impl Room {
+impl ThrowAxes {
     fn axes(self) -> Axes {
         match self {
-            Room::Plane => Axes::Plane,
-            Room::Space => Axes::Space,
+            ThrowAxes::Plane => Axes::Plane,
+            ThrowAxes::Space => Axes::Space,
         }
     }
 }
@@ -39,7 +39,7 @@ pub struct ThrowEngine {
 /// The serialised form of an engine in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct SerialisedEngine {
-    room: Room,
+    room: ThrowAxes,
     /// Seconds from one sample to the next.
     step_s: f64,
     /// Text of the model file.
@@ -51,13 +51,13 @@ impl ThrowEngine {
     ///
     /// # Errors
     /// As [`SystemEngine::new`](super::SystemEngine::new).
-    pub fn new(model: &Model, room: Room, step_s: f64) -> Result<Self, EngineError> {
+    pub fn new(model: &Model, room: ThrowAxes, step_s: f64) -> Result<Self, EngineError> {
         let motion = Arc::new(ModelBall::new(model, room.axes(), step_s)?);
         Ok(ThrowEngine { serialised: SerialisedEngine { room, step_s, model: model.to_toml() }, motion })
     }
 
     /// The coordinates in which the ball moves.
-    pub fn room(&self) -> Room {
+    pub fn room(&self) -> ThrowAxes {
         self.serialised.room
     }
 

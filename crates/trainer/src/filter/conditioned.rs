@@ -26,31 +26,31 @@ const EXACT_SCALE: f64 = 1e-6;
 
 /// A forecaster from the first row whose samples are conditioned on further observed rows.
 #[derive(Clone, Copy)]
-pub struct Conditioned<'m> {
+pub struct ConditionedForecaster<'m> {
     model: &'m dyn Forecaster,
     /// Maximum number of principal components of the observed rows.
     max_components: usize,
 }
 
-impl std::fmt::Debug for Conditioned<'_> {
+impl std::fmt::Debug for ConditionedForecaster<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Conditioned").field("model", &self.model.name()).finish()
     }
 }
 
-impl<'m> Conditioned<'m> {
+impl<'m> ConditionedForecaster<'m> {
     /// Conditions the forecasts of `model` on the observed rows.
     pub fn new(model: &'m dyn Forecaster) -> Self {
-        Conditioned { model, max_components: MAX_COMPONENTS }
+        ConditionedForecaster { model, max_components: MAX_COMPONENTS }
     }
 
     /// Forecasts of `model` that ignore all observed rows after the first: the baseline.
     pub fn unconditioned(model: &'m dyn Forecaster) -> Self {
-        Conditioned { model, max_components: 0 }
+        ConditionedForecaster { model, max_components: 0 }
     }
 }
 
-impl PrefixForecaster for Conditioned<'_> {
+impl PrefixForecaster for ConditionedForecaster<'_> {
     fn forecasts(
         &self,
         prefix: Prefix<'_>,
@@ -179,7 +179,7 @@ mod tests {
         });
         let prefix =
             Prefix { id: "a", rows: &rows, sensor: &sensor, start: &start, actions: &[], time, index: 0 };
-        let forecast = Conditioned::new(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
+        let forecast = ConditionedForecaster::new(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
         let samples = forecast.expect("a forecast").remove(0);
         // The prior has precision 1, and row t adds t²/NOISE². The first row is exact and carries no
         // information.
@@ -203,7 +203,7 @@ mod tests {
             "{variance} against {expected_variance}"
         );
         let unconditioned =
-            Conditioned::unconditioned(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
+            ConditionedForecaster::unconditioned(&Lines).forecasts(prefix, &[n], FilterSettings::new(1, 1));
         let task = Task { start: &rows[..1], actions: &[], time, index: 0 };
         let drawn = Lines.forecast(task, 500).expect("draws");
         let (unconditioned, index) = (unconditioned.expect("a forecast").remove(0), n * 500);

@@ -3,7 +3,7 @@
 use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
 use super::score::{FilteredScore, tally_forecast};
 use super::{InitialStatePrior, Sensor};
-use crate::in_order;
+use crate::collect_in_order;
 use crate::score::Scoring;
 use crate::{Samples, Sequence, Sequences, TrainerError};
 use augsim_data::random_stream;
@@ -79,7 +79,7 @@ pub(super) fn map_forecasts<T: Send>(
                 .collect())
         },
     );
-    in_order(results)
+    collect_in_order(results)
 }
 
 /// Rows `[T, S]` of a trajectory with simulated measurement noise; NaN in unobserved columns.

@@ -7,12 +7,12 @@ use crate::{Samples, Sequences, TrainerError};
 
 /// The forecasts of a model after the prefixes of one set; other forecasts are refused.
 #[derive(Debug, Clone)]
-pub struct Kept {
+pub struct CachedForecasts {
     /// Number of observed rows and forecast, `[trajectory][prefix]`.
     forecasts_by_prefix: Vec<Vec<(usize, Samples)>>,
 }
 
-impl Kept {
+impl CachedForecasts {
     /// Computes the forecasts for `set` as [`super::evaluate_filtered`] does.
     /// `lengths [trajectory][prefix]` are the ascending numbers of observed rows.
     ///
@@ -26,11 +26,11 @@ impl Kept {
         settings: FilterSettings,
     ) -> Result<Self, TrainerError> {
         let keep = |_: usize, n: usize, samples: Samples| (n, samples);
-        Ok(Kept { forecasts_by_prefix: map_forecasts(model, set, known, (lengths, settings), &keep)? })
+        Ok(CachedForecasts { forecasts_by_prefix: map_forecasts(model, set, known, (lengths, settings), &keep)? })
     }
 }
 
-impl PrefixForecaster for Kept {
+impl PrefixForecaster for CachedForecasts {
     fn forecasts(
         &self,
         prefix: Prefix<'_>,
@@ -91,7 +91,7 @@ mod tests {
         let known = (&Sensor::exact(1), &InitialStatePrior { mean: vec![0.0], sd: vec![1.0] });
         let settings = FilterSettings { is_measured: true, ..FilterSettings::new(1, 1) };
         let (model, lengths) = (CallCounter(AtomicUsize::new(0)), vec![vec![2, 3]; 3]);
-        let kept = Kept::of(&model, &set, known, &lengths, settings).unwrap();
+        let kept = CachedForecasts::of(&model, &set, known, &lengths, settings).unwrap();
         let calls = model.0.load(Ordering::Relaxed);
         for factors in [[1.0, 1.0], [2.0, 3.0]] {
             let score = |model: &dyn PrefixForecaster| {

@@ -23,8 +23,8 @@ use crate::league::Extents;
 use crate::prepared::Prepared;
 use crate::scales::positive;
 use crate::score::median_of;
-use crate::tiles::{Shared, Workspace, clip, gather};
-use crate::{Samples, Sequence, Sequences, TrainerError, in_order};
+use crate::tiles::{TileContext, Workspace, clip, sum_gradients};
+use crate::{Samples, Sequence, Sequences, TrainerError, collect_in_order};
 use augsim_data::random_stream;
 use augsim_nn::{Adam, AdamState, Params, StepDecay};
 use augsim_physics::statistics::median;
@@ -209,7 +209,7 @@ impl ForecastCorrection {
             )?;
             Ok::<_, TrainerError>((net, params))
         });
-        let (mut nets, params): (Vec<ForecastNet>, Vec<Params<f32>>) = in_order(folds)?.into_iter().unzip();
+        let (mut nets, params): (Vec<ForecastNet>, Vec<Params<f32>>) = collect_in_order(folds)?.into_iter().unzip();
         let mut correction = ForecastCorrection { net: nets.swap_remove(0), params, scales, shrinkage: 0.0 };
         correction.shrinkage = correction.choose_shrinkage(&prepared);
         Ok(correction)
@@ -241,7 +241,7 @@ impl ForecastCorrection {
     }
 
     /// Shrinkage factor that multiplies the correction.
-    pub fn trust(&self) -> f64 {
+    pub fn shrinkage(&self) -> f64 {
         self.shrinkage
     }
 }
@@ -268,8 +268,8 @@ fn train_net(
         // Trajectories of similar length share a tile, which wastes fewer lanes.
         chosen.sort_unstable_by_key(|&i| (std::cmp::Reverse(prepared[i].time), i));
         let scale = 1.0 / (batch as f64 * mean_values);
-        workspace.run_all(Shared { net, params: &*params, all: prepared, scale, seed }, chosen, 0)?;
-        let loss = gather(&workspace.results, scale, &mut grads).misfit;
+        workspace.run_all(TileContext { net, params: &*params, train_set: prepared, scale, seed }, chosen, 0)?;
+        let loss = sum_gradients(&workspace.results, scale, &mut grads).misfit;
         let norm = clip(&mut grads, Some(CLIP));
         let rate = LEARNING_RATE.at(iteration);
         if !loss.is_finite() || !norm.is_finite() {
@@ -282,21 +282,21 @@ fn train_net(
 
 /// Another model's forecasts with the learned correction applied.
 #[derive(Clone, Copy)]
-pub struct Corrected<'a> {
+pub struct CorrectedForecaster<'a> {
     model: &'a dyn PrefixForecaster,
     correction: &'a ForecastCorrection,
     is_cross_validated: bool,
 }
 
-impl<'a> Corrected<'a> {
+impl<'a> CorrectedForecaster<'a> {
     /// Corrects the forecasts of `model` by the mean of all nets.
     pub fn new(model: &'a dyn PrefixForecaster, correction: &'a ForecastCorrection) -> Self {
-        Corrected { model, correction, is_cross_validated: false }
+        CorrectedForecaster { model, correction, is_cross_validated: false }
     }
 
     /// Corrects forecasts of the training trajectories, each by the net that was trained without it.
-    pub fn crossed(model: &'a dyn PrefixForecaster, correction: &'a ForecastCorrection) -> Self {
-        Corrected { model, correction, is_cross_validated: true }
+    pub fn out_of_fold(model: &'a dyn PrefixForecaster, correction: &'a ForecastCorrection) -> Self {
+        CorrectedForecaster { model, correction, is_cross_validated: true }
     }
 
     /// Location and scale `[horizon, S]` of the correction of a forecast, in units of [`Scales::unit`].
@@ -318,7 +318,7 @@ impl<'a> Corrected<'a> {
     }
 }
 
-impl PrefixForecaster for Corrected<'_> {
+impl PrefixForecaster for CorrectedForecaster<'_> {
     fn forecasts(
         &self,
         prefix: Prefix<'_>,
@@ -419,11 +419,11 @@ mod tests {
     fn a_common_curvature_is_corrected() {
         let (train, test) = (curved_trajectories(40, 1e-3, "train"), curved_trajectories(20, 1e-3, "test"));
         let correction = learn_correction(&train).unwrap();
-        let corrected = Corrected::new(&LinearExtrapolation, &correction);
+        let corrected = CorrectedForecaster::new(&LinearExtrapolation, &correction);
         let [before, after] = [error(&LinearExtrapolation, &test), error(&corrected, &test)];
-        assert!(after < 0.5 * before, "{before} m before, {after} m after, trust {}", correction.trust());
+        assert!(after < 0.5 * before, "{before} m before, {after} m after, trust {}", correction.shrinkage());
         let [before_on_train, crossed] = [error(&LinearExtrapolation, &train), {
-            error(&Corrected::crossed(&LinearExtrapolation, &correction), &train)
+            error(&CorrectedForecaster::out_of_fold(&LinearExtrapolation, &correction), &train)
         }];
         assert!(crossed < 0.5 * before_on_train, "{before_on_train} m before, {crossed} m after");
     }
@@ -434,9 +434,9 @@ mod tests {
         let correction = learn_correction(&train).unwrap();
         let [before, after] = [
             error(&LinearExtrapolation, &test),
-            error(&Corrected::new(&LinearExtrapolation, &correction), &test),
+            error(&CorrectedForecaster::new(&LinearExtrapolation, &correction), &test),
         ];
-        assert!(after < 1.05 * before, "{before} m before, {after} m after, trust {}", correction.trust());
+        assert!(after < 1.05 * before, "{before} m before, {after} m after, trust {}", correction.shrinkage());
     }
 
     #[test]

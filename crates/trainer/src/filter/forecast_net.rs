@@ -9,7 +9,7 @@
 //! up to a constant (Lange, Little and Taylor 1989).
 
 use crate::league::{Extents, operands, zero};
-use crate::nets::tile::{LossVars, Losses, Tile, masked_sum, pull_back};
+use crate::nets::tile::{LossVars, Losses, Tile, masked_sum, backpropagate};
 use crate::tiles::Trainable;
 use augsim_nn::inference::{GaussianRunner, GruRunner};
 use augsim_nn::{Bound, GaussianHead, Gru, Params};
@@ -96,7 +96,7 @@ impl Trainable for ForecastNet {
         scale: f64,
     ) -> Result<Losses<f32>, TensorError> {
         let loss = self.loss(tape, p, tile)?;
-        pull_back(tape, loss, scale)
+        backpropagate(tape, loss, scale)
     }
 }
 

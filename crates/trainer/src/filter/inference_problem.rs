@@ -57,7 +57,7 @@ impl InferenceProblem<'_> {
         let offsets = match (&offsets[..], self.has_shared_offset) {
             ([], _) => Offsets::None,
             ([offset, ..], true) => Offsets::Shared(*offset),
-            (offsets, false) => Offsets::Each(offsets),
+            (offsets, false) => Offsets::PerEvent(offsets),
         };
         let window = 0..samples;
         let task =

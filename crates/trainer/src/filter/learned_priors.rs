@@ -92,7 +92,7 @@ impl LearnedPriors {
     }
 
     /// Each quantity with the mean and the standard deviation of its prior.
-    pub fn laws(&self) -> &[(Seed, f64, f64)] {
+    pub fn normal_priors(&self) -> &[(Seed, f64, f64)] {
         &self.laws
     }
 

@@ -19,7 +19,7 @@ const DIFFERENCE_STEPS: [f64; 3] = [1e-5, 1e-4, 1e-4];
 
 /// Unknowns that are fitted besides the initial height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Freedom {
+pub enum FreeParameters {
     /// None: the engine as declared.
     Height,
     /// Restitution and damping: the engine calibrated on the prefix.
@@ -34,7 +34,7 @@ pub struct FittedDrop {
     /// The engine, with its declared values.
     pub ball: BulletBall,
     /// Unknowns that are fitted besides the initial height.
-    pub freedom: Freedom,
+    pub freedom: FreeParameters,
 }
 
 impl FittedDrop {
@@ -56,8 +56,8 @@ impl FittedDrop {
             let others = if is_free { others } else { &[] };
             [declared].into_iter().chain(others.iter().copied()).collect()
         };
-        let restitutions = start_values(declared[1], &START_RESTITUTIONS, self.freedom != Freedom::Height);
-        let dampings = start_values(declared[2], &START_DAMPINGS, self.freedom == Freedom::Calibrated);
+        let restitutions = start_values(declared[1], &START_RESTITUTIONS, self.freedom != FreeParameters::Height);
+        let dampings = start_values(declared[2], &START_DAMPINGS, self.freedom == FreeParameters::Calibrated);
         let mut best: Option<(f64, [f64; 3])> = None;
         for &damping in &dampings {
             for &restitution in &restitutions {
@@ -72,9 +72,9 @@ impl FittedDrop {
 
     fn free_parameters(&self) -> &'static [usize] {
         match self.freedom {
-            Freedom::Height => &[0],
-            Freedom::Calibrated => &[0, 1, 2],
-            Freedom::Restitution => &[0, 1],
+            FreeParameters::Height => &[0],
+            FreeParameters::Calibrated => &[0, 1, 2],
+            FreeParameters::Restitution => &[0, 1],
         }
     }
 

@@ -37,13 +37,13 @@ mod system;
 mod trajectory_regression;
 mod weights;
 
-pub use conditioned::Conditioned;
+pub use conditioned::ConditionedForecaster;
 pub use engine::EngineTransition;
 pub use evaluate::{evaluate_filtered, measured_rows, same_prefix_lengths};
-pub use forecast_cache::Kept;
-pub use forecast_correction::{Corrected, ForecastCorrection};
+pub use forecast_cache::CachedForecasts;
+pub use forecast_correction::{CorrectedForecaster, ForecastCorrection};
 pub use learned_priors::LearnedPriors;
-pub use least_squares::{FittedDrop, Freedom};
+pub use least_squares::{FittedDrop, FreeParameters};
 pub use net::NetTransition;
 pub use particle_filter::Filter;
 pub use prefix::{FilterSettings, Prefix, PrefixForecaster};

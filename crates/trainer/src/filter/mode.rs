@@ -71,7 +71,7 @@ impl Mode {
     }
 
     /// Root mean square residual of each channel; the assumed noise level where nothing was measured.
-    pub fn rms(&self, problem: &InferenceProblem<'_>) -> Vec<f64> {
+    pub fn rmse(&self, problem: &InferenceProblem<'_>) -> Vec<f64> {
         let mut simulated = Simulated::default();
         let (rows, channels) = (problem.observed_rows(), problem.sd.len());
         if !problem.simulate(&self.values, rows, &[], &mut simulated) {

@@ -258,7 +258,7 @@ impl<'m> Filter<'m> {
             return Err(TrainerError::Row { row: t, expected, found: row.len(), rows });
         }
         match self.sensor.observed_columns().find(|(j, _)| !row[*j].is_finite()) {
-            Some((column, _)) => Err(TrainerError::Unseen { row: t, column }),
+            Some((column, _)) => Err(TrainerError::MissingMeasurement { row: t, column }),
             None => Ok(()),
         }
     }

@@ -63,7 +63,7 @@ impl<'a> Prefix<'a> {
     pub(super) fn check_measured(&self, rows: &[f64]) -> Result<(), TrainerError> {
         let s = self.sensor.sd().len();
         let missing = rows.iter().position(|v| !v.is_finite());
-        missing.map_or(Ok(()), |i| Err(TrainerError::Unseen { row: i / s, column: i % s }))
+        missing.map_or(Ok(()), |i| Err(TrainerError::MissingMeasurement { row: i / s, column: i % s }))
     }
 }
 

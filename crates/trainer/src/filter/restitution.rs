@@ -1,6 +1,6 @@
 //! PyBullet's ball with a random restitution per drop as a transition model.
 
-use super::{FittedDrop, Freedom, Moments, Sensor, TransitionModel};
+use super::{FittedDrop, FreeParameters, Moments, Sensor, TransitionModel};
 use crate::{Sequence, Sequences, TrainerError};
 use augsim_physics::ball::bullet::{BulletBall, BulletState};
 use rand_distr::{Distribution, StandardNormal};
@@ -31,16 +31,16 @@ impl RandomRestitution {
     /// fitted with it. All other parameters stay as declared.
     pub fn fitted(ball: BulletBall, train: &Sequences) -> Self {
         let sensor = Sensor::with_sd([FIT_SD; 2]);
-        let fit = |ball: BulletBall, freedom: Freedom| -> Vec<BulletBall> {
+        let fit = |ball: BulletBall, freedom: FreeParameters| -> Vec<BulletBall> {
             let drop = FittedDrop { ball, freedom };
             let fit_drop = |q: &Sequence| drop.fitted(&q.states[..2 * FITTED_ROWS.min(q.time)], &sensor);
             train.items.par_iter().map(fit_drop).collect()
         };
-        let mut dampings: Vec<f64> = fit(ball, Freedom::Calibrated).iter().map(|b| b.damping).collect();
+        let mut dampings: Vec<f64> = fit(ball, FreeParameters::Calibrated).iter().map(|b| b.damping).collect();
         dampings.sort_by(f64::total_cmp);
         let damping = dampings.get(dampings.len() / 2).copied().unwrap_or(ball.damping);
         let ball = BulletBall { damping, ..ball };
-        let restitutions: Vec<f64> = fit(ball, Freedom::Restitution).iter().map(|b| b.restitution).collect();
+        let restitutions: Vec<f64> = fit(ball, FreeParameters::Restitution).iter().map(|b| b.restitution).collect();
         let n = restitutions.len().max(1) as f64;
         let mean = restitutions.iter().sum::<f64>() / n;
         let variance = restitutions.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);

@@ -38,7 +38,7 @@ pub struct FilteredScore {
     /// Of the first measure.
     pub rest_percent: f64,
     /// Mean error of the median in the last 70 % of the samples: the same rows for prefixes up to 30 %.
-    pub common: Vec<f64>,
+    pub last_70_percent: Vec<f64>,
     /// Fair continuous ranked probability score over the forecast rows.
     pub crps: Vec<f64>,
     /// Median over trajectories of the mean continuous ranked probability score over the forecast rows.
@@ -162,7 +162,7 @@ impl FilteredScore {
             median_rest: medians(&|t, k| t.errors[k]),
             median_crps: medians(&|t, k| t.crps[k]),
             rest_percent: 100.0 * sum(&|t| t.errors[0]) / sum(&|t| t.distance_rest),
-            common: divided(sums(&|t, k| t.common[k]), common),
+            last_70_percent: divided(sums(&|t, k| t.common[k]), common),
             crps: divided(sums(&|t, k| t.crps[k]), rows),
             coverage50: coverage(0),
             coverage90: coverage(1),
@@ -186,7 +186,7 @@ mod tests {
         assert_eq!(score.whole, [1.5 / 4.0]);
         assert_eq!(score.whole_percent, 100.0 * 1.5 / 10.0);
         assert_eq!((score.rest, score.rest_percent), (vec![0.75], 100.0 * 1.5 / 3.0));
-        assert_eq!((score.common, score.crps), (vec![0.75], vec![0.75]));
+        assert_eq!((score.last_70_percent, score.crps), (vec![0.75], vec![0.75]));
         assert_eq!(score.coverage90, None);
     }
 

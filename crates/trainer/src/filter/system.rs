@@ -75,7 +75,7 @@ impl SystemFilter {
     /// `noise` of each channel ([`super::LearnedPriors::noise`]) is used where neither the sensor nor the model file
     /// states it.
     #[must_use]
-    pub fn with_laws(mut self, laws: &[(Seed, f64, f64)], noise: &[f64]) -> Self {
+    pub fn with_normal_priors(mut self, laws: &[(Seed, f64, f64)], noise: &[f64]) -> Self {
         for (seed, mean, sd) in laws {
             if let Some(index) = self.unknowns.iter().position(|u| u.seed == *seed) {
                 self.set_prior(index, (*mean, *sd));
@@ -207,7 +207,7 @@ impl SystemFilter {
             // The fit is repeated twice, because the estimated noise decides how strongly the priors pull.
             for _ in 0..2 {
                 let freedom = readings as f64 / (readings - flat_unknowns) as f64;
-                let rms = mode.rms(&problem);
+                let rms = mode.rmse(&problem);
                 for ((sd, noise_sd), rms) in problem.sd.iter_mut().zip(&noise_sd).zip(rms) {
                     *sd = noise_sd.unwrap_or(rms * freedom.sqrt()).max(MIN_SD);
                 }

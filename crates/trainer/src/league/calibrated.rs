@@ -19,7 +19,7 @@ use crate::{Engine, Samples, Sequences, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::model::ModelFile;
-use augsim_physics::push::{C, CONTACT_FRICTION, ROD_RADIUS};
+use augsim_physics::push::{C_INDEX, CONTACT_FRICTION_INDEX, ROD_RADIUS_INDEX};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -88,7 +88,7 @@ fn engine_with(engine: &Engine, values: &[f64]) -> Result<Engine, TrainerError> 
             Ok(Engine::PybulletBall(BulletBall { restitution: values[0], damping: values[1], ..*ball }))
         }
         (_, Some(ModelFile::Push(mut model))) => {
-            for (index, value) in [C, CONTACT_FRICTION, ROD_RADIUS].into_iter().zip(values) {
+            for (index, value) in [C_INDEX, CONTACT_FRICTION_INDEX, ROD_RADIUS_INDEX].into_iter().zip(values) {
                 model.parameters[index].nominal = *value;
             }
             engine.with_model(&ModelFile::Push(model)).map_err(mismatch)
@@ -305,7 +305,7 @@ impl Fitted for Calibrated {
             _ => search(engine, &fit_set)?,
         };
         let (fitted, s) = (engine_with(engine, &values)?, self.states);
-        let length_m = fitted.pushing().map(ModelPush::c_m);
+        let length_m = fitted.push_model().map(ModelPush::c_m);
         let mut errors = vec![Vec::new(); s];
         for q in &fit_set.items {
             let path = fitted.rollout(q.state(0), &q.actions, q.time);
@@ -331,7 +331,7 @@ impl Fitted for Calibrated {
         let (physics, variances) = values.split_at(self.free);
         let engine = engine_with(&settings.engine, physics)?;
         let (s, path) = (self.states, engine.rollout(task.start, task.actions, task.time));
-        let lengths = path_lengths(&path, s, engine.pushing().map(ModelPush::c_m));
+        let lengths = path_lengths(&path, s, engine.push_model().map(ModelPush::c_m));
         let mut rng = random_stream(settings.seed, "calibrated", task.index);
         let mut draw = || -> f64 { StandardNormal.sample(&mut rng) };
         let persistent: Vec<f64> = (0..s * samples).map(|_| draw()).collect();

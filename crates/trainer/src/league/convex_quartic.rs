@@ -17,14 +17,14 @@ use super::contact::Contact;
 use super::strides::{self, CorrectionSampler, ROD_MOTION_WIDTH, rod_motions};
 use super::{Class, Defaults, Fitted, Kind, Trained};
 use crate::league::inputs::ClassInputs;
-use crate::least_squares::{Block, Descent};
+use crate::least_squares::{Block, LevenbergMarquardt};
 use crate::score::crps_from_samples;
 use crate::settings::Settings;
 use crate::{Samples, Sequence, Sequences, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_nn::Params;
 use augsim_physics::push::surface::Surface;
-use augsim_physics::push::surface::quartic::{Quartic, TERMS};
+use augsim_physics::push::surface::quartic::{Quartic, QUADRATIC_FORMS};
 use augsim_physics::push::{ContactFriction, Support};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -34,7 +34,7 @@ use std::sync::Arc;
 /// Number of entries of the triangular factor of a form.
 const FACTOR: usize = 6;
 /// Number of fitted values: the factors, and the logarithm of the contact friction.
-const UNKNOWNS: usize = TERMS * FACTOR + 1;
+const UNKNOWNS: usize = QUADRATIC_FORMS * FACTOR + 1;
 /// Maximum number of strides in the fit.
 const MAX_STRIDES: usize = 1500;
 /// Number of training pushes on which the spreads of the stochastic variant are chosen.
@@ -48,7 +48,7 @@ const FRICTION_DEVIATIONS: [f64; 4] = [0.0, 0.1, 0.25, 0.5];
 /// Added to the diagonal of each form, so that no form is singular.
 const RIDGE: f64 = 1e-3;
 /// Options of the least-squares fit.
-const DESCENT: Descent = Descent { nudge: 1e-4, reach: 0.3, iterations: 25 };
+const DESCENT: LevenbergMarquardt = LevenbergMarquardt { difference_step: 1e-4, max_change: 0.3, max_iterations: 25 };
 
 const fn class(make: fn(&Settings) -> Result<Arc<dyn Fitted>, TrainerError>) -> Class {
     Class {
@@ -161,7 +161,7 @@ impl CorrectionSampler for ModelPerLane<'_> {
 impl ConvexQuartic {
     /// Contact model of the run's engine.
     fn contact(settings: &Settings) -> Result<Contact, TrainerError> {
-        settings.engine.pushing().map(Contact::of).ok_or_else(|| crate::Difference::OtherSystem.into())
+        settings.engine.push_model().map(Contact::of).ok_or_else(|| crate::Difference::OtherSystem.into())
     }
 
     /// Computes the mean over pushes of the CRPS of the final pose, m.
@@ -197,7 +197,7 @@ impl ConvexQuartic {
 
 impl Fitted for ConvexQuartic {
     fn parameters(&self) -> Vec<(&'static str, usize)> {
-        vec![("forms", TERMS * FACTOR), ("friction", 1), ("freedom", 1), ("deviation", 1)]
+        vec![("forms", QUADRATIC_FORMS * FACTOR), ("friction", 1), ("freedom", 1), ("deviation", 1)]
     }
 
     fn is_deterministic(&self) -> bool {

@@ -168,7 +168,7 @@ impl Fitted for GpResidual {
             value: format!("{} pushes", train.items.len()),
             rule: "must contain at least 20 strides with contact to fit a Gaussian process",
         };
-        let push = settings.engine.pushing().ok_or_else(too_few)?;
+        let push = settings.engine.push_model().ok_or_else(too_few)?;
         let mut rows: Vec<Row> = Vec::new();
         // Large sets are thinned to about MAX_POINTS pushes, each of which has several strides.
         let spacing = (train.items.len() / MAX_POINTS).max(1);
@@ -230,7 +230,7 @@ impl Fitted for GpResidual {
     ) -> Result<Samples, TrainerError> {
         let settings = trained.settings;
         let processes = self.processes.get_or_init(|| Processes::restore(&trained.values()));
-        let (Some(processes), Some(push)) = (processes, settings.engine.pushing()) else {
+        let (Some(processes), Some(push)) = (processes, settings.engine.push_model()) else {
             return Err(crate::Difference::Unfinished.into());
         };
         let mut rng = random_stream(settings.seed, "gp-residual", 1 + task.index);

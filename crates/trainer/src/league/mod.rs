@@ -92,7 +92,7 @@ pub(crate) struct Class {
 impl Class {
     /// Reason why the class cannot work with an engine, if it cannot.
     pub fn rejection_reason(&self, engine: &Engine) -> Option<&'static str> {
-        (self.is_pushing_only && engine.pushing().is_none()).then_some("is for pushing only")
+        (self.is_pushing_only && engine.push_model().is_none()).then_some("is for pushing only")
     }
 
     /// Default settings of a run of `recipe`, which has this class.
@@ -103,7 +103,7 @@ impl Class {
             recipe,
             seed,
             iterations,
-            batch: if engine.rates().is_some() { 32 } else { 100 },
+            batch: if engine.rate_model().is_some() { 32 } else { 100 },
             clip_norm: Some(100.0),
             learning_rate: StepDecay {
                 initial: learning_rate,

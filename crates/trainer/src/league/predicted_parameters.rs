@@ -73,9 +73,9 @@ fn displacements_with_jacobian<T: Scalar>(
                 let unit = value(4 + j);
                 // Beyond the end of a shorter trajectory the rows are 0, and so is the unit.
                 let factor = if unit > 0.0 { 1.0 / unit } else { 0.0 };
-                values[(t * 3 + j) * lanes + lane] = T::of(moved.value * factor);
+                values[(t * 3 + j) * lanes + lane] = T::from_f64(moved.value * factor);
                 for (k, d) in moved.d.iter().enumerate() {
-                    jacobian[((t * 3 + j) * INPUTS + k) * lanes + lane] = T::of(d * factor);
+                    jacobian[((t * 3 + j) * INPUTS + k) * lanes + lane] = T::from_f64(d * factor);
                 }
             }
         }
@@ -101,7 +101,7 @@ impl PredictedParameters {
         params: &mut Params<T>,
     ) -> Self {
         let h = settings.net.hidden;
-        let contact = settings.engine.pushing().map(Contact::of);
+        let contact = settings.engine.push_model().map(Contact::of);
         PredictedParameters {
             extents,
             hidden: Mlp::new(params, "step", &[extents.condition - ROD_MOTION_WIDTH, h, h]),

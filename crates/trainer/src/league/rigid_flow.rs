@@ -176,7 +176,7 @@ impl RigidFlow {
             motions: Linear::new(params, "motions", h, BODIES * MOTION),
             grouping: Mlp::new(params, "grouping", &[ROD_POSITION + 2, h / 2, h / 2]),
             affinities: Linear::new(params, "affinities", h / 2, BODIES),
-            scene: settings.engine.pushing().map(Scene::new),
+            scene: settings.engine.push_model().map(Scene::new),
         }
     }
 }
@@ -312,8 +312,8 @@ impl<T: Scalar> PointFlow<T> {
                 };
                 for j in 0..2 {
                     let index = (t * 2 + j) * lanes + lane;
-                    out.point[index] = T::of(point[j] / scene.c_m);
-                    out.flow[index] = T::of(if unit[0] > 0.0 { flow[j] / unit[0] } else { 0.0 });
+                    out.point[index] = T::from_f64(point[j] / scene.c_m);
+                    out.flow[index] = T::from_f64(if unit[0] > 0.0 { flow[j] / unit[0] } else { 0.0 });
                 }
             }
         }
@@ -340,9 +340,9 @@ fn flows_with_jacobian<T: Scalar>(rows: &Rows<'_, T>, k: usize, inputs: &[T]) ->
             let duals: [Dual<INPUTS>; INPUTS] = std::array::from_fn(variable);
             let flow = flow(point, &duals[..BODIES], &duals[BODIES..], [unit[0], unit[0], unit[2]]);
             for (j, flow) in flow.iter().enumerate() {
-                values[(t * 2 + j) * lanes + lane] = T::of(flow.value / unit[0]);
+                values[(t * 2 + j) * lanes + lane] = T::from_f64(flow.value / unit[0]);
                 for (i, d) in flow.d.iter().enumerate() {
-                    jacobian[((t * 2 + j) * INPUTS + i) * lanes + lane] = T::of(d / unit[0]);
+                    jacobian[((t * 2 + j) * INPUTS + i) * lanes + lane] = T::from_f64(d / unit[0]);
                 }
             }
         }

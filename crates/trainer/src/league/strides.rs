@@ -10,7 +10,7 @@ use crate::engine::{Engine, EquationMotion, ModelPush};
 use crate::prepared::Prepared;
 use crate::push::StartFrame;
 use crate::rates::features as rates;
-use crate::rates::roll::{Motions, repeat_starts, roll as roll_out_motion};
+use crate::rates::roll_out::{RollOuts, repeat_starts, roll_out as roll_out_motion};
 use crate::scales::{Scales, positive};
 use crate::sequences::{Sequence, Sequences};
 use crate::settings::Settings;
@@ -67,10 +67,10 @@ pub(crate) fn prepare_push_strides(settings: &Settings, scales: &Scales, q: &Seq
 
 /// Returns the number of features per step.
 pub(crate) fn width(settings: &Settings, physics: bool) -> usize {
-    if let Some(motion) = settings.engine.rates() {
+    if let Some(motion) = settings.engine.rate_model() {
         return rates::width(motion);
     }
-    match settings.engine.pushing() {
+    match settings.engine.push_model() {
         Some(_) => PUSH_FEATURES + if physics { PHYSICS_FEATURES } else { 0 },
         None => (if physics { 5 } else { 2 }) * settings.engine.columns().len(),
     }
@@ -78,10 +78,10 @@ pub(crate) fn width(settings: &Settings, physics: bool) -> usize {
 
 /// Sizes of the scales: mean, sd, step, correction.
 pub(crate) fn scale_sizes(settings: &Settings, physics: bool, state: usize) -> [usize; 4] {
-    if let Some(motion) = settings.engine.rates() {
+    if let Some(motion) = settings.engine.rate_model() {
         return rates::scale_sizes(motion);
     }
-    match settings.engine.pushing() {
+    match settings.engine.push_model() {
         Some(_) => [width(settings, physics), width(settings, physics), 0, state],
         None => [state; 4],
     }
@@ -108,10 +108,10 @@ fn write_ball_features(scales: &Scales, physics: bool, now: &[f64], next: &[f64]
 /// Fits the scales on a training set.
 pub(crate) fn fit(settings: &Settings, physics: bool, train: &Sequences) -> Scales {
     let engine = &settings.engine;
-    if let Some(motion) = engine.rates() {
+    if let Some(motion) = engine.rate_model() {
         return rates::fit(motion, train);
     }
-    let Some(push) = engine.pushing() else {
+    let Some(push) = engine.push_model() else {
         return steps::fit_with(
             &|now, from, to, next| uncorrected_step(engine, physics, now, from, to, next),
             train,
@@ -138,13 +138,13 @@ pub(crate) fn fit(settings: &Settings, physics: bool, train: &Sequences) -> Scal
 
 /// Computes targets and conditions of a whole trajectory, one row per step or stride.
 pub(crate) fn prepare(settings: &Settings, physics: bool, scales: &Scales, q: &Sequence) -> Prepared {
-    if let Some(motion) = settings.engine.rates() {
+    if let Some(motion) = settings.engine.rate_model() {
         return rates::prepare(motion, scales, q);
     }
     let u_width = width(settings, physics);
     let (mut x, mut u) = (Vec::new(), Vec::new());
     let engine = &settings.engine;
-    match engine.pushing() {
+    match engine.push_model() {
         Some(push) => for_each_stride(push, physics, q, |features, target| {
             u.extend(standardised(scales, features));
             x.extend(target.iter().zip(&scales.correction).map(|(v, unit)| (v / unit) as f32));
@@ -180,10 +180,10 @@ pub(crate) fn roll_out(
     sampler: &mut dyn CorrectionSampler,
 ) -> Samples {
     let mut rng = random_stream(trained.settings.seed, "league", task.index);
-    if let Some(motion) = trained.settings.engine.rates() {
+    if let Some(motion) = trained.settings.engine.rate_model() {
         return roll_out_rates(trained, motion, task, samples, sampler, &mut rng);
     }
-    match trained.settings.engine.pushing() {
+    match trained.settings.engine.push_model() {
         Some(push) => roll_out_push(trained, push, physics, task, samples, sampler, &mut rng),
         None => roll_out_ball(trained, physics, task, samples, sampler, &mut rng),
     }
@@ -199,8 +199,8 @@ fn roll_out_rates(
     rng: &mut Xoshiro256PlusPlus,
 ) -> Samples {
     let starts = repeat_starts(task.start, motion.periods().len(), samples);
-    let motions = Motions { starts: &starts, actions: task.actions, time: task.time };
-    let (corrected, unit) = (motion.corrected(), rates::Units::of(scales).target);
+    let motions = RollOuts { starts: &starts, actions: task.actions, time: task.time };
+    let (corrected, unit) = (motion.corrected_count(), rates::Units::of(scales).target);
     let mut correction = vec![0.0; corrected * samples];
     roll_out_motion(motion, scales, motions, &mut |u, out| {
         sampler.sample(u, rng, &mut correction);

@@ -19,7 +19,7 @@ fn equivalent_recipe(physics: bool) -> Recipe {
 
 /// Returns the width of a condition row.
 pub(super) fn width(settings: &Settings, physics: bool) -> usize {
-    match settings.engine.pushing() {
+    match settings.engine.push_model() {
         Some(_) => features::width(equivalent_recipe(physics)),
         None => settings.engine.columns().len() * if physics { 2 } else { 1 },
     }
@@ -27,7 +27,7 @@ pub(super) fn width(settings: &Settings, physics: bool) -> usize {
 
 /// Sizes of the scales: mean, sd, step, correction.
 pub(super) fn scale_sizes(settings: &Settings, physics: bool, state: usize) -> [usize; 4] {
-    match settings.engine.pushing() {
+    match settings.engine.push_model() {
         Some(_) => [width(settings, physics), width(settings, physics), 0, state],
         None => [state; 4],
     }
@@ -35,7 +35,7 @@ pub(super) fn scale_sizes(settings: &Settings, physics: bool, state: usize) -> [
 
 /// Fits the scales on a training set.
 pub(super) fn fit(settings: &Settings, physics: bool, train: &Sequences) -> Scales {
-    match settings.engine.pushing() {
+    match settings.engine.push_model() {
         Some(push) => features::fit(equivalent_recipe(physics), push, train),
         None => steps::fit(&settings.engine, train),
     }
@@ -43,7 +43,7 @@ pub(super) fn fit(settings: &Settings, physics: bool, train: &Sequences) -> Scal
 
 /// Computes targets and conditions of a whole trajectory.
 pub(super) fn prepare(settings: &Settings, physics: bool, scales: &Scales, q: &Sequence) -> Prepared {
-    if let Some(push) = settings.engine.pushing() {
+    if let Some(push) = settings.engine.push_model() {
         return features::prepare(equivalent_recipe(physics), push, scales, q);
     }
     let u = ball_conditions(settings, physics, scales, q.state(0), &q.actions, q.time);
@@ -79,7 +79,7 @@ pub(super) struct StandardTask {
 impl StandardTask {
     /// Converts a task; `physics` adds the physics roll-out to the conditions.
     pub fn new(Trained { settings, scales, .. }: Trained<'_>, physics: bool, task: Task<'_>) -> Self {
-        if let Some(push) = settings.engine.pushing() {
+        if let Some(push) = settings.engine.push_model() {
             let condition = Condition::new(equivalent_recipe(physics), push, task.start, task.actions);
             // Targets are displacements from the initial pose, so the initial state is 0.
             return StandardTask {

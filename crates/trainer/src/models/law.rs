@@ -5,18 +5,18 @@
 use crate::{Engine, Forecaster, Samples, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_physics::ball::bullet::BulletBall;
-use augsim_physics::ball::paper_law::PaperLaw;
+use augsim_physics::ball::paper_law::DropDistribution;
 
 /// Samples drops from the paper's data distribution, given the initial state.
 #[derive(Debug, Clone, Copy)]
-pub struct Law {
+pub struct ExactDistribution {
     /// Data distribution: random restitution, and the ball.
-    pub law: PaperLaw,
+    pub law: DropDistribution,
     /// Seed of the random restitutions.
     pub seed: u64,
 }
 
-impl Forecaster for Law {
+impl Forecaster for ExactDistribution {
     fn name(&self) -> &str {
         "Exact law"
     }

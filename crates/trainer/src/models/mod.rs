@@ -8,9 +8,9 @@ mod scattered;
 mod still;
 mod zero;
 
-pub use law::Law;
+pub use law::ExactDistribution;
 pub use net::NetModel;
-pub use non_penetrating::Apart;
+pub use non_penetrating::NonPenetrating;
 pub use physics::Physics;
 pub use scattered::ScatteredBall;
 pub use still::Still;

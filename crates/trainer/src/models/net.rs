@@ -10,7 +10,7 @@ use crate::nets::{Dcvrnn, DcvrnnSampler, Net, Stepwise};
 use crate::noise::{normals, standard};
 use crate::push::features::{self, Condition};
 use crate::rates::CorrectionShrinkage;
-use crate::rates::features::trusted;
+use crate::rates::features::read_shrinkage;
 use crate::rates::forecast::{Hybrid, forecast};
 use crate::recipe::Recipe;
 use crate::sequences::Sequence;
@@ -98,10 +98,10 @@ impl NetModel {
     }
 
     /// Shrinkage factors of rate corrections, chosen on held-out records; `None` for other nets.
-    pub fn trust(&self) -> Option<CorrectionShrinkage> {
+    pub fn shrinkage(&self) -> Option<CorrectionShrinkage> {
         let has_trust =
             matches!(self.net, Net::Stepwise(_)) && self.state.settings.correction == Correction::Rates;
-        has_trust.then(|| trusted(&self.state.scales))
+        has_trust.then(|| read_shrinkage(&self.state.scales))
     }
 
     /// The net: layers with the ids of their parameters.

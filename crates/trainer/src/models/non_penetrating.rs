@@ -15,23 +15,23 @@ const MAX_PROJECTIONS: usize = 4;
 
 /// Wraps a forecaster of pushes: the object rests until contact and never overlaps with the rod.
 #[derive(Debug)]
-pub struct Apart<'a, F> {
+pub struct NonPenetrating<'a, F> {
     model: &'a F,
     push: &'a ModelPush,
 }
 
-impl<'a, F: Forecaster> Apart<'a, F> {
+impl<'a, F: Forecaster> NonPenetrating<'a, F> {
     /// Wraps `model`, which forecasts pushes of `engine`.
     ///
     /// # Errors
     /// [`TrainerError::Foreign`] if the engine is not one of pushing.
     pub fn new(model: &'a F, engine: &'a Engine) -> Result<Self, TrainerError> {
-        let push = engine.pushing().ok_or(Difference::OtherSystem)?;
-        Ok(Apart { model, push })
+        let push = engine.push_model().ok_or(Difference::OtherSystem)?;
+        Ok(NonPenetrating { model, push })
     }
 }
 
-impl<F: Forecaster> Forecaster for Apart<'_, F> {
+impl<F: Forecaster> Forecaster for NonPenetrating<'_, F> {
     fn name(&self) -> &str {
         self.model.name()
     }
@@ -82,8 +82,8 @@ mod tests {
         let object = augsim_physics::push::Object::named("rect1").expect("built in");
         let model =
             augsim_physics::model::ModelFile::Push(augsim_physics::model::PushModel::textbook(object));
-        let engine = Engine::of(&model, None).expect("an engine");
-        let push = engine.pushing().expect("pushing");
+        let engine = Engine::from_model_file(&model, None).expect("an engine");
+        let push = engine.push_model().expect("pushing");
         let time = 40;
         let actions: Vec<f64> =
             (0..time).flat_map(|t| [-0.06 + 0.002 * f64::from(t), 0.01, 0.1 * f64::from(t)]).collect();

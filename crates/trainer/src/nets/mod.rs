@@ -37,7 +37,7 @@ impl Net {
         let condition = width(settings, state);
         // For systems of equations only some rates (those of force and flow equations) are corrected, not all
         // states.
-        let state = settings.engine.rates().map_or(state, EquationMotion::corrected);
+        let state = settings.engine.rate_model().map_or(state, EquationMotion::corrected_count);
         if let Some(class) = settings.recipe.class() {
             return Net::Class(ClassNet::new(class, settings, Extents { state, condition }, params));
         }
@@ -46,7 +46,7 @@ impl Net {
         if matches!(settings.recipe, Recipe::HybridPlus | Recipe::NeuralPlus) {
             let (latent, hidden, sd_floor) = (net.latent, net.hidden, net.sd_floor);
             let physics_parameters =
-                if settings.correction == Correction::Step { settings.engine.own_parameters() } else { 0 };
+                if settings.correction == Correction::Step { settings.engine.sensitivity_count() } else { 0 };
             let sizes = StepwiseSizes { state, condition, latent, hidden, sd_floor, physics_parameters };
             return Net::Stepwise(match has_rollouts {
                 true => Stepwise::with_memory(params, sizes),
@@ -121,6 +121,6 @@ impl Net {
             return net.differentiate(tape, p, tile, scale);
         }
         let loss = self.loss(tape, p, tile)?;
-        tile::pull_back(tape, loss, scale)
+        tile::backpropagate(tape, loss, scale)
     }
 }

@@ -42,7 +42,7 @@ pub struct Losses<T> {
 }
 
 /// Backpropagates `scale` times the loss, and returns its values.
-pub(crate) fn pull_back<T: Scalar>(
+pub(crate) fn backpropagate<T: Scalar>(
     tape: &mut Tape<T>,
     loss: LossVars,
     scale: f64,

@@ -6,18 +6,18 @@
 //! 1980; Liang and Zeger 1986), because windows of one recording are not independent.
 
 use crate::engine::ModelPush;
-use crate::least_squares::{Block, Descent, Normal};
+use crate::least_squares::{Block, LevenbergMarquardt, Normal};
 use crate::{Sequence, Sequences, TrainerError};
 use augsim_physics::model::PushModel;
-use augsim_physics::push::{C, CONTACT_FRICTION, ROD_RADIUS};
+use augsim_physics::push::{C_INDEX, CONTACT_FRICTION_INDEX, ROD_RADIUS_INDEX};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Indices of the fitted parameters in the model.
-const FITTED_INDICES: [usize; 3] = [C, CONTACT_FRICTION, ROD_RADIUS];
+const FITTED_INDICES: [usize; 3] = [C_INDEX, CONTACT_FRICTION_INDEX, ROD_RADIUS_INDEX];
 /// Settings of the fit, in logarithms of the parameters.
-const FIT: Descent = Descent { nudge: 1e-3, reach: 0.3, iterations: 20 };
+const FIT: LevenbergMarquardt = LevenbergMarquardt { difference_step: 1e-3, max_change: 0.3, max_iterations: 20 };
 
 /// One fitted parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -74,7 +74,7 @@ impl GpPush {
             value: format!("{} pushes", train.items.len()),
             rule: "must hold at least 20 steps of 5 mm with contact for a Gaussian process",
         };
-        let push = engine.pushing().ok_or_else(no_rod)?;
+        let push = engine.push_model().ok_or_else(no_rod)?;
         let mut model = GpPush {
             world: push.world().clone(),
             rod_radius_m: push.rod_radius_m(),
@@ -133,7 +133,7 @@ impl GpPush {
     /// # Errors
     /// [`TrainerError::Setting`] if the engine has no rod.
     pub fn with_engine(&self, engine: &Engine) -> Result<Self, TrainerError> {
-        let push = engine.pushing().ok_or_else(no_rod)?;
+        let push = engine.push_model().ok_or_else(no_rod)?;
         Ok(GpPush { world: push.world().clone(), rod_radius_m: push.rod_radius_m(), ..self.clone() })
     }
 

@@ -5,7 +5,7 @@
 //! only, computes in the frame of the first pose, and returns poses in the frame of the data.
 
 pub mod calibrate;
-pub mod cloud;
+pub mod point_sets;
 pub(crate) mod features;
 mod frame;
 pub mod gp;

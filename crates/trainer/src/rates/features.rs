@@ -24,7 +24,7 @@ pub(crate) fn width(motion: &EquationMotion) -> usize {
 
 /// Sizes of the scales: means, standard deviations, steps of states, and [`Units`].
 pub(crate) fn scale_sizes(motion: &EquationMotion) -> [usize; 4] {
-    let (states, d) = (motion.periods().len(), motion.corrected());
+    let (states, d) = (motion.periods().len(), motion.corrected_count());
     let read = states + motion.inputs();
     [read, read, states, 3 * d + 1]
 }
@@ -69,7 +69,7 @@ impl CorrectionShrinkage {
 }
 
 /// Stores the shrinkage factors in the scales.
-pub(crate) fn trust(scales: &mut Scales, trust: CorrectionShrinkage) {
+pub(crate) fn set_shrinkage(scales: &mut Scales, trust: CorrectionShrinkage) {
     let d = scales.correction.len() / 3;
     for k in 0..d {
         scales.correction[d + k] = trust.gain * scales.correction[k];
@@ -79,7 +79,7 @@ pub(crate) fn trust(scales: &mut Scales, trust: CorrectionShrinkage) {
 }
 
 /// Reads the shrinkage factors from the scales.
-pub(crate) fn trusted(scales: &Scales) -> CorrectionShrinkage {
+pub(crate) fn read_shrinkage(scales: &Scales) -> CorrectionShrinkage {
     let units = Units::of(scales);
     let factor_of = |prediction_units: &[f64]| {
         prediction_units.first().zip(units.target.first()).map_or(1.0, |(v, unit)| v / unit)
@@ -102,7 +102,7 @@ fn predicted(motion: &EquationMotion, q: &Sequence) -> Vec<f64> {
 
 /// Fits all scales on the training segments.
 pub(crate) fn fit(motion: &EquationMotion, train: &Sequences) -> Scales {
-    let (s, inputs, d) = (motion.periods().len(), motion.inputs(), motion.corrected());
+    let (s, inputs, d) = (motion.periods().len(), motion.inputs(), motion.corrected_count());
     let mut sums = vec![[0.0; 2]; s + inputs];
     let (mut samples, mut rows) = (0.0, 0.0);
     let (mut step_squares, mut correction_squares) = (vec![0.0; s], vec![0.0; d]);
@@ -117,7 +117,7 @@ pub(crate) fn fit(motion: &EquationMotion, train: &Sequences) -> Scales {
         }
         samples += q.time as f64;
         for (t, next) in predicted(motion, q).chunks_exact(s).enumerate() {
-            motion.lacking(next, q.state(t + 1), &mut rates);
+            motion.required_corrections(next, q.state(t + 1), &mut rates);
             // An interval where the simulation failed is left out of the scales.
             if next.iter().all(|x| x.is_finite()) {
                 rows += 1.0;
@@ -135,13 +135,13 @@ pub(crate) fn fit(motion: &EquationMotion, train: &Sequences) -> Scales {
     let mut scales =
         Scales { sd: sd.collect(), mean, step: rms(step_squares), correction: vec![0.0; 3 * d + 1] };
     scales.correction[..d].copy_from_slice(&rms(correction_squares));
-    trust(&mut scales, CorrectionShrinkage::FULL);
+    set_shrinkage(&mut scales, CorrectionShrinkage::FULL);
     scales
 }
 
 /// Targets and features of a segment, one row per interval.
 pub(crate) fn prepare(motion: &EquationMotion, scales: &Scales, q: &Sequence) -> Prepared {
-    let (s, d, u_width) = (motion.periods().len(), motion.corrected(), width(motion));
+    let (s, d, u_width) = (motion.periods().len(), motion.corrected_count(), width(motion));
     let (mut x, mut u) = (Vec::with_capacity((q.time - 1) * d), vec![0.0; (q.time - 1) * u_width]);
     let mut rates = vec![0.0; d];
     let next = predicted(motion, q);
@@ -152,7 +152,7 @@ pub(crate) fn prepare(motion: &EquationMotion, scales: &Scales, q: &Sequence) ->
             continue;
         }
         write(motion, scales, q.state(t), next, [q.action(t), q.action(t + 1)], row);
-        motion.lacking(next, q.state(t + 1), &mut rates);
+        motion.required_corrections(next, q.state(t + 1), &mut rates);
         x.extend(rates.iter().zip(Units::of(scales).target).map(|(rate, unit)| (rate / unit) as f32));
     }
     Prepared { time: q.time - 1, x_width: d, u_width, x, u }

@@ -2,7 +2,7 @@
 
 use super::corrector::Corrector;
 use super::features::{CorrectionShrinkage, Units};
-use super::roll::{Motions, repeat_starts, roll};
+use super::roll_out::{RollOuts, repeat_starts, roll_out};
 use crate::latent::LatentDistribution;
 use crate::nets::Stepwise;
 use crate::noise::standard;
@@ -33,7 +33,7 @@ pub(crate) struct Hybrid<'a> {
 /// [`TrainerError::Foreign`] if the engine has no equations.
 pub(crate) fn forecast(hybrid: Hybrid<'_>, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
     let Hybrid { settings, scales, params, net, law } = hybrid;
-    let Some(motion) = settings.engine.rates() else { return Err(Difference::OtherSystem.into()) };
+    let Some(motion) = settings.engine.rate_model() else { return Err(Difference::OtherSystem.into()) };
     let s = motion.periods().len();
     let starts = repeat_starts(task.start, s, samples);
     let latent = net.sizes().latent;
@@ -49,8 +49,8 @@ pub(crate) fn forecast(hybrid: Hybrid<'_>, task: Task<'_>, samples: usize) -> Re
             let rng = random_stream(settings.seed, "step-noise", (task.index << 16) + batch as u64);
             let mut corrector = Corrector::new((net, params), lane_latents, trust, Units::of(scales), rng);
             let motions =
-                Motions { starts: &starts[first * s..end * s], actions: task.actions, time: task.time };
-            roll(motion, scales, motions, &mut |u, rates| corrector.draw(u, rates))
+                RollOuts { starts: &starts[first * s..end * s], actions: task.actions, time: task.time };
+            roll_out(motion, scales, motions, &mut |u, rates| corrector.draw(u, rates))
         })
         .collect();
     let mut values = Vec::with_capacity(task.time * s * samples);

@@ -5,11 +5,11 @@
 //! states of the training records; a part of the records is held out to choose how much of the corrections
 //! to apply.
 
-pub(crate) mod accept;
+pub(crate) mod acceptance;
 mod corrector;
 pub(crate) mod features;
 pub(crate) mod forecast;
-pub(crate) mod pieces;
-pub(crate) mod roll;
+pub(crate) mod split_records;
+pub(crate) mod roll_out;
 
 pub use features::CorrectionShrinkage;

@@ -214,7 +214,7 @@ fn pushing(c: f64, friction: f64) -> Engine {
         "contact_friction" => Some(friction),
         _ => None,
     });
-    ok(Engine::of(&ModelFile::Push(model), None))
+    ok(Engine::from_model_file(&ModelFile::Push(model), None))
 }
 
 /// Wraps pushes in a set with the columns of pushing.

@@ -9,7 +9,7 @@ use augsim_nn::checkpoint;
 use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, simulate};
 use augsim_physics::model::{Model, ModelFile, PushModel};
 use augsim_physics::push::{Pose, Push, Run as PushRun, Steps, StraightPush, World};
-use augsim_trainer::{Correction, Engine, EngineError, Recipe, Room, Settings, SystemEngine, ThrowEngine};
+use augsim_trainer::{Correction, Engine, EngineError, Recipe, ThrowAxes, Settings, SystemEngine, ThrowEngine};
 
 /// Sample interval of the data, s.
 const STEP_S: f64 = 1.0 / 60.0;
@@ -112,7 +112,7 @@ fn effects_of_the_motion_change_the_curve_and_sensor_effects_do_not() {
     let raised: Vec<f64> = path(&[DRAG]).chunks(2).flat_map(|s| [s[0] + OFFSET_M, s[1]]).collect();
     let there = engine(&[DRAG, LEFT_OUT]).rollout(&[START[0] + OFFSET_M, START[1]], &[], TIME);
     assert!(largest_difference(&there, &raised) < 1e-12, "{:e}", largest_difference(&there, &raised));
-    assert_eq!(engine(&[DRAG, LEFT_OUT]).left_out(), ["restitution-scatter"]);
+    assert_eq!(engine(&[DRAG, LEFT_OUT]).ignored_effects(), ["restitution-scatter"]);
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn a_throw_agrees_with_the_exact_engine_along_its_axes() {
     simulate(&throw, &times, &mut run);
     let rows = run.positions.iter().zip(&run.velocities);
     let want: Vec<f64> = rows.flat_map(|(p, v)| [p[0], p[2], v[0], v[2]]).collect();
-    let engine = Engine::Throw(ok(ThrowEngine::new(&file, Room::Plane, STEP_S)));
+    let engine = Engine::Throw(ok(ThrowEngine::new(&file, ThrowAxes::Plane, STEP_S)));
     assert_eq!(engine.columns(), ["x_m", "z_m", "velocity_x_m_s", "velocity_z_m_s"]);
     assert!(largest_difference(&engine.rollout(&start, &[], TIME), &want) <= 1e-12);
     let text = toml::to_string(&engine).expect("TOML");
@@ -142,9 +142,9 @@ fn a_throw_agrees_with_the_exact_engine_along_its_axes() {
     // neither.
     let friction = model(&["[[effect]]\nkind = \"horizontal-acceleration\"\na_m_s2 = 0.1\n"]);
     assert!(SystemEngine::new(&ModelFile::Ball(friction.clone()), Some(STEP_S)).is_err());
-    assert!(ThrowEngine::new(&friction, Room::Plane, STEP_S).is_ok());
+    assert!(ThrowEngine::new(&friction, ThrowAxes::Plane, STEP_S).is_ok());
     let magnus = model(&["[[effect]]\nkind = \"magnus\"\ns = 0.01\n"]);
-    assert!(ThrowEngine::new(&magnus, Room::Space, STEP_S).is_err());
+    assert!(ThrowEngine::new(&magnus, ThrowAxes::Space, STEP_S).is_err());
 }
 
 #[test]
@@ -164,12 +164,12 @@ fn effects_that_need_more_than_height_and_velocity_are_rejected() {
         last = 3.0\nvalues = [0.0, 0.1]\n";
     let magnus = "[[effect]]\nkind = \"magnus\"\ns = 0.01\n";
     for (effect, kind) in [(drift, "restitution-drift"), (bounce, "table"), (magnus, "magnus")] {
-        let error = Engine::of(&ModelFile::Ball(model(&[effect])), Some(STEP_S)).expect_err("refused");
+        let error = Engine::from_model_file(&ModelFile::Ball(model(&[effect])), Some(STEP_S)).expect_err("refused");
         assert!(matches!(error, EngineError::Hidden { .. }), "{error}");
         assert!(error.to_string().contains(kind), "{error}");
     }
     for step_s in [None, Some(0.0), Some(-1.0), Some(f64::NAN)] {
-        let engine = Engine::of(&ModelFile::Ball(model(&[])), step_s);
+        let engine = Engine::from_model_file(&ModelFile::Ball(model(&[])), step_s);
         assert!(matches!(engine, Err(EngineError::Step { .. })));
     }
 }
@@ -206,14 +206,14 @@ fn pushed(world: &World, parameters: &[f64]) -> (Vec<f64>, Vec<f64>) {
 }
 
 fn engine_of(model: &PushModel) -> Engine {
-    ok(Engine::of(&ModelFile::Push(model.clone()), None))
+    ok(Engine::from_model_file(&ModelFile::Push(model.clone()), None))
 }
 
 #[test]
 fn a_model_of_pushing_keeps_its_effects() {
     let model = augmented_push();
     let engine = engine_of(&model);
-    assert_eq!(engine.left_out(), ["friction-scatter"]);
+    assert_eq!(engine.ignored_effects(), ["friction-scatter"]);
     let (world, parameters) = model.world();
     let (actions, want) = pushed(&world, &parameters);
     let got = engine.rollout(&[0.0; 3], &actions, actions.len() / 3);

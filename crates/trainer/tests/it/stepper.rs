@@ -1,12 +1,12 @@
 //! Contract: a stepper agrees with the forecasts of its net, and rejects states of the wrong width.
 
-use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
 use augsim_trainer::{
     Engine, Forecaster, NetModel, Recipe, Sequences, Settings, Stepper, Task, TrainerError, Training,
 };
 
 fn trained(recipe: Recipe) -> NetModel {
-    let (data, _) = PaperLaw::default().generate(20, 5).expect("drops");
+    let (data, _) = DropDistribution::default().generate(20, 5).expect("drops");
     let drops = Sequences::new(&data, &["height_m", "velocity_m_s"]).expect("sequences");
     let mut settings = Settings::new(recipe, 5, 3, Engine::PybulletBall(published_predictor()));
     settings.batch = 20;
@@ -71,7 +71,7 @@ fn steps_of_hybrid_plus_have_the_distribution_of_its_forecasts() {
 fn states_of_the_wrong_width_are_rejected() {
     let mut stepper = Stepper::new(&trained(Recipe::HybridPlus)).expect("a stepper");
     for wrong in [&[1.0][..], &[1.0, 2.0, 3.0], &[]] {
-        assert!(matches!(stepper.step(Some(wrong)), Err(TrainerError::Foreign { .. })));
-        assert!(matches!(stepper.begin(wrong, 0), Err(TrainerError::Foreign { .. })));
+        assert!(matches!(stepper.step(Some(wrong)), Err(TrainerError::Mismatch { .. })));
+        assert!(matches!(stepper.begin(wrong, 0), Err(TrainerError::Mismatch { .. })));
     }
 }

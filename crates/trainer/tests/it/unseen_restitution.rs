@@ -3,7 +3,7 @@
 //! Its latent shifts the restitution of the physics, so that one rebound identifies it.
 
 use augsim_physics::ball::bullet::BulletBall;
-use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
 use augsim_trainer::filter::{
     FilterSettings, InitialStatePrior, Sensor, evaluate_filtered, same_prefix_lengths,
 };
@@ -15,7 +15,7 @@ const OBSERVED_ROWS: usize = 75;
 
 #[test]
 fn a_restitution_outside_the_training_range_is_identified_from_one_rebound() {
-    let law = PaperLaw::default();
+    let law = DropDistribution::default();
     let (data, _) = law.generate(60, 5).expect("drops");
     let drops = Sequences::new(&data, &["height_m", "velocity_m_s"]).expect("sequences");
     let mut settings = Settings::new(Recipe::HybridPlus, 400, 3, Engine::PybulletBall(published_predictor()));

@@ -48,7 +48,7 @@ pub(super) fn run(args: &Evaluate, model: &NetModel, seed: u64, output: &Output)
     let runs = beside(model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
     let mut rows = scored("Physics", engine.equations(), &runs.physics);
     rows.extend(scored(model.name(), engine.equations(), &runs.net));
-    let trust = model.trust().map(|t| CorrectionShrinkage {
+    let trust = model.shrinkage().map(|t| CorrectionShrinkage {
         gain: t.gain,
         spread: t.spread,
         memory_s: t.memory * engine.step_s(),

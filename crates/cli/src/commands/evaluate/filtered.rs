@@ -140,7 +140,7 @@ fn row(name: &str, seen: Seen, columns: &[String], s: FilteredScore) -> Row {
         whole: s.whole[k],
         rest: s.rest[k],
         median_rest: s.median_rest[k],
-        common: s.common[k],
+        common: s.last_70_percent[k],
         crps: s.crps[k],
     });
     Row {

@@ -3,7 +3,7 @@
 use super::prepared;
 use crate::args::Simulate;
 use augsim_data::{atomic_write, write_dataset};
-use augsim_physics::ball::paper_law::PaperLaw;
+use augsim_physics::ball::paper_law::DropDistribution;
 use augsim_terminal::Outcome;
 use augsim_terminal::output::Output;
 use serde::Serialize;
@@ -21,7 +21,7 @@ struct Written {
 /// Generates drops with the random restitution of the paper.
 pub(super) fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let (out, [truth]) = prepared(args.out.as_deref(), "out/ball.csv", ["truth.csv"])?;
-    let law = PaperLaw { samples: args.samples as usize, ..PaperLaw::default() };
+    let law = DropDistribution { samples: args.samples as usize, ..DropDistribution::default() };
     let (data, drops) = law.generate(args.trajectories as usize, seed)?;
     write_dataset(&data, &out)?;
     atomic_write(&truth, |w| {

@@ -3,7 +3,7 @@
 use super::prepared;
 use crate::args::{PushProtocolArg, Simulate};
 use augsim_data::{atomic_write, write_dataset};
-use augsim_physics::push::laboratory::{Generated, LaboratoryError, Made, Protocol, Recipe};
+use augsim_physics::push::laboratory::{Generated, LaboratoryError, GeneratedTruth, PushDesign, PushRecipe};
 use augsim_session::run_data::object_on_surface;
 use augsim_terminal::destination::check_model;
 use augsim_terminal::output::Output;
@@ -30,7 +30,7 @@ struct Record<'a> {
     seed: u64,
     declared: Declared,
     hidden: Hidden,
-    recipe: &'a Recipe,
+    recipe: &'a PushRecipe,
 }
 
 #[derive(Serialize)]
@@ -61,16 +61,16 @@ pub(super) fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> a
     let suffixes = ["model.toml", "truth.toml", "truth.csv"];
     let (out, [model, truth, pushes]) = prepared(args.out.as_deref(), "out/push.csv", suffixes)?;
     let protocol = match args.protocol {
-        PushProtocolArg::Mit => Protocol::Mit,
-        PushProtocolArg::Repeat => Protocol::Repeat,
-        PushProtocolArg::Random => Protocol::Random,
+        PushProtocolArg::Mit => PushDesign::Mit,
+        PushProtocolArg::Repeat => PushDesign::Repeat,
+        PushProtocolArg::Random => PushDesign::Random,
     };
     let (object, sheet) = object_on_surface(&args.object, &args.surface)?;
-    let recipe = Recipe {
+    let recipe = PushRecipe {
         rate_hz: args.rate_hz,
         position_sd_m: args.position_sd_m,
         angle_sd_rad: args.angle_sd_rad,
-        ..Recipe::new(protocol, &object, sheet, args.trajectories as usize)
+        ..PushRecipe::new(protocol, &object, sheet, args.trajectories as usize)
     };
     let Generated { data, declared, made } = recipe.generate(seed).map_err(|e| match e {
         LaboratoryError::Setting { .. } => Usage::Laboratory(e).into(),
@@ -133,7 +133,7 @@ pub(super) fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> a
     Ok(Outcome::Done)
 }
 
-fn write_pushes(path: &std::path::Path, made: &[Made]) -> anyhow::Result<()> {
+fn write_pushes(path: &std::path::Path, made: &[GeneratedTruth]) -> anyhow::Result<()> {
     atomic_write(path, |w| {
         writeln!(
             w,

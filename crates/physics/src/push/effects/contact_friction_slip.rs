@@ -20,7 +20,7 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "mu_c = mu_c0 (1 + k |slip|)",
     source: "Yu et al. 2016, IROS, section V (friction at several speeds)",
@@ -31,7 +31,7 @@ static SPEC: EffectSpec = EffectSpec {
     confirmed_by: Some(
         "measure the ratio of tangential to normal force while the rod slides: it is the friction coefficient",
     ),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for ContactFrictionSlip {

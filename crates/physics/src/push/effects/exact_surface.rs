@@ -13,7 +13,7 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Support,
     parameters: &[],
     needs: Needs::Nothing,
-    stands_for: &["superelliptic surface"],
+    equivalent_causes: &["superelliptic surface"],
     excludes: &["superelliptic-surface", "speed-dependent-friction"],
     formula: "D = <|v + w x rho|> over the footprint",
     source: "Goyal, Ruina and Papadopoulos 1991, Wear 143:307",
@@ -25,7 +25,7 @@ static SPEC: EffectSpec = EffectSpec {
         "put a sheet of paper under the object, which evens out its pressure; then push at two contact offsets",
     ),
     indicated_by: Some("superelliptic-surface"),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for ExactSurface {

@@ -18,11 +18,11 @@ static SPEC: EffectSpec = EffectSpec {
         ParameterSpec { name: "dy_m", unit: "m", min: -0.05, max: 0.05, typical: 0.0005, null: 0.0 },
     ],
     needs: Needs::Nothing,
-    stands_for: &["scale or turn of the tracker's frame", "scale of the robot's frame"],
+    equivalent_causes: &["scale or turn of the tracker's frame", "scale of the robot's frame"],
     excludes: &["tip-offset"],
     formula: "true rod = (1 + scale) R(angle) reported rod + (dx, dy), in the world",
     source: "similarity between two point sets (Umeyama 1991, IEEE PAMI 13); calibration of two frames",
-    contains: Some("tip-offset"),
+    reduces_to: Some("tip-offset"),
     separated_by: &[
         (
             Rival::Kind("pose-latency"),
@@ -36,7 +36,7 @@ static SPEC: EffectSpec = EffectSpec {
     confirmed_by: Some(
         "move the rod to marks all over the table and compare its positions with the tracker; no push is needed",
     ),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for FrameRegistration {

@@ -16,7 +16,7 @@ static SPEC: EffectSpec = EffectSpec {
         ParameterSpec { name: "gy_per_m", unit: "1/m", min: -5.0, max: 5.0, typical: 1.0, null: 0.0 },
     ],
     needs: Needs::Nothing,
-    stands_for: &["wear of the table"],
+    equivalent_causes: &["wear of the table"],
     excludes: &[],
     formula: "mu = mu0 (1 + g.x): the centre of friction moves by <rho rho'> g",
     source: "Yu et al. 2016, IROS, fig. 7 (friction maps)",
@@ -24,7 +24,7 @@ static SPEC: EffectSpec = EffectSpec {
         Rival::Kind("table-tilt"),
         "repeat at another place and on a surface with another friction: the effect of tilt is proportional to 1/friction",
     )],
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for FrictionGradient {

@@ -13,7 +13,7 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Support,
     parameters: &[],
     needs: Needs::Coasting,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "M d(twist)/dt = contact - friction",
     source: "Newton and Euler; Yu et al. 2016 (pushes up to 500 mm/s)",
@@ -24,7 +24,7 @@ static SPEC: EffectSpec = EffectSpec {
     confirmed_by: Some(
         "repeat the same contact at 10, 50 and 200 mm/s: quasi-static motion is the same at every speed",
     ),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for Inertia {

@@ -16,15 +16,15 @@ static SPEC: EffectSpec = EffectSpec {
         ParameterSpec { name: "angle_rad", unit: "rad", min: -1.6, max: 1.6, typical: 0.0, null: 0.0 },
     ],
     needs: Needs::Nothing,
-    stands_for: &["ellipsoid with unequal force axes"],
+    equivalent_causes: &["ellipsoid with unequal force axes"],
     excludes: &[],
     formula: "D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the body",
     source: "Goyal 1989, thesis, Cornell",
-    probe: &[1.02, 0.0],
-    amounts: Some(1),
+    first_simulated_at: &[1.02, 0.0],
+    amplitude_count: Some(1),
     polar: Some(Polar::Axis),
     confirmed_by: Some("turn the object by 90 degrees under the same push: the deviation turns with it"),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for ObjectAnisotropy {

@@ -20,14 +20,14 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "reported pose at t = pose at t - delay",
     source: "clocks of two instruments",
     confirmed_by: Some(
         "repeat the same contact at 10, 50 and 200 mm/s: quasi-static motion is the same at every speed",
     ),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for PoseLatency {

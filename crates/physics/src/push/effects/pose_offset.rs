@@ -17,11 +17,11 @@ static SPEC: EffectSpec = EffectSpec {
         ParameterSpec { name: "dtheta_rad", unit: "rad", min: -0.2, max: 0.2, typical: 0.01, null: 0.0 },
     ],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "reported pose = true pose, then (dx, dy) in the body and a turn by dtheta",
     source: "calibration of markers",
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for PoseOffset {

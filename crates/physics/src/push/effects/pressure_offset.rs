@@ -16,7 +16,7 @@ static SPEC: EffectSpec = EffectSpec {
         ParameterSpec { name: "dy_m", unit: "m", min: -0.03, max: 0.03, typical: 0.003, null: 0.0 },
     ],
     needs: Needs::Nothing,
-    stands_for: &["centre of mass off the centroid", "tracked origin off the centroid"],
+    equivalent_causes: &["centre of mass off the centroid", "tracked origin off the centroid"],
     excludes: &[],
     formula: "friction acts about the body point (dx, dy)",
     source: "Yu et al. 2016, IROS (table III: frames)",
@@ -35,7 +35,7 @@ static SPEC: EffectSpec = EffectSpec {
         ),
     ],
     confirmed_by: Some("turn the object by 90 degrees under the same push: the deviation turns with it"),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for PressureOffset {

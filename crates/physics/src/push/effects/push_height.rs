@@ -13,7 +13,7 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Support,
     parameters: &[ParameterSpec { name: "z_m", unit: "m", min: 0.0, max: 0.1, typical: 0.01, null: 0.0 }],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "centre of pressure moves by z f / (m g) along the force f of the rod",
     source: "Lynch 1999, ICRA (toppling); statics of the plate",
@@ -28,7 +28,7 @@ static SPEC: EffectSpec = EffectSpec {
         ),
     ],
     costly: true,
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for PushHeight {

@@ -20,7 +20,7 @@ static SPEC: EffectSpec = EffectSpec {
         null: 0.0,
     }],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "true rod = reported rod - c F, F the force on the object",
     source: "fit of the gap to the force in one published record",
@@ -29,7 +29,7 @@ static SPEC: EffectSpec = EffectSpec {
         "push at several speeds and record the stop: the effect of a delay grows with the speed and vanishes at rest, that of a deflection does not",
     )],
     costly: true,
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for RodCompliance {

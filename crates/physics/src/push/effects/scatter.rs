@@ -14,12 +14,12 @@ pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     location: Location::Support,
     parameters: &[ParameterSpec { name: "sd_m", unit: "m", min: 0.0, max: 0.02, typical: 0.001, null: 0.0 }],
     needs: Needs::Nothing,
-    stands_for: &["friction map per push", "dirt", "wear"],
+    equivalent_causes: &["friction map per push", "dirt", "wear"],
     excludes: &[],
     formula: "centre of friction normal about the declared one with standard deviation sd, drawn per push",
     source: "Yu et al. 2016, IROS, section VII (2,000 equal pushes)",
     confirmed_by: Some(
         "repeat one push a hundred times, and in half of them wipe table and object without touching the marker: wiping removes scatter due to dirt, but not scatter due to the marker or the contact point",
     ),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };

@@ -17,16 +17,16 @@ static SPEC: EffectSpec = EffectSpec {
         ParameterSpec { name: "v0_m_s", unit: "m/s", min: 0.001, max: 0.5, typical: 0.01, null: 0.01 },
     ],
     needs: Needs::Nothing,
-    stands_for: &["viscous friction"],
+    equivalent_causes: &["viscous friction"],
     excludes: &["superelliptic-surface", "exact-surface"],
     formula: "mu = mu0 (1 + a exp(-(v/v0)^2)), integrated over the footprint",
     source: "Stribeck 1902; Armstrong-Helouvry 1991",
-    probe: &[0.1, 0.02],
-    amounts: Some(1),
+    first_simulated_at: &[0.1, 0.02],
+    amplitude_count: Some(1),
     confirmed_by: Some(
         "repeat the same contact at 10, 50 and 200 mm/s: quasi-static motion is the same at every speed",
     ),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for SpeedDependentFriction {

@@ -13,7 +13,7 @@ static SPEC: EffectSpec = EffectSpec {
     location: Location::Support,
     parameters: &[ParameterSpec { name: "p", unit: "", min: 1.2, max: 6.0, typical: 1.7, null: 2.0 }],
     needs: Needs::Nothing,
-    stands_for: &["pressure concentration", "exact surface under uniform pressure"],
+    equivalent_causes: &["pressure concentration", "exact surface under uniform pressure"],
     excludes: &["exact-surface", "speed-dependent-friction"],
     formula: "|f|^p + |m/c|^p = 1",
     source: "Zhou, Paolini, Bagnell and Mason 2016, ICRA (shapes of limit surfaces)",
@@ -21,7 +21,7 @@ static SPEC: EffectSpec = EffectSpec {
         "put a sheet of paper under the object, which evens out its pressure; then push at two contact offsets",
     ),
     costly: true,
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for SuperellipticSurface {

@@ -16,12 +16,12 @@ static SPEC: EffectSpec = EffectSpec {
         ParameterSpec { name: "angle_rad", unit: "rad", min: -1.6, max: 1.6, typical: 0.0, null: 0.0 },
     ],
     needs: Needs::Nothing,
-    stands_for: &["non-associated anisotropy (friction tensor)"],
+    equivalent_causes: &["non-associated anisotropy (friction tensor)"],
     excludes: &[],
     formula: "D = |A^(1/2) v|, A = R diag(ratio, 1/ratio) R', R by angle in the world",
     source: "Goyal 1989, thesis, Cornell; Yu et al. 2016, fig. 8",
-    probe: &[1.02, 0.0],
-    amounts: Some(1),
+    first_simulated_at: &[1.02, 0.0],
+    amplitude_count: Some(1),
     polar: Some(Polar::Axis),
     separated_by: &[(
         Rival::Kind("object-anisotropy"),
@@ -30,7 +30,7 @@ static SPEC: EffectSpec = EffectSpec {
     confirmed_by: Some(
         "turn the sheet by 90 degrees: the sign of the deviation changes; measured forces distinguish an elliptic law from a friction tensor",
     ),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for TableAnisotropy {

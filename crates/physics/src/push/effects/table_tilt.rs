@@ -16,15 +16,15 @@ static SPEC: EffectSpec = EffectSpec {
         ParameterSpec { name: "direction_rad", unit: "rad", min: -3.2, max: 3.2, typical: 0.0, null: 0.0 },
     ],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &[],
     formula: "load m g sin(theta) at the centre of mass, downhill by direction",
     source: "statics",
-    probe: &[0.001, 0.0],
-    amounts: Some(1),
+    first_simulated_at: &[0.001, 0.0],
+    amplitude_count: Some(1),
     polar: Some(Polar::Direction),
     costly: true,
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for TableTilt {

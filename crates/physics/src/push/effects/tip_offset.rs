@@ -16,7 +16,7 @@ static SPEC: EffectSpec = EffectSpec {
         ParameterSpec { name: "dy_m", unit: "m", min: -0.01, max: 0.01, typical: 0.0005, null: 0.0 },
     ],
     needs: Needs::Nothing,
-    stands_for: &[],
+    equivalent_causes: &[],
     excludes: &["frame-registration"],
     formula: "true rod = reported rod + (dx, dy), in the world",
     source: "calibration of two frames",
@@ -27,7 +27,7 @@ static SPEC: EffectSpec = EffectSpec {
     confirmed_by: Some(
         "move the rod to marks all over the table and compare its positions with the tracker; no push is needed",
     ),
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Effect<S> for TipOffset {

@@ -1,6 +1,6 @@
 //! Simulation of one push along a path given by the caller, for planners that choose pushes one by one.
 
-use super::generate::{LaboratoryError, Recipe, Truth};
+use super::generate::{LaboratoryError, PushRecipe, Truth};
 use super::map;
 use crate::push::{Object, Pose, Push, Recorded, Run, simulate};
 use augsim_data::random_stream;
@@ -8,7 +8,7 @@ use augsim_data::random_stream;
 /// Margin of the friction map beyond object and rod path, m.
 const MARGIN_M: f64 = 0.1;
 
-impl Recipe {
+impl PushRecipe {
     /// Simulates one push along the rod path `rod` (x and y, m, at `times`, s) and returns the true poses at
     /// `times`.
     ///
@@ -19,7 +19,7 @@ impl Recipe {
     ///
     /// # Errors
     /// The object is unknown, the path is malformed, or the push cannot be simulated.
-    pub fn pushed(
+    pub fn simulate_along(
         &self,
         start: Pose<f64>,
         times: &[f64],
@@ -65,7 +65,7 @@ impl Recipe {
 mod tests {
     //! Contract: pushes along the same path differ with the friction map and repeat with it; malformed paths
     //! are errors.
-    use super::super::{Protocol, SupportSheet};
+    use super::super::{PushDesign, SupportSheet};
     use super::*;
 
     fn straight() -> (Vec<f64>, Vec<f64>, Vec<f64>) {
@@ -79,11 +79,11 @@ mod tests {
     fn pushes_differ_between_friction_maps_and_repeat_on_the_same_map() {
         let object = Object::named("rect1").expect("an object");
         let support = SupportSheet::named("pu").expect("a support");
-        let recipe = Recipe::new(Protocol::Random, &object, support, 1);
+        let recipe = PushRecipe::new(PushDesign::Random, &object, support, 1);
         let start = Pose::new(0.35, -0.03, 0.0);
         let (times, x, y) = straight();
         let end = |seed, index| {
-            let poses = recipe.pushed(start, &times, [&x, &y], seed, index).expect("a push");
+            let poses = recipe.simulate_along(start, &times, [&x, &y], seed, index).expect("a push");
             assert_eq!(poses.len(), times.len());
             poses[poses.len() - 1]
         };
@@ -102,10 +102,10 @@ mod tests {
     fn malformed_paths_are_errors() {
         let object = Object::named("rect1").expect("an object");
         let support = SupportSheet::named("pu").expect("a support");
-        let recipe = Recipe::new(Protocol::Random, &object, support, 1);
+        let recipe = PushRecipe::new(PushDesign::Random, &object, support, 1);
         let start = Pose::new(0.0, 0.0, 0.0);
         for (times, x) in [(vec![0.0, 0.0], vec![0.0; 2]), (vec![0.0, 1.0], vec![0.0]), (vec![], vec![])] {
-            let result = recipe.pushed(start, &times, [&x, &vec![0.0; times.len()]], 1, 0);
+            let result = recipe.simulate_along(start, &times, [&x, &vec![0.0; times.len()]], 1, 0);
             assert!(matches!(result, Err(LaboratoryError::Path)), "{times:?}");
         }
     }

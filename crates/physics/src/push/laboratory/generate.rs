@@ -1,11 +1,11 @@
 //! Generation of synthetic pushes: true simulation and measurement noise.
 
-use super::layout::{Planned, Protocol, uniform};
+use super::layout::{PlannedPush, PushDesign, uniform};
 use super::{SupportSheet, map};
 use crate::model::PushModel;
 use crate::push::planar::{Rotation, Vector, add, scale};
 use crate::push::{
-    CONTACT_FRICTION, Motion, Object, Path, Pose, Push, PushError, ROD_RADIUS, Run, SUPPORT_FRICTION, Steps,
+    CONTACT_FRICTION_INDEX, Motion, Object, Path, Pose, Push, PushError, ROD_RADIUS_INDEX, Run, SUPPORT_FRICTION_INDEX, Steps,
     StraightPiece, StraightPush, World, simulate,
 };
 use augsim_data::{DataError, Dataset, Limit, Source, Trajectory, random_stream};
@@ -31,9 +31,9 @@ const PATCHES_ACROSS: usize = 8;
 
 /// Specification of a set of pushes: design, object, support, sampling and measurement noise.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Recipe {
+pub struct PushRecipe {
     /// The experiment design.
-    pub protocol: Protocol,
+    pub protocol: PushDesign,
     /// Name of the object, one of [`OBJECTS`](crate::push::OBJECTS).
     pub object: String,
     /// The support surface.
@@ -54,9 +54,9 @@ pub struct Recipe {
     pub inertia_above_m_s: f64,
 }
 
-impl Recipe {
+impl PushRecipe {
     /// A recipe with default sampling and motion-capture noise of 0.3 mm and 0.1 degrees.
-    pub fn new(protocol: Protocol, object: &Object, support: SupportSheet, pushes: usize) -> Self {
+    pub fn new(protocol: PushDesign, object: &Object, support: SupportSheet, pushes: usize) -> Self {
         Self {
             protocol,
             object: object.name.clone(),
@@ -74,9 +74,9 @@ impl Recipe {
 
 /// The true values of one generated push.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Made {
+pub struct GeneratedTruth {
     /// The commanded push.
-    pub planned: Planned,
+    pub planned: PlannedPush,
     /// True start of the object: x, y, m, and angle, rad.
     pub start: [f64; 3],
     /// True end of the object: x, y, m, and angle, rad.
@@ -93,7 +93,7 @@ pub struct Generated {
     /// The declared model.
     pub declared: PushModel,
     /// True values of each push.
-    pub made: Vec<Made>,
+    pub made: Vec<GeneratedTruth>,
 }
 
 /// Error of a set that cannot be generated.
@@ -133,7 +133,7 @@ pub enum LaboratoryError {
     Data(#[from] DataError),
 }
 
-impl Recipe {
+impl PushRecipe {
     /// Generates the set; push i depends only on the seed and i, for any number of threads.
     ///
     /// # Errors
@@ -159,7 +159,7 @@ impl Recipe {
         let limit_error = |cause| LaboratoryError::Data(DataError::Limit { origin: Source::Memory, cause });
         Limit::Trajectories.check(self.pushes as u64).map_err(limit_error)?;
         let mut declared = PushModel::textbook(object.clone());
-        declared.parameters[SUPPORT_FRICTION].nominal = self.support.friction;
+        declared.parameters[SUPPORT_FRICTION_INDEX].nominal = self.support.friction;
         declared.position_sd_m = (self.position_sd_m > 0.0).then_some(self.position_sd_m);
         declared.angle_sd_rad = (self.angle_sd_rad > 0.0).then_some(self.angle_sd_rad);
         let truth = Truth::new(self, &object);
@@ -192,15 +192,15 @@ impl Recipe {
     fn make(
         &self,
         truth: &Truth,
-        plan: &Planned,
+        plan: &PlannedPush,
         seed: u64,
         index: usize,
         run: &mut Run<f64>,
-    ) -> Result<(Trajectory, Made), LaboratoryError> {
+    ) -> Result<(Trajectory, GeneratedTruth), LaboratoryError> {
         let stream = |purpose| random_stream(seed, purpose, index as u64);
         let mut place_rng = stream("push-place");
         let nominal = match self.protocol {
-            Protocol::Random => {
+            PushDesign::Random => {
                 let angle = uniform(&mut place_rng, -std::f64::consts::PI, std::f64::consts::PI);
                 Pose::new(0.35, -0.03, angle)
             }
@@ -223,7 +223,7 @@ impl Recipe {
         // object.
         let reach = world.object().outline.radius();
         let clearance = TRUNCATION_SD * (2.0_f64.sqrt() * self.place_sd_m + reach * self.place_sd_rad);
-        let start_distance = truth.parameters[ROD_RADIUS] + clearance;
+        let start_distance = truth.parameters[ROD_RADIUS_INDEX] + clearance;
         let path = path(world.object(), plan, &nominal, start_distance, clearance);
         let field = map::draw(
             self.support.friction_scatter,
@@ -265,7 +265,7 @@ impl Recipe {
         let clock = (0..count).map(|i| i as f64 / self.rate_hz).collect();
         let as_array = |p: &Pose<f64>| [p.position[0], p.position[1], p.angle];
         let end = run.poses.last().map_or(as_array(&start), as_array);
-        let made = Made { planned: *plan, start: as_array(&start), end, inertia };
+        let made = GeneratedTruth { planned: *plan, start: as_array(&start), end, inertia };
         Ok((Trajectory::new(index.to_string(), clock, columns)?, made))
     }
 }
@@ -292,15 +292,15 @@ impl Truth {
     }
 
     /// Builds the true worlds of a recipe.
-    pub(super) fn new(recipe: &Recipe, object: &Object) -> Self {
+    pub(super) fn new(recipe: &PushRecipe, object: &Object) -> Self {
         let support = &recipe.support;
         let mut quasi_static = World::new(object.clone()).with_patches(PATCHES_ACROSS, |_| 1.0);
         if support.anisotropy_ratio != 1.0 {
             quasi_static.add_kind("table-anisotropy");
         }
         let mut parameters = quasi_static.nominal();
-        parameters[CONTACT_FRICTION] = support.contact_friction;
-        parameters[SUPPORT_FRICTION] = support.friction;
+        parameters[CONTACT_FRICTION_INDEX] = support.contact_friction;
+        parameters[SUPPORT_FRICTION_INDEX] = support.friction;
         if let Some(term) = quasi_static.terms().first() {
             parameters[term.first] = support.anisotropy_ratio;
             parameters[term.first + 1] = support.anisotropy_angle_rad;
@@ -316,7 +316,7 @@ impl Truth {
 /// It starts `start_distance` from the side and travels `clearance` further than planned.
 fn path(
     object: &Object,
-    plan: &Planned,
+    plan: &PlannedPush,
     nominal: &Pose<f64>,
     start_distance: f64,
     clearance: f64,

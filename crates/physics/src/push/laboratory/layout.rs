@@ -8,7 +8,7 @@ use serde::Serialize;
 /// Experiment design of a set of pushes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Protocol {
+pub enum PushDesign {
     /// The design of the MIT set, in random order.
     ///
     /// 11 contacts per side (40 around an ellipse), 9 angles from -80 to 80 degrees, 10 speeds and 8
@@ -22,7 +22,7 @@ pub enum Protocol {
 
 /// One commanded push.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Planned {
+pub struct PlannedPush {
     /// Index of the side of the object.
     pub side: usize,
     /// Position along the side, 0 to 1.
@@ -49,16 +49,16 @@ pub(super) fn uniform(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * ((rng.next_u64() >> 11) as f64 * 2.0_f64.powi(-53))
 }
 
-impl Protocol {
+impl PushDesign {
     /// The first `count` pushes of this design on `object`.
     ///
     /// Push i of a random set depends only on the seed and i. A smaller MIT set is the beginning of a larger
     /// one; a set larger than the design repeats it.
-    pub fn plan(self, object: &Object, count: usize, seed: u64) -> Vec<Planned> {
+    pub fn plan(self, object: &Object, count: usize, seed: u64) -> Vec<PlannedPush> {
         match self {
-            Protocol::Mit => mit(object, count, seed),
-            Protocol::Repeat => {
-                let push = Planned {
+            PushDesign::Mit => mit(object, count, seed),
+            PushDesign::Repeat => {
+                let push = PlannedPush {
                     side: 0,
                     fraction: 0.7,
                     angle_rad: 0.0,
@@ -68,17 +68,17 @@ impl Protocol {
                 };
                 vec![push; count]
             }
-            Protocol::Random => (0..count as u64).map(|i| random(object, seed, i)).collect(),
+            PushDesign::Random => (0..count as u64).map(|i| random(object, seed, i)).collect(),
         }
     }
 }
 
 /// Push `index` of the random design.
-fn random(object: &Object, seed: u64, index: u64) -> Planned {
+fn random(object: &Object, seed: u64, index: u64) -> PlannedPush {
     let mut rng = random_stream(seed, "push-layout", index);
     let side = (uniform(&mut rng, 0.0, object.sides() as f64) as usize).min(object.sides() - 1);
     let limit = 70.0_f64.to_radians();
-    Planned {
+    PlannedPush {
         side,
         fraction: uniform(&mut rng, 0.05, 0.95),
         angle_rad: uniform(&mut rng, -limit, limit),
@@ -89,14 +89,14 @@ fn random(object: &Object, seed: u64, index: u64) -> Planned {
 }
 
 /// The first `count` pushes of the MIT design, in an order given by the seed.
-fn mit(object: &Object, count: usize, seed: u64) -> Vec<Planned> {
+fn mit(object: &Object, count: usize, seed: u64) -> Vec<PlannedPush> {
     let contacts = if object.sides() == 1 { 40 } else { 11 };
     let fraction_divisor = if object.sides() == 1 { contacts } else { contacts - 1 } as f64;
     let mut cells = Vec::new();
     for side in 0..object.sides() {
         for contact in 0..contacts {
             for angle in 0..ANGLE_COUNT {
-                let cell = |speed_m_s: f64, acceleration_m_s2: f64| Planned {
+                let cell = |speed_m_s: f64, acceleration_m_s2: f64| PlannedPush {
                     side,
                     fraction: contact as f64 / fraction_divisor,
                     angle_rad: (-80.0 + 20.0 * angle as f64).to_radians(),

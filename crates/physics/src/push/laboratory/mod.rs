@@ -11,6 +11,6 @@ mod layout;
 mod map;
 mod support;
 
-pub use generate::{COLUMNS, Generated, LaboratoryError, Made, Recipe};
-pub use layout::{Planned, Protocol};
+pub use generate::{COLUMNS, Generated, LaboratoryError, GeneratedTruth, PushRecipe};
+pub use layout::{PlannedPush, PushDesign};
 pub use support::{SUPPORTS, SupportSheet};

@@ -21,7 +21,7 @@ use super::wrench_jacobian::WrenchWithJacobian;
 use crate::scalar::{cross, dot};
 
 /// Number of quadratic forms `A_k` in the sum (1).
-pub const TERMS: usize = 2;
+pub const QUADRATIC_FORMS: usize = 2;
 /// Maximum number of Newton steps for one wrench; convergence is quadratic.
 const MAX_NEWTON_STEPS: usize = 40;
 /// Maximum number of halvings of one Newton step in the line search.
@@ -38,14 +38,14 @@ pub struct Quartic {
     /// Length by which moments are divided, m.
     c_m: f64,
     /// The matrices `A_k`.
-    forms: [Mat3; TERMS],
+    forms: [Mat3; QUADRATIC_FORMS],
 }
 
 impl Quartic {
     /// The polynomial with the symmetric, positive definite forms `A_k`.
     ///
     /// They act on wrenches `(f_x, f_y, m/c)` in units of the sliding force; `c_m` is `c`, m.
-    pub fn new(c_m: f64, forms: [Mat3; TERMS]) -> Self {
+    pub fn new(c_m: f64, forms: [Mat3; QUADRATIC_FORMS]) -> Self {
         Self { c_m, forms }
     }
 
@@ -59,9 +59,9 @@ impl Quartic {
     /// assert!((w.moment - 0.03).abs() < 1e-12);
     /// ```
     pub fn ellipsoid(c_m: f64) -> Self {
-        let diagonal = (1.0 / TERMS as f64).sqrt();
+        let diagonal = (1.0 / QUADRATIC_FORMS as f64).sqrt();
         let form = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { diagonal } else { 0.0 }));
-        Self { c_m, forms: [form; TERMS] }
+        Self { c_m, forms: [form; QUADRATIC_FORMS] }
     }
 
     /// Ratio of the moment in pure rotation to the force along the first axis, m.

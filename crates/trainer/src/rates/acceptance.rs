@@ -8,10 +8,10 @@
 
 use super::corrector::Corrector;
 use super::features::{CorrectionShrinkage, Units};
-use super::roll::{Motions, roll};
+use super::roll_out::{RollOuts, roll_out};
 use crate::TrainerError;
 use crate::engine::EquationMotion;
-use crate::in_order;
+use crate::collect_in_order;
 use crate::latent::LatentDistribution;
 use crate::nets::Stepwise;
 use crate::scales::Scales;
@@ -46,11 +46,11 @@ const SCORED_SAMPLES: usize = 64;
 
 /// A trained net with all that its acceptance test needs.
 #[derive(Clone, Copy)]
-pub(crate) struct Learned<'a> {
+pub(crate) struct TrainedRateNet<'a> {
     pub motion: &'a EquationMotion,
     pub net: &'a Stepwise,
     pub params: &'a Params<f32>,
-    pub law: &'a LatentDistribution,
+    pub latent_distribution: &'a LatentDistribution,
     /// Scales with shrinkage factors of 1.
     pub scales: &'a Scales,
     pub seed: u64,
@@ -58,8 +58,8 @@ pub(crate) struct Learned<'a> {
 
 /// The chosen use of a net's corrections, and whether trajectories have different latents.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct AcceptedChecks {
-    pub trust: CorrectionShrinkage,
+pub(crate) struct AcceptedCorrection {
+    pub shrinkage: CorrectionShrinkage,
     pub latents_differ: bool,
 }
 
@@ -74,19 +74,19 @@ struct FreeRun<'a> {
 /// One candidate way to apply a net's corrections.
 #[derive(Clone, Copy)]
 struct Candidate {
-    trust: CorrectionShrinkage,
+    shrinkage: CorrectionShrinkage,
     has_own_latents: bool,
 }
 
-impl Learned<'_> {
+impl TrainedRateNet<'_> {
     /// Chooses the best candidate; `None` where too little data was held out.
-    pub fn decide(self, held_out: &[Sequence]) -> Result<Option<AcceptedChecks>, TrainerError> {
+    pub fn decide(self, held_out: &[Sequence]) -> Result<Option<AcceptedCorrection>, TrainerError> {
         let free_runs = free_runs(held_out);
         if free_runs.is_empty() {
             return Ok(None);
         }
         let fixed_gain = |gain| Candidate {
-            trust: CorrectionShrinkage { gain, spread: 0.0, memory: 0.0 },
+            shrinkage: CorrectionShrinkage { gain, spread: 0.0, memory: 0.0 },
             has_own_latents: false,
         };
         let errors = self.scores(&free_runs, &CANDIDATE_GAINS.map(fixed_gain), 1, &|draws, truth| {
@@ -119,7 +119,7 @@ impl Learned<'_> {
             candidates.push(Candidate { has_own_latents, ..fixed_gain(gain) });
             for memory in CANDIDATE_MEMORIES {
                 candidates.extend(CANDIDATE_SPREADS.map(|spread| Candidate {
-                    trust: CorrectionShrinkage { gain, spread, memory },
+                    shrinkage: CorrectionShrinkage { gain, spread, memory },
                     has_own_latents,
                 }));
             }
@@ -131,8 +131,8 @@ impl Learned<'_> {
         })?;
         let log_crps_ratio = |candidate: usize| mean_log_ratio(&scores[candidate], &scores[0]);
         let best = (0..candidates.len()).min_by(|a, b| log_crps_ratio(*a).total_cmp(&log_crps_ratio(*b)));
-        Ok(best.map(|candidate| AcceptedChecks {
-            trust: candidates[candidate].trust,
+        Ok(best.map(|candidate| AcceptedCorrection {
+            shrinkage: candidates[candidate].shrinkage,
             latents_differ: candidates[candidate].has_own_latents,
         }))
     }
@@ -175,7 +175,7 @@ impl Learned<'_> {
             }
             Ok(sums)
         };
-        let run_sums = in_order(free_runs.par_iter().enumerate().map(score_run))?;
+        let run_sums = collect_in_order(free_runs.par_iter().enumerate().map(score_run))?;
         let mean = |candidate: usize, cell: usize| {
             let (sum, n) = run_sums
                 .iter()
@@ -207,17 +207,17 @@ impl Learned<'_> {
                 if candidates[lane / draws].has_own_latents { drawn[row * draws + lane % draws] } else { 0.0 }
             })
             .collect();
-        let latents = self.law.draw(&standard, lanes);
-        let trust = (0..lanes).map(|lane| candidates[lane / draws].trust).collect();
+        let latents = self.latent_distribution.draw(&standard, lanes);
+        let trust = (0..lanes).map(|lane| candidates[lane / draws].shrinkage).collect();
         let mut corrector =
             Corrector::new((self.net, self.params), latents, trust, Units::of(self.scales), rng);
         let a = q.actions.len() / q.time;
-        let motions = Motions {
+        let motions = RollOuts {
             starts: &q.state(free_run.first).repeat(lanes),
             actions: &q.actions[free_run.first * a..(free_run.first + free_run.time) * a],
             time: free_run.time,
         };
-        roll(self.motion, self.scales, motions, &mut |u, rates| corrector.draw(u, rates)).values
+        roll_out(self.motion, self.scales, motions, &mut |u, rates| corrector.draw(u, rates)).values
     }
 }
 

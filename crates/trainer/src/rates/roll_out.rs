@@ -7,7 +7,7 @@ use crate::scales::Scales;
 
 /// Initial states of a batch of roll-outs, their common actions, and their length.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Motions<'a> {
+pub(crate) struct RollOuts<'a> {
     /// Initial states `[lane, S]`.
     pub starts: &'a [f64],
     /// Actions `[time, A]`.
@@ -19,14 +19,14 @@ pub(crate) struct Motions<'a> {
 /// Simulates all lanes and returns their states.
 /// For the features `[U, lane]` of an interval, `correct` writes the corrections of the rates `[D, lane]`,
 /// per second.
-pub(crate) fn roll(
+pub(crate) fn roll_out(
     motion: &EquationMotion,
     scales: &Scales,
-    motions: Motions<'_>,
+    motions: RollOuts<'_>,
     correct: &mut dyn FnMut(&[f32], &mut [f64]),
 ) -> Samples {
-    let Motions { starts, actions, time } = motions;
-    let (s, d, u_width) = (motion.periods().len(), motion.corrected(), width(motion));
+    let RollOuts { starts, actions, time } = motions;
+    let (s, d, u_width) = (motion.periods().len(), motion.corrected_count(), width(motion));
     let (lanes, a) = (starts.len() / s, actions.len() / time);
     let mut values = vec![0.0_f32; time * s * lanes];
     let (mut now, mut next) = (starts.to_vec(), vec![0.0; lanes * s]);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 ///
 /// # Errors
 /// The first error in the order of the work.
-pub fn in_order<T: Send, E: Send>(
+pub fn collect_in_order<T: Send, E: Send>(
     work: impl IndexedParallelIterator<Item = Result<T, E>>,
 ) -> Result<Vec<T>, E> {
     work.collect::<Vec<_>>().into_iter().collect()
@@ -26,7 +26,7 @@ mod tests {
             std::thread::sleep(Duration::from_millis(16 - 2 * k));
             if k % 2 == 1 { Err(k) } else { Ok(k) }
         };
-        assert_eq!(in_order((0..8_u64).collect::<Vec<_>>().into_par_iter().map(fail_if_odd)), Err(1));
-        assert_eq!(in_order([4_u64, 2, 0].into_par_iter().map(fail_if_odd)), Ok(vec![4, 2, 0]));
+        assert_eq!(collect_in_order((0..8_u64).collect::<Vec<_>>().into_par_iter().map(fail_if_odd)), Err(1));
+        assert_eq!(collect_in_order([4_u64, 2, 0].into_par_iter().map(fail_if_odd)), Ok(vec![4, 2, 0]));
     }
 }

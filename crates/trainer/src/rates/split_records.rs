@@ -12,13 +12,13 @@ const MIN_HELD_OUT_INTERVALS: usize = 20;
 
 /// Segments to train on, and held-out sequences.
 #[derive(Debug)]
-pub(crate) struct Pieces {
+pub(crate) struct Segments {
     pub train: Sequences,
     pub held_out: Vec<Sequence>,
 }
 
 /// Splits records into segments; without `hold_out` all of them are for training.
-pub(crate) fn pieces(records: &Sequences, hold_out: bool) -> Pieces {
+pub(crate) fn split_records(records: &Sequences, hold_out: bool) -> Segments {
     let (mut train, mut held_out) = (Vec::new(), Vec::new());
     let has_enough_records = records.items.len() >= HOLD_OUT_STRIDE;
     for (i, q) in records.items.iter().enumerate() {
@@ -34,7 +34,7 @@ pub(crate) fn pieces(records: &Sequences, hold_out: bool) -> Pieces {
         }
     }
     let (columns, action_columns) = (records.columns.clone(), records.action_columns.clone());
-    Pieces { train: Sequences { columns, action_columns, items: train }, held_out }
+    Segments { train: Sequences { columns, action_columns, items: train }, held_out }
 }
 
 /// Splits the first `intervals` of a record into segments of nearly equal length.
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn the_end_of_a_single_record_is_held_out() {
-        let split = pieces(&set(vec![record(0, 1001)]), true);
+        let split = split_records(&set(vec![record(0, 1001)]), true);
         let (first, last) = (&split.train.items[0], &split.train.items[split.train.items.len() - 1]);
         assert_eq!((first.states[0], last.states[last.time - 1]), (0.0, 800.0));
         for pair in split.train.items.windows(2) {
@@ -90,14 +90,14 @@ mod tests {
 
     #[test]
     fn every_fifth_of_many_records_is_held_out() {
-        let split = pieces(&set((0..11).map(|id| record(id, 50)).collect()), true);
+        let split = split_records(&set((0..11).map(|id| record(id, 50)).collect()), true);
         let names: Vec<&str> = split.held_out.iter().map(|q| q.id.as_str()).collect();
         assert_eq!((names, split.train.items.len()), (vec!["4", "9"], 9));
     }
 
     #[test]
     fn a_short_record_is_used_whole_for_training() {
-        let split = pieces(&set(vec![record(0, 40)]), true);
+        let split = split_records(&set(vec![record(0, 40)]), true);
         assert_eq!((split.train.items[0].time, split.held_out.len()), (40, 0));
     }
 }
