@@ -4,7 +4,7 @@ use crate::Usage;
 use crate::usage::{Oversized, Takes};
 use augsim_data::{Column, Dataset, Limit, Trajectory, Unit};
 use augsim_trainer::score::quantile;
-use augsim_trainer::{Forecaster, NetModel, Samples, Sequences, Task, check_finite, in_order};
+use augsim_trainer::{Forecaster, NetModel, Samples, Sequences, Task, check_finite, collect_in_order};
 use rayon::prelude::*;
 
 /// Statistics of each column, in the order of the output columns.

@@ -13,11 +13,11 @@ static SPEC: EffectSpec = EffectSpec {
         ParameterSpec { name: "k_per_s2", unit: "1/s²", min: -50.0, max: 50.0, typical: 0.5, null: 0.0 },
         ParameterSpec { name: "f_m_s2", unit: "m/s²", min: -50.0, max: 50.0, typical: 0.5, null: 0.0 },
     ],
-    stands_for: &["an elastic tether", "a fan below"],
+    equivalent_causes: &["an elastic tether", "a fan below"],
     formula: "a_z = f - k z",
     source: "Hooke 1678",
     costly: true,
-    ..EffectSpec::PLAIN
+    ..EffectSpec::DEFAULT
 };
 
 impl<S: Scalar> Law<S> for HeightSpring {

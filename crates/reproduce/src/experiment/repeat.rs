@@ -5,7 +5,7 @@ use super::data::LABORATORY;
 use augsim_physics::push::laboratory::PushDesign;
 use augsim_session::run_data::recipe;
 use augsim_trainer::push::{point_sets, pushes};
-use augsim_trainer::{Forecaster, Sequence, Sequences, Task, in_order};
+use augsim_trainer::{Forecaster, Sequence, Sequences, Task, collect_in_order};
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -5,7 +5,7 @@ use crate::args::LeagueScenario;
 use crate::experiment::data::Set;
 use augsim_report::page::Best;
 use augsim_trainer::score::{Score, Scoring, average, score};
-use augsim_trainer::{Forecaster, SAMPLES, Samples, Task, Violations, in_order, violations};
+use augsim_trainer::{Forecaster, SAMPLES, Samples, Task, Violations, collect_in_order, violations};
 use rayon::prelude::*;
 
 /// A column of the tables.

@@ -14,7 +14,7 @@ use crate::forecast::{check_size, summed};
 use crate::usage::PrefixFault;
 use augsim_data::Dataset;
 use augsim_trainer::filter::{FilterSettings, InitialStatePrior, Prefix, PrefixForecaster, Sensor};
-use augsim_trainer::{Samples, Sequences, TrainerError, in_order};
+use augsim_trainer::{Samples, Sequences, TrainerError, collect_in_order};
 use rayon::prelude::*;
 
 /// Default number of particles.
