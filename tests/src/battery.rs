@@ -241,7 +241,7 @@ fn run_set(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summar
                 Ok(o) => o,
                 Err(e) => return fail(e.to_string()),
             };
-            let mut visible = oracle.visible();
+            let mut visible = oracle.is_visible();
             // With two effects, each must be visible in the presence of the other.
             if names.len() > 1 {
                 for n in &names {

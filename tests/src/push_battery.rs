@@ -71,7 +71,7 @@ fn run_set(has_effect: bool, seed: u64, pushes: usize, summary: &mut Summary) ->
                 assessed.penalty,
                 1e3 * assessed.rmse
             );
-            if assessed.visible() {
+            if assessed.is_visible() {
                 summary.visible += 1;
                 let exact = found == [kind.name()];
                 let is_equivalent =

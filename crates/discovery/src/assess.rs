@@ -23,7 +23,7 @@ pub struct Assessment {
 
 impl Assessment {
     /// Whether the gain exceeds the penalty.
-    pub fn visible(&self) -> bool {
+    pub fn is_visible(&self) -> bool {
         self.gain > self.penalty
     }
 }

@@ -51,7 +51,7 @@ pub fn discover(
         Some(_) => calibrate_only(&prepared, progress),
         None => search(&mut prepared, options, progress),
     };
-    progress(Progress::Adequacy);
+    progress(Progress::ResidualTests);
     let mut judged = judge(&prepared, &mut searched, rejection, options);
     progress(Progress::Errors);
     let mut measured = prediction_errors(&prepared, &searched, &judged, options);
@@ -80,7 +80,7 @@ fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(P
     progress(Progress::Calibration);
     let families = vec![if options.library { Family::Library } else { Family::Grammar }];
     let (view, base) = calibrate_windows(prepared, &prepared.searched);
-    let mut report_share = |share: f64| progress(Progress::Searched((1000.0 * share) as u16));
+    let mut report_share = |share: f64| progress(Progress::Search((1000.0 * share) as u16));
     let mut searched = search_in(prepared, view, &families, base, Vec::new(), &mut report_share);
     for _ in 0..REPEATS {
         let best = searched.found.best().fit.clone();

@@ -31,13 +31,17 @@ pub struct NoiseRow {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NoiseCause {
     /// The best-supported source.
-    pub by: NoiseSource,
+    #[serde(rename = "by")]
+    pub source: NoiseSource,
     /// Standard deviations of the process noise by state, or of the autocorrelated errors by output.
-    pub lasting: Vec<NoiseRow>,
+    #[serde(rename = "lasting")]
+    pub disturbances: Vec<NoiseRow>,
     /// Correlation time, s; 0 for noise that is independent from sample to sample.
-    pub memory_s: f64,
+    #[serde(rename = "memory_s")]
+    pub correlation_time_s: f64,
     /// White measurement noise, by output.
-    pub readings: Vec<NoiseRow>,
+    #[serde(rename = "readings")]
+    pub white_noise: Vec<NoiseRow>,
 }
 
 impl NoiseCause {
@@ -47,12 +51,12 @@ impl NoiseCause {
             let unit = if r.unit.is_empty() { String::new() } else { format!(" {}", r.unit) };
             format!("{} {:.3e}{unit}", r.name, r.sd)
         };
-        let rows = self.lasting.iter().map(describe).collect::<Vec<_>>().join(", ");
-        let correlation = match self.memory_s > 0.0 {
-            true => format!("with a correlation time of {:.3} s", self.memory_s),
+        let rows = self.disturbances.iter().map(describe).collect::<Vec<_>>().join(", ");
+        let correlation = match self.correlation_time_s > 0.0 {
+            true => format!("with a correlation time of {:.3} s", self.correlation_time_s),
             false => "independent from sample to sample".to_owned(),
         };
-        match self.by {
+        match self.source {
             NoiseSource::Sensor => None,
             NoiseSource::AutocorrelatedSensor => Some(format!(
                 "the measurement noise is autocorrelated: standard deviation {rows}, {correlation}"
@@ -75,10 +79,10 @@ mod tests {
     fn sentences_give_size_and_correlation_time() {
         let row = |name: &str, sd, unit: &str| NoiseRow { name: name.into(), sd, unit: unit.into() };
         let cause = |by, lasting, memory_s| NoiseCause {
-            by,
-            lasting,
-            memory_s,
-            readings: vec![row("y_m", 1e-3, "m")],
+            source: by,
+            disturbances: lasting,
+            correlation_time_s: memory_s,
+            white_noise: vec![row("y_m", 1e-3, "m")],
         };
         assert_eq!(cause(NoiseSource::Sensor, Vec::new(), 0.0).sentence(), None);
         let pushed = cause(NoiseSource::ProcessNoise, vec![row("v_m_s", 0.036, "m/s^2")], 0.02).sentence();

@@ -45,9 +45,9 @@ pub enum Progress {
     Calibration,
     /// Search over the library; the number is the finished share of the largest possible search, in
     /// thousandths.
-    Searched(u16),
+    Search(u16),
     /// Tests of the residuals of the best model.
-    Adequacy,
+    ResidualTests,
     /// Search over formulas of a grammar.
     Formulas,
     /// Prediction errors before and after.
@@ -60,8 +60,8 @@ impl Progress {
         match self {
             Progress::Noise => "finding events and estimating the noise",
             Progress::Calibration => "calibrating the declared parameters",
-            Progress::Searched(_) => "fitting candidate effects",
-            Progress::Adequacy => "testing the residuals of the best model",
+            Progress::Search(_) => "fitting candidate effects",
+            Progress::ResidualTests => "testing the residuals of the best model",
             Progress::Formulas => "searching for a formula",
             Progress::Errors => "measuring errors on held-out trajectories",
         }
@@ -72,8 +72,8 @@ impl Progress {
         match self {
             Progress::Noise => 0.0,
             Progress::Calibration => 0.03,
-            Progress::Searched(thousandths) => 0.08 + 0.42 * (f64::from(thousandths) / 1000.0).min(1.0),
-            Progress::Adequacy => 0.50,
+            Progress::Search(thousandths) => 0.08 + 0.42 * (f64::from(thousandths) / 1000.0).min(1.0),
+            Progress::ResidualTests => 0.50,
             Progress::Formulas => 0.66,
             Progress::Errors => 0.72,
         }
@@ -141,9 +141,9 @@ mod tests {
         let mut record = |step: Progress| shares.push(step.fraction());
         let mut step = monotone(&mut record);
         use Progress::*;
-        let second = [Searched(0), Searched(500), Searched(1000)];
-        [Noise, Calibration, Searched(700)].into_iter().chain(second).for_each(&mut step);
-        [Formulas].into_iter().chain(second).chain([Adequacy, Errors]).for_each(&mut step);
+        let second = [Search(0), Search(500), Search(1000)];
+        [Noise, Calibration, Search(700)].into_iter().chain(second).for_each(&mut step);
+        [Formulas].into_iter().chain(second).chain([ResidualTests, Errors]).for_each(&mut step);
         drop(step);
         assert!(shares.is_sorted() && shares.len() == 6, "{shares:?}");
     }

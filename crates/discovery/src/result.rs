@@ -490,7 +490,7 @@ pub struct Discovery {
 
 impl Discovery {
     /// Whether anything was added to the declared model.
-    pub fn adds(&self) -> bool {
+    pub fn has_additions(&self) -> bool {
         !self.effects.is_empty() || self.unexplained.is_some()
     }
 }

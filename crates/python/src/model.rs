@@ -6,7 +6,7 @@ use crate::numbers::{Numbers, memory};
 use crate::source::Source;
 use augsim_session::Subject;
 use augsim_session::equations::fitted::calibrate;
-use augsim_session::simulate::{BRIEF, Plan, simulate};
+use augsim_session::simulate::{MAX_SERIAL_VALUES, Plan, simulate};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use std::path::PathBuf;
@@ -91,7 +91,7 @@ impl Model {
         let subject = self.subject.clone();
         let batch = plan.start.first().map_or(0, |(_, values)| values.len());
         let sizes = [plan.samples.max(1), plan.times.len()];
-        let is_brief = sizes.iter().fold(batch, |all, size| all.saturating_mul(*size)) <= BRIEF;
+        let is_brief = sizes.iter().fold(batch, |all, size| all.saturating_mul(*size)) <= MAX_SERIAL_VALUES;
         let made = background::run_unless_brief(py, is_brief, move || simulate(&subject, &plan))?;
         Ok((memory(py, &made.values)?, made.shape, made.columns))
     }

@@ -6,11 +6,11 @@ use crate::model::Model;
 use crate::numbers::{Bytes, Numbers};
 use crate::source::{Data, Source, accepted};
 use augsim_data::checks::Warning;
-use augsim_session::configure::{Corrected, TrainingRequest, configure};
-use augsim_session::run_data::{admit_measured, load_timed, read_measured};
+use augsim_session::configure::{PhysicsSource, TrainingRequest, configure};
+use augsim_session::run_data::{check_measured, load_timed, read_measured};
 use augsim_session::run_dir::{Config, RunDir};
-use augsim_session::simulate::BRIEF;
-use augsim_session::training_run::{Begin, Watch, train_in_memory};
+use augsim_session::simulate::MAX_SERIAL_VALUES;
+use augsim_session::training_run::{TrainingStart, TrainingObserver, train_in_memory};
 use augsim_session::usage::{Inapplicable, Missing, PathFault, PlanFault, UnknownName};
 use augsim_session::{RunLock, Subject, Usage, forecast};
 use augsim_trainer::{Forecaster, Losses, NetModel, Recipe, Task};
@@ -41,12 +41,12 @@ struct ProgressReporter<'a, T> {
     total: u64,
 }
 
-impl<T> Watch for ProgressReporter<'_, T> {
+impl<T> TrainingObserver for ProgressReporter<'_, T> {
     fn must_stop(&mut self) -> bool {
         self.line.must_stop()
     }
 
-    fn begins(&mut self, from: Begin) {
+    fn begins(&mut self, from: TrainingStart) {
         self.total = from.total;
     }
 
@@ -69,13 +69,13 @@ pub enum Corrects {
 }
 
 impl Corrects {
-    fn corrected(self) -> anyhow::Result<Corrected> {
+    fn corrected(self) -> anyhow::Result<PhysicsSource> {
         match self {
-            Corrects::Path(path) if path == Path::new(PYBULLET_BALL) => Ok(Corrected::PybulletBall),
-            Corrects::Path(path) if path.is_file() => Ok(Corrected::File(path)),
-            Corrects::Path(path) => Ok(Corrected::Folder(path)),
+            Corrects::Path(path) if path == Path::new(PYBULLET_BALL) => Ok(PhysicsSource::PybulletBall),
+            Corrects::Path(path) if path.is_file() => Ok(PhysicsSource::File(path)),
+            Corrects::Path(path) => Ok(PhysicsSource::Folder(path)),
             Corrects::Model(model) => match &model.get().subject {
-                Subject::BuiltIn(model) => Ok(Corrected::Model(model.clone())),
+                Subject::BuiltIn(model) => Ok(PhysicsSource::Model(model.clone())),
                 Subject::Equations(_) => Err(Usage::Inapplicable(Inapplicable::NetOfEquations).into()),
             },
         }
@@ -100,7 +100,7 @@ pub fn train(
         let accept = accepted(&accept)?;
         let residual_of = match residual_of {
             Some(corrects) => corrects.corrected()?,
-            None => Corrected::of_options(None, None, false, &data.from)?,
+            None => PhysicsSource::from_options(None, None, false, &data.from)?,
         };
         let residual_of = Some(residual_of);
         Ok(TrainingRequest { recipe: parse_recipe(recipe)?, residual_of, iterations, seed, accept })
@@ -110,7 +110,7 @@ pub fn train(
     background::run(py, progress.as_ref(), move |line| {
         let (config, mut notes) = configure(&request, &data)?;
         let set = read_measured(&data, &config.settings.engine)?;
-        let (train, warnings) = admit_measured(set, &config)?;
+        let (train, warnings) = check_measured(set, &config)?;
         notes.extend(warnings.into_iter().map(|Warning { text, .. }| text));
         let mut watch = ProgressReporter { line, total: 0 };
         let state = train_in_memory(&config.settings, &train, &mut watch)?;
@@ -212,7 +212,7 @@ impl Run {
         let (start, actions) = (start.into_vec(), actions.into_vec());
         let (batch, time) = shape;
         let model = Arc::clone(&self.model);
-        let is_brief = batch.saturating_mul(samples).saturating_mul(time) <= BRIEF;
+        let is_brief = batch.saturating_mul(samples).saturating_mul(time) <= MAX_SERIAL_VALUES;
         let drawn = background::run_unless_brief(py, is_brief, move || {
             let model = match seed {
                 Some(seed) if seed != model.state().settings.seed => Arc::new(model.with_seed(seed)?),

@@ -16,7 +16,7 @@ pub const CHECKPOINT_EVERY: u64 = 500;
 
 /// The physics model that a net corrects.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Corrected {
+pub enum PhysicsSource {
     /// The augmented model in the folder of a discovery.
     Folder(PathBuf),
     /// A model in memory.
@@ -33,7 +33,7 @@ pub struct TrainingRequest {
     /// Kind of net, with its loss.
     pub recipe: Recipe,
     /// The model that the net corrects; `None` means the paper's ball.
-    pub residual_of: Option<Corrected>,
+    pub residual_of: Option<PhysicsSource>,
     /// Iterations, at least 1.
     pub iterations: u64,
     /// Seed of every draw.
@@ -42,21 +42,21 @@ pub struct TrainingRequest {
     pub accept: Vec<Check>,
 }
 
-impl Corrected {
+impl PhysicsSource {
     /// Chooses the model from the options of a command, of which at most one is given.
     ///
     /// # Errors
     /// [`Usage::Missing`] if none is given: no model is assumed.
-    pub fn of_options(
+    pub fn from_options(
         residual_of: Option<&Path>,
         model: Option<&Path>,
         pybullet_ball: bool,
         data: &DataFrom,
     ) -> Result<Self, Usage> {
         match (residual_of, model) {
-            (Some(folder), _) => Ok(Corrected::Folder(folder.to_owned())),
-            (None, Some(file)) => Ok(Corrected::File(file.to_owned())),
-            (None, None) if pybullet_ball => Ok(Corrected::PybulletBall),
+            (Some(folder), _) => Ok(PhysicsSource::Folder(folder.to_owned())),
+            (None, Some(file)) => Ok(PhysicsSource::File(file.to_owned())),
+            (None, None) if pybullet_ball => Ok(PhysicsSource::PybulletBall),
             (None, None) => Err(Usage::Missing(Missing::Model { data: data.to_string() })),
         }
     }
@@ -67,17 +67,17 @@ impl Corrected {
     /// As [`residual::engine`], [`residual::engine_of`] and [`residual::engine_of_file`].
     pub fn engine(&self, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(Engine, Vec<String>)> {
         match self {
-            Corrected::Folder(found) => residual::engine(found, data, recipe),
-            Corrected::Model(model) => residual::engine_of(model, "the model", data, recipe),
-            Corrected::File(file) => residual::engine_of_file(file, data, recipe),
-            Corrected::PybulletBall => Ok((published_predictor(), Vec::new())),
+            PhysicsSource::Folder(found) => residual::engine(found, data, recipe),
+            PhysicsSource::Model(model) => residual::engine_of_model(model, "the model", data, recipe),
+            PhysicsSource::File(file) => residual::engine_of_file(file, data, recipe),
+            PhysicsSource::PybulletBall => Ok((published_predictor(), Vec::new())),
         }
     }
 
     /// The folder of the discovery, if the model comes from one.
     pub fn residual_of(&self) -> Option<PathBuf> {
         match self {
-            Corrected::Folder(folder) => Some(folder.clone()),
+            PhysicsSource::Folder(folder) => Some(folder.clone()),
             _ => None,
         }
     }
@@ -105,7 +105,7 @@ pub fn configure(wanted: &TrainingRequest, data: &DataFrom) -> anyhow::Result<(C
     let config = Config {
         checkpoint_every: CHECKPOINT_EVERY,
         accept: wanted.accept.clone(),
-        residual_of: wanted.residual_of.as_ref().and_then(Corrected::residual_of),
+        residual_of: wanted.residual_of.as_ref().and_then(PhysicsSource::residual_of),
         data: source,
         settings,
     };

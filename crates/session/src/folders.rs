@@ -42,7 +42,7 @@ pub fn make(folder: &Path) -> anyhow::Result<()> {
 }
 
 /// The folder of a file; `.` for a bare file name.
-pub fn around(file: &Path) -> &Path {
+pub fn parent_of(file: &Path) -> &Path {
     file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
@@ -56,5 +56,5 @@ pub fn remove_empty() {
 }
 
 fn not_a_folder(path: &Path) -> anyhow::Error {
-    Usage::path(path, PathFault::NoFolder).into()
+    Usage::path(path, PathFault::NotAFolder).into()
 }

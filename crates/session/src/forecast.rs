@@ -30,7 +30,7 @@ pub fn bands(
         check_finite(&forecast, q)?;
         anyhow::Ok((q.id.clone(), t.clone(), forecast))
     });
-    summed(&starts.columns, collect_in_order(rows)?)
+    summarised(&starts.columns, collect_in_order(rows)?)
 }
 
 /// Mean, median, 50 % and 90 % bands of every column of sampled forecasts.
@@ -39,7 +39,7 @@ pub fn bands(
 ///
 /// # Errors
 /// An invalid column name.
-pub fn summed(columns: &[String], rows: Vec<(String, Vec<f64>, Samples)>) -> anyhow::Result<Dataset> {
+pub fn summarised(columns: &[String], rows: Vec<(String, Vec<f64>, Samples)>) -> anyhow::Result<Dataset> {
     let row = |(id, times, samples): (String, Vec<f64>, Samples)| {
         let columns = summarise(&samples, times.len());
         Trajectory::new(id, times, columns)

@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 
-mod circumstances;
+mod report_context;
 pub mod command_line;
 pub mod configure;
 mod data_from;
@@ -27,11 +27,11 @@ pub mod table;
 pub mod training_run;
 pub mod usage;
 
-pub use circumstances::ReportContext;
+pub use report_context::ReportContext;
 pub use data_from::DataFrom;
 pub use discover::{DiscoverRequest, discover};
 pub use failure::{Failure, sentence};
-pub use model_or_run::{Given, discovery_in};
+pub use model_or_run::{ModelOrRun, discovery_in};
 pub use run_lock::RunLock;
 pub use subject::Subject;
 pub use usage::Usage;

@@ -12,7 +12,7 @@ const RESULT: &str = "result.json";
 
 /// A model or run that an argument names.
 #[derive(Debug)]
-pub enum Given {
+pub enum ModelOrRun {
     /// The run directory of a trained net.
     Net,
     /// A model file.
@@ -24,25 +24,25 @@ pub enum Given {
     },
 }
 
-impl Given {
+impl ModelOrRun {
     /// Determines what the path is.
     ///
     /// # Errors
     /// A folder without a trained net or a model in it.
-    pub fn of(path: &Path) -> anyhow::Result<Self> {
+    pub fn from_path(path: &Path) -> anyhow::Result<Self> {
         if !path.is_dir() {
-            return Ok(Given::Model { file: path.to_owned(), folder: None });
+            return Ok(ModelOrRun::Model { file: path.to_owned(), folder: None });
         }
         if path.join(CONFIG).exists() {
-            return Ok(Given::Net);
+            return Ok(ModelOrRun::Net);
         }
         let file = path.join(MODEL);
         if file.is_file() {
-            return Ok(Given::Model { file, folder: Some(path.to_owned()) });
+            return Ok(ModelOrRun::Model { file, folder: Some(path.to_owned()) });
         }
         // A run directory without its configuration: the reader of run directories reports what is missing.
         if path.join(CHECKPOINT).exists() {
-            return Ok(Given::Net);
+            return Ok(ModelOrRun::Net);
         }
         let fault = PathFault::NeitherRunNorModel { config: CONFIG, model: MODEL };
         Err(Usage::path(path, fault).into())

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// Length of the prefix of a trajectory that a filter observes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Seen {
+pub enum PrefixLength {
     /// A number of samples.
     Rows(usize),
     /// Seconds from the first sample.
@@ -14,12 +14,12 @@ pub enum Seen {
 /// Rounding tolerance of times, s.
 const TIME_TOLERANCE_S: f64 = 1e-9;
 
-impl Seen {
+impl PrefixLength {
     /// Number of observed samples of a trajectory with these times, s.
     pub fn rows(self, times: &[f64]) -> usize {
         match self {
-            Seen::Rows(n) => n,
-            Seen::Seconds(s) => {
+            PrefixLength::Rows(n) => n,
+            PrefixLength::Seconds(s) => {
                 let until = times.first().map_or(0.0, |t| t + s + TIME_TOLERANCE_S);
                 times.iter().take_while(|t| **t <= until).count()
             }
@@ -27,11 +27,11 @@ impl Seen {
     }
 }
 
-impl fmt::Display for Seen {
+impl fmt::Display for PrefixLength {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Seen::Rows(n) => write!(f, "{n}"),
-            Seen::Seconds(s) => write!(f, "{s}s"),
+            PrefixLength::Rows(n) => write!(f, "{n}"),
+            PrefixLength::Seconds(s) => write!(f, "{s}s"),
         }
     }
 }

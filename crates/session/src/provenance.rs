@@ -71,7 +71,7 @@ pub fn fingerprint_of_bytes(bytes: &[u8]) -> String {
 }
 
 /// A path as shown on a page: one inside the results folder `out` is shown relative to `DIR`.
-pub fn shown(path: &Path, out: &Path) -> String {
+pub fn display_path(path: &Path, out: &Path) -> String {
     let inside = path.strip_prefix(out);
     inside.map_or_else(|_| path.display().to_string(), |inside| format!("DIR/{}", inside.display()))
 }

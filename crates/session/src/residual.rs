@@ -35,7 +35,7 @@ pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(En
     if equations::is_model(&path) {
         return equations(&path, data);
     }
-    engine_of(&ModelFile::read(&path)?, &path.display().to_string(), data, recipe)
+    engine_of_model(&ModelFile::read(&path)?, &path.display().to_string(), data, recipe)
 }
 
 /// The engine of a model file, for a net of any recipe.
@@ -64,7 +64,7 @@ fn equations(path: &Path, data: &DataFrom) -> anyhow::Result<(Engine, Vec<String
 ///
 /// # Errors
 /// As [`engine`].
-pub fn engine_of(
+pub fn engine_of_model(
     model: &ModelFile,
     place: &str,
     data: &DataFrom,
@@ -109,7 +109,7 @@ fn engine_with_data_step(
             p.name, p.nominal
         )
     }));
-    if engine.step_s().is_some() && !states::are_there(&dataset, &engine) {
+    if engine.step_s().is_some() && !states::has_states(&dataset, &engine) {
         notes.push(format!(
             "the net uses {} every {step_s} s, estimated from the positions by polynomials fitted to each flight between \
              impacts",

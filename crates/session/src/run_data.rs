@@ -58,7 +58,7 @@ pub fn read_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Dataset
     let Some(step_s) = engine.step_s() else { return Ok(from.read(MissingCells::AsGap)?) };
     if engine.model().is_some() {
         let data = from.read(MissingCells::AsGap)?;
-        if !states::are_there(&data, engine)
+        if !states::has_states(&data, engine)
             && let Some(made) = states::estimate_from_positions(&data, engine, from)?
         {
             return Ok(made);
@@ -159,11 +159,11 @@ pub fn load_timed(from: &DataFrom, engine: &Engine) -> anyhow::Result<(Sequences
 ///
 /// # Errors
 /// As [`read`] and [`admit_measured`].
-pub fn admitted(config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
+pub fn load_checked(config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
     let engine = &config.settings.engine;
     let data = read(&config.data, engine)?;
     match config.data {
-        DataSource::File(_) => admit_measured(data, config),
+        DataSource::File(_) => check_measured(data, config),
         _ => Ok((sequences(&data, engine)?, Vec::new())),
     }
 }
@@ -172,7 +172,7 @@ pub fn admitted(config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
 ///
 /// # Errors
 /// The data fail a check, or lack columns that the engine needs.
-pub fn admit_measured(data: Dataset, config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
+pub fn check_measured(data: Dataset, config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
     let engine = &config.settings.engine;
     // A net without physics may be trained on any system, so no gravity is expected.
     let expected =

@@ -19,7 +19,7 @@ const MAX_EVENT_DRAWS: usize = 1000;
 /// Largest number of values that is simulated on the calling thread.
 ///
 /// Smaller tasks gain nothing from several threads.
-pub const BRIEF: usize = 20_000;
+pub const MAX_SERIAL_VALUES: usize = 20_000;
 
 /// A column of numbers with its name.
 pub type Named = (String, Vec<f64>);
@@ -102,7 +102,7 @@ pub fn simulate(subject: &Subject, plan: &Plan) -> anyhow::Result<Trajectories> 
         let mut runs = values.chunks_exact_mut(run_size).enumerate();
         runs.try_for_each(|(sample, values)| opened.simulate(plan, trajectory, sample, &mut out, values))
     };
-    match values.len() <= BRIEF {
+    match values.len() <= MAX_SERIAL_VALUES {
         true => values.chunks_mut(samples * run_size).enumerate().try_for_each(simulate_samples)?,
         false => values.par_chunks_mut(samples * run_size).enumerate().try_for_each(simulate_samples)?,
     }

@@ -9,7 +9,7 @@ use augsim_physics::model::ModelFile;
 use augsim_trainer::Engine;
 
 /// Whether the data have the engine's columns at the engine's step without gaps.
-pub fn are_there(data: &Dataset, engine: &Engine) -> bool {
+pub fn has_states(data: &Dataset, engine: &Engine) -> bool {
     let Some(step_s) = engine.step_s() else { return true };
     let indices: Option<Vec<usize>> = engine.columns().iter().map(|c| data.column_index(c).ok()).collect();
     let Some(indices) = indices else { return false };

@@ -9,11 +9,11 @@ use std::time::Instant;
 const LOG_EVERY: u64 = 10;
 
 /// Observer of a training run, which may stop it.
-pub trait Watch {
+pub trait TrainingObserver {
     /// Whether to write a checkpoint and stop; asked before each iteration and before the final evaluation.
     fn must_stop(&mut self) -> bool;
     /// Called when training begins or resumes.
-    fn begins(&mut self, from: Begin);
+    fn begins(&mut self, from: TrainingStart);
     /// Called after each iteration.
     fn step(&mut self, losses: &Losses);
     /// Called after the last iteration.
@@ -22,7 +22,7 @@ pub trait Watch {
 
 /// Size and progress of a training run when it begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Begin {
+pub struct TrainingStart {
     /// Number of parameters.
     pub parameters: usize,
     /// Number of training trajectories.
@@ -35,7 +35,7 @@ pub struct Begin {
 
 /// How a training run ended.
 #[derive(Debug)]
-pub enum Ended {
+pub enum TrainingOutcome {
     /// All iterations are done.
     Trained(Box<Trained>),
     /// The observer stopped it; the checkpoint has the full state.
@@ -67,8 +67,8 @@ pub fn train(
     config: &Config,
     train: &Sequences,
     resume: bool,
-    watch: &mut dyn Watch,
-) -> anyhow::Result<Ended> {
+    watch: &mut dyn TrainingObserver,
+) -> anyhow::Result<TrainingOutcome> {
     let state = if resume { run.read_checkpoint()? } else { None };
     let mut training = match state {
         Some(state) => {
@@ -80,13 +80,13 @@ pub fn train(
     let (total, first) = (config.settings.iterations, training.iteration());
     let mut metrics = run.metrics_after(first)?;
     let (parameters, trajectories) = (training.params().values().len(), train.items.len());
-    watch.begins(Begin { parameters, trajectories, iteration: first, total });
+    watch.begins(TrainingStart { parameters, trajectories, iteration: first, total });
     let started = Instant::now();
     while training.iteration() < total {
         if watch.must_stop() {
             watch.ends();
             run.write_checkpoint(training.state())?;
-            return Ok(Ended::Interrupted { iteration: training.iteration() });
+            return Ok(TrainingOutcome::Interrupted { iteration: training.iteration() });
         }
         let losses = training.step()?;
         if losses.iteration.is_multiple_of(LOG_EVERY) || losses.iteration == total {
@@ -102,14 +102,14 @@ pub fn train(
     // signal: save first.
     run.write_checkpoint(training.state())?;
     if watch.must_stop() {
-        return Ok(Ended::Interrupted { iteration: training.iteration() });
+        return Ok(TrainingOutcome::Interrupted { iteration: training.iteration() });
     }
     let seconds = started.elapsed().as_secs_f64();
     let done = total - first;
     let state = training.finish()?.clone();
     run.write_checkpoint(&state)?;
     run.write_weights(training.params())?;
-    Ok(Ended::Trained(Box::new(Trained {
+    Ok(TrainingOutcome::Trained(Box::new(Trained {
         parameters: state.params.len(),
         model: NetModel::new(state)?,
         seconds_per_iteration: (done > 0).then(|| seconds / done as f64),
@@ -125,11 +125,11 @@ pub fn train(
 pub fn train_in_memory(
     settings: &Settings,
     train: &Sequences,
-    watch: &mut dyn Watch,
+    watch: &mut dyn TrainingObserver,
 ) -> anyhow::Result<Option<TrainingState>> {
     let mut training = Training::new(settings.clone(), train)?;
     let (parameters, trajectories) = (training.params().values().len(), train.items.len());
-    watch.begins(Begin { parameters, trajectories, iteration: 0, total: settings.iterations });
+    watch.begins(TrainingStart { parameters, trajectories, iteration: 0, total: settings.iterations });
     while training.iteration() < settings.iterations {
         if watch.must_stop() {
             watch.ends();

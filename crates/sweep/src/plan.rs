@@ -69,7 +69,7 @@ pub fn write_plan(
     output: &Output,
 ) -> anyhow::Result<Outcome> {
     let file = SweepFile::read(sweep)?;
-    let folder = std::path::absolute(folders::around(sweep))
+    let folder = std::path::absolute(folders::parent_of(sweep))
         .and_then(std::fs::canonicalize)
         .with_context(|| format!("{}: cannot find its folder", sweep.display()))?;
     let Crossed { tasks, shared, inputs } =

@@ -31,7 +31,7 @@ pub fn data_file(file: &Path, beside: &[PathBuf], inputs: &[&Path]) -> anyhow::R
     if !DATA_ENDINGS.iter().any(|ending| name.len() > ending.len() && name.ends_with(ending)) {
         return Err(Usage::path(file, PathFault::NoDataEnding).into());
     }
-    let folder = folders::around(file);
+    let folder = folders::parent_of(file);
     folders::make(folder)?;
     check_writable(file)?;
     // Other processes may write to the folder, so only stale temporary files of these outputs are

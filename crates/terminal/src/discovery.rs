@@ -7,7 +7,7 @@ use crate::progress::Steps;
 use crate::record::Record;
 use augsim_discovery::{Discovery, Options};
 use augsim_session::discovery_page::page;
-use augsim_session::equations::pictures::pictures;
+use augsim_session::equations::figures::figures;
 use augsim_session::usage::Takes;
 use augsim_session::{DataFrom, DiscoverRequest, ReportContext, Subject, Usage, discover};
 use std::time::{Duration, Instant};
@@ -37,7 +37,7 @@ pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -
     claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
     claim.write(MODEL, &found.model_toml)?;
     let mut circumstances = ReportContext::new(Some(&args.model), &data, &wanted, &args.out);
-    circumstances.pictures = pictures(&subject, &found, &data);
+    circumstances.figures = figures(&subject, &found, &data);
     claim.write(REPORT, &page(&circumstances, &subject, &found).render())?;
     claim.write_timing(())?;
     Ok(found)

@@ -5,7 +5,7 @@ use crate::output::Output;
 use crate::progress::TrainingProgress;
 use augsim_session::RunLock;
 use augsim_session::run_dir::{Config, RunDir};
-use augsim_session::training_run::{self, Begin, Ended, Trained, Watch};
+use augsim_session::training_run::{self, TrainingStart, TrainingOutcome, Trained, TrainingObserver};
 use augsim_trainer::{Forecaster, Losses, Sequences};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -48,8 +48,8 @@ pub fn train_or_resume(
     }
     run.write_config(config)?;
     match train(&run, config, data, resume, output)? {
-        Ended::Trained(trained) => Ok(Some(*trained)),
-        Ended::Interrupted { iteration } => {
+        TrainingOutcome::Trained(trained) => Ok(Some(*trained)),
+        TrainingOutcome::Interrupted { iteration } => {
             output.notice(format!("interrupted after iteration {iteration}; resume with --resume"));
             Ok(None)
         }
@@ -64,7 +64,7 @@ pub fn train(
     train: &Sequences,
     resume: bool,
     output: &Output,
-) -> anyhow::Result<Ended> {
+) -> anyhow::Result<TrainingOutcome> {
     // Listen for signals before the first file is written, so that an interrupted run always has a
     // checkpoint.
     let keeper = CheckpointGuard::new();
@@ -83,13 +83,13 @@ struct Terminal<'a> {
     progress: Option<TrainingProgress>,
 }
 
-impl Watch for Terminal<'_> {
+impl TrainingObserver for Terminal<'_> {
     fn must_stop(&mut self) -> bool {
         self.keeper.must_stop()
     }
 
-    fn begins(&mut self, from: Begin) {
-        let Begin { parameters, trajectories, iteration, total } = from;
+    fn begins(&mut self, from: TrainingStart) {
+        let TrainingStart { parameters, trajectories, iteration, total } = from;
         self.output.detail(format!("{parameters} parameters, {trajectories} training trajectories"));
         if self.resume {
             self.output.note(format!("resuming at iteration {iteration} of {total}"));

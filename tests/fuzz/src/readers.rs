@@ -223,7 +223,7 @@ fn config(path: &Path) -> Verdict {
         Ok(text) => text,
         Err(e) => return refusal(path, &e),
     };
-    // The parser quotes the line of the file unchanged; the command line makes it escape_control_characters.
+    // The parser quotes the line of the file unchanged; the command line escapes control characters.
     let Ok(Config { settings }) = toml::from_str(&text) else { return Verdict::Refused };
     match Training::new(settings, seeds::short_drops()) {
         Err(e) => refusal(path, &e),

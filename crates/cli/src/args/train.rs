@@ -1,6 +1,6 @@
 //! Options of `train`.
 
-use augsim_session::configure::Corrected;
+use augsim_session::configure::PhysicsSource;
 use augsim_session::{DataFrom, Usage};
 use augsim_terminal::discover_args::Accept;
 use augsim_trainer::Recipe;
@@ -59,10 +59,10 @@ impl Train {
     ///
     /// # Errors
     /// Data are given, but no option names the system in them.
-    pub fn corrected(&self) -> Result<Option<(Corrected, DataFrom)>, Usage> {
+    pub fn corrected(&self) -> Result<Option<(PhysicsSource, DataFrom)>, Usage> {
         let Some(data) = self.data.as_ref().map(DataFrom::from) else { return Ok(None) };
         let (residual_of, model) = (self.residual_of.as_deref(), self.model.as_deref());
-        let corrected = Corrected::of_options(residual_of, model, self.pybullet_ball, &data)?;
+        let corrected = PhysicsSource::from_options(residual_of, model, self.pybullet_ball, &data)?;
         Ok(Some((corrected, data)))
     }
 }

@@ -128,7 +128,7 @@ fn text(args: &Discover, d: &Discovery) -> String {
     ];
     let d5 = decimals(rows.iter().map(|(_, r)| r.rmse));
     for (name, r) in
-        rows.into_iter().filter(|(name, _)| d.adds() || !matches!(*name, "augmented" | "reduction"))
+        rows.into_iter().filter(|(name, _)| d.has_additions() || !matches!(*name, "augmented" | "reduction"))
     {
         let _ = writeln!(out, "  {name:<12} {:>10.d5$}  ({:.d5$} to {:.d5$})", r.rmse, r.ci95[0], r.ci95[1]);
     }

@@ -3,7 +3,7 @@
 use augsim_data::atomic_write;
 use augsim_session::export::{Language, export};
 use augsim_session::usage::ModelFault;
-use augsim_session::{Given, Subject, folders};
+use augsim_session::{ModelOrRun, Subject, folders};
 use augsim_terminal::destination::check_file;
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
@@ -42,7 +42,7 @@ struct Written {
 
 /// Runs the subcommand.
 pub fn run(args: &Export, output: &Output) -> anyhow::Result<Outcome> {
-    let Given::Model { file, .. } = Given::of(&args.model)? else {
+    let ModelOrRun::Model { file, .. } = ModelOrRun::from_path(&args.model)? else {
         return Err(Usage::model(args.model.display(), ModelFault::NetExported).into());
     };
     let language = match args.language {
@@ -59,7 +59,7 @@ pub fn run(args: &Export, output: &Output) -> anyhow::Result<Outcome> {
         output.result(&written, || written.text.clone())?;
         return Ok(Outcome::Done);
     };
-    folders::make(folders::around(out))?;
+    folders::make(folders::parent_of(out))?;
     atomic_write(out, |w| w.write_all(text.as_bytes()))?;
     output.note(format!("model: {}", out.display()));
     Ok(Outcome::Done)

@@ -2,7 +2,7 @@
 
 use crate::args::Fit;
 use augsim_session::equations::fit::MIN_REPORTED_DIFFERENCE;
-use augsim_session::equations::fitted::{Answer, calibrate};
+use augsim_session::equations::fitted::{FitResult, calibrate};
 use augsim_session::{DataFrom, Subject};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{RESULT, Results};
@@ -31,7 +31,7 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     Ok(Outcome::Done)
 }
 
-fn fit_text(answer: &Answer) -> String {
+fn fit_text(answer: &FitResult) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     for p in answer.parameters.iter().filter(|p| !p.frozen) {

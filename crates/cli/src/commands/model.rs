@@ -26,7 +26,7 @@ pub fn run(args: &ModelArgs, force: bool, output: &Output) -> anyhow::Result<Out
     let path = out.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
     check_file(&path, &[])?;
     check_model(&path, text, force)?;
-    folders::make(folders::around(&path))?;
+    folders::make(folders::parent_of(&path))?;
     atomic_write(&path, |w| w.write_all(text.as_bytes()))?;
     let written = Written { model: path };
     output.result(&written, || {

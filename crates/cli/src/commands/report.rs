@@ -68,7 +68,7 @@ pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
         return Err(Usage::path(&out, PathFault::NoFigureEnding).into());
     }
     check_file(&out, &[args.folder.as_path()])?;
-    folders::make(folders::around(&out))?;
+    folders::make(folders::parent_of(&out))?;
     let svg = figures[place].svg_document(args.width);
     atomic_write(&out, |w| w.write_all(svg.as_bytes()))?;
     let listed = Listed { figures: vec![wanted.clone()], written: Some(out.clone()) };

@@ -4,7 +4,7 @@ use crate::args::Train;
 use augsim_session::RunLock;
 use augsim_session::run_data::published_predictor;
 use augsim_session::run_dir::{CHECKPOINT, Config, DataSource, FILES, RunDir};
-use augsim_session::training_run::Ended;
+use augsim_session::training_run::TrainingOutcome;
 use augsim_session::usage::PathFault;
 use augsim_session::{residual, run_data};
 use augsim_terminal::destination::{RESULT, check_file};
@@ -74,7 +74,7 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
             }
         }
     };
-    let (train, warnings) = run_data::admitted(&config)?;
+    let (train, warnings) = run_data::load_checked(&config)?;
     notes.iter().for_each(|note| output.note(note));
     output.warn(&warnings);
     if !args.resume {
@@ -82,14 +82,14 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
     }
     run.write_config(&config)?;
     match training::train(&run, &config, &train, args.resume, output)? {
-        Ended::Interrupted { iteration } => {
+        TrainingOutcome::Interrupted { iteration } => {
             output.notice(format!(
                 "interrupted after iteration {iteration}; resume with: augsim train --resume --out {}",
                 args.out.display()
             ));
             Ok(Outcome::Interrupted)
         }
-        Ended::Trained(trained) => {
+        TrainingOutcome::Trained(trained) => {
             if trained.model.shrinkage().is_some_and(|trust| trust.gain == 0.0) {
                 output.note(
                     "the corrections of the net do not improve free runs of held-out recordings: the mean forecasts are those of the \

@@ -1,6 +1,6 @@
 //! Parses column names with units, such as `t (s)`, `time [ms]`, `x_cm` or `height/mm`.
 
-/// AcceptedChecks units, for messages.
+/// Accepted units, for messages.
 pub(super) const KNOWN_UNITS: &str = "known units are m, cm, mm, um, in, ft, px, s, ms, us, ns, min, frames, rad, deg, \
                                       m/s, cm/s, mm/s, rad/s, deg/s";
 
@@ -25,7 +25,7 @@ pub(super) struct FileUnit {
     pub factor: f64,
 }
 
-/// AcceptedChecks units with their spellings in lower case.
+/// Accepted units with their spellings in lower case.
 const UNITS: [(Quantity, f64, &[&str]); 21] = [
     (Quantity::Length, 1.0, &["m", "meter", "meters", "metre", "metres"]),
     (Quantity::Length, 1e-1, &["dm"]),

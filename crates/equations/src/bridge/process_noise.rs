@@ -7,8 +7,8 @@ use crate::text::{Kind, Symbol, TreeNode};
 
 impl EquationSystem {
     /// Process noise of each state that has it, in the order of the states.
-    pub fn shaken(&self) -> Vec<RateNoise> {
-        self.model().states.iter().filter_map(|state| state.shaken).collect()
+    pub fn process_noise(&self) -> Vec<RateNoise> {
+        self.model().states.iter().filter_map(|state| state.process_noise).collect()
     }
 
     /// This system with one more input per state with process noise, after the inputs of the model.
@@ -19,7 +19,7 @@ impl EquationSystem {
     /// [`ModelError`]: the model does not compile.
     pub fn with_process_noise_inputs(&self) -> Result<Self, ModelError> {
         let mut model = self.model().clone();
-        for state in model.states.iter_mut().filter(|state| state.shaken.is_some()) {
+        for state in model.states.iter_mut().filter(|state| state.process_noise.is_some()) {
             let input = Symbol::Input(model.inputs.len());
             let name = format!("push on {}", state.name);
             let rate = &mut state.rate.tree;

@@ -1,6 +1,6 @@
 //! Describes a model to calibration and discovery: schema, effects and parameters.
 
-use crate::library::{Candidate, Motion, Scales, size_unit};
+use crate::library::{Candidate, Kinematics, Scales, size_unit};
 use crate::model::{Hold, Model, Parameter as ModelParameter};
 use crate::text::{Kind, Lexer, Symbol, Token};
 use augsim_data::{Dimensions, Unit};
@@ -106,7 +106,7 @@ fn features(model: &Model) -> Vec<Quantity> {
     let declared = model.states.iter().take(model.declared_states());
     let mut list: Vec<Quantity> = declared.map(|s| Quantity::new(&s.name, &symbol_of(s.unit))).collect();
     list.extend(model.inputs.iter().map(|i| Quantity::new(&i.name, &symbol_of(i.unit))));
-    let speeds = Motion::of(model).pairs.into_iter().map(|(_, v)| &model.states[v]);
+    let speeds = Kinematics::of(model).pairs.into_iter().map(|(_, v)| &model.states[v]);
     list.extend(speeds.map(|s| Quantity::new(&format!("abs({})", s.name), &symbol_of(s.unit))));
     list.extend(model.lets.iter().map(|l| {
         let unit = l.dimensions.filter(|d| !d.is_pure());

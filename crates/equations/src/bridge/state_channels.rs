@@ -2,7 +2,7 @@
 
 use super::EquationSystem;
 use crate::error::ModelError;
-use crate::library::Motion;
+use crate::library::Kinematics;
 use crate::model::{Expression, Output};
 use crate::text::{Kind, Symbol, Tree, TreeNode};
 
@@ -36,7 +36,7 @@ impl EquationSystem {
     ///
     /// The other states have another state as their rate, or belong to an effect.
     pub fn process_noise_states(&self) -> Vec<usize> {
-        let mut states = Motion::of(self.model()).laws();
+        let mut states = Kinematics::of(self.model()).force_and_flow_states();
         states.sort_unstable();
         states
     }

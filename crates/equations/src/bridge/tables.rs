@@ -1,6 +1,6 @@
 //! Table effects that discovery may try: functions of a single quantity over its range in the data.
 
-use crate::library::{Motion, Scales};
+use crate::library::{Kinematics, Scales};
 use crate::model::Model;
 use augsim_physics::system::{Schema, Table};
 
@@ -15,7 +15,7 @@ const KNOT_BOUND_RATIO: f64 = 1e5;
 
 /// A table of every quantity that varies in the data, for every force and flow equation.
 pub(super) fn tables(model: &Model, schema: &Schema, scales: &Scales) -> Vec<Table> {
-    let targets = Motion::of(model).laws().into_iter();
+    let targets = Kinematics::of(model).force_and_flow_states().into_iter();
     let tables_of_target = |target: usize| {
         let features = schema.features.iter().enumerate();
         features.filter_map(move |(against, feature)| {
@@ -29,7 +29,7 @@ pub(super) fn tables(model: &Model, schema: &Schema, scales: &Scales) -> Vec<Tab
 
 /// Sets the typical sizes of additional terms in force and flow equations.
 pub(super) fn with_typical_sizes(mut schema: Schema, model: &Model, scales: &Scales) -> Schema {
-    for state in Motion::of(model).laws() {
+    for state in Kinematics::of(model).force_and_flow_states() {
         if let (Some(size), Some(target)) =
             (scales.typical_rate_change(state, model), schema.targets.get_mut(state))
         {

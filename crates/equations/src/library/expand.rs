@@ -298,7 +298,7 @@ impl Candidate {
             parameters: self.parameters.iter().zip(values).map(parameter).collect(),
             states: self.states.clone(),
             changes: self.changes.clone(),
-            also_fits: Vec::new(),
+            equivalent_expressions: Vec::new(),
             table: None,
             line: self.line,
         }

@@ -16,7 +16,7 @@ pub use curve::{Curve, curves};
 pub use expand::{Candidate, CandidateParameter};
 pub(crate) use formulas::formulas;
 pub use named::{is_a_kind, similar_kinds};
-pub use place::Motion;
+pub use place::Kinematics;
 pub(crate) use place::target_named;
 pub use scale::Scales;
 pub(crate) use size::size_unit;

@@ -5,16 +5,16 @@ use crate::text::{Kind, Symbol, Tree};
 
 /// Kinematic structure of a model: which states are rates of others, read from the equations.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Motion {
+pub struct Kinematics {
     /// Pairs (x, v) of a state and the state that is its rate, or proportional to it.
     pub pairs: Vec<(usize, usize)>,
     /// States with their own equation that are not the rate of another state.
     pub flows: Vec<usize>,
 }
 
-impl Motion {
+impl Kinematics {
     /// Finds the structure of the declared states of a model.
-    pub fn of(model: &Model) -> Motion {
+    pub fn of(model: &Model) -> Kinematics {
         let count = model.declared_states();
         let mut pairs: Vec<(usize, usize)> = Vec::new();
         for (x, state) in model.states.iter().enumerate().take(count) {
@@ -34,11 +34,11 @@ impl Motion {
             speed.is_some_and(|v| v != state && pairs.iter().any(|(_, other)| *other == v))
         };
         let flows = (0..count).filter(|state| !is_kinematic(*state) && !is_copy(*state)).collect();
-        Motion { pairs, flows }
+        Kinematics { pairs, flows }
     }
 
     /// States whose rates are force or flow equations, to which terms can be added.
-    pub fn laws(&self) -> Vec<usize> {
+    pub fn force_and_flow_states(&self) -> Vec<usize> {
         self.pairs.iter().map(|(_, v)| *v).chain(self.flows.iter().copied()).collect()
     }
 }
@@ -80,7 +80,7 @@ pub(super) struct Place {
 pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
     let states = model.declared_states();
     let name = |state: usize| model.states[state].name.clone();
-    let motion = Motion::of(model);
+    let motion = Kinematics::of(model);
     let output_uses = |output: usize, state: usize| {
         model.outputs[output].value.tree.symbols().any(|s| s == Symbol::State(state))
     };
@@ -128,12 +128,12 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
                     move |z: &String| place(Target::Rate(v), name(v), None, vec![("z", z.clone())]);
                 quantities.iter().map(to_place).collect::<Vec<_>>()
             };
-            motion.laws().into_iter().flat_map(places_at).collect()
+            motion.force_and_flow_states().into_iter().flat_map(places_at).collect()
         }
         "law-pair" | "law-product" => {
             let mut list = Vec::new();
             let quantities = quantities(model);
-            for v in motion.laws() {
+            for v in motion.force_and_flow_states() {
                 for (i, z) in quantities.iter().enumerate() {
                     let is_partner = |k: &usize| if word == "law-pair" { *k > i } else { *k != i };
                     for q in (0..quantities.len()).filter(is_partner).map(|k| &quantities[k]) {
@@ -171,7 +171,7 @@ fn place(target: Target, on: String, with: Option<String>, names: Vec<(&'static 
 }
 
 /// Every parameter that is not frozen, with every quantity that it may depend on.
-fn parameter_places(model: &Model, motion: &Motion) -> Vec<Place> {
+fn parameter_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     let name = |state: usize| model.states[state].name.clone();
     let speeds = motion.pairs.iter().map(|(_, v)| format!("abs({})", name(*v)));
     let mut quantities = vec!["t".to_owned()];

@@ -72,7 +72,7 @@ pub struct Addition {
     /// Its changes of the equations.
     pub changes: Vec<Change>,
     /// Other expressions that fit equally well, as discovery wrote them.
-    pub also_fits: Vec<String>,
+    pub equivalent_expressions: Vec<String>,
     /// First and last knot of a table over `with`.
     pub table: Option<(f64, f64)>,
     /// Line in the model file, from 1; for an effect that was added later, the line of its row.
@@ -97,7 +97,7 @@ pub struct Draft {
     /// Its changes: target, how it is changed, and the text of the expression.
     pub changes: Vec<(DraftTarget, String)>,
     /// See [`Addition`].
-    pub also_fits: Vec<String>,
+    pub equivalent_expressions: Vec<String>,
     /// See [`Addition`].
     pub table: Option<(f64, f64)>,
     /// See [`Addition`].
@@ -240,7 +240,7 @@ impl Model {
                 min: None,
                 max: None,
                 shared: false,
-                shaken: None,
+                process_noise: None,
                 rate: parse("states", &state.rate, false)?,
                 line: draft.line,
             });
@@ -269,7 +269,7 @@ impl Model {
             parameters: first_parameter..self.parameters.len(),
             states: first_state..self.states.len(),
             changes,
-            also_fits: draft.also_fits.clone(),
+            equivalent_expressions: draft.equivalent_expressions.clone(),
             table: draft.table,
             line: draft.line,
         });

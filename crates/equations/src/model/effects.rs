@@ -54,7 +54,7 @@ fn effect(item: &Item<'_, '_>, model: &Model) -> Result<Draft, ModelError> {
         TABLE => table(item, (&on, on_text), model)?,
         _ => library_effect(item, kind, (&on, on_text, with.as_deref()), model)?,
     };
-    draft.also_fits = texts.unwrap_or_default();
+    draft.equivalent_expressions = texts.unwrap_or_default();
     draft.line = item.line;
     Ok(draft)
 }

@@ -53,7 +53,7 @@ pub struct State {
     /// Whether all trajectories start with the same value.
     pub shared: bool,
     /// Process noise on its rate.
-    pub shaken: Option<RateNoise>,
+    pub process_noise: Option<RateNoise>,
     /// Expression of its rate, per second.
     pub rate: Expression,
     /// Line of its declaration, from 1.
@@ -68,7 +68,7 @@ pub struct RateNoise {
     /// Standard deviation of the value at a sample, in the unit of the rate.
     pub sd: f64,
     /// Correlation time, s; 0 if the values at different samples are independent.
-    pub memory_s: f64,
+    pub correlation_time_s: f64,
 }
 
 /// Interpolation of an input between its samples.

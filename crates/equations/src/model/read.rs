@@ -169,7 +169,7 @@ fn declare_states(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
             min,
             max,
             shared: item.at("shared").map_or(Ok(false), |shared| shared.flag())?,
-            shaken: item.at("shaken").map(|shaken| read_process_noise(&shaken)).transpose()?,
+            process_noise: item.at("shaken").map(|shaken| read_process_noise(&shaken)).transpose()?,
             rate: placeholder(&item),
             line: item.line,
         });
@@ -205,7 +205,7 @@ fn read_process_noise(item: &Item<'_, '_>) -> Result<RateNoise, ModelError> {
     if memory_s < 0.0 {
         return Err(memory.error(Fault::Negative { found: memory_s }));
     }
-    Ok(RateNoise { sd: entry("sd")?.positive()?, memory_s })
+    Ok(RateNoise { sd: entry("sd")?.positive()?, correlation_time_s: memory_s })
 }
 
 /// Reads `[inputs]` except for the delays.

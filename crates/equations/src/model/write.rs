@@ -66,7 +66,7 @@ impl Model {
         }
         for state in &self.states[..self.declared_states()] {
             if let Some(entry) = document.get_mut("states").and_then(|s| s.get_mut(&state.name)) {
-                set_process_noise(entry, state.shaken);
+                set_process_noise(entry, state.process_noise);
             }
         }
         document.remove("effect");
@@ -120,9 +120,9 @@ impl Model {
                 table.insert(addition.local_name(&p.name), value(entry));
             }
         }
-        if !addition.also_fits.is_empty() {
+        if !addition.equivalent_expressions.is_empty() {
             table
-                .insert("also_fits", value(addition.also_fits.iter().map(String::as_str).collect::<Array>()));
+                .insert("also_fits", value(addition.equivalent_expressions.iter().map(String::as_str).collect::<Array>()));
         }
         table
     }
@@ -208,7 +208,7 @@ fn set_process_noise(entry: &mut Item, shaken: Option<RateNoise>) {
                 table.remove("shaken");
             }
         }
-        (Some(RateNoise { sd, memory_s }), present) if present != Some((Some(sd), Some(memory_s))) => {
+        (Some(RateNoise { sd, correlation_time_s: memory_s }), present) if present != Some((Some(sd), Some(memory_s))) => {
             let mut table = InlineTable::new();
             table.insert("sd", sd.into());
             table.insert("memory_s", memory_s.into());

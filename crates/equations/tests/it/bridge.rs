@@ -342,24 +342,24 @@ fn process_noise_is_read_and_written_back() {
         "start = \"slope(angle_rad)\", shaken = { sd = 0.5, memory_s = 0.02 }",
     );
     let mut shaken = model::parse(&text.replace(plain, with), "test.toml").unwrap_or_else(|e| panic!("{e}"));
-    let there = shaken.states[1].shaken.expect("process noise is declared");
-    assert_eq!((there.sd, there.memory_s, shaken.states[0].shaken), (0.5, 0.02, None));
+    let there = shaken.states[1].process_noise.expect("process noise is declared");
+    assert_eq!((there.sd, there.correlation_time_s, shaken.states[0].process_noise), (0.5, 0.02, None));
     assert_eq!(shaken.to_toml().expect("a text"), text.replace(plain, with), "nothing changed");
-    shaken.states[1].shaken = None;
+    shaken.states[1].process_noise = None;
     let read = |model: &Model| {
         model::parse(&model.to_toml().expect("a text"), "test.toml").unwrap_or_else(|e| panic!("{e}"))
     };
-    assert_eq!(read(&shaken).states[1].shaken, None);
+    assert_eq!(read(&shaken).states[1].process_noise, None);
     let mut plain = model("pendulum");
-    plain.states[1].shaken = Some(model::RateNoise { sd: 0.25, memory_s: 0.0 });
-    assert_eq!(read(&plain).states[1].shaken, plain.states[1].shaken);
+    plain.states[1].process_noise = Some(model::RateNoise { sd: 0.25, correlation_time_s: 0.0 });
+    assert_eq!(read(&plain).states[1].process_noise, plain.states[1].process_noise);
 }
 
 #[test]
 fn process_noise_is_added_to_the_rate_of_its_state() {
     let options = Options { method: Method::RungeKutta, substeps: 4 };
     let mut pendulum = model("pendulum");
-    pendulum.states[1].shaken = Some(model::RateNoise { sd: 0.5, memory_s: 0.0 });
+    pendulum.states[1].process_noise = Some(model::RateNoise { sd: 0.5, correlation_time_s: 0.0 });
     let plain = EquationSystem::declared_only(&pendulum).expect("a system").with_options(options.clone());
     let pushed = plain.with_process_noise_inputs().expect("a system");
     let mut record = record(&plain);

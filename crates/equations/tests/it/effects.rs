@@ -197,7 +197,7 @@ values = [0.0, 0.1, 0.0]
     assert_eq!(plain(&model), plain(&again));
     let changes = |model: &Model| -> Vec<_> {
         let of = |a: &model::Addition| {
-            (a.kind.clone(), a.on.clone(), a.with.clone(), a.also_fits.clone(), a.table)
+            (a.kind.clone(), a.on.clone(), a.with.clone(), a.equivalent_expressions.clone(), a.table)
         };
         model.additions.iter().map(of).collect()
     };

@@ -1,7 +1,7 @@
 //! Quantities that are tuned on training trajectories: noise factor, spread of bands, and a network on
 //! the residual.
 
-use augsim_session::filtered::{PARTICLES, SystemOnPrefix, Timed};
+use augsim_session::filtered::{PARTICLES, SystemOnPrefix, TimedSequences};
 use augsim_terminal::output::Output;
 use augsim_trainer::SAMPLES;
 use augsim_trainer::filter::{
@@ -89,7 +89,7 @@ pub fn correction(
 /// Scores a model on measured trajectories with several prefix lengths.
 pub fn scored(
     model: &dyn PrefixForecaster,
-    data: &Timed,
+    data: &TimedSequences,
     known: (&Sensor, &InitialStatePrior),
     (lengths, seed): Prefixes<'_>,
 ) -> anyhow::Result<Vec<FilteredScore>> {

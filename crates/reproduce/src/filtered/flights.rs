@@ -12,7 +12,7 @@ use augsim_discovery::Options;
 use augsim_physics::ball::{Axes, FLOOR};
 use augsim_physics::model::{Model, ModelFile};
 use augsim_physics::system::{Seed, System};
-use augsim_session::filtered::{Seen, SystemOnPrefix, View, of_built_in};
+use augsim_session::filtered::{PrefixLength, SystemOnPrefix, ObservedColumns, built_in_on_prefix};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::output::Output;
@@ -137,7 +137,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     output.note("estimating flight-specific parameters");
     let own = with_spin(&found.model_toml);
     let opened = |text: &str, data: &Dataset| -> anyhow::Result<SystemOnPrefix> {
-        of_built_in(&ModelFile::parse(text, "model.toml")?, data, &View::default(), None)
+        built_in_on_prefix(&ModelFile::parse(text, "model.toml")?, data, &ObservedColumns::default(), None)
     };
     let mut of_train = opened(&own, &train)?;
     of_train.filter = of_train.filter.with_random_parameter(FLOOR, FLOOR_SD);
@@ -233,7 +233,7 @@ fn named(laws: &LearnedPriors, model: &str) -> anyhow::Result<BTreeMap<String, [
 
 /// Returns the number of measured rows of each flight for each prefix length in s.
 fn seen_of(data: &Dataset, seconds: &[f64]) -> Vec<Vec<usize>> {
-    let of = |t: &Trajectory| seconds.iter().map(|s| Seen::Seconds(*s).rows(t.time_s())).collect();
+    let of = |t: &Trajectory| seconds.iter().map(|s| PrefixLength::Seconds(*s).rows(t.time_s())).collect();
     data.trajectories().iter().map(of).collect()
 }
 
@@ -264,7 +264,7 @@ fn until_they_turn(data: &Dataset) -> anyhow::Result<Dataset> {
 fn near(data: &Dataset, seen_s: f64) -> anyhow::Result<Dataset> {
     cut(data, |t| {
         let times = t.time_s();
-        let last = times[Seen::Seconds(seen_s).rows(times) - 1];
+        let last = times[PrefixLength::Seconds(seen_s).rows(times) - 1];
         times.partition_point(|time| *time <= last + AHEAD_S)
     })
 }

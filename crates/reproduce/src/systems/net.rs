@@ -3,7 +3,7 @@
 use super::sets::Set;
 use augsim_discovery::PredictOptions;
 use augsim_session::DataFrom;
-use augsim_session::configure::{CHECKPOINT_EVERY, Corrected};
+use augsim_session::configure::{CHECKPOINT_EVERY, PhysicsSource};
 use augsim_session::predict::net_scores;
 use augsim_session::run_data;
 use augsim_session::run_dir::{Config, DataSource};
@@ -43,7 +43,7 @@ pub struct Plan {
 /// Trains and scores the network; `found` is the folder of the discovery. Returns `None` if interrupted.
 pub fn net(set: &Set, found: &Path, test: &Path, plan: Plan, output: &Output) -> anyhow::Result<Option<Net>> {
     let train = found.join("train.csv.gz");
-    let corrected = Corrected::Folder(found.to_owned());
+    let corrected = PhysicsSource::Folder(found.to_owned());
     let recipe = Recipe::HybridPlus;
     let (engine, _) = corrected.engine(&DataFrom::from(&train), recipe)?;
     let config = Config {
@@ -53,7 +53,7 @@ pub fn net(set: &Set, found: &Path, test: &Path, plan: Plan, output: &Output) ->
         data: DataSource::File(train),
         settings: Settings::new(recipe, plan.iterations, plan.seed, engine),
     };
-    let (records, warnings) = run_data::admitted(&config)?;
+    let (records, warnings) = run_data::load_checked(&config)?;
     output.warn(&warnings);
     let Some(trained) = train_or_resume(&found.join("net"), &config, &records, plan.resume, output)? else {
         return Ok(None);

@@ -17,7 +17,7 @@ pub(super) fn key_figures(d: &Discovery) -> Vec<KeyFigure> {
     let floor = format!("noise floor {}\u{202f}{unit}", significant(scale * e.noise_floor.rmse, 3));
     let after_label =
         if d.effects.is_empty() { "error after calibration" } else { "error with the effects added" };
-    let after = if d.adds() { e.augmented } else { e.calibrated };
+    let after = if d.has_additions() { e.augmented } else { e.calibrated };
     let share_note = match d.verdict {
         Verdict::NothingToAdd => "by calibration",
         _ => "of the error that noise does not explain",
@@ -39,7 +39,7 @@ pub(super) fn blocks(d: &Discovery, quantity: &str) -> Vec<Block> {
         ("declared", e.declared, BEFORE, "the model file as it is"),
         ("calibrated", e.calibrated, Tone::Series(2), "declared parameters fitted"),
     ];
-    if d.adds() {
+    if d.has_additions() {
         stages.push(("augmented", e.augmented, AFTER, "with the effects added"));
     }
     stages.push(("noise floor", e.noise_floor, Tone::Muted, "error from measurement noise alone"));

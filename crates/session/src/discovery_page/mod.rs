@@ -87,7 +87,7 @@ impl DeclaredModel {
 /// The report of a discovery.
 pub fn page(circumstances: &ReportContext, subject: &Subject, d: &Discovery) -> Page {
     let declared = DeclaredModel::of(subject);
-    let pictures = &circumstances.pictures;
+    let pictures = &circumstances.figures;
     let runs = match (pictures.examples.is_empty(), d.heldout.is_empty()) {
         (false, _) => "Runs of both models",
         (true, false) => "Held-out trajectories",
@@ -109,7 +109,7 @@ pub fn page(circumstances: &ReportContext, subject: &Subject, d: &Discovery) -> 
             Section::new("Error on held-out data", errors::blocks(d, &declared.quantity)),
             Section::new("What was found", findings::found(d, &declared.parameters)),
             Section::new("Leads: suggested effects, not established", findings::leads(d)),
-            Section::new("Added effects as curves", residuals::laws(&pictures.laws)),
+            Section::new("Added effects as curves", residuals::laws(&pictures.curves)),
             Section::new("Open questions", findings::open_questions(d)),
             Section::new("Residual, before and after", residuals::blocks(d)),
             Section::new("Candidates", findings::candidates(d)),

@@ -1,6 +1,6 @@
 //! Prepares an equation model for discovery: calibration, and length of the shooting windows.
 
-use super::downsample::downsampled;
+use super::downsample::downsample;
 use super::fit::{estimate_shared_starts, fit, gauge_finding, gauge_sentence, prepared};
 use super::{noise, records, unit_text};
 use crate::DataFrom;
@@ -48,7 +48,7 @@ pub fn complete(found: &mut Discovery, file: &str, data: &Dataset) -> anyhow::Re
 
 /// A calibrated model with the data for the search.
 #[derive(Debug)]
-pub struct Against {
+pub struct CalibratedProblem {
     /// The declared model with its calibrated values.
     pub declared: CalibratedModel,
     /// The data in the columns of the model.
@@ -68,7 +68,7 @@ pub fn measured(
     model: &Model,
     source: &DataFrom,
     check: &dyn Fn(&Dataset) -> anyhow::Result<()>,
-) -> anyhow::Result<Against> {
+) -> anyhow::Result<CalibratedProblem> {
     let mut data = records::read(source, model)?.data;
     check(&data)?;
     let records = records::records(&data, model, true)?;
@@ -94,7 +94,7 @@ pub fn measured(
     let found = EquationSystem::declared_only(&fitted.model)?.with_windows(window_s);
     let mut windows = prepared(&found, &records)?;
     let mut found = found.tuned(&windows)?;
-    if let Some(downsampled) = downsampled(&found, &data, &windows)? {
+    if let Some(downsampled) = downsample(&found, &data, &windows)? {
         notes.push(downsampled.sentence());
         data = downsampled.data;
         windows = prepared(&found, &records::records(&data, model, true)?)?;
@@ -106,7 +106,7 @@ pub fn measured(
     }
     let declared = found.measured(declared, &windows)?;
     let declared = declared.calibrated(fitted.calibration.values, &shortest_window_noise);
-    Ok(Against { declared, data, notes })
+    Ok(CalibratedProblem { declared, data, notes })
 }
 
 /// Removes a gauge freedom: fixes its last parameter at the declared value.

@@ -33,7 +33,7 @@ impl Downsampled {
 ///
 /// # Errors
 /// The data lack a column of the model.
-pub fn downsampled(
+pub fn downsample(
     system: &EquationSystem,
     data: &Dataset,
     records: &[Record],
@@ -116,7 +116,7 @@ position_m = { value = "x_m", sd = "estimate" }
         let system = EquationSystem::declared_only(&model).unwrap();
         let windows = prepared(&system, &records(data, &model, true).unwrap()).unwrap();
         let system = system.tuned(&windows).unwrap();
-        downsampled(&system, data, &windows).unwrap()
+        downsample(&system, data, &windows).unwrap()
     }
 
     #[test]

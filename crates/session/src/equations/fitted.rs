@@ -10,7 +10,7 @@ use serde::Serialize;
 
 /// Result of `fit`.
 #[derive(Debug, Serialize)]
-pub struct Answer {
+pub struct FitResult {
     /// Version of the format.
     pub schema: &'static str,
     /// Declared parameters.
@@ -89,7 +89,7 @@ pub struct HoldTried {
 ///
 /// # Errors
 /// [`Usage`] for another kind of model; data that do not fit the model, or a model that cannot be simulated.
-pub fn calibrate(subject: &Subject, file: &str, data: &DataFrom) -> anyhow::Result<(Model, Answer)> {
+pub fn calibrate(subject: &Subject, file: &str, data: &DataFrom) -> anyhow::Result<(Model, FitResult)> {
     let Subject::Equations(model) = subject else {
         return Err(Usage::model(file, ModelFault::BuiltInFitted).into());
     };
@@ -101,7 +101,7 @@ pub fn calibrate(subject: &Subject, file: &str, data: &DataFrom) -> anyhow::Resu
     Ok((fitted.model, answer))
 }
 
-fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns: Vec<String>) -> Answer {
+fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns: Vec<String>) -> FitResult {
     let calibration = &fitted.calibration;
     let parameter = |(index, p): (usize, &augsim_equations::model::Parameter)| Parameter {
         name: p.name.clone(),
@@ -123,7 +123,7 @@ fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns:
         rmse: s.rmse.clone(),
         converged: s.converged,
     });
-    Answer {
+    FitResult {
         schema: "augsim.fit/1",
         parameters: fitted.model.parameters.iter().enumerate().map(parameter).collect(),
         rows: fitted.model.outputs.iter().zip(calibration.rmse()).map(row).collect(),

@@ -17,7 +17,7 @@ pub struct FreeRun {
     /// Measured values, `[output][sample]`.
     pub measured: Vec<Vec<f64>>,
     /// Predicted values, `[output][sample]`.
-    pub foretold: Vec<Vec<f64>>,
+    pub predicted: Vec<Vec<f64>>,
     /// Index of the first sample that was not used to fit the initial state.
     pub first: usize,
 }
@@ -82,7 +82,7 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
         runs.push(FreeRun {
             times: record.times.clone(),
             measured: record.values.clone(),
-            foretold,
+            predicted: foretold,
             first: burn_in.min(record.times.len()),
         });
     }
@@ -106,7 +106,7 @@ pub fn rows(model: &Model, runs: &[FreeRun]) -> Vec<Row> {
             for run in runs {
                 let begin = run.times.get(run.first).copied().unwrap_or(f64::INFINITY);
                 for k in run.first..run.times.len() {
-                    let error = output.error(run.measured[index][k], run.foretold[index][k]);
+                    let error = output.error(run.measured[index][k], run.predicted[index][k]);
                     if error.is_finite() && run.times[k] - begin <= horizon_s {
                         sum += error * error;
                         count += 1;

@@ -6,7 +6,7 @@ pub mod fit;
 pub mod fitted;
 pub mod forecast;
 pub mod noise;
-pub mod pictures;
+pub mod figures;
 pub mod records;
 pub mod states;
 

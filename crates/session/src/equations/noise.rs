@@ -36,10 +36,10 @@ pub fn smoothed(model: &Model, records: &[Record]) -> anyhow::Result<Smoothed> {
 pub fn find(model: &mut Model, records: &[Record]) -> anyhow::Result<NoiseCause> {
     let found = smoothed(model, &first_samples(records))?;
     let noisy_states = EquationSystem::declared_only(model)?.process_noise_states();
-    model.states.iter_mut().for_each(|state| state.shaken = None);
+    model.states.iter_mut().for_each(|state| state.process_noise = None);
     if found.cause == Cause::ProcessNoise {
         for (state, sd) in noisy_states.iter().zip(&found.disturbance_sd) {
-            model.states[*state].shaken = Some(RateNoise { sd: *sd, memory_s: found.correlation_time_s });
+            model.states[*state].process_noise = Some(RateNoise { sd: *sd, correlation_time_s: found.correlation_time_s });
         }
     }
     let autocorrelated = found.cause == Cause::AutocorrelatedSensor;
@@ -80,10 +80,10 @@ fn noise_result(model: &Model, noisy_states: &[usize], found: &Smoothed) -> Nois
         }
     };
     NoiseCause {
-        by,
-        lasting,
-        memory_s: found.correlation_time_s,
-        readings: outputs().zip(&found.sensor_sd).map(row).collect(),
+        source: by,
+        disturbances: lasting,
+        correlation_time_s: found.correlation_time_s,
+        white_noise: outputs().zip(&found.sensor_sd).map(row).collect(),
     }
 }
 

@@ -28,7 +28,7 @@ struct NoColumn {
 
 /// Data in the columns of a model.
 #[derive(Debug)]
-pub struct Measured {
+pub struct ModelData {
     /// Inputs, then outputs, by name.
     pub data: Dataset,
     /// Columns of the file that the model does not use.
@@ -39,7 +39,7 @@ pub struct Measured {
 ///
 /// # Errors
 /// A column is missing, or the file cannot be read.
-pub fn read(from: impl Into<DataFrom>, model: &Model) -> anyhow::Result<Measured> {
+pub fn read(from: impl Into<DataFrom>, model: &Model) -> anyhow::Result<ModelData> {
     let from = from.into();
     let csv = from.named()?;
     let header = csv.header().to_vec();
@@ -60,7 +60,7 @@ pub fn read(from: impl Into<DataFrom>, model: &Model) -> anyhow::Result<Measured
         }
     }
     let data = csv.read(&wanted).with_context(|| format!("data of {}", model.file))?;
-    Ok(Measured { data, unnamed })
+    Ok(ModelData { data, unnamed })
 }
 
 /// Converts trajectories to records of the model.

@@ -26,7 +26,7 @@ const MIN_NOISE_RATIO: f64 = 0.02;
 
 /// Records whose sampling does not suit a net.
 #[derive(Debug, Error)]
-pub enum Clock {
+pub enum ClockError {
     /// The sampling step is not constant.
     #[error(
         "trajectory `{id}`: the step at {at} s is {found} s, but the other steps are {step_s} s; nets need a constant sampling step: \
@@ -63,15 +63,15 @@ pub enum Clock {
 ///
 /// # Errors
 /// The sampling step is not constant.
-pub fn step_s(records: &[Record]) -> Result<f64, Clock> {
+pub fn step_s(records: &[Record]) -> Result<f64, ClockError> {
     let mean = |r: &Record| {
         let (first, last) = (r.times.first()?, r.times.last()?);
         (r.times.len() > 1).then(|| (last - first) / (r.times.len() - 1) as f64)
     };
-    let step_s = records.iter().find_map(mean).ok_or(Clock::None)?;
+    let step_s = records.iter().find_map(mean).ok_or(ClockError::None)?;
     // Times in files are rounded decimals; rounding the mean to a picosecond restores the intended step.
     let step_s = (step_s * 1e12).round() / 1e12;
-    check_clock(records, step_s, |id, at, found| Clock::Irregular { id, at, found, step_s })?;
+    check_clock(records, step_s, |id, at, found| ClockError::Irregular { id, at, found, step_s })?;
     Ok(step_s)
 }
 
@@ -79,9 +79,9 @@ pub fn step_s(records: &[Record]) -> Result<f64, Clock> {
 ///
 /// # Errors
 /// They have another one.
-pub fn check_step_of_engine(engine: &EquationEngine, records: &[Record]) -> Result<(), Clock> {
+pub fn check_step_of_engine(engine: &EquationEngine, records: &[Record]) -> Result<(), ClockError> {
     let step_s = engine.step_s();
-    check_clock(records, step_s, |id, _, found| Clock::Other { id, found, step_s })
+    check_clock(records, step_s, |id, _, found| ClockError::Other { id, found, step_s })
 }
 
 /// Checks that records have this sampling step.
@@ -90,8 +90,8 @@ pub fn check_step_of_engine(engine: &EquationEngine, records: &[Record]) -> Resu
 fn check_clock(
     records: &[Record],
     step_s: f64,
-    fault: impl Fn(String, f64, f64) -> Clock,
-) -> Result<(), Clock> {
+    fault: impl Fn(String, f64, f64) -> ClockError,
+) -> Result<(), ClockError> {
     for record in records {
         let steps = record.times.windows(2).map(|w| (w[0], w[1] - w[0]));
         let deviates = |(_, step): &(f64, f64)| (step - step_s).abs() > STEP_TOLERANCE * step_s;

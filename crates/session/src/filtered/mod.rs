@@ -2,15 +2,15 @@
 
 mod net;
 mod system;
-mod view;
+mod observed_columns;
 
-pub use crate::prefix_length::Seen;
-pub use net::{NetOnPrefix, of_net};
-pub use system::{SystemOnPrefix, of_built_in, of_system};
-pub use view::View;
+pub use crate::prefix_length::PrefixLength;
+pub use net::{NetOnPrefix, net_on_prefix};
+pub use system::{SystemOnPrefix, built_in_on_prefix, system_on_prefix};
+pub use observed_columns::ObservedColumns;
 
 use crate::Usage;
-use crate::forecast::{check_size, summed};
+use crate::forecast::{check_size, summarised};
 use crate::usage::PrefixFault;
 use augsim_data::Dataset;
 use augsim_trainer::filter::{FilterSettings, InitialStatePrior, Prefix, PrefixForecaster, Sensor};
@@ -22,20 +22,20 @@ pub const PARTICLES: usize = 256;
 
 /// Measured trajectories with the times of their samples, s.
 #[derive(Debug, Clone)]
-pub struct Timed {
+pub struct TimedSequences {
     /// The trajectories; NaN where a value was not measured.
     pub set: Sequences,
     /// Times, s, `[trajectory][sample]`.
     pub times: Vec<Vec<f64>>,
 }
 
-impl Timed {
+impl TimedSequences {
     /// Number of observed rows, `[trajectory][prefix]`.
     ///
     /// # Errors
     /// A prefix without a row, one that is not longer than the previous one, or one that leaves no trajectory
     /// anything to predict.
-    pub fn lengths(&self, seen: &[Seen]) -> Result<Vec<Vec<usize>>, Usage> {
+    pub fn lengths(&self, seen: &[PrefixLength]) -> Result<Vec<Vec<usize>>, Usage> {
         let rows_of = |times: &Vec<f64>| seen.iter().map(|s| s.rows(times)).collect::<Vec<_>>();
         let lengths: Vec<Vec<usize>> = self.times.iter().map(rows_of).collect();
         let longest = self.times.iter().map(Vec::len).max().unwrap_or(0);
@@ -62,9 +62,9 @@ impl Timed {
 /// A trajectory that is not longer than the prefix, or a model that cannot be simulated.
 pub fn bands(
     model: &dyn PrefixForecaster,
-    data: &Timed,
+    data: &TimedSequences,
     (sensor, start): (&Sensor, &InitialStatePrior),
-    seen: Seen,
+    seen: PrefixLength,
     settings: FilterSettings,
 ) -> anyhow::Result<Dataset> {
     let (set, columns) = (&data.set, data.set.columns.len());
@@ -96,7 +96,7 @@ pub fn bands(
             anyhow::Ok((q.id.clone(), times[n..].to_vec(), samples))
         },
     );
-    summed(&set.columns, collect_in_order(rows)?)
+    summarised(&set.columns, collect_in_order(rows)?)
 }
 
 /// The forecast of the only prefix.

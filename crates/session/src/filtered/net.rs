@@ -1,6 +1,6 @@
 //! Filtered forecasts by a trained net.
 
-use super::{Timed, View};
+use super::{TimedSequences, ObservedColumns};
 use crate::run_dir::RunDir;
 use crate::{DataFrom, run_data};
 use anyhow::Context;
@@ -13,7 +13,7 @@ pub struct NetOnPrefix {
     /// The trained net.
     pub model: NetModel,
     /// The measured trajectories.
-    pub data: Timed,
+    pub data: TimedSequences,
     /// Observed columns and their noise.
     pub sensor: Sensor,
     /// Prior distribution of the initial state.
@@ -25,7 +25,7 @@ pub struct NetOnPrefix {
 /// # Errors
 /// The run or the data cannot be read, or the training data, from which the prior of unobserved initial
 /// states is estimated, are gone.
-pub fn of_net(run: &RunDir, from: &DataFrom, view: &View) -> anyhow::Result<NetOnPrefix> {
+pub fn net_on_prefix(run: &RunDir, from: &DataFrom, view: &ObservedColumns) -> anyhow::Result<NetOnPrefix> {
     let model = NetModel::new(run.read_model()?)?;
     let engine = &model.state().settings.engine;
     let (set, times) = run_data::load_timed(from, engine)?;
@@ -40,5 +40,5 @@ pub fn of_net(run: &RunDir, from: &DataFrom, view: &View) -> anyhow::Result<NetO
         )?;
         InitialStatePrior::of(&train)
     };
-    Ok(NetOnPrefix { model, data: Timed { set, times }, sensor, start })
+    Ok(NetOnPrefix { model, data: TimedSequences { set, times }, sensor, start })
 }

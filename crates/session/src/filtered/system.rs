@@ -1,6 +1,6 @@
 //! Filtered forecasts by a model file of any kind.
 
-use super::{Timed, View};
+use super::{TimedSequences, ObservedColumns};
 use crate::equations::fit::prepared;
 use crate::equations::records;
 use crate::{DataFrom, Subject};
@@ -29,7 +29,7 @@ pub struct SystemOnPrefix {
     /// The particle filter of the model.
     pub filter: SystemFilter,
     /// The measured trajectories.
-    pub data: Timed,
+    pub data: TimedSequences,
     /// Observed columns and their noise.
     ///
     /// A standard deviation of 0, neither given nor declared, is estimated from the observed rows.
@@ -42,10 +42,10 @@ pub struct SystemOnPrefix {
 ///
 /// # Errors
 /// The data do not fit the model, or cannot be read.
-pub fn of_system(
+pub fn system_on_prefix(
     model: &Subject,
     from: &DataFrom,
-    view: &View,
+    view: &ObservedColumns,
     only: Option<&BTreeSet<String>>,
 ) -> anyhow::Result<SystemOnPrefix> {
     match model {
@@ -61,7 +61,7 @@ pub fn of_system(
         }
         Subject::BuiltIn(model) => {
             let data = from.read(MissingCells::AsGap)?;
-            of_built_in(model, &data, view, only).with_context(|| from.to_string())
+            built_in_on_prefix(model, &data, view, only).with_context(|| from.to_string())
         }
     }
 }
@@ -70,10 +70,10 @@ pub fn of_system(
 ///
 /// # Errors
 /// As [`of_system`].
-pub fn of_built_in(
+pub fn built_in_on_prefix(
     model: &ModelFile,
     data: &Dataset,
-    view: &View,
+    view: &ObservedColumns,
     only: Option<&BTreeSet<String>>,
 ) -> anyhow::Result<SystemOnPrefix> {
     let (system, reference, random_effects): (Arc<dyn System>, _, _) = match model {
@@ -181,7 +181,7 @@ fn with_filter(
     system: Arc<dyn System>,
     mut list: Vec<Record>,
     groups: &[Option<&str>],
-    view: &View,
+    view: &ObservedColumns,
 ) -> anyhow::Result<SystemOnPrefix> {
     let schema = system.schema();
     for record in &mut list {
@@ -205,7 +205,7 @@ fn with_filter(
     let start = InitialStatePrior { mean: vec![0.0; columns.len()], sd: vec![0.0; columns.len()] };
     let set = Sequences { columns, action_columns: Vec::new(), items };
     let filter = SystemFilter::new(system, &list, groups);
-    Ok(SystemOnPrefix { filter, data: Timed { set, times }, sensor, start })
+    Ok(SystemOnPrefix { filter, data: TimedSequences { set, times }, sensor, start })
 }
 
 /// Unwraps an angle: moves each value by whole periods to the one nearest to the previous measured value.

@@ -8,7 +8,7 @@ use augsim_physics::system::Record;
 
 /// Draws of a record from an initial state fitted to its first samples.
 #[derive(Debug)]
-pub struct Drawn {
+pub struct RecordDraws {
     /// Name in the data.
     pub id: String,
     /// Times, s.
@@ -16,7 +16,7 @@ pub struct Drawn {
     /// Measured values, `[output][sample]`.
     pub measured: Vec<Vec<f64>>,
     /// Number of first samples that the initial state was fitted to.
-    pub known: usize,
+    pub initial_sample_count: usize,
     /// Prediction without noise, `[output][sample]`.
     pub forecast: Vec<Vec<f64>>,
     /// Draws with measurement noise, `[output][sample][draw]`, sorted; non-finite draws are dropped.
@@ -25,7 +25,7 @@ pub struct Drawn {
     pub noise: Vec<f64>,
 }
 
-impl Drawn {
+impl RecordDraws {
     /// Draws of a record; sorts them.
     pub fn new(
         record: &Record,
@@ -36,7 +36,7 @@ impl Drawn {
     ) -> Self {
         draws.iter_mut().flatten().for_each(|list| list.sort_by(f64::total_cmp));
         let (id, times, measured) = (record.id.clone(), record.times.clone(), record.values.clone());
-        Drawn { id, times, measured, known, forecast, draws, noise }
+        RecordDraws { id, times, measured, initial_sample_count: known, forecast, draws, noise }
     }
 
     fn channel(&self, name: &str, o: usize) -> PredictedChannel {
@@ -59,13 +59,13 @@ impl Drawn {
 }
 
 /// Predictions with bands, and errors, of all records; `seed` is that of the bootstrap of the errors.
-pub(super) fn prediction_set(model: &Model, list: &[Drawn], seed: u64) -> PredictionSet {
+pub(super) fn prediction_set(model: &Model, list: &[RecordDraws], seed: u64) -> PredictionSet {
     let records: Vec<PredictedRecord> = list
         .iter()
         .map(|drawn| PredictedRecord {
             id: drawn.id.clone(),
             times: drawn.times.clone(),
-            known: drawn.known,
+            known: drawn.initial_sample_count,
             channels: model
                 .outputs
                 .iter()

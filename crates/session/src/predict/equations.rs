@@ -1,6 +1,6 @@
 //! Free runs of an equation model with prediction bands.
 
-use super::draws::{Drawn, prediction_set};
+use super::draws::{RecordDraws, prediction_set};
 use super::process_noise::{ProcessNoise, next_value};
 use crate::DataFrom;
 use crate::equations::fit::prepared;
@@ -50,7 +50,7 @@ pub(super) fn run_all(
     records: &[Record],
     burn_in: usize,
     options: &PredictOptions,
-) -> anyhow::Result<Vec<Drawn>> {
+) -> anyhow::Result<Vec<RecordDraws>> {
     let process_noise = ProcessNoise::on(system)?;
     let run = Prediction { model, system, process_noise, burn_in: burn_in.max(1), options };
     collect_in_order(records.par_iter().enumerate().map(|(i, record)| run.predict(record, i as u64)))
@@ -133,7 +133,7 @@ struct Prediction<'a> {
 
 impl Prediction<'_> {
     /// Predicts one record; `stream` is the number of its random stream.
-    fn predict(&self, record: &Record, stream: u64) -> anyhow::Result<Drawn> {
+    fn predict(&self, record: &Record, stream: u64) -> anyhow::Result<RecordDraws> {
         let outputs = self.model.outputs.len();
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
         let Beginning { known, early, begun, noise, known_sd } =
@@ -166,7 +166,7 @@ impl Prediction<'_> {
             };
             let path = match &self.process_noise {
                 Some(noise) => {
-                    let noisy_record = noise.drawn(record, known, &mut normal);
+                    let noisy_record = noise.draw_record(record, known, &mut normal);
                     self.run(&noise.system, &noisy_record, &parameters, &start.state)
                 }
                 None => self.run(self.system, record, &parameters, &start.state),
@@ -180,7 +180,7 @@ impl Prediction<'_> {
             }
         }
         let noise_sd = noise.iter().map(SensorNoise::sd).collect();
-        Ok(Drawn::new(record, known, forecast, draws, noise_sd))
+        Ok(RecordDraws::new(record, known, forecast, draws, noise_sd))
     }
 
     /// A free run of a record, clipped to the ranges of the sensors, `[output][sample]`.

@@ -4,12 +4,12 @@ mod draws;
 mod equations;
 mod net;
 mod process_noise;
-mod scored;
+mod scores;
 pub mod table;
 
-pub use draws::Drawn;
-pub use net::{Beside, beside, net_scores, predict_with_net};
-pub use scored::{OutputScores, scored};
+pub use draws::RecordDraws;
+pub use net::{NetAndPhysics, net_and_physics, net_scores, predict_with_net};
+pub use scores::{OutputScores, scores};
 
 use crate::{DataFrom, Subject};
 use augsim_data::MissingCells;

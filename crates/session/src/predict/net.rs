@@ -9,9 +9,9 @@
 //!
 //! At its fixed point m(x0) fits the measured samples y.
 
-use super::draws::{Drawn, prediction_set};
+use super::draws::{RecordDraws, prediction_set};
 use super::equations::{Beginning, free_run, run_all};
-use super::scored::{OutputScores, scored};
+use super::scores::{OutputScores, scores};
 use crate::DataFrom;
 use crate::equations::fit::prepared;
 use crate::equations::forecast::read_by_sensor;
@@ -34,11 +34,11 @@ const MEAN_DRAWS: usize = 32;
 
 /// Draws of one data set by a net, and by the physics without the net.
 #[derive(Debug)]
-pub struct Beside {
+pub struct NetAndPhysics {
     /// Draws by the physics without the net.
-    pub physics: Vec<Drawn>,
+    pub physics: Vec<RecordDraws>,
     /// Draws by the net.
-    pub net: Vec<Drawn>,
+    pub net: Vec<RecordDraws>,
 }
 
 /// Predicts all records by a net, from initial states fitted to the first `burn_in` samples.
@@ -60,15 +60,15 @@ pub fn predict_with_net(
 ///
 /// # Errors
 /// As [`predict_with_net`].
-pub fn beside(
+pub fn net_and_physics(
     net: &NetModel,
     data: &DataFrom,
     burn_in: usize,
     options: &PredictOptions,
-) -> anyhow::Result<Beside> {
+) -> anyhow::Result<NetAndPhysics> {
     let run = NetPrediction::new(net, data, burn_in, options)?;
     let physics = run_all(run.model, &run.system, &run.prepared, burn_in, options)?;
-    Ok(Beside { physics, net: run.predict_all()? })
+    Ok(NetAndPhysics { physics, net: run.predict_all()? })
 }
 
 /// Scores of a net on all records, one row per output.
@@ -82,7 +82,7 @@ pub fn net_scores(
     options: &PredictOptions,
 ) -> anyhow::Result<Vec<OutputScores>> {
     let run = NetPrediction::new(net, data, burn_in, options)?;
-    Ok(scored(net.name(), run.model, &run.predict_all()?))
+    Ok(scores(net.name(), run.model, &run.predict_all()?))
 }
 
 /// A net and the records that it predicts.
@@ -118,7 +118,7 @@ impl<'a> NetPrediction<'a> {
         Ok(NetPrediction { net, engine, model, system, read, prepared, burn_in: burn_in.max(1), options })
     }
 
-    fn predict_all(&self) -> anyhow::Result<Vec<Drawn>> {
+    fn predict_all(&self) -> anyhow::Result<Vec<RecordDraws>> {
         let pairs = self.read.par_iter().zip(&self.prepared).enumerate();
         collect_in_order(pairs.map(|(i, (read, prepared))| {
             self.predict(read, prepared, i as u64).with_context(|| format!("trajectory `{}`", read.id))
@@ -126,7 +126,7 @@ impl<'a> NetPrediction<'a> {
     }
 
     /// Predicts one record; the initial state is found by the iteration at the head of this file.
-    fn predict(&self, read: &Record, record: &Record, stream: u64) -> anyhow::Result<Drawn> {
+    fn predict(&self, read: &Record, record: &Record, stream: u64) -> anyhow::Result<RecordDraws> {
         let (outputs, samples) = (self.model.outputs.len(), record.times.len());
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
         let Beginning { known, mut early, mut begun, known_sd, .. } =
@@ -182,7 +182,7 @@ impl<'a> NetPrediction<'a> {
         if let Some(k) = draws.iter().flat_map(|lists| lists.iter().position(Vec::is_empty)).min() {
             anyhow::bail!(Diverged { time_s: record.times[k] });
         }
-        Ok(Drawn::new(record, known, forecast, draws, noise))
+        Ok(RecordDraws::new(record, known, forecast, draws, noise))
     }
 
     /// Noise-free outputs of draws of the net, `[output][sample][draw]`.

@@ -23,7 +23,7 @@ impl ProcessNoise {
     /// # Errors
     /// [`ModelError`]: the model does not compile.
     pub fn on(system: &EquationSystem) -> Result<Option<Self>, ModelError> {
-        let processes = system.shaken();
+        let processes = system.process_noise();
         if processes.is_empty() {
             return Ok(None);
         }
@@ -33,7 +33,7 @@ impl ProcessNoise {
     /// A copy of the record with drawn noise inputs.
     ///
     /// No noise is drawn within the first `known` samples, to which the initial state was fitted.
-    pub fn drawn(&self, record: &Record, known: usize, normal: &mut dyn FnMut() -> f64) -> Record {
+    pub fn draw_record(&self, record: &Record, known: usize, normal: &mut dyn FnMut() -> f64) -> Record {
         let first = known.saturating_sub(1);
         let draw = |process: &RateNoise| {
             let mut current = process.sd * normal();
@@ -41,7 +41,7 @@ impl ProcessNoise {
             for (k, value) in values.iter_mut().enumerate().skip(first) {
                 *value = current;
                 let step_s = record.times.get(k + 1).map_or(0.0, |next| next - record.times[k]);
-                current = next_value(current, process.sd, process.memory_s, step_s, normal);
+                current = next_value(current, process.sd, process.correlation_time_s, step_s, normal);
             }
             Stream { times: record.times.clone(), values: vec![values] }
         };

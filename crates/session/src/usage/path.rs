@@ -19,7 +19,7 @@ pub enum PathFault {
     /// Neither file nor folder.
     Special,
     /// Not a folder, where a folder is to be written.
-    NoFolder,
+    NotAFolder,
     /// The input itself.
     Input { input: PathBuf },
     /// A file inside an input folder.
@@ -65,7 +65,7 @@ impl fmt::Display for PathFault {
             }
             PathFault::Folder => "is a folder; give the name of a file to write",
             PathFault::Special => "is a device, pipe or socket; only regular files are written",
-            PathFault::NoFolder => {
+            PathFault::NotAFolder => {
                 "is not a folder, so nothing can be written in it; choose another --out"
             }
             PathFault::Busy => {

@@ -1,6 +1,6 @@
 //! Invalid lengths of the observed prefix.
 
-use crate::prefix_length::Seen;
+use crate::prefix_length::PrefixLength;
 use std::fmt;
 
 /// Why the length of the observed prefix is invalid.
@@ -8,13 +8,13 @@ use std::fmt;
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum PrefixFault {
     /// The prefix has no row in any trajectory.
-    NoRow { seen: Seen },
+    NoRow { seen: PrefixLength },
     /// The prefix covers the longest trajectory completely.
-    AllOfLongest { seen: Seen, samples: usize },
+    AllOfLongest { seen: PrefixLength, samples: usize },
     /// The prefix covers one trajectory completely.
-    AllOf { seen: Seen, trajectory: String, samples: usize },
+    AllOf { seen: PrefixLength, trajectory: String, samples: usize },
     /// The prefix is not longer than the previous one.
-    NotLonger { before: Seen, seen: Seen },
+    NotLonger { before: PrefixLength, seen: PrefixLength },
 }
 
 impl fmt::Display for PrefixFault {

@@ -80,7 +80,7 @@ fn estimated_measurement_noise_gives_bands_with_nominal_coverage() {
         let mut model = model::parse(MODEL, "lag.toml").unwrap_or_else(|e| panic!("{e}"));
         let read = records::read(quiet(1, 8, autocorrelated), &model).expect("data");
         let list = records::records(&read.data, &model, true).expect("records");
-        assert_eq!(noise::find(&mut model, &list).expect("an answer").by, cause);
+        assert_eq!(noise::find(&mut model, &list).expect("an answer").source, cause);
         let noise = model.outputs[0].noise.expect("it is written into the model");
         assert!((0.085..0.115).contains(&noise.sd()), "{noise:?}");
         assert_eq!(noise.autocorrelated_sd > 0.05, autocorrelated, "{noise:?}");
@@ -101,10 +101,10 @@ fn estimated_process_noise_gives_bands_with_nominal_coverage() {
     let list = records::records(&read.data, &model, true).expect("records");
     let narrow = coverage(&model, &table(2, 20));
     let found = noise::find(&mut model, &list).expect("an answer");
-    assert_eq!(found.by, NoiseSource::ProcessNoise);
-    let pushed = model.states[0].shaken.expect("it is written into the model");
-    assert!((0.8..1.25).contains(&pushed.sd) && (1.2..3.5).contains(&pushed.memory_s), "{pushed:?}");
-    assert_eq!(found.lasting[0].unit, "K/s");
+    assert_eq!(found.source, NoiseSource::ProcessNoise);
+    let pushed = model.states[0].process_noise.expect("it is written into the model");
+    assert!((0.8..1.25).contains(&pushed.sd) && (1.2..3.5).contains(&pushed.correlation_time_s), "{pushed:?}");
+    assert_eq!(found.disturbances[0].unit, "K/s");
     let wide = coverage(&model, &table(2, 20));
     assert!(narrow < 0.6 && (0.85..0.95).contains(&wide), "{narrow} without, {wide} with");
 }

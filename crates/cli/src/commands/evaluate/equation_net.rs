@@ -5,7 +5,7 @@ use super::system::errors_text;
 use crate::args::{Evaluate, ProtocolArg};
 use augsim_discovery::PredictOptions;
 use augsim_session::DataFrom;
-use augsim_session::predict::{OutputScores, beside, scored};
+use augsim_session::predict::{OutputScores, net_and_physics, scores};
 use augsim_session::usage::Inapplicable;
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
@@ -45,9 +45,9 @@ pub(super) fn run(args: &Evaluate, model: &NetModel, seed: u64, output: &Output)
         return Err(Usage::Inapplicable(Inapplicable::NoEquations).into());
     };
     let options = PredictOptions { seed, draws: SAMPLES, only: None };
-    let runs = beside(model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
-    let mut rows = scored("Physics", engine.equations(), &runs.physics);
-    rows.extend(scored(model.name(), engine.equations(), &runs.net));
+    let runs = net_and_physics(model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
+    let mut rows = scores("Physics", engine.equations(), &runs.physics);
+    rows.extend(scores(model.name(), engine.equations(), &runs.net));
     let trust = model.shrinkage().map(|t| CorrectionShrinkage {
         gain: t.gain,
         spread: t.spread,

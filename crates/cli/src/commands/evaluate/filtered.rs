@@ -5,10 +5,10 @@ use super::model::held_out;
 use super::net::physics;
 use crate::args::Evaluate;
 use augsim_data::Column;
-use augsim_session::filtered::{PARTICLES, Seen, SystemOnPrefix, Timed, of_net, of_system};
+use augsim_session::filtered::{PARTICLES, PrefixLength, SystemOnPrefix, TimedSequences, net_on_prefix, system_on_prefix};
 use augsim_session::run_dir::RunDir;
 use augsim_session::usage::Inapplicable;
-use augsim_session::{DataFrom, Given, Subject, discovery_in, equations};
+use augsim_session::{DataFrom, ModelOrRun, Subject, discovery_in, equations};
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::filter::{
@@ -69,20 +69,20 @@ struct Scored {
 
 /// Scores the network or the models that were given.
 pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
-    let seen = args.seen.iter().map(|word| word.parse()).collect::<Result<Vec<Seen>, Usage>>()?;
+    let seen = args.seen.iter().map(|word| word.parse()).collect::<Result<Vec<PrefixLength>, Usage>>()?;
     let (from, view) = (DataFrom::from(&args.data), args.view.view());
     let mut rows = Vec::new();
-    match Given::of(&args.run)? {
-        Given::Net => {
+    match ModelOrRun::from_path(&args.run)? {
+        ModelOrRun::Net => {
             let run = RunDir::open(&args.run);
-            let net = of_net(&run, &from, &view)?;
+            let net = net_on_prefix(&run, &from, &view)?;
             let known = (&net.sensor, &net.start);
             for (name, engine) in physics(&run.read_config()?, &net.model.state().settings.engine, output)? {
                 rows.extend(scored(&name, &EngineTransition::new(&engine), &net.data, known, &seen, seed)?);
             }
             rows.extend(scored(net.model.name(), &net.model, &net.data, known, &seen, seed)?);
         }
-        Given::Model { file, folder } => {
+        ModelOrRun::Model { file, folder } => {
             // Discoveries hold out segments of long recordings of equations, but forecasts cover whole
             // recordings.
             let whole = !equations::is_model(&file);
@@ -99,7 +99,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
             models.push((name, Subject::read(&file)?));
             for (name, model) in models {
                 let SystemOnPrefix { filter, data, sensor, start } =
-                    of_system(&model, &from, &view, only.as_ref())?;
+                    system_on_prefix(&model, &from, &view, only.as_ref())?;
                 rows.extend(scored(name, &filter, &data, (&sensor, &start), &seen, seed)?);
             }
         }
@@ -122,9 +122,9 @@ fn check_criterion(args: &Evaluate, row: Option<&Row>) -> anyhow::Result<Outcome
 fn scored(
     name: &str,
     model: &dyn PrefixForecaster,
-    data: &Timed,
+    data: &TimedSequences,
     known: (&Sensor, &InitialStatePrior),
-    seen: &[Seen],
+    seen: &[PrefixLength],
     seed: u64,
 ) -> anyhow::Result<Vec<Row>> {
     let settings = FilterSettings { particles: PARTICLES, samples: SAMPLES, seed, is_measured: true };
@@ -133,7 +133,7 @@ fn scored(
     Ok(seen.iter().zip(scores).map(|(seen, score)| row(name, *seen, &data.set.columns, score)).collect())
 }
 
-fn row(name: &str, seen: Seen, columns: &[String], s: FilteredScore) -> Row {
+fn row(name: &str, seen: PrefixLength, columns: &[String], s: FilteredScore) -> Row {
     let measures = s.columns.iter().enumerate().map(|(k, range)| MeasureErrors {
         columns: columns[range.clone()].to_vec(),
         unit: Column::new(&columns[range.start]).map_or_else(|_| String::new(), |c| c.unit().symbol()),

@@ -9,7 +9,7 @@ mod system;
 
 use crate::args::{Evaluate, ProtocolArg};
 use augsim_session::usage::Inapplicable;
-use augsim_session::{Given, equations};
+use augsim_session::{ModelOrRun, equations};
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 
@@ -22,9 +22,9 @@ pub fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcom
         }
         (_, true) => {}
     }
-    match Given::of(&args.run)? {
-        Given::Net => net::run(args, seed, output),
-        Given::Model { folder: None, file } if equations::is_model(&file) => system::run(args, output),
-        Given::Model { folder, file } => model::run(args, &file, folder.as_deref(), seed, output),
+    match ModelOrRun::from_path(&args.run)? {
+        ModelOrRun::Net => net::run(args, seed, output),
+        ModelOrRun::Model { folder: None, file } if equations::is_model(&file) => system::run(args, output),
+        ModelOrRun::Model { folder, file } => model::run(args, &file, folder.as_deref(), seed, output),
     }
 }

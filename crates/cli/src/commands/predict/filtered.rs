@@ -2,9 +2,9 @@
 
 use crate::args::{Predict, ViewArgs};
 use augsim_data::{Dataset, write_dataset};
-use augsim_session::filtered::{PARTICLES, Seen, View, bands, of_net, of_system};
+use augsim_session::filtered::{PARTICLES, PrefixLength, ObservedColumns, bands, net_on_prefix, system_on_prefix};
 use augsim_session::run_dir::{FILES, RunDir};
-use augsim_session::{DataFrom, Given, Subject};
+use augsim_session::{DataFrom, ModelOrRun, Subject};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;
@@ -28,29 +28,29 @@ struct Written {
 
 impl ViewArgs {
     /// Converts the options into the form of the library.
-    pub fn view(&self) -> View {
-        View { columns: self.seen_columns.clone(), sensor_sd: self.sensor_sd.clone() }
+    pub fn view(&self) -> ObservedColumns {
+        ObservedColumns { columns: self.seen_columns.clone(), sensor_sd: self.sensor_sd.clone() }
     }
 }
 
 /// Forecasts the rows after the prefix `seen`.
-pub(super) fn run(args: &Predict, seen: Seen, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
+pub(super) fn run(args: &Predict, seen: PrefixLength, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let (from, view) = (DataFrom::from(&args.data), args.view.view());
     let samples = args.samples.unwrap_or(DRAWS);
     let settings =
         FilterSettings { particles: PARTICLES, samples: samples as usize, seed, is_measured: true };
-    let all: Dataset = match Given::of(&args.run)? {
-        Given::Net => {
+    let all: Dataset = match ModelOrRun::from_path(&args.run)? {
+        ModelOrRun::Net => {
             let run = RunDir::open(&args.run);
             let trained = FILES.map(|name| run.file(name));
             let inputs: Vec<&Path> = trained.iter().chain([&args.data]).map(PathBuf::as_path).collect();
             data_file(&args.out, &[], &inputs)?;
-            let net = of_net(&run, &from, &view)?;
+            let net = net_on_prefix(&run, &from, &view)?;
             bands(&net.model, &net.data, (&net.sensor, &net.start), seen, settings)?
         }
-        Given::Model { file, .. } => {
+        ModelOrRun::Model { file, .. } => {
             data_file(&args.out, &[], &[&file, &args.data])?;
-            let system = of_system(&Subject::read(&file)?, &from, &view, None)?;
+            let system = system_on_prefix(&Subject::read(&file)?, &from, &view, None)?;
             bands(&system.filter, &system.data, (&system.sensor, &system.start), seen, settings)?
         }
     };
@@ -63,8 +63,8 @@ pub(super) fn run(args: &Predict, seen: Seen, seed: u64, output: &Output) -> any
         samples,
     };
     output.result(&written, || {
-        let noun = if let Seen::Rows(1) = seen { "sample" } else { "samples" };
-        let prefix = if let Seen::Rows(_) = seen { format!("{seen} {noun}") } else { seen.to_string() };
+        let noun = if let PrefixLength::Rows(1) = seen { "sample" } else { "samples" };
+        let prefix = if let PrefixLength::Rows(_) = seen { format!("{seen} {noun}") } else { seen.to_string() };
         format!(
             "{} forecasts from the first {prefix} of each trajectory, {samples} draws each: {}",
             written.trajectories,

@@ -5,7 +5,7 @@ mod model;
 mod net;
 
 use crate::args::Predict;
-use augsim_session::Given;
+use augsim_session::ModelOrRun;
 use augsim_terminal::Outcome;
 use augsim_terminal::output::Output;
 
@@ -14,8 +14,8 @@ pub fn run(args: &Predict, seed: u64, output: &Output) -> anyhow::Result<Outcome
     if let Some(seen) = &args.seen {
         return filtered::run(args, seen.parse()?, seed, output);
     }
-    match Given::of(&args.run)? {
-        Given::Net => net::run(args, seed, output),
-        Given::Model { file, .. } => model::run(args, &file, seed, output),
+    match ModelOrRun::from_path(&args.run)? {
+        ModelOrRun::Net => net::run(args, seed, output),
+        ModelOrRun::Model { file, .. } => model::run(args, &file, seed, output),
     }
 }

@@ -7,7 +7,7 @@ mod system;
 
 use crate::args::{Simulate, SimulateScenario};
 use augsim_session::usage::ModelFault;
-use augsim_session::{Given, equations};
+use augsim_session::{ModelOrRun, equations};
 use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
@@ -16,10 +16,10 @@ use std::path::{Path, PathBuf};
 /// Runs the subcommand.
 pub fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     if let Some(given) = args.model.as_ref().or(args.named_model.as_ref()) {
-        return match Given::of(given)? {
-            Given::Net => Err(Usage::model(given.display(), ModelFault::NetSimulated).into()),
-            Given::Model { file, .. } if equations::is_model(&file) => system::run(args, &file, output),
-            Given::Model { file, .. } => like::run(args, &file, seed, output),
+        return match ModelOrRun::from_path(given)? {
+            ModelOrRun::Net => Err(Usage::model(given.display(), ModelFault::NetSimulated).into()),
+            ModelOrRun::Model { file, .. } if equations::is_model(&file) => system::run(args, &file, output),
+            ModelOrRun::Model { file, .. } => like::run(args, &file, seed, output),
         };
     }
     match args.scenario {

@@ -26,24 +26,24 @@ const MAX_RECORDS: usize = 2;
 
 /// Figures for the page.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Pictures {
+pub struct Figures {
     /// Records with the free runs of both models.
     pub examples: Vec<Example>,
     /// Added effects as curves.
-    pub laws: Vec<EffectCurve>,
+    pub curves: Vec<EffectCurve>,
 }
 
 /// The figures of a discovery on `data`; empty for a built-in scenario, or if a model cannot be simulated.
-pub fn pictures(subject: &Subject, found: &Discovery, data: &DataFrom) -> Pictures {
+pub fn figures(subject: &Subject, found: &Discovery, data: &DataFrom) -> Figures {
     match subject {
-        Subject::BuiltIn(_) => Pictures::default(),
+        Subject::BuiltIn(_) => Figures::default(),
         Subject::Equations(model) => records::read(data, model)
             .and_then(|measured| draw(model, found, &measured.data))
             .unwrap_or_default(),
     }
 }
 
-fn draw(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<Pictures> {
+fn draw(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<Figures> {
     let augmented = augsim_equations::model::parse(&found.model_toml, &declared.file)?;
     let mut calibrated = declared.clone();
     for (input, chosen) in calibrated.inputs.iter_mut().zip(&augmented.inputs) {
@@ -71,12 +71,12 @@ fn draw(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<P
     let mut examples = Vec::new();
     for (index, (record, before)) in list.iter().zip(&before).enumerate() {
         let predictions =
-            before.foretold.iter().chain(after.get(index).into_iter().flat_map(|run| &run.foretold));
+            before.predicted.iter().chain(after.get(index).into_iter().flat_map(|run| &run.predicted));
         let stride = stride(&predictions.map(Vec::as_slice).collect::<Vec<_>>());
         let thinned =
             |values: &[f64]| values.iter().copied().step_by(stride).take(MAX_POINTS).collect::<Vec<_>>();
         for (output, column) in declared.outputs.iter().enumerate() {
-            let predicted = |run: &FreeRun| thinned(&run.foretold[output]);
+            let predicted = |run: &FreeRun| thinned(&run.predicted[output]);
             examples.push(Example {
                 trajectory: format!("trajectory {}", record.id),
                 channel: column.name.clone(),
@@ -89,7 +89,7 @@ fn draw(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<P
             });
         }
     }
-    Ok(Pictures { examples, laws })
+    Ok(Figures { examples, curves: laws })
 }
 
 /// Free runs of the calibrated and of the augmented model; the latter are empty if no effect was added.

@@ -1,21 +1,21 @@
 //! Options of the observed prefix: its length, the observed columns and their measurement noise.
 
 use crate::Usage;
-use crate::prefix_length::Seen;
+use crate::prefix_length::PrefixLength;
 use crate::usage::{Inapplicable, Takes, UnknownName};
 use augsim_trainer::filter::Sensor;
 use std::str::FromStr;
 
-impl FromStr for Seen {
+impl FromStr for PrefixLength {
     type Err = Usage;
 
     fn from_str(word: &str) -> Result<Self, Usage> {
         let refuse = || Usage::option("--seen", word, Takes::PrefixLength);
         match word.strip_suffix('s') {
-            None => word.parse().map(Seen::Rows).map_err(|_| refuse()),
+            None => word.parse().map(PrefixLength::Rows).map_err(|_| refuse()),
             Some(seconds) => {
                 let s: f64 = seconds.trim().parse().map_err(|_| refuse())?;
-                if s.is_finite() && s >= 0.0 { Ok(Seen::Seconds(s)) } else { Err(refuse()) }
+                if s.is_finite() && s >= 0.0 { Ok(PrefixLength::Seconds(s)) } else { Err(refuse()) }
             }
         }
     }
@@ -23,14 +23,14 @@ impl FromStr for Seen {
 
 /// Observed columns, and their measurement noise.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct View {
+pub struct ObservedColumns {
     /// Names of the columns; empty means all.
     pub columns: Vec<String>,
     /// Standard deviations: one number for all columns, or `column=number` for one.
     pub sensor_sd: Vec<String>,
 }
 
-impl View {
+impl ObservedColumns {
     /// The sensor of a model with these columns; standard deviations that are not given are 0.
     ///
     /// # Errors
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn prefix_is_a_sample_count_or_seconds_from_the_first_sample() {
         let times = [0.5, 0.6, 0.7, 0.8];
-        let rows = |word: &str| word.parse::<Seen>().map(|s| s.rows(&times)).map_err(|e| e.to_string());
+        let rows = |word: &str| word.parse::<PrefixLength>().map(|s| s.rows(&times)).map_err(|e| e.to_string());
         assert_eq!((rows("3"), rows("0.2s"), rows("0s"), rows("9s")), (Ok(3), Ok(3), Ok(1), Ok(4)));
         for wrong in ["0.2", "-1", "-1s", "NaNs", "", "s", "three"] {
             assert!(rows(wrong).is_err_and(|e| e.contains("such as 65")), "{wrong}");
@@ -85,7 +85,7 @@ mod tests {
         let columns = ["height_m".to_owned(), "velocity_m_s".to_owned()];
         let sensor = |seen: &[&str], sd: &[&str]| {
             let words = |list: &[&str]| list.iter().map(|w| (*w).to_owned()).collect();
-            View { columns: words(seen), sensor_sd: words(sd) }.sensor(&columns)
+            ObservedColumns { columns: words(seen), sensor_sd: words(sd) }.sensor(&columns)
         };
         let sd = |seen: &[&str], sd: &[&str]| sensor(seen, sd).map(|s| s.sd().to_vec()).ok();
         assert_eq!(sd(&[], &[]), Some(vec![Some(0.0), Some(0.0)]));

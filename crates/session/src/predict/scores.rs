@@ -1,6 +1,6 @@
 //! Scores of predictions against measured values: RMSE, CRPS and coverage of the bands, by output.
 
-use super::draws::Drawn;
+use super::draws::RecordDraws;
 use crate::equations::forecast::{FreeRun, Row, rows};
 use augsim_equations::Model;
 use augsim_trainer::score::{crps_from_samples, quantile};
@@ -23,19 +23,19 @@ pub struct OutputScores {
 }
 
 /// Scores of all outputs over the samples after the burn-in.
-pub fn scored(name: &str, model: &Model, list: &[Drawn]) -> Vec<OutputScores> {
-    let run = |drawn: &Drawn| FreeRun {
+pub fn scores(name: &str, model: &Model, list: &[RecordDraws]) -> Vec<OutputScores> {
+    let run = |drawn: &RecordDraws| FreeRun {
         times: drawn.times.clone(),
         measured: drawn.measured.clone(),
-        foretold: drawn.forecast.clone(),
-        first: drawn.known,
+        predicted: drawn.forecast.clone(),
+        first: drawn.initial_sample_count,
     };
     let runs: Vec<FreeRun> = list.iter().map(run).collect();
     let score = |(o, row): (usize, Row)| {
         let period = model.outputs[o].period;
         let (mut crps, mut inside, mut count) = (0.0, [0.0; 2], 0.0);
         for drawn in list {
-            for k in (drawn.known..drawn.times.len()).filter(|&k| drawn.measured[o][k].is_finite()) {
+            for k in (drawn.initial_sample_count..drawn.times.len()).filter(|&k| drawn.measured[o][k].is_finite()) {
                 let truth = drawn.measured[o][k];
                 // Of a periodic output each draw is moved by whole periods to the value nearest to the
                 // measured one.

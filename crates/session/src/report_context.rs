@@ -1,8 +1,8 @@
 //! Name, seed, sources and command line of a discovery, as its page shows them.
 
 use crate::command_line::quoted;
-use crate::equations::pictures::Pictures;
-use crate::provenance::{fingerprint, shown};
+use crate::equations::figures::Figures;
+use crate::provenance::{fingerprint, display_path};
 use crate::{DataFrom, DiscoverRequest};
 use augsim_report::page::DataSource;
 use std::path::Path;
@@ -19,7 +19,7 @@ pub struct ReportContext {
     /// The command line that repeats the discovery; empty if model or data are not files.
     pub reproduce: String,
     /// Free runs of the models and curves of the added effects; empty for built-in scenarios.
-    pub pictures: Pictures,
+    pub figures: Figures,
 }
 
 impl ReportContext {
@@ -27,7 +27,7 @@ impl ReportContext {
     ///
     /// `model` is `None` if it is not a file.
     pub fn new(model: Option<&Path>, data: &DataFrom, wanted: &DiscoverRequest, out: &Path) -> Self {
-        let source_of = |path: &Path| DataSource { path: shown(path, out), hash: fingerprint(path) };
+        let source_of = |path: &Path| DataSource { path: display_path(path, out), hash: fingerprint(path) };
         let mut sources: Vec<DataSource> = model.map(source_of).into_iter().collect();
         let (name, reproduce) = match data {
             DataFrom::File(path) => {
@@ -39,7 +39,7 @@ impl ReportContext {
                 (name.clone(), String::new())
             }
         };
-        ReportContext { name, seed: wanted.options.seed, sources, reproduce, pictures: Pictures::default() }
+        ReportContext { name, seed: wanted.options.seed, sources, reproduce, figures: Figures::default() }
     }
 }
 
@@ -56,7 +56,7 @@ fn name_of(path: &Path) -> String {
 fn command(model: &Path, data: &Path, wanted: &DiscoverRequest, out: &Path) -> String {
     let DiscoverRequest { groups, accept, options } = wanted;
     let mut words = vec!["augsim".to_owned(), "discover".to_owned()];
-    words.extend([model, data].map(|path| shown(path, out)));
+    words.extend([model, data].map(|path| display_path(path, out)));
     words.extend(["--null-runs".to_owned(), options.null_runs.to_string()]);
     if !options.library {
         words.extend(["--library", "none"].map(str::to_owned));
