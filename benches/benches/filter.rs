@@ -4,7 +4,7 @@
 //!   moves (target 0.5 ms).
 //! - 100 sampled forecasts of the remaining 335 rows (target 50 ms).
 
-use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
+use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
 use augsim_trainer::filter::{Filter, InitialStatePrior, NetTransition, Sensor};
 use augsim_trainer::{Engine, NetModel, Recipe, Sequences, Settings, Training};
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -35,7 +35,7 @@ fn filtering(c: &mut Criterion) {
     let filter = || {
         let sensor = ok(Sensor::new(vec![Some(0.002), None]));
         let law = Box::new(ok(NetTransition::new(&model)));
-        Filter::new(law, (sensor, InitialStatePrior::of(&train)), (&[], 0), 100, (1, 0))
+        Filter::new(law, (sensor, InitialStatePrior::from_training_set(&train)), (&[], 0), 100, (1, 0))
     };
     let observe = |filter: &mut Filter<'_>| {
         (0..OBSERVED_ROWS).for_each(|t| ok(filter.observe(test.items[0].state(t))));

@@ -8,7 +8,7 @@
 
 use augsim_benches::flops::{BALL, Extents};
 use augsim_benches::ok;
-use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
+use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
 use augsim_trainer::{Engine, Forecaster, NetModel, Recipe, SAMPLES, Sequences, Settings, Task, Training};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rayon::ThreadPoolBuilder;

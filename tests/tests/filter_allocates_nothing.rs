@@ -3,7 +3,7 @@
 //! allocation of this process, so this file holds one test.
 #![expect(unsafe_code, reason = "counting allocations takes a global allocator")]
 
-use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
+use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
 use augsim_trainer::filter::{Filter, InitialStatePrior, NetTransition, Sensor};
 use augsim_trainer::{Engine, NetModel, Recipe, Sequences, Settings, Training};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -52,7 +52,7 @@ fn rows_and_forecasts_after_the_first_ask_for_no_memory() {
 
     let sensor = Sensor::new(vec![Some(0.002), None]).unwrap();
     let law = Box::new(NetTransition::new(&model).unwrap());
-    let mut filter = Filter::new(law, (sensor, InitialStatePrior::of(&train)), (&[], 0), 100, (1, 0));
+    let mut filter = Filter::new(law, (sensor, InitialStatePrior::from_training_set(&train)), (&[], 0), 100, (1, 0));
     let observe = |filter: &mut Filter<'_>, rows: std::ops::Range<usize>| {
         rows.for_each(|t| filter.observe(test.items[0].state(t)).unwrap());
     };

@@ -7,7 +7,7 @@
 //! whatever the net. Driven from inside the pool, as here, it takes none.
 #![expect(unsafe_code, reason = "counting allocations takes a global allocator")]
 
-use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
+use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
 use augsim_trainer::{Engine, Recipe, Sequences, Settings, Training};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};

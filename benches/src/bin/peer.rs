@@ -7,7 +7,7 @@
 use augsim_benches::{clock, ok, push::push_net, synthetic::Synthetic};
 use augsim_data::random_stream;
 use augsim_nn::Params;
-use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
+use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
 use augsim_tensor::kernels::normal::NormalLanes;
 use augsim_trainer::nets::{Dcvrnn, DcvrnnSampler, DcvrnnSizes, Decoder};
 use augsim_trainer::{Engine, Recipe, Sequences, Settings, TILE, Training};

@@ -12,7 +12,7 @@ use augsim_benches::kernels::{Gru, Linear, Product};
 use augsim_benches::{ok, push::push_net, synthetic::Synthetic};
 use augsim_data::random_stream;
 use augsim_nn::Params;
-use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
+use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
 use augsim_tensor::kernels::{GruDims, LinearDims};
 use augsim_tensor::simd::Level;
 use augsim_trainer::{Engine, Recipe, Sequences, Settings, Training};

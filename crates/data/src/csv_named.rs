@@ -68,7 +68,7 @@ impl NamedCsv {
     /// The text is not CSV.
     pub fn from_csv(name: &str, csv: Vec<u8>) -> Result<Self, DataError> {
         let path = Path::new(name);
-        Ok(Self::of_file(path, CsvSource::of_bytes(path, csv)?))
+        Ok(Self::of_file(path, CsvSource::from_bytes(path, csv)?))
     }
 
     /// Names in the header; for a folder, those of its first file.
@@ -142,12 +142,12 @@ impl NamedFile {
 /// Opens a file in the long form, or in another layout whose time column can be inferred.
 fn open_file(path: &Path) -> Result<CsvSource, DataError> {
     let bytes = read_whole(path)?;
-    let strict = CsvSource::of_bytes(path, bytes.clone());
+    let strict = CsvSource::from_bytes(path, bytes.clone());
     if strict.as_ref().is_ok_and(|source| source.header().iter().any(|name| name == TIME)) {
         return strict;
     }
     match in_long_form(path, &bytes) {
-        Some(bytes) => CsvSource::of_bytes(path, bytes),
+        Some(bytes) => CsvSource::from_bytes(path, bytes),
         None => strict,
     }
 }

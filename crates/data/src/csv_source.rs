@@ -29,11 +29,11 @@ pub(crate) struct CsvSource {
 impl CsvSource {
     /// Opens `path`; gzip is recognised from its magic number, not from the file name.
     pub(crate) fn open(path: &Path) -> Result<Self, DataError> {
-        Self::of_bytes(path, read_whole(path)?)
+        Self::from_bytes(path, read_whole(path)?)
     }
 
     /// Opens a file whose bytes were read; `path` is its name in messages.
-    pub(crate) fn of_bytes(path: &Path, mut content: Vec<u8>) -> Result<Self, DataError> {
+    pub(crate) fn from_bytes(path: &Path, mut content: Vec<u8>) -> Result<Self, DataError> {
         if is_gzip(&content) {
             content = gunzip(path, &content)?;
         }

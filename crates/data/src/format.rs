@@ -6,8 +6,8 @@ use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
 use crate::error::DataError;
 use crate::legacy_ball::read_ball;
-use crate::npz::{is_npz, npz_of_bytes, write_npz};
-use crate::push::{PushError, may_hold_trials, push_dataset_of_bytes, read_push_dataset};
+use crate::npz::{is_npz, read_npz_bytes, write_npz};
+use crate::push::{PushError, may_hold_trials, read_push_dataset_bytes, read_push_dataset};
 use crate::sniff::{RecognitionOptions, recognise, recognise_bytes};
 use crate::whole_file::read_whole;
 use std::path::Path;
@@ -51,10 +51,10 @@ pub fn read_dataset(path: &Path, missing: MissingCells) -> Result<Dataset, DataE
     }
     let bytes = read_whole(path)?;
     if bytes.starts_with(b"PK") && is_npz(path, &bytes)? {
-        return npz_of_bytes(path, &bytes, missing);
+        return read_npz_bytes(path, &bytes, missing);
     }
     if may_hold_trials(&bytes[..bytes.len().min(HEAD_BYTES)]) {
-        return push_dataset_of_bytes(path, bytes);
+        return read_push_dataset_bytes(path, bytes);
     }
     match read_strictly(path, bytes.clone(), missing) {
         Err(Refused { cause, is_long_form }) if may_be_other_layout(&cause) => {
@@ -82,7 +82,7 @@ impl From<DataError> for Refused {
 
 /// Reads a file in the ball layout or in the long form, without inferring anything.
 fn read_strictly(path: &Path, bytes: Vec<u8>, missing: MissingCells) -> Result<Dataset, Refused> {
-    let source = CsvSource::of_bytes(path, bytes)?;
+    let source = CsvSource::from_bytes(path, bytes)?;
     if source.header() == ["traj", "step", "t", "height", "velocity"] {
         return read_ball(source).map_err(|cause| Refused { cause, is_long_form: true });
     }
@@ -112,7 +112,7 @@ fn may_be_other_layout(cause: &DataError) -> bool {
 /// # Errors
 /// The errors of [`read_csv`](crate::read_csv).
 pub fn read_csv_bytes(name: &str, csv: Vec<u8>, missing: MissingCells) -> Result<Dataset, DataError> {
-    read_long(CsvSource::of_bytes(Path::new(name), csv)?, missing)
+    read_long(CsvSource::from_bytes(Path::new(name), csv)?, missing)
 }
 
 /// Writes a data set atomically, as NPZ where the name ends in `.npz`, otherwise as CSV in long form.

@@ -93,7 +93,7 @@ impl Normaliser {
 fn fit_column(train: &Dataset, name: &str) -> Result<ColumnScale, DataError> {
     let column = train.column_index(name)?;
     let values = train.trajectories().iter().flat_map(|t| t.column(column));
-    let statistics = Statistics::of(values.copied()).ok_or_else(|| DataError::NoMeasuredValues {
+    let statistics = Statistics::from_values(values.copied()).ok_or_else(|| DataError::NoMeasuredValues {
         origin: train.origin().clone(),
         column: name.to_owned(),
     })?;

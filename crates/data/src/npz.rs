@@ -32,14 +32,14 @@ const EXTENSION: &str = ".npy";
 /// A [`DataError`] with file, array and remedy. Messages count rows from 1, like the lines of a CSV file
 /// without a header.
 pub fn read_npz(path: &Path, missing: MissingCells) -> Result<Dataset, DataError> {
-    npz_of_bytes(path, &read_whole(path)?, missing)
+    read_npz_bytes(path, &read_whole(path)?, missing)
 }
 
 /// Number of cells that a text counts as in the limit on cells, for its use of memory.
 const CELLS_PER_TEXT: u64 = 8;
 
 /// [`read_npz`] of a file whose bytes were read; `path` is its name in messages.
-pub(crate) fn npz_of_bytes(path: &Path, bytes: &[u8], missing: MissingCells) -> Result<Dataset, DataError> {
+pub(crate) fn read_npz_bytes(path: &Path, bytes: &[u8], missing: MissingCells) -> Result<Dataset, DataError> {
     let mut texts = BTreeMap::new();
     let mut numbers = Vec::new();
     let names: Vec<String> =

@@ -97,7 +97,7 @@ pub struct Statistics {
 
 impl Statistics {
     /// Statistics of the values that are not NaN; `None` where there are none.
-    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Option<Statistics> {
+    pub fn from_values(values: impl Iterator<Item = f64> + Clone) -> Option<Statistics> {
         let measured = values.filter(|v| !v.is_nan());
         let count = measured.clone().count();
         if count == 0 {
@@ -118,7 +118,7 @@ impl Statistics {
 
 impl Summary {
     /// Summary of `dataset`.
-    pub fn of(dataset: &Dataset) -> Summary {
+    pub fn from_dataset(dataset: &Dataset) -> Summary {
         let trajectories = dataset.trajectories();
         let mut groups = BTreeMap::new();
         for group in trajectories.iter().filter_map(Trajectory::group) {
@@ -157,7 +157,7 @@ fn columns(dataset: &Dataset) -> Vec<ColumnSummary> {
             unit: column.unit().symbol(),
             covariate: covariates.contains(column.name()),
             missing: values.clone().filter(|v| v.is_nan()).count(),
-            statistics: Statistics::of(values),
+            statistics: Statistics::from_values(values),
         }
     };
     dataset.columns().iter().enumerate().map(summarise).collect()

@@ -162,7 +162,7 @@ impl Addition {
     }
 
     /// The equation that it adds to the system; `None` for random effects and groupwise values.
-    pub fn law(&self) -> Option<ModelTerm> {
+    pub fn term(&self) -> Option<ModelTerm> {
         match self {
             Addition::Effect(listed, _) => Some(ModelTerm::Effect(listed.index)),
             Addition::Scatter(_) | Addition::Split(_) => None,

@@ -8,7 +8,7 @@ use crate::error_table::ForecastErrors;
 use crate::examples::examples;
 use crate::fit::{fit, fit_nuisance};
 use crate::formulas::search_formulas;
-use crate::judge::{self, Doubt, add_tables, judge_findings, test_residuals};
+use crate::judge::{self, WithdrawalReason, add_tables, judge_findings, test_residuals};
 use crate::options::{Options, Progress, mark_cut_short, monotone};
 use crate::prepare::{Prepared, prepare, residual_sds};
 use crate::random_effect_test::{self, find_random_effect};
@@ -46,7 +46,7 @@ pub fn discover(
     let CheckedData { data, warnings } =
         check_data(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
     let mut prepared = prepare(model, &data, options)?;
-    let rejection = judge::doubt_from_data(&prepared);
+    let rejection = judge::reason_from_data(&prepared);
     let mut searched = match rejection {
         Some(_) => calibrate_only(&prepared, progress),
         None => search(&mut prepared, options, progress),
@@ -118,8 +118,8 @@ fn judge(prepared: &Prepared, searched: &mut Searched, doubt: Option<String>, op
     let verdict = judge::verdict(is_named, table.is_some(), &tests);
     let mut judged = Judged { findings, best, random_effect, residual_tests: tests, verdict, doubt };
     if judged.doubt.is_none()
-        && let Some(Doubt::NotThisSystem(why)) =
-            [best, named].iter().find_map(|n| judge::doubt_from_values(&found.sets[*n].fit))
+        && let Some(WithdrawalReason::NotThisSystem(why)) =
+            [best, named].iter().find_map(|n| judge::reason_from_values(&found.sets[*n].fit))
     {
         judged.doubt = Some(why);
     }
@@ -160,13 +160,13 @@ fn withdraw_unsupported(
     let changes_predictions = |a: &Addition| !matches!(a, Addition::Scatter(_));
     let adds = searched.found.sets[judged.best].additions().iter().any(changes_predictions);
     let table = errors.lists.first(schema, 0, 0.0);
-    match judge::doubt_from_errors(&table, prepared.spread(), adds, schema.primary_unit()) {
-        Some(Doubt::NotThisSystem(why)) => {
+    match judge::reason_from_errors(&table, prepared.spread(), adds, schema.primary_unit()) {
+        Some(WithdrawalReason::NotThisSystem(why)) => {
             withdraw_findings(judged, Verdict::NotThisSystem);
             judged.doubt = Some(why);
             adds
         }
-        Some(Doubt::DoesNotHelp) => {
+        Some(WithdrawalReason::DoesNotHelp) => {
             withdraw_findings(judged, Verdict::Unknown);
             true
         }

@@ -16,7 +16,7 @@ pub(crate) struct Spread {
 }
 
 /// Spread of the event offsets in `nuisance`, whose prior has the standard deviation `sd`.
-pub(crate) fn spread_of(
+pub(crate) fn offset_spread(
     h: &Hypothesis,
     lanes: &[Lanes],
     normals: &[NormalEquations],

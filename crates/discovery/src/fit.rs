@@ -2,7 +2,7 @@
 
 use crate::descent::Descent;
 use crate::evaluate::{Lanes, NormalEquations};
-use crate::event_offsets::{Spread, scatter_bounds, spread_of};
+use crate::event_offsets::{Spread, scatter_bounds, offset_spread};
 use crate::fit_state::State;
 pub(crate) use crate::fit_state::assemble_all;
 use crate::growing_windows::fit_growing;
@@ -144,7 +144,7 @@ fn fit_with(
         let Some(scatter) = h.scatter.filter(|_| move_theta) else {
             break;
         };
-        let spread = spread_of(&h, &lanes, &state.normals, &state.nuisance, scatter.sd);
+        let spread = offset_spread(&h, &lanes, &state.normals, &state.nuisance, scatter.sd);
         let change = (spread.sd / scatter.sd).ln();
         changes.push(change);
         let (least, most) = scatter_bounds(&h);
@@ -163,7 +163,7 @@ fn fit_with(
         ll -= 0.5 * normal.h.sub(&tail).cholesky().log_det;
         ll -= l.offsets as f64 * h.scatter.map_or(0.0, |s| s.sd.ln());
     }
-    let spread_at = |s: Scatter| spread_of(&h, &lanes, &state.normals, &state.nuisance, s.sd);
+    let spread_at = |s: Scatter| offset_spread(&h, &lanes, &state.normals, &state.nuisance, s.sd);
     let spread = h.scatter.map(spread_at).unwrap_or_default();
     Fit {
         hypothesis: h,

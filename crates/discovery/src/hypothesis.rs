@@ -70,7 +70,7 @@ fn fit_range(effect: &Effect, k: usize) -> (f64, f64) {
 impl Hypothesis {
     /// The declared model with additions.
     pub fn new(data: &Measured, additions: &[Addition]) -> Self {
-        let laws: Vec<ModelTerm> = additions.iter().filter_map(Addition::law).collect();
+        let laws: Vec<ModelTerm> = additions.iter().filter_map(Addition::term).collect();
         // Kinds and tables come from this system, so it accepts them.
         let system = data.system.augmented(&laws).unwrap_or_else(|_| data.system.clone());
         let values = system.parameters().iter().map(|p| p.nominal).collect();
@@ -297,7 +297,7 @@ impl Hypothesis {
             }
         }
         for (addition, values) in self.additions.iter().zip(fitted) {
-            out.additions.extend(match (addition, addition.law()) {
+            out.additions.extend(match (addition, addition.term()) {
                 (Addition::Scatter(s), _) => Some(Added::Scatter(s.per, self.scatter.map_or(0.0, |s| s.sd))),
                 (_, Some(law)) => Some(Added::Term(law, values)),
                 (_, None) => None,

@@ -58,7 +58,7 @@ pub fn predict_records(
     };
     let pieces = forecast::whole_spans(&sample);
     let done: Vec<(PredictedRecord, Vec<Error>)> =
-        pieces.par_iter().map(|piece| predictor.one(piece)).collect();
+        pieces.par_iter().map(|piece| predictor.predict_record(piece)).collect();
     let (records, each): (Vec<PredictedRecord>, Vec<Vec<Error>>) = done.into_iter().unzip();
     let schema = data.system.schema();
     let clusters: Vec<usize> = pieces.iter().map(|piece| chosen[piece.chosen]).collect();
@@ -150,7 +150,7 @@ struct Predictor<'a> {
 
 impl Predictor<'_> {
     /// Predicts one record, or a piece of a long one; also returns its error in each measure.
-    fn one(&self, piece: &ForecastSpan) -> (PredictedRecord, Vec<Error>) {
+    fn predict_record(&self, piece: &ForecastSpan) -> (PredictedRecord, Vec<Error>) {
         let (data, j) = (self.sample.data, self.sample.chosen[piece.chosen]);
         let (record, theta, options) = (&data.records[j], self.theta, self.options);
         let h = Hypothesis { scatter: None, ..self.h.clone() };

@@ -12,7 +12,7 @@ use crate::forecast;
 use crate::hypothesis::Hypothesis;
 use crate::judge::{Lead as SearchResult, Shortcoming, record_name};
 use crate::residual_structure::anatomy;
-use crate::residuals::left_out;
+use crate::residuals::outlying_windows;
 use crate::result::*;
 use crate::score::Scored;
 use crate::search::without;
@@ -285,7 +285,7 @@ impl AnswerParts<'_> {
             heterogeneity: tests.records,
             outlying: outlying.map(str::to_owned),
             periodicity: schema.event.is_some().then_some(tests.periodicity),
-            pass: tests.is_nothing(),
+            pass: tests.none_is_significant(),
         }
     }
 
@@ -320,7 +320,7 @@ impl AnswerParts<'_> {
             [with_nuisances(self.base), with_nuisances(self.best)],
         ];
         let count = |[base, best]: &[Fit; 2]| {
-            left_out(self.limit, [base, best]).into_iter().filter(|out| *out).count()
+            outlying_windows(self.limit, [base, best]).into_iter().filter(|out| *out).count()
         };
         Some(Windows {
             fitted: sides.each_ref().map(|[base, _]| base.misfits.len()),

@@ -69,7 +69,7 @@ pub(crate) fn limit(best: &Fit) -> f64 {
 
 /// Marks the windows that neither the calibrated nor the best model fits within `limit`. Fits give them
 /// little weight already; they are counted, and excluded from the predictions.
-pub(crate) fn left_out(limit: f64, fits: [&Fit; 2]) -> Vec<bool> {
+pub(crate) fn outlying_windows(limit: f64, fits: [&Fit; 2]) -> Vec<bool> {
     let [base, best] = fits.map(|fit| &fit.misfits);
     let beyond = |[misfit, freedom]: &[f64; 2]| misfit > &(limit * freedom);
     base.iter().zip(best).map(|(a, b)| beyond(a) && beyond(b)).collect()

@@ -6,7 +6,7 @@ use crate::model::Model;
 use crate::numbers::{Numbers, memory};
 use crate::source::Data;
 use augsim_data::Limit;
-use augsim_physics::ball::paper_law::DropDistribution;
+use augsim_physics::ball::drop_distribution::DropDistribution;
 use augsim_physics::model::ModelFile;
 use augsim_physics::push::Pose;
 use augsim_physics::push::laboratory::{PushDesign, PushRecipe};

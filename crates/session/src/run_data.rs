@@ -7,7 +7,7 @@ use anyhow::Context;
 use augsim_data::checks::{CheckedData, ExpectedData, Warning, check_data};
 use augsim_data::push::resample;
 use augsim_data::{DataError, Dataset, MissingCells};
-use augsim_physics::ball::paper_law::{self, DropDistribution, check_rate};
+use augsim_physics::ball::drop_distribution::{self, DropDistribution, check_rate};
 use augsim_physics::push::laboratory::{self, PushDesign, SUPPORTS, SupportSheet};
 use augsim_physics::push::{OBJECTS, Object};
 use augsim_trainer::push::{Subsampling, pushes};
@@ -18,7 +18,7 @@ pub const PUBLISHED_RATE_HZ: f64 = 250.0;
 
 /// The engine of the paper's bouncing-ball experiment: restitution 0.65, Bullet's damping, 60 Hz.
 pub fn published_predictor() -> Engine {
-    Engine::PybulletBall(paper_law::published_predictor())
+    Engine::PybulletBall(drop_distribution::published_predictor())
 }
 
 /// Reads or generates the data set of a source, and checks that it has the engine's step.

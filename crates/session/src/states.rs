@@ -4,7 +4,7 @@ use crate::DataFrom;
 use anyhow::Context;
 use augsim_data::{Dataset, Trajectory};
 use augsim_discovery::resample_uniformly;
-use augsim_physics::ball::paper_law::check_rate;
+use augsim_physics::ball::drop_distribution::check_rate;
 use augsim_physics::model::ModelFile;
 use augsim_trainer::Engine;
 

@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 
 /// Outcome of an attempt.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Ended {
+pub enum AttemptOutcome {
     /// The task has a result.
     Done {
         /// Whether the criterion of the task is met; `true` without a criterion.
@@ -77,16 +77,16 @@ impl Runner {
         task: &Task,
         threads: Option<u16>,
         keeper: &CheckpointGuard,
-    ) -> anyhow::Result<Ended> {
+    ) -> anyhow::Result<AttemptOutcome> {
         let kept = || {
             let result = self.store.result(&task.id);
-            result.map(|r| Ended::Done { criterion_met: r.criterion_met, kept: true })
+            result.map(|r| AttemptOutcome::Done { criterion_met: r.criterion_met, kept: true })
         };
         if let Some(done) = kept() {
             return Ok(done);
         }
         let TaskLock::Acquired(lock) = self.store.lock_task(&task.id)? else {
-            return Ok(Ended::RunsElsewhere);
+            return Ok(AttemptOutcome::RunsElsewhere);
         };
         // The previous lock holder may have completed the task.
         if let Some(done) = kept() {
@@ -99,15 +99,15 @@ impl Runner {
         let (code, error) = match ended {
             Ok(CommandEnd::Result { criterion_met, result }) => {
                 self.store.write_result(task, criterion_met, result)?;
-                return Ok(Ended::Done { criterion_met, kept: false });
+                return Ok(AttemptOutcome::Done { criterion_met, kept: false });
             }
-            Ok(CommandEnd::Stopped) => return Ok(Ended::Stopped),
+            Ok(CommandEnd::Stopped) => return Ok(AttemptOutcome::Stopped),
             Ok(CommandEnd::Failed { code, error }) => (code, error),
             Err(e) => (if e.is::<SweepFault>() { 2 } else { 3 }, format!("{e:#}")),
         };
         let failure = Failure { id: task.id.clone(), code, error };
         self.store.write_failure(&failure)?;
-        Ok(Ended::Failed(failure))
+        Ok(AttemptOutcome::Failed(failure))
     }
 
     /// Checks that the version of augsim and the inputs are those of the plan.

@@ -132,7 +132,7 @@ impl SweptCommand {
             line.push("--resume".to_owned());
         }
         let mut positional_values: BTreeMap<&str, Vec<String>> = BTreeMap::new();
-        let set = settings.iter().map(|(name, value)| (name, value.words()));
+        let set = settings.iter().map(|(name, value)| (name, value.command_line_words()));
         let read = inputs.iter().map(|(name, path)| (name, vec![path.clone()]));
         for (name, words) in set.chain(read) {
             match self.options.get(name).map(|option| option.kind) {

@@ -41,9 +41,9 @@ pub enum Value {
 
 impl Value {
     /// Returns the values as command line words.
-    pub fn words(&self) -> Vec<String> {
+    pub fn command_line_words(&self) -> Vec<String> {
         match self {
-            Value::Several(all) => all.iter().flat_map(Value::words).collect(),
+            Value::Several(all) => all.iter().flat_map(Value::command_line_words).collect(),
             one => vec![one.to_string()],
         }
     }

@@ -1,6 +1,6 @@
 //! `sweep run`: runs one task, several tasks or all tasks on this machine.
 
-use super::attempt::{Ended, Runner};
+use super::attempt::{AttemptOutcome, Runner};
 use super::clap_options::Program;
 use super::failed::TaskFailed;
 use super::fault::SweepFault;
@@ -111,7 +111,7 @@ struct Ledger {
     waiting: VecDeque<Waiting>,
     running: usize,
     failed: usize,
-    ended: BTreeMap<usize, Ended>,
+    ended: BTreeMap<usize, AttemptOutcome>,
     stopped: bool,
 }
 
@@ -149,15 +149,15 @@ impl<'a> Work<'a> {
             Run { tasks: self.tasks, done: 0, kept: 0, criterion_not_met: 0, failed: BTreeMap::new() };
         for (index, ended) in ledger.ended {
             match ended {
-                Ended::Done { criterion_met, kept } => {
+                AttemptOutcome::Done { criterion_met, kept } => {
                     run.done += 1;
                     run.kept += usize::from(kept);
                     run.criterion_not_met += usize::from(!criterion_met);
                 }
-                Ended::Failed(failure) => {
+                AttemptOutcome::Failed(failure) => {
                     run.failed.insert(index, failure);
                 }
-                Ended::Stopped | Ended::RunsElsewhere => {}
+                AttemptOutcome::Stopped | AttemptOutcome::RunsElsewhere => {}
             }
         }
         if ledger.stopped {
@@ -199,7 +199,7 @@ impl<'a> Work<'a> {
                 }
                 let next_task = ledger.waiting.pop_front();
                 ledger.running += usize::from(next_task.is_some());
-                steps.tell(format!(
+                steps.show_step(format!(
                     "{} of {} tasks, {} running, {} failed",
                     ledger.ended.len(),
                     self.tasks,
@@ -215,7 +215,7 @@ impl<'a> Work<'a> {
             // An error that prevents one worker from writing results affects the others as well.
             ledger.stopped |= ended.is_err();
             match ended? {
-                Ended::RunsElsewhere => {
+                AttemptOutcome::RunsElsewhere => {
                     elsewhere += 1;
                     ledger.waiting.push_back(waiting);
                     let waiting_tasks = ledger.waiting.len();
@@ -228,14 +228,14 @@ impl<'a> Work<'a> {
                     }
                     continue;
                 }
-                Ended::Stopped => ledger.stopped = true,
-                Ended::Failed(failure) if failure.code > 128 && waiting.attempts + 1 < self.attempts => {
+                AttemptOutcome::Stopped => ledger.stopped = true,
+                AttemptOutcome::Failed(failure) if failure.code > 128 && waiting.attempts + 1 < self.attempts => {
                     waiting.attempts += 1;
                     output.note(format!("task {}: {}; retrying", waiting.index, failure.error));
                     ledger.waiting.push_back(waiting);
                 }
                 ended => {
-                    ledger.failed += usize::from(matches!(ended, Ended::Failed(_)));
+                    ledger.failed += usize::from(matches!(ended, AttemptOutcome::Failed(_)));
                     ledger.ended.insert(waiting.index, ended);
                 }
             }

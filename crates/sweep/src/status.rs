@@ -50,7 +50,7 @@ pub fn status(plan: &Path, output: &Output) -> anyhow::Result<Outcome> {
 
 fn read_status(plan: &Plan) -> anyhow::Result<Status> {
     let store = Store::of(&plan.folder);
-    let (with_result, with_failure, begun) = (store.with_result(), store.with_failure(), store.begun());
+    let (with_result, with_failure, begun) = (store.with_result(), store.with_failure(), store.started());
     let mut status = Status {
         tasks: plan.shared.tasks,
         done: 0,

@@ -168,7 +168,7 @@ impl Store {
     }
 
     /// Returns the ids of started tasks.
-    pub fn begun(&self) -> BTreeSet<String> {
+    pub fn started(&self) -> BTreeSet<String> {
         names(&self.0.join("work"), "")
     }
 

@@ -98,7 +98,7 @@ impl Steps {
     }
 
     /// Shows a step whose text changes, without a fraction.
-    pub fn tell(&self, step: String) {
+    pub fn show_step(&self, step: String) {
         self.set_step(step, 0.0);
     }
 

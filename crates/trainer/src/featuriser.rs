@@ -30,7 +30,7 @@ impl<'a> Featuriser<'a> {
     ///
     /// # Errors
     /// [`TrainerError::Setting`] if roll-outs are to be corrected and the engine is not one of pushing.
-    pub fn of(settings: &'a Settings) -> Result<Self, TrainerError> {
+    pub fn for_settings(settings: &'a Settings) -> Result<Self, TrainerError> {
         if let Some(class) = settings.recipe.class() {
             return Ok(Featuriser::Class(class.inputs, settings));
         }

@@ -222,7 +222,7 @@ mod tests {
     use crate::nets::Net;
     use augsim_data::random_stream;
     use augsim_nn::Params;
-    use augsim_physics::ball::paper_law::published_predictor;
+    use augsim_physics::ball::drop_distribution::published_predictor;
 
     fn settings(recipe: Recipe, hidden: usize, layers: usize, latent: usize) -> Settings {
         let paper = Settings::new(recipe, 10, 1, Engine::PybulletBall(published_predictor()));

@@ -108,8 +108,8 @@ impl Training {
         }
         check_columns(&settings.engine, &train.columns, &train.action_columns)?;
         let scales = match cut_records(&settings, train) {
-            Some(segments) => Featuriser::of(&settings)?.fit(&segments.train),
-            None => Featuriser::of(&settings)?.fit(train),
+            Some(segments) => Featuriser::for_settings(&settings)?.fit(&segments.train),
+            None => Featuriser::for_settings(&settings)?.fit(train),
         };
         let mut params = Params::new(random_stream(settings.seed, "init", 0));
         Net::new(&settings, train.state_dim(), &mut params);
@@ -149,7 +149,7 @@ impl Training {
         }
         check_columns(&state.settings.engine, &state.columns, &train.action_columns)?;
         let (net, params) = rebuild_net(&state)?;
-        let featuriser = Featuriser::of(&state.settings)?;
+        let featuriser = Featuriser::for_settings(&state.settings)?;
         let fit_data = net.is_fitted().then(|| train.clone());
         let segments = cut_records(&state.settings, train);
         let train_set = segments.as_ref().map_or(train, |segments| &segments.train);

@@ -78,7 +78,7 @@ fn examine(path: &Path, read: Result<Dataset, DataError>) -> Verdict {
         Ok(data) => data,
         Err(e) => return refusal(path, &e),
     };
-    drop(Summary::of(&data));
+    drop(Summary::from_dataset(&data));
     if data.trajectories().is_empty() {
         return Verdict::AcceptedChecks;
     }
@@ -186,7 +186,7 @@ fn written_data(path: &Path) -> Verdict {
     match read {
         Err(e) => refusal(path, &e),
         Ok(data) => {
-            drop(Summary::of(&data));
+            drop(Summary::from_dataset(&data));
             Verdict::AcceptedChecks
         }
     }

@@ -8,7 +8,7 @@ use crate::reader::Files;
 use anyhow::Context;
 use augsim_data::{Dataset, MissingCells, read_csv, write_npz};
 use augsim_nn::{Init, Params, checkpoint, weights};
-use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
+use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
 use augsim_trainer::{Engine, NetSettings, Recipe, Sequences, Settings, Training};
 use std::fs;
 use std::path::{Path, PathBuf};

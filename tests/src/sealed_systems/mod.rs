@@ -12,4 +12,4 @@ mod simulate;
 pub use laws::{Law, grammar_laws, library_laws, unlisted_laws};
 pub use plants::{PLANTS, Plant};
 pub use score::{Kind, Row, Summary, run, truth};
-pub use simulate::{Drawn, draw};
+pub use simulate::{GeneratedSet, draw};

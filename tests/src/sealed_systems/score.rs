@@ -216,7 +216,7 @@ fn score(
         let amount = effects[0]["parameters"].as_object().into_iter().flatten().next();
         if let Some(ci) = amount.and_then(|(_, e)| e["ci95"].as_array())
             && let (Some(low), Some(high)) = (ci[0].as_f64(), ci[1].as_f64())
-            && let Some(value) = super::simulate::amount(plant, &truth[0].0, amounts[0], seed)
+            && let Some(value) = super::simulate::coefficient(plant, &truth[0].0, amounts[0], seed)
         {
             summary.covered.1 += 1;
             summary.covered.0 += usize::from((low..=high).contains(&value));

@@ -14,7 +14,7 @@ const HOLD_SAMPLES: usize = 12;
 
 /// A generated set.
 #[derive(Debug)]
-pub struct Drawn {
+pub struct GeneratedSet {
     /// Text of the data file.
     pub csv: String,
     /// Coefficient of each effect, in the unit of the rate.
@@ -22,7 +22,7 @@ pub struct Drawn {
 }
 
 /// Generates a set of `plant` with `laws`, each with its size relative to the RMS of the equation's rate.
-pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> Drawn {
+pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> GeneratedSet {
     let starts = starts(plant, seed);
     let Sizes { undisturbed, rate, x, v } = Sizes::of(plant, &starts);
     let (equation, law_state) = plant.law_equation;
@@ -49,7 +49,7 @@ pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> Drawn {
         .map(|normal| plant.process_noise * rate * normal)
         .collect();
     let term = |state: &[f64], _: f64, time: f64| {
-        let effects = laws.iter().zip(&amounts).map(|((law, _), amount)| amount * value(law, state, time));
+        let effects = laws.iter().zip(&amounts).map(|((law, _), amount)| coefficient * value(law, state, time));
         effects.sum::<f64>() + process_noise[(time / (plant.size.2 * HOLD_SAMPLES as f64)) as usize]
     };
     let mut rng = random_stream(seed, "sealed system noise", 0);
@@ -69,24 +69,24 @@ pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> Drawn {
             csv.push('\n');
         }
     }
-    Drawn { csv, amounts }
+    GeneratedSet { csv, amounts }
 }
 
 /// The coefficient of a library effect in the convention of its kind, from that in units of the plant's
 /// sizes.
 ///
 /// `None` for effects that are not polynomials of one quantity.
-pub fn amount(plant: &Plant, law: &Law, amount: f64, seed: u64) -> Option<f64> {
+pub fn coefficient(plant: &Plant, law: &Law, amount: f64, seed: u64) -> Option<f64> {
     let Sizes { x, v, .. } = Sizes::of(plant, &starts(plant, seed));
     let size = if law.depends_on_speed { v } else { x };
     let power = match law.name {
-        "constant" => return Some(-amount),
+        "constant" => return Some(-coefficient),
         "asymmetric-damping" => 1,
         "quadratic-damping" | "asymmetric-stiffness" | "leak-square" => 2,
         "cubic-damping" | "cubic-stiffness" => 3,
         _ => return None,
     };
-    Some(amount / size.powi(power))
+    Some(coefficient / size.powi(power))
 }
 
 /// Runs of a plant without effects, and typical sizes in them.

@@ -18,7 +18,7 @@ const BUMP: (usize, f64) = (3, 8.0);
 
 /// A generated set.
 #[derive(Debug)]
-pub struct Drawn {
+pub struct GeneratedSet {
     /// Text of the model file.
     pub model: String,
     /// Text of the data file.
@@ -26,7 +26,7 @@ pub struct Drawn {
 }
 
 /// Generates a set of a plant from its seed.
-pub fn draw(plant: &Plant, kind: &Kind, seed: u64) -> Drawn {
+pub fn draw(plant: &Plant, kind: &Kind, seed: u64) -> GeneratedSet {
     let mut recordings = recordings(plant, kind, seed);
     let mut rng = random_stream(seed, "trap log", 0);
     if let Trap::Logging(fault) = kind.trap {
@@ -39,7 +39,7 @@ pub fn draw(plant: &Plant, kind: &Kind, seed: u64) -> Drawn {
             recording.times.iter_mut().skip(1).for_each(add_jitter);
         }
     }
-    Drawn { model: plant.model(kind), csv: table(plant, kind, &recordings) }
+    GeneratedSet { model: plant.model(kind), csv: table(plant, kind, &recordings) }
 }
 
 /// Conditions without any peculiarity.

@@ -16,7 +16,7 @@ mod plants;
 mod run;
 mod simulate;
 
-pub use draw::{Drawn, draw};
+pub use draw::{GeneratedSet, draw};
 pub use judge::{Answer, Judgement, judge};
 pub use kinds::{Class, Defect, KINDS, Kind, Layout, Logging, Noise, Trap};
 pub use plants::{Law, PLANTS, Plant};

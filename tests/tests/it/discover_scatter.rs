@@ -4,7 +4,7 @@
 use augsim_data::{Dataset, Trajectory, random_stream};
 use augsim_discovery::{Discovery, Options, discover};
 use augsim_physics::ball::bullet::{BulletBall, BulletState};
-use augsim_physics::ball::paper_law::DropDistribution;
+use augsim_physics::ball::drop_distribution::DropDistribution;
 use augsim_physics::model::Model;
 
 /// Gravity and a constant restitution; the deviation of a position is a tolerance for the engine's steps.

@@ -2,7 +2,7 @@
 //! that does not know the height to a hair forecasts the rest all the same: behind ten rows after the rebound as well as behind
 //! any other drop.
 use augsim_data::random_stream;
-use augsim_physics::ball::paper_law::DropDistribution;
+use augsim_physics::ball::drop_distribution::DropDistribution;
 use augsim_trainer::filter::{
     FilterSettings, InitialStatePrior, RandomRestitution, Sensor, evaluate_filtered, same_prefix_lengths,
 };

@@ -3,7 +3,7 @@
 
 use crate::shared_data::shared_data;
 use augsim_data::{Dataset, read_legacy_ball};
-use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
+use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
 use augsim_trainer::models::{Physics, Zero};
 use augsim_trainer::{Engine, Forecaster, Sequences, evaluate_forecast};
 

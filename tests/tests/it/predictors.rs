@@ -4,7 +4,7 @@
 //! calibrated: their median is better than a single one of them, and no average forecast beats them.
 
 use augsim_physics::ball::bullet::BulletBall;
-use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
+use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
 use augsim_trainer::models::{ExactDistribution, NetModel, Physics, Zero};
 use augsim_trainer::score::{Score, Scoring, score};
 use augsim_trainer::{

@@ -350,7 +350,7 @@ fn unfit_data_and_settings_are_refused() {
         text.contains("the engine has the actions pusher_x_m, pusher_y_m, t_s, but the data have "),
         "{text}"
     );
-    let ball = Engine::PybulletBall(augsim_physics::ball::paper_law::published_predictor());
+    let ball = Engine::PybulletBall(augsim_physics::ball::drop_distribution::published_predictor());
     let text =
         refused(Training::new(Settings { engine: ball.clone(), ..settings(Recipe::NeuralPlus) }, &pushes));
     let rule = "needs an engine of an object pushed by a rod; use `step` for other engines";

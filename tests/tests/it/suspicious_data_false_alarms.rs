@@ -7,7 +7,7 @@ use crate::shared_data::{shared_data, workspace};
 use augsim_data::checks::{ExpectedData, run_checks};
 use augsim_data::convert::CONVERTERS;
 use augsim_data::{Dataset, MissingCells, random_stream, read_dataset};
-use augsim_physics::ball::paper_law::DropDistribution;
+use augsim_physics::ball::drop_distribution::DropDistribution;
 use augsim_physics::model::{Model, ModelFile, PushModel};
 use augsim_tests::sealed::{draw, seal};
 use augsim_tests::sealed_push::{draw_push, seal_pushes};

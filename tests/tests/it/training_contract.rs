@@ -6,7 +6,7 @@
 
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params, checkpoint};
-use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
+use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
 use augsim_tensor::simd::Level;
 use augsim_tensor::{Scalar, Tape, TensorError};
 use augsim_tests::random::normals;

@@ -2,7 +2,7 @@
 //! columns that it names; and each peculiarity changes the set. The battery itself runs the binary and is a command of its own
 //! (`discover_battery traps`).
 use augsim_equations::model;
-use augsim_tests::traps::{Class, Defect, Drawn, KINDS, Kind, Logging, Noise, PLANTS, Plant, Trap, draw};
+use augsim_tests::traps::{Class, Defect, GeneratedSet, KINDS, Kind, Logging, Noise, PLANTS, Plant, Trap, draw};
 
 /// Plants with every kind.
 fn pairs() -> impl Iterator<Item = (&'static Plant, &'static Kind)> {
@@ -10,7 +10,7 @@ fn pairs() -> impl Iterator<Item = (&'static Plant, &'static Kind)> {
 }
 
 /// Cells of a table by rows, without its head.
-fn rows(drawn: &Drawn) -> impl Iterator<Item = Vec<&str>> {
+fn rows(drawn: &GeneratedSet) -> impl Iterator<Item = Vec<&str>> {
     drawn.csv.lines().skip(1).map(|line| line.split(',').collect())
 }
 

@@ -178,7 +178,7 @@ fn from_built_in(spec: &EffectSpec) -> Listed {
         kind: effect.kind,
         place: effect.place,
         formula: effect.formula,
-        needs: spec.needs.words(),
+        needs: spec.needs.description(),
         stands_for: effect.equivalent_causes,
         source: effect.source,
     }

@@ -68,7 +68,7 @@ pub fn inspect(file: &Path, model: Option<&Path>, output: &Output) -> anyhow::Re
         let findings = result.findings.iter().map(|f| f.to_string()).collect();
         Checked { check: result.check, looks_for: result.looks_for, outcome, findings }
     });
-    Ok(Inspection { checks: checks.collect(), summary: Summary::of(&data) })
+    Ok(Inspection { checks: checks.collect(), summary: Summary::from_dataset(&data) })
 }
 
 impl fmt::Display for Inspection {

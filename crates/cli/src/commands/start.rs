@@ -169,7 +169,7 @@ fn next(recording: &RecordingKind, data: &Path, model: Option<&Path>) -> String 
 fn start_text(result: &StartResult, data: &Dataset, recording: &RecordingKind) -> String {
     let mut lines = result.assumed.clone();
     lines.truncate(5);
-    let summary = Summary::of(data);
+    let summary = Summary::from_dataset(data);
     let mut what =
         format!("{}: {} trajectories, {} samples", result.recording, result.trajectories, result.samples);
     if let Some(s) = summary.sampling {

@@ -58,7 +58,7 @@ pub fn read_push_dataset(path: &Path) -> Result<Dataset, DataError> {
 }
 
 /// [`read_push_dataset`] of a file whose bytes were read; `path` gives the trial's name.
-pub(crate) fn push_dataset_of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Dataset, DataError> {
+pub(crate) fn read_push_dataset_bytes(path: &Path, bytes: Vec<u8>) -> Result<Dataset, DataError> {
     let mut trials = Vec::new();
     add_trials(path, bytes, &mut trials)?;
     dataset(path, check_trials(path, trials)?)

@@ -28,7 +28,7 @@ mod trial;
 mod trial_name;
 pub(crate) mod union_clock;
 
-pub(crate) use collection::push_dataset_of_bytes;
+pub(crate) use collection::read_push_dataset_bytes;
 pub use collection::{read_push_dataset, read_push_trials};
 pub use error::PushError;
 pub use fault::{FilePart, NameFault, StreamLayout};

@@ -236,7 +236,7 @@ fn converted_slider_runs_have_no_gaps_and_plausible_rates() {
         assert!(get("x_m").windows(2).all(|w| (w[1] - w[0]).abs() < 0.01), "{}", t.id());
         assert_eq!(t.time_s()[0], 0.0);
     }
-    let streams = Summary::of(&data).streams;
+    let streams = Summary::from_dataset(&data).streams;
     let rates: Vec<_> = streams.iter().map(|s| (s.name.as_str(), s.median_rate_hz.unwrap_or(0.0))).collect();
     assert!(
         matches!(rates[..], [("pusher", a), ("object", b)] if (a - 250.0).abs() < 5.0 && (b - 250.0).abs() < 5.0)

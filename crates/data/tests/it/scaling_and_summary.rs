@@ -74,7 +74,7 @@ column      unit          min         mean          max           sd  missing
 height_m       m            0            3            5       1.9149        1
 mass_kg       kg         0.05         0.05         0.05            0        0  constant in each trajectory
 ";
-    let summary = Summary::of(&drops().with_path("drops.csv"));
+    let summary = Summary::from_dataset(&drops().with_path("drops.csv"));
     assert_eq!(summary.to_string(), expected);
     let json = serde_json::to_value(&summary).unwrap();
     assert_eq!(json["columns"][0]["statistics"]["mean"], 3.0);
@@ -87,9 +87,9 @@ fn rounded_times_are_regular_and_an_empty_set_has_a_summary() {
     let time: Vec<f64> = (0..100).map(|i| (f64::from(i) / 60.0 * 1e5_f64).round() / 1e5).collect();
     let rows = vec![Trajectory::new("a", time, vec![vec![f64::NAN; 100]]).unwrap()];
     let set = Dataset::from_names(&["x_m"], rows).unwrap();
-    let sampling = Summary::of(&set).sampling.unwrap();
+    let sampling = Summary::from_dataset(&set).sampling.unwrap();
     assert!(sampling.regular && sampling.gaps == 0);
     assert!((sampling.median_rate_hz - 60.0).abs() < 0.05);
-    assert!(Summary::of(&set).to_string().contains("nothing measured      100"));
-    assert!(Summary::of(&set.select(&[])).to_string().contains("0 trajectories, 0 samples"));
+    assert!(Summary::from_dataset(&set).to_string().contains("nothing measured      100"));
+    assert!(Summary::from_dataset(&set.select(&[])).to_string().contains("0 trajectories, 0 samples"));
 }

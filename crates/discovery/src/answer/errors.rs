@@ -11,7 +11,7 @@ use crate::fit::{Fit, fit_nuisance, merge_nuisances};
 use crate::free_runs::{FreeRuns, mean_error};
 use crate::prepare::Prepared;
 use crate::records::View;
-use crate::residuals::{self, left_out};
+use crate::residuals::{self, outlying_windows};
 use crate::score::Scored;
 use crate::search::{Search, SearchResult, refit_on, repeat_choice};
 use rayon::prelude::*;
@@ -96,7 +96,7 @@ fn predicted(prepared: &Prepared, records: &[usize], [base, best]: [&Fit; 2], se
     let held = with_nuisances(best);
     let limit = forecast_limit(prepared, &held);
     let excluded =
-        if limit.is_finite() { left_out(limit, [&with_nuisances(base), &held]) } else { Vec::new() };
+        if limit.is_finite() { outlying_windows(limit, [&with_nuisances(base), &held]) } else { Vec::new() };
     let lists = ForecastErrors::of(&sample, [base, best], &held, &excluded, seed);
     let free_runs = FreeRuns::new(&sample).map(|runs| [base, best].map(|fit| summed(runs.squares(fit))));
     Predicted { lists, free_runs, found: Vec::new() }

@@ -224,7 +224,7 @@ impl<'a> ProblemBuilder<'a> {
     fn slopes(&self, batch: &[(&Addition, Vec<f64>)]) -> Vec<(ColumnGroup, Columns)> {
         batch.iter().for_each(|_| self.places.sample.data.work.count_score());
         let h = &self.at.fit.hypothesis;
-        let laws: Vec<ModelTerm> = batch.iter().filter_map(|(a, _)| a.law()).collect();
+        let laws: Vec<ModelTerm> = batch.iter().filter_map(|(a, _)| a.term()).collect();
         let Ok(system) = h.system.augmented(&laws) else { return Vec::new() };
         let values: Vec<f64> = batch.iter().flat_map(|(_, point)| point.iter().copied()).collect();
         let first = h.system.parameters().len();
@@ -285,7 +285,7 @@ impl<'a> ProblemBuilder<'a> {
             .collect();
         let change = |(addition, point): &(&Addition, Vec<f64>)| {
             self.places.sample.data.work.count_score();
-            let system = h.system.augmented(&[addition.law()?]).ok()?;
+            let system = h.system.augmented(&[addition.term()?]).ok()?;
             let first = h.system.parameters().len();
             let total = self.places.change(self.rows, &*system, first, point);
             let slopes = self.places.columns(self.rows, &*system, first, point);

@@ -4,7 +4,7 @@ use super::bootstrap::{FalsePositives, Resamples, false_positive_rate, resamples
 use crate::addition::{Addition, labels};
 use crate::columns::LinearProblem;
 use crate::score::Scored;
-use crate::search::{Search, SearchResult, p_values_beside};
+use crate::search::{Search, SearchResult, p_values_given};
 
 /// Minimum share of resamples in which a finding, or an equivalent one, must be selected. The penalty in
 /// resamples is reduced so that a finding at the limit of the search reaches this share.
@@ -174,7 +174,7 @@ fn q_values(
     let set = found.sets[named].additions();
     let fitted: Vec<usize> =
         problem.fitted.iter().copied().filter(|g| set.contains(&problem.groups[*g].addition)).collect();
-    let mut p_values = p_values_beside(problem, &fitted);
+    let mut p_values = p_values_given(problem, &fitted);
     p_values.extend(named_p);
     p_values.sort_by(f64::total_cmp);
     let count = candidates.max(p_values.len() as f64);

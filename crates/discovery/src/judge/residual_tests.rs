@@ -8,7 +8,7 @@ use crate::random_effect_test::RandomEffectEstimate;
 use crate::record::Record;
 use crate::score::Scored;
 use crate::search::{
-    ALPHA, InitialValues, Penalty, Search, SearchResult, differences, p_values_beside, select,
+    ALPHA, InitialValues, Penalty, Search, SearchResult, differences, p_values_given, select,
 };
 use crate::statistics::{chi2_tail, median};
 use rayon::prelude::*;
@@ -37,7 +37,7 @@ pub(crate) struct ResidualTests {
 
 impl ResidualTests {
     /// Whether no test is significant (p-value 0.001).
-    pub fn is_nothing(&self) -> bool {
+    pub fn none_is_significant(&self) -> bool {
         [self.library, self.laws, self.records, self.periodicity].iter().all(|p| *p > ALPHA / 10.0)
     }
 }
@@ -52,7 +52,7 @@ pub(crate) fn test_residuals(
 ) -> ResidualTests {
     let sample = search.sample();
     let problem = LinearProblem::new(&sample, &search.view.blocks, set, &search.library);
-    let tested = p_values_beside(&problem, &problem.fitted);
+    let tested = p_values_given(&problem, &problem.fitted);
     let best = tested.iter().copied().fold(1.0, f64::min);
     let parts = match random_effect {
         Some(estimated) => estimated.parts.clone(),

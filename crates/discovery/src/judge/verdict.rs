@@ -11,7 +11,7 @@ use augsim_physics::model::Per;
 const BOUND_SHARE: f64 = 1e-6;
 
 /// Reason for which the findings are withdrawn.
-pub(crate) enum Doubt {
+pub(crate) enum WithdrawalReason {
     /// The data are not from the declared system; with the explanation.
     NotThisSystem(String),
     /// The chosen set predicts no better than the calibrated model.
@@ -20,7 +20,7 @@ pub(crate) enum Doubt {
 
 /// Verdict from whether effects are named, whether a tabulated effect was found, and the residual tests.
 pub(crate) fn verdict(is_named: bool, has_table: bool, left: &ResidualTests) -> Verdict {
-    match (is_named, has_table || !left.is_nothing()) {
+    match (is_named, has_table || !left.none_is_significant()) {
         (true, false) => Verdict::Explained,
         (true, true) => Verdict::PartlyExplained,
         (false, true) => Verdict::Unknown,
@@ -29,9 +29,9 @@ pub(crate) fn verdict(is_named: bool, has_table: bool, left: &ResidualTests) -> 
 }
 
 /// Reason why the data are not from the declared system, checked before any fit.
-pub(crate) fn doubt_from_data(prepared: &Prepared) -> Option<String> {
+pub(crate) fn reason_from_data(prepared: &Prepared) -> Option<String> {
     let data = &prepared.data;
-    data.system.reject_as_other_system(&data.system_records(), &prepared.noise.sd).map(|objection| objection.to_string())
+    data.system.foreign_records_objection(&data.system_records(), &prepared.noise.sd).map(|objection| objection.to_string())
 }
 
 /// Values of all parameters of the system after a fit; groupwise values as their mean.
@@ -48,13 +48,13 @@ fn values(fit: &Fit) -> Vec<f64> {
 }
 
 /// Rejects fitted values that are implausible for the system or at a bound.
-pub(crate) fn doubt_from_values(fit: &Fit) -> Option<Doubt> {
+pub(crate) fn reason_from_values(fit: &Fit) -> Option<WithdrawalReason> {
     let h = &fit.hypothesis;
-    if let Some(objection) = h.system.check_plausible_values(&values(fit)) {
-        return Some(Doubt::NotThisSystem(objection.to_string()));
+    if let Some(objection) = h.system.implausible_values_objection(&values(fit)) {
+        return Some(WithdrawalReason::NotThisSystem(objection.to_string()));
     }
     let (name, bound) = at_bound(h, &fit.theta)?;
-    Some(Doubt::NotThisSystem(format!(
+    Some(WithdrawalReason::NotThisSystem(format!(
         "the fitted value of `{name}` is at its bound {bound}: if values beyond it are possible, widen the bound in the model file; otherwise \
          check the units, the signs, and that the recording is of the declared system"
     )))
@@ -62,16 +62,16 @@ pub(crate) fn doubt_from_values(fit: &Fit) -> Option<Doubt> {
 
 /// Rejects predictions that are worse than the mean of the data, or findings that increase the error;
 /// `spread` is the standard deviation of the deciding measure, `display` its display unit and factor.
-pub(crate) fn doubt_from_errors(
+pub(crate) fn reason_from_errors(
     error: &ErrorTable,
     spread: f64,
-    adds: bool,
+    has_additions: bool,
     display: (&str, f64),
-) -> Option<Doubt> {
+) -> Option<WithdrawalReason> {
     let (unit, scale) = display;
-    let best = if adds { error.augmented.rmse.min(error.calibrated.rmse) } else { error.calibrated.rmse };
+    let best = if has_additions { error.augmented.rmse.min(error.calibrated.rmse) } else { error.calibrated.rmse };
     if best > spread && best > error.noise_floor.rmse {
-        return Some(Doubt::NotThisSystem(format!(
+        return Some(WithdrawalReason::NotThisSystem(format!(
             "the calibrated model predicts the records worse than their mean does: its error is {:.3} {unit}, their standard deviation \
              {:.3} {unit}; check the units, the signs, and that the recording is of the declared system",
             scale * error.calibrated.rmse,
@@ -79,7 +79,7 @@ pub(crate) fn doubt_from_errors(
         )));
     }
     // An interval below 0 is a significant increase of the error.
-    (adds && error.reduction.ci95[1] < 0.0).then_some(Doubt::DoesNotHelp)
+    (has_additions && error.reduction.ci95[1] < 0.0).then_some(WithdrawalReason::DoesNotHelp)
 }
 
 /// Name and bound of the first declared parameter at a non-zero bound; at 0 a term is merely absent.

@@ -61,7 +61,7 @@ impl Blocks {
 #[cfg(test)]
 impl Blocks {
     /// Blocks without samples, for tests.
-    pub fn apart(count: usize) -> Self {
+    pub fn without_samples(count: usize) -> Self {
         Self { count, are_adjacent: false, block_of: Vec::new() }
     }
 }

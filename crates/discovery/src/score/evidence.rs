@@ -350,7 +350,7 @@ mod tests {
         let theta = fitted(rows, |_| true);
         let left = |(x, r, b): &Row| (x.clone(), r - x[0] * theta[0] - x[1] * theta[1], *b);
         let rows: Vec<Row> = rows.iter().map(left).collect();
-        Evidence::new(&Rows::of_linear_model(&rows), &Blocks::apart(BLOCKS), &[false; 2], &[0.0; 2])
+        Evidence::new(&Rows::of_linear_model(&rows), &Blocks::without_samples(BLOCKS), &[false; 2], &[0.0; 2])
     }
 
     #[test]

@@ -53,7 +53,7 @@ impl Scored {
     /// more knots than blocks can resolve. `without` is the evidence of the set without an addition.
     pub fn p_values<'s>(&self, without: &dyn Fn(usize) -> Option<&'s Evidence>) -> Vec<f64> {
         (0..self.additions().len())
-            .map(|number| match self.amounts(number) {
+            .map(|number| match self.coefficients(number) {
                 Some((entries, off)) => self.p_value_of_coefficients(&entries, &off, without(number)),
                 None => without(number).map_or(1.0, |less| match &self.additions()[number] {
                     Addition::Scatter(_) => self.evidence.p_value_bound(less),
@@ -132,12 +132,12 @@ impl Scored {
     /// Whether an addition is judged by its gain over blocks; its penalty then already accounts for the
     /// number of candidates.
     pub fn is_judged_by_gain(&self, number: usize) -> bool {
-        self.amounts(number).is_none() && !matches!(self.additions()[number], Addition::Scatter(_))
+        self.coefficients(number).is_none() && !matches!(self.additions()[number], Addition::Scatter(_))
     }
 
     /// Entries of theta of an addition's coefficients, and their distances from null; `None` where the gain
     /// is judged.
-    fn amounts(&self, number: usize) -> Option<(Vec<usize>, Vec<f64>)> {
+    fn coefficients(&self, number: usize) -> Option<(Vec<usize>, Vec<f64>)> {
         let h = &self.fit.hypothesis;
         let range = h.entries_of_addition(number);
         match &h.additions[number] {

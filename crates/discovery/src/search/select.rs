@@ -93,7 +93,7 @@ pub(crate) fn p_values(problem: &LinearProblem, blocks: &[BlockSums], groups: &[
 }
 
 /// p-value of each group that is compatible with a set, when added to it.
-pub(crate) fn p_values_beside(problem: &LinearProblem, set: &[usize]) -> Vec<f64> {
+pub(crate) fn p_values_given(problem: &LinearProblem, set: &[usize]) -> Vec<f64> {
     let p_value = |g: usize| {
         let with = [set, &[g]].concat();
         p_values(problem, &problem.blocks, &with).pop().unwrap_or(1.0)

@@ -14,7 +14,7 @@
 use super::bullet::BulletState;
 pub use super::ensemble::Ensemble;
 use super::order_statistics::{median, partition_at_middle, weighted_median};
-use super::paper_law::{DropDistribution, check_rate};
+use super::drop_distribution::{DropDistribution, check_rate};
 use super::score::{BallScore, Estimate, Observation, ScoreError, TrajectoryError, observations};
 use augsim_data::{Dataset, random_stream};
 use rand_xoshiro::Xoshiro256PlusPlus;

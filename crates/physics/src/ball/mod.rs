@@ -15,7 +15,7 @@ pub mod floor;
 mod impact;
 mod objection;
 mod order_statistics;
-pub mod paper_law;
+pub mod drop_distribution;
 mod plausibility;
 mod preconditions;
 mod residual_axes;

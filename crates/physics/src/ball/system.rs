@@ -3,7 +3,7 @@
 use super::covariates;
 use super::designs::designs;
 use super::objection::{objection, too_few_heights};
-use super::plausibility::{implausible, unlike};
+use super::plausibility::{implausible, foreign_records_objection};
 use super::preconditions::Preconditions;
 use super::residual_axes::residual_axes;
 use super::scene::floor_height;
@@ -287,11 +287,11 @@ impl System for Ball {
         objection(&self.parameters, records, sd.last().copied().unwrap_or(0.0))
     }
 
-    fn reject_as_other_system(&self, records: &[&Record], sd: &[f64]) -> Option<Objection> {
-        unlike(&self.parameters, records, sd.last().copied().unwrap_or(0.0))
+    fn foreign_records_objection(&self, records: &[&Record], sd: &[f64]) -> Option<Objection> {
+        foreign_records_objection(&self.parameters, records, sd.last().copied().unwrap_or(0.0))
     }
 
-    fn check_plausible_values(&self, values: &[f64]) -> Option<Objection> {
+    fn implausible_values_objection(&self, values: &[f64]) -> Option<Objection> {
         implausible(&self.parameters, values)
     }
 

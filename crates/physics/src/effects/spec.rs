@@ -79,7 +79,7 @@ pub enum Needs {
 
 impl Needs {
     /// The required data as a phrase for reports; empty if none.
-    pub fn words(self) -> &'static str {
+    pub fn description(self) -> &'static str {
         match self {
             Needs::Nothing => "",
             Needs::Horizontal => "a horizontal coordinate (x_m)",

@@ -8,7 +8,7 @@
 use super::crossing::{Crossing, first_crossing};
 use super::equations::{At, Equations};
 use super::inputs::Inputs;
-use super::limits::{MOST_EVENTS, MOST_STEPS, Tolerance};
+use super::limits::{MAX_EVENTS, MAX_STEPS, Tolerance};
 use super::step::Step;
 use crate::system::{Offsets, Seed, Simulated, SimulationError, Task, seeded};
 use crate::{Dual, Scalar};
@@ -183,7 +183,7 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
         }
         let system = self.equations.schema().system.clone();
         if error.is_finite() {
-            Err(SimulationError::Steps { system, steps: MOST_STEPS, time_s })
+            Err(SimulationError::Steps { system, steps: MAX_STEPS, time_s })
         } else {
             Err(SimulationError::NotFinite { system, time_s })
         }
@@ -191,10 +191,10 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
 
     fn check_steps(&self, steps: usize, time_s: f64) -> Result<(), SimulationError> {
         let system = || self.equations.schema().system.clone();
-        if steps < MOST_STEPS {
+        if steps < MAX_STEPS {
             Ok(())
         } else {
-            Err(SimulationError::Steps { system: system(), steps: MOST_STEPS, time_s })
+            Err(SimulationError::Steps { system: system(), steps: MAX_STEPS, time_s })
         }
     }
 
@@ -327,7 +327,7 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
             self.step.begin(time, &states);
         }
         self.events += 1;
-        if self.events > MOST_EVENTS {
+        if self.events > MAX_EVENTS {
             return Err(self.too_many_events(time.value()));
         }
         Ok(())

@@ -1,9 +1,9 @@
 //! How exactly and how far a window is integrated.
 
 /// Most steps of one window, rejected ones included.
-pub(super) const MOST_STEPS: usize = 1_000_000;
+pub(super) const MAX_STEPS: usize = 1_000_000;
 /// Most events of one window.
-pub(super) const MOST_EVENTS: usize = 1_000;
+pub(super) const MAX_EVENTS: usize = 1_000;
 
 /// How exactly a step is taken: its local error stays below `absolute + relative |state|`, in the unit of the state.
 #[derive(Clone, Copy, Debug, PartialEq)]

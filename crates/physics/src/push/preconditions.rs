@@ -16,7 +16,7 @@ const MIN_COASTING_SD: f64 = 3.0;
 ///
 /// It cannot if the model already has it or an effect that excludes it, or if it needs coasting and the
 /// object coasts by less than the noise.
-pub(super) fn possible(
+pub(super) fn can_search_effect(
     effect: usize,
     parameters: &[Parameter],
     declares: &PushDeclaration,

@@ -7,7 +7,7 @@ use super::objection::{objection, too_short};
 use super::path::Recorded;
 use super::planar::Pose;
 use super::poses::simulate_poses;
-use super::preconditions::possible;
+use super::preconditions::can_search_effect;
 use super::segments;
 use super::top_view::top_view;
 use super::world::World;
@@ -201,7 +201,7 @@ impl System for Pushing {
     }
 
     fn can_search_effect(&self, effect: usize, records: &[&Record]) -> bool {
-        possible(effect, &self.parameters, &self.declares, records)
+        can_search_effect(effect, &self.parameters, &self.declares, records)
     }
 
     /// False: model files of pushing give an effect one value for all groups.

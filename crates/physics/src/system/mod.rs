@@ -166,14 +166,14 @@ pub trait System: Debug + Send + Sync {
     }
 
     /// Why these records cannot come from such a system, at any parameter values; with a remedy.
-    fn reject_as_other_system(&self, _records: &[&Record], _sd: &[f64]) -> Option<Objection> {
+    fn foreign_records_objection(&self, _records: &[&Record], _sd: &[f64]) -> Option<Objection> {
         None
     }
 
     /// Why calibrated parameter values are implausible for such a system, with the most likely remedy.
     ///
     /// `values` are in the order of [`parameters`](System::parameters).
-    fn check_plausible_values(&self, _values: &[f64]) -> Option<Objection> {
+    fn implausible_values_objection(&self, _values: &[f64]) -> Option<Objection> {
         None
     }
 

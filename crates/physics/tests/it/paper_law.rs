@@ -5,7 +5,7 @@
 use crate::shared_data::{shared_data, workspace};
 use augsim_data::{Dataset, read_legacy_ball};
 use augsim_physics::ball::bullet::DEFAULT_DAMPING;
-use augsim_physics::ball::paper_law::{Drop, DropDistribution, published_predictor, rollout};
+use augsim_physics::ball::drop_distribution::{Drop, DropDistribution, published_predictor, rollout};
 use flate2::read::MultiGzDecoder;
 use std::fs::File;
 use std::io::Read;

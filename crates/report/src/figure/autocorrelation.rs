@@ -72,15 +72,15 @@ impl Autocorrelation {
         }
         let spec = Spec { title: &self.title, x: &x_axis, y: &y_axis, keys, right: 8.0, aspect: Some(0.66) };
         let frame = Frame::new(target, &spec, x, y);
-        let zero = frame.y.at(0.0).unwrap_or(frame.plot.bottom);
+        let zero = frame.y.pixel(0.0).unwrap_or(frame.plot.bottom);
         // Stems of several series are drawn next to each other around their lag.
         let shift = |i: usize| (i as f64 - (series.len() as f64 - 1.0) / 2.0) * 3.0;
         let marks = html! {
-            @if let Some((high, low)) = white.and_then(|w| Some((frame.y.at(w)?, frame.y.at(-w)?))) {
+            @if let Some((high, low)) = white.and_then(|w| Some((frame.y.pixel(w)?, frame.y.pixel(-w)?))) {
                 rect class="b9 km" x=(c(frame.plot.left)) y=(c(high)) width=(c(frame.plot.right - frame.plot.left)) height=(c(low - high)) {}
             }
             @for (i, (s, points)) in series.iter().enumerate() {
-                @for (x, y) in points.iter().filter_map(|(x, y)| frame.at(*x, *y)) {
+                @for (x, y) in points.iter().filter_map(|(x, y)| frame.pixel(*x, *y)) {
                     path class={ "ld " (s.tone.class()) } d={ "M" (c(x + shift(i))) " " (c(zero)) "V" (c(y)) } {}
                     (marker(s.tone, x + shift(i), y, 2.6))
                 }

@@ -101,7 +101,7 @@ impl Bars {
         let value_width =
             all_bars().filter_map(|b| b.value).map(|v| width(&significant(v, 3), TICK)).fold(0.0, f64::max);
         let (left, right) = (widest + 10.0, target.width - value_width - 12.0);
-        let scale = scale.on(left, right);
+        let scale = scale.with_pixels(left, right);
         let top = head_height + if self.references.is_empty() { 10.0 } else { 26.0 };
 
         let mut y = top;
@@ -125,24 +125,24 @@ impl Bars {
         let mut free = f64::NEG_INFINITY;
         ticks.retain(|(value, text)| {
             let half = width(text, TICK) / 2.0;
-            let Some(x) = scale.at(*value).filter(|x| x - half > free) else { return false };
+            let Some(x) = scale.pixel(*value).filter(|x| x - half > free) else { return false };
             free = x + half;
             true
         });
         let body = html! {
                     (head)
                     @for (value, text) in &ticks {
-                        @if let Some(x) = scale.at(*value) {
+                        @if let Some(x) = scale.pixel(*value) {
                             path class="gr" d={ "M" (c(x)) " " (c(top)) "V" (c(bottom)) } {}
                             (label("mu mi", x, bottom + 15.0, TICK, text))
                         }
                     }
                     @for part in &rows { (part) }
-                    @if let Some(x) = scale.at(if scale.contains(0.0) { 0.0 } else { scale.low }) {
+                    @if let Some(x) = scale.pixel(if scale.contains(0.0) { 0.0 } else { scale.low }) {
                         path class="ax" d={ "M" (c(x)) " " (c(top)) "V" (c(bottom)) } {}
                     }
                     @for reference in self.references.iter().filter(|r| scale.contains(r.value)) {
-                        @if let Some(x) = scale.at(reference.value) {
+                        @if let Some(x) = scale.pixel(reference.value) {
                             path class="rf" d={ "M" (c(x)) " " (c(top - 4.0)) "V" (c(bottom)) } {}
         @let text = shorten(&reference.label, TICK, target.width * 0.45);
                             @let fits_right = x + width(&text, TICK) < target.width;
@@ -175,7 +175,7 @@ impl Bars {
         middle: f64,
         [name_width, right]: [f64; 2],
     ) -> Markup {
-        let base = scale.at(if scale.contains(0.0) { 0.0 } else { scale.low });
+        let base = scale.pixel(if scale.contains(0.0) { 0.0 } else { scale.low });
         let tone = bar.tone.class();
         let value = bar.value.filter(|v| drawable(*v));
         let drawn = |zero: f64, end: f64| match self.shape {
@@ -189,10 +189,10 @@ impl Bars {
         };
         html! {
         @if !name.is_empty() { (label("", 0.0, middle + 3.8, LABEL, &shorten(name, LABEL, name_width))) }
-        @match value.and_then(|v| Some((base?, scale.at(v)?, v))) {
+        @match value.and_then(|v| Some((base?, scale.pixel(v)?, v))) {
             Some((zero, end, v)) => {
                 (drawn(zero, end))
-                @if let Some((a, b)) = bar.interval.and_then(|[a, b]| Some((scale.at(a)?, scale.at(b)?))) {
+                @if let Some((a, b)) = bar.interval.and_then(|[a, b]| Some((scale.pixel(a)?, scale.pixel(b)?))) {
                     path class="iv ki" d={ "M" (c(a)) " " (c(middle)) "H" (c(b)) "M" (c(a)) " " (c(middle - 3.0)) "v6M" (c(b)) " " (c(middle - 3.0)) "v6" } {}
                 }
                 (label("en", right, middle + 3.8, TICK, &significant(v, 3)))

@@ -82,12 +82,12 @@ impl Fan {
         let (guides, labels) = frame.guides(&[], &self.events);
         let area = |lower: &[f64], upper: &[f64]| {
             path::area(self.t.iter().zip(lower.iter().zip(upper)).map(|(t, (l, u))| {
-                let (px, low) = frame.at(*t, *l)?;
-                Some((px, low, frame.y.at(*u)?))
+                let (px, low) = frame.pixel(*t, *l)?;
+                Some((px, low, frame.y.pixel(*u)?))
             }))
         };
         let line = |values: &[f64]| {
-            path::line(&path::runs(self.t.iter().zip(values).map(|(t, v)| frame.at(*t, *v))))
+            path::line(&path::runs(self.t.iter().zip(values).map(|(t, v)| frame.pixel(*t, *v))))
         };
         let tone = self.tone.class();
         let marks = html! {

@@ -57,7 +57,7 @@ impl Histogram {
                 corners.extend(pair.iter().map(|edge| (Some(*edge), *height)));
             }
             corners.push((edges.last().copied(), 0.0));
-            let points = corners.into_iter().map(|(x, y)| frame.at(x?, y));
+            let points = corners.into_iter().map(|(x, y)| frame.pixel(x?, y));
             path::line(&path::runs(points))
         };
         let marks = html! {

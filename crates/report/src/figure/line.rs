@@ -218,9 +218,9 @@ fn equal_scale_axes(
 fn has_room_for_labels(y: &Scale, drawn: &[&Series]) -> bool {
     // The plot area is about 230 px high. `direct_labels` moves names to 15 px distance, so ends may be
     // somewhat closer.
-    let scale = y.on(0.0, 230.0);
+    let scale = y.with_pixels(0.0, 230.0);
     let mut ends: Vec<f64> =
-        (drawn.iter()).filter_map(|s| s.y.iter().filter_map(|v| scale.at(*v)).next_back()).collect();
+        (drawn.iter()).filter_map(|s| s.y.iter().filter_map(|v| scale.pixel(*v)).next_back()).collect();
     ends.sort_by(f64::total_cmp);
     ends.windows(2).all(|pair| pair[1] - pair[0] >= 9.0)
 }
@@ -235,15 +235,15 @@ fn keys(drawn: &[&Series]) -> Vec<Key> {
 /// The area of a band; bands of up to 70 % are darker than wider ones.
 fn draw_band(frame: &Frame, series: &Series, band: &Band) -> Markup {
     let area = path::area(series.x.iter().zip(band.lower.iter().zip(&band.upper)).map(|(x, (l, u))| {
-        let (px, low) = frame.at(*x, *l)?;
-        Some((px, low, frame.y.at(*u)?))
+        let (px, low) = frame.pixel(*x, *l)?;
+        Some((px, low, frame.y.pixel(*u)?))
     }));
     let class = if band.level <= 0.7 { "b5" } else { "b9" };
     html! { path class={ (class) " " (series.tone.class()) } d=(area) {} }
 }
 
 fn draw_series(frame: &Frame, series: &Series) -> Markup {
-    let points: Vec<_> = series.points().map(|(x, y)| frame.at(x, y)).collect();
+    let points: Vec<_> = series.points().map(|(x, y)| frame.pixel(x, y)).collect();
     let r = if points.len() > 120 { 1.8 } else { 3.0 };
     html! {
         @if series.mark != Mark::Points {
@@ -260,7 +260,7 @@ fn direct_labels(frame: &Frame, drawn: &[&Series], room: f64) -> Markup {
     let plot = frame.plot;
     let mut ends: Vec<((f64, f64), &Series)> = (drawn.iter())
         .filter_map(|s| {
-            let last = s.points().filter_map(|(x, y)| frame.at(x, y)).last()?;
+            let last = s.points().filter_map(|(x, y)| frame.pixel(x, y)).last()?;
             Some(((last.0, last.1.clamp(plot.top, plot.bottom)), *s))
         })
         .collect();

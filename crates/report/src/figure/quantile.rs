@@ -56,11 +56,11 @@ impl Quantile {
         keys.push(Key { name: "pure noise".to_owned(), tone: Tone::Ink, swatch: Swatch::Reference });
         let spec = Spec { title: &self.title, x: &x_axis, y: &y_axis, keys, right: 8.0, aspect: Some(0.66) };
         let frame = Frame::new(target, &spec, x, y);
-        let diagonal = path::line(&path::runs([frame.at(x.low, x.low), frame.at(x.high, x.high)]));
+        let diagonal = path::line(&path::runs([frame.pixel(x.low, x.low), frame.pixel(x.high, x.high)]));
         let marks = html! {
             path class="rf" d=(diagonal) {}
             @for (s, points) in &series {
-                @for (x, y) in points.iter().filter_map(|(x, y)| frame.at(*x, *y)) { (marker(s.tone, x, y, 2.4)) }
+                @for (x, y) in points.iter().filter_map(|(x, y)| frame.pixel(*x, *y)) { (marker(s.tone, x, y, 2.4)) }
             }
         };
         let mut description =

@@ -77,7 +77,7 @@ impl Scatter {
         let marks = html! {
             (guides)
             @for (cloud, points) in &clouds {
-                @for (x, y) in points.iter().filter_map(|(x, y)| frame.at(*x, *y)) { (marker(cloud.tone, x, y, r)) }
+                @for (x, y) in points.iter().filter_map(|(x, y)| frame.pixel(*x, *y)) { (marker(cloud.tone, x, y, r)) }
             }
         };
         let mut description = format!("{} against {}.", self.y.text(0), self.x.text(0));

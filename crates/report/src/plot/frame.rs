@@ -177,23 +177,23 @@ impl Frame {
         let left = (widest + 9.0).max(24.0);
         let top = head_height + 25.0;
         let plot = Rect { left, top, right: target.width - spec.right.max(8.0), bottom: top + plot_height };
-        let (x, y) = (x.on(plot.left, plot.right), y.on(plot.bottom, plot.top));
+        let (x, y) = (x.with_pixels(plot.left, plot.right), y.with_pixels(plot.bottom, plot.top));
         let (x_ticks, x_power) = x.ticks(((plot.right - plot.left) / 62.0).round().clamp(3.0, 10.0) as usize);
         let x_label = shorten_to(&spec.x.text(x_power), plot.right - plot.left);
         let y_label = shorten_to(&spec.y.text(y_power), target.width);
         let axes = html! {
             @for (value, text) in &y_ticks {
-                @if let Some(py) = y.at(*value) {
+                @if let Some(py) = y.pixel(*value) {
                     path class="gr" d={ "M" (c(plot.left)) " " (c(py)) "H" (c(plot.right)) } {}
                     (label("mu en", plot.left - 6.0, py + 3.8, TICK, text))
                 }
             }
-            @if let Some(py) = y.at(0.0).filter(|_| y.contains(0.0) && y.low < 0.0) {
+            @if let Some(py) = y.pixel(0.0).filter(|_| y.contains(0.0) && y.low < 0.0) {
                 path class="ze" d={ "M" (c(plot.left)) " " (c(py)) "H" (c(plot.right)) } {}
             }
             path class="ax" d={ "M" (c(plot.left)) " " (c(plot.bottom)) "H" (c(plot.right)) } {}
             @for (value, text) in &thin_ticks(&x, &x_ticks, target.width) {
-                @if let Some(px) = x.at(*value) {
+                @if let Some(px) = x.pixel(*value) {
                     path class="ax" d={ "M" (c(px)) " " (c(plot.bottom)) "v4" } {}
                     (label(tick_anchor(px, text, target.width), px, plot.bottom + 16.0, TICK, text))
                 }
@@ -205,8 +205,8 @@ impl Frame {
     }
 
     /// The pixel of a data point; `None` if it cannot be drawn.
-    pub(crate) fn at(&self, x: f64, y: f64) -> Option<(f64, f64)> {
-        Some((self.x.at(x)?, self.y.at(y)?))
+    pub(crate) fn pixel(&self, x: f64, y: f64) -> Option<(f64, f64)> {
+        Some((self.x.pixel(x)?, self.y.pixel(y)?))
     }
 
     /// Horizontal reference lines, vertical event lines, and the labels that fit beside them.
@@ -214,11 +214,11 @@ impl Frame {
         let plot = self.plot;
         let shown: Vec<(f64, &Reference)> = (references.iter())
             .filter(|r| self.y.contains(r.value))
-            .filter_map(|r| self.y.at(r.value).map(|y| (y, r)))
+            .filter_map(|r| self.y.pixel(r.value).map(|y| (y, r)))
             .collect();
         let events: Vec<(f64, &Event)> = (events.iter())
             .filter(|e| self.x.contains(e.at))
-            .filter_map(|e| self.x.at(e.at).map(|x| (x, e)))
+            .filter_map(|e| self.x.pixel(e.at).map(|x| (x, e)))
             .collect();
         let marks = html! {
             @for (y, _) in &shown { path class="rf" d={ "M" (c(plot.left)) " " (c(*y)) "H" (c(plot.right)) } {} }
@@ -284,7 +284,7 @@ fn thin_ticks(x: &Scale, ticks: &[(f64, String)], right: f64) -> Vec<(f64, Strin
     let mut end = f64::NEG_INFINITY;
     let mut kept = Vec::new();
     for (value, text) in ticks {
-        let Some(px) = x.at(*value) else { continue };
+        let Some(px) = x.pixel(*value) else { continue };
         let w = width(text, TICK);
         let start = if px + w / 2.0 > right { px - w } else { px - w / 2.0 };
         if start > end + 5.0 {

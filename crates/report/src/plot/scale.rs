@@ -72,7 +72,7 @@ impl Scale {
     }
 
     /// Maps the same data range to other pixels.
-    pub(crate) fn on(self, start: f64, end: f64) -> Self {
+    pub(crate) fn with_pixels(self, start: f64, end: f64) -> Self {
         Self { start, end, ..self }
     }
 
@@ -80,7 +80,7 @@ impl Scale {
     ///
     /// Values far outside the range are moved to one range width beyond it, so that clipped marks have no
     /// huge coordinates.
-    pub(crate) fn at(&self, value: f64) -> Option<f64> {
+    pub(crate) fn pixel(&self, value: f64) -> Option<f64> {
         if !drawable(value) || (self.kind == Kind::Log && value <= 0.0) {
             return None;
         }
@@ -151,8 +151,8 @@ mod tests {
         let axis = Axis::linear("height", "m");
         assert!(Scale::fit(&axis, [f64::NAN, f64::INFINITY], 0.05, (0.0, 1.0)).is_none());
         let constant = Scale::fit(&axis, [0.0, 0.0], 0.05, (0.0, 10.0)).expect("constant data have a scale");
-        assert_eq!(constant.at(0.0), Some(5.0));
-        assert_eq!(constant.at(f64::NAN), None);
+        assert_eq!(constant.pixel(0.0), Some(5.0));
+        assert_eq!(constant.pixel(f64::NAN), None);
         assert!(Scale::fit(&Axis::log("loss", ""), [0.0, -1.0], 0.05, (0.0, 1.0)).is_none());
     }
 
@@ -160,7 +160,7 @@ mod tests {
     fn far_outliers_have_bounded_coordinates() {
         let axis = Axis::linear("height", "m").with_domain(0.0, 1.0);
         let scale = Scale::fit(&axis, [0.0, 1e9], 0.0, (0.0, 100.0)).expect("data");
-        assert_eq!(scale.at(1e9), Some(200.0));
+        assert_eq!(scale.pixel(1e9), Some(200.0));
     }
 
     #[test]

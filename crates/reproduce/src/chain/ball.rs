@@ -5,7 +5,7 @@ use crate::experiment::data::Data;
 use crate::experiment::rows::Row;
 use augsim_discovery::Discovery;
 use augsim_physics::ball::bullet::BulletBall;
-use augsim_physics::ball::paper_law;
+use augsim_physics::ball::drop_distribution;
 use augsim_physics::effects::SCATTER_KIND;
 use augsim_physics::system::ScatterPer;
 use augsim_session::run_data::published_predictor;
@@ -57,7 +57,7 @@ fn augmented(found: &Discovery, seed: u64) -> ScatteredBall {
 /// describe the difference between the stepping scheme and the exact engine, which the stepping engine
 /// already has.
 fn stepped(value: impl Fn(&str) -> Option<f64>) -> BulletBall {
-    let nominal = paper_law::published_predictor();
+    let nominal = drop_distribution::published_predictor();
     BulletBall {
         restitution: value("restitution").unwrap_or(nominal.restitution),
         // Bullet has one damping for both drag effects.

@@ -31,7 +31,7 @@ pub fn chain(plan: &Sizes, runs: Runs<'_>, output: &Output) -> anyhow::Result<Op
     let some: Vec<usize> = (0..LOOP_PUSHES.min(plan.train)).collect();
     let some = lab.data.select(&some);
     let set =
-        sets::one(LABORATORY, &some, &lab.declared.to_toml(), runs.out, runs.seed, runs.resume, output)?;
+        sets::discover_set(LABORATORY, &some, &lab.declared.to_toml(), runs.out, runs.seed, runs.resume, output)?;
     let estimate = |name: &str| set.found.calibrated.get(name).map(|e| e.value);
     let chain = Chain {
         name: Some(data::LABORATORY),

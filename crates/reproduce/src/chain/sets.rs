@@ -68,7 +68,7 @@ pub fn run(data: &Path, out: &Path, seed: u64, output: &Output) -> anyhow::Resul
         }
         let converted = convert(&folder)?;
         if let Some(model) = converted.model_toml {
-            rows.push(one(set, &converted.data, &model, out, seed, false, output)?);
+            rows.push(discover_set(set, &converted.data, &model, out, seed, false, output)?);
         }
     }
     let drops = data.join(PYBULLET).join("train.csv.gz");
@@ -76,14 +76,14 @@ pub fn run(data: &Path, out: &Path, seed: u64, output: &Output) -> anyhow::Resul
         let all = read_dataset(&drops, MissingCells::Refuse)?;
         let some = all.trajectories().iter().take(PYBULLET_DROPS).cloned().collect();
         let some = Dataset::new(all.columns().to_vec(), some)?;
-        rows.push(one(PYBULLET, &some, PYBULLET_MODEL, out, seed, false, output)?);
+        rows.push(discover_set(PYBULLET, &some, PYBULLET_MODEL, out, seed, false, output)?);
     }
     Ok(rows)
 }
 
 /// Runs the discovery on one set in a separate folder of `out`. With `resume` an existing result from
 /// the same model and data is reused; this is for data that depend on the seed.
-pub fn one(
+pub fn discover_set(
     set: &str,
     data: &Dataset,
     model: &str,

@@ -1,6 +1,6 @@
 //! Experiment with ball drops (paper, section IV-A): networks, scores and text of the report.
 
-use super::plan::{Experiment, NetPlan, Words};
+use super::plan::{Experiment, NetPlan, ExperimentTexts};
 use super::result::ResultFile;
 use augsim_report::page::{KeyFigure, significant};
 use augsim_trainer::Recipe;
@@ -22,7 +22,7 @@ pub fn experiment(
         repeats: None,
         runs: None,
         quick: false,
-        words: Words {
+        words: ExperimentTexts {
             scenario: "ball",
             kind: "training report · ball",
             title: title.to_owned(),

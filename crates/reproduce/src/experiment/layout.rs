@@ -43,7 +43,7 @@ pub enum Value {
 
 /// A column in text (heading, width, decimals) and on a page (title, unit, decimals).
 #[derive(Debug)]
-pub struct Shown {
+pub struct ColumnFormat {
     /// Value of the column.
     pub value: Value,
     /// Heading, width and decimals in text.
@@ -52,7 +52,7 @@ pub struct Shown {
     pub page: (&'static str, &'static str, usize),
 }
 
-impl Shown {
+impl ColumnFormat {
     /// Returns the page column.
     pub fn column(&self) -> Column {
         let (title, unit, decimals) = self.page;
@@ -84,7 +84,7 @@ pub struct Layout {
     /// Minimum width of the model column.
     pub width: usize,
     /// Columns of the tables.
-    pub shown: &'static [Shown],
+    pub shown: &'static [ColumnFormat],
     /// Notes below the tables of a page.
     pub footnotes: &'static [&'static str],
     /// Forecast channels on a page: name, unit, unit factor.
@@ -97,8 +97,8 @@ const fn shown(
     value: Value,
     text: (&'static str, usize, usize),
     page: (&'static str, &'static str, usize),
-) -> Shown {
-    Shown { value, text, page }
+) -> ColumnFormat {
+    ColumnFormat { value, text, page }
 }
 
 /// Layout of systems without actions: the ball.

@@ -20,7 +20,7 @@ pub use sizes::Sizes;
 
 use augsim_data::Dataset;
 use augsim_physics::ball::floor::{ErrorFloorOptions, published_error_floor};
-use augsim_physics::ball::paper_law::DropDistribution;
+use augsim_physics::ball::drop_distribution::DropDistribution;
 use augsim_session::run_dir::{Config, RunDir};
 use augsim_session::training_run::Trained;
 use augsim_terminal::destination::{Claim, REPORT, RESULT};
@@ -33,7 +33,7 @@ use augsim_trainer::{
 };
 use data::{Data, part};
 use layout::Layout;
-use page::{Drawn, Scored};
+use page::{PageInputs, Scored};
 use plan::NetPlan;
 use repeat::{Clouds, compare};
 use result::{CurvePoint, ResultFile};
@@ -110,7 +110,7 @@ impl Experiment {
             seed: self.seed,
         };
         claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-        let drawn = Drawn {
+        let drawn = PageInputs {
             losses: self.losses(claim, whole)?,
             gp: gp.as_ref(),
             scored,

@@ -32,7 +32,7 @@ pub struct Scored {
 }
 
 /// Data and models that the page shows next to the result.
-pub struct Drawn<'a> {
+pub struct PageInputs<'a> {
     /// Training and test data.
     pub data: &'a Data,
     /// Networks trained on the whole set.
@@ -51,7 +51,7 @@ pub struct Drawn<'a> {
 pub fn report(
     experiment: &Experiment,
     result: &ResultFile,
-    drawn: &Drawn<'_>,
+    drawn: &PageInputs<'_>,
 ) -> anyhow::Result<BenchmarkReport> {
     let (words, data) = (&experiment.words, drawn.data);
     let set = &data.tests[0];
@@ -184,7 +184,7 @@ fn fans(
 }
 
 /// Returns the errors over time, one curve per model and measure.
-fn errors(drawn: &Drawn<'_>, layout: &Layout) -> Vec<ErrorCurve> {
+fn errors(drawn: &PageInputs<'_>, layout: &Layout) -> Vec<ErrorCurve> {
     let step_s = drawn.data.engine.step_s().unwrap_or(f64::NAN);
     let curve = |s: &Scored, measure: usize| ErrorCurve {
         model: s.name.clone(),
@@ -201,7 +201,7 @@ fn errors(drawn: &Drawn<'_>, layout: &Layout) -> Vec<ErrorCurve> {
 }
 
 /// Returns the position errors over the parts of the duration, for all models that predict motion.
-fn parts(drawn: &Drawn<'_>) -> Vec<Curve> {
+fn parts(drawn: &PageInputs<'_>) -> Vec<Curve> {
     let moving = drawn.scored.iter().filter(|s| !matches!(s.name.as_str(), "Zero" | "Still"));
     let curve = |s: &Scored| {
         let n = s.score.error_by_part.len();
@@ -234,7 +234,7 @@ fn sizes(result: &ResultFile) -> Vec<Curve> {
     out
 }
 
-fn clouds(drawn: &Drawn<'_>) -> Vec<Cloud> {
+fn clouds(drawn: &PageInputs<'_>) -> Vec<Cloud> {
     let Some(all) = drawn.clouds else { return Vec::new() };
     let cloud = |(name, points): &(String, Vec<[f64; 2]>)| {
         let kept = || points.iter().take(CLOUD_POINTS);

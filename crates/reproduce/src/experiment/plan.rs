@@ -38,7 +38,7 @@ pub struct Experiment {
     /// Whether the reduced version is run.
     pub quick: bool,
     /// Texts of the report.
-    pub words: Words,
+    pub words: ExperimentTexts,
     /// Seed.
     pub seed: u64,
     /// Whether existing runs are continued.
@@ -47,7 +47,7 @@ pub struct Experiment {
 
 /// Texts of the page and of the results of an experiment.
 #[derive(Debug, Clone)]
-pub struct Words {
+pub struct ExperimentTexts {
     /// `ball` or `push`.
     pub scenario: &'static str,
     /// Kind of report.

@@ -1,7 +1,7 @@
 //! Experiment with pushes (paper, section IV-B): networks, scores and text of the report.
 
 use super::data::{Data, LABORATORY};
-use super::plan::{Experiment, NetPlan, Words};
+use super::plan::{Experiment, NetPlan, ExperimentTexts};
 use super::result::ResultFile;
 use super::sizes::Sizes;
 use augsim_report::page::KeyFigure;
@@ -43,7 +43,7 @@ pub fn experiment(
         repeats: (all && name == LABORATORY).then_some(plan.repeats),
         runs: runs.filter(|_| all),
         quick,
-        words: Words {
+        words: ExperimentTexts {
             scenario: "push",
             kind: "pushing report",
             title: format!("Planar pushing: forecasts from the first pose ({name})"),

@@ -1,6 +1,6 @@
 //! Rows of the tables: scores of models under a protocol on a test set.
 
-use super::layout::{Layout, Shown, Value};
+use super::layout::{Layout, ColumnFormat, Value};
 use augsim_report::benchmark::{self, ResultRow, Results};
 use augsim_trainer::Protocol;
 use augsim_trainer::score::Score;
@@ -167,7 +167,7 @@ impl Row {
 pub fn table(rows: &[Row]) -> String {
     let Some(layout) = rows.first().map(|r| r.layout) else { return String::new() };
     let width = rows.iter().map(|r| r.model.chars().count()).max().unwrap_or(0).max(layout.width);
-    let shown: Vec<&Shown> = (layout.shown.iter())
+    let shown: Vec<&ColumnFormat> = (layout.shown.iter())
         // An evaluated run does not contain the size of its training set.
         .filter(|c| !matches!(c.value, Value::Trained) || rows.iter().any(|r| r.tested.is_some()))
         .collect();
@@ -177,7 +177,7 @@ pub fn table(rows: &[Row]) -> String {
             cells.iter().zip(&shown).map(|(cell, c)| format!(" {cell:>0$}", c.text.1)).collect();
         format!("  {model:<width$}{estimate}{cells}\n")
     };
-    let number = |c: &Shown, v: Option<f64>| v.map(|v| format!("{v:.0$}", c.text.2));
+    let number = |c: &ColumnFormat, v: Option<f64>| v.map(|v| format!("{v:.0$}", c.text.2));
     let (mut out, mut block) = (String::new(), String::new());
     for r in rows {
         if r.heading() != block {
@@ -186,7 +186,7 @@ pub fn table(rows: &[Row]) -> String {
             out += if out.is_empty() { "" } else { "\n" };
             out += &format!("{block}\n{}", line("model", "estimate", heads));
         }
-        let cell = |c: &&Shown| number(c, r.value(c.value)).unwrap_or_else(|| "-".to_owned());
+        let cell = |c: &&ColumnFormat| number(c, r.value(c.value)).unwrap_or_else(|| "-".to_owned());
         out += &line(&r.model, r.estimate, shown.iter().map(cell).collect());
         if let Some((name, second)) = r.second_in_tables() {
             let cells = shown.iter().map_while(|c| number(c, second.value(c.value)));
@@ -204,7 +204,7 @@ pub fn results(rows: &[Row], caption: &str) -> Vec<Results> {
         if sets.last().is_none_or(|(set, _)| *set != r.set()) {
             let results = Results {
                 caption: r.set().map_or(caption.to_owned(), |set| format!("Forecasts, {set}")),
-                columns: layout.shown.iter().map(Shown::column).collect(),
+                columns: layout.shown.iter().map(ColumnFormat::column).collect(),
                 rows: Vec::new(),
                 footnotes: layout.footnotes.iter().map(|f| (*f).to_owned()).collect(),
             };

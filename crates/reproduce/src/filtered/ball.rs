@@ -6,7 +6,7 @@ use crate::experiment::data::Data;
 use crate::reproduction::{ITERATIONS, claim, repeat};
 use anyhow::Context;
 use augsim_physics::ball::bullet::BulletBall;
-use augsim_physics::ball::paper_law::{self, DropDistribution};
+use augsim_physics::ball::drop_distribution::{self, DropDistribution};
 use augsim_report::page::Block;
 use augsim_session::run_data::published_predictor;
 use augsim_session::run_dir::{Config, DataSource};
@@ -141,10 +141,10 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     }
     let law = DropDistribution::default();
     let floor = RandomRestitution { ball: law.ball, mean: law.restitution_mean, sd: law.restitution_sd };
-    let fitted = |freedom| FittedDrop { ball: paper_law::published_predictor(), freedom };
+    let fitted = |freedom| FittedDrop { ball: drop_distribution::published_predictor(), freedom };
     let (declared, calibrated) = (fitted(FreeParameters::Height), fitted(FreeParameters::Calibrated));
     output.note("fitting restitution and damping to every training drop");
-    let augmented = RandomRestitution::fitted(paper_law::published_predictor(), &data.train);
+    let augmented = RandomRestitution::fitted(drop_distribution::published_predictor(), &data.train);
     let models: [(&'static str, &dyn PrefixForecaster); 5] = [
         ("Floor", &floor),
         ("Least squares, declared", &declared),
@@ -152,7 +152,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
         ("Physics augmented", &augmented),
         ("Hybrid+", &net.model),
     ];
-    let start = InitialStatePrior::of(&data.train);
+    let start = InitialStatePrior::from_training_set(&data.train);
     let mut rows = Vec::new();
     for (sensor, sd) in SENSORS {
         for (name, model) in models {

@@ -50,7 +50,7 @@ pub fn spread(
     prefixes: Prefixes<'_>,
 ) -> anyhow::Result<Vec<f64>> {
     let known = (sensor, &train.start);
-    let kept = CachedForecasts::of(model, &train.data.set, known, prefixes.0, settings(prefixes.1))?;
+    let kept = CachedForecasts::compute(model, &train.data.set, known, prefixes.0, settings(prefixes.1))?;
     let many = prefixes.0.first().map_or(0, Vec::len);
     let mut spread: Vec<Option<f64>> = vec![None; many];
     for factor in SPREAD_FACTORS {

@@ -63,7 +63,7 @@ pub fn rows(
     let mut out = Vec::new();
     for (name, model) in models {
         output.note(name);
-        out.extend(scored((name, model), (sensor, &InitialStatePrior::of(&train)), items, plan.seed)?);
+        out.extend(scored((name, model), (sensor, &InitialStatePrior::from_training_set(&train)), items, plan.seed)?);
     }
     Ok(Some(out))
 }
@@ -84,5 +84,5 @@ fn scored(
     let lengths: Vec<Vec<usize>> = test.items.iter().map(|q| behind(q.time)).collect();
     let scores = evaluate_filtered(model, test, known, &lengths, settings)?;
     let each = scores.into_iter().zip(MEASURED_FRACTIONS);
-    Ok(each.map(|(score, share)| Row::new("mit", name, &score).behind_share(share)).collect())
+    Ok(each.map(|(score, share)| Row::new("mit", name, &score).with_prefix_share(share)).collect())
 }

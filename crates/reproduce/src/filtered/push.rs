@@ -69,7 +69,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let mut score =
         |name: &'static str, model: &dyn PrefixForecaster, test: &Sequences| -> anyhow::Result<()> {
             output.note(name);
-            let start = InitialStatePrior::of(&learned);
+            let start = InitialStatePrior::from_training_set(&learned);
             let settings = FilterSettings::new(PARTICLES, seed);
             let behind = same_prefix_lengths(&lengths, test.items.len());
             let scores = evaluate_filtered(model, test, (&sensor, &start), &behind, settings)?;

@@ -53,7 +53,7 @@ impl Row {
     }
 
     /// Sets the measured fraction of the samples.
-    pub fn behind_share(self, share: f64) -> Self {
+    pub fn with_prefix_share(self, share: f64) -> Self {
         Row { seen_percent: Some(100.0 * share), ..self }
     }
 

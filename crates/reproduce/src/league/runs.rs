@@ -9,7 +9,7 @@ use super::rows::{Row, Scored, Spread, Tried};
 use super::set_name;
 use crate::args::{LeagueScenario, Reproduce};
 use crate::experiment::data::{Data, Set, part};
-use augsim_physics::ball::paper_law::DropDistribution;
+use augsim_physics::ball::drop_distribution::DropDistribution;
 use augsim_session::run_dir::Config;
 use augsim_terminal::destination::Claim;
 use augsim_terminal::output::Output;
@@ -126,7 +126,7 @@ enum Variant {
     /// Unchanged samples.
     AsTrained,
     /// Samples projected to poses without penetration.
-    Apart,
+    NonPenetrating,
 }
 
 impl Variant {
@@ -134,7 +134,7 @@ impl Variant {
     fn label(self, recipe: Recipe) -> String {
         match self {
             Variant::AsTrained => recipe.label().to_owned(),
-            Variant::Apart => format!("{} apart", recipe.label()),
+            Variant::NonPenetrating => format!("{} apart", recipe.label()),
         }
     }
 }
@@ -168,7 +168,7 @@ impl Runs<'_> {
         // The cost of the non-penetration constraint is shown for Hybrid+ only.
         let is_kept_apart = recipe == Recipe::HybridPlus && self.scenario == LeagueScenario::Push;
         let variants =
-            if is_kept_apart { vec![Variant::Apart, Variant::AsTrained] } else { vec![Variant::AsTrained] };
+            if is_kept_apart { vec![Variant::NonPenetrating, Variant::AsTrained] } else { vec![Variant::AsTrained] };
         let mut out = Vec::new();
         for variant in variants {
             for set in &self.data.tests {
@@ -177,7 +177,7 @@ impl Runs<'_> {
                     let model = net.model.with_engine(set.engine.clone())?;
                     seeds.push(match variant {
                         Variant::AsTrained => measure(Some(&model), set)?,
-                        Variant::Apart => measure(Some(&NonPenetrating::new(&model, &set.engine)?), set)?,
+                        Variant::NonPenetrating => measure(Some(&NonPenetrating::new(&model, &set.engine)?), set)?,
                     });
                 }
                 let mut scored = self.row(set, &variant.label(recipe), &seeds);
@@ -194,7 +194,7 @@ impl Runs<'_> {
 
     /// Trains a recipe on `train` with several seeds and returns its row on the first test set; `None`
     /// if interrupted.
-    pub fn at_size(
+    pub fn train_at_size(
         &self,
         recipe: Recipe,
         factors: Factors,

@@ -31,7 +31,7 @@ impl Sizes<'_> {
                 let row = if table_row.row.trained_on == Some(count) {
                     Some(table_row.row.clone())
                 } else {
-                    runs.at_size(recipe, factors, &part(self.pool, 0, count), self.seeds)?
+                    runs.train_at_size(recipe, factors, &part(self.pool, 0, count), self.seeds)?
                 };
                 match row {
                     Some(row) => out.push(row),

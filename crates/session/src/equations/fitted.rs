@@ -24,7 +24,7 @@ pub struct FitResult {
     /// Sentences on parameters that are not identifiable individually.
     pub gauges: Vec<String>,
     /// Input interpolations that were tried.
-    pub holds: Vec<HoldTried>,
+    pub holds: Vec<TriedInterpolation>,
     /// Integration steps per sample interval.
     pub substeps: usize,
     /// Process noise and measurement noise of the calibrated model.
@@ -78,7 +78,7 @@ pub struct Stage {
 
 /// An input interpolation that was tried.
 #[derive(Debug, Serialize)]
-pub struct HoldTried {
+pub struct TriedInterpolation {
     /// Name of the interpolation: `zero`, `linear` or `spline`.
     pub hold: &'static str,
     /// Residual norm relative to the best.
@@ -133,7 +133,7 @@ fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns:
         holds: fitted
             .holds
             .iter()
-            .map(|(hold, residual)| HoldTried { hold: hold.word(), misfit_of_best: *residual })
+            .map(|(hold, residual)| TriedInterpolation { hold: hold.word(), misfit_of_best: *residual })
             .collect(),
         substeps: fitted.substeps,
         noise,

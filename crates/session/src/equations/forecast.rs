@@ -76,7 +76,7 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
         };
         let mut out = Simulated::default();
         system.simulate(&task, &mut out)?;
-        let read = |o: usize, k: usize| read_by_sensor(&model.outputs[o], out.value(k, o));
+        let read = |o: usize, k: usize| clip_to_sensor_range(&model.outputs[o], out.value(k, o));
         let outputs = 0..model.outputs.len();
         let foretold = outputs.map(|o| (0..out.samples()).map(|k| read(o, k)).collect()).collect();
         runs.push(FreeRun {
@@ -90,7 +90,7 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
 }
 
 /// Clips a value to the range of an output's sensor.
-pub fn read_by_sensor(output: &augsim_equations::model::Output, value: f64) -> f64 {
+pub fn clip_to_sensor_range(output: &augsim_equations::model::Output, value: f64) -> f64 {
     match output.range {
         Some([low, high]) => value.clamp(low, high),
         None => value,

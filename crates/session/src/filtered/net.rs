@@ -32,13 +32,13 @@ pub fn net_on_prefix(run: &RunDir, from: &DataFrom, view: &ObservedColumns) -> a
     let sensor = view.sensor(&set.columns)?;
     let start = if sensor.is_exact() {
         // The first row is the exact initial state.
-        InitialStatePrior::of(&set.first_row())
+        InitialStatePrior::from_training_set(&set.first_row())
     } else {
         let train = run_data::load(&run.read_config()?.data, engine).context(
             "the prior of unobserved initial states is estimated from the training data, which cannot be read; restore them, or \
              observe every column exactly (leave out --seen-columns and --sensor-sd)",
         )?;
-        InitialStatePrior::of(&train)
+        InitialStatePrior::from_training_set(&train)
     };
     Ok(NetOnPrefix { model, data: TimedSequences { set, times }, sensor, start })
 }

@@ -4,7 +4,7 @@ use super::draws::{RecordDraws, prediction_set};
 use super::process_noise::{ProcessNoise, next_value};
 use crate::DataFrom;
 use crate::equations::fit::prepared;
-use crate::equations::forecast::read_by_sensor;
+use crate::equations::forecast::clip_to_sensor_range;
 use crate::equations::records;
 use augsim_data::random_stream;
 use augsim_discovery::{PredictOptions, PredictionSet};
@@ -51,7 +51,7 @@ pub(super) fn run_all(
     burn_in: usize,
     options: &PredictOptions,
 ) -> anyhow::Result<Vec<RecordDraws>> {
-    let process_noise = ProcessNoise::on(system)?;
+    let process_noise = ProcessNoise::for_system(system)?;
     let run = Prediction { model, system, process_noise, burn_in: burn_in.max(1), options };
     collect_in_order(records.par_iter().enumerate().map(|(i, record)| run.predict(record, i as u64)))
 }
@@ -61,9 +61,9 @@ pub(super) struct Beginning {
     /// Number of first samples.
     pub known: usize,
     /// The record with all later samples set to NaN.
-    pub early: Record,
+    pub early_part: Record,
     /// The fitted initial state.
-    pub begun: InitialStateEstimate,
+    pub initial_state: InitialStateEstimate,
     /// Measurement noise of each output: declared, fitted, or else estimated from the first samples.
     pub noise: Vec<SensorNoise>,
     /// Standard deviation of the noise of each output that the model file states; `None` if it was estimated.
@@ -94,7 +94,7 @@ impl Beginning {
         let widen = ((known * outputs) as f64 / degrees_of_freedom).sqrt();
         let estimated = |o: usize| SensorNoise::white(widen * begun.rmse[o]);
         let noise = (0..outputs).map(|o| known_noise[o].unwrap_or_else(|| estimated(o))).collect();
-        Ok(Beginning { known, early, begun, noise, known_sd })
+        Ok(Beginning { known, early_part: early, initial_state: begun, noise, known_sd })
     }
 }
 
@@ -136,7 +136,7 @@ impl Prediction<'_> {
     fn predict(&self, record: &Record, stream: u64) -> anyhow::Result<RecordDraws> {
         let outputs = self.model.outputs.len();
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
-        let Beginning { known, early, begun, noise, known_sd } =
+        let Beginning { known, early_part: early, initial_state: begun, noise, known_sd } =
             Beginning::of(self.model, self.system, record, self.burn_in, &values)?;
         let forecast = self.run(self.system, record, &values, &begun.state)?;
         let mut rng = random_stream(self.options.seed, "foretell written", stream);
@@ -174,7 +174,7 @@ impl Prediction<'_> {
             let Ok(path) = path else { continue };
             for (o, (values, list)) in path.iter().zip(&mut draws).enumerate() {
                 for ((v, e), list) in values.iter().zip(&errors[o]).zip(list) {
-                    let value = read_by_sensor(&self.model.outputs[o], v + e);
+                    let value = clip_to_sensor_range(&self.model.outputs[o], v + e);
                     list.extend(Some(value).filter(|v| v.is_finite()));
                 }
             }
@@ -193,7 +193,7 @@ impl Prediction<'_> {
     ) -> anyhow::Result<Vec<Vec<f64>>> {
         let path = free_run(system, record, record.times.len(), parameters, start)?;
         let read = |(output, values): (&Output, Vec<f64>)| -> Vec<f64> {
-            values.into_iter().map(|v| read_by_sensor(output, v)).collect()
+            values.into_iter().map(|v| clip_to_sensor_range(output, v)).collect()
         };
         Ok(self.model.outputs.iter().zip(path).map(read).collect())
     }

@@ -14,7 +14,7 @@ use super::equations::{Beginning, free_run, run_all};
 use super::scores::{OutputScores, scores};
 use crate::DataFrom;
 use crate::equations::fit::prepared;
-use crate::equations::forecast::read_by_sensor;
+use crate::equations::forecast::clip_to_sensor_range;
 use crate::equations::{records, states};
 use crate::usage::{Inapplicable, Usage};
 use anyhow::Context;
@@ -129,7 +129,7 @@ impl<'a> NetPrediction<'a> {
     fn predict(&self, read: &Record, record: &Record, stream: u64) -> anyhow::Result<RecordDraws> {
         let (outputs, samples) = (self.model.outputs.len(), record.times.len());
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
-        let Beginning { known, mut early, mut begun, known_sd, .. } =
+        let Beginning { known, early_part: mut early, initial_state: mut begun, known_sd, .. } =
             Beginning::of(self.model, &self.system, record, self.burn_in, &values)?;
         let measured = early.values.clone();
         let actions = states::actions(self.model, read);
@@ -176,7 +176,7 @@ impl<'a> NetPrediction<'a> {
             for list in lists {
                 list.retain(|v| v.is_finite());
                 list.iter_mut()
-                    .for_each(|v| *v = read_by_sensor(&self.model.outputs[o], *v + noise[o] * normal()));
+                    .for_each(|v| *v = clip_to_sensor_range(&self.model.outputs[o], *v + noise[o] * normal()));
             }
         }
         if let Some(k) = draws.iter().flat_map(|lists| lists.iter().position(Vec::is_empty)).min() {
@@ -210,7 +210,7 @@ impl<'a> NetPrediction<'a> {
             sum / n
         };
         let read = |(o, lists): (usize, Vec<Vec<f64>>)| -> Vec<f64> {
-            lists.iter().map(|list| read_by_sensor(&self.model.outputs[o], mean(list))).collect()
+            lists.iter().map(|list| clip_to_sensor_range(&self.model.outputs[o], mean(list))).collect()
         };
         paths.into_iter().enumerate().map(read).collect()
     }

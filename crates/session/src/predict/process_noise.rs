@@ -22,7 +22,7 @@ impl ProcessNoise {
     ///
     /// # Errors
     /// [`ModelError`]: the model does not compile.
-    pub fn on(system: &EquationSystem) -> Result<Option<Self>, ModelError> {
+    pub fn for_system(system: &EquationSystem) -> Result<Option<Self>, ModelError> {
         let processes = system.process_noise();
         if processes.is_empty() {
             return Ok(None);

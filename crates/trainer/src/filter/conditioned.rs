@@ -172,7 +172,7 @@ mod tests {
         let sensor = Sensor::new(vec![Some(NOISE)]).expect("a sensor");
         let item = Sequence { id: "a".into(), time, states: vec![0.0; time], actions: Vec::new() };
         let columns = ["height_m".to_owned()].into();
-        let start = InitialStatePrior::of(&Sequences {
+        let start = InitialStatePrior::from_training_set(&Sequences {
             columns,
             action_columns: Vec::new(),
             items: vec![item.clone(), item],

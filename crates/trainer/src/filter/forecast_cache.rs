@@ -18,7 +18,7 @@ impl CachedForecasts {
     ///
     /// # Errors
     /// [`TrainerError`] if the model cannot be run.
-    pub fn of(
+    pub fn compute(
         model: &dyn PrefixForecaster,
         set: &Sequences,
         known: (&Sensor, &InitialStatePrior),
@@ -91,7 +91,7 @@ mod tests {
         let known = (&Sensor::exact(1), &InitialStatePrior { mean: vec![0.0], sd: vec![1.0] });
         let settings = FilterSettings { is_measured: true, ..FilterSettings::new(1, 1) };
         let (model, lengths) = (CallCounter(AtomicUsize::new(0)), vec![vec![2, 3]; 3]);
-        let kept = CachedForecasts::of(&model, &set, known, &lengths, settings).unwrap();
+        let kept = CachedForecasts::compute(&model, &set, known, &lengths, settings).unwrap();
         let calls = model.0.load(Ordering::Relaxed);
         for factors in [[1.0, 1.0], [2.0, 3.0]] {
             let score = |model: &dyn PrefixForecaster| {

@@ -404,13 +404,13 @@ mod tests {
     }
 
     fn learn_correction(train: &Sequences) -> Result<ForecastCorrection, TrainerError> {
-        let known = (&Sensor::exact(1), &InitialStatePrior::of(train));
+        let known = (&Sensor::exact(1), &InitialStatePrior::from_training_set(train));
         let lengths = vec![vec![5, 10]; train.items.len()];
         ForecastCorrection::learn(&LinearExtrapolation, train, known, &lengths, settings())
     }
 
     fn error(model: &dyn PrefixForecaster, test: &Sequences) -> f64 {
-        let known = (&Sensor::exact(1), &InitialStatePrior::of(test));
+        let known = (&Sensor::exact(1), &InitialStatePrior::from_training_set(test));
         let lengths = vec![vec![10]; test.items.len()];
         super::super::evaluate_filtered(model, test, known, &lengths, settings()).unwrap()[0].rest[0]
     }

@@ -71,7 +71,7 @@ pub struct InitialStatePrior {
 
 impl InitialStatePrior {
     /// Mean and standard deviation of the initial states of a set, column by column.
-    pub fn of(train: &Sequences) -> Self {
+    pub fn from_training_set(train: &Sequences) -> Self {
         let (n, s) = (train.items.len().max(1) as f64, train.state_dim());
         let initial_states = || train.items.iter().map(|q| q.state(0));
         let mean: Vec<f64> = (0..s).map(|j| initial_states().map(|x| x[j]).sum::<f64>() / n).collect();

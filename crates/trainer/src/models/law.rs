@@ -5,7 +5,7 @@
 use crate::{Engine, Forecaster, Samples, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_physics::ball::bullet::BulletBall;
-use augsim_physics::ball::paper_law::DropDistribution;
+use augsim_physics::ball::drop_distribution::DropDistribution;
 
 /// Samples drops from the paper's data distribution, given the initial state.
 #[derive(Debug, Clone, Copy)]

@@ -70,7 +70,7 @@ impl NetModel {
         if settings.correction != Correction::Step {
             return Err(Difference::NotReconstructable.into());
         }
-        let prepared = Featuriser::of(settings)?.prepare(&self.state.scales, q);
+        let prepared = Featuriser::for_settings(settings)?.prepare(&self.state.scales, q);
         match &self.net {
             Net::Class(_) => Err(Difference::NotReconstructable.into()),
             Net::Dcvrnn(net) => {

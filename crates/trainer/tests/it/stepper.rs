@@ -1,6 +1,6 @@
 //! Contract: a stepper agrees with the forecasts of its net, and rejects states of the wrong width.
 
-use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
+use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
 use augsim_trainer::{
     Engine, Forecaster, NetModel, Recipe, Sequences, Settings, Stepper, Task, TrainerError, Training,
 };

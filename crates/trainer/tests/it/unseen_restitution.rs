@@ -3,7 +3,7 @@
 //! Its latent shifts the restitution of the physics, so that one rebound identifies it.
 
 use augsim_physics::ball::bullet::BulletBall;
-use augsim_physics::ball::paper_law::{DropDistribution, published_predictor};
+use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
 use augsim_trainer::filter::{
     FilterSettings, InitialStatePrior, Sensor, evaluate_filtered, same_prefix_lengths,
 };
@@ -36,7 +36,7 @@ fn a_restitution_outside_the_training_range_is_identified_from_one_rebound() {
     let test = Sequences { items: items.to_vec(), ..drops.clone() };
     let sensor = Sensor::new(vec![Some(0.002), None]).expect("a sensor");
     let lengths = same_prefix_lengths(&[OBSERVED_ROWS], test.items.len());
-    let prior = (&sensor, &InitialStatePrior::of(&drops));
+    let prior = (&sensor, &InitialStatePrior::from_training_set(&drops));
     let scores = evaluate_filtered(&model, &test, prior, &lengths, FilterSettings::new(256, 1));
     let score = scores.expect("forecasts").remove(0);
     // Measured: 0.03 m. A perceptron that has to learn the product of latent and speed has an error of 0.14 m

@@ -3,7 +3,7 @@
 use super::prepared;
 use crate::args::Simulate;
 use augsim_data::{atomic_write, write_dataset};
-use augsim_physics::ball::paper_law::DropDistribution;
+use augsim_physics::ball::drop_distribution::DropDistribution;
 use augsim_terminal::Outcome;
 use augsim_terminal::output::Output;
 use serde::Serialize;
