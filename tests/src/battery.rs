@@ -301,7 +301,7 @@ fn run_set(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summar
     let unexplained = d
         .unexplained
         .as_ref()
-        .map_or(String::new(), |u| format!(" [{} of {}: {}]", u.target, u.against, u.term));
+        .map_or(String::new(), |u| format!(" [{} of {}: {}]", u.target, u.feature, u.term));
     let line = format!(
         "seed {seed}{gaps_text} {} {}x{} Hz {:.1} mm {}: truth {truth_text} -> {:?} {:?} alt {:?}{unexplained} {note} tests lib {:.1e} laws {:.1e} het {:.1e} per {:.1e}; {seconds:.2} s",
         if scene.plane { "2-D" } else { "1-D" },
@@ -313,7 +313,7 @@ fn run_set(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summar
         found,
         d.alternatives,
         d.tests.library,
-        d.tests.laws.unwrap_or(1.0),
+        d.tests.tables.unwrap_or(1.0),
         d.tests.heterogeneity,
         d.tests.periodicity.unwrap_or(1.0),
     );

@@ -45,7 +45,7 @@ impl Linear {
                 is_euclidean: false,
             }],
             event: Some(EventSchema {
-                words: ["step".into(), "steps".into()],
+                nouns: ["step".into(), "steps".into()],
                 parameter: 0,
                 scatter: scatter(),
                 declared: None,
@@ -87,7 +87,7 @@ fn effect(i: usize) -> Effect {
     };
     Effect {
         kind: format!("tone-{i}"),
-        place: "motion".into(),
+        location: "motion".into(),
         parameters: vec![amount],
         formula: format!("y += k (1 + x/2) sin({} t)", 4 + i),
         source: "made for tests".into(),
@@ -99,7 +99,7 @@ fn effect(i: usize) -> Effect {
 fn scatter() -> Effect {
     let (name, unit) = ("sd".into(), "m/s".into());
     let sd = EffectParameter { name, unit, min: 0.0, max: 10.0, typical: 0.1, null: 0.0 };
-    Effect { kind: "slope-scatter".into(), place: "motion".into(), parameters: vec![sd], ..Effect::default() }
+    Effect { kind: "slope-scatter".into(), location: "motion".into(), parameters: vec![sd], ..Effect::default() }
 }
 
 impl System for Linear {
@@ -124,7 +124,7 @@ impl System for Linear {
         for law in laws {
             let index = match law {
                 ModelTerm::Effect(index) => *index,
-                ModelTerm::Table(t) => return Err(SystemError::Table { target: t.target, against: t.against }),
+                ModelTerm::Table(t) => return Err(SystemError::Table { target: t.target, against: t.feature }),
             };
             let count = self.library.len();
             let effect = self.library.get(index).ok_or(SystemError::Effect { index, count })?;

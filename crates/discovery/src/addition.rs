@@ -20,7 +20,7 @@ pub(crate) struct Listed {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RandomEffect {
     pub per: ScatterPer,
-    pub word: String,
+    pub draw_unit: String,
     pub effect: Effect,
 }
 
@@ -29,7 +29,7 @@ pub(crate) struct RandomEffect {
 pub(crate) struct Tabulated {
     pub table: Table,
     pub target: Target,
-    pub against: Quantity,
+    pub feature: Quantity,
 }
 
 /// A declared parameter that may have one value per group.
@@ -78,15 +78,15 @@ impl Addition {
     pub fn scatter(system: &dyn System, per: ScatterPer) -> Option<Self> {
         let schema = system.schema();
         let effect = schema.event.as_ref()?.scatter.clone();
-        Some(Addition::Scatter(Arc::new(RandomEffect { per, word: per.word(schema).to_string(), effect })))
+        Some(Addition::Scatter(Arc::new(RandomEffect { per, draw_unit: per.word(schema).to_string(), effect })))
     }
 
     /// A tabulated function of one feature.
     pub fn table(system: &dyn System, table: Table) -> Option<Self> {
         let schema = system.schema();
         let (target, against) =
-            (schema.targets.get(table.target)?.clone(), schema.features.get(table.against)?.clone());
-        Some(Addition::Table(Arc::new(Tabulated { table, target, against })))
+            (schema.targets.get(table.target)?.clone(), schema.features.get(table.feature)?.clone());
+        Some(Addition::Table(Arc::new(Tabulated { table, target, feature: against })))
     }
 
     /// Kind in results.
@@ -103,9 +103,9 @@ impl Addition {
         match self {
             Addition::Effect(listed, Per::Group) => format!("{} per group", listed.effect.kind),
             Addition::Effect(listed, _) => listed.effect.kind.clone(),
-            Addition::Scatter(s) => format!("{} per {}", s.effect.kind, s.word),
+            Addition::Scatter(s) => format!("{} per {}", s.effect.kind, s.draw_unit),
             Addition::Split(split) => split.kind.clone(),
-            Addition::Table(t) => format!("{} against {}", t.target.quantity.name, t.against.name),
+            Addition::Table(t) => format!("{} against {}", t.target.quantity.name, t.feature.name),
         }
     }
 

@@ -12,7 +12,7 @@ fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {
     let x: Vec<f64> =
         (0..n).map(|i| table.first + (table.last - table.first) * i as f64 / (n - 1) as f64).collect();
     let weight: Vec<f64> = sd.iter().map(|s| 1.0 / (s * s).max(1e-18)).collect();
-    let name = &law.against.name;
+    let name = &law.feature.name;
     type Shape<'s> = (String, Box<dyn Fn(f64) -> f64 + 's>);
     let mut shapes: Vec<Shape<'_>> = vec![
         (name.to_string(), Box::new(|v| v)),
@@ -57,9 +57,9 @@ fn table_in_result(law: &Tabulated, values: &[f64], sd: &[f64]) -> Unexplained {
     let table = &law.table;
     let step = (table.last - table.first) / (table.knots - 1) as f64;
     Unexplained {
-        place: law.target.place.clone(),
+        place: law.target.location.clone(),
         target: law.target.quantity.name.clone(),
-        against: law.against.name.clone(),
+        feature: law.feature.name.clone(),
         term: closed_term(law, values, sd),
         table: (0..table.knots).map(|i| [table.first + step * i as f64, values[i], sd[i]]).collect(),
     }

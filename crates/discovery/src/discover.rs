@@ -17,7 +17,7 @@ use crate::report::report;
 use crate::result::{Discovery, Verdict};
 use crate::score::Scored;
 use crate::search::{Penalty, Search, SearchResult, calibrate_windows, choose_window_length, refit_on};
-use crate::stages::{Judged, Searched, search_in};
+use crate::stages::{Judged, SearchStage, search_in};
 use augsim_data::checks::{CheckedData, check_data};
 use augsim_data::{DataError, Dataset};
 use augsim_physics::system::Declaration;
@@ -68,15 +68,15 @@ pub fn discover(
 }
 
 /// Result of a run without search: the calibrated model.
-fn calibrate_only(prepared: &Prepared, progress: &mut dyn FnMut(Progress)) -> Searched {
+fn calibrate_only(prepared: &Prepared, progress: &mut dyn FnMut(Progress)) -> SearchStage {
     progress(Progress::Calibration);
     let (view, base) = calibrate_windows(prepared, &prepared.searched);
-    Searched { view, families: Vec::new(), found: SearchResult::of(base, Penalty(0.0)) }
+    SearchStage { view, families: Vec::new(), found: SearchResult::of(base, Penalty(0.0)) }
 }
 
 /// Calibrates and searches. Repeats both if the best window length or a lower noise estimate changes with
 /// the effects found.
-fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(Progress)) -> Searched {
+fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(Progress)) -> SearchStage {
     progress(Progress::Calibration);
     let families = vec![if options.library { Family::Library } else { Family::Grammar }];
     let (view, base) = calibrate_windows(prepared, &prepared.searched);
@@ -101,8 +101,8 @@ fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(P
 }
 
 /// Selects the established effects, tests their residuals and derives the verdict.
-fn judge(prepared: &Prepared, searched: &mut Searched, doubt: Option<String>, options: &Options) -> Judged {
-    let Searched { view, families, found } = searched;
+fn judge(prepared: &Prepared, searched: &mut SearchStage, doubt: Option<String>, options: &Options) -> Judged {
+    let SearchStage { view, families, found } = searched;
     let search = Search::new(view, families, &prepared.clock);
     let findings = judge_findings(&search, found, options.seed, options.null_runs);
     let named = findings.named;
@@ -116,14 +116,14 @@ fn judge(prepared: &Prepared, searched: &mut Searched, doubt: Option<String>, op
     let is_named = found.sets[best].additions().iter().any(is_not_table)
         || random_effect.as_ref().is_some_and(|s| !s.is_declared);
     let verdict = judge::verdict(is_named, table.is_some(), &tests);
-    let mut judged = Judged { findings, best, random_effect, residual_tests: tests, verdict, doubt };
-    if judged.doubt.is_none()
+    let mut judged = Judged { findings, best, random_effect, residual_tests: tests, verdict, withdrawal_reason: doubt };
+    if judged.withdrawal_reason.is_none()
         && let Some(WithdrawalReason::NotThisSystem(why)) =
             [best, named].iter().find_map(|n| judge::reason_from_values(&found.sets[*n].fit))
     {
-        judged.doubt = Some(why);
+        judged.withdrawal_reason = Some(why);
     }
-    if judged.doubt.is_some() {
+    if judged.withdrawal_reason.is_some() {
         withdraw_findings(&mut judged, Verdict::NotThisSystem);
     }
     judged
@@ -139,8 +139,8 @@ fn withdraw_findings(judged: &mut Judged, verdict: Verdict) {
 }
 
 /// Prediction errors on data that no decision used.
-fn prediction_errors(prepared: &Prepared, searched: &Searched, judged: &Judged, options: &Options) -> Errors {
-    let Searched { view, families, found } = searched;
+fn prediction_errors(prepared: &Prepared, searched: &SearchStage, judged: &Judged, options: &Options) -> Errors {
+    let SearchStage { view, families, found } = searched;
     measure_errors(prepared, view.joined, families, found, judged.best, options.seed)
 }
 
@@ -148,11 +148,11 @@ fn prediction_errors(prepared: &Prepared, searched: &Searched, judged: &Judged, 
 /// mean of the data. Returns whether findings were withdrawn.
 fn withdraw_unsupported(
     prepared: &Prepared,
-    searched: &mut Searched,
+    searched: &mut SearchStage,
     judged: &mut Judged,
     errors: &Errors,
 ) -> bool {
-    if judged.doubt.is_some() {
+    if judged.withdrawal_reason.is_some() {
         return false;
     }
     let schema = prepared.data.system.schema();
@@ -163,7 +163,7 @@ fn withdraw_unsupported(
     match judge::reason_from_errors(&table, prepared.spread(), adds, schema.primary_unit()) {
         Some(WithdrawalReason::NotThisSystem(why)) => {
             withdraw_findings(judged, Verdict::NotThisSystem);
-            judged.doubt = Some(why);
+            judged.withdrawal_reason = Some(why);
             adds
         }
         Some(WithdrawalReason::DoesNotHelp) => {
@@ -178,7 +178,7 @@ fn withdraw_unsupported(
 fn write_result(
     model: &dyn Declaration,
     prepared: &Prepared,
-    searched: &Searched,
+    searched: &SearchStage,
     judged: &Judged,
     errors: &Errors,
     options: &Options,
@@ -219,13 +219,13 @@ fn write_result(
         judged,
         base,
         best,
-        all: &all_records,
+        all_records: &all_records,
         calibrated: &calibrated,
         full: &full,
         errors,
         limit,
         random_effect_sd,
-        shown_on: &shown_on,
+        example_records: &shown_on,
         seed: options.seed,
     };
     let found = report(&parts)?;

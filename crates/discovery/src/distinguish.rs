@@ -32,7 +32,7 @@ pub(crate) fn separation(sample: &ChosenRecords<'_>, noise: &[f64], a: &Fit, b: 
     let step = median(&mut steps).max(1e-4);
     let records: Vec<_> = sample.records().map(|r| &r.data).collect();
     let designs = sample.data.system.candidate_experiments(&records, step);
-    let mut best = Separation { design: String::new(), records: f64::INFINITY, among: designs.words };
+    let mut best = Separation { design: String::new(), records: f64::INFINITY, among: designs.noun_phrase };
     for design in designs.list {
         let distance = |truth, other| distance(sample, noise, &design, truth, other);
         let (Some(forth), Some(back)) = (distance(a, b), distance(b, a)) else { continue };
@@ -86,7 +86,7 @@ fn least_misfit(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Optio
         let moved: Vec<f64> = lanes.theta.iter().map(|&t| theta[t] - fit.theta[t]).collect();
         let held: Vec<f64> =
             (0..common).map(|i| (0..common).map(|k| prior.at(i, k) * moved[k]).sum()).collect();
-        let cost = normal.misfit + moved.iter().zip(&held).map(|(a, b)| a * b).sum::<f64>();
+        let cost = normal.residual_norm_squared + moved.iter().zip(&held).map(|(a, b)| a * b).sum::<f64>();
         (normal, held, cost)
     };
     let (mut theta, mut nuisance) = (fit.theta.clone(), lanes.initial_nuisance(h, planned));

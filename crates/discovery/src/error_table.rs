@@ -106,7 +106,7 @@ impl ForecastErrors {
 
     /// The predicted spans of one split with their errors in the deciding measure, in the unit of its
     /// channels: declared, augmented.
-    pub fn by_piece(&self) -> (&[ForecastSpan], Vec<[f64; 2]>) {
+    pub fn errors_by_span(&self) -> (&[ForecastSpan], Vec<[f64; 2]>) {
         let error = |errors: &Errors, i: usize| forecast::rmse(&errors[0][i..=i]);
         let [declared, _, augmented] = &self.whole.models;
         let errors = (0..self.pieces.len()).map(|i| [error(declared, i), error(augmented, i)]);
@@ -128,7 +128,7 @@ impl ForecastErrors {
     }
 
     /// Tables of the other measures by name, in their display units.
-    pub fn others(&self, schema: &Schema, seed: u64, heldout_gain: f64) -> BTreeMap<String, ErrorTable> {
+    pub fn other_figures(&self, schema: &Schema, seed: u64, heldout_gain: f64) -> BTreeMap<String, ErrorTable> {
         let table = |(i, measure): (usize, &ErrorFigure)| {
             let (unit, scale) = &measure.unit;
             (measure.name.clone(), self.table(i, *scale, unit, seed, heldout_gain))

@@ -230,9 +230,9 @@ pub(crate) struct NormalEquations {
     pub g: Vec<f64>,
     pub q: f64,
     /// Squared norm of the whitened residuals.
-    pub misfit: f64,
+    pub residual_norm_squared: f64,
     /// Degrees of freedom of the residuals.
-    pub freedom: f64,
+    pub degrees_of_freedom: f64,
     /// Weight of the window in the fit, about 1 where the model fits.
     pub weight: f64,
     /// Twice the inverse of the degrees of freedom of the cost: along a step `x` the weight falls by
@@ -494,7 +494,7 @@ fn weigh_and_add_priors(
         q += precision * offset * offset;
     }
     let q = if q.is_finite() { q } else { f64::INFINITY };
-    NormalEquations { h, g, q, misfit, freedom, weight, softening, events }
+    NormalEquations { h, g, q, residual_norm_squared: misfit, degrees_of_freedom: freedom, weight, softening, events }
 }
 
 #[cfg(test)]

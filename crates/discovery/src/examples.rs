@@ -44,7 +44,7 @@ pub(crate) fn examples(
 ) -> Vec<Example> {
     let nominal = Hypothesis::new(test.data, &[]).initial_theta(0.0);
     let schema = test.data.system.schema();
-    let (pieces, errors) = lists.by_piece();
+    let (pieces, errors) = lists.errors_by_span();
     let one = |(place, rank): (usize, &str)| {
         let piece = &pieces[place];
         let record = &test.data.records[test.chosen[piece.chosen]];

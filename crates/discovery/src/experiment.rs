@@ -21,10 +21,10 @@ pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unex
     let best = parts.best.additions();
     let can_be_set =
         |name: &str| schema.inputs.iter().any(|i| i.columns.iter().any(|c| c == name)) || name == "t";
-    if let Some(u) = unexplained.as_ref().filter(|u| can_be_set(&u.against)) {
+    if let Some(u) = unexplained.as_ref().filter(|u| can_be_set(&u.feature)) {
         return format!(
             "vary {} alone, over a wider range than in these data and in random order, with at least five repeats at each value",
-            u.against
+            u.feature
         );
     }
     if let Some(Addition::Split(_)) = best.first() {

@@ -30,7 +30,7 @@ fn numbers(d: &Discovery) -> Vec<(&'static str, f64)> {
     put("noise", &n.by_channel);
     put("noise", &[n.sd, n.correlation.unwrap_or(0.0), n.jitter_s.unwrap_or(0.0)]);
     let t = &d.tests;
-    let optional = [t.laws.unwrap_or(1.0), t.periodicity.unwrap_or(1.0)];
+    let optional = [t.tables.unwrap_or(1.0), t.periodicity.unwrap_or(1.0)];
     put("tests", &[t.library, t.heterogeneity]);
     put("tests", &optional);
     put("anatomy", &anatomy(&d.anatomy));

@@ -173,7 +173,7 @@ fn fit_with(
         cost: state.q,
         ll,
         information,
-        misfits: state.normals.iter().map(|n| [n.misfit, n.freedom]).collect(),
+        misfits: state.normals.iter().map(|n| [n.residual_norm_squared, n.degrees_of_freedom]).collect(),
         events: state.normals.into_iter().map(|n| n.events).collect(),
     }
 }

@@ -186,9 +186,9 @@ fn cut_to(record: &Record, known: Range<usize>, start: Vec<f64>) -> Record {
 }
 
 /// Initial state of a prediction, estimated from its known samples.
-pub(crate) struct FittedStart {
+pub(crate) struct FittedInitialState {
     /// The known part of the record.
-    pub known: Measured,
+    pub observed_part: Measured,
     /// Derivative lanes of the initial state.
     pub lanes: Lanes,
     pub nuisance: Vec<f64>,
@@ -205,25 +205,25 @@ pub(crate) fn estimate_initial_state(
     h: &Hypothesis,
     theta: &[f64],
     correlation: f64,
-) -> FittedStart {
+) -> FittedInitialState {
     let known = data.with_records(vec![prefix(data, record, samples.start)]);
     let sample = ChosenRecords { data: &known, chosen: &[0], correlation };
     let start = fit_nuisance(&sample, h, theta, &[]);
     let nuisance = start.nuisance.into_iter().next().unwrap_or_default();
     let whole = Window { samples: samples.clone(), start: Vec::new() };
     let lanes = Lanes::new(h, RecordWindow { record: &known.records[0], window: &whole }, &[]);
-    FittedStart { known, lanes, nuisance, samples }
+    FittedInitialState { observed_part: known, lanes, nuisance, samples }
 }
 
-impl FittedStart {
+impl FittedInitialState {
     /// The prediction.
     pub fn run(&self, h: &Hypothesis, theta: &[f64], record: &Record) -> Simulated {
-        simulate_from(&self.known.records[0], record, self.samples.clone(), h, theta, &self.nuisance)
+        simulate_from(&self.observed_part.records[0], record, self.samples.clone(), h, theta, &self.nuisance)
     }
 
     /// Number of samples of the record up to the last known one.
     pub fn known_end(&self) -> usize {
-        self.known.records[0].data.times.len()
+        self.observed_part.records[0].data.times.len()
     }
 }
 

@@ -5,7 +5,7 @@ use crate::columns::Family;
 use crate::options::{Options, Progress};
 use crate::prepare::{Prepared, residual_sds};
 use crate::score::Scored;
-use crate::stages::{Searched, search_in};
+use crate::stages::{SearchStage, search_in};
 
 /// Residual standard deviation, in units of the noise, above which formulas are searched: below, no
 /// prediction would improve.
@@ -15,10 +15,10 @@ const BEYOND_NOISE: f64 = 1.1;
 /// result unless the named set then has a formula.
 pub(crate) fn search_formulas(
     prepared: &Prepared,
-    searched: Searched,
+    searched: SearchStage,
     options: &Options,
     progress: &mut dyn FnMut(Progress),
-) -> Searched {
+) -> SearchStage {
     let exceeds_noise = || {
         let residual_sd = residual_sds(&searched.view.sample(), &searched.found.best().fit);
         residual_sd.iter().zip(&prepared.noise.sd).any(|(residual_sd, sd)| *residual_sd > BEYOND_NOISE * sd)
@@ -38,7 +38,7 @@ pub(crate) fn search_formulas(
     let mut with_grammar =
         search_in(prepared, searched.view.clone(), &families, base, known_sets, &mut |_| {});
     let named = {
-        let Searched { view, families, found } = &mut with_grammar;
+        let SearchStage { view, families, found } = &mut with_grammar;
         let search = crate::search::Search::new(view, families, &prepared.clock);
         crate::judge::named_set(&search, found)
     };

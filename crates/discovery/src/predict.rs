@@ -10,7 +10,7 @@
 use crate::addition::Addition;
 use crate::evaluate::{Lanes, Point};
 use crate::fit::{ChosenRecords, assemble_all};
-use crate::forecast::{self, Error, FittedStart, ForecastSpan, estimate_initial_state, rmse};
+use crate::forecast::{self, Error, FittedInitialState, ForecastSpan, estimate_initial_state, rmse};
 use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
 use crate::prediction::{
@@ -77,7 +77,7 @@ pub fn predict_records(
     let start = match &schema.event {
         Some(event) => format!(
             "the part of each {record} before its first {}, or its first two fifths without one",
-            event.words[0]
+            event.nouns[0]
         ),
         None if data.is_idealised() => "the first measured state".to_owned(),
         None => format!("the first samples of each {record}"),
@@ -208,7 +208,7 @@ impl Predictor<'_> {
         });
         let channels = channels.collect();
         let times = record.data.times[piece.samples.clone()].to_vec();
-        let foretold = PredictedRecord { id: piece.name(record), times, known, channels };
+        let foretold = PredictedRecord { id: piece.name(record), times, initial_sample_count: known, channels };
         (foretold, forecast::squares(data, record, &run, first, first + known..piece.samples.end))
     }
 }
@@ -243,8 +243,8 @@ struct InitialStatePrior<'a> {
 }
 
 impl<'a> InitialStatePrior<'a> {
-    fn predictor(start: &'a FittedStart, h: &Hypothesis, theta: &[f64], correlation: f64) -> Self {
-        let FittedStart { known, lanes, nuisance, .. } = start;
+    fn predictor(start: &'a FittedInitialState, h: &Hypothesis, theta: &[f64], correlation: f64) -> Self {
+        let FittedInitialState { observed_part: known, lanes, nuisance, .. } = start;
         let sample = ChosenRecords { data: known, chosen: &[0], correlation };
         let (lanes_of, starts) = (std::slice::from_ref(lanes), std::slice::from_ref(nuisance));
         let normals = assemble_all(&sample, h, lanes_of, theta, starts);

@@ -48,7 +48,7 @@ pub struct PredictedRecord {
     /// Times of the samples, s.
     pub times: Vec<f64>,
     /// Number of first samples that the initial state was estimated from; the others are predicted.
-    pub known: usize,
+    pub initial_sample_count: usize,
     /// The channels, in the order of the system.
     pub channels: Vec<PredictedChannel>,
 }
@@ -88,7 +88,7 @@ impl PredictionSet {
         let (mut inside, mut count) = (0_usize, 0_usize);
         for r in &self.records {
             for c in &r.channels {
-                for k in (r.known..r.times.len()).filter(|&k| c.measured[k].is_finite()) {
+                for k in (r.initial_sample_count..r.times.len()).filter(|&k| c.measured[k].is_finite()) {
                     count += 1;
                     let band = c.quantiles[low][k]..=c.quantiles[high][k];
                     inside += usize::from(band.contains(&c.measured[k]));

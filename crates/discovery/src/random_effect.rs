@@ -210,8 +210,8 @@ impl CommonFit {
                     quadratic_form(&sw.sub(&b), &b.iter().map(|&i| vw[i]).collect::<Vec<_>>());
                 between += square;
                 freedom += rank;
-                misfit += normal.misfit;
-                count += normal.freedom;
+                misfit += normal.residual_norm_squared;
+                count += normal.degrees_of_freedom;
                 s.a.iter_mut().zip(&sw.a).for_each(|(a, x)| *a += x);
                 v.iter_mut().zip(&vw).for_each(|(a, x)| *a += x);
             }

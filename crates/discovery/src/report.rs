@@ -149,7 +149,7 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
     let whole = best.gain_over(parts.base, independent);
     let drawn = random_effect(parts, whole);
     let several = best.additions().len() + usize::from(drawn.is_some()) > 1;
-    let rmse = |fit: &Fit| forecast::first_rmse(parts.shown_on, fit);
+    let rmse = |fit: &Fit| forecast::first_rmse(parts.example_records, fit);
     let own_error = several.then(|| rmse(&best.fit));
     let mut out: Vec<FoundEffect> = Vec::new();
     for (n, a) in best.additions().iter().enumerate() {
@@ -176,7 +176,7 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
             }),
             removed: removed.filter(|x| x.is_finite()),
             per: match a {
-                Addition::Scatter(s) => Some(s.word.clone()),
+                Addition::Scatter(s) => Some(s.draw_unit.clone()),
                 _ => None,
             },
         });
@@ -193,7 +193,7 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
 /// other effects.
 fn random_effect(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
     let scattered =
-        parts.judged.random_effect.as_ref().filter(|s| !s.is_declared && parts.judged.doubt.is_none());
+        parts.judged.random_effect.as_ref().filter(|s| !s.is_declared && parts.judged.withdrawal_reason.is_none());
     let (scattered, sd) = scattered.zip(parts.random_effect_sd.clone())?;
     let schema = parts.prepared.data.system.schema();
     let effect = &schema.record_random_effect.as_ref()?.scatter;
@@ -269,7 +269,7 @@ impl AnswerParts<'_> {
     fn other_tables(&self) -> BTreeMap<String, ErrorTable> {
         let schema = self.prepared.data.system.schema();
         let folds = Some(self.errors.folds.len()).filter(|n| *n > 0);
-        let all = self.errors.lists.others(schema, self.seed, self.gain());
+        let all = self.errors.lists.other_figures(schema, self.seed, self.gain());
         all.into_iter().map(|(name, table)| (name, self.bounded(ErrorTable { folds, ..table }))).collect()
     }
 
@@ -281,7 +281,7 @@ impl AnswerParts<'_> {
         let outlying = tests.outlying.filter(|_| differs).and_then(|n| record_name(self.search, n));
         Tests {
             library: tests.library,
-            laws: tests.has_laws.then_some(tests.laws),
+            tables: tests.has_tables.then_some(tests.tables),
             heterogeneity: tests.records,
             outlying: outlying.map(str::to_owned),
             periodicity: schema.event.is_some().then_some(tests.periodicity),
@@ -314,7 +314,7 @@ impl AnswerParts<'_> {
             return None;
         }
         let with_nuisances =
-            |set: &Scored| fit_nuisance(self.shown_on, &set.fit.hypothesis, &set.fit.theta, &[]);
+            |set: &Scored| fit_nuisance(self.example_records, &set.fit.hypothesis, &set.fit.theta, &[]);
         let sides = [
             [self.base.fit.clone(), self.best.fit.clone()],
             [with_nuisances(self.base), with_nuisances(self.best)],
@@ -324,7 +324,7 @@ impl AnswerParts<'_> {
         };
         Some(Windows {
             fitted: sides.each_ref().map(|[base, _]| base.misfits.len()),
-            left_out: sides.each_ref().map(count),
+            excluded: sides.each_ref().map(count),
             rule: format!(
                 "a window is excluded if the residuals of both the calibrated and the augmented model exceed {:.2} noise standard \
                  deviations (root mean square), three times the typical residual",
@@ -339,7 +339,7 @@ impl AnswerParts<'_> {
         let h = &full.fit.hypothesis;
         let mut augmentation = h.augmentation(data, &full.fit.theta, &full.ci95());
         augmentation.scatter_ci95 = full.scatter_ci95();
-        if let Some(sd) = self.random_effect_sd.as_ref().filter(|_| self.judged.doubt.is_none()) {
+        if let Some(sd) = self.random_effect_sd.as_ref().filter(|_| self.judged.withdrawal_reason.is_none()) {
             let is_declared = self.judged.random_effect.as_ref().is_some_and(|s| s.is_declared);
             (augmentation.scatter_sd, augmentation.scatter_ci95) = (Some(sd.value), Some(sd.ci95));
             let drawn = Added::Scatter(ScatterPer::Record, sd.value);
@@ -373,7 +373,7 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
     let n = correlations.n;
     let matrix = (0..n).map(|i| (0..n).map(|j| correlations.at(i, j)).collect()).collect();
     let false_positives = findings.false_positives;
-    let view = parts.all.sample();
+    let view = parts.all_records.sample();
     let found = Discovery {
         schema: SCHEMA.into(),
         verdict: parts.judged.verdict,

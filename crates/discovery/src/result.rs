@@ -176,7 +176,8 @@ pub struct Unexplained {
     /// The quantity that it changes.
     pub target: String,
     /// The quantity that it depends on.
-    pub against: String,
+    #[serde(rename = "against")]
+    pub feature: String,
     /// Closed-form term that fits the table best, among constants, powers and steps.
     pub term: String,
     /// Knots: value of the quantity, effect, standard error.
@@ -301,8 +302,8 @@ pub struct Tests {
     /// Library effects that are not in the model.
     pub library: f64,
     /// Tabulated functions of one quantity; absent where the system has no targets for them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub laws: Option<f64>,
+    #[serde(rename = "laws", default, skip_serializing_if = "Option::is_none")]
+    pub tables: Option<f64>,
     /// Parameters that differ between trajectories.
     pub heterogeneity: f64,
     /// The trajectory that differs most, if they differ significantly.
@@ -322,7 +323,8 @@ pub struct Windows {
     pub fitted: [usize; 2],
     /// Number of windows excluded from the predictions, in the training and in the held-out records. No
     /// model follows them.
-    pub left_out: [usize; 2],
+    #[serde(rename = "left_out")]
+    pub excluded: [usize; 2],
     /// The exclusion rule, in words.
     pub rule: String,
 }

@@ -140,7 +140,7 @@ pub(crate) fn sentence(
         Verdict::Unknown => format!("The library does not explain the data: {rest}; {gain}."),
         Verdict::NotThisSystem => format!(
             "Not this system: {}.",
-            parts.judged.doubt.as_deref().unwrap_or("the data do not fit the declared model")
+            parts.judged.withdrawal_reason.as_deref().unwrap_or("the data do not fit the declared model")
         ),
     }
 }
@@ -150,7 +150,7 @@ fn unexplained_structure(parts: &AnswerParts<'_>, unexplained: &Option<Unexplain
     if let Some(u) = unexplained {
         return format!(
             "{} depends on {} in a way that no effect of the library describes",
-            u.target, u.against
+            u.target, u.feature
         );
     }
     let tests = &parts.judged.residual_tests;

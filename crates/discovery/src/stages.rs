@@ -10,13 +10,13 @@ use crate::score::Scored;
 use crate::search::{Search, SearchResult, run};
 
 /// A search result with its view of the data and its candidate families.
-pub(crate) struct Searched {
+pub(crate) struct SearchStage {
     pub view: View,
     pub families: Vec<Family>,
     pub found: SearchResult,
 }
 
-impl Searched {
+impl SearchStage {
     pub fn search(&self, prepared: &Prepared) -> Search<'_> {
         Search::new(&self.view, &self.families, &prepared.clock)
     }
@@ -31,7 +31,7 @@ pub(crate) struct Judged {
     pub residual_tests: ResidualTests,
     pub verdict: Verdict,
     /// Reason why the data are not from the declared system.
-    pub doubt: Option<String>,
+    pub withdrawal_reason: Option<String>,
 }
 
 /// Searches data in the windows of `view`, from the calibrated model and sets that are already fitted.
@@ -42,7 +42,7 @@ pub(crate) fn search_in(
     base: Scored,
     known_sets: Vec<Scored>,
     report_share: &mut dyn FnMut(f64),
-) -> Searched {
+) -> SearchStage {
     let found = run(&Search::new(&view, families, &prepared.clock), base, known_sets, report_share);
-    Searched { view, families: families.to_vec(), found }
+    SearchStage { view, families: families.to_vec(), found }
 }

@@ -55,8 +55,8 @@ fn drops(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::R
             "test_1000".to_owned(),
         ),
         None => (
-            DataSource::PaperLaw { trajectories: TRAIN, seed },
-            DataSource::PaperLaw {
+            DataSource::DropDistribution { trajectories: TRAIN, seed },
+            DataSource::DropDistribution {
                 trajectories: args.test_drops as usize,
                 seed: seed.wrapping_add(TEST_SEED_OFFSET),
             },

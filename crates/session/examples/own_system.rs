@@ -72,7 +72,7 @@ impl Tank {
         };
         let seepage = Effect {
             kind: "seepage".into(),
-            place: "outflow".into(),
+            location: "outflow".into(),
             parameters: vec![seepage],
             formula: "q = k h".into(),
             source: "Darcy 1856".into(),

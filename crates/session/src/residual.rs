@@ -129,7 +129,7 @@ fn engine_with_data_step(
 
 fn check_uses_physics(recipe: Recipe) -> Result<(), Usage> {
     if recipe.is_without_physics() {
-        return Err(Usage::Inapplicable(Inapplicable::PhysicsOfBlind { recipe: recipe.label() }));
+        return Err(Usage::Inapplicable(Inapplicable::PhysicsOfPlainNet { recipe: recipe.label() }));
     }
     Ok(())
 }

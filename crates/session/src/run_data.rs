@@ -32,7 +32,7 @@ pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
         DataSource::Table { name, .. } => {
             return Err(Usage::Missing(Missing::Table { name: name.clone() }).into());
         }
-        DataSource::PaperLaw { trajectories, seed } => DropDistribution::default().generate(*trajectories, *seed)?.0,
+        DataSource::DropDistribution { trajectories, seed } => DropDistribution::default().generate(*trajectories, *seed)?.0,
         DataSource::PushLaboratory { object, surface, pushes, seed } => {
             recipe(PushDesign::Mit, object, surface, *pushes)?.generate(*seed)?.data
         }

@@ -26,7 +26,8 @@ pub enum DataSource {
         content: String,
     },
     /// Generated from the paper's law.
-    PaperLaw {
+    #[serde(rename = "paper-law")]
+    DropDistribution {
         /// Number of trajectories.
         trajectories: usize,
         /// Seed of the draws.

@@ -39,7 +39,7 @@ impl TrainingProgress {
         if losses.iteration.is_multiple_of(10) {
             self.0.set_message(format!(
                 "loss {:.1} nats (KL {:.1}, misfit {:.1})",
-                losses.loss, losses.kl, losses.misfit
+                losses.loss, losses.kl, losses.negative_ln_likelihood
             ));
         }
     }

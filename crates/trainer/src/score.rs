@@ -90,7 +90,7 @@ pub struct Score {
     /// Share of measured values in the central 90 % band.
     pub coverage90: Option<f64>,
     /// Error of the paper's estimate at each scored sample: `[time][measure]`.
-    pub over_time: Vec<Vec<f64>>,
+    pub error_by_sample: Vec<Vec<f64>>,
     /// Error of the mean of all samples in the first measure, in [`PARTS`] equal parts of the duration.
     ///
     /// NaN for a part without samples.
@@ -139,7 +139,7 @@ pub fn score(samples: &Samples, truth: &[f64], scoring: &Scoring) -> Score {
             point.end = measures.iter().map(|c| length(c.clone().map(|j| estimate[j] - y[j]))).collect();
             point.absolute.iter_mut().zip(&point.end).for_each(|(sum, error)| *sum += error);
         }
-        out.over_time.push(points[1].end.clone());
+        out.error_by_sample.push(points[1].end.clone());
         let part = (t - first) * PARTS / (time - first);
         out.error_by_part[part] += points[0].end[0];
         part_counts[part] += 1.0;
@@ -189,9 +189,9 @@ pub fn average(scores: &[Score]) -> Score {
         let (sum, count) = values.filter(|v| !v.is_nan()).fold((0.0, 0.0), |(sum, n), v| (sum + v, n + 1.0));
         sum / count
     };
-    let longest = scores.iter().map(|s| s.over_time.len()).max().unwrap_or(0);
+    let longest = scores.iter().map(|s| s.error_by_sample.len()).max().unwrap_or(0);
     let at_time =
-        |t: usize, k: usize| mean_present(&mut scores.iter().filter_map(|s| Some(s.over_time.get(t)?[k])));
+        |t: usize, k: usize| mean_present(&mut scores.iter().filter_map(|s| Some(s.error_by_sample.get(t)?[k])));
     let measures = scores.first().map_or(0, |s| s.crps.len());
     Score {
         trajectories: scores.iter().map(|s| s.trajectories).sum(),
@@ -201,7 +201,7 @@ pub fn average(scores: &[Score]) -> Score {
         crps: mean_per_measure(&|s| &s.crps),
         coverage50: share(&|s| s.coverage50),
         coverage90: share(&|s| s.coverage90),
-        over_time: (0..longest).map(|t| (0..measures).map(|k| at_time(t, k)).collect()).collect(),
+        error_by_sample: (0..longest).map(|t| (0..measures).map(|k| at_time(t, k)).collect()).collect(),
         error_by_part: (0..PARTS)
             .map(|i| mean_present(&mut scores.iter().map(|s| s.error_by_part[i])))
             .collect(),

@@ -45,7 +45,7 @@ impl Trainable for Net {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct TileLoss {
     pub kl: f64,
-    pub misfit: f64,
+    pub negative_ln_likelihood: f64,
 }
 
 /// Gradient and loss of a tile.
@@ -66,7 +66,7 @@ pub(crate) fn sum_gradients<'t>(
     for tile in tiles {
         grads.iter_mut().zip(&tile.grads).for_each(|(g, t)| *g += *t);
         sum.kl += tile.loss.kl * scale;
-        sum.misfit += tile.loss.misfit * scale;
+        sum.negative_ln_likelihood += tile.loss.negative_ln_likelihood * scale;
     }
     sum
 }
@@ -145,7 +145,7 @@ impl Workspace {
         let tile = Tile { time, lanes, x: &self.x, u: &self.u, eps: &self.eps, mask: &self.mask };
         let loss = net.differentiate(&mut self.tape, &self.bound, tile, scale)?;
         params.gather_grads(&self.tape, &self.bound, &mut result.grads);
-        result.loss = TileLoss { kl: f64::from(loss.kl), misfit: f64::from(loss.misfit) };
+        result.loss = TileLoss { kl: f64::from(loss.kl), negative_ln_likelihood: f64::from(loss.negative_ln_likelihood) };
         // Resetting here as well makes the first iteration allocate all that the tape needs to recycle its
         // buffers.
         self.tape.reset();

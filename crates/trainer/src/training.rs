@@ -30,7 +30,8 @@ pub struct Losses {
     /// Kullback-Leibler divergence, nats per trajectory.
     pub kl: f64,
     /// Negative log-likelihood without constant terms, nats per trajectory.
-    pub misfit: f64,
+    #[serde(rename = "misfit")]
+    pub negative_ln_likelihood: f64,
     /// Learning rate.
     pub learning_rate: f64,
 }
@@ -231,7 +232,7 @@ impl Training {
                 iteration: self.state.iteration,
                 loss: misfit,
                 kl: 0.0,
-                misfit,
+                negative_ln_likelihood: misfit,
                 learning_rate,
             });
         }
@@ -269,7 +270,7 @@ impl Training {
             workspace.run_all(shared, &chosen[first..end], iteration * batch as u64 + first as u64)
         })?;
         let results = self.workspaces.iter().flat_map(|w| &w.results);
-        let TileLoss { kl, misfit } = sum_gradients(results, scale, &mut self.grads);
+        let TileLoss { kl, negative_ln_likelihood: misfit } = sum_gradients(results, scale, &mut self.grads);
         let loss = kl + misfit;
         let norm = clip(&mut self.grads, settings.clip_norm);
         if !loss.is_finite() || !norm.is_finite() {
@@ -277,7 +278,7 @@ impl Training {
         }
         settings.adam.step(&mut self.state.adam, self.params.values_mut(), &self.grads, learning_rate);
         self.state.iteration += 1;
-        Ok(Losses { iteration: self.state.iteration, loss, kl, misfit, learning_rate })
+        Ok(Losses { iteration: self.state.iteration, loss, kl, negative_ln_likelihood: misfit, learning_rate })
     }
 }
 

@@ -49,7 +49,7 @@ pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> GeneratedSet {
         .map(|normal| plant.process_noise * rate * normal)
         .collect();
     let term = |state: &[f64], _: f64, time: f64| {
-        let effects = laws.iter().zip(&amounts).map(|((law, _), amount)| coefficient * value(law, state, time));
+        let effects = laws.iter().zip(&amounts).map(|((law, _), amount)| amount * value(law, state, time));
         effects.sum::<f64>() + process_noise[(time / (plant.size.2 * HOLD_SAMPLES as f64)) as usize]
     };
     let mut rng = random_stream(seed, "sealed system noise", 0);
@@ -80,13 +80,13 @@ pub fn coefficient(plant: &Plant, law: &Law, amount: f64, seed: u64) -> Option<f
     let Sizes { x, v, .. } = Sizes::of(plant, &starts(plant, seed));
     let size = if law.depends_on_speed { v } else { x };
     let power = match law.name {
-        "constant" => return Some(-coefficient),
+        "constant" => return Some(-amount),
         "asymmetric-damping" => 1,
         "quadratic-damping" | "asymmetric-stiffness" | "leak-square" => 2,
         "cubic-damping" | "cubic-stiffness" => 3,
         _ => return None,
     };
-    Some(coefficient / size.powi(power))
+    Some(amount / size.powi(power))
 }
 
 /// Runs of a plant without effects, and typical sizes in them.

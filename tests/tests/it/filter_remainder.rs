@@ -31,7 +31,7 @@ fn the_beginning_tells_the_rest() {
     let scores =
         evaluate_filtered(&model, &test, (&sensor, &start), &lengths, FilterSettings::new(0, 1)).unwrap();
     // The slope is known to 0.01 from eleven readings, the rest then to about 0.02 where nothing was known to 0.5.
-    assert!(scores[0].rest[0] > 0.3 && scores[1].rest[0] < 0.03, "{scores:?}");
+    assert!(scores[0].forecast_rows[0] > 0.3 && scores[1].forecast_rows[0] < 0.03, "{scores:?}");
     let inside = scores[1].coverage90.unwrap();
     assert!((0.8..0.97).contains(&inside), "{inside}");
 }

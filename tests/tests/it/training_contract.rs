@@ -131,7 +131,7 @@ fn training_moves_every_parameter_and_lowers_the_loss() {
         let [first, last] = [&losses[..5], &losses[35..]].map(|l| l.iter().map(|l| l.loss).sum::<f64>());
         assert!(last < first, "{recipe:?}: the loss went from {first} to {last}");
         assert_eq!(losses[39].iteration, 40);
-        assert!(losses.iter().all(|l| (l.loss - l.kl - l.misfit).abs() < 1e-9 && l.kl >= 0.0));
+        assert!(losses.iter().all(|l| (l.loss - l.kl - l.negative_ln_likelihood).abs() < 1e-9 && l.kl >= 0.0));
     }
 }
 
@@ -282,13 +282,13 @@ fn tile_loss<T: Scalar>(
         if let Pass::Terms { scale } = pass {
             let loss = net.differentiate(&mut tape, &bound, tile, scale)?;
             params.gather_grads(&tape, &bound, &mut grads);
-            let (kl, misfit) = (loss.kl.to_f64(), loss.misfit.to_f64());
+            let (kl, misfit) = (loss.kl.to_f64(), loss.negative_ln_likelihood.to_f64());
             return Ok([f64::NAN, kl, misfit]);
         }
         let loss = net.loss(&mut tape, &bound, tile)?;
         tape.backward(loss.total)?;
         params.gather_grads(&tape, &bound, &mut grads);
-        Ok([loss.total, loss.kl, loss.misfit].map(|v| tape.value(v)[0].to_f64()))
+        Ok([loss.total, loss.kl, loss.negative_ln_likelihood].map(|v| tape.value(v)[0].to_f64()))
     };
     let loss = ok(record());
     (loss, grads.into_iter().map(Scalar::to_f64).collect())

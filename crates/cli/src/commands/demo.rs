@@ -55,7 +55,7 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
         &[(Recipe::Neural, 600), (Recipe::Hybrid, 600), (Recipe::HybridPlus, 1500)],
         (format!("augsim demo --seed {seed} --out DIR"), seed, false),
     );
-    let drops = |trajectories, seed| DataSource::PaperLaw { trajectories, seed };
+    let drops = |trajectories, seed| DataSource::DropDistribution { trajectories, seed };
     let (data, truth) = Data::drops(&drops(400, seed), &drops(200, seed.wrapping_add(1_000_000)))?;
     let Some(finished) = experiment.run(&data, Some(&truth), &claim, output)? else {
         return Ok(Outcome::Interrupted);

@@ -167,7 +167,7 @@ fn text(args: &Discover, d: &Discovery) -> String {
         }
     }
     if let Some(windows) = &d.windows {
-        let ([train, test], [a, b]) = (windows.fitted, windows.left_out);
+        let ([train, test], [a, b]) = (windows.fitted, windows.excluded);
         let _ = writeln!(
             out,
             "  windows: {train} fitted, {test} predicted; of these {a} and {b} {}",

@@ -176,7 +176,7 @@ fn from_built_in(spec: &EffectSpec) -> Listed {
     Listed {
         parameters: effect.parameters.iter().map(parameter).collect(),
         kind: effect.kind,
-        place: effect.place,
+        place: effect.location,
         formula: effect.formula,
         needs: spec.needs.description(),
         stands_for: effect.equivalent_causes,
@@ -198,7 +198,7 @@ fn from_candidate(candidate: &Candidate, measured: bool) -> Listed {
         formula: candidate.formula.clone(),
         parameters: candidate.parameters.iter().filter(|p| !p.frozen).map(parameter).collect(),
         needs: "",
-        stands_for: candidate.stands_for.clone(),
+        stands_for: candidate.equivalent_causes.clone(),
         source: candidate.source.clone(),
     }
 }

@@ -62,8 +62,8 @@ fn fit_text(answer: &FitResult) -> String {
         let _ = writeln!(text, "longer windows were not fitted: {why}");
     }
     let second_best =
-        answer.holds.iter().map(|h| h.misfit_of_best).filter(|m| *m > 1.0).fold(f64::INFINITY, f64::min);
-    if let Some(best) = answer.holds.iter().find(|h| h.misfit_of_best <= 1.0) {
+        answer.holds.iter().map(|h| h.relative_residual).filter(|m| *m > 1.0).fold(f64::INFINITY, f64::min);
+    if let Some(best) = answer.holds.iter().find(|h| h.relative_residual <= 1.0) {
         let gain = if second_best.is_finite() && 1.0 - 1.0 / second_best > MIN_REPORTED_DIFFERENCE {
             format!("; the residual of the next best is {:.0} % larger", 100.0 * (second_best - 1.0))
         } else {

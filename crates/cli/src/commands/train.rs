@@ -53,7 +53,7 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
             }
             let data = match &args.data {
                 Some(path) => DataSource::File(path.clone()),
-                None => DataSource::PaperLaw { trajectories: GENERATED_TRAJECTORIES, seed },
+                None => DataSource::DropDistribution { trajectories: GENERATED_TRAJECTORIES, seed },
             };
             let recipe = args.recipe;
             let engine = match args.corrected()? {

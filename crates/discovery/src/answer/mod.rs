@@ -24,7 +24,7 @@ pub(crate) struct AnswerParts<'a> {
     /// The final set, on the searched records.
     pub best: &'a Scored,
     /// All records.
-    pub all: &'a View,
+    pub all_records: &'a View,
     /// The calibrated model, on all records.
     pub calibrated: &'a Scored,
     /// The final set, on all records.
@@ -35,6 +35,6 @@ pub(crate) struct AnswerParts<'a> {
     /// Standard deviation of the random effect per record.
     pub random_effect_sd: Option<Estimate>,
     /// Records on which predictions are shown.
-    pub shown_on: &'a ChosenRecords<'a>,
+    pub example_records: &'a ChosenRecords<'a>,
     pub seed: u64,
 }

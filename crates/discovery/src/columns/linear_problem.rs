@@ -353,7 +353,7 @@ impl<'a> ProblemBuilder<'a> {
         let rows: Vec<Vec<f64>> =
             (0..self.rows.windows.len()).into_par_iter().map(|w| self.window(w)).collect();
         let places: Vec<Vec<u16>> =
-            self.rows.windows.iter().map(|w| w.places.iter().map(|p| p.0).collect()).collect();
+            self.rows.windows.iter().map(|w| w.block_and_channel.iter().map(|p| p.0).collect()).collect();
         let sums_of = |block: usize| {
             let block_rows = rows.iter().zip(&places).flat_map(|(rows, places)| {
                 rows.chunks_exact(n + 1).zip(places).filter(|(_, b)| usize::from(**b) == block)
@@ -366,7 +366,7 @@ impl<'a> ProblemBuilder<'a> {
             BlockSums { h, g, c: sums[n * (n + 1) + n] }
         };
         let sums: Vec<BlockSums> = (0..blocks).into_par_iter().map(sums_of).collect();
-        let samples = self.rows.windows.iter().map(|w| w.places.len() - w.priors).sum::<usize>() as f64;
+        let samples = self.rows.windows.iter().map(|w| w.block_and_channel.len() - w.priors).sum::<usize>() as f64;
         let fitted = (0..self.fitted).collect();
         let mut problem = LinearProblem {
             declared: self.declared,
@@ -384,7 +384,7 @@ impl<'a> ProblemBuilder<'a> {
     /// Weighted rows of a window: all columns, and the residual of the declared model.
     fn window(&self, w: usize) -> Vec<f64> {
         let window = &self.rows.windows[w];
-        let count = window.places.len();
+        let count = window.block_and_channel.len();
         let measured = count - window.priors;
         let root = window.weight.sqrt();
         let mut out = Vec::with_capacity(count * (self.width + 1));

@@ -23,9 +23,9 @@ pub(crate) struct ResidualTests {
     /// p-value of the best remaining library candidate, times the number of candidates.
     pub library: f64,
     /// The same for the best tabulated effect.
-    pub laws: f64,
+    pub tables: f64,
     /// Whether the system has tabulated effects to test.
-    pub has_laws: bool,
+    pub has_tables: bool,
     /// p-value of the differences between records in the most different parameter, times the number of
     /// parameters.
     pub records: f64,
@@ -38,7 +38,7 @@ pub(crate) struct ResidualTests {
 impl ResidualTests {
     /// Whether no test is significant (p-value 0.001).
     pub fn none_is_significant(&self) -> bool {
-        [self.library, self.laws, self.records, self.periodicity].iter().all(|p| *p > ALPHA / 10.0)
+        [self.library, self.tables, self.records, self.periodicity].iter().all(|p| *p > ALPHA / 10.0)
     }
 }
 
@@ -65,8 +65,8 @@ pub(crate) fn test_residuals(
     };
     ResidualTests {
         library: (best * tested.len() as f64).min(1.0),
-        laws: with_table.unwrap_or(1.0),
-        has_laws: !search.system().schema().targets.is_empty(),
+        tables: with_table.unwrap_or(1.0),
+        has_tables: !search.system().schema().targets.is_empty(),
         records,
         outlying,
         periodicity,

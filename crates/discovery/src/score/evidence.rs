@@ -91,7 +91,7 @@ impl Evidence {
             .collect();
         let scale = |w: &WindowRows| Scale {
             weight: w.weight,
-            freedom: w.freedom,
+            freedom: w.degrees_of_freedom,
             is_tolerance: w.is_tolerance,
             constant: w.constant,
         };
@@ -249,14 +249,14 @@ impl Evidence {
 
 /// The cells of a window: its measured rows by block, and its prior rows by block.
 fn cells(w: usize, window: &WindowRows, width: usize) -> Vec<Cell> {
-    let measured = window.places.len() - window.priors;
+    let measured = window.block_and_channel.len() - window.priors;
     let mut blocks: Vec<(u16, bool)> =
-        window.places.iter().enumerate().map(|(k, p)| (p.0, k >= measured)).collect();
+        window.block_and_channel.iter().enumerate().map(|(k, p)| (p.0, k >= measured)).collect();
     blocks.sort_unstable();
     blocks.dedup();
     let p = width - 1;
     let cell = |(block, is_prior): (u16, bool)| {
-        let places = window.places.iter().zip(window.values.chunks_exact(width)).enumerate();
+        let places = window.block_and_channel.iter().zip(window.values.chunks_exact(width)).enumerate();
         let rows: Vec<f64> = places
             .filter(|(k, (place, _))| place.0 == block && (*k >= measured) == is_prior)
             .flat_map(|(_, (_, row))| row.iter().copied())

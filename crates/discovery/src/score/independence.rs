@@ -97,12 +97,12 @@ fn products(rows: &Rows) -> BTreeMap<u16, Products> {
     let width = rows.width;
     let mut by_channel: BTreeMap<u16, Products> = BTreeMap::new();
     for window in &rows.windows {
-        let measured = window.places.len() - window.priors;
+        let measured = window.block_and_channel.len() - window.priors;
         let residual = |k: usize| window.values[k * width + width - 1] * window.weight.sqrt();
         let mut first = 0;
         while first < measured {
-            let channel = window.places[first].1;
-            let end = (first..measured).find(|&k| window.places[k].1 != channel).unwrap_or(measured);
+            let channel = window.block_and_channel[first].1;
+            let end = (first..measured).find(|&k| window.block_and_channel[k].1 != channel).unwrap_or(measured);
             let series: Vec<f64> = (first..end).map(residual).collect();
             by_channel.entry(channel).or_default().add(&series);
             first = end;

@@ -20,14 +20,14 @@ pub(crate) struct WindowRows {
     /// Weight of the window in the fit.
     pub weight: f64,
     /// Degrees of freedom of its misfit.
-    pub freedom: f64,
+    pub degrees_of_freedom: f64,
     /// Whether residuals below the noise are not rewarded, because the noise is a tolerance.
     pub is_tolerance: bool,
     /// Sensitivities of each row and last its residual, [`Rows::width`] numbers a row; rows of priors come
     /// last.
     pub values: Vec<f64>,
     /// Block and channel of every row.
-    pub places: Vec<(u16, u16)>,
+    pub block_and_channel: Vec<(u16, u16)>,
     /// Number of rows of priors.
     pub priors: usize,
     /// Part of the window's cost beside its rows: log determinants of its offsets.
@@ -202,10 +202,10 @@ impl<'a> FitWindows<'a> {
             scatter.map_or(0.0, |s| projection.factor.log_det + 2.0 * lanes.offsets as f64 * s.sd.ln());
         WindowRows {
             weight,
-            freedom,
+            degrees_of_freedom: freedom,
             is_tolerance,
             values: columns,
-            places,
+            block_and_channel: places,
             priors: count,
             constant,
             projection,
@@ -255,10 +255,10 @@ impl Rows {
         let width = rows.first().map_or(1, |r| r.0.len() + 1);
         let window = WindowRows {
             weight: 1.0,
-            freedom: rows.len() as f64,
+            degrees_of_freedom: rows.len() as f64,
             is_tolerance: false,
             values: rows.iter().flat_map(|(x, r, _)| x.iter().copied().chain([*r])).collect(),
-            places: rows.iter().map(|(_, _, block)| (*block, 0)).collect(),
+            block_and_channel: rows.iter().map(|(_, _, block)| (*block, 0)).collect(),
             priors: 0,
             constant: 0.0,
             projection: Projection::new(Vec::new(), Vec::new(), 1.0),

@@ -149,7 +149,7 @@ impl EquationSystem {
     }
 
     /// Index in the model of a parameter of a task.
-    pub fn place(&self, parameter: usize) -> Option<usize> {
+    pub fn model_parameter(&self, parameter: usize) -> Option<usize> {
         self.places.get(parameter).copied()
     }
 
@@ -174,7 +174,7 @@ impl EquationSystem {
                 Ok(parameters.zip(free.map(|(i, _)| first + i)).collect())
             }
             ModelTerm::Table(table) => {
-                let missing = SystemError::Table { target: table.target, against: table.against };
+                let missing = SystemError::Table { target: table.target, against: table.feature };
                 let states = model.declared_states();
                 let target = match table.target {
                     state if state < states => ModelTarget::Rate(state),
@@ -182,7 +182,7 @@ impl EquationSystem {
                     _ => return Err(missing),
                 };
                 let target_quantity = self.schema.targets.get(table.target).ok_or(missing)?;
-                let against = self.schema.features.get(table.against).ok_or(missing)?;
+                let against = self.schema.features.get(table.feature).ok_or(missing)?;
                 let zeros = vec![0.0; table.knots];
                 let end_knots = (table.first, table.last);
                 let draft =
@@ -357,7 +357,7 @@ impl System for EquationSystem {
     }
 
     fn quantity(&self, parameter: usize) -> Quantity {
-        let unit = self.place(parameter).and_then(|place| self.model().parameters.get(place)?.unit);
+        let unit = self.model_parameter(parameter).and_then(|place| self.model().parameters.get(place)?.unit);
         let name = self.parameters.get(parameter).map_or("", |p| &p.name);
         Quantity::new(name, &unit.map_or_else(String::new, |unit| unit.symbol()))
     }

@@ -41,13 +41,13 @@ pub(super) fn schema_of(model: &Model) -> Schema {
     };
     let rates = states.map(|state| Target {
         quantity: Quantity::new(&state.name, &rate_unit(state.unit)),
-        place: "rate".into(),
+        location: "rate".into(),
         costly: false,
         typical: 1.0,
     });
     let outputs = model.outputs.iter().map(|output| Target {
         quantity: Quantity::new(&output.name, &symbol_of(output.unit)),
-        place: "output".into(),
+        location: "output".into(),
         costly: false,
         typical: 1.0,
     });
@@ -171,13 +171,13 @@ pub(super) fn effect(candidate: &Candidate) -> Effect {
     });
     Effect {
         kind: candidate.name.clone(),
-        place: candidate.on.clone(),
+        location: candidate.on.clone(),
         parameters: parameters.collect(),
         formula: candidate.formula.clone(),
         source: candidate.source.clone(),
-        equivalent_causes: candidate.stands_for.clone(),
+        equivalent_causes: candidate.equivalent_causes.clone(),
         excludes: candidate.excludes.clone(),
-        reduces_to: candidate.contains.clone(),
+        reduces_to: candidate.reduces_to.clone(),
         amplitude_count: Some(free().take_while(|p| !p.is_inner).count().max(1)),
         ..Effect::default()
     }

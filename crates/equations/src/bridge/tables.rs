@@ -21,7 +21,7 @@ pub(super) fn tables(model: &Model, schema: &Schema, scales: &Scales) -> Vec<Tab
         features.filter_map(move |(against, feature)| {
             let [first, last] = scales.quantiles(&feature.name, model, RANGE_QUANTILES)?;
             let varies = last - first > 1e-6 * (1.0 + first.abs());
-            varies.then_some(Table { target, against, first, last, knots: KNOT_COUNT })
+            varies.then_some(Table { target, feature: against, first, last, knots: KNOT_COUNT })
         })
     };
     targets.flat_map(tables_of_target).collect()
@@ -68,7 +68,7 @@ mod tests {
         let scales = Scales::of(&compiled, &[window], &options);
         let found = tables(&model, &schema, &scales);
         let names_of = |table: &Table| {
-            (&*schema.targets[table.target].quantity.name, &*schema.features[table.against].name)
+            (&*schema.targets[table.target].quantity.name, &*schema.features[table.feature].name)
         };
         let pairs: Vec<(&str, &str)> = found.iter().map(names_of).collect();
         let expected = ["theta_rad", "omega_rad_s", "abs(omega_rad_s)", "t"];

@@ -25,11 +25,11 @@ pub struct Candidate {
     /// Its parameters.
     pub parameters: Vec<CandidateParameter>,
     /// Other explanations that this effect may be mistaken for.
-    pub stands_for: Vec<String>,
+    pub equivalent_causes: Vec<String>,
     /// Kinds that describe the same phenomenon and are not added together with this one.
     pub excludes: Vec<String>,
     /// Simpler kind that it becomes when its inner parameters go to their bounds.
-    pub contains: Option<String>,
+    pub reduces_to: Option<String>,
     /// Origin of the formula.
     pub source: String,
     pub(super) states: Vec<DraftState>,
@@ -136,9 +136,9 @@ fn expand_at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, Model
             .iter()
             .map(|p| CandidateParameter { name: new_name(&p.name), ..CandidateParameter::of(p) })
             .collect(),
-        stands_for: row.stands_for.clone(),
+        equivalent_causes: row.equivalent_causes.clone(),
         excludes: row.excludes.clone(),
-        contains: row.contains.clone(),
+        reduces_to: row.reduces_to.clone(),
         source: row.source.clone(),
         states: row.states.iter().map(substitute_state).collect(),
         changes,
@@ -207,7 +207,7 @@ pub(super) fn make_names_unique(candidates: &mut [Candidate]) {
         let position = place(candidate);
         let simpler =
             |kind: &String| names.iter().find(|(other, there, _)| other == kind && *there == position);
-        candidate.contains = candidate.contains.as_ref().and_then(simpler).map(|(_, _, name)| name.clone());
+        candidate.reduces_to = candidate.reduces_to.as_ref().and_then(simpler).map(|(_, _, name)| name.clone());
     }
 }
 

@@ -27,11 +27,11 @@ pub struct Row {
     /// Its parameters.
     pub parameters: Vec<RowParameter>,
     /// Other explanations that it may be mistaken for.
-    pub stands_for: Vec<String>,
+    pub equivalent_causes: Vec<String>,
     /// Kinds that describe the same phenomenon and are not added together with it.
     pub excludes: Vec<String>,
     /// Simpler kind that it becomes when its inner parameters go to their bounds.
-    pub contains: Option<String>,
+    pub reduces_to: Option<String>,
     /// Origin of the formula.
     pub source: String,
     /// File and line of the block.
@@ -146,9 +146,9 @@ impl Row {
             other: other.transpose()?,
             states,
             parameters,
-            stands_for: texts("stands_for")?,
+            equivalent_causes: texts("stands_for")?,
             excludes: texts("excludes")?,
-            contains,
+            reduces_to: contains,
             source: source.unwrap_or_default(),
             place: (item.reader.file.to_owned(), item.line),
         })

@@ -178,7 +178,7 @@ fn added_effects_have_exact_derivatives() {
     let library = system.library();
     let index =
         |kind: &str| library.iter().position(|e| e.kind == kind).unwrap_or_else(|| panic!("no {kind}"));
-    let table = Table { target: 3, against: 2, first: -1.0, last: 1.0, knots: 4 };
+    let table = Table { target: 3, feature: 2, first: -1.0, last: 1.0, knots: 4 };
     let laws = [
         ModelTerm::Effect(index("coulomb on v_m_s")),
         ModelTerm::Effect(index("presliding on omega_rad_s")),
@@ -229,7 +229,7 @@ fn found_effects_are_written_and_read_back() {
         system.library().iter().position(|e| e.kind == "quadratic-damping").expect("in the library");
     let one =
         |value: f64| Fitted { values: FittedValues::One(value), ci95: Some([value - 0.1, value + 0.1]) };
-    let table = Table { target: 1, against: 0, first: -1.0, last: 1.0, knots: 3 };
+    let table = Table { target: 1, feature: 0, first: -1.0, last: 1.0, knots: 3 };
     let found = Augmentation {
         declared: vec![(1, one(0.2))],
         additions: vec![

@@ -217,7 +217,7 @@ fn a_kind_that_contains_a_simpler_one_names_that_of_the_same_place() {
     let simpler = |example: &str, name: &str| {
         let all = candidates(&with(example, "")).expect("candidates");
         let found = all.into_iter().find(|c| c.name == name);
-        found.unwrap_or_else(|| panic!("{example} has no {name}")).contains
+        found.unwrap_or_else(|| panic!("{example} has no {name}")).reduces_to
     };
     assert_eq!(simpler("servo", "stribeck").as_deref(), Some("coulomb"));
     assert_eq!(simpler("cart-pole", "stribeck on v_m_s").as_deref(), Some("coulomb on v_m_s"));

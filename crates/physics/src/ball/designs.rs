@@ -32,7 +32,7 @@ pub(super) fn designs(
     step_s: f64,
 ) -> Designs {
     let words = "throw from 5 % to 200 % of the largest height in these data".to_string();
-    let Some(first) = records.first() else { return Designs { words, list: Vec::new() } };
+    let Some(first) = records.first() else { return Designs { noun_phrase: words, list: Vec::new() } };
     let vertical = channels - 1;
     let can_throw = channels > 1 && !released_at_rest;
     let speeds: &[f64] = if can_throw { &[0.0, 2.0, 5.0] } else { &[0.0] };
@@ -68,5 +68,5 @@ pub(super) fn designs(
             }
         }
     }
-    Designs { words, list }
+    Designs { noun_phrase: words, list }
 }

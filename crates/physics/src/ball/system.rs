@@ -207,9 +207,9 @@ impl System for Ball {
                     ball.parameters.extend(effect.parameters.iter().map(Parameter::added));
                 }
                 ModelTerm::Table(table) => {
-                    let missing = SystemError::Table { target: table.target, against: table.against };
+                    let missing = SystemError::Table { target: table.target, against: table.feature };
                     let target = *TableTarget::ALL.get(table.target).ok_or(missing)?;
-                    let against = *Feature::ALL.get(table.against).ok_or(missing)?;
+                    let against = *Feature::ALL.get(table.feature).ok_or(missing)?;
                     let shape = TableLaw { target, feature: against, first: table.first, last: table.last };
                     ball.world.add(LawRef::Table(shape), table.knots);
                     ball.parameters.extend((0..table.knots).map(Parameter::knot));
@@ -340,7 +340,7 @@ fn schema(axes: Axes, released_at_rest: bool, declaration: &BallDeclaration) -> 
     let targets = TableTarget::ALL.iter().map(|t| Target {
         typical: 1.0,
         quantity: Quantity::new(t.name(), t.unit()),
-        place: t.location().name().into(),
+        location: t.location().name().into(),
         costly: t.location() == Location::Flight,
     });
     Schema {
@@ -370,7 +370,7 @@ fn schema(axes: Axes, released_at_rest: bool, declaration: &BallDeclaration) -> 
         horizons_s: Vec::new(),
         record_random_effect: None,
         event: Some(EventSchema {
-            words: ["impact".into(), "impacts".into()],
+            nouns: ["impact".into(), "impacts".into()],
             parameter: RESTITUTION,
             scatter: Effect::from(&SCATTER_SPEC),
             declared: declaration.scatter,

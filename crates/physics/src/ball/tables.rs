@@ -82,7 +82,7 @@ pub(super) fn tables(
             let (first, last) = feature_range(target, against, axes, floor_m, records, events)?;
             Some(Table {
                 target: Target::ALL.iter().position(|t| *t == target)?,
-                against: Feature::ALL.iter().position(|a| *a == against)?,
+                feature: Feature::ALL.iter().position(|a| *a == against)?,
                 first,
                 last,
                 knots: KNOTS,

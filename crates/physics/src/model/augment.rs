@@ -54,7 +54,7 @@ fn blank(specs: &[effects::ParameterSpec]) -> Vec<Parameter> {
 
 /// The block of a ball table with fitted values; `None` if target or feature is out of range.
 fn tabulated(table: &crate::system::Table, values: &[Fitted]) -> Option<EffectBlock> {
-    let (target, against) = (*Target::ALL.get(table.target)?, *Feature::ALL.get(table.against)?);
+    let (target, against) = (*Target::ALL.get(table.target)?, *Feature::ALL.get(table.feature)?);
     let mut block = block(TABLE_KIND, (0..table.knots).map(Parameter::knot).collect(), values);
     block.parameters.iter_mut().for_each(|p| p.ci95 = None);
     block.table = Some(Table { target, feature: against, first: table.first, last: table.last });

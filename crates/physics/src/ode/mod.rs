@@ -140,7 +140,7 @@ impl<E: Equations> System for Ode<E> {
         for law in laws {
             let index = match law {
                 ModelTerm::Effect(index) => *index,
-                ModelTerm::Table(t) => return Err(SystemError::Table { target: t.target, against: t.against }),
+                ModelTerm::Table(t) => return Err(SystemError::Table { target: t.target, against: t.feature }),
             };
             let effect = library.get(index).ok_or(SystemError::Effect { index, count: library.len() })?;
             let before: usize = library[..index].iter().map(|e| e.parameters.len()).sum();

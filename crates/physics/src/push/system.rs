@@ -138,7 +138,7 @@ impl System for Pushing {
                     pushing.parameters.extend(effect.parameters.iter().map(Parameter::added));
                 }
                 ModelTerm::Table(t) => {
-                    return Err(SystemError::Table { target: t.target, against: t.against });
+                    return Err(SystemError::Table { target: t.target, against: t.feature });
                 }
             }
             pushing.laws.push(law.clone());

@@ -17,7 +17,7 @@ pub struct Design {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Designs {
     /// Noun phrase for the whole list, for the sentence "no … tells A from B".
-    pub words: String,
+    pub noun_phrase: String,
     /// The experiments.
     pub list: Vec<Design>,
 }

@@ -70,7 +70,7 @@ pub struct Effect {
     /// Name in model files, reports and results.
     pub kind: String,
     /// Where it acts (`flight`, `impact`, `sensor`, …).
-    pub place: String,
+    pub location: String,
     /// Parameters, in the order of its vector of values.
     pub parameters: Vec<EffectParameter>,
     /// The formula in one line.
@@ -126,7 +126,7 @@ impl From<&EffectSpec> for Effect {
         };
         Self {
             kind: spec.kind.into(),
-            place: spec.location.name().into(),
+            location: spec.location.name().into(),
             parameters: spec.parameters.iter().map(EffectParameter::from).collect(),
             formula: spec.formula.into(),
             source: spec.source.into(),
@@ -170,6 +170,6 @@ pub fn known_distinguishing_experiment<'e>(one: &[&'e Effect], other: &[&'e Effe
     let has_kind = |rival: &Rival, kind: &str| matches!(rival, Rival::Kind(k) if k == kind);
     let has_place = |rival: &Rival, place: &str| matches!(rival, Rival::At(p) if p == place);
     known(&|rival, rivals| rivals.iter().any(|e| has_kind(rival, &e.kind)))
-        .or_else(|| known(&|rival, rivals| rivals.iter().any(|e| has_place(rival, &e.place))))
+        .or_else(|| known(&|rival, rivals| rivals.iter().any(|e| has_place(rival, &e.location))))
         .or_else(|| known(&|rival, _| *rival == Rival::Any))
 }

@@ -29,7 +29,7 @@ pub struct Table {
     /// Quantity that it adds to, as an index into the schema's targets.
     pub target: usize,
     /// Quantity that it depends on, as an index into the schema's features.
-    pub against: usize,
+    pub feature: usize,
     /// First knot, in the feature's unit.
     pub first: f64,
     /// Last knot, in the feature's unit.

@@ -75,7 +75,7 @@ pub struct Target {
     /// Name and unit.
     pub quantity: Quantity,
     /// Where it acts (`flight`, `impact`, `sensor`, …).
-    pub place: String,
+    pub location: String,
     /// Whether a table there slows down every simulation.
     pub costly: bool,
     /// Typical magnitude of a relevant addition, in the unit of the quantity.
@@ -99,7 +99,7 @@ pub struct ErrorFigure {
 #[derive(Clone, Debug, PartialEq)]
 pub struct EventSchema {
     /// Singular and plural, for sentences.
-    pub words: [String; 2],
+    pub nouns: [String; 2],
     /// Index of the parameter that may have a random offset at each event.
     pub parameter: usize,
     /// That random effect as a library effect; its only parameter is the standard deviation.
@@ -184,7 +184,7 @@ impl ScatterPer {
     /// The scope's name in the system's model files, sentences and results.
     pub fn word(self, schema: &Schema) -> &str {
         match (self, &schema.event) {
-            (ScatterPer::Event, Some(event)) => &event.words[0],
+            (ScatterPer::Event, Some(event)) => &event.nouns[0],
             _ => &schema.record[0],
         }
     }

@@ -89,7 +89,7 @@ impl Oscillator {
         };
         let effect = Effect {
             kind: "friction".into(),
-            place: "motion".into(),
+            location: "motion".into(),
             parameters: vec![friction],
             formula: "v' = -b v".into(),
             ..Effect::default()
@@ -203,7 +203,7 @@ struct Bouncing(Schema, Vec<Parameter>, bool);
 impl Bouncing {
     fn new(rests: bool) -> Self {
         let event = EventSchema {
-            words: ["bounce".into(), "bounces".into()],
+            nouns: ["bounce".into(), "bounces".into()],
             parameter: 1,
             scatter: Effect::default(),
             declared: None,

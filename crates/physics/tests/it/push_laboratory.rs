@@ -23,7 +23,7 @@ fn bytes_do_not_depend_on_the_number_of_threads_or_pushes() {
         for threads in [2, 7] {
             let other = generate_on(threads, &few, 11);
             assert_eq!(single_threaded.data, other.data);
-            assert_eq!(single_threaded.made, other.made);
+            assert_eq!(single_threaded.truths, other.truths);
         }
         let more = generate_on(2, &PushRecipe { pushes: 9, ..few }, 11);
         assert_eq!(more.data.trajectories()[..6], *single_threaded.data.trajectories());
@@ -51,7 +51,7 @@ fn every_object_and_support_gives_finite_pushes_that_move() {
         for protocol in [PushDesign::Mit, PushDesign::Random] {
             let support = SUPPORTS[i % SUPPORTS.len()].name;
             let set = recipe(protocol, object, support, 6).generate(i as u64).expect("generated");
-            for (trajectory, made) in set.data.trajectories().iter().zip(&set.made) {
+            for (trajectory, made) in set.data.trajectories().iter().zip(&set.truths) {
                 assert!(trajectory.values().iter().flatten().all(|v| v.is_finite()), "{object} {made:?}");
                 assert_eq!(made.inertia, made.planned.speed_m_s > 0.05);
                 let distance = (made.end[0] - made.start[0]).hypot(made.end[1] - made.start[1]);
@@ -76,7 +76,7 @@ fn end_errors(set: &Generated, only: impl Fn(usize) -> bool) -> Vec<f64> {
     let mut end_errors = Vec::new();
     for (i, t) in set.data.trajectories().iter().enumerate().filter(|(i, _)| only(*i)) {
         let path = Recorded::new(t.time_s(), t.column(0), t.column(1)).expect("ordered");
-        let start = set.made[i].start;
+        let start = set.truths[i].start;
         let push = Push {
             world: &world,
             parameters: &parameters,
@@ -87,7 +87,7 @@ fn end_errors(set: &Generated, only: impl Fn(usize) -> bool) -> Vec<f64> {
         };
         simulate(&push, t.time_s(), &mut run).expect("starts outside");
         let end = run.poses.last().expect("samples").position;
-        end_errors.push((end[0] - set.made[i].end[0]).hypot(end[1] - set.made[i].end[1]));
+        end_errors.push((end[0] - set.truths[i].end[0]).hypot(end[1] - set.truths[i].end[1]));
     }
     end_errors.sort_by(f64::total_cmp);
     end_errors
@@ -96,8 +96,8 @@ fn end_errors(set: &Generated, only: impl Fn(usize) -> bool) -> Vec<f64> {
 #[test]
 fn truth_differs_from_the_declared_model_most_with_inertia() {
     let set = recipe(PushDesign::Mit, "rect1", "abs", 120).generate(5).expect("generated");
-    let slow = end_errors(&set, |i| !set.made[i].inertia);
-    let fast = end_errors(&set, |i| set.made[i].planned.speed_m_s >= 0.3);
+    let slow = end_errors(&set, |i| !set.truths[i].inertia);
+    let fast = end_errors(&set, |i| set.truths[i].planned.speed_m_s >= 0.3);
     let median = |m: &[f64]| m[m.len() / 2];
     assert!((3e-4..5e-3).contains(&median(&slow)), "slow: {} m", median(&slow));
     assert!(median(&fast) > 3.0 * median(&slow), "fast: {} m, slow: {} m", median(&fast), median(&slow));
@@ -108,10 +108,10 @@ fn repeated_pushes_scatter_as_random_friction_maps_predict() {
     // A reference simulation of this push gives 2.55 mm and 0.6 degrees after 15 cm from a new friction map
     // (12 %, 3 cm) per push; 0.3 mm of scatter in the contact point adds 0.9 mm and 0.27 degrees.
     let set = recipe(PushDesign::Repeat, "rect1", "abs", 150).generate(9).expect("generated");
-    let n = set.made.len() as f64;
+    let n = set.truths.len() as f64;
     let sd = |pick: fn(&[f64; 3]) -> f64| {
-        let mean = set.made.iter().map(|m| pick(&m.end)).sum::<f64>() / n;
-        (set.made.iter().map(|m| (pick(&m.end) - mean).powi(2)).sum::<f64>() / n).sqrt()
+        let mean = set.truths.iter().map(|m| pick(&m.end)).sum::<f64>() / n;
+        (set.truths.iter().map(|m| (pick(&m.end) - mean).powi(2)).sum::<f64>() / n).sqrt()
     };
     let position = sd(|e| e[0]).hypot(sd(|e| e[1]));
     let angle = sd(|e| e[2]).to_degrees();
@@ -124,7 +124,7 @@ fn measurement_noise_has_the_declared_size() {
     let set = recipe(PushDesign::Repeat, "rect1", "abs", 40).generate(2).expect("generated");
     // The first five samples are before the push.
     let (mut position, mut angle, mut count) = (0.0, 0.0, 0.0);
-    for (t, made) in set.data.trajectories().iter().zip(&set.made) {
+    for (t, made) in set.data.trajectories().iter().zip(&set.truths) {
         for i in 0..5 {
             position += (t.column(2)[i] - made.start[0]).powi(2) + (t.column(3)[i] - made.start[1]).powi(2);
             angle += (t.column(4)[i] - made.start[2]).powi(2);

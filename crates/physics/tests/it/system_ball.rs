@@ -33,7 +33,7 @@ fn table(system: &dyn System, target: &str, against: &str, [first, last]: [f64; 
     let schema = system.schema();
     let target = schema.targets.iter().position(|t| t.quantity.name == target).expect("a target");
     let against = schema.features.iter().position(|f| f.name == against).expect("a feature");
-    ModelTerm::Table(Table { target, against, first, last, knots })
+    ModelTerm::Table(Table { target, feature: against, first, last, knots })
 }
 
 fn record(radius: f64) -> Record {

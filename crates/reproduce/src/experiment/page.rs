@@ -194,8 +194,8 @@ fn errors(drawn: &PageInputs<'_>, layout: &Layout) -> Vec<ErrorCurve> {
         },
         channel: layout.channels[measure].0.to_owned(),
         unit: layout.channels[measure].1.to_owned(),
-        t_s: by_rate(s.score.over_time.len(), step_s),
-        error: s.score.over_time.iter().map(|row| row[measure]).collect(),
+        t_s: by_rate(s.score.error_by_sample.len(), step_s),
+        error: s.score.error_by_sample.iter().map(|row| row[measure]).collect(),
     };
     drawn.scored.iter().flat_map(|s| (0..s.score.crps.len()).map(|m| curve(s, m))).collect()
 }
@@ -262,6 +262,6 @@ fn learning(recipe: Recipe, losses: &[Losses], layout: &Layout) -> LearningCurve
     LearningCurve {
         model: recipe.label().to_owned(),
         iteration: kept.iter().map(|l| l.iteration as f64).collect(),
-        parts: vec![part("KL", &|l| l.kl), part("misfit", &|l| l.misfit)],
+        parts: vec![part("KL", &|l| l.kl), part("misfit", &|l| l.negative_ln_likelihood)],
     }
 }

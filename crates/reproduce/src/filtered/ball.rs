@@ -111,8 +111,8 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
             (file("train.csv.gz"), file("test_1000.csv.gz"))
         }
         None => (
-            DataSource::PaperLaw { trajectories: TRAIN, seed },
-            DataSource::PaperLaw {
+            DataSource::DropDistribution { trajectories: TRAIN, seed },
+            DataSource::DropDistribution {
                 trajectories: args.test_drops as usize,
                 seed: seed.wrapping_add(TEST_SEED_OFFSET),
             },
@@ -197,9 +197,9 @@ fn scored(
             model: name,
             sensor: sensor_name,
             seen,
-            whole: errors(s.whole_percent, &s.whole),
-            whole_se: [s.whole_se[0], s.whole_se[1]],
-            rest: errors(s.rest_percent, &s.rest),
+            whole: errors(s.all_rows_percent, &s.all_rows),
+            whole_se: [s.all_rows_se[0], s.all_rows_se[1]],
+            rest: errors(s.forecast_rows_percent, &s.forecast_rows),
             common: [s.last_70_percent[0], s.last_70_percent[1]],
             crps: [s.crps[0], s.crps[1]],
             coverage50: s.coverage50,

@@ -102,7 +102,7 @@ struct Row {
 #[derive(Clone, Copy)]
 enum Kind {
     /// Model file without tuning.
-    AsItStands,
+    Untuned,
     /// With priors of flight-specific parameters, and bands tuned on training flights.
     LearnedPriors,
     /// The same with a network on the residual.
@@ -155,8 +155,8 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     let lengths = seen_of(&test, &PREFIXES_S);
     let mut rows = Vec::new();
     for (name, text, kind) in [
-        ("Physics", &declared, Kind::AsItStands),
-        ("Physics augmented", &found.model_toml, Kind::AsItStands),
+        ("Physics", &declared, Kind::Untuned),
+        ("Physics augmented", &found.model_toml, Kind::Untuned),
         ("Physics augmented, own spin", &own, Kind::LearnedPriors),
         ("Hybrid", &own, Kind::Net),
     ] {
@@ -164,7 +164,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
         let score = |data: &Dataset| -> anyhow::Result<_> {
             let SystemOnPrefix { mut filter, data, sensor: stated, start } = opened(text, data)?;
             let prefixes = (&lengths[..], seed);
-            if let Kind::AsItStands = kind {
+            if let Kind::Untuned = kind {
                 return scored(&filter, &data, (&stated, &start), prefixes);
             }
             filter = filter.with_random_parameter(FLOOR, FLOOR_SD).with_normal_priors(laws.normal_priors(), laws.noise());
@@ -184,11 +184,11 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
                 model: name,
                 seen_s,
                 flights: rest.trajectories,
-                rest_mm: 1e3 * rest.median_rest[0],
-                near_mm: 1e3 * near.median_rest[0],
-                in_flight_mm: 1e3 * flight.median_rest[0],
+                rest_mm: 1e3 * rest.median_forecast_rows[0],
+                near_mm: 1e3 * near.median_forecast_rows[0],
+                in_flight_mm: 1e3 * flight.median_forecast_rows[0],
                 in_flight_coverage90: flight.coverage90,
-                rest_mean_mm: 1e3 * rest.rest[0],
+                rest_mean_mm: 1e3 * rest.forecast_rows[0],
                 crps_mm: 1e3 * rest.median_crps[0],
                 coverage50: rest.coverage50,
                 coverage90: rest.coverage90,

@@ -9,11 +9,11 @@ pub enum Entrant {
     /// The measured trajectories themselves, as a reference for violations by sensor noise.
     Data,
     /// Baseline that predicts zero or no motion: the error scale of the paper.
-    Nothing,
+    Zero,
     /// The declared physics.
     Physics,
     /// The exact model that generated the drops.
-    Law,
+    ExactDistribution,
     /// Gaussian processes of pushing in roll-out (GP-SUM without observations).
     GaussianProcess,
     /// A recipe of `train`.
@@ -23,8 +23,8 @@ pub enum Entrant {
 /// Returns the model classes of a scenario in the order of the table.
 pub fn entrants(scenario: LeagueScenario) -> Vec<Entrant> {
     let push = scenario == LeagueScenario::Push;
-    let mut out = vec![Entrant::Data, Entrant::Nothing, Entrant::Physics];
-    out.push(if push { Entrant::GaussianProcess } else { Entrant::Law });
+    let mut out = vec![Entrant::Data, Entrant::Zero, Entrant::Physics];
+    out.push(if push { Entrant::GaussianProcess } else { Entrant::ExactDistribution });
     let applies = |r: &Recipe| match r {
         Recipe::HybridStandardised => !push,
         Recipe::NeuralPlus => push,

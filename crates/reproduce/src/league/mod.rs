@@ -129,7 +129,7 @@ fn set_name(set: &Set) -> String {
 fn data(scenario: LeagueScenario, effort: &Effort, seed: u64) -> anyhow::Result<(Data, Sequences)> {
     match scenario {
         LeagueScenario::Ball => {
-            let set = |trajectories, seed| DataSource::PaperLaw { trajectories, seed };
+            let set = |trajectories, seed| DataSource::DropDistribution { trajectories, seed };
             let test = set(effort.test, seed.wrapping_add(TEST_SEED_OFFSET));
             let data = Data::drops(&set(effort.train, seed), &test)?.0;
             let pool = data.train.clone();

@@ -231,10 +231,10 @@ impl Runs<'_> {
             let gp = gp.as_ref().map(|gp| gp.with_engine(&set.engine)).transpose()?;
             let still = self.scenario == LeagueScenario::Push;
             let (model, name): (&dyn Forecaster, &str) = match (entrant, &gp) {
-                (Entrant::Law, _) => (&law, law.name()),
+                (Entrant::ExactDistribution, _) => (&law, law.name()),
                 (Entrant::GaussianProcess, Some(gp)) => (gp, gp.name()),
-                (Entrant::Nothing, _) if still => (&Still, "Still"),
-                (Entrant::Nothing, _) => (&Zero, "Zero"),
+                (Entrant::Zero, _) if still => (&Still, "Still"),
+                (Entrant::Zero, _) => (&Zero, "Zero"),
                 (Entrant::Data, _) => {
                     let measured = measure(None, set)?;
                     out.push(self.row(set, "(the data)", &[measured]));

@@ -217,7 +217,7 @@ pub(super) fn open_questions(d: &Discovery) -> Vec<Block> {
                 "output" => format!("in the output {}", u.target),
                 other => other.to_owned(),
             },
-            u.against
+            u.feature
         );
         if !u.term.is_empty() {
             text.push_str(&format!(" The term that removes most of it: `{}`.", u.term));

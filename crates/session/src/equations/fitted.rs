@@ -82,7 +82,8 @@ pub struct TriedInterpolation {
     /// Name of the interpolation: `zero`, `linear` or `spline`.
     pub hold: &'static str,
     /// Residual norm relative to the best.
-    pub misfit_of_best: f64,
+    #[serde(rename = "misfit_of_best")]
+    pub relative_residual: f64,
 }
 
 /// Calibrates an equation model; returns the model with the calibrated values, and the result.
@@ -133,7 +134,7 @@ fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns:
         holds: fitted
             .holds
             .iter()
-            .map(|(hold, residual)| TriedInterpolation { hold: hold.word(), misfit_of_best: *residual })
+            .map(|(hold, residual)| TriedInterpolation { hold: hold.word(), relative_residual: *residual })
             .collect(),
         substeps: fitted.substeps,
         noise,

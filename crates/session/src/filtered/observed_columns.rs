@@ -55,7 +55,7 @@ impl ObservedColumns {
                     let column_sd = &mut sd[index_of("--sensor-sd", name)?];
                     if column_sd.is_none() {
                         let (word, column) = (word.clone(), name.to_owned());
-                        return Err(Usage::Inapplicable(Inapplicable::SensorOfUnseen { word, column }).into());
+                        return Err(Usage::Inapplicable(Inapplicable::SensorOfUnobserved { word, column }).into());
                     }
                     *column_sd = Some(value);
                 }

@@ -65,7 +65,7 @@ pub(super) fn prediction_set(model: &Model, list: &[RecordDraws], seed: u64) -> 
         .map(|drawn| PredictedRecord {
             id: drawn.id.clone(),
             times: drawn.times.clone(),
-            known: drawn.initial_sample_count,
+            initial_sample_count: drawn.initial_sample_count,
             channels: model
                 .outputs
                 .iter()
@@ -97,7 +97,7 @@ fn error(
     for r in records {
         let c = &r.channels[o];
         let (mut sum, mut count) = (0.0, 0.0);
-        for k in (r.known..r.times.len()).filter(|&k| c.measured[k].is_finite()) {
+        for k in (r.initial_sample_count..r.times.len()).filter(|&k| c.measured[k].is_finite()) {
             let error = output.error(c.measured[k], c.forecast[k]);
             sum += error * error;
             count += 1.0;

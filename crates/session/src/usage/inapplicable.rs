@@ -9,7 +9,7 @@ pub enum Inapplicable {
     /// `effects --data` for a built-in model.
     SizesOfBuiltIn,
     /// `--seen` without `--protocol filtered`.
-    SeenUnfiltered,
+    PrefixUnfiltered,
     /// `--protocol reconstruction` for a net of pushes.
     ReconstructedPushes,
     /// `--require-pos-m` for a model of equations.
@@ -31,9 +31,9 @@ pub enum Inapplicable {
     /// `--library none` for a ball or a push.
     FormulasOfBuiltIn,
     /// `--residual-of` for a recipe that uses no physics.
-    PhysicsOfBlind { recipe: &'static str },
+    PhysicsOfPlainNet { recipe: &'static str },
     /// `--sensor-sd` of a column that `--seen-columns` leaves out.
-    SensorOfUnseen { word: String, column: String },
+    SensorOfUnobserved { word: String, column: String },
     /// A net for an equation model in memory.
     NetOfEquations,
     /// A net of a ball or of pushes where an equation model is needed.
@@ -50,7 +50,7 @@ impl fmt::Display for Inapplicable {
             Inapplicable::SizesOfBuiltIn => {
                 "--data sets the scales of effects for equation models only; the effects of the ball and of pushing have fixed scales; leave it out"
             }
-            Inapplicable::SeenUnfiltered => "--seen is for --protocol filtered; add that option, or leave --seen out",
+            Inapplicable::PrefixUnfiltered => "--seen is for --protocol filtered; add that option, or leave --seen out",
             Inapplicable::ReconstructedPushes => {
                 "nets of pushes can only forecast; leave out --protocol reconstruction"
             }
@@ -84,7 +84,7 @@ impl fmt::Display for Inapplicable {
             Inapplicable::NetOfEquations => {
                 "a net for an equation model needs the model file: write the model to a file, and give its path"
             }
-            Inapplicable::PhysicsOfBlind { recipe } => {
+            Inapplicable::PhysicsOfPlainNet { recipe } => {
                 return write!(
                     f,
                     "the recipe of {recipe} uses no physics; leave out --residual-of, or choose a hybrid recipe"
@@ -102,7 +102,7 @@ impl fmt::Display for Inapplicable {
                     "--frame-clock: the time stamps of {input} have no constant frame period; leave it out"
                 );
             }
-            Inapplicable::SensorOfUnseen { word, column } => {
+            Inapplicable::SensorOfUnobserved { word, column } => {
                 return write!(
                     f,
                     "--sensor-sd {word}: {column} is not observed; add it to --seen-columns, or leave this option out"

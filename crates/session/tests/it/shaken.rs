@@ -45,7 +45,7 @@ fn coverage(model: &Model, data: &DataFrom) -> f64 {
     let (mut inside, mut count) = (0, 0);
     for record in &found.records {
         let channel = &record.channels[0];
-        for k in record.known..record.times.len() {
+        for k in record.initial_sample_count..record.times.len() {
             let [low, high] = [0, channel.quantiles.len() - 1].map(|q| channel.quantiles[q][k]);
             inside += usize::from((low..=high).contains(&channel.measured[k]));
             count += 1;

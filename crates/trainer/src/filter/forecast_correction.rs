@@ -269,7 +269,7 @@ fn train_net(
         chosen.sort_unstable_by_key(|&i| (std::cmp::Reverse(prepared[i].time), i));
         let scale = 1.0 / (batch as f64 * mean_values);
         workspace.run_all(TileContext { net, params: &*params, train_set: prepared, scale, seed }, chosen, 0)?;
-        let loss = sum_gradients(&workspace.results, scale, &mut grads).misfit;
+        let loss = sum_gradients(&workspace.results, scale, &mut grads).negative_ln_likelihood;
         let norm = clip(&mut grads, Some(CLIP));
         let rate = LEARNING_RATE.at(iteration);
         if !loss.is_finite() || !norm.is_finite() {
@@ -412,7 +412,7 @@ mod tests {
     fn error(model: &dyn PrefixForecaster, test: &Sequences) -> f64 {
         let known = (&Sensor::exact(1), &InitialStatePrior::from_training_set(test));
         let lengths = vec![vec![10]; test.items.len()];
-        super::super::evaluate_filtered(model, test, known, &lengths, settings()).unwrap()[0].rest[0]
+        super::super::evaluate_filtered(model, test, known, &lengths, settings()).unwrap()[0].forecast_rows[0]
     }
 
     #[test]

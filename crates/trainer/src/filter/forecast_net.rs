@@ -53,7 +53,7 @@ impl ForecastNet {
         let distribution = self.head.forward(tape, p, hidden)?;
         let nll = student_nll(tape, target, distribution.mean, distribution.sd)?;
         let nll = masked_sum(tape, nll, mask)?;
-        Ok(LossVars { total: nll, kl: zero(tape)?, misfit: nll })
+        Ok(LossVars { total: nll, kl: zero(tape)?, negative_ln_likelihood: nll })
     }
 
     /// Location and scale `[time, S]` of the corrections for features `u [time, U]`.

@@ -23,20 +23,20 @@ pub struct FilteredScore {
     pub columns: Vec<Range<usize>>,
     /// Error of the median summed over forecast rows and divided by all rows; mean over trajectories.
     /// One entry per measure.
-    pub whole: Vec<f64>,
+    pub all_rows: Vec<f64>,
     /// Standard error of [`whole`](Self::whole) over trajectories.
-    pub whole_se: Vec<f64>,
+    pub all_rows_se: Vec<f64>,
     /// Errors summed over forecast rows relative to distances from zero over all rows, per cent.
     /// Of the first measure; mean over trajectories.
-    pub whole_percent: f64,
+    pub all_rows_percent: f64,
     /// Mean error of the median over the forecast rows.
-    pub rest: Vec<f64>,
+    pub forecast_rows: Vec<f64>,
     /// Median over trajectories of the mean error of the median over the forecast rows.
     /// Robust to a few trajectories with very large errors.
-    pub median_rest: Vec<f64>,
+    pub median_forecast_rows: Vec<f64>,
     /// Sum of errors relative to the sum of distances from zero, over all forecast rows, per cent.
     /// Of the first measure.
-    pub rest_percent: f64,
+    pub forecast_rows_percent: f64,
     /// Mean error of the median in the last 70 % of the samples: the same rows for prefixes up to 30 %.
     pub last_70_percent: Vec<f64>,
     /// Fair continuous ranked probability score over the forecast rows.
@@ -155,13 +155,13 @@ impl FilteredScore {
         FilteredScore {
             trajectories: tallies.len(),
             columns: tallies.first().map_or_else(Vec::new, |t| t.columns.clone()),
-            whole_se: squares.into_iter().map(|v| (v / (n * (n - 1.0).max(1.0))).sqrt()).collect(),
-            whole,
-            whole_percent: 100.0 * sum(&|t| t.errors[0] / t.distance_all) / n,
-            rest: divided(sums(&|t, k| t.errors[k]), rows),
-            median_rest: medians(&|t, k| t.errors[k]),
+            all_rows_se: squares.into_iter().map(|v| (v / (n * (n - 1.0).max(1.0))).sqrt()).collect(),
+            all_rows: whole,
+            all_rows_percent: 100.0 * sum(&|t| t.errors[0] / t.distance_all) / n,
+            forecast_rows: divided(sums(&|t, k| t.errors[k]), rows),
+            median_forecast_rows: medians(&|t, k| t.errors[k]),
             median_crps: medians(&|t, k| t.crps[k]),
-            rest_percent: 100.0 * sum(&|t| t.errors[0]) / sum(&|t| t.distance_rest),
+            forecast_rows_percent: 100.0 * sum(&|t| t.errors[0]) / sum(&|t| t.distance_rest),
             last_70_percent: divided(sums(&|t, k| t.common[k]), common),
             crps: divided(sums(&|t, k| t.crps[k]), rows),
             coverage50: coverage(0),
@@ -183,9 +183,9 @@ mod tests {
         let truth = [4.0, 3.0, 2.0, 1.0];
         let forecast = Samples { count: 1, values: vec![2.5, 2.0] };
         let score = FilteredScore::from_tallies(&[tally_forecast(&forecast, &truth, 2, &scoring)]);
-        assert_eq!(score.whole, [1.5 / 4.0]);
-        assert_eq!(score.whole_percent, 100.0 * 1.5 / 10.0);
-        assert_eq!((score.rest, score.rest_percent), (vec![0.75], 100.0 * 1.5 / 3.0));
+        assert_eq!(score.all_rows, [1.5 / 4.0]);
+        assert_eq!(score.all_rows_percent, 100.0 * 1.5 / 10.0);
+        assert_eq!((score.forecast_rows, score.forecast_rows_percent), (vec![0.75], 100.0 * 1.5 / 3.0));
         assert_eq!((score.last_70_percent, score.crps), (vec![0.75], vec![0.75]));
         assert_eq!(score.coverage90, None);
     }
@@ -201,7 +201,7 @@ mod tests {
             2,
             &scoring,
         )]);
-        assert_eq!((score.whole, score.rest), (vec![1.0 / 3.0], vec![1.0]));
+        assert_eq!((score.all_rows, score.forecast_rows), (vec![1.0 / 3.0], vec![1.0]));
     }
 
     #[test]

@@ -90,7 +90,7 @@ impl Learned for Ensemble {
             parts.try_fold(first, |sum, part| tape.add(sum, part))
         };
         let (total, misfit) = (sum(totals)?, sum(misfits)?);
-        Ok(LossVars { total, kl: zero(tape)?, misfit })
+        Ok(LossVars { total, kl: zero(tape)?, negative_ln_likelihood: misfit })
     }
 
     fn forecast(

@@ -62,7 +62,7 @@ impl Learned for FeedForward {
         let mean = self.out.forward(tape, p, h)?;
         let error = tape.squared_error(x, mean)?;
         let misfit = masked_sum(tape, error, mask)?;
-        Ok(LossVars { total: misfit, kl: zero(tape)?, misfit })
+        Ok(LossVars { total: misfit, kl: zero(tape)?, negative_ln_likelihood: misfit })
     }
 
     fn forecast(

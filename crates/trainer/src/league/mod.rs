@@ -285,7 +285,7 @@ impl ClassNet {
             ClassNet::Learned(net, _) => net.loss(tape, p, tile),
             ClassNet::Fitted(..) => {
                 let zero = zero(tape)?;
-                Ok(LossVars { total: zero, kl: zero, misfit: zero })
+                Ok(LossVars { total: zero, kl: zero, negative_ln_likelihood: zero })
             }
         }
     }
@@ -342,7 +342,7 @@ fn gaussian_loss<T: Scalar>(
     let weighted = tape.mul(nll, variance)?;
     let total = masked_sum(tape, weighted, mask)?;
     let misfit = masked_sum(tape, nll, mask)?;
-    Ok(LossVars { total, kl: zero(tape)?, misfit })
+    Ok(LossVars { total, kl: zero(tape)?, negative_ln_likelihood: misfit })
 }
 
 /// Records a tile's targets `[time, S, lane]`, conditions `[time, U, lane]` and mask.

@@ -148,7 +148,7 @@ impl Learned for PredictedParameters {
         }
         let error = tape.squared_error(x, moved)?;
         let misfit = masked_sum(tape, error, mask)?;
-        Ok(LossVars { total: misfit, kl: zero(tape)?, misfit })
+        Ok(LossVars { total: misfit, kl: zero(tape)?, negative_ln_likelihood: misfit })
     }
 
     fn forecast(

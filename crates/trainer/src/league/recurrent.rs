@@ -76,7 +76,7 @@ impl Learned for Recurrent {
             Head::Mixture(head) => {
                 let nll = head.nll(tape, p, h, x)?;
                 let misfit = masked_sum(tape, nll, mask)?;
-                Ok(LossVars { total: misfit, kl: zero(tape)?, misfit })
+                Ok(LossVars { total: misfit, kl: zero(tape)?, negative_ln_likelihood: misfit })
             }
         }
     }

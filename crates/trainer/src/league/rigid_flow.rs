@@ -232,7 +232,7 @@ impl Learned for RigidFlow {
         let mask = mask_of(tape, &tile)?;
         // Unreachable: settings without a rod are rejected before a net is trained.
         let Some(scene) = &self.scene else {
-            return Ok(LossVars { total: zero(tape)?, kl: zero(tape)?, misfit: zero(tape)? });
+            return Ok(LossVars { total: zero(tape)?, kl: zero(tape)?, negative_ln_likelihood: zero(tape)? });
         };
         let width = condition - ROD_MOTION_WIDTH;
         let features = tape.slice(u, 1, 0, width)?;
@@ -264,7 +264,7 @@ impl Learned for RigidFlow {
             Some(sum) => tape.scale(sum, 1.0 / POINTS as f64)?,
             None => zero(tape)?,
         };
-        Ok(LossVars { total: misfit, kl: zero(tape)?, misfit })
+        Ok(LossVars { total: misfit, kl: zero(tape)?, negative_ln_likelihood: misfit })
     }
 
     fn forecast(

@@ -118,7 +118,7 @@ impl Learned for Vrnn {
         if time < 2 {
             // The initial state is given, so there is nothing to learn.
             let zero = zero(tape)?;
-            return Ok(LossVars { total: zero, kl: zero, misfit: zero });
+            return Ok(LossVars { total: zero, kl: zero, negative_ln_likelihood: zero });
         }
         let eps = tape.constant(&[time, LATENT, lanes], tile.eps)?;
         let x_features = self.phi_x.forward(tape, p, x)?;
@@ -172,7 +172,7 @@ impl Learned for Vrnn {
         let target = tape.slice(x, 0, 1, time)?;
         let nll = tape.gaussian_nll(target, decoded.mean, decoded.sd)?;
         let misfit = masked_sum(tape, nll, mask)?;
-        Ok(LossVars { total: tape.add(kl, misfit)?, kl, misfit })
+        Ok(LossVars { total: tape.add(kl, misfit)?, kl, negative_ln_likelihood: misfit })
     }
 
     fn forecast(

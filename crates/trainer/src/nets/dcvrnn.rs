@@ -175,7 +175,7 @@ impl Dcvrnn {
         let (kl, misfit) = self.parts(tape, x, passed)?;
         let kl = masked_sum(tape, kl, mask)?;
         let misfit = masked_sum(tape, misfit, mask)?;
-        Ok(LossVars { total: tape.add(kl, misfit)?, kl, misfit })
+        Ok(LossVars { total: tape.add(kl, misfit)?, kl, negative_ln_likelihood: misfit })
     }
 
     /// Computes the loss of a tile, and `scale` times its gradient at the variables of `p`.
@@ -217,7 +217,7 @@ impl Dcvrnn {
         let misfit = backward_term(tape, misfit)?;
 
         tape.finish_backward();
-        Ok(Losses { kl, misfit })
+        Ok(Losses { kl, negative_ln_likelihood: misfit })
     }
 
     /// Records the divergence `[time, L, lanes]` and the negative log-likelihood `[time, S, lanes]`.

@@ -164,7 +164,7 @@ impl Stepwise {
         let weighted_nll = masked_sum(tape, weighted_nll, mask)?;
         let misfit = masked_sum(tape, misfit, mask)?;
         let weighted_kl = tape.scale(kl, self.kl_weight())?;
-        Ok(LossVars { total: tape.add(weighted_kl, weighted_nll)?, kl, misfit })
+        Ok(LossVars { total: tape.add(weighted_kl, weighted_nll)?, kl, negative_ln_likelihood: misfit })
     }
 
     /// Passes features `u [time, U, lanes]` through the memory, if any.

@@ -29,7 +29,7 @@ pub struct LossVars {
     /// Kullback-Leibler divergence, nats.
     pub kl: Var,
     /// Negative log-likelihood without constant terms, nats.
-    pub misfit: Var,
+    pub negative_ln_likelihood: Var,
 }
 
 /// Values of the two parts of a tile's loss, nats.
@@ -38,7 +38,7 @@ pub struct Losses<T> {
     /// Kullback-Leibler divergence.
     pub kl: T,
     /// Negative log-likelihood without constant terms.
-    pub misfit: T,
+    pub negative_ln_likelihood: T,
 }
 
 /// Backpropagates `scale` times the loss, and returns its values.
@@ -49,7 +49,7 @@ pub(crate) fn backpropagate<T: Scalar>(
 ) -> Result<Losses<T>, TensorError> {
     let scaled = tape.scale(loss.total, scale)?;
     tape.backward(scaled)?;
-    Ok(Losses { kl: tape.value(loss.kl)[0], misfit: tape.value(loss.misfit)[0] })
+    Ok(Losses { kl: tape.value(loss.kl)[0], negative_ln_likelihood: tape.value(loss.negative_ln_likelihood)[0] })
 }
 
 /// Records the sum over all elements of `v [time, F, lanes]` that the mask does not hide.

@@ -86,7 +86,7 @@ impl TrainedRateNet<'_> {
             return Ok(None);
         }
         let fixed_gain = |gain| Candidate {
-            shrinkage: CorrectionShrinkage { gain, spread: 0.0, memory: 0.0 },
+            shrinkage: CorrectionShrinkage { gain, spread: 0.0, correlation_intervals: 0.0 },
             has_own_latents: false,
         };
         let errors = self.scores(&free_runs, &CANDIDATE_GAINS.map(fixed_gain), 1, &|draws, truth| {
@@ -119,7 +119,7 @@ impl TrainedRateNet<'_> {
             candidates.push(Candidate { has_own_latents, ..fixed_gain(gain) });
             for memory in CANDIDATE_MEMORIES {
                 candidates.extend(CANDIDATE_SPREADS.map(|spread| Candidate {
-                    shrinkage: CorrectionShrinkage { gain, spread, memory },
+                    shrinkage: CorrectionShrinkage { gain, spread, correlation_intervals: memory },
                     has_own_latents,
                 }));
             }

@@ -52,10 +52,10 @@ impl<'a> Corrector<'a> {
         for (i, (rate, noise_state)) in rates.iter_mut().zip(&mut self.noise_state).enumerate() {
             let (k, shrinkage) = (i / lanes, self.shrinkage[i % lanes]);
             let innovation: f64 = StandardNormal.sample(&mut self.rng);
-            let correlation = if is_first_interval || shrinkage.memory <= 0.0 {
+            let correlation = if is_first_interval || shrinkage.correlation_intervals <= 0.0 {
                 0.0
             } else {
-                (-1.0 / shrinkage.memory).exp()
+                (-1.0 / shrinkage.correlation_intervals).exp()
             };
             *noise_state = correlation * *noise_state + (1.0 - correlation * correlation).sqrt() * innovation;
             *rate = shrinkage.gain * self.units.mean[k] * f64::from(mean[i])

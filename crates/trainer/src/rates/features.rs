@@ -39,7 +39,7 @@ pub(crate) struct Units<'a> {
     /// Unit of predicted standard deviations in a forecast.
     pub deviation: &'a [f64],
     /// Correlation time of the random corrections in a forecast, in intervals.
-    pub memory: f64,
+    pub correlation_intervals: f64,
 }
 
 impl<'a> Units<'a> {
@@ -48,7 +48,7 @@ impl<'a> Units<'a> {
         let (memory, units) = scales.correction.split_last().unwrap_or((&0.0, &[]));
         let (target, prediction_units) = units.split_at(units.len() / 3);
         let (mean, deviation) = prediction_units.split_at(target.len());
-        Units { target, mean, deviation, memory: *memory }
+        Units { target, mean, deviation, correlation_intervals: *memory }
     }
 }
 
@@ -60,12 +60,12 @@ pub struct CorrectionShrinkage {
     /// Factor of the standard deviations.
     pub spread: f64,
     /// Correlation time of the random corrections, in intervals; 0 makes them independent.
-    pub memory: f64,
+    pub correlation_intervals: f64,
 }
 
 impl CorrectionShrinkage {
     /// The corrections as the net was trained: no shrinkage, independent noise.
-    pub const FULL: CorrectionShrinkage = CorrectionShrinkage { gain: 1.0, spread: 1.0, memory: 0.0 };
+    pub const FULL: CorrectionShrinkage = CorrectionShrinkage { gain: 1.0, spread: 1.0, correlation_intervals: 0.0 };
 }
 
 /// Stores the shrinkage factors in the scales.
@@ -75,7 +75,7 @@ pub(crate) fn set_shrinkage(scales: &mut Scales, trust: CorrectionShrinkage) {
         scales.correction[d + k] = trust.gain * scales.correction[k];
         scales.correction[2 * d + k] = trust.spread * scales.correction[k];
     }
-    scales.correction[3 * d] = trust.memory;
+    scales.correction[3 * d] = trust.correlation_intervals;
 }
 
 /// Reads the shrinkage factors from the scales.
@@ -87,7 +87,7 @@ pub(crate) fn read_shrinkage(scales: &Scales) -> CorrectionShrinkage {
     CorrectionShrinkage {
         gain: factor_of(units.mean),
         spread: factor_of(units.deviation),
-        memory: units.memory,
+        correlation_intervals: units.correlation_intervals,
     }
 }
 

@@ -44,8 +44,8 @@ pub(crate) fn forecast(hybrid: Hybrid<'_>, task: Task<'_>, samples: usize) -> Re
             let (first, end) = (batch * BATCH_SAMPLES, samples.min((batch + 1) * BATCH_SAMPLES));
             let lane_latents =
                 latents.chunks_exact(samples).flat_map(|row| row[first..end].iter().copied()).collect();
-            let memory = Units::of(scales).memory;
-            let trust = vec![CorrectionShrinkage { memory, ..CorrectionShrinkage::FULL }; end - first];
+            let correlation_intervals = Units::of(scales).correlation_intervals;
+            let trust = vec![CorrectionShrinkage { correlation_intervals, ..CorrectionShrinkage::FULL }; end - first];
             let rng = random_stream(settings.seed, "step-noise", (task.index << 16) + batch as u64);
             let mut corrector = Corrector::new((net, params), lane_latents, trust, Units::of(scales), rng);
             let motions =

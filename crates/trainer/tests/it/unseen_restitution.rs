@@ -41,5 +41,5 @@ fn a_restitution_outside_the_training_range_is_identified_from_one_rebound() {
     let score = scores.expect("forecasts").remove(0);
     // Measured: 0.03 m. A perceptron that has to learn the product of latent and speed has an error of 0.14 m
     // after the same training.
-    assert!(score.rest[0] < 0.05, "{:.4} m", score.rest[0]);
+    assert!(score.forecast_rows[0] < 0.05, "{:.4} m", score.forecast_rows[0]);
 }

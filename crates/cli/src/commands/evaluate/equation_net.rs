@@ -51,7 +51,7 @@ pub(super) fn run(args: &Evaluate, model: &NetModel, seed: u64, output: &Output)
     let trust = model.shrinkage().map(|t| CorrectionShrinkage {
         gain: t.gain,
         spread: t.spread,
-        memory_s: t.memory * engine.step_s(),
+        memory_s: t.correlation_intervals * engine.step_s(),
     });
     let score = Score { trajectories: runs.net.len(), burn_in: args.burn_in, samples: SAMPLES, trust, rows };
     output.result(&score, || score_text(&score))?;

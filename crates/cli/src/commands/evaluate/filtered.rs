@@ -137,9 +137,9 @@ fn row(name: &str, seen: PrefixLength, columns: &[String], s: FilteredScore) -> 
     let measures = s.columns.iter().enumerate().map(|(k, range)| MeasureErrors {
         columns: columns[range.clone()].to_vec(),
         unit: Column::new(&columns[range.start]).map_or_else(|_| String::new(), |c| c.unit().symbol()),
-        whole: s.whole[k],
-        rest: s.rest[k],
-        median_rest: s.median_rest[k],
+        whole: s.all_rows[k],
+        rest: s.forecast_rows[k],
+        median_rest: s.median_forecast_rows[k],
         common: s.last_70_percent[k],
         crps: s.crps[k],
     });
@@ -148,8 +148,8 @@ fn row(name: &str, seen: PrefixLength, columns: &[String], s: FilteredScore) -> 
         protocol: "filtered",
         seen: seen.to_string(),
         trajectories: s.trajectories,
-        whole_percent: s.whole_percent,
-        rest_percent: s.rest_percent,
+        whole_percent: s.all_rows_percent,
+        rest_percent: s.forecast_rows_percent,
         measures: measures.collect(),
         coverage50: s.coverage50,
         coverage90: s.coverage90,

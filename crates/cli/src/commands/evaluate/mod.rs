@@ -18,7 +18,7 @@ pub fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcom
     match (args.protocol, args.seen.is_empty()) {
         (ProtocolArg::Filtered, _) => return filtered::run(args, seed, output),
         (_, false) => {
-            return Err(Usage::Inapplicable(Inapplicable::SeenUnfiltered).into());
+            return Err(Usage::Inapplicable(Inapplicable::PrefixUnfiltered).into());
         }
         (_, true) => {}
     }

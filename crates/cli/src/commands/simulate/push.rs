@@ -72,7 +72,7 @@ pub(super) fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> a
         angle_sd_rad: args.angle_sd_rad,
         ..PushRecipe::new(protocol, &object, sheet, args.trajectories as usize)
     };
-    let Generated { data, declared, made } = recipe.generate(seed).map_err(|e| match e {
+    let Generated { data, declared, truths: made } = recipe.generate(seed).map_err(|e| match e {
         LaboratoryError::Setting { .. } => Usage::Laboratory(e).into(),
         LaboratoryError::Data(e) => e.into(),
         other => anyhow::Error::from(other),

@@ -93,7 +93,7 @@ pub struct Generated {
     /// The declared model.
     pub declared: PushModel,
     /// True values of each push.
-    pub made: Vec<GeneratedTruth>,
+    pub truths: Vec<GeneratedTruth>,
 }
 
 /// Error of a set that cannot be generated.
@@ -185,7 +185,7 @@ impl PushRecipe {
             trajectories.push(trajectory);
             made.push(push_truth);
         }
-        Ok(Generated { data: Dataset::from_names(&COLUMNS, trajectories)?, declared, made })
+        Ok(Generated { data: Dataset::from_names(&COLUMNS, trajectories)?, declared, truths: made })
     }
 
     /// Plans, simulates and measures push `index`.
