@@ -16,5 +16,5 @@ pub mod random;
 pub mod sealed;
 pub mod sealed_push;
 pub mod sealed_systems;
-pub mod unmodelled_systems;
 pub mod traps;
+pub mod unmodelled_systems;

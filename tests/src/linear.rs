@@ -10,8 +10,8 @@
 
 use augsim_physics::model::Parameter;
 use augsim_physics::system::{
-    InitialValue, Channel, Effect, EffectParameter, EventSchema, ModelTerm, ErrorFigure, Offsets, Quantity, Schema, Seed,
-    Simulated, SimulationError, State, System, SystemError, Task,
+    Channel, Effect, EffectParameter, ErrorFigure, EventSchema, InitialValue, ModelTerm, Offsets, Quantity,
+    Schema, Seed, Simulated, SimulationError, State, System, SystemError, Task,
 };
 use std::sync::Arc;
 
@@ -99,7 +99,12 @@ fn effect(i: usize) -> Effect {
 fn scatter() -> Effect {
     let (name, unit) = ("sd".into(), "m/s".into());
     let sd = EffectParameter { name, unit, min: 0.0, max: 10.0, typical: 0.1, null: 0.0 };
-    Effect { kind: "slope-scatter".into(), location: "motion".into(), parameters: vec![sd], ..Effect::default() }
+    Effect {
+        kind: "slope-scatter".into(),
+        location: "motion".into(),
+        parameters: vec![sd],
+        ..Effect::default()
+    }
 }
 
 impl System for Linear {
@@ -124,7 +129,9 @@ impl System for Linear {
         for law in laws {
             let index = match law {
                 ModelTerm::Effect(index) => *index,
-                ModelTerm::Table(t) => return Err(SystemError::Table { target: t.target, against: t.feature }),
+                ModelTerm::Table(t) => {
+                    return Err(SystemError::Table { target: t.target, against: t.feature });
+                }
             };
             let count = self.library.len();
             let effect = self.library.get(index).ok_or(SystemError::Effect { index, count })?;

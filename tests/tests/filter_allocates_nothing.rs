@@ -39,7 +39,10 @@ static ALLOCATOR: Counting = Counting;
 #[test]
 fn rows_and_forecasts_after_the_first_ask_for_no_memory() {
     let drops = |trajectories, seed| {
-        let data = DropDistribution { samples: 90, ..DropDistribution::default() }.generate(trajectories, seed).unwrap().0;
+        let data = DropDistribution { samples: 90, ..DropDistribution::default() }
+            .generate(trajectories, seed)
+            .unwrap()
+            .0;
         Sequences::new(&data, &["height_m", "velocity_m_s"]).unwrap()
     };
     let (train, test) = (drops(20, 1), drops(1, 2));
@@ -52,7 +55,8 @@ fn rows_and_forecasts_after_the_first_ask_for_no_memory() {
 
     let sensor = Sensor::new(vec![Some(0.002), None]).unwrap();
     let law = Box::new(NetTransition::new(&model).unwrap());
-    let mut filter = Filter::new(law, (sensor, InitialStatePrior::from_training_set(&train)), (&[], 0), 100, (1, 0));
+    let mut filter =
+        Filter::new(law, (sensor, InitialStatePrior::from_training_set(&train)), (&[], 0), 100, (1, 0));
     let observe = |filter: &mut Filter<'_>, rows: std::ops::Range<usize>| {
         rows.for_each(|t| filter.observe(test.items[0].state(t)).unwrap());
     };

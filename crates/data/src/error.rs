@@ -2,7 +2,7 @@
 
 use crate::atomic_file::AtomicWriteError;
 use crate::checks::suspicious::SuspiciousData;
-use crate::escape_control_characters::{escape_control_characters, escaped_short, escaped_list};
+use crate::escape_control_characters::{escape_control_characters, escaped_list, escaped_short};
 use crate::limits::LimitExceeded;
 use crate::npz_fault::ArrayFault;
 use crate::push::PushError;

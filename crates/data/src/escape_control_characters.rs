@@ -40,9 +40,10 @@ fn cut(text: &str, max_chars: usize) -> String {
     format!("{}… ({} bytes)", escape(text[..end].chars(), |_| false), text.len())
 }
 
-/// A list of names for a message: the first 20, each as by [`shown`], and the number of the others.
+/// A list of names for a message: the first 20, each as by [`escaped_short`], and the number of the others.
 pub fn escaped_list<T: AsRef<str>>(names: &[T]) -> String {
-    let mut texts: Vec<String> = names.iter().take(MAX_NAMES).map(|name| escaped_short(name.as_ref())).collect();
+    let mut texts: Vec<String> =
+        names.iter().take(MAX_NAMES).map(|name| escaped_short(name.as_ref())).collect();
     if let Some(more) = names.len().checked_sub(MAX_NAMES).filter(|more| *more > 0) {
         texts.push(format!("and {more} more"));
     }

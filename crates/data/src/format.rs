@@ -7,7 +7,7 @@ use crate::dataset::Dataset;
 use crate::error::DataError;
 use crate::legacy_ball::read_ball;
 use crate::npz::{is_npz, read_npz_bytes, write_npz};
-use crate::push::{PushError, may_hold_trials, read_push_dataset_bytes, read_push_dataset};
+use crate::push::{PushError, may_hold_trials, read_push_dataset, read_push_dataset_bytes};
 use crate::sniff::{RecognitionOptions, recognise, recognise_bytes};
 use crate::whole_file::read_whole;
 use std::path::Path;

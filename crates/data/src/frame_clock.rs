@@ -42,7 +42,7 @@ impl FrameClock {
     /// let stamps: Vec<f64> = (0..60).map(|k| (6.93 * f64::from(k)).round() / 1e3).collect();
     /// let flight = Trajectory::new("1", stamps, vec![vec![0.0; 60]])?;
     /// let data = Dataset::from_names(&["height_m"], vec![flight])?;
-    /// let clock = FrameClock::of(&data).expect("a clock");
+    /// let clock = FrameClock::estimate(&data).expect("a clock");
     /// assert!((clock.period_s - 6.93e-3).abs() < 5e-6 && clock.jitter_s < 4e-4);
     /// # Ok::<(), augsim_data::DataError>(())
     /// ```

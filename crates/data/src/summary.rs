@@ -204,8 +204,11 @@ impl fmt::Display for Summary {
         }
         writeln!(f)?;
         if !self.groups.is_empty() {
-            let groups: Vec<String> =
-                self.groups.iter().map(|(name, count)| format!("{} ({count})", escaped_short(name))).collect();
+            let groups: Vec<String> = self
+                .groups
+                .iter()
+                .map(|(name, count)| format!("{} ({count})", escaped_short(name)))
+                .collect();
             writeln!(f, "groups: {}", groups.join(", "))?;
         }
         if let Some(s) = self.sampling {

@@ -1,7 +1,9 @@
 //! Effects added to a declared model, and names of sets of them.
 
 use augsim_physics::model::Per;
-use augsim_physics::system::{Effect, EffectParameter, ModelTerm, Quantity, ScatterPer, System, Table, Target};
+use augsim_physics::system::{
+    Effect, EffectParameter, ModelTerm, Quantity, ScatterPer, System, Table, Target,
+};
 use std::sync::Arc;
 
 /// Kind of a tabulated effect, which is not in the library.
@@ -78,7 +80,11 @@ impl Addition {
     pub fn scatter(system: &dyn System, per: ScatterPer) -> Option<Self> {
         let schema = system.schema();
         let effect = schema.event.as_ref()?.scatter.clone();
-        Some(Addition::Scatter(Arc::new(RandomEffect { per, draw_unit: per.word(schema).to_string(), effect })))
+        Some(Addition::Scatter(Arc::new(RandomEffect {
+            per,
+            draw_unit: per.word(schema).to_string(),
+            effect,
+        })))
     }
 
     /// A tabulated function of one feature.
@@ -152,7 +158,8 @@ impl Addition {
     /// Whether it changes the simulation even at the null values of its parameters, so that it needs a
     /// simulation of its own: a switch without parameters, or an effect that is singular at its null.
     pub fn is_structural(&self) -> bool {
-        let is_structural = |effect: &Effect| effect.parameters.is_empty() || !effect.first_simulated_at.is_empty();
+        let is_structural =
+            |effect: &Effect| effect.parameters.is_empty() || !effect.first_simulated_at.is_empty();
         matches!(self, Addition::Effect(listed, _) if is_structural(&listed.effect))
     }
 

@@ -65,8 +65,11 @@ pub fn assess(
         .filter(|s| s.is_finite())
         .min_by(|a, b| a.evidence.cost.total_cmp(&b.evidence.cost))
         .unwrap_or_else(|| base.clone());
-    let has_scatter =
-        system.schema().record_random_effect.as_ref().is_some_and(|d| kinds.contains(&d.scatter.kind.as_str()));
+    let has_scatter = system
+        .schema()
+        .record_random_effect
+        .as_ref()
+        .is_some_and(|d| kinds.contains(&d.scatter.kind.as_str()));
     let scatter_gain = if has_scatter { random_effect_test::gain(&search, &best) } else { 0.0 };
     let shown_records = if prepared.held_out.is_empty() { &prepared.searched } else { &prepared.held_out };
     Ok(Assessment {

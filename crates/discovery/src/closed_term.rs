@@ -42,11 +42,11 @@ fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {
             continue;
         }
         let (slope, offset) = ((w * by - b * y) / det, (bb * y - b * by) / det);
-        let misfit = sum(&|i| (values[i] - offset - slope * basis[i]).powi(2));
-        if best.as_ref().is_none_or(|(m, _)| misfit < *m) {
+        let squared_residuals = sum(&|i| (values[i] - offset - slope * basis[i]).powi(2));
+        if best.as_ref().is_none_or(|(m, _)| squared_residuals < *m) {
             let (target, sign) = (&law.target.quantity.name, if slope < 0.0 { '-' } else { '+' });
             let [offset, slope] = [offset, slope.abs()].map(with_three_digits);
-            best = Some((misfit, format!("{target} += {offset} {sign} {slope} * {label}")));
+            best = Some((squared_residuals, format!("{target} += {offset} {sign} {slope} * {label}")));
         }
     }
     best.map_or_else(String::new, |b| b.1)

@@ -24,9 +24,9 @@ fn parabola_residuals(times: &[f64], y: &[f64]) -> Vec<f64> {
             let wa = (x - b) * (x - c) / ((a - b) * (a - c));
             let wb = (x - a) * (x - c) / ((b - a) * (b - c));
             let wc = (x - a) * (x - b) / ((c - a) * (c - b));
-            let misfit = y[k + 2] - wa * y[k] - wb * y[k + 1] - wc * y[k + 3];
+            let residual = y[k + 2] - wa * y[k] - wb * y[k + 1] - wc * y[k + 3];
             let size = (1.0 + wa * wa + wb * wb + wc * wc).sqrt();
-            misfit.is_finite().then(|| (misfit / size).abs())
+            residual.is_finite().then(|| (residual / size).abs())
         })
         .collect()
 }

@@ -101,7 +101,12 @@ fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(P
 }
 
 /// Selects the established effects, tests their residuals and derives the verdict.
-fn judge(prepared: &Prepared, searched: &mut SearchStage, doubt: Option<String>, options: &Options) -> Judged {
+fn judge(
+    prepared: &Prepared,
+    searched: &mut SearchStage,
+    doubt: Option<String>,
+    options: &Options,
+) -> Judged {
     let SearchStage { view, families, found } = searched;
     let search = Search::new(view, families, &prepared.clock);
     let findings = judge_findings(&search, found, options.seed, options.null_runs);
@@ -116,7 +121,8 @@ fn judge(prepared: &Prepared, searched: &mut SearchStage, doubt: Option<String>,
     let is_named = found.sets[best].additions().iter().any(is_not_table)
         || random_effect.as_ref().is_some_and(|s| !s.is_declared);
     let verdict = judge::verdict(is_named, table.is_some(), &tests);
-    let mut judged = Judged { findings, best, random_effect, residual_tests: tests, verdict, withdrawal_reason: doubt };
+    let mut judged =
+        Judged { findings, best, random_effect, residual_tests: tests, verdict, withdrawal_reason: doubt };
     if judged.withdrawal_reason.is_none()
         && let Some(WithdrawalReason::NotThisSystem(why)) =
             [best, named].iter().find_map(|n| judge::reason_from_values(&found.sets[*n].fit))
@@ -139,7 +145,12 @@ fn withdraw_findings(judged: &mut Judged, verdict: Verdict) {
 }
 
 /// Prediction errors on data that no decision used.
-fn prediction_errors(prepared: &Prepared, searched: &SearchStage, judged: &Judged, options: &Options) -> Errors {
+fn prediction_errors(
+    prepared: &Prepared,
+    searched: &SearchStage,
+    judged: &Judged,
+    options: &Options,
+) -> Errors {
     let SearchStage { view, families, found } = searched;
     measure_errors(prepared, view.joined, families, found, judged.best, options.seed)
 }

@@ -128,7 +128,12 @@ impl ForecastErrors {
     }
 
     /// Tables of the other measures by name, in their display units.
-    pub fn other_figures(&self, schema: &Schema, seed: u64, heldout_gain: f64) -> BTreeMap<String, ErrorTable> {
+    pub fn other_figures(
+        &self,
+        schema: &Schema,
+        seed: u64,
+        heldout_gain: f64,
+    ) -> BTreeMap<String, ErrorTable> {
         let table = |(i, measure): (usize, &ErrorFigure)| {
             let (unit, scale) = &measure.unit;
             (measure.name.clone(), self.table(i, *scale, unit, seed, heldout_gain))

@@ -10,7 +10,7 @@ use crate::record::{Record, RecordWindow};
 use crate::statistics::median;
 use augsim_physics::model::Per;
 use augsim_physics::system::{
-    InitialValue, Event, Offsets, ScatterPer, Seed, Simulated, SimulationError, System, Task,
+    Event, InitialValue, Offsets, ScatterPer, Seed, Simulated, SimulationError, System, Task,
 };
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -494,7 +494,16 @@ fn weigh_and_add_priors(
         q += precision * offset * offset;
     }
     let q = if q.is_finite() { q } else { f64::INFINITY };
-    NormalEquations { h, g, q, residual_norm_squared: misfit, degrees_of_freedom: freedom, weight, softening, events }
+    NormalEquations {
+        h,
+        g,
+        q,
+        residual_norm_squared: misfit,
+        degrees_of_freedom: freedom,
+        weight,
+        softening,
+        events,
+    }
 }
 
 #[cfg(test)]

@@ -33,8 +33,13 @@ pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unex
             schema.record[0]
         );
     }
-    let drawn = parts.judged.random_effect.as_ref().filter(|s| !s.is_declared).and(schema.record_random_effect.as_ref());
-    if let (Some(drawn), true) = (drawn, best.is_empty())
+    let random_effect = parts
+        .judged
+        .random_effect
+        .as_ref()
+        .filter(|s| !s.is_declared)
+        .and(schema.record_random_effect.as_ref());
+    if let (Some(drawn), true) = (random_effect, best.is_empty())
         && let Some(text) = &drawn.scatter.confirmed_by
     {
         return text.clone();

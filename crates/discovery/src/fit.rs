@@ -2,7 +2,7 @@
 
 use crate::descent::Descent;
 use crate::evaluate::{Lanes, NormalEquations};
-use crate::event_offsets::{Spread, scatter_bounds, offset_spread};
+use crate::event_offsets::{Spread, offset_spread, scatter_bounds};
 use crate::fit_state::State;
 pub(crate) use crate::fit_state::assemble_all;
 use crate::growing_windows::fit_growing;

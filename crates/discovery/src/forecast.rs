@@ -12,7 +12,7 @@ use augsim_data::random_stream;
 use augsim_physics::model::Per;
 use augsim_physics::system::Record as SystemRecord;
 use augsim_physics::system::{
-    InitialValue, ErrorFigure, ScatterPer, Simulated, State, Window, split_by_duration, channel_sd,
+    ErrorFigure, InitialValue, ScatterPer, Simulated, State, Window, channel_sd, split_by_duration,
 };
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};

@@ -40,7 +40,8 @@ pub(crate) fn snap_to_frames(
     if is_regular(data, &subset) {
         return Ok(None);
     }
-    let Some(clock) = FrameClock::estimate(&data.select(&subset)).filter(|c| c.jitter_s > MIN_JITTER * c.period_s)
+    let Some(clock) =
+        FrameClock::estimate(&data.select(&subset)).filter(|c| c.jitter_s > MIN_JITTER * c.period_s)
     else {
         return Ok(None);
     };

@@ -25,7 +25,7 @@ pub(crate) fn fit_growing(
     let longest = windows.iter().map(|at| at.window.samples.len()).max().unwrap_or(0);
     let lengths = std::iter::successors(Some(FIRST_SAMPLES), |length: &usize| length.checked_mul(2));
     let mut nuisance = rough;
-    let mut settled = Vec::new();
+    let mut converged = Vec::new();
     for length in lengths.take_while(|length| *length < longest).chain([longest]) {
         let short = |at: &RecordWindow<'_>| {
             let samples =
@@ -38,8 +38,8 @@ pub(crate) fn fit_growing(
             .zip(&short)
             .map(|(at, window)| RecordWindow { record: at.record, window })
             .collect();
-        settled = fit_nuisances_from(sample, h, theta, &beginnings, lanes, nuisance);
-        nuisance = settled.iter().map(|(_, nuisance)| nuisance.clone()).collect();
+        converged = fit_nuisances_from(sample, h, theta, &beginnings, lanes, nuisance);
+        nuisance = converged.iter().map(|(_, nuisance)| nuisance.clone()).collect();
     }
-    settled
+    converged
 }

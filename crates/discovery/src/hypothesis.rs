@@ -70,9 +70,9 @@ fn fit_range(effect: &Effect, k: usize) -> (f64, f64) {
 impl Hypothesis {
     /// The declared model with additions.
     pub fn new(data: &Measured, additions: &[Addition]) -> Self {
-        let laws: Vec<ModelTerm> = additions.iter().filter_map(Addition::term).collect();
+        let terms: Vec<ModelTerm> = additions.iter().filter_map(Addition::term).collect();
         // Kinds and tables come from this system, so it accepts them.
-        let system = data.system.augmented(&laws).unwrap_or_else(|_| data.system.clone());
+        let system = data.system.augmented(&terms).unwrap_or_else(|_| data.system.clone());
         let values = system.parameters().iter().map(|p| p.nominal).collect();
         let mut parameter_ranges = system.term_parameter_ranges().into_iter();
         let declared = data.system.parameters().iter().take(data.system.declared_count());

@@ -88,7 +88,8 @@ mod tests {
         let pushed = cause(NoiseSource::ProcessNoise, vec![row("v_m_s", 0.036, "m/s^2")], 0.02).sentence();
         let pushed = pushed.expect("a sentence");
         assert!(pushed.contains("v_m_s 3.600e-2 m/s^2") && pushed.contains("time of 0.020 s"), "{pushed}");
-        let lasting = cause(NoiseSource::AutocorrelatedSensor, vec![row("y_m", 5e-3, "m")], 0.0).sentence();
-        assert!(lasting.is_some_and(|s| s.contains("y_m 5.000e-3 m") && s.contains("independent")));
+        let autocorrelated =
+            cause(NoiseSource::AutocorrelatedSensor, vec![row("y_m", 5e-3, "m")], 0.0).sentence();
+        assert!(autocorrelated.is_some_and(|s| s.contains("y_m 5.000e-3 m") && s.contains("independent")));
     }
 }

@@ -40,19 +40,19 @@ pub fn predict_records(
     options: &PredictOptions,
 ) -> Result<PredictionSet, DiscoveryError> {
     let PreparedRecords { data, noise, .. } = load_records(model, data, 1, false)?;
-    let drawn = VaryingParameters::predictor(&data);
-    let h = fixed_hypothesis(&data, drawn.as_ref());
+    let varying = VaryingParameters::predictor(&data);
+    let h = fixed_hypothesis(&data, varying.as_ref());
     let theta = h.initial_theta(0.0);
     let spread = standard_deviations(&h, &data);
-    let asked = |j: &usize| options.is_requested(&data.records[*j].data.id);
-    let chosen: Vec<usize> = (0..data.records.len()).filter(asked).collect();
+    let is_requested = |j: &usize| options.is_requested(&data.records[*j].data.id);
+    let chosen: Vec<usize> = (0..data.records.len()).filter(is_requested).collect();
     let sample = ChosenRecords { data: &data, chosen: &chosen, correlation: noise.correlation };
     let predictor = Predictor {
         sample: &sample,
         h: &h,
         theta: &theta,
         spread: &spread,
-        drawn,
+        drawn: varying,
         noise_sd: &noise.sd,
         options,
     };
@@ -160,7 +160,7 @@ impl Predictor<'_> {
         let whole = Window { samples: piece.samples.clone(), start: Vec::new() };
         let run = start.run(&h, theta, record);
         let (channels, known) = (run.channels(), start.known_end() - first);
-        let law = InitialStatePrior::predictor(&start, &h, theta, self.sample.correlation);
+        let start_prior = InitialStatePrior::predictor(&start, &h, theta, self.sample.correlation);
         let mut draws = Draws::new(channels, samples, options.draws);
         let bounds = h.fit_bounds();
         let mut rng = random_stream(options.seed, "foretell", j as u64 | (first as u64) << 32);
@@ -170,7 +170,7 @@ impl Predictor<'_> {
                 .map(|((t, sd), (low, high))| (t + sd * normal()).clamp(low.min(*t), high.max(*t)))
                 .collect();
             let moved: Vec<f64> = drawn.iter().zip(theta).map(|(a, b)| a - b).collect();
-            let mut nuisance = law.draw(&moved, &mut normal);
+            let mut nuisance = start_prior.draw(&moved, &mut normal);
             let mut lanes = start.lanes.clone();
             if let Some(scatter) = self.h.scatter {
                 lanes.offsets = if scatter.per == ScatterPer::Record { 1 } else { MAX_EVENTS };
@@ -208,8 +208,9 @@ impl Predictor<'_> {
         });
         let channels = channels.collect();
         let times = record.data.times[piece.samples.clone()].to_vec();
-        let foretold = PredictedRecord { id: piece.name(record), times, initial_sample_count: known, channels };
-        (foretold, forecast::squares(data, record, &run, first, first + known..piece.samples.end))
+        let predicted =
+            PredictedRecord { id: piece.name(record), times, initial_sample_count: known, channels };
+        (predicted, forecast::squares(data, record, &run, first, first + known..piece.samples.end))
     }
 }
 

@@ -45,7 +45,8 @@ impl Prepared {
     pub fn spread(&self) -> f64 {
         let records: Vec<SystemRecord> = self.data.records.iter().map(|r| r.data.clone()).collect();
         let Some(measure) = self.data.system.schema().error_figures.first() else { return f64::INFINITY };
-        let squares: f64 = measure.channels.iter().map(|&channel| channel_sd(&records, channel).powi(2)).sum();
+        let squares: f64 =
+            measure.channels.iter().map(|&channel| channel_sd(&records, channel).powi(2)).sum();
         let count = if measure.is_euclidean { 1 } else { measure.channels.len().max(1) };
         (squares / count as f64).sqrt()
     }

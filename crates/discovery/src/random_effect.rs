@@ -146,8 +146,8 @@ impl CommonFit {
     fn common_state(&self, sample: &ChosenRecords<'_>, theta: &[f64], nuisance: &[Vec<f64>]) -> State {
         let fitted = fit_nuisance(sample, &self.hypothesis, theta, nuisance);
         let normals = assemble_all(sample, &self.hypothesis, &self.lanes(sample), theta, &fitted.nuisance);
-        let own = vec![vec![0.0; self.varying.len()]; sample.chosen.len()];
-        State { theta: theta.to_vec(), own, nuisance: fitted.nuisance, normals }
+        let deviations = vec![vec![0.0; self.varying.len()]; sample.chosen.len()];
+        State { theta: theta.to_vec(), own: deviations, nuisance: fitted.nuisance, normals }
     }
 
     /// Estimates the random effect from the fitted records; `None` where no scatter is most likely.

@@ -43,7 +43,11 @@ pub(crate) fn find_random_effect(
 }
 
 /// Fits and estimates the random effect beside the additions of a fit.
-fn estimated(sample: &ChosenRecords<'_>, drawn: &RecordRandomEffect, fit: &Fit) -> Option<(CommonFit, ScatterEstimate)> {
+fn estimated(
+    sample: &ChosenRecords<'_>,
+    drawn: &RecordRandomEffect,
+    fit: &Fit,
+) -> Option<(CommonFit, ScatterEstimate)> {
     let shared = CommonFit::with(drawn, sample, fit, &fit.hypothesis.additions)?;
     let found = shared.estimate(sample)?;
     Some((shared, found))

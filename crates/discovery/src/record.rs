@@ -67,9 +67,12 @@ impl Measured {
         let channels = column_indices(&mut schema.channels.iter().map(|c| &c.column))?;
         let flag_index =
             |fresh: &Option<String>| fresh.as_deref().and_then(|name| data.column_index(name).ok());
-        let flags: Vec<Option<usize>> = schema.channels.iter().map(|c| flag_index(&c.update_column)).collect();
-        let inputs =
-            schema.inputs.iter().map(|i| Ok((column_indices(&mut i.columns.iter())?, flag_index(&i.update_column))));
+        let flags: Vec<Option<usize>> =
+            schema.channels.iter().map(|c| flag_index(&c.update_column)).collect();
+        let inputs = schema
+            .inputs
+            .iter()
+            .map(|i| Ok((column_indices(&mut i.columns.iter())?, flag_index(&i.update_column))));
         let inputs = inputs.collect::<Result<Vec<_>, DiscoveryError>>()?;
         for (channel, &i) in schema.channels.iter().zip(&channels) {
             let mut values =

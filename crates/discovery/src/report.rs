@@ -53,8 +53,8 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
     });
     for ((f, range), name_and_unit) in h.entries().zip(&names_and_units) {
         let (next, width) = (range.start, range.len());
-        let wanted = split.map_or(f.addition == addition, |index| f.index == index);
-        if wanted && width > 0 {
+        let is_same = split.map_or(f.addition == addition, |index| f.index == index);
+        if is_same && width > 0 {
             let (name, unit) = name_and_unit.clone();
             let mut e = Estimate { value: fit.theta[next], ci95: ci[next], unit, groups: BTreeMap::new() };
             if f.per == Per::Group {
@@ -192,8 +192,11 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
 /// The random effect per record, if one was found, and its share of the gain; `laws` is the gain of the
 /// other effects.
 fn random_effect(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
-    let scattered =
-        parts.judged.random_effect.as_ref().filter(|s| !s.is_declared && parts.judged.withdrawal_reason.is_none());
+    let scattered = parts
+        .judged
+        .random_effect
+        .as_ref()
+        .filter(|s| !s.is_declared && parts.judged.withdrawal_reason.is_none());
     let (scattered, sd) = scattered.zip(parts.random_effect_sd.clone())?;
     let schema = parts.prepared.data.system.schema();
     let effect = &schema.record_random_effect.as_ref()?.scatter;

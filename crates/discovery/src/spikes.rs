@@ -25,7 +25,8 @@ pub(crate) fn spikes(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(usize, usize
                 let &[before, k, after] = triple else { continue };
                 // Residuals in units of the noise.
                 let [a, x, b] = [before, k, after].map(|k| residuals[k] * weight[k]);
-                let is_consecutive = record.data.is_correlated_with(before, k) && record.data.is_correlated_with(k, after);
+                let is_consecutive =
+                    record.data.is_correlated_with(before, k) && record.data.is_correlated_with(k, after);
                 let is_isolated = (x - 0.5 * (a + b)).abs() > SPIKE_SD * 1.5f64.sqrt();
                 let neighbours_agree = (a - b).abs() < SPIKE_SD * 2f64.sqrt();
                 if is_consecutive && is_isolated && neighbours_agree {

@@ -222,5 +222,13 @@ fn calibration(
         .zip(&fit.values)
         .map(|(p, value)| !p.frozen && (*value <= p.min || *value >= p.max))
         .collect();
-    Calibration { values: fit.values, standard_errors, at_bound, initial_states: starts, stages, stopped, gauges }
+    Calibration {
+        values: fit.values,
+        standard_errors,
+        at_bound,
+        initial_states: starts,
+        stages,
+        stopped,
+        gauges,
+    }
 }

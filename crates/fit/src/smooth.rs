@@ -57,8 +57,8 @@ pub struct Smoothed {
     pub cause: Cause,
     /// Standard deviation of each disturbance of the cause; empty for [`Cause::Sensor`].
     ///
-    /// For [`Cause::Motion`] there is one for each disturbed state, in the unit of its rate, averaged over a
-    /// sample step; for [`Cause::LastingSensor`] one for each channel, in its unit.
+    /// For [`Cause::ProcessNoise`] there is one for each disturbed state, in the unit of its rate, averaged over a
+    /// sample step; for [`Cause::AutocorrelatedSensor`] one for each channel, in its unit.
     pub disturbance_sd: Vec<f64>,
     /// Correlation time of the disturbances, s: their autocorrelation falls to 1/e; 0 for white noise.
     pub correlation_time_s: f64,

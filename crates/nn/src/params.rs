@@ -110,8 +110,8 @@ impl<T: Scalar> Params<T> {
     /// let mut params = Params::<f64>::new(random_stream(1, "init", 0));
     /// params.add("w".into(), &[2], Init::Constant(0.0));
     /// params.add("b".into(), &[1], Init::Constant(0.0));
-    /// assert_eq!(params.part("b", &[10, 20, 30]), Some(&[30][..]));
-    /// assert_eq!(params.part("c", &[10, 20, 30]), None);
+    /// assert_eq!(params.range_of("b", &[10, 20, 30]), Some(&[30][..]));
+    /// assert_eq!(params.range_of("c", &[10, 20, 30]), None);
     /// ```
     pub fn range_of<'a, U>(&self, name: &str, flat: &'a [U]) -> Option<&'a [U]> {
         let entry = self.entries.iter().find(|e| e.name == name)?;

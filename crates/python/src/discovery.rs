@@ -41,15 +41,15 @@ pub fn discover(
     let accept = accepted(&accept).map_err(|e| raised(py, &e))?;
     let options =
         Options { seed, null_runs, accepted: accept.iter().copied().collect(), ..Options::default() };
-    let wanted = DiscoverRequest { groups, accept, options };
+    let request = DiscoverRequest { groups, accept, options };
     let (subject, path, data) = (model.subject.clone(), model.path.clone(), data.from.clone());
     background::run(py, progress.as_ref(), move |line| {
         let mut report = |step: augsim_discovery::Progress| {
             line.end_if_stopped();
             line.step(step.describe().to_owned(), Some(step.fraction()));
         };
-        let found = augsim_session::discover(&subject, &data, &wanted, &mut report)?;
-        Ok(Discovery { found, subject, model: path, data, wanted })
+        let found = augsim_session::discover(&subject, &data, &request, &mut report)?;
+        Ok(Discovery { found, subject, model: path, data, request })
     })
 }
 

@@ -88,7 +88,8 @@ impl Laboratory {
             let [px, py, angle] = start[..] else {
                 return Err(Usage::Plan(PlanFault::Pose { found: start.len() }).into());
             };
-            let poses = self.recipe.simulate_along(Pose::new(px, py, angle), &times, [&x, &y], self.seed, index);
+            let poses =
+                self.recipe.simulate_along(Pose::new(px, py, angle), &times, [&x, &y], self.seed, index);
             let poses = poses.map_err(Usage::Laboratory)?;
             Ok(poses.iter().flat_map(|p| [p.position[0], p.position[1], p.angle]).collect::<Vec<f64>>())
         })?;

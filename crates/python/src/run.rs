@@ -10,7 +10,7 @@ use augsim_session::configure::{PhysicsSource, TrainingRequest, configure};
 use augsim_session::run_data::{check_measured, load_timed, read_measured};
 use augsim_session::run_dir::{Config, RunDir};
 use augsim_session::simulate::MAX_SERIAL_VALUES;
-use augsim_session::training_run::{TrainingStart, TrainingObserver, train_in_memory};
+use augsim_session::training_run::{TrainingObserver, TrainingStart, train_in_memory};
 use augsim_session::usage::{Inapplicable, Missing, PathFault, PlanFault, UnknownName};
 use augsim_session::{RunLock, Subject, Usage, forecast};
 use augsim_trainer::{Forecaster, Losses, NetModel, Recipe, Task};

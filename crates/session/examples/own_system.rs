@@ -12,8 +12,8 @@ use augsim_physics::Scalar;
 use augsim_physics::model::Parameter;
 use augsim_physics::ode::{At, Equations, Ode};
 use augsim_physics::system::{
-    Addition, Augmentation, InitialValue, Channel, Declaration, Effect, EffectParameter, ErrorFigure, Objection,
-    Quantity, RoundTripError, Schema, State, System,
+    Addition, Augmentation, Channel, Declaration, Effect, EffectParameter, ErrorFigure, InitialValue,
+    Objection, Quantity, RoundTripError, Schema, State, System,
 };
 use rand_distr::{Distribution, Normal};
 use std::sync::Arc;

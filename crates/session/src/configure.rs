@@ -64,7 +64,7 @@ impl PhysicsSource {
     /// The physics engine, and notes for the user.
     ///
     /// # Errors
-    /// As [`residual::engine`], [`residual::engine_of`] and [`residual::engine_of_file`].
+    /// As [`residual::engine`], [`residual::engine_of_model`] and [`residual::engine_of_file`].
     pub fn engine(&self, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(Engine, Vec<String>)> {
         match self {
             PhysicsSource::Folder(found) => residual::engine(found, data, recipe),

@@ -1,7 +1,7 @@
 //! The source of trajectories: a file, or a table in memory that is read like one.
 
 use crate::provenance::{fingerprint, fingerprint_of_bytes};
-use augsim_data::{DataError, Dataset, MissingCells, NamedCsv, read_dataset, read_csv_bytes};
+use augsim_data::{DataError, Dataset, MissingCells, NamedCsv, read_csv_bytes, read_dataset};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,6 +1,5 @@
 #![doc = include_str!("../README.md")]
 
-mod report_context;
 pub mod command_line;
 pub mod configure;
 mod data_from;
@@ -16,6 +15,7 @@ mod model_or_run;
 pub mod predict;
 mod prefix_length;
 pub mod provenance;
+mod report_context;
 pub mod residual;
 pub mod run_data;
 pub mod run_dir;
@@ -27,11 +27,11 @@ pub mod table;
 pub mod training_run;
 pub mod usage;
 
-pub use report_context::ReportContext;
 pub use data_from::DataFrom;
 pub use discover::{DiscoverRequest, discover};
 pub use failure::{Failure, sentence};
 pub use model_or_run::{ModelOrRun, discovery_in};
+pub use report_context::ReportContext;
 pub use run_lock::RunLock;
 pub use subject::Subject;
 pub use usage::Usage;

@@ -2,7 +2,7 @@
 
 use crate::command_line::quoted;
 use crate::equations::figures::Figures;
-use crate::provenance::{fingerprint, display_path};
+use crate::provenance::{display_path, fingerprint};
 use crate::{DataFrom, DiscoverRequest};
 use augsim_report::page::DataSource;
 use std::path::Path;

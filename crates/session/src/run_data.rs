@@ -32,7 +32,9 @@ pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
         DataSource::Table { name, .. } => {
             return Err(Usage::Missing(Missing::Table { name: name.clone() }).into());
         }
-        DataSource::DropDistribution { trajectories, seed } => DropDistribution::default().generate(*trajectories, *seed)?.0,
+        DataSource::DropDistribution { trajectories, seed } => {
+            DropDistribution::default().generate(*trajectories, *seed)?.0
+        }
         DataSource::PushLaboratory { object, surface, pushes, seed } => {
             recipe(PushDesign::Mit, object, surface, *pushes)?.generate(*seed)?.data
         }
@@ -158,7 +160,7 @@ pub fn load_timed(from: &DataFrom, engine: &Engine) -> anyhow::Result<(Sequences
 /// Training trajectories of a run, and the warnings of the data checks; generated data are not checked.
 ///
 /// # Errors
-/// As [`read`] and [`admit_measured`].
+/// As [`read`] and [`check_measured`].
 pub fn load_checked(config: &Config) -> anyhow::Result<(Sequences, Vec<Warning>)> {
     let engine = &config.settings.engine;
     let data = read(&config.data, engine)?;

@@ -7,7 +7,7 @@ use augsim_equations::EquationSystem;
 use augsim_equations::model::Hold;
 use augsim_physics::model::{ModelFile, Parameter};
 use augsim_physics::system::{
-    InitialValue, Declaration, Offsets, Record, ScatterPer, Schema, Simulated, Stream, System, Task,
+    Declaration, InitialValue, Offsets, Record, ScatterPer, Schema, Simulated, Stream, System, Task,
 };
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;

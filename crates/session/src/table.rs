@@ -10,7 +10,11 @@ pub enum TableFault {
     #[error("the table has no columns; it needs `trajectory`, `t_s` and measured ones")]
     NoColumns,
     /// Two columns have different lengths.
-    #[error("the table's column `{}` has {found} values, but `{}` has {rows}", escaped_short(name), escaped_short(first))]
+    #[error(
+        "the table's column `{}` has {found} values, but `{}` has {rows}",
+        escaped_short(name),
+        escaped_short(first)
+    )]
     Lengths {
         /// The column.
         name: String,

@@ -159,11 +159,11 @@ impl Runner {
             .stdout(create(&stdout_path)?)
             .stderr(create(&log)?);
         set_process_group(&mut command);
-        let begun = Instant::now();
+        let started = Instant::now();
         let mut child =
             command.spawn().with_context(|| format!("{}: cannot start", self.program.display()))?;
         let status = wait(&mut child, keeper)?;
-        self.store.add_seconds(&task.id, begun.elapsed());
+        self.store.add_seconds(&task.id, started.elapsed());
         let end = match status.code() {
             Some(code @ (0 | 1)) => {
                 CommandEnd::Result { criterion_met: code == 0, result: result(&out, &stdout_path)? }

@@ -229,7 +229,9 @@ impl<'a> Work<'a> {
                     continue;
                 }
                 AttemptOutcome::Stopped => ledger.stopped = true,
-                AttemptOutcome::Failed(failure) if failure.code > 128 && waiting.attempts + 1 < self.attempts => {
+                AttemptOutcome::Failed(failure)
+                    if failure.code > 128 && waiting.attempts + 1 < self.attempts =>
+                {
                     waiting.attempts += 1;
                     output.note(format!("task {}: {}; retrying", waiting.index, failure.error));
                     ledger.waiting.push_back(waiting);

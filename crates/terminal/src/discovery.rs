@@ -23,12 +23,12 @@ pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -
     let accepted = accept.iter().copied().collect();
     let library = args.library == Library::Generic;
     let options = Options { seed, null_runs: args.null_runs, accepted, library, until: until(args)? };
-    let wanted = DiscoverRequest { groups: args.group.clone(), accept, options };
+    let request = DiscoverRequest { groups: args.group.clone(), accept, options };
     let steps = Steps::new(output);
     let mut show = |p: augsim_discovery::Progress| steps.show_part(p.describe(), p.fraction());
     let subject = Subject::read(&args.model)?;
     let data = DataFrom::from(&args.data);
-    let found = discover(&subject, &data, &wanted, &mut show)?;
+    let found = discover(&subject, &data, &request, &mut show)?;
     steps.finish();
     output.warn(&found.warnings);
     found.notes.iter().for_each(|note| output.note(note));
@@ -36,7 +36,7 @@ pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -
     claim.begin()?;
     claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
     claim.write(MODEL, &found.model_toml)?;
-    let mut circumstances = ReportContext::new(Some(&args.model), &data, &wanted, &args.out);
+    let mut circumstances = ReportContext::new(Some(&args.model), &data, &request, &args.out);
     circumstances.figures = figures(&subject, &found, &data);
     claim.write(REPORT, &page(&circumstances, &subject, &found).render())?;
     claim.write_timing(())?;

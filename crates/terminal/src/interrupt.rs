@@ -81,12 +81,12 @@ pub fn install() -> anyhow::Result<()> {
     std::thread::Builder::new()
         .name("signals".to_owned())
         .spawn(move || {
-            let mut begun: Option<Instant> = None;
+            let mut started: Option<Instant> = None;
             for signal in signals.forever() {
-                if begun.is_some_and(|begun| begun.elapsed() < DUPLICATE_SIGNAL_TIME) {
+                if started.is_some_and(|begun| begun.elapsed() < DUPLICATE_SIGNAL_TIME) {
                     continue;
                 }
-                begun = begun.or_else(|| Some(Instant::now()));
+                started = started.or_else(|| Some(Instant::now()));
                 let first = REQUESTED.compare_exchange(0, signal, Ordering::SeqCst, Ordering::SeqCst).is_ok();
                 if !first || KEEPERS.load(Ordering::SeqCst) == 0 {
                     end(signal);

@@ -5,7 +5,7 @@ use crate::output::Output;
 use crate::progress::TrainingProgress;
 use augsim_session::RunLock;
 use augsim_session::run_dir::{Config, RunDir};
-use augsim_session::training_run::{self, TrainingStart, TrainingOutcome, Trained, TrainingObserver};
+use augsim_session::training_run::{self, Trained, TrainingObserver, TrainingOutcome, TrainingStart};
 use augsim_trainer::{Forecaster, Losses, Sequences};
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn draws_are_the_mean_plus_the_factor_times_noise() {
-        let law = LatentDistribution { mean: vec![1.0, -1.0], factor: vec![2.0, 0.0, 0.5, 3.0] };
-        assert_eq!(law.draw(&[1.0, 0.0, 0.0, 1.0], 2), [3.0, 1.0, -0.5, 2.0]);
+        let distribution = LatentDistribution { mean: vec![1.0, -1.0], factor: vec![2.0, 0.0, 0.5, 3.0] };
+        assert_eq!(distribution.draw(&[1.0, 0.0, 0.0, 1.0], 2), [3.0, 1.0, -0.5, 2.0]);
     }
 }

@@ -72,8 +72,11 @@ impl LevenbergMarquardt {
         let mut normal = Normal::new(&blocks, &self.jacobian(&values, &blocks, residuals), threshold);
         for _ in 0..self.max_iterations {
             let Some(step) = normal.step(damping) else { break };
-            let moved: Vec<f64> =
-                values.iter().zip(&step).map(|(v, s)| v - s.clamp(-self.max_change, self.max_change)).collect();
+            let moved: Vec<f64> = values
+                .iter()
+                .zip(&step)
+                .map(|(v, s)| v - s.clamp(-self.max_change, self.max_change))
+                .collect();
             let moved_blocks = residuals(&moved);
             let moved_loss = loss(&moved_blocks);
             if moved_loss < best {
@@ -104,8 +107,9 @@ impl LevenbergMarquardt {
         let column = |k: usize| {
             let mut moved = values.to_vec();
             moved[k] += self.difference_step;
-            let difference =
-                |(a, b): (&Block, &Block)| a.iter().zip(b).map(|(a, b)| (a - b) / self.difference_step).collect();
+            let difference = |(a, b): (&Block, &Block)| {
+                a.iter().zip(b).map(|(a, b)| (a - b) / self.difference_step).collect()
+            };
             residuals(&moved).iter().zip(blocks).map(difference).collect()
         };
         (0..values.len()).map(column).collect()

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod collect_in_order;
 mod difference;
 mod engine;
 mod error;
@@ -7,7 +8,6 @@ mod evaluate;
 mod featuriser;
 pub mod filter;
 mod forecast;
-mod collect_in_order;
 mod latent;
 mod league;
 mod least_squares;
@@ -28,14 +28,14 @@ mod tiles;
 mod training;
 mod violations;
 
+pub use collect_in_order::collect_in_order;
 pub use difference::Difference;
-pub use engine::{Engine, EngineError, EquationEngine, ThrowAxes, SystemEngine, ThrowEngine};
+pub use engine::{Engine, EngineError, EquationEngine, SystemEngine, ThrowAxes, ThrowEngine};
 pub use error::TrainerError;
 pub use evaluate::{
     Protocol, SAMPLES, check_finite, evaluate_forecast, evaluate_reconstruction, forecast_scores,
 };
 pub use forecast::{Forecaster, Samples, Task};
-pub use collect_in_order::collect_in_order;
 pub use latent::LatentDistribution;
 pub use models::NetModel;
 pub use rates::CorrectionShrinkage;

@@ -190,8 +190,9 @@ pub fn average(scores: &[Score]) -> Score {
         sum / count
     };
     let longest = scores.iter().map(|s| s.error_by_sample.len()).max().unwrap_or(0);
-    let at_time =
-        |t: usize, k: usize| mean_present(&mut scores.iter().filter_map(|s| Some(s.error_by_sample.get(t)?[k])));
+    let at_time = |t: usize, k: usize| {
+        mean_present(&mut scores.iter().filter_map(|s| Some(s.error_by_sample.get(t)?[k])))
+    };
     let measures = scores.first().map_or(0, |s| s.crps.len());
     Score {
         trajectories: scores.iter().map(|s| s.trajectories).sum(),

@@ -72,7 +72,7 @@ impl Stepper {
     /// Creates a stepper for a trained model, at trajectory 0 with the initial state 0.
     ///
     /// # Errors
-    /// [`TrainerError::Foreign`] for nets that do not correct single steps, need actions, or are not fully
+    /// [`TrainerError::Mismatch`] for nets that do not correct single steps, need actions, or are not fully
     /// trained.
     pub fn new(model: &NetModel) -> Result<Self, TrainerError> {
         let settings = &model.state().settings;
@@ -94,13 +94,13 @@ impl Stepper {
                 }))
             }
             Net::Stepwise(net) => {
-                let latent_law = model.state().latent.clone().ok_or(Difference::Unfinished)?;
+                let latent_distribution = model.state().latent.clone().ok_or(Difference::Unfinished)?;
                 Kind::Stepwise(Box::new(MarkovStepper {
                     features: vec![0.0; net.sizes().condition],
                     latent: vec![0.0; net.sizes().latent],
                     net: net.clone(),
                     params: model.params().clone(),
-                    latent_law,
+                    latent_law: latent_distribution,
                     tape: Tape::new(),
                     bound: Bound::default(),
                     reading: StepRowInputs::default(),
@@ -131,7 +131,7 @@ impl Stepper {
     /// Its random stream and its latent equal those of a forecast of task `index` with one sample.
     ///
     /// # Errors
-    /// [`TrainerError::Foreign`] if the start does not have one value per state column.
+    /// [`TrainerError::Mismatch`] if the start does not have one value per state column.
     pub fn begin(&mut self, start: &[f64], index: u64) -> Result<(), TrainerError> {
         self.set_state(start)?;
         match &mut self.kind {

@@ -115,7 +115,12 @@ impl Workspace {
     ///
     /// The noise of the k-th of them comes from stream `first + k`; `first` counts all trajectories processed
     /// since the start of training, so that no stream is used twice.
-    pub fn run_all(&mut self, shared: TileContext<'_>, items: &[usize], first: u64) -> Result<(), TrainerError> {
+    pub fn run_all(
+        &mut self,
+        shared: TileContext<'_>,
+        items: &[usize],
+        first: u64,
+    ) -> Result<(), TrainerError> {
         let mut results = std::mem::take(&mut self.results);
         results.resize_with(items.len().div_ceil(TILE), TileResult::default);
         let mut tiles = results.iter_mut().zip(items.chunks(TILE)).enumerate();
@@ -145,7 +150,10 @@ impl Workspace {
         let tile = Tile { time, lanes, x: &self.x, u: &self.u, eps: &self.eps, mask: &self.mask };
         let loss = net.differentiate(&mut self.tape, &self.bound, tile, scale)?;
         params.gather_grads(&self.tape, &self.bound, &mut result.grads);
-        result.loss = TileLoss { kl: f64::from(loss.kl), negative_ln_likelihood: f64::from(loss.negative_ln_likelihood) };
+        result.loss = TileLoss {
+            kl: f64::from(loss.kl),
+            negative_ln_likelihood: f64::from(loss.negative_ln_likelihood),
+        };
         // Resetting here as well makes the first iteration allocate all that the tape needs to recycle its
         // buffers.
         self.tape.reset();

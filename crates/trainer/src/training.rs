@@ -60,10 +60,10 @@ pub struct TrainingState {
 /// A training run.
 ///
 /// ```
-/// use augsim_physics::ball::paper_law::{PaperLaw, published_predictor};
+/// use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
 /// use augsim_trainer::{Engine, Forecaster, NetModel, Recipe, Sequences, Settings, Task, Training};
 ///
-/// let (data, _) = PaperLaw::default().generate(20, 5)?;
+/// let (data, _) = DropDistribution::default().generate(20, 5)?;
 /// let drops = Sequences::new(&data, &["height_m", "velocity_m_s"])?;
 /// let settings = Settings::new(Recipe::HybridPlus, 30, 3, Engine::PybulletBall(published_predictor()));
 /// let mut training = Training::new(settings, &drops)?;
@@ -131,7 +131,7 @@ impl Training {
     /// Resumes the run that `state` was taken from, bit for bit as if it had not been stopped.
     ///
     /// # Errors
-    /// [`TrainerError::Foreign`] if `train` is not the training set of that run or the state is inconsistent.
+    /// [`TrainerError::Mismatch`] if `train` is not the training set of that run or the state is inconsistent.
     pub fn resume(state: TrainingState, train: &Sequences) -> Result<Self, TrainerError> {
         state.settings.check()?;
         if state.columns != train.columns {
@@ -195,19 +195,28 @@ impl Training {
     /// [`TrainerError`] if the net cannot be run.
     pub fn finish(&mut self) -> Result<&TrainingState, TrainerError> {
         if let Net::Stepwise(net) = &self.net {
-            let mut law = LatentDistribution::fit(net, &self.params, &self.prepared)?;
+            let mut distribution = LatentDistribution::fit(net, &self.params, &self.prepared)?;
             if let Some(motion) = self.state.settings.engine.rate_model() {
                 features::set_shrinkage(&mut self.state.scales, CorrectionShrinkage::FULL);
                 let (scales, seed) = (&self.state.scales, self.state.settings.seed);
-                let learned = TrainedRateNet { motion, net, params: &self.params, latent_distribution: &law, scales, seed };
-                if let Some(AcceptedCorrection { shrinkage: trust, latents_differ }) = learned.decide(&self.held_out)? {
+                let learned = TrainedRateNet {
+                    motion,
+                    net,
+                    params: &self.params,
+                    latent_distribution: &distribution,
+                    scales,
+                    seed,
+                };
+                if let Some(AcceptedCorrection { shrinkage: trust, latents_differ }) =
+                    learned.decide(&self.held_out)?
+                {
                     features::set_shrinkage(&mut self.state.scales, trust);
                     if !latents_differ {
-                        law.factor.fill(0.0);
+                        distribution.factor.fill(0.0);
                     }
                 }
             }
-            self.state.latent = Some(law);
+            self.state.latent = Some(distribution);
         }
         Ok(self.state())
     }
@@ -278,7 +287,13 @@ impl Training {
         }
         settings.adam.step(&mut self.state.adam, self.params.values_mut(), &self.grads, learning_rate);
         self.state.iteration += 1;
-        Ok(Losses { iteration: self.state.iteration, loss, kl, negative_ln_likelihood: misfit, learning_rate })
+        Ok(Losses {
+            iteration: self.state.iteration,
+            loss,
+            kl,
+            negative_ln_likelihood: misfit,
+            learning_rate,
+        })
     }
 }
 
@@ -291,7 +306,7 @@ fn cut_records(settings: &Settings, train: &Sequences) -> Option<Segments> {
 /// Rebuilds the net and its parameters from a saved state.
 ///
 /// # Errors
-/// [`TrainerError::Foreign`] if settings, columns, scales or the number of parameters are inconsistent.
+/// [`TrainerError::Mismatch`] if settings, columns, scales or the number of parameters are inconsistent.
 pub fn rebuild_net(state: &TrainingState) -> Result<(Net, Params<f32>), TrainerError> {
     // A corrupt file may hold any sizes, so they are checked before memory is allocated.
     state.settings.check().map_err(|e| Difference::Settings(Box::new(e)))?;

@@ -98,11 +98,11 @@ pub fn run(
         let plant = PLANTS[(seed % 8) as usize];
         let plant = &if is_long { plant.as_one_long_recording() } else { plant };
         let truth = truth(kind, plant, seed);
-        let drawn = draw(plant, &truth, seed);
+        let set = draw(plant, &truth, seed);
         let set_folder = folder.join(format!("{seed}"));
         std::fs::create_dir_all(&set_folder)?;
         std::fs::write(set_folder.join("model.toml"), plant.model)?;
-        std::fs::write(set_folder.join("data.csv"), &drawn.csv)?;
+        std::fs::write(set_folder.join("data.csv"), &set.csv)?;
         let started = Instant::now();
         let mut command = Command::new(augsim);
         command.current_dir(&set_folder).args([
@@ -126,7 +126,7 @@ pub fn run(
             on_row(&Row { line, right: false });
             continue;
         };
-        on_row(&score(kind, plant, &truth, &drawn.amounts, &found, seed, &mut summary));
+        on_row(&score(kind, plant, &truth, &set.amounts, &found, seed, &mut summary));
     }
     Ok(summary)
 }
@@ -259,8 +259,9 @@ mod tests {
 
     #[test]
     fn names_in_answers_denote_effects() {
-        let law =
-            |name| *library_laws(true).iter().chain(grammar_laws(true)).find(|law| law.name == name).expect("a law");
+        let law = |name| {
+            *library_laws(true).iter().chain(grammar_laws(true)).find(|law| law.name == name).expect("a law")
+        };
         assert!(denotes("coulomb on v_m_s", &law("coulomb")) && denotes("coulomb", &law("coulomb")));
         assert!(!denotes("coulomb-like", &law("coulomb")));
         assert!(denotes("x_m^3 on v_m_s", &law("z^3")) && !denotes("x_m^2 on v_m_s", &law("z^3")));

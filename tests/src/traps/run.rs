@@ -106,11 +106,11 @@ pub fn run(
     let mut summary = Summary::default();
     for number in first..first + count {
         let (plant, kind) = plant_and_kind(number);
-        let drawn = draw(plant, kind, number);
+        let set = draw(plant, kind, number);
         let set_folder = folder.join(format!("{number}"));
         std::fs::create_dir_all(&set_folder)?;
-        std::fs::write(set_folder.join("model.toml"), &drawn.model)?;
-        std::fs::write(set_folder.join("data.csv"), &drawn.csv)?;
+        std::fs::write(set_folder.join("model.toml"), &set.model)?;
+        std::fs::write(set_folder.join("data.csv"), &set.csv)?;
         let started = Instant::now();
         let mut command = Command::new(augsim);
         command.current_dir(&set_folder).args([

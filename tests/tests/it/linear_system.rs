@@ -16,7 +16,8 @@ fn record() -> Record {
 
 #[test]
 fn values_are_the_design_matrix_times_the_unknowns() {
-    let system = Linear::new(6).augmented(&[ModelTerm::Effect(4), ModelTerm::Effect(1)]).expect("in the library");
+    let system =
+        Linear::new(6).augmented(&[ModelTerm::Effect(4), ModelTerm::Effect(1)]).expect("in the library");
     let record = record();
     let unknowns = [0.3, -0.2, 0.05, 0.11, 1.4, 0.02, -0.03, 0.01];
     let (parameters, rest) = unknowns.split_at(4);
@@ -49,9 +50,11 @@ fn a_record_is_one_window_that_begins_where_the_schema_says() {
     system.prepare(&mut record, &[1e-3]).expect("nothing to object to");
     assert_eq!((record.windows[0].samples.clone(), &record.windows[0].start[..]), (0..80, &[0.0][..]));
     let mut schema = system.schema().clone();
-    for (begin, start) in
-        [(InitialValue::Measured(0), 0.25), (InitialValue::Fixed(3.0), 3.0), (InitialValue::Prior(2.0, 0.1), 2.0)]
-    {
+    for (begin, start) in [
+        (InitialValue::Measured(0), 0.25),
+        (InitialValue::Fixed(3.0), 3.0),
+        (InitialValue::Prior(2.0, 0.1), 2.0),
+    ] {
         schema.states[0].initial = begin;
         record.use_as_one_window(&schema);
         assert_eq!(record.windows[0].start, [start]);

@@ -2,8 +2,8 @@
 //! effect, its value within the interval of the clean file. `AUGSIM` reads them all by `recognise`, as `augsim start` does.
 
 use augsim_data::{
-    DataError, Dataset, MissingCells, RecognitionOptions, RecognisedData, RecordingKind, random_stream, read_dataset,
-    recognise,
+    DataError, Dataset, MissingCells, RecognisedData, RecognitionOptions, RecordingKind, random_stream,
+    read_dataset, recognise,
 };
 use augsim_discovery::{Estimate, Options, discover};
 use augsim_physics::ball::detected_floor_m;

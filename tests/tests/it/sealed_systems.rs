@@ -23,7 +23,8 @@ fn every_plant_is_drawn_from_its_seed_alone() {
 fn laws_move_their_plants() {
     for plant in &PLANTS {
         let plain = draw(plant, &[], 5).csv;
-        let lists = [library_laws(plant.is_force), grammar_laws(plant.is_force), unlisted_laws(plant.is_force)];
+        let lists =
+            [library_laws(plant.is_force), grammar_laws(plant.is_force), unlisted_laws(plant.is_force)];
         for law in lists.into_iter().flatten() {
             let drawn = draw(plant, &[(*law, 0.15)], 5);
             assert!(drawn.amounts[0] > 0.0 && drawn.amounts[0].is_finite(), "{}: {}", plant.name, law.name);
@@ -36,7 +37,8 @@ fn laws_move_their_plants() {
 fn one_recording_holds_the_samples_of_all_and_is_shaken() {
     for plant in &PLANTS {
         let long = plant.as_one_long_recording();
-        let (shaken, still) = (draw(&long, &[], 3).csv, draw(&Plant { process_noise: 0.0, ..long }, &[], 3).csv);
+        let (shaken, still) =
+            (draw(&long, &[], 3).csv, draw(&Plant { process_noise: 0.0, ..long }, &[], 3).csv);
         let rows = || shaken.lines().skip(1);
         assert_eq!(rows().count(), plant.size.0 * plant.size.1, "{}", plant.name);
         assert!(rows().all(|row| row.starts_with("0,")) && !shaken.contains("NaN"), "{}", plant.name);

@@ -131,7 +131,9 @@ fn training_moves_every_parameter_and_lowers_the_loss() {
         let [first, last] = [&losses[..5], &losses[35..]].map(|l| l.iter().map(|l| l.loss).sum::<f64>());
         assert!(last < first, "{recipe:?}: the loss went from {first} to {last}");
         assert_eq!(losses[39].iteration, 40);
-        assert!(losses.iter().all(|l| (l.loss - l.kl - l.negative_ln_likelihood).abs() < 1e-9 && l.kl >= 0.0));
+        assert!(
+            losses.iter().all(|l| (l.loss - l.kl - l.negative_ln_likelihood).abs() < 1e-9 && l.kl >= 0.0)
+        );
     }
 }
 

@@ -2,7 +2,9 @@
 //! columns that it names; and each peculiarity changes the set. The battery itself runs the binary and is a command of its own
 //! (`discover_battery traps`).
 use augsim_equations::model;
-use augsim_tests::traps::{Class, Defect, GeneratedSet, KINDS, Kind, Logging, Noise, PLANTS, Plant, Trap, draw};
+use augsim_tests::traps::{
+    Class, Defect, GeneratedSet, KINDS, Kind, Logging, Noise, PLANTS, Plant, Trap, draw,
+};
 
 /// Plants with every kind.
 fn pairs() -> impl Iterator<Item = (&'static Plant, &'static Kind)> {

@@ -2,8 +2,8 @@
 
 use crate::args::Start;
 use augsim_data::{
-    DataError, Dataset, MissingCells, RecognitionOptions, RecognisedData, RecordingKind, Summary, read_dataset, recognise,
-    write_dataset,
+    DataError, Dataset, MissingCells, RecognisedData, RecognitionOptions, RecordingKind, Summary,
+    read_dataset, recognise, write_dataset,
 };
 use augsim_physics::ball::detected_floor_m;
 use augsim_physics::model::template;

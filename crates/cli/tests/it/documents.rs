@@ -78,7 +78,10 @@ fn effect(page: &mut String, spec: &EffectSpec) {
     });
     let parameters = parameters.collect::<Vec<_>>().join(", ");
     let kind = format!("`{}` ({})", spec.kind, spec.location.name());
-    row(page, [kind, cell(spec.formula), parameters, cell(&spec.equivalent_causes.join("; ")), cell(spec.source)]);
+    row(
+        page,
+        [kind, cell(spec.formula), parameters, cell(&spec.equivalent_causes.join("; ")), cell(spec.source)],
+    );
 }
 
 /// Appends a row of the generic library: inner parameters are multiples of a size in the data, the

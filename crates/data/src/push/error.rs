@@ -1,7 +1,7 @@
 //! Errors in the files of the push sets: each message states file, key and remedy.
 
 use super::fault::{FilePart, NameFault, StreamLayout};
-use crate::escape_control_characters::{escaped_short, escaped_cause, escaped_list};
+use crate::escape_control_characters::{escaped_cause, escaped_list, escaped_short};
 use crate::limits::LimitExceeded;
 use std::path::PathBuf;
 use thiserror::Error;

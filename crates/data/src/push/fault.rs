@@ -1,6 +1,6 @@
 //! Faults of the file name of a trial and of the layout of a stream, with their messages.
 
-use crate::escape_control_characters::{escaped_short, escaped_cause};
+use crate::escape_control_characters::{escaped_cause, escaped_short};
 use std::fmt;
 
 /// Fault of a field in the file name of a trial.

@@ -3,7 +3,7 @@
 use super::recording::{RecordedFile, Target};
 use super::roles::Role;
 use super::rows::{Draft, RowChanges};
-use crate::escape_control_characters::{escaped_short, escaped_list};
+use crate::escape_control_characters::{escaped_list, escaped_short};
 use crate::statistics::digits;
 
 /// Note about separator, decimal mark, header and encoding.

@@ -10,7 +10,7 @@
 //! 6. [`scene`] infers time unit, unit of length and direction of up; where names do not state them, from
 //!    free [`fall`].
 //!
-//! A user overrides a wrong inference with [`Reading`].
+//! A user overrides a wrong inference with [`RecognitionOptions`].
 
 mod assumptions;
 mod dialect;

@@ -135,7 +135,10 @@ fn are_all_in(words: &[&str], list: &[&str]) -> bool {
 ///
 /// # Errors
 /// A column that an option names does not exist.
-pub(super) fn assign_roles(headings: &[Heading], reading: &RecognitionOptions) -> Result<Vec<Role>, Unrecognised> {
+pub(super) fn assign_roles(
+    headings: &[Heading],
+    reading: &RecognitionOptions,
+) -> Result<Vec<Role>, Unrecognised> {
     let mut roles: Vec<Role> = headings.iter().map(|_| Role::Unused).collect();
     let mut is_assigned = vec![false; headings.len()];
     let position = |name: &str, option: &'static str| {

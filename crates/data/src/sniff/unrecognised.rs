@@ -1,6 +1,6 @@
 //! Properties of a file that cannot be inferred, with the option that states them.
 
-use crate::escape_control_characters::{escaped_short, escaped_list};
+use crate::escape_control_characters::{escaped_list, escaped_short};
 use std::path::PathBuf;
 use thiserror::Error;
 

@@ -15,7 +15,7 @@ use dimensions::{TWELFTHS, quotient};
 use std::fmt;
 use symbol::Symbol;
 
-/// Named units that [`Unit::of_dimensions`] uses where they are shorter than base units.
+/// Named units that [`Unit::from_dimensions`] uses where they are shorter than base units.
 const NAMED: [Symbol; 6] =
     [Symbol::Newton, Symbol::Volt, Symbol::Pascal, Symbol::Watt, Symbol::Joule, Symbol::Ohm];
 

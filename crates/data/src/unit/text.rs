@@ -16,10 +16,10 @@ impl Unit {
     ///
     /// ```
     /// use augsim_data::Unit;
-    /// let unit = Unit::of_text("kg m^2").unwrap();
+    /// let unit = Unit::parse("kg m^2").unwrap();
     /// assert_eq!(unit.symbol(), "kg m^2");
-    /// assert_eq!(Unit::of_text("N s/m").unwrap().dimensions(), Unit::of_text("kg/s").unwrap().dimensions());
-    /// assert!(Unit::of_text("furlong").is_none());
+    /// assert_eq!(Unit::parse("N s/m").unwrap().dimensions(), Unit::parse("kg/s").unwrap().dimensions());
+    /// assert!(Unit::parse("furlong").is_none());
     /// ```
     pub fn parse(text: &str) -> Option<Unit> {
         let text = text.replace(['*', '·', '⋅'], " ").replace('²', "^2").replace('³', "^3");

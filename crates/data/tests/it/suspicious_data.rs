@@ -273,7 +273,8 @@ fn a_constant_angle_height_or_velocity_is_refused() {
 
 #[test]
 fn values_too_large_for_a_measurement_are_refused() {
-    let text = refusal(changed(|all| scale(all, &[1, 2], 1e30)), &ExpectedData::default(), Check::AbsurdValue);
+    let text =
+        refusal(changed(|all| scale(all, &[1, 2], 1e30)), &ExpectedData::default(), Check::AbsurdValue);
     assert!(text.contains("trajectory `0`, t_s = 0 s: column `z_m`"), "{text}");
 }
 

@@ -25,7 +25,8 @@ pub(crate) fn library_candidates(data: &Measured, family: Family) -> Vec<Additio
     let (system, records) = (&*data.system, data.system_records());
     let grouped = (2..=MAX_GROUPS).contains(&data.groups.len()) && data.groups.len() < data.records.len();
     let mut out = Vec::new();
-    let is_of_family = |i: &usize| system.library()[*i].formula_domain.is_some() == (family == Family::Grammar);
+    let is_of_family =
+        |i: &usize| system.library()[*i].formula_domain.is_some() == (family == Family::Grammar);
     let indices = (0..system.library().len()).filter(is_of_family);
     for index in indices.filter(|&i| system.can_search_effect(i, &records)) {
         out.extend(Addition::effect(system, index, Per::All));

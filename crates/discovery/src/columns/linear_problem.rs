@@ -224,8 +224,8 @@ impl<'a> ProblemBuilder<'a> {
     fn slopes(&self, batch: &[(&Addition, Vec<f64>)]) -> Vec<(ColumnGroup, Columns)> {
         batch.iter().for_each(|_| self.places.sample.data.work.count_score());
         let h = &self.at.fit.hypothesis;
-        let laws: Vec<ModelTerm> = batch.iter().filter_map(|(a, _)| a.term()).collect();
-        let Ok(system) = h.system.augmented(&laws) else { return Vec::new() };
+        let terms: Vec<ModelTerm> = batch.iter().filter_map(|(a, _)| a.term()).collect();
+        let Ok(system) = h.system.augmented(&terms) else { return Vec::new() };
         let values: Vec<f64> = batch.iter().flat_map(|(_, point)| point.iter().copied()).collect();
         let first = h.system.parameters().len();
         let found = self.places.columns(self.rows, &*system, first, &values);
@@ -238,7 +238,9 @@ impl<'a> ProblemBuilder<'a> {
             let by_group = matches!(addition, Addition::Effect(_, Per::Group));
             // At the nulls of the amplitudes, shape parameters have no derivative.
             let amplitudes = match addition {
-                Addition::Effect(listed, _) => listed.effect.amplitude_count.unwrap_or(point.len()).min(point.len()),
+                Addition::Effect(listed, _) => {
+                    listed.effect.amplitude_count.unwrap_or(point.len()).min(point.len())
+                }
                 _ => point.len(),
             };
             let used = range.start..range.start + amplitudes;
@@ -366,7 +368,8 @@ impl<'a> ProblemBuilder<'a> {
             BlockSums { h, g, c: sums[n * (n + 1) + n] }
         };
         let sums: Vec<BlockSums> = (0..blocks).into_par_iter().map(sums_of).collect();
-        let samples = self.rows.windows.iter().map(|w| w.block_and_channel.len() - w.priors).sum::<usize>() as f64;
+        let samples =
+            self.rows.windows.iter().map(|w| w.block_and_channel.len() - w.priors).sum::<usize>() as f64;
         let fitted = (0..self.fitted).collect();
         let mut problem = LinearProblem {
             declared: self.declared,

@@ -31,7 +31,9 @@ pub(crate) fn verdict(is_named: bool, has_table: bool, left: &ResidualTests) -> 
 /// Reason why the data are not from the declared system, checked before any fit.
 pub(crate) fn reason_from_data(prepared: &Prepared) -> Option<String> {
     let data = &prepared.data;
-    data.system.foreign_records_objection(&data.system_records(), &prepared.noise.sd).map(|objection| objection.to_string())
+    data.system
+        .foreign_records_objection(&data.system_records(), &prepared.noise.sd)
+        .map(|objection| objection.to_string())
 }
 
 /// Values of all parameters of the system after a fit; groupwise values as their mean.
@@ -69,7 +71,8 @@ pub(crate) fn reason_from_errors(
     display: (&str, f64),
 ) -> Option<WithdrawalReason> {
     let (unit, scale) = display;
-    let best = if has_additions { error.augmented.rmse.min(error.calibrated.rmse) } else { error.calibrated.rmse };
+    let best =
+        if has_additions { error.augmented.rmse.min(error.calibrated.rmse) } else { error.calibrated.rmse };
     if best > spread && best > error.noise_floor.rmse {
         return Some(WithdrawalReason::NotThisSystem(format!(
             "the calibrated model predicts the records worse than their mean does: its error is {:.3} {unit}, their standard deviation \

@@ -53,7 +53,9 @@ pub(crate) fn split_into_blocks(records: Vec<Record>) -> (Vec<Record>, Vec<Recor
 
 /// Number of samples that a prediction of `samples` samples of a record starts from.
 pub(crate) fn known_samples(data: &SystemRecord, samples: usize) -> usize {
-    (samples / KNOWN_SAMPLES.0).clamp(data.initial_sample_count.min(KNOWN_SAMPLES.1), KNOWN_SAMPLES.1).min(samples)
+    (samples / KNOWN_SAMPLES.0)
+        .clamp(data.initial_sample_count.min(KNOWN_SAMPLES.1), KNOWN_SAMPLES.1)
+        .min(samples)
 }
 
 /// Some consecutive windows of a record, as a record.

@@ -51,7 +51,7 @@ struct Cell {
 #[derive(Clone, Copy, Debug)]
 struct Scale {
     weight: f64,
-    freedom: f64,
+    degrees_of_freedom: f64,
     is_tolerance: bool,
     constant: f64,
 }
@@ -91,7 +91,7 @@ impl Evidence {
             .collect();
         let scale = |w: &WindowRows| Scale {
             weight: w.weight,
-            freedom: w.degrees_of_freedom,
+            degrees_of_freedom: w.degrees_of_freedom,
             is_tolerance: w.is_tolerance,
             constant: w.constant,
         };
@@ -115,8 +115,8 @@ impl Evidence {
         };
         let (squares, priors) = found.squares();
         let cost = |(w, scale): (usize, &Scale)| {
-            let misfit = cost_and_weight(squares[w], scale.freedom, scale.is_tolerance).0;
-            misfit + priors[w] + scale.constant
+            let residual_cost = cost_and_weight(squares[w], scale.degrees_of_freedom, scale.is_tolerance).0;
+            residual_cost + priors[w] + scale.constant
         };
         found.cost = found.scales.iter().enumerate().map(cost).sum();
         found
@@ -140,7 +140,7 @@ impl Evidence {
         let (new_squares, old_squares) = (self.squares().0, other.squares().0);
         let slope = |w: usize| {
             let (a, b, scale) = (new_squares[w], old_squares[w], self.scales[w]);
-            let cost = |q: f64| cost_and_weight(q, scale.freedom, scale.is_tolerance);
+            let cost = |q: f64| cost_and_weight(q, scale.degrees_of_freedom, scale.is_tolerance);
             let is_near = (a - b).abs() <= 1e-9 * (a.abs() + b.abs());
             if is_near { cost(a).1 } else { (cost(a).0 - cost(b).0) / (a - b) }
         };
@@ -233,7 +233,7 @@ impl Evidence {
             let scale = &self.scales[cell.window];
             let weight = if cell.is_prior { 1.0 } else { scale.weight };
             let is_whole = !cell.is_prior && parts[cell.window] == 1;
-            let softening = if is_whole { softening(scale.freedom) } else { 0.0 };
+            let softening = if is_whole { softening(scale.degrees_of_freedom) } else { 0.0 };
             let (h, g) = &mut clusters[cell.block];
             for (i, gradient) in g.iter_mut().enumerate() {
                 *gradient += weight * cell.g[i];
@@ -360,8 +360,9 @@ mod tests {
         for block in 0..BLOCKS {
             let without = fitted(&rows, |b| usize::from(b) != block);
             (0..2).for_each(|i| assert!((found.moves[block][i] - (without[i] - all[i])).abs() < 1e-10));
-            let own = rows.iter().filter(|r| usize::from(r.2) == block);
-            let error: f64 = own.map(|(x, r, _)| (r - x[0] * without[0] - x[1] * without[1]).powi(2)).sum();
+            let block_rows = rows.iter().filter(|r| usize::from(r.2) == block);
+            let error: f64 =
+                block_rows.map(|(x, r, _)| (r - x[0] * without[0] - x[1] * without[1]).powi(2)).sum();
             let cell = found.cells.iter().position(|c| c.block == block).expect("a cell");
             assert!((found.predicted[cell] - error).abs() < 1e-8, "{} {error}", found.predicted[cell]);
         }
@@ -419,8 +420,8 @@ mod tests {
     #[test]
     fn autocorrelated_residuals_count_less() {
         let white = evidence(&draw(3, 0.0)).independence.share;
-        let lasting = evidence(&draw(3, 3.0)).independence.share;
-        assert!(white > 0.95 && lasting < 0.2, "{white} {lasting}");
+        let autocorrelated = evidence(&draw(3, 3.0)).independence.share;
+        assert!(white > 0.95 && autocorrelated < 0.2, "{white} {autocorrelated}");
     }
 
     #[test]

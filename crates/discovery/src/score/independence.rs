@@ -102,7 +102,8 @@ fn products(rows: &Rows) -> BTreeMap<u16, Products> {
         let mut first = 0;
         while first < measured {
             let channel = window.block_and_channel[first].1;
-            let end = (first..measured).find(|&k| window.block_and_channel[k].1 != channel).unwrap_or(measured);
+            let end =
+                (first..measured).find(|&k| window.block_and_channel[k].1 != channel).unwrap_or(measured);
             let series: Vec<f64> = (first..end).map(residual).collect();
             by_channel.entry(channel).or_default().add(&series);
             first = end;
@@ -158,9 +159,9 @@ mod tests {
         one.add(&long);
         one.add(&short[..100]);
         for series in [&long[..], &short[..100]] {
-            let mut own = Products::default();
-            own.add(series);
-            both.join(&own);
+            let mut products = Products::default();
+            products.add(series);
+            both.join(&products);
         }
         assert_eq!(one.independent().to_bits(), both.independent().to_bits());
         assert_eq!(one.samples as usize, SAMPLES + 100);

@@ -20,9 +20,9 @@ pub(crate) fn step_without_block(
     let mut others = Square { n: sum.n, a: sum.a.iter().zip(&curvature.a).map(|(a, b)| a - b).collect() };
     let mut step: Vec<f64> = gradient.iter().map(|g| -g).collect();
     for (i, off) in off.iter().enumerate() {
-        let pull = NULL_WEIGHT * sum.at(i, i);
-        *others.at_mut(i, i) += pull;
-        step[i] -= pull * off;
+        let ridge = NULL_WEIGHT * sum.at(i, i);
+        *others.at_mut(i, i) += ridge;
+        step[i] -= ridge * off;
     }
     others.cholesky().solve(&mut step);
     step

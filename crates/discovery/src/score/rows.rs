@@ -85,7 +85,12 @@ impl Projection {
 
     /// Residuals, followed by those of the priors, after the Gauss-Newton step of the nuisances to their
     /// minimum. At a minimum, where the gradients of residuals and priors cancel, the step is 0.
-    fn residuals_after_nuisance_step(&self, residuals: &[f64], priors: &[(f64, f64)], weight: f64) -> Vec<f64> {
+    fn residuals_after_nuisance_step(
+        &self,
+        residuals: &[f64],
+        priors: &[(f64, f64)],
+        weight: f64,
+    ) -> Vec<f64> {
         let n = self.count;
         let mut step = vec![0.0; n];
         for (sensitivities, r) in self.rows.chunks_exact(n.max(1)).zip(residuals) {
@@ -186,11 +191,11 @@ impl<'a> FitWindows<'a> {
         let precision = priors.iter().map(|p| p.1).collect();
         let projection = Projection::new(sensitivities, precision, weight);
         let mut prior_rows = projection.apply(&mut columns, width, weight);
-        let settled = projection.residuals_after_nuisance_step(&plain, &priors, weight);
-        for (row, r) in columns.chunks_exact_mut(width).zip(&settled) {
+        let after_step = projection.residuals_after_nuisance_step(&plain, &priors, weight);
+        for (row, r) in columns.chunks_exact_mut(width).zip(&after_step) {
             row[width - 1] = *r;
         }
-        for (row, r) in prior_rows.chunks_exact_mut(width.max(1)).zip(&settled[plain.len()..]) {
+        for (row, r) in prior_rows.chunks_exact_mut(width.max(1)).zip(&after_step[plain.len()..]) {
             row[width - 1] = *r;
         }
         let first = places.first().map_or(0, |p| p.0);

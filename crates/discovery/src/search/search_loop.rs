@@ -261,8 +261,9 @@ fn sets_without_columns(
             && let Some(first) = Addition::with_kind(search.system(), &join.kind)
             && can_join(&first, h)
         {
-            let both =
-                |own: &Vec<f64>| vec![(first.clone(), join.carrier_start.clone()), (addition.clone(), own.clone())];
+            let both = |own: &Vec<f64>| {
+                vec![(first.clone(), join.carrier_start.clone()), (addition.clone(), own.clone())]
+            };
             out.extend(join.effect_starts.iter().map(|own| extended(both(own))));
         }
     }

@@ -95,11 +95,12 @@ fn decimate_times(times: &[f64], every: usize) -> Vec<f64> {
 ///
 /// The four samples are `every` apart.
 fn interpolation_error(records: &[Record], every: usize, noise: &[f64]) -> OutputChange {
-    let reach = every + every / 2;
+    let half_width = every + every / 2;
     let (mut interpolated, mut measured) = (Vec::new(), Vec::new());
     for record in records {
-        for sample in (reach..record.times.len().saturating_sub(reach)).step_by(every) {
-            let neighbours = [sample - reach, sample - every / 2, sample + every / 2, sample + reach];
+        for sample in (half_width..record.times.len().saturating_sub(half_width)).step_by(every) {
+            let neighbours =
+                [sample - half_width, sample - every / 2, sample + every / 2, sample + half_width];
             for values in &record.values {
                 interpolated.push(
                     neighbours.iter().zip(MIDPOINT_WEIGHTS).map(|(k, weight)| weight * values[*k]).sum(),

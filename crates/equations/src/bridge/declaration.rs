@@ -5,7 +5,8 @@ use crate::error::ModelError;
 use crate::model::{Model, Parameter};
 use augsim_data::checks::ExpectedData;
 use augsim_physics::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Objection, Record, RoundTripError, System,
+    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Objection, Record, RoundTripError,
+    System,
 };
 use std::error::Error as StdError;
 use std::sync::Arc;
@@ -63,14 +64,14 @@ impl CalibratedModel {
     /// The text is read again, and an error is returned if it reads back as another model.
     fn augmented_text(&self, found: &Augmentation) -> Result<String, Box<dyn StdError + Send + Sync>> {
         let system = &self.system;
-        let laws: Vec<ModelTerm> = found
+        let terms: Vec<ModelTerm> = found
             .additions
             .iter()
             .filter_map(|a| if let Addition::Term(law, _) = a { Some(law.clone()) } else { None })
             .collect();
         let mut model = self.model.clone();
         let mut places: Vec<usize> = (0..model.parameters.len()).collect();
-        for law in &laws {
+        for law in &terms {
             places.extend(system.add(&mut model, law)?.into_iter().map(|(_, place)| place));
         }
         let added = found.additions.iter().filter_map(|a| match a {

@@ -6,8 +6,8 @@ use crate::text::{Kind, Lexer, Symbol, Token};
 use augsim_data::{Dimensions, Unit};
 use augsim_physics::model::Parameter;
 use augsim_physics::system::{
-    InitialValue, InputInterpolation, Channel, Effect, EffectParameter, FormulaDomain, Input, ErrorFigure, Quantity, Schema, State,
-    Target,
+    Channel, Effect, EffectParameter, ErrorFigure, FormulaDomain, InitialValue, Input, InputInterpolation,
+    Quantity, Schema, State, Target,
 };
 
 /// Bound of a parameter without bounds, as a multiple of its nominal value (or of 1 if larger).
@@ -25,7 +25,11 @@ pub(super) fn schema_of(model: &Model) -> Schema {
     });
     let inputs = model.inputs.iter().map(|input| Input {
         columns: vec![input.name.clone()],
-        interpolation: if input.hold == Some(Hold::Zero) { InputInterpolation::ZeroOrderHold } else { InputInterpolation::Linear },
+        interpolation: if input.hold == Some(Hold::Zero) {
+            InputInterpolation::ZeroOrderHold
+        } else {
+            InputInterpolation::Linear
+        },
         update_column: None,
     });
     let measures = model.outputs.iter().enumerate().map(|(index, output)| ErrorFigure {

@@ -207,7 +207,8 @@ pub(super) fn make_names_unique(candidates: &mut [Candidate]) {
         let position = place(candidate);
         let simpler =
             |kind: &String| names.iter().find(|(other, there, _)| other == kind && *there == position);
-        candidate.reduces_to = candidate.reduces_to.as_ref().and_then(simpler).map(|(_, _, name)| name.clone());
+        candidate.reduces_to =
+            candidate.reduces_to.as_ref().and_then(simpler).map(|(_, _, name)| name.clone());
     }
 }
 

@@ -121,7 +121,9 @@ fn library_effect(
     let rows_of_kind: Vec<&Row> = rows.iter().filter(|row| row.kind == kind).collect();
     if rows_of_kind.is_empty() {
         let known = rows.iter().map(|r| r.kind.as_str()).chain([FORMULA, TABLE]);
-        return Err(item.error(Fault::NoSuchEffect { kind: escaped_short(kind), nearest: nearest(kind, known) }));
+        return Err(
+            item.error(Fault::NoSuchEffect { kind: escaped_short(kind), nearest: nearest(kind, known) })
+        );
     }
     let mut places = Vec::new();
     for row in rows_of_kind {

@@ -136,7 +136,8 @@ impl Row {
                 parameters.push(RowParameter::read(name, &entry)?);
             }
         }
-        let contains = item.at("contains").map(|c| c.text("a kind in quotes").map(escaped_short)).transpose()?;
+        let contains =
+            item.at("contains").map(|c| c.text("a kind in quotes").map(escaped_short)).transpose()?;
         let source = item.at("source").map(|s| s.text("a text in quotes").map(escaped_short)).transpose()?;
         Ok(Row {
             kind,

@@ -165,8 +165,9 @@ impl<'r, 't> Item<'r, 't> {
     /// A list of strings.
     pub(crate) fn texts(&self, expected: &'static str) -> Result<Vec<String>, ModelError> {
         let list = self.value.get_ref().as_array().ok_or_else(|| self.wrong(expected))?;
-        let text =
-            |value: &Value<'_>| value.get_ref().as_str().map(escaped_short).ok_or_else(|| self.wrong(expected));
+        let text = |value: &Value<'_>| {
+            value.get_ref().as_str().map(escaped_short).ok_or_else(|| self.wrong(expected))
+        };
         list.iter().map(text).collect()
     }
 

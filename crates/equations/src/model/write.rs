@@ -121,8 +121,10 @@ impl Model {
             }
         }
         if !addition.equivalent_expressions.is_empty() {
-            table
-                .insert("also_fits", value(addition.equivalent_expressions.iter().map(String::as_str).collect::<Array>()));
+            table.insert(
+                "also_fits",
+                value(addition.equivalent_expressions.iter().map(String::as_str).collect::<Array>()),
+            );
         }
         table
     }
@@ -208,7 +210,9 @@ fn set_process_noise(entry: &mut Item, shaken: Option<RateNoise>) {
                 table.remove("shaken");
             }
         }
-        (Some(RateNoise { sd, correlation_time_s: memory_s }), present) if present != Some((Some(sd), Some(memory_s))) => {
+        (Some(RateNoise { sd, correlation_time_s: memory_s }), present)
+            if present != Some((Some(sd), Some(memory_s))) =>
+        {
             let mut table = InlineTable::new();
             table.insert("sd", sd.into());
             table.insert("memory_s", memory_s.into());

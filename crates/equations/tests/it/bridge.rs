@@ -16,8 +16,8 @@ use augsim_physics::Scalar;
 use augsim_physics::model::Parameter;
 use augsim_physics::ode::{At, Equations, Ode};
 use augsim_physics::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Offsets, Record, Schema, Seed, Simulated,
-    Stream, System, Table, Task,
+    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Offsets, Record, Schema, Seed,
+    Simulated, Stream, System, Table, Task,
 };
 
 fn model(name: &str) -> Model {

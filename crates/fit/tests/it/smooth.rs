@@ -96,7 +96,10 @@ fn white_measurement_noise_is_recognised() {
     let states = simulate(&[0.0; SAMPLES]);
     let values = states.iter().enumerate().map(|(k, s)| s[0] + 5e-3 * normal(1, k)).collect();
     let found = smoothed(record(values)).expect("smoothed states");
-    assert_eq!((found.cause, &found.disturbance_sd[..], found.correlation_time_s), (Cause::Sensor, &[][..], 0.0));
+    assert_eq!(
+        (found.cause, &found.disturbance_sd[..], found.correlation_time_s),
+        (Cause::Sensor, &[][..], 0.0)
+    );
     assert_within(found.sensor_sd[0], 5e-3, 0.06);
     // Only the two numbers of the initial state are estimated from 2,000 readings, so the states are precise.
     let [x, v] = state_rmse(&found, &states);

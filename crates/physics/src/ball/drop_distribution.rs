@@ -75,9 +75,9 @@ impl DropDistribution {
     /// Trajectory i depends only on the seed and i, not on the number of trajectories or threads.
     ///
     /// ```
-    /// use augsim_physics::ball::paper_law::PaperLaw;
-    /// let law = PaperLaw::default();
-    /// let (data, drops) = law.generate(3, 7).expect("three drops");
+    /// use augsim_physics::ball::drop_distribution::DropDistribution;
+    /// let distribution = DropDistribution::default();
+    /// let (data, drops) = distribution.generate(3, 7).expect("three drops");
     /// assert_eq!((data.trajectories().len(), drops.len()), (3, 3));
     /// assert!(drops.iter().all(|drop| (4.0..=5.0).contains(&drop.drop_height_m)));
     /// assert_eq!(data.trajectories()[0].column(0)[0], drops[0].drop_height_m);

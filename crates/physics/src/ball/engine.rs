@@ -124,11 +124,11 @@ struct Engine<'a, S> {
 impl<'a, S: Scalar> Engine<'a, S> {
     fn new(throw: &'a Throw<'a, S>, times: &'a [f64], run: &'a mut Run<S>) -> Self {
         let (zero, one) = (S::zero(), S::constant(1.0));
-        let laws = throw.world.laws(throw.parameters);
+        let effects = throw.world.laws(throw.parameters);
         let base = |i: usize| throw.parameters.get(i).copied().unwrap_or(zero);
         let (mut constant, mut air) = ([zero, zero, -base(GRAVITY)], [zero; 3]);
         let (mut normal, mut contact_duration, mut delay) = ([zero, zero, one], None, zero);
-        for (law, p) in &laws {
+        for (law, p) in &effects {
             law.constant_acceleration(p, &mut constant);
             law.air_velocity(p, &mut air);
             if let Some(angle) = law.ground_angle(p) {
@@ -138,11 +138,11 @@ impl<'a, S: Scalar> Engine<'a, S> {
             delay = law.delay(p).unwrap_or(delay);
         }
         Self {
-            has_closed_form: !laws.iter().any(|(law, _)| law.changes_flight()),
-            samples_velocity: throw.velocities || laws.iter().any(|(law, _)| law.uses_velocity()),
-            has_sensor_effects: laws.iter().any(|(law, _)| law.changes_measurement()),
+            has_closed_form: !effects.iter().any(|(law, _)| law.changes_flight()),
+            samples_velocity: throw.velocities || effects.iter().any(|(law, _)| law.uses_velocity()),
+            has_sensor_effects: effects.iter().any(|(law, _)| law.changes_measurement()),
             active: throw.world.axes.indices(),
-            laws,
+            laws: effects,
             restitution: base(RESTITUTION),
             radius: base(RADIUS),
             inertia_ratio: base(INERTIA_RATIO),

@@ -12,9 +12,9 @@
 //! CRPS = E|X - y| - E|X - X'| / 2, which is smallest for the exact distribution.
 
 use super::bullet::BulletState;
+use super::drop_distribution::{DropDistribution, check_rate};
 pub use super::ensemble::Ensemble;
 use super::order_statistics::{median, partition_at_middle, weighted_median};
-use super::drop_distribution::{DropDistribution, check_rate};
 use super::score::{BallScore, Estimate, Observation, ScoreError, TrajectoryError, observations};
 use augsim_data::{Dataset, random_stream};
 use rand_xoshiro::Xoshiro256PlusPlus;

@@ -1,13 +1,14 @@
 //! A ball that falls, flies and bounces on flat ground.
 //!
 //! [`simulate`] is the event-driven engine, [`Ball`] wraps it as a [`System`](crate::system::System).
-//! [`bullet`] is PyBullet's time-stepping scheme, [`paper_law`] and [`floor`] reproduce a published data set
+//! [`bullet`] is PyBullet's time-stepping scheme, [`drop_distribution`] and [`floor`] reproduce a published data set
 //! and its best possible prediction errors.
 
 pub mod bullet;
 mod contact;
 mod covariates;
 mod designs;
+pub mod drop_distribution;
 mod engine;
 mod ensemble;
 mod flight;
@@ -15,7 +16,6 @@ pub mod floor;
 mod impact;
 mod objection;
 mod order_statistics;
-pub mod drop_distribution;
 mod plausibility;
 mod preconditions;
 mod residual_axes;

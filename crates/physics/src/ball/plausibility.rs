@@ -109,7 +109,11 @@ fn check_gravity(p: &Parameter, found: f64, factor: f64) -> Option<Objection> {
 }
 
 /// Why these records are not those of a ball; `sd_m` is the noise standard deviation of the height.
-pub(super) fn foreign_records_objection(parameters: &[Parameter], records: &[&Record], sd_m: f64) -> Option<Objection> {
+pub(super) fn foreign_records_objection(
+    parameters: &[Parameter],
+    records: &[&Record],
+    sd_m: f64,
+) -> Option<Objection> {
     let g = &parameters[GRAVITY];
     if let Some(found) = observed_gravity(records)
         && let Some(objection) = check_gravity(g, found, MAX_INITIAL_GRAVITY_RATIO)

@@ -4,7 +4,7 @@
 //! height. The threshold depends on the noise. Bounces below the threshold are not detected; the record is
 //! cut before them, because an arc with a hidden bounce would look like an arc with coloured noise.
 
-use crate::system::{DetectedEvent, CORRELATION_STEPS, Record, Window, typical_step};
+use crate::system::{CORRELATION_STEPS, DetectedEvent, Record, Window, typical_step};
 use std::ops::Range;
 
 /// Lag of the second difference, s.
@@ -263,8 +263,8 @@ fn set_rough_start(record: &mut Record, g: f64) {
     let mut start = vec![0.0; 2 * channels];
     if let (Some(first), Some(&t0)) = (record.smooth_segments.first(), record.times.first()) {
         for (channel, values) in record.values.iter().enumerate() {
-            let pull = if channel + 1 == channels { g } else { 0.0 };
-            if let Some((p, v)) = fit_free_fall(&record.times, values, first.clone(), t0, pull) {
+            let gravity = if channel + 1 == channels { g } else { 0.0 };
+            if let Some((p, v)) = fit_free_fall(&record.times, values, first.clone(), t0, gravity) {
                 (start[channel], start[channels + channel]) = (p, v);
             }
         }

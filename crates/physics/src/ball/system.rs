@@ -3,7 +3,7 @@
 use super::covariates;
 use super::designs::designs;
 use super::objection::{objection, too_few_heights};
-use super::plausibility::{implausible, foreign_records_objection};
+use super::plausibility::{foreign_records_objection, implausible};
 use super::preconditions::Preconditions;
 use super::residual_axes::residual_axes;
 use super::scene::floor_height;
@@ -14,9 +14,9 @@ use crate::Scalar;
 use crate::effects::{self, Feature, Location, SCATTER_SPEC, Table as TableLaw, Target as TableTarget};
 use crate::model::{Parameter, Release};
 use crate::system::{
-    InitialValue, Channel, Designs, Effect, Event, EventSchema, ModelTerm, ErrorFigure, Objection, Quantity, Record, Scatter,
-    Schema, Seed, Simulated, SimulationError, State as StateSchema, System, SystemError, Table, Target, Task,
-    in_blocks, seeded, with_lanes,
+    Channel, Designs, Effect, ErrorFigure, Event, EventSchema, InitialValue, ModelTerm, Objection, Quantity,
+    Record, Scatter, Schema, Seed, Simulated, SimulationError, State as StateSchema, System, SystemError,
+    Table, Target, Task, in_blocks, seeded, with_lanes,
 };
 use std::sync::Arc;
 

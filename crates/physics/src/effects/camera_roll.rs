@@ -1,7 +1,7 @@
 //! Camera roll: a camera rotated about its optical axis.
 
 use crate::Scalar;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Measurement};
+use crate::effects::{Effect, EffectSpec, Law, Location, Measurement, Needs, ParameterSpec, Rival};
 
 /// The formula is x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi).
 pub struct CameraRoll;

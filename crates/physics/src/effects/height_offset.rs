@@ -1,7 +1,7 @@
 //! Constant offset of the measured height.
 
 use crate::Scalar;
-use crate::effects::{Effect, EffectSpec, Law, Location, Needs, ParameterSpec, Rival, Measurement};
+use crate::effects::{Effect, EffectSpec, Law, Location, Measurement, Needs, ParameterSpec, Rival};
 
 /// The formula is z' = z + b.
 pub struct HeightOffset;

@@ -5,8 +5,8 @@ use crate::ball::Axes;
 use crate::effects::{self, Feature, SCATTER_KIND, TABLE_KIND, Table, Target};
 use crate::push;
 use crate::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Objection, RoundTripError, ScatterPer,
-    System,
+    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Objection, RoundTripError,
+    ScatterPer, System,
 };
 use augsim_data::checks::ExpectedData;
 use std::error::Error as StdError;

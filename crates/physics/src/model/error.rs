@@ -1,7 +1,7 @@
 //! Errors in model files, each with file, line and remedy.
 
 use super::{Place, Rule};
-use augsim_data::{escaped_short, escaped_cause};
+use augsim_data::{escaped_cause, escaped_short};
 use std::fmt;
 use thiserror::Error;
 

@@ -2,7 +2,7 @@
 
 use super::{EffectBlock, KnownKeys, Model, ModelError, Parameter, Per, Place, Release, Rule};
 use crate::ball::BASE_PARAMETERS;
-use crate::effects::{self, Feature, EffectSpec, ParameterSpec, SCATTER_KIND, TABLE_KIND, Table, Target};
+use crate::effects::{self, EffectSpec, Feature, ParameterSpec, SCATTER_KIND, TABLE_KIND, Table, Target};
 use crate::system::ScatterPer;
 use std::ops::Range;
 use toml::Spanned;

@@ -41,7 +41,9 @@ impl<'a> Inputs<'a> {
             let first = piece.unwrap_or(0);
             // Before the first sample and after the last there is nothing to go to: the value is held.
             let span = match (piece, input.interpolation) {
-                (Some(i), InputInterpolation::Linear) => stream.times.get(i + 1).map(|t| t - stream.times[*i]),
+                (Some(i), InputInterpolation::Linear) => {
+                    stream.times.get(i + 1).map(|t| t - stream.times[*i])
+                }
                 _ => None,
             };
             for column in &stream.values {

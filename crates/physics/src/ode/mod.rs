@@ -32,7 +32,7 @@
 //!     }
 //! }
 //!
-//! let state = |name, unit, begin| State { quantity: Quantity::new(name, unit), begin };
+//! let state = |name, unit, initial| State { quantity: Quantity::new(name, unit), initial };
 //! let schema = Schema {
 //!     system: "pendulum".into(),
 //!     record: ["swing".into(), "swings".into()],
@@ -140,7 +140,9 @@ impl<E: Equations> System for Ode<E> {
         for law in laws {
             let index = match law {
                 ModelTerm::Effect(index) => *index,
-                ModelTerm::Table(t) => return Err(SystemError::Table { target: t.target, against: t.feature }),
+                ModelTerm::Table(t) => {
+                    return Err(SystemError::Table { target: t.target, against: t.feature });
+                }
             };
             let effect = library.get(index).ok_or(SystemError::Effect { index, count: library.len() })?;
             let before: usize = library[..index].iter().map(|e| e.parameters.len()).sum();

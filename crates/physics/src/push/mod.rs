@@ -75,4 +75,7 @@ pub use response::respond;
 pub use setting::{Anisotropy, Friction, GRAVITY_M_S2, Setting};
 pub use support::{Inertia, Support};
 pub use system::{PushDeclaration, Pushing};
-pub use world::{BASE_PARAMETERS, C_INDEX, CONTACT_FRICTION_INDEX, MASS_INDEX, ROD_RADIUS_INDEX, SUPPORT_FRICTION_INDEX, Term, World};
+pub use world::{
+    BASE_PARAMETERS, C_INDEX, CONTACT_FRICTION_INDEX, MASS_INDEX, ROD_RADIUS_INDEX, SUPPORT_FRICTION_INDEX,
+    Term, World,
+};

@@ -15,9 +15,9 @@ use crate::Scalar;
 use crate::effects::Polar;
 use crate::model::Parameter;
 use crate::system::{
-    InitialValue, InputInterpolation, Channel, RecordRandomEffect, Effect, Event, Input, ModelTerm, ErrorFigure, Objection, Quantity, Record, Schema,
-    Seed, Simulated, SimulationError, State, System, SystemError, Task, TopView, in_blocks, seeded,
-    with_lanes,
+    Channel, Effect, ErrorFigure, Event, InitialValue, Input, InputInterpolation, ModelTerm, Objection,
+    Quantity, Record, RecordRandomEffect, Schema, Seed, Simulated, SimulationError, State, System,
+    SystemError, Task, TopView, in_blocks, seeded, with_lanes,
 };
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
@@ -250,7 +250,10 @@ fn schema(world: &World, declares: &PushDeclaration) -> Schema {
         states: pose
             .iter()
             .enumerate()
-            .map(|(c, (name, unit))| State { quantity: Quantity::new(name, unit), initial: InitialValue::Measured(c) })
+            .map(|(c, (name, unit))| State {
+                quantity: Quantity::new(name, unit),
+                initial: InitialValue::Measured(c),
+            })
             .collect(),
         channels: pose.into_iter().map(channel).collect(),
         inputs: vec![Input {

@@ -14,7 +14,7 @@ mod design;
 pub(crate) mod effect;
 mod error;
 mod lanes;
-mod law;
+mod model_term;
 mod quantity;
 mod record;
 mod scatter;
@@ -30,15 +30,22 @@ use std::sync::Arc;
 
 pub use declaration::{Addition, Augmentation, Declaration, Fitted, FittedValues, RoundTripError};
 pub use design::{Design, Designs};
-pub use effect::{Effect, EffectParameter, FormulaDomain, Join, Rival, Start, known_distinguishing_experiment};
+pub use effect::{
+    Effect, EffectParameter, FormulaDomain, Join, Rival, Start, known_distinguishing_experiment,
+};
 pub use error::{Objection, SimulationError, SystemError};
 pub(crate) use lanes::with_lanes;
 pub use lanes::{in_blocks, seeded};
-pub use law::{ModelTerm, Table};
+pub use model_term::{ModelTerm, Table};
 pub use quantity::Quantity;
-pub use record::{DetectedEvent, CORRELATION_STEPS, Record, Stream, Window, split_by_duration, channel_sd, typical_step};
+pub use record::{
+    CORRELATION_STEPS, DetectedEvent, Record, Stream, Window, channel_sd, split_by_duration, typical_step,
+};
 pub use scatter::{Scatter, ScatterPer};
-pub use schema::{InitialValue, InputInterpolation, Channel, RecordRandomEffect, EventSchema, Input, ErrorFigure, Schema, State, Target};
+pub use schema::{
+    Channel, ErrorFigure, EventSchema, InitialValue, Input, InputInterpolation, RecordRandomEffect, Schema,
+    State, Target,
+};
 pub use simulated::{Event, Simulated};
 pub use task::{Offsets, Seed, Task};
 pub use top_view::TopView;
@@ -133,7 +140,7 @@ pub trait System: Debug + Send + Sync {
     /// Completes a record after reading: events, smooth segments, windows and rough initial states.
     ///
     /// `sd` is a rough noise standard deviation of each channel, in its unit. The default takes the whole
-    /// record as one window without segments; see [`Record::whole`] for the initial state.
+    /// record as one window without segments; see [`Record::use_as_one_window`] for the initial state.
     ///
     /// # Errors
     /// [`Objection`] if the record is unusable.

@@ -176,7 +176,11 @@ impl Schema {
 
     /// Indices of the states whose initial value is estimated.
     pub fn free_states(&self) -> impl Iterator<Item = usize> + '_ {
-        self.states.iter().enumerate().filter(|(_, s)| !matches!(s.initial, InitialValue::Fixed(_))).map(|(i, _)| i)
+        self.states
+            .iter()
+            .enumerate()
+            .filter(|(_, s)| !matches!(s.initial, InitialValue::Fixed(_)))
+            .map(|(i, _)| i)
     }
 }
 

@@ -6,8 +6,8 @@
 use crate::shared_data::shared_data;
 use augsim_data::{Dataset, Trajectory, read_legacy_ball};
 use augsim_physics::ball::bullet::DEFAULT_DAMPING;
-use augsim_physics::ball::floor::{Ensemble, ErrorFloorOptions, Floor, Start, floor, published_error_floor};
 use augsim_physics::ball::drop_distribution::DropDistribution;
+use augsim_physics::ball::floor::{Ensemble, ErrorFloorOptions, Floor, Start, floor, published_error_floor};
 use rand_distr::{Distribution, StandardNormal};
 
 /// Trajectories of two samples: 0, and a standard normal height; all errors have a closed form.

@@ -9,7 +9,7 @@ mod ball_floor;
 mod ball_laws;
 mod ball_sensitivities;
 mod bullet_golden;
-mod paper_law;
+mod drop_distribution;
 mod system_ball;
 
 // Pushing: engine, laboratory, interpolated poses.

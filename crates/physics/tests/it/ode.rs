@@ -9,8 +9,9 @@ use augsim_physics::Scalar;
 use augsim_physics::model::Parameter;
 use augsim_physics::ode::{At, Equations, Ode, Tolerance};
 use augsim_physics::system::{
-    InitialValue, InputInterpolation, Channel, Effect, EffectParameter, EventSchema, Input, ModelTerm, ErrorFigure, Offsets, Quantity,
-    Record, Schema, Seed, Simulated, SimulationError, State, Stream, System, Task,
+    Channel, Effect, EffectParameter, ErrorFigure, EventSchema, InitialValue, Input, InputInterpolation,
+    ModelTerm, Offsets, Quantity, Record, Schema, Seed, Simulated, SimulationError, State, Stream, System,
+    Task,
 };
 
 fn schema(system: &str, states: usize, inputs: &[InputInterpolation]) -> Schema {

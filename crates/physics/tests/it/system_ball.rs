@@ -29,7 +29,13 @@ fn law(system: &dyn System, kind: &str) -> ModelTerm {
 }
 
 /// A table of a target against a feature.
-fn table(system: &dyn System, target: &str, against: &str, [first, last]: [f64; 2], knots: usize) -> ModelTerm {
+fn table(
+    system: &dyn System,
+    target: &str,
+    against: &str,
+    [first, last]: [f64; 2],
+    knots: usize,
+) -> ModelTerm {
     let schema = system.schema();
     let target = schema.targets.iter().position(|t| t.quantity.name == target).expect("a target");
     let against = schema.features.iter().position(|f| f.name == against).expect("a feature");
@@ -180,7 +186,10 @@ fn effects_can_be_added_one_by_one_or_together() {
     let together = base.augmented(&laws).expect("known laws");
     let one_by_one = base.augmented(&laws[..1]).and_then(|s| s.augmented(&laws[1..])).expect("known laws");
     assert_eq!(together.parameters(), one_by_one.parameters());
-    assert_eq!((one_by_one.declared_count(), one_by_one.term_parameter_ranges()), (5, vec![5..6, 6..11, 11..12]));
+    assert_eq!(
+        (one_by_one.declared_count(), one_by_one.term_parameter_ranges()),
+        (5, vec![5..6, 6..11, 11..12])
+    );
     assert_eq!(one_by_one.terms(), &laws);
     let names: Vec<&str> = one_by_one.parameters()[5..].iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["phi_rad", "knot0", "knot1", "knot2", "knot3", "knot4", "s"]);

@@ -36,7 +36,8 @@ fn record() -> Record {
 fn a_window_through_the_trait_equals_that_of_the_engine() {
     let (base, model) = system();
     let effect_index = |kind: &str| effects::index_of(kind).expect("in the library");
-    let system = base.augmented(&[ModelTerm::Effect(effect_index("table-anisotropy"))]).expect("in the library");
+    let system =
+        base.augmented(&[ModelTerm::Effect(effect_index("table-anisotropy"))]).expect("in the library");
     let (mut world, mut values) = model.world();
     world.add(effect_index("table-anisotropy")).expect("in the library");
     values.extend([1.2, 0.4]);
@@ -82,8 +83,9 @@ fn more_seeds_than_lanes_are_computed_in_equal_blocks() {
     // Five base parameters, four of frame-registration, three of pose-offset, two each of tip-offset and
     // table-tilt, and three start states: 19 derivatives, more than one simulation carries.
     let (base, _) = system();
-    let laws = ["pose-offset", "tip-offset", "table-tilt"]
-        .map(|kind| ModelTerm::Effect(base.library().iter().position(|e| e.kind == kind).expect("in the library")));
+    let laws = ["pose-offset", "tip-offset", "table-tilt"].map(|kind| {
+        ModelTerm::Effect(base.library().iter().position(|e| e.kind == kind).expect("in the library"))
+    });
     let system = base.augmented(&laws).expect("in the library");
     let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let mut seeds: Vec<Seed> = (0..values.len()).map(Seed::Parameter).collect();

@@ -30,8 +30,15 @@ pub fn chain(plan: &Sizes, runs: Runs<'_>, output: &Output) -> anyhow::Result<Op
     let lab = Laboratory::new(plan, runs.seed)?;
     let some: Vec<usize> = (0..LOOP_PUSHES.min(plan.train)).collect();
     let some = lab.data.select(&some);
-    let set =
-        sets::discover_set(LABORATORY, &some, &lab.declared.to_toml(), runs.out, runs.seed, runs.resume, output)?;
+    let set = sets::discover_set(
+        LABORATORY,
+        &some,
+        &lab.declared.to_toml(),
+        runs.out,
+        runs.seed,
+        runs.resume,
+        output,
+    )?;
     let estimate = |name: &str| set.found.calibrated.get(name).map(|e| e.value);
     let chain = Chain {
         name: Some(data::LABORATORY),

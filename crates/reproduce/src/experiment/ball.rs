@@ -1,6 +1,6 @@
 //! Experiment with ball drops (paper, section IV-A): networks, scores and text of the report.
 
-use super::plan::{Experiment, NetPlan, ExperimentTexts};
+use super::plan::{Experiment, ExperimentTexts, NetPlan};
 use super::result::ResultFile;
 use augsim_report::page::{KeyFigure, significant};
 use augsim_trainer::Recipe;

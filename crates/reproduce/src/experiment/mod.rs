@@ -19,8 +19,8 @@ pub use runs::folder as runs_folder;
 pub use sizes::Sizes;
 
 use augsim_data::Dataset;
-use augsim_physics::ball::floor::{ErrorFloorOptions, published_error_floor};
 use augsim_physics::ball::drop_distribution::DropDistribution;
+use augsim_physics::ball::floor::{ErrorFloorOptions, published_error_floor};
 use augsim_session::run_dir::{Config, RunDir};
 use augsim_session::training_run::Trained;
 use augsim_terminal::destination::{Claim, REPORT, RESULT};
@@ -110,7 +110,7 @@ impl Experiment {
             seed: self.seed,
         };
         claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-        let drawn = PageInputs {
+        let inputs = PageInputs {
             losses: self.losses(claim, whole)?,
             gp: gp.as_ref(),
             scored,
@@ -118,7 +118,7 @@ impl Experiment {
             clouds: clouds.as_ref(),
             nets: &nets,
         };
-        let html = augsim_report::benchmark_report(&page::report(self, &result, &drawn)?);
+        let html = augsim_report::benchmark_report(&page::report(self, &result, &inputs)?);
         let path = claim.write(REPORT, &html)?;
         claim.write_timing(Times::of(&nets))?;
         Ok(Some(Finished { result, report: path }))
@@ -191,10 +191,10 @@ impl Experiment {
         if let Some(truth) = truth {
             let set = &data.tests[0];
             rows.push(self.floor(Layout::of(&set.engine), truth)?);
-            let law = ExactDistribution { law: DropDistribution::default(), seed: self.seed };
-            let score = evaluate_forecast(&law, &set.items)?;
-            rows.push(set.row(data.name, law.name(), Protocol::Floor, 0, &score));
-            scored.push(Scored { name: law.name().to_owned(), protocol: Protocol::Floor, score });
+            let forecaster = ExactDistribution { law: DropDistribution::default(), seed: self.seed };
+            let score = evaluate_forecast(&forecaster, &set.items)?;
+            rows.push(set.row(data.name, forecaster.name(), Protocol::Floor, 0, &score));
+            scored.push(Scored { name: forecaster.name().to_owned(), protocol: Protocol::Floor, score });
         }
         Ok((rows, scored))
     }

@@ -153,14 +153,15 @@ fn fans(
     let samples = model.forecast(task, SAMPLES)?;
     let (count, s) = (samples.count, q.state(0).len());
     let frame = (!q.actions.is_empty()).then(|| StartFrame::new(q.state(0), 0.0));
-    let seen = |state: &[f64], j: usize| frame.map_or(state[j], |frame| frame.pose(state)[j]);
+    let in_frame = |state: &[f64], j: usize| frame.map_or(state[j], |frame| frame.pose(state)[j]);
     let [one, _] = layout.words;
     for (j, (channel, unit, factor)) in layout.channels.iter().enumerate() {
         let sorted: Vec<Vec<f32>> = (0..q.time)
             .map(|t| {
                 let at = |j: usize, i: usize| f64::from(samples.values[(t * s + j) * count + i]);
                 let state = |i: usize| (0..s).map(|j| at(j, i)).collect::<Vec<_>>();
-                let mut row: Vec<f32> = (0..count).map(|i| (factor * seen(&state(i), j)) as f32).collect();
+                let mut row: Vec<f32> =
+                    (0..count).map(|i| (factor * in_frame(&state(i), j)) as f32).collect();
                 row.sort_unstable_by(f32::total_cmp);
                 row
             })
@@ -172,7 +173,7 @@ fn fans(
             channel: (*channel).to_owned(),
             unit: (*unit).to_owned(),
             t_s: times(data, q),
-            truth: (0..q.time).map(|t| factor * seen(q.state(t), j)).collect(),
+            truth: (0..q.time).map(|t| factor * in_frame(q.state(t), j)).collect(),
             median: band(0.5),
             lower50: band(0.25),
             upper50: band(0.75),

@@ -1,7 +1,7 @@
 //! Experiment with pushes (paper, section IV-B): networks, scores and text of the report.
 
 use super::data::{Data, LABORATORY};
-use super::plan::{Experiment, NetPlan, ExperimentTexts};
+use super::plan::{Experiment, ExperimentTexts, NetPlan};
 use super::result::ResultFile;
 use super::sizes::Sizes;
 use augsim_report::page::KeyFigure;

@@ -1,6 +1,6 @@
 //! Rows of the tables: scores of models under a protocol on a test set.
 
-use super::layout::{Layout, ColumnFormat, Value};
+use super::layout::{ColumnFormat, Layout, Value};
 use augsim_report::benchmark::{self, ResultRow, Results};
 use augsim_trainer::Protocol;
 use augsim_trainer::score::Score;

@@ -139,8 +139,12 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     if args.quick {
         items.items.truncate(QUICK_DROPS);
     }
-    let law = DropDistribution::default();
-    let floor = RandomRestitution { ball: law.ball, mean: law.restitution_mean, sd: law.restitution_sd };
+    let distribution = DropDistribution::default();
+    let floor = RandomRestitution {
+        ball: distribution.ball,
+        mean: distribution.restitution_mean,
+        sd: distribution.restitution_sd,
+    };
     let fitted = |freedom| FittedDrop { ball: drop_distribution::published_predictor(), freedom };
     let (declared, calibrated) = (fitted(FreeParameters::Height), fitted(FreeParameters::Calibrated));
     output.note("fitting restitution and damping to every training drop");

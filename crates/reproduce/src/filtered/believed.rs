@@ -5,8 +5,8 @@ use augsim_session::filtered::{PARTICLES, SystemOnPrefix, TimedSequences};
 use augsim_terminal::output::Output;
 use augsim_trainer::SAMPLES;
 use augsim_trainer::filter::{
-    CorrectedForecaster, FilterSettings, FilteredScore, ForecastCorrection, InitialStatePrior, CachedForecasts, LearnedPriors,
-    PrefixForecaster, RescaledSpread, Sensor, evaluate_filtered,
+    CachedForecasts, CorrectedForecaster, FilterSettings, FilteredScore, ForecastCorrection,
+    InitialStatePrior, LearnedPriors, PrefixForecaster, RescaledSpread, Sensor, evaluate_filtered,
 };
 
 /// Candidate factors of the measurement noise. Residuals of a flight are autocorrelated, so the nominal
@@ -50,12 +50,12 @@ pub fn spread(
     prefixes: Prefixes<'_>,
 ) -> anyhow::Result<Vec<f64>> {
     let known = (sensor, &train.start);
-    let kept = CachedForecasts::compute(model, &train.data.set, known, prefixes.0, settings(prefixes.1))?;
+    let cached = CachedForecasts::compute(model, &train.data.set, known, prefixes.0, settings(prefixes.1))?;
     let many = prefixes.0.first().map_or(0, Vec::len);
     let mut spread: Vec<Option<f64>> = vec![None; many];
     for factor in SPREAD_FACTORS {
         let factors = vec![factor; many];
-        let widened = RescaledSpread::new(&kept, &factors);
+        let widened = RescaledSpread::new(&cached, &factors);
         let scores = scored(&widened, &train.data, known, prefixes)?;
         for (found, score) in spread.iter_mut().zip(&scores) {
             if score.coverage90.is_none_or(|held| held >= MIN_COVERAGE90) {

@@ -12,7 +12,7 @@ use augsim_discovery::Options;
 use augsim_physics::ball::{Axes, FLOOR};
 use augsim_physics::model::{Model, ModelFile};
 use augsim_physics::system::{Seed, System};
-use augsim_session::filtered::{PrefixLength, SystemOnPrefix, ObservedColumns, built_in_on_prefix};
+use augsim_session::filtered::{ObservedColumns, PrefixLength, SystemOnPrefix, built_in_on_prefix};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::output::Output;
@@ -135,30 +135,31 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     let found = augsim_discovery::discover(&model, &train, &options, &mut |_| {})?;
     atomic_write(&claim.folder().join("model.toml"), |w| w.write_all(found.model_toml.as_bytes()))?;
     output.note("estimating flight-specific parameters");
-    let own = with_spin(&found.model_toml);
+    let with_spin_effect = with_spin(&found.model_toml);
     let opened = |text: &str, data: &Dataset| -> anyhow::Result<SystemOnPrefix> {
         built_in_on_prefix(&ModelFile::parse(text, "model.toml")?, data, &ObservedColumns::default(), None)
     };
-    let mut of_train = opened(&own, &train)?;
+    let mut of_train = opened(&with_spin_effect, &train)?;
     of_train.filter = of_train.filter.with_random_parameter(FLOOR, FLOOR_SD);
-    let laws = LearnedPriors::learn(&of_train.filter, &of_train.data.set)?;
-    of_train.filter = of_train.filter.with_normal_priors(laws.normal_priors(), laws.noise());
-    let seen = seen_of(&train, &PREFIXES_S);
-    let (noise_factor, sensor) = believed::noise(&of_train, &laws, (&seen, seed), output)?;
-    let spread = believed::spread(&of_train.filter, &of_train, &sensor, (&seen, seed))?;
+    let priors = LearnedPriors::learn(&of_train.filter, &of_train.data.set)?;
+    of_train.filter = of_train.filter.with_normal_priors(priors.normal_priors(), priors.noise());
+    let prefix_lengths = prefix_lengths_of(&train, &PREFIXES_S);
+    let (noise_factor, sensor) = believed::noise(&of_train, &priors, (&prefix_lengths, seed), output)?;
+    let spread = believed::spread(&of_train.filter, &of_train, &sensor, (&prefix_lengths, seed))?;
     output.note("training a network on the residual");
-    let learned = seen_of(&train, &TRAINING_PREFIXES_S);
-    let (correction, net_spread) = believed::correction(&of_train, &sensor, &learned, (&seen, seed))?;
+    let learned = prefix_lengths_of(&train, &TRAINING_PREFIXES_S);
+    let (correction, net_spread) =
+        believed::correction(&of_train, &sensor, &learned, (&prefix_lengths, seed))?;
     let in_flight = before_the_rebound(&test)?;
     let near = PREFIXES_S.iter().map(|seen_s| near(&test, *seen_s)).collect::<anyhow::Result<Vec<_>>>()?;
     // Measured rows of each flight, also for the flights that are cut before the rebound.
-    let lengths = seen_of(&test, &PREFIXES_S);
+    let lengths = prefix_lengths_of(&test, &PREFIXES_S);
     let mut rows = Vec::new();
     for (name, text, kind) in [
         ("Physics", &declared, Kind::Untuned),
         ("Physics augmented", &found.model_toml, Kind::Untuned),
-        ("Physics augmented, own spin", &own, Kind::LearnedPriors),
-        ("Hybrid", &own, Kind::Net),
+        ("Physics augmented, own spin", &with_spin_effect, Kind::LearnedPriors),
+        ("Hybrid", &with_spin_effect, Kind::Net),
     ] {
         output.note(name);
         let score = |data: &Dataset| -> anyhow::Result<_> {
@@ -167,7 +168,9 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
             if let Kind::Untuned = kind {
                 return scored(&filter, &data, (&stated, &start), prefixes);
             }
-            filter = filter.with_random_parameter(FLOOR, FLOOR_SD).with_normal_priors(laws.normal_priors(), laws.noise());
+            filter = filter
+                .with_random_parameter(FLOOR, FLOOR_SD)
+                .with_normal_priors(priors.normal_priors(), priors.noise());
             let known = (&sensor, &start);
             if let Kind::LearnedPriors = kind {
                 return scored(&RescaledSpread::new(&filter, &spread), &data, known, prefixes);
@@ -204,12 +207,12 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
         held_out: test.trajectories().len(),
         frame_s: clock.period_s,
         jitter_s: clock.jitter_s,
-        noise_m: laws.noise().to_vec(),
+        noise_m: priors.noise().to_vec(),
         noise_factor,
         spread_factors: spread,
         net_trust: correction.shrinkage(),
         net_spread_factors: net_spread,
-        own: named(&laws, &own)?,
+        own: named(&priors, &with_spin_effect)?,
         rows,
         seed,
         command: repeat(words.into_iter().chain([data.display().to_string()]).collect()),
@@ -232,7 +235,7 @@ fn named(laws: &LearnedPriors, model: &str) -> anyhow::Result<BTreeMap<String, [
 }
 
 /// Returns the number of measured rows of each flight for each prefix length in s.
-fn seen_of(data: &Dataset, seconds: &[f64]) -> Vec<Vec<usize>> {
+fn prefix_lengths_of(data: &Dataset, seconds: &[f64]) -> Vec<Vec<usize>> {
     let of = |t: &Trajectory| seconds.iter().map(|s| PrefixLength::Seconds(*s).rows(t.time_s())).collect();
     data.trajectories().iter().map(of).collect()
 }

@@ -53,7 +53,8 @@ pub fn rows(
     };
     let ways: Vec<_> = items.items.iter().map(way_of).collect();
     let [pose, own] = &fitted(&declared, &ways);
-    let (conditioned, plain) = (ConditionedForecaster::new(&net.model), ConditionedForecaster::unconditioned(&net.model));
+    let (conditioned, plain) =
+        (ConditionedForecaster::new(&net.model), ConditionedForecaster::unconditioned(&net.model));
     let models: [(&'static str, &dyn PrefixForecaster); 4] = [
         (pose.0, &pose.1),
         (own.0, &own.1),
@@ -63,7 +64,12 @@ pub fn rows(
     let mut out = Vec::new();
     for (name, model) in models {
         output.note(name);
-        out.extend(scored((name, model), (sensor, &InitialStatePrior::from_training_set(&train)), items, plan.seed)?);
+        out.extend(scored(
+            (name, model),
+            (sensor, &InitialStatePrior::from_training_set(&train)),
+            items,
+            plan.seed,
+        )?);
     }
     Ok(Some(out))
 }

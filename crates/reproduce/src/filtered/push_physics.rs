@@ -8,14 +8,14 @@ use std::sync::Arc;
 
 /// Prior standard deviations over pushes of the limit surface parameter c (m) and the contact friction
 /// when both are fitted: those of the baseline of the reference.
-const OWN: [(usize, f64); 2] = [(C_INDEX, 1.8e-3), (CONTACT_FRICTION_INDEX, 0.02)];
+const RANDOM_PARAMETERS: [(usize, f64); 2] = [(C_INDEX, 1.8e-3), (CONTACT_FRICTION_INDEX, 0.02)];
 /// A model and its name in the table.
 pub type Named = (&'static str, SystemFilter);
 
 /// Returns the physics with a fitted pose, and with fitted c and contact friction as well.
 pub fn fitted(declared: &PushModel, ways: &[Record]) -> [Named; 2] {
     let pose = SystemFilter::new(Arc::new(declared.open()) as Arc<dyn System>, ways, &vec![None; ways.len()]);
-    let own = OWN
+    let own = RANDOM_PARAMETERS
         .into_iter()
         .fold(pose.clone(), |filter, (parameter, sd)| filter.with_random_parameter(parameter, sd));
     [("Physics, pose fitted", pose), ("Physics, pose, c and friction fitted", own)]

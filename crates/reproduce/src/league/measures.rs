@@ -98,7 +98,7 @@ const DIVERGED_VALUE: f32 = 1e6;
 /// Measures a model on a set, or, without a model, the violations of the measured trajectories.
 pub fn measure(model: Option<&dyn Forecaster>, set: &Set) -> anyhow::Result<Measured> {
     let scoring = Scoring::of(&set.items);
-    let begun = processor_s();
+    let start_s = processor_s();
     let each = |(i, q): (usize, &augsim_trainer::Sequence)| -> anyhow::Result<_> {
         let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };
         let mut samples = match model {
@@ -115,7 +115,7 @@ pub fn measure(model: Option<&dyn Forecaster>, set: &Set) -> anyhow::Result<Meas
         Ok((score(&samples, &q.states, &scoring), broken, duration * samples.count as f64))
     };
     let all = collect_in_order(set.items.items.par_iter().enumerate().map(each))?;
-    let spent = processor_s() - begun;
+    let spent = processor_s() - start_s;
     let simulated: f64 = all.iter().map(|(.., s)| s).sum();
     let scores: Vec<Score> = all.iter().map(|(s, ..)| s.clone()).collect();
     let broken: Vec<Violations> = all.iter().filter_map(|(_, v, _)| *v).collect();

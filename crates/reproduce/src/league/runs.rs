@@ -14,7 +14,7 @@ use augsim_session::run_dir::Config;
 use augsim_terminal::destination::Claim;
 use augsim_terminal::output::Output;
 use augsim_terminal::training;
-use augsim_trainer::models::{NonPenetrating, ExactDistribution, NetModel, Physics, Still, Zero};
+use augsim_trainer::models::{ExactDistribution, NetModel, NonPenetrating, Physics, Still, Zero};
 use augsim_trainer::push::{GpOptions, GpPush};
 use augsim_trainer::{Forecaster, Recipe, Sequences, Settings};
 use std::path::Path;
@@ -166,9 +166,12 @@ impl Runs<'_> {
         }
         let cpu: Option<Vec<f64>> = nets.iter().map(|n| n.cpu_s).collect();
         // The cost of the non-penetration constraint is shown for Hybrid+ only.
-        let is_kept_apart = recipe == Recipe::HybridPlus && self.scenario == LeagueScenario::Push;
-        let variants =
-            if is_kept_apart { vec![Variant::NonPenetrating, Variant::AsTrained] } else { vec![Variant::AsTrained] };
+        let has_constraint = recipe == Recipe::HybridPlus && self.scenario == LeagueScenario::Push;
+        let variants = if has_constraint {
+            vec![Variant::NonPenetrating, Variant::AsTrained]
+        } else {
+            vec![Variant::AsTrained]
+        };
         let mut out = Vec::new();
         for variant in variants {
             for set in &self.data.tests {
@@ -177,7 +180,9 @@ impl Runs<'_> {
                     let model = net.model.with_engine(set.engine.clone())?;
                     seeds.push(match variant {
                         Variant::AsTrained => measure(Some(&model), set)?,
-                        Variant::NonPenetrating => measure(Some(&NonPenetrating::new(&model, &set.engine)?), set)?,
+                        Variant::NonPenetrating => {
+                            measure(Some(&NonPenetrating::new(&model, &set.engine)?), set)?
+                        }
                     });
                 }
                 let mut scored = self.row(set, &variant.label(recipe), &seeds);
@@ -227,11 +232,11 @@ impl Runs<'_> {
         let mut out = Vec::new();
         for set in &self.data.tests {
             let physics = Physics(set.engine.clone());
-            let law = ExactDistribution { law: DropDistribution::default(), seed: self.seed };
+            let forecaster = ExactDistribution { law: DropDistribution::default(), seed: self.seed };
             let gp = gp.as_ref().map(|gp| gp.with_engine(&set.engine)).transpose()?;
             let still = self.scenario == LeagueScenario::Push;
             let (model, name): (&dyn Forecaster, &str) = match (entrant, &gp) {
-                (Entrant::ExactDistribution, _) => (&law, law.name()),
+                (Entrant::ExactDistribution, _) => (&forecaster, forecaster.name()),
                 (Entrant::GaussianProcess, Some(gp)) => (gp, gp.name()),
                 (Entrant::Zero, _) if still => (&Still, "Still"),
                 (Entrant::Zero, _) => (&Zero, "Zero"),

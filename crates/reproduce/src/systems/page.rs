@@ -68,10 +68,10 @@ fn section(set: &SetRow) -> Section {
     };
     let runs =
         [Some(("with the library", &set.augmented)), set.formula.as_ref().map(|f| ("formulas only", f))];
-    let told = runs
+    let errors = runs
         .into_iter()
         .flatten()
         .map(|(name, s)| (name.to_owned(), format!("{} Report: `{}`.", s.sentence, s.report.display())));
     let source = Block::Prose(format!("Data: {}.", set.source));
-    Section::new(set.set, vec![Block::Table(table), Block::Definitions(told.collect()), source])
+    Section::new(set.set, vec![Block::Table(table), Block::Definitions(errors.collect()), source])
 }

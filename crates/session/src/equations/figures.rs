@@ -56,7 +56,7 @@ fn draw(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<F
     }
     let mut list: Vec<Record> = records::records(data, declared, false)?;
     list.truncate(MAX_RECORDS);
-    let laws = laws(&augmented, &list)?;
+    let curves = laws(&augmented, &list)?;
     let (before, after) = match runs(&calibrated, &augmented, &list) {
         Ok(runs) => runs,
         Err(_) => {
@@ -89,7 +89,7 @@ fn draw(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<F
             });
         }
     }
-    Ok(Figures { examples, curves: laws })
+    Ok(Figures { examples, curves })
 }
 
 /// Free runs of the calibrated and of the augmented model; the latter are empty if no effect was added.

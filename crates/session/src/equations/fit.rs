@@ -144,7 +144,8 @@ pub fn estimate_shared_starts(model: &mut Model, records: &[Record]) -> anyhow::
 fn write_shared_starts(model: &mut Model, calibration: &Calibration) {
     for (index, state) in model.states.iter_mut().enumerate().filter(|(_, s)| s.shared) {
         // Mean weighted by the inverse variance of each record's estimate.
-        let starts = calibration.initial_states.iter().filter_map(|(x, e)| Some((*x.get(index)?, *e.get(index)?)));
+        let starts =
+            calibration.initial_states.iter().filter_map(|(x, e)| Some((*x.get(index)?, *e.get(index)?)));
         let known: Vec<(f64, f64)> = starts.filter(|(_, e)| *e > 0.0 && e.is_finite()).collect();
         let weight: f64 = known.iter().map(|(_, e)| 1.0 / (e * e)).sum();
         if weight > 0.0 {

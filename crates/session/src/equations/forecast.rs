@@ -65,12 +65,12 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
         system.prepare(&mut early, &[])?;
         let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
         let sd: Vec<Option<f64>> = model.outputs.iter().map(|o| o.sd).collect();
-        let begun = estimate_initial_state(&system, &early, burn_in, &values, &from, &sd)?;
+        let initial_state = estimate_initial_state(&system, &early, burn_in, &values, &from, &sd)?;
         let task = Task {
             parameters: &values,
             record,
             window: 0..record.times.len(),
-            start: &begun.state,
+            start: &initial_state.state,
             offsets: Offsets::None,
             seeds: &[],
         };
@@ -78,11 +78,11 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
         system.simulate(&task, &mut out)?;
         let read = |o: usize, k: usize| clip_to_sensor_range(&model.outputs[o], out.value(k, o));
         let outputs = 0..model.outputs.len();
-        let foretold = outputs.map(|o| (0..out.samples()).map(|k| read(o, k)).collect()).collect();
+        let predicted = outputs.map(|o| (0..out.samples()).map(|k| read(o, k)).collect()).collect();
         runs.push(FreeRun {
             times: record.times.clone(),
             measured: record.values.clone(),
-            predicted: foretold,
+            predicted,
             first: burn_in.min(record.times.len()),
         });
     }

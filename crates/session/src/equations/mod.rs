@@ -2,11 +2,11 @@
 
 pub mod discovery;
 mod downsample;
+pub mod figures;
 pub mod fit;
 pub mod fitted;
 pub mod forecast;
 pub mod noise;
-pub mod figures;
 pub mod records;
 pub mod states;
 

@@ -39,7 +39,8 @@ pub fn find(model: &mut Model, records: &[Record]) -> anyhow::Result<NoiseCause>
     model.states.iter_mut().for_each(|state| state.process_noise = None);
     if found.cause == Cause::ProcessNoise {
         for (state, sd) in noisy_states.iter().zip(&found.disturbance_sd) {
-            model.states[*state].process_noise = Some(RateNoise { sd: *sd, correlation_time_s: found.correlation_time_s });
+            model.states[*state].process_noise =
+                Some(RateNoise { sd: *sd, correlation_time_s: found.correlation_time_s });
         }
     }
     let autocorrelated = found.cause == Cause::AutocorrelatedSensor;
@@ -75,9 +76,10 @@ fn noise_result(model: &Model, noisy_states: &[usize], found: &Smoothed) -> Nois
         Cause::AutocorrelatedSensor => {
             (NoiseSource::AutocorrelatedSensor, outputs().zip(&found.disturbance_sd).map(row).collect())
         }
-        Cause::ProcessNoise => {
-            (NoiseSource::ProcessNoise, noisy_states.iter().map(rate).zip(&found.disturbance_sd).map(row).collect())
-        }
+        Cause::ProcessNoise => (
+            NoiseSource::ProcessNoise,
+            noisy_states.iter().map(rate).zip(&found.disturbance_sd).map(row).collect(),
+        ),
     };
     NoiseCause {
         source: by,

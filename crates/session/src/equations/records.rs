@@ -2,7 +2,7 @@
 
 use crate::DataFrom;
 use anyhow::Context;
-use augsim_data::{Dataset, Trajectory, Unit, escaped_short, escaped_list};
+use augsim_data::{Dataset, Trajectory, Unit, escaped_list, escaped_short};
 use augsim_equations::Model;
 use augsim_physics::system::{Record, Stream};
 use thiserror::Error;

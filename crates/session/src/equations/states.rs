@@ -160,10 +160,10 @@ fn short_window_residuals(
         system.prepare(&mut part, &[]).ok()?;
         let from = part.windows.first()?.start.clone();
         let declared = vec![None; outputs];
-        let begun = estimate_initial_state(system, &part, length, &values, &from, &declared).ok()?;
+        let initial_state = estimate_initial_state(system, &part, length, &values, &from, &declared).ok()?;
         let readings = (length * outputs) as f64;
-        let widen = readings / (readings - begun.state.len() as f64).max(1.0);
-        Some(begun.rmse.into_iter().map(|rms| widen * rms * rms).collect())
+        let widen = readings / (readings - initial_state.state.len() as f64).max(1.0);
+        Some(initial_state.rmse.into_iter().map(|rms| widen * rms * rms).collect())
     };
     let chosen: Vec<(&Record, usize)> = windows.into_iter().step_by(stride).collect();
     let squares: Vec<Vec<f64>> = chosen.into_par_iter().filter_map(mean_squares).collect();

@@ -1,13 +1,13 @@
 //! Filtered forecasts: predictions after a particle filter has observed the first samples.
 
 mod net;
-mod system;
 mod observed_columns;
+mod system;
 
 pub use crate::prefix_length::PrefixLength;
 pub use net::{NetOnPrefix, net_on_prefix};
-pub use system::{SystemOnPrefix, built_in_on_prefix, system_on_prefix};
 pub use observed_columns::ObservedColumns;
+pub use system::{SystemOnPrefix, built_in_on_prefix, system_on_prefix};
 
 use crate::Usage;
 use crate::forecast::{check_size, summarised};

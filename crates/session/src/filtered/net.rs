@@ -1,6 +1,6 @@
 //! Filtered forecasts by a trained net.
 
-use super::{TimedSequences, ObservedColumns};
+use super::{ObservedColumns, TimedSequences};
 use crate::run_dir::RunDir;
 use crate::{DataFrom, run_data};
 use anyhow::Context;

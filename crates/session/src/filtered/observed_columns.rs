@@ -55,7 +55,9 @@ impl ObservedColumns {
                     let column_sd = &mut sd[index_of("--sensor-sd", name)?];
                     if column_sd.is_none() {
                         let (word, column) = (word.clone(), name.to_owned());
-                        return Err(Usage::Inapplicable(Inapplicable::SensorOfUnobserved { word, column }).into());
+                        return Err(
+                            Usage::Inapplicable(Inapplicable::SensorOfUnobserved { word, column }).into()
+                        );
                     }
                     *column_sd = Some(value);
                 }
@@ -73,7 +75,8 @@ mod tests {
     #[test]
     fn prefix_is_a_sample_count_or_seconds_from_the_first_sample() {
         let times = [0.5, 0.6, 0.7, 0.8];
-        let rows = |word: &str| word.parse::<PrefixLength>().map(|s| s.rows(&times)).map_err(|e| e.to_string());
+        let rows =
+            |word: &str| word.parse::<PrefixLength>().map(|s| s.rows(&times)).map_err(|e| e.to_string());
         assert_eq!((rows("3"), rows("0.2s"), rows("0s"), rows("9s")), (Ok(3), Ok(3), Ok(1), Ok(4)));
         for wrong in ["0.2", "-1", "-1s", "NaNs", "", "s", "three"] {
             assert!(rows(wrong).is_err_and(|e| e.contains("such as 65")), "{wrong}");

@@ -1,6 +1,6 @@
 //! Filtered forecasts by a model file of any kind.
 
-use super::{TimedSequences, ObservedColumns};
+use super::{ObservedColumns, TimedSequences};
 use crate::equations::fit::prepared;
 use crate::equations::records;
 use crate::{DataFrom, Subject};
@@ -69,7 +69,7 @@ pub fn system_on_prefix(
 /// Prepares a built-in model for filtered forecasts of trajectories in memory.
 ///
 /// # Errors
-/// As [`of_system`].
+/// As [`system_on_prefix`].
 pub fn built_in_on_prefix(
     model: &ModelFile,
     data: &Dataset,

@@ -88,13 +88,13 @@ impl Beginning {
         early.values.iter_mut().for_each(|v| v.iter_mut().skip(known).for_each(|x| *x = f64::NAN));
         system.prepare(&mut early, &[])?;
         let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
-        let begun = estimate_initial_state(system, &early, known, values, &from, &known_sd)?;
+        let initial_state = estimate_initial_state(system, &early, known, values, &from, &known_sd)?;
         // The estimate is corrected for the degrees of freedom that the initial state takes.
-        let degrees_of_freedom = (known * outputs).saturating_sub(begun.state.len()).max(1) as f64;
+        let degrees_of_freedom = (known * outputs).saturating_sub(initial_state.state.len()).max(1) as f64;
         let widen = ((known * outputs) as f64 / degrees_of_freedom).sqrt();
-        let estimated = |o: usize| SensorNoise::white(widen * begun.rmse[o]);
+        let estimated = |o: usize| SensorNoise::white(widen * initial_state.rmse[o]);
         let noise = (0..outputs).map(|o| known_noise[o].unwrap_or_else(|| estimated(o))).collect();
-        Ok(Beginning { known, early_part: early, initial_state: begun, noise, known_sd })
+        Ok(Beginning { known, early_part: early, initial_state, noise, known_sd })
     }
 }
 

@@ -175,8 +175,9 @@ impl<'a> NetPrediction<'a> {
         for (o, lists) in draws.iter_mut().enumerate() {
             for list in lists {
                 list.retain(|v| v.is_finite());
-                list.iter_mut()
-                    .for_each(|v| *v = clip_to_sensor_range(&self.model.outputs[o], *v + noise[o] * normal()));
+                list.iter_mut().for_each(|v| {
+                    *v = clip_to_sensor_range(&self.model.outputs[o], *v + noise[o] * normal())
+                });
             }
         }
         if let Some(k) = draws.iter().flat_map(|lists| lists.iter().position(Vec::is_empty)).min() {

@@ -35,7 +35,9 @@ pub fn scores(name: &str, model: &Model, list: &[RecordDraws]) -> Vec<OutputScor
         let period = model.outputs[o].period;
         let (mut crps, mut inside, mut count) = (0.0, [0.0; 2], 0.0);
         for drawn in list {
-            for k in (drawn.initial_sample_count..drawn.times.len()).filter(|&k| drawn.measured[o][k].is_finite()) {
+            for k in
+                (drawn.initial_sample_count..drawn.times.len()).filter(|&k| drawn.measured[o][k].is_finite())
+            {
                 let truth = drawn.measured[o][k];
                 // Of a periodic output each draw is moved by whole periods to the value nearest to the
                 // measured one.

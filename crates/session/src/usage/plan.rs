@@ -1,7 +1,7 @@
 //! Initial states, times and inputs of a simulation that do not fit the model.
 
 use super::unknown::names_or_none;
-use augsim_data::{escaped_short, escaped_list};
+use augsim_data::{escaped_list, escaped_short};
 use augsim_physics::system::Objection;
 use std::fmt;
 

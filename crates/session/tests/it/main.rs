@@ -8,4 +8,4 @@ mod discovery_page;
 mod examples;
 
 // Estimated noise gives prediction bands with the nominal coverage.
-mod shaken;
+mod noise_bands;

@@ -8,8 +8,8 @@ use crate::push::{ACTIONS, STATES};
 use augsim_physics::model::PushModel;
 use augsim_physics::push::effects::index_of;
 use augsim_physics::push::{
-    C_INDEX, CONTACT_FRICTION_INDEX, Instant, Pose, Push, ROD_RADIUS_INDEX, Recorded, Run, SUPPORT_FRICTION_INDEX, Steps, World,
-    simulate,
+    C_INDEX, CONTACT_FRICTION_INDEX, Instant, Pose, Push, ROD_RADIUS_INDEX, Recorded, Run,
+    SUPPORT_FRICTION_INDEX, Steps, World, simulate,
 };
 
 /// Maximum travel of the rod in a simulation step, m.

@@ -26,7 +26,9 @@ impl CachedForecasts {
         settings: FilterSettings,
     ) -> Result<Self, TrainerError> {
         let keep = |_: usize, n: usize, samples: Samples| (n, samples);
-        Ok(CachedForecasts { forecasts_by_prefix: map_forecasts(model, set, known, (lengths, settings), &keep)? })
+        Ok(CachedForecasts {
+            forecasts_by_prefix: map_forecasts(model, set, known, (lengths, settings), &keep)?,
+        })
     }
 }
 
@@ -91,19 +93,19 @@ mod tests {
         let known = (&Sensor::exact(1), &InitialStatePrior { mean: vec![0.0], sd: vec![1.0] });
         let settings = FilterSettings { is_measured: true, ..FilterSettings::new(1, 1) };
         let (model, lengths) = (CallCounter(AtomicUsize::new(0)), vec![vec![2, 3]; 3]);
-        let kept = CachedForecasts::compute(&model, &set, known, &lengths, settings).unwrap();
+        let cached = CachedForecasts::compute(&model, &set, known, &lengths, settings).unwrap();
         let calls = model.0.load(Ordering::Relaxed);
         for factors in [[1.0, 1.0], [2.0, 3.0]] {
             let score = |model: &dyn PrefixForecaster| {
                 evaluate_filtered(&RescaledSpread::new(model, &factors), &set, known, &lengths, settings)
                     .unwrap()
             };
-            let cached_scores = score(&kept);
+            let cached_scores = score(&cached);
             assert_eq!(model.0.swap(calls, Ordering::Relaxed), calls, "the model was asked again");
             assert_eq!(cached_scores, score(&model));
             model.0.store(calls, Ordering::Relaxed);
         }
-        let others = evaluate_filtered(&kept, &set, known, &vec![vec![4]; 3], settings);
+        let others = evaluate_filtered(&cached, &set, known, &vec![vec![4]; 3], settings);
         assert!(matches!(others, Err(TrainerError::Setting { key: "seen", .. })));
     }
 }

@@ -209,7 +209,8 @@ impl ForecastCorrection {
             )?;
             Ok::<_, TrainerError>((net, params))
         });
-        let (mut nets, params): (Vec<ForecastNet>, Vec<Params<f32>>) = collect_in_order(folds)?.into_iter().unzip();
+        let (mut nets, params): (Vec<ForecastNet>, Vec<Params<f32>>) =
+            collect_in_order(folds)?.into_iter().unzip();
         let mut correction = ForecastCorrection { net: nets.swap_remove(0), params, scales, shrinkage: 0.0 };
         correction.shrinkage = correction.choose_shrinkage(&prepared);
         Ok(correction)
@@ -268,7 +269,11 @@ fn train_net(
         // Trajectories of similar length share a tile, which wastes fewer lanes.
         chosen.sort_unstable_by_key(|&i| (std::cmp::Reverse(prepared[i].time), i));
         let scale = 1.0 / (batch as f64 * mean_values);
-        workspace.run_all(TileContext { net, params: &*params, train_set: prepared, scale, seed }, chosen, 0)?;
+        workspace.run_all(
+            TileContext { net, params: &*params, train_set: prepared, scale, seed },
+            chosen,
+            0,
+        )?;
         let loss = sum_gradients(&workspace.results, scale, &mut grads).negative_ln_likelihood;
         let norm = clip(&mut grads, Some(CLIP));
         let rate = LEARNING_RATE.at(iteration);
@@ -436,7 +441,11 @@ mod tests {
             error(&LinearExtrapolation, &test),
             error(&CorrectedForecaster::new(&LinearExtrapolation, &correction), &test),
         ];
-        assert!(after < 1.05 * before, "{before} m before, {after} m after, trust {}", correction.shrinkage());
+        assert!(
+            after < 1.05 * before,
+            "{before} m before, {after} m after, trust {}",
+            correction.shrinkage()
+        );
     }
 
     #[test]

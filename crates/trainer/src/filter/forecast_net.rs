@@ -9,7 +9,7 @@
 //! up to a constant (Lange, Little and Taylor 1989).
 
 use crate::league::{Extents, operands, zero};
-use crate::nets::tile::{LossVars, Losses, Tile, masked_sum, backpropagate};
+use crate::nets::tile::{LossVars, Losses, Tile, backpropagate, masked_sum};
 use crate::tiles::Trainable;
 use augsim_nn::inference::{GaussianRunner, GruRunner};
 use augsim_nn::{Bound, GaussianHead, Gru, Params};

@@ -56,7 +56,8 @@ impl FittedDrop {
             let others = if is_free { others } else { &[] };
             [declared].into_iter().chain(others.iter().copied()).collect()
         };
-        let restitutions = start_values(declared[1], &START_RESTITUTIONS, self.freedom != FreeParameters::Height);
+        let restitutions =
+            start_values(declared[1], &START_RESTITUTIONS, self.freedom != FreeParameters::Height);
         let dampings = start_values(declared[2], &START_DAMPINGS, self.freedom == FreeParameters::Calibrated);
         let mut best: Option<(f64, [f64; 3])> = None;
         for &damping in &dampings {

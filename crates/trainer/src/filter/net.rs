@@ -38,7 +38,7 @@ impl<'m> NetTransition<'m> {
     /// The transition model of a trained net that corrects single steps.
     ///
     /// # Errors
-    /// [`TrainerError::Foreign`] if the net is of another kind, or its training has not ended.
+    /// [`TrainerError::Mismatch`] if the net is of another kind, or its training has not ended.
     pub fn new(model: &'m NetModel) -> Result<Self, TrainerError> {
         let state = model.state();
         let (Net::Stepwise(net), Correction::Step) = (model.net(), state.settings.correction) else {

@@ -59,7 +59,7 @@ impl<'a> Prefix<'a> {
     /// Checks that all values of the given rows `[n, S]` are finite.
     ///
     /// # Errors
-    /// [`TrainerError::Unseen`] with the row and column of the first missing value.
+    /// [`TrainerError::MissingMeasurement`] with the row and column of the first missing value.
     pub(super) fn check_measured(&self, rows: &[f64]) -> Result<(), TrainerError> {
         let s = self.sensor.sd().len();
         let missing = rows.iter().position(|v| !v.is_finite());

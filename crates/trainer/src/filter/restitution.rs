@@ -36,11 +36,13 @@ impl RandomRestitution {
             let fit_drop = |q: &Sequence| drop.fitted(&q.states[..2 * FITTED_ROWS.min(q.time)], &sensor);
             train.items.par_iter().map(fit_drop).collect()
         };
-        let mut dampings: Vec<f64> = fit(ball, FreeParameters::Calibrated).iter().map(|b| b.damping).collect();
+        let mut dampings: Vec<f64> =
+            fit(ball, FreeParameters::Calibrated).iter().map(|b| b.damping).collect();
         dampings.sort_by(f64::total_cmp);
         let damping = dampings.get(dampings.len() / 2).copied().unwrap_or(ball.damping);
         let ball = BulletBall { damping, ..ball };
-        let restitutions: Vec<f64> = fit(ball, FreeParameters::Restitution).iter().map(|b| b.restitution).collect();
+        let restitutions: Vec<f64> =
+            fit(ball, FreeParameters::Restitution).iter().map(|b| b.restitution).collect();
         let n = restitutions.len().max(1) as f64;
         let mean = restitutions.iter().sum::<f64>() / n;
         let variance = restitutions.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);

@@ -24,7 +24,7 @@ pub struct FilteredScore {
     /// Error of the median summed over forecast rows and divided by all rows; mean over trajectories.
     /// One entry per measure.
     pub all_rows: Vec<f64>,
-    /// Standard error of [`whole`](Self::whole) over trajectories.
+    /// Standard error of [`all_rows`](Self::all_rows) over trajectories.
     pub all_rows_se: Vec<f64>,
     /// Errors summed over forecast rows relative to distances from zero over all rows, per cent.
     /// Of the first measure; mean over trajectories.

@@ -71,7 +71,7 @@ impl SystemFilter {
         self
     }
 
-    /// Sets learned priors, each a mean and a standard deviation ([`super::LearnedPriors::laws`]).
+    /// Sets learned priors, each a mean and a standard deviation ([`super::LearnedPriors::normal_priors`]).
     /// `noise` of each channel ([`super::LearnedPriors::noise`]) is used where neither the sensor nor the model file
     /// states it.
     #[must_use]

@@ -88,7 +88,8 @@ fn engine_with(engine: &Engine, values: &[f64]) -> Result<Engine, TrainerError> 
             Ok(Engine::PybulletBall(BulletBall { restitution: values[0], damping: values[1], ..*ball }))
         }
         (_, Some(ModelFile::Push(mut model))) => {
-            for (index, value) in [C_INDEX, CONTACT_FRICTION_INDEX, ROD_RADIUS_INDEX].into_iter().zip(values) {
+            for (index, value) in [C_INDEX, CONTACT_FRICTION_INDEX, ROD_RADIUS_INDEX].into_iter().zip(values)
+            {
                 model.parameters[index].nominal = *value;
             }
             engine.with_model(&ModelFile::Push(model)).map_err(mismatch)

@@ -24,7 +24,7 @@ use crate::{Samples, Sequence, Sequences, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_nn::Params;
 use augsim_physics::push::surface::Surface;
-use augsim_physics::push::surface::quartic::{Quartic, QUADRATIC_FORMS};
+use augsim_physics::push::surface::quartic::{QUADRATIC_FORMS, Quartic};
 use augsim_physics::push::{ContactFriction, Support};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -48,7 +48,8 @@ const FRICTION_DEVIATIONS: [f64; 4] = [0.0, 0.1, 0.25, 0.5];
 /// Added to the diagonal of each form, so that no form is singular.
 const RIDGE: f64 = 1e-3;
 /// Options of the least-squares fit.
-const DESCENT: LevenbergMarquardt = LevenbergMarquardt { difference_step: 1e-4, max_change: 0.3, max_iterations: 25 };
+const DESCENT: LevenbergMarquardt =
+    LevenbergMarquardt { difference_step: 1e-4, max_change: 0.3, max_iterations: 25 };
 
 const fn class(make: fn(&Settings) -> Result<Arc<dyn Fitted>, TrainerError>) -> Class {
     Class {

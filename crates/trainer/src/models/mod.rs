@@ -1,6 +1,6 @@
 //! Implementations of [`crate::Forecaster`]: trained nets and baselines.
 
-mod law;
+mod exact_distribution;
 mod net;
 mod non_penetrating;
 mod physics;
@@ -8,7 +8,7 @@ mod scattered;
 mod still;
 mod zero;
 
-pub use law::ExactDistribution;
+pub use exact_distribution::ExactDistribution;
 pub use net::NetModel;
 pub use non_penetrating::NonPenetrating;
 pub use physics::Physics;

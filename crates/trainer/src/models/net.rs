@@ -48,7 +48,7 @@ impl NetModel {
     /// Rebuilds the net from a saved state.
     ///
     /// # Errors
-    /// [`TrainerError::Foreign`] if the state is inconsistent.
+    /// [`TrainerError::Mismatch`] if the state is inconsistent.
     pub fn new(state: TrainingState) -> Result<Self, TrainerError> {
         let (net, params) = rebuild_net(&state)?;
         Ok(NetModel { state, net, params })
@@ -64,7 +64,7 @@ impl NetModel {
     /// Not a prediction.
     ///
     /// # Errors
-    /// [`TrainerError::Foreign`] for nets that can only forecast; [`TrainerError`] if the net cannot be run.
+    /// [`TrainerError::Mismatch`] for nets that can only forecast; [`TrainerError`] if the net cannot be run.
     pub fn reconstruct(&self, q: &Sequence, index: u64, samples: usize) -> Result<Samples, TrainerError> {
         let settings = &self.state.settings;
         if settings.correction != Correction::Step {
@@ -99,9 +99,9 @@ impl NetModel {
 
     /// Shrinkage factors of rate corrections, chosen on held-out records; `None` for other nets.
     pub fn shrinkage(&self) -> Option<CorrectionShrinkage> {
-        let has_trust =
+        let has_shrinkage =
             matches!(self.net, Net::Stepwise(_)) && self.state.settings.correction == Correction::Rates;
-        has_trust.then(|| read_shrinkage(&self.state.scales))
+        has_shrinkage.then(|| read_shrinkage(&self.state.scales))
     }
 
     /// The net: layers with the ids of their parameters.
@@ -117,7 +117,7 @@ impl NetModel {
     /// Copies the net with another engine of the same scenario, e.g. another object or support.
     ///
     /// # Errors
-    /// [`TrainerError::Foreign`] if the engine has different columns.
+    /// [`TrainerError::Mismatch`] if the engine has different columns.
     pub fn with_engine(&self, engine: Engine) -> Result<Self, TrainerError> {
         let mut state = self.state.clone();
         let old = &state.settings.engine;

@@ -24,7 +24,7 @@ impl<'a, F: Forecaster> NonPenetrating<'a, F> {
     /// Wraps `model`, which forecasts pushes of `engine`.
     ///
     /// # Errors
-    /// [`TrainerError::Foreign`] if the engine is not one of pushing.
+    /// [`TrainerError::Mismatch`] if the engine is not one of pushing.
     pub fn new(model: &'a F, engine: &'a Engine) -> Result<Self, TrainerError> {
         let push = engine.push_model().ok_or(Difference::OtherSystem)?;
         Ok(NonPenetrating { model, push })

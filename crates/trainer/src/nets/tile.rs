@@ -49,7 +49,10 @@ pub(crate) fn backpropagate<T: Scalar>(
 ) -> Result<Losses<T>, TensorError> {
     let scaled = tape.scale(loss.total, scale)?;
     tape.backward(scaled)?;
-    Ok(Losses { kl: tape.value(loss.kl)[0], negative_ln_likelihood: tape.value(loss.negative_ln_likelihood)[0] })
+    Ok(Losses {
+        kl: tape.value(loss.kl)[0],
+        negative_ln_likelihood: tape.value(loss.negative_ln_likelihood)[0],
+    })
 }
 
 /// Records the sum over all elements of `v [time, F, lanes]` that the mask does not hide.

@@ -17,7 +17,8 @@ use std::collections::BTreeMap;
 /// Indices of the fitted parameters in the model.
 const FITTED_INDICES: [usize; 3] = [C_INDEX, CONTACT_FRICTION_INDEX, ROD_RADIUS_INDEX];
 /// Settings of the fit, in logarithms of the parameters.
-const FIT: LevenbergMarquardt = LevenbergMarquardt { difference_step: 1e-3, max_change: 0.3, max_iterations: 20 };
+const FIT: LevenbergMarquardt =
+    LevenbergMarquardt { difference_step: 1e-3, max_change: 0.3, max_iterations: 20 };
 
 /// One fitted parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -5,11 +5,11 @@
 //! only, computes in the frame of the first pose, and returns poses in the frame of the data.
 
 pub mod calibrate;
-pub mod point_sets;
 pub(crate) mod features;
 mod frame;
 pub mod gp;
 mod gp_push;
+pub mod point_sets;
 mod sequences;
 
 pub use frame::StartFrame;

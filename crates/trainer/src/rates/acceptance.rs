@@ -10,8 +10,8 @@ use super::corrector::Corrector;
 use super::features::{CorrectionShrinkage, Units};
 use super::roll_out::{RollOuts, roll_out};
 use crate::TrainerError;
-use crate::engine::EquationMotion;
 use crate::collect_in_order;
+use crate::engine::EquationMotion;
 use crate::latent::LatentDistribution;
 use crate::nets::Stepwise;
 use crate::scales::Scales;
@@ -208,9 +208,9 @@ impl TrainedRateNet<'_> {
             })
             .collect();
         let latents = self.latent_distribution.draw(&standard, lanes);
-        let trust = (0..lanes).map(|lane| candidates[lane / draws].shrinkage).collect();
+        let shrinkage = (0..lanes).map(|lane| candidates[lane / draws].shrinkage).collect();
         let mut corrector =
-            Corrector::new((self.net, self.params), latents, trust, Units::of(self.scales), rng);
+            Corrector::new((self.net, self.params), latents, shrinkage, Units::of(self.scales), rng);
         let a = q.actions.len() / q.time;
         let motions = RollOuts {
             starts: &q.state(free_run.first).repeat(lanes),

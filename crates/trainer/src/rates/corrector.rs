@@ -7,7 +7,7 @@
 //! ```
 //!
 //! with mean and sd predicted by the net and e_n standard normal: first-order autoregressive noise with
-//! unit variance, whose correlation time is `memory` intervals.
+//! unit variance, whose correlation time is `correlation_intervals` intervals.
 
 use super::features::{CorrectionShrinkage, Units};
 use crate::nets::{StepRunner, Stepwise};

@@ -65,7 +65,8 @@ pub struct CorrectionShrinkage {
 
 impl CorrectionShrinkage {
     /// The corrections as the net was trained: no shrinkage, independent noise.
-    pub const FULL: CorrectionShrinkage = CorrectionShrinkage { gain: 1.0, spread: 1.0, correlation_intervals: 0.0 };
+    pub const FULL: CorrectionShrinkage =
+        CorrectionShrinkage { gain: 1.0, spread: 1.0, correlation_intervals: 0.0 };
 }
 
 /// Stores the shrinkage factors in the scales.

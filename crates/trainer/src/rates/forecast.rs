@@ -30,7 +30,7 @@ pub(crate) struct Hybrid<'a> {
 /// The start of the task is one state `[S]` for all samples, or one for each, `[samples, S]`.
 ///
 /// # Errors
-/// [`TrainerError::Foreign`] if the engine has no equations.
+/// [`TrainerError::Mismatch`] if the engine has no equations.
 pub(crate) fn forecast(hybrid: Hybrid<'_>, task: Task<'_>, samples: usize) -> Result<Samples, TrainerError> {
     let Hybrid { settings, scales, params, net, law } = hybrid;
     let Some(motion) = settings.engine.rate_model() else { return Err(Difference::OtherSystem.into()) };
@@ -45,9 +45,11 @@ pub(crate) fn forecast(hybrid: Hybrid<'_>, task: Task<'_>, samples: usize) -> Re
             let lane_latents =
                 latents.chunks_exact(samples).flat_map(|row| row[first..end].iter().copied()).collect();
             let correlation_intervals = Units::of(scales).correlation_intervals;
-            let trust = vec![CorrectionShrinkage { correlation_intervals, ..CorrectionShrinkage::FULL }; end - first];
+            let shrinkage =
+                vec![CorrectionShrinkage { correlation_intervals, ..CorrectionShrinkage::FULL }; end - first];
             let rng = random_stream(settings.seed, "step-noise", (task.index << 16) + batch as u64);
-            let mut corrector = Corrector::new((net, params), lane_latents, trust, Units::of(scales), rng);
+            let mut corrector =
+                Corrector::new((net, params), lane_latents, shrinkage, Units::of(scales), rng);
             let motions =
                 RollOuts { starts: &starts[first * s..end * s], actions: task.actions, time: task.time };
             roll_out(motion, scales, motions, &mut |u, rates| corrector.draw(u, rates))

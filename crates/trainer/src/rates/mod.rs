@@ -9,7 +9,7 @@ pub(crate) mod acceptance;
 mod corrector;
 pub(crate) mod features;
 pub(crate) mod forecast;
-pub(crate) mod split_records;
 pub(crate) mod roll_out;
+pub(crate) mod split_records;
 
 pub use features::CorrectionShrinkage;

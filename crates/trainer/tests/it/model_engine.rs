@@ -9,7 +9,9 @@ use augsim_nn::checkpoint;
 use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, simulate};
 use augsim_physics::model::{Model, ModelFile, PushModel};
 use augsim_physics::push::{Pose, Push, Run as PushRun, Steps, StraightPush, World};
-use augsim_trainer::{Correction, Engine, EngineError, Recipe, ThrowAxes, Settings, SystemEngine, ThrowEngine};
+use augsim_trainer::{
+    Correction, Engine, EngineError, Recipe, Settings, SystemEngine, ThrowAxes, ThrowEngine,
+};
 
 /// Sample interval of the data, s.
 const STEP_S: f64 = 1.0 / 60.0;
@@ -164,7 +166,8 @@ fn effects_that_need_more_than_height_and_velocity_are_rejected() {
         last = 3.0\nvalues = [0.0, 0.1]\n";
     let magnus = "[[effect]]\nkind = \"magnus\"\ns = 0.01\n";
     for (effect, kind) in [(drift, "restitution-drift"), (bounce, "table"), (magnus, "magnus")] {
-        let error = Engine::from_model_file(&ModelFile::Ball(model(&[effect])), Some(STEP_S)).expect_err("refused");
+        let error =
+            Engine::from_model_file(&ModelFile::Ball(model(&[effect])), Some(STEP_S)).expect_err("refused");
         assert!(matches!(error, EngineError::Hidden { .. }), "{error}");
         assert!(error.to_string().contains(kind), "{error}");
     }

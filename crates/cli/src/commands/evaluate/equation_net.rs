@@ -48,12 +48,18 @@ pub(super) fn run(args: &Evaluate, model: &NetModel, seed: u64, output: &Output)
     let runs = net_and_physics(model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
     let mut rows = scores("Physics", engine.equations(), &runs.physics);
     rows.extend(scores(model.name(), engine.equations(), &runs.net));
-    let trust = model.shrinkage().map(|t| CorrectionShrinkage {
+    let shrinkage = model.shrinkage().map(|t| CorrectionShrinkage {
         gain: t.gain,
         spread: t.spread,
         memory_s: t.correlation_intervals * engine.step_s(),
     });
-    let score = Score { trajectories: runs.net.len(), burn_in: args.burn_in, samples: SAMPLES, trust, rows };
+    let score = Score {
+        trajectories: runs.net.len(),
+        burn_in: args.burn_in,
+        samples: SAMPLES,
+        trust: shrinkage,
+        rows,
+    };
     output.result(&score, || score_text(&score))?;
     Ok(Outcome::Done)
 }

@@ -5,7 +5,9 @@ use super::model::held_out;
 use super::net::physics;
 use crate::args::Evaluate;
 use augsim_data::Column;
-use augsim_session::filtered::{PARTICLES, PrefixLength, SystemOnPrefix, TimedSequences, net_on_prefix, system_on_prefix};
+use augsim_session::filtered::{
+    PARTICLES, PrefixLength, SystemOnPrefix, TimedSequences, net_on_prefix, system_on_prefix,
+};
 use augsim_session::run_dir::RunDir;
 use augsim_session::usage::Inapplicable;
 use augsim_session::{DataFrom, ModelOrRun, Subject, discovery_in, equations};
@@ -69,7 +71,7 @@ struct Scored {
 
 /// Scores the network or the models that were given.
 pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
-    let seen = args.seen.iter().map(|word| word.parse()).collect::<Result<Vec<PrefixLength>, Usage>>()?;
+    let prefixes = args.seen.iter().map(|word| word.parse()).collect::<Result<Vec<PrefixLength>, Usage>>()?;
     let (from, view) = (DataFrom::from(&args.data), args.view.view());
     let mut rows = Vec::new();
     match ModelOrRun::from_path(&args.run)? {
@@ -78,9 +80,16 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
             let net = net_on_prefix(&run, &from, &view)?;
             let known = (&net.sensor, &net.start);
             for (name, engine) in physics(&run.read_config()?, &net.model.state().settings.engine, output)? {
-                rows.extend(scored(&name, &EngineTransition::new(&engine), &net.data, known, &seen, seed)?);
+                rows.extend(scored(
+                    &name,
+                    &EngineTransition::new(&engine),
+                    &net.data,
+                    known,
+                    &prefixes,
+                    seed,
+                )?);
             }
-            rows.extend(scored(net.model.name(), &net.model, &net.data, known, &seen, seed)?);
+            rows.extend(scored(net.model.name(), &net.model, &net.data, known, &prefixes, seed)?);
         }
         ModelOrRun::Model { file, folder } => {
             // Discoveries hold out segments of long recordings of equations, but forecasts cover whole
@@ -100,7 +109,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
             for (name, model) in models {
                 let SystemOnPrefix { filter, data, sensor, start } =
                     system_on_prefix(&model, &from, &view, only.as_ref())?;
-                rows.extend(scored(name, &filter, &data, (&sensor, &start), &seen, seed)?);
+                rows.extend(scored(name, &filter, &data, (&sensor, &start), &prefixes, seed)?);
             }
         }
     }

@@ -2,7 +2,9 @@
 
 use crate::args::{Predict, ViewArgs};
 use augsim_data::{Dataset, write_dataset};
-use augsim_session::filtered::{PARTICLES, PrefixLength, ObservedColumns, bands, net_on_prefix, system_on_prefix};
+use augsim_session::filtered::{
+    ObservedColumns, PARTICLES, PrefixLength, bands, net_on_prefix, system_on_prefix,
+};
 use augsim_session::run_dir::{FILES, RunDir};
 use augsim_session::{DataFrom, ModelOrRun, Subject};
 use augsim_terminal::Outcome;
@@ -64,7 +66,8 @@ pub(super) fn run(args: &Predict, seen: PrefixLength, seed: u64, output: &Output
     };
     output.result(&written, || {
         let noun = if let PrefixLength::Rows(1) = seen { "sample" } else { "samples" };
-        let prefix = if let PrefixLength::Rows(_) = seen { format!("{seen} {noun}") } else { seen.to_string() };
+        let prefix =
+            if let PrefixLength::Rows(_) = seen { format!("{seen} {noun}") } else { seen.to_string() };
         format!(
             "{} forecasts from the first {prefix} of each trajectory, {samples} draws each: {}",
             written.trajectories,

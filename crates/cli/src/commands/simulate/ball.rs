@@ -21,8 +21,8 @@ struct Written {
 /// Generates drops with the random restitution of the paper.
 pub(super) fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let (out, [truth]) = prepared(args.out.as_deref(), "out/ball.csv", ["truth.csv"])?;
-    let law = DropDistribution { samples: args.samples as usize, ..DropDistribution::default() };
-    let (data, drops) = law.generate(args.trajectories as usize, seed)?;
+    let distribution = DropDistribution { samples: args.samples as usize, ..DropDistribution::default() };
+    let (data, drops) = distribution.generate(args.trajectories as usize, seed)?;
     write_dataset(&data, &out)?;
     atomic_write(&truth, |w| {
         writeln!(w, "trajectory,drop_height_m,restitution")?;

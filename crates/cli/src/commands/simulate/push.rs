@@ -3,7 +3,7 @@
 use super::prepared;
 use crate::args::{PushProtocolArg, Simulate};
 use augsim_data::{atomic_write, write_dataset};
-use augsim_physics::push::laboratory::{Generated, LaboratoryError, GeneratedTruth, PushDesign, PushRecipe};
+use augsim_physics::push::laboratory::{Generated, GeneratedTruth, LaboratoryError, PushDesign, PushRecipe};
 use augsim_session::run_data::object_on_surface;
 use augsim_terminal::destination::check_model;
 use augsim_terminal::output::Output;

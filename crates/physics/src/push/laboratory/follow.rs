@@ -13,7 +13,7 @@ impl PushRecipe {
     /// `times`.
     ///
     /// The object begins at `start`. The friction map is that of push `index` of `seed`: each index has its
-    /// own, and it is the one of [`generate`](Recipe::generate) if the object starts at the same place. The
+    /// own, and it is the one of [`generate`](PushRecipe::generate) if the object starts at the same place. The
     /// object has inertia if the rod is anywhere faster than `inertia_above_m_s`. No measurement noise is
     /// added.
     ///

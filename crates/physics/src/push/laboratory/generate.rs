@@ -5,8 +5,8 @@ use super::{SupportSheet, map};
 use crate::model::PushModel;
 use crate::push::planar::{Rotation, Vector, add, scale};
 use crate::push::{
-    CONTACT_FRICTION_INDEX, Motion, Object, Path, Pose, Push, PushError, ROD_RADIUS_INDEX, Run, SUPPORT_FRICTION_INDEX, Steps,
-    StraightPiece, StraightPush, World, simulate,
+    CONTACT_FRICTION_INDEX, Motion, Object, Path, Pose, Push, PushError, ROD_RADIUS_INDEX, Run,
+    SUPPORT_FRICTION_INDEX, Steps, StraightPiece, StraightPush, World, simulate,
 };
 use augsim_data::{DataError, Dataset, Limit, Source, Trajectory, random_stream};
 use rand_distr::{Distribution, StandardNormal};
@@ -221,15 +221,15 @@ impl PushRecipe {
         let world = truth.world(inertia);
         // The clearance covers any truncated scatter of the start pose, so the rod never starts inside the
         // object.
-        let reach = world.object().outline.radius();
-        let clearance = TRUNCATION_SD * (2.0_f64.sqrt() * self.place_sd_m + reach * self.place_sd_rad);
+        let radius = world.object().outline.radius();
+        let clearance = TRUNCATION_SD * (2.0_f64.sqrt() * self.place_sd_m + radius * self.place_sd_rad);
         let start_distance = truth.parameters[ROD_RADIUS_INDEX] + clearance;
         let path = path(world.object(), plan, &nominal, start_distance, clearance);
         let field = map::draw(
             self.support.friction_scatter,
             self.support.correlation_m,
             start.position,
-            plan.travel_m + reach + 0.1,
+            plan.travel_m + radius + 0.1,
             &mut stream("push-map"),
         );
         let duration = REST_BEFORE_S + path.duration_s() + REST_AFTER_S;

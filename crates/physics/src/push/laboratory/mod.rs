@@ -11,6 +11,6 @@ mod layout;
 mod map;
 mod support;
 
-pub use generate::{COLUMNS, Generated, LaboratoryError, GeneratedTruth, PushRecipe};
+pub use generate::{COLUMNS, Generated, GeneratedTruth, LaboratoryError, PushRecipe};
 pub use layout::{PlannedPush, PushDesign};
 pub use support::{SUPPORTS, SupportSheet};

@@ -116,7 +116,10 @@ fn forecasts_depend_on_seed_and_observed_rows_only() {
 #[test]
 fn invalid_rows_are_refused_and_leave_the_filter_unchanged() {
     let mut filter = filter(&[0.1], 1);
-    assert!(matches!(filter.observe(&[f64::NAN]), Err(TrainerError::MissingMeasurement { row: 1, column: 0 })));
+    assert!(matches!(
+        filter.observe(&[f64::NAN]),
+        Err(TrainerError::MissingMeasurement { row: 1, column: 0 })
+    ));
     assert!(matches!(filter.observe(&[0.2, 0.3]), Err(TrainerError::Row { row: 1, found: 2, .. })));
     assert_eq!(filter.observed_rows(), 1);
 }

@@ -103,7 +103,10 @@ fn estimated_process_noise_gives_bands_with_nominal_coverage() {
     let found = noise::find(&mut model, &list).expect("an answer");
     assert_eq!(found.source, NoiseSource::ProcessNoise);
     let pushed = model.states[0].process_noise.expect("it is written into the model");
-    assert!((0.8..1.25).contains(&pushed.sd) && (1.2..3.5).contains(&pushed.correlation_time_s), "{pushed:?}");
+    assert!(
+        (0.8..1.25).contains(&pushed.sd) && (1.2..3.5).contains(&pushed.correlation_time_s),
+        "{pushed:?}"
+    );
     assert_eq!(found.disturbances[0].unit, "K/s");
     let wide = coverage(&model, &table(2, 20));
     assert!(narrow < 0.6 && (0.85..0.95).contains(&wide), "{narrow} without, {wide} with");
