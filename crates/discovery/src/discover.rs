@@ -104,14 +104,14 @@ fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(P
 fn judge(
     prepared: &Prepared,
     searched: &mut SearchStage,
-    doubt: Option<String>,
+    withdrawal_reason: Option<String>,
     options: &Options,
 ) -> Judged {
     let SearchStage { view, families, found } = searched;
     let search = Search::new(view, families, &prepared.clock);
     let findings = judge_findings(&search, found, options.seed, options.null_runs);
     let named = findings.named;
-    let table = if doubt.is_some() { None } else { add_tables(&search, found, named) };
+    let table = if withdrawal_reason.is_some() { None } else { add_tables(&search, found, named) };
     let best = table.map_or(named, |(best, _)| best);
     let random_effect = find_random_effect(&search, &found.sets[named], found.penalty);
     let tests = test_residuals(&search, &found.sets[best], random_effect.as_ref(), table.map(|t| t.1));
@@ -122,7 +122,7 @@ fn judge(
         || random_effect.as_ref().is_some_and(|s| !s.is_declared);
     let verdict = judge::verdict(is_named, table.is_some(), &tests);
     let mut judged =
-        Judged { findings, best, random_effect, residual_tests: tests, verdict, withdrawal_reason: doubt };
+        Judged { findings, best, random_effect, residual_tests: tests, verdict, withdrawal_reason };
     if judged.withdrawal_reason.is_none()
         && let Some(WithdrawalReason::NotThisSystem(why)) =
             [best, named].iter().find_map(|n| judge::reason_from_values(&found.sets[*n].fit))
