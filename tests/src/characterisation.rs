@@ -31,7 +31,7 @@ impl Answer {
     ///
     /// # Panics
     /// If the discovery cannot be written as JSON, which does not happen.
-    pub fn of(d: &Discovery) -> Self {
+    pub fn from_discovery(d: &Discovery) -> Self {
         let text = canonical(d).to_string();
         let fnv = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
         let hash = text.as_bytes().iter().fold(0xcbf2_9ce4_8422_2325, fnv);

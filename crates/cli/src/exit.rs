@@ -26,7 +26,7 @@ fn code(error: &anyhow::Error) -> u8 {
     if error.chain().any(is_usage_error) {
         return 2;
     }
-    match Failure::of(error) {
+    match Failure::classify(error) {
         Failure::Usage => 2,
         Failure::Model | Failure::Data => 3,
         Failure::Numerical => 4,

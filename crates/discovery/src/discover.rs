@@ -71,7 +71,7 @@ pub fn discover(
 fn calibrate_only(prepared: &Prepared, progress: &mut dyn FnMut(Progress)) -> SearchStage {
     progress(Progress::Calibration);
     let (view, base) = calibrate_windows(prepared, &prepared.searched);
-    SearchStage { view, families: Vec::new(), found: SearchResult::of(base, Penalty(0.0)) }
+    SearchStage { view, families: Vec::new(), found: SearchResult::calibrated_only(base, Penalty(0.0)) }
 }
 
 /// Calibrates and searches. Repeats both if the best window length or a lower noise estimate changes with
@@ -215,7 +215,7 @@ fn write_result(
     let shown_on = prepared.sample(shown_records);
     let fit_on_shown = fit_nuisance(&shown_on, &best.fit.hypothesis, &best.fit.theta, &[]);
     let shown_errors =
-        ForecastErrors::of(&shown_on, [&base.fit, &best.fit], &fit_on_shown, &[], options.seed);
+        ForecastErrors::measure(&shown_on, [&base.fit, &best.fit], &fit_on_shown, &[], options.seed);
     let limit = forecast_limit(prepared, &best.fit);
     let random_effect_sd = judged
         .random_effect

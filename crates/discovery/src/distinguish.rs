@@ -68,12 +68,12 @@ fn distance(
         record.data.values.push((0..n).map(|k| run.value(k, c)).collect());
         record.weight.push(vec![1.0 / noise; n]);
     }
-    least_misfit(sample, &record, other)
+    min_residual_norm(sample, &record, other)
 }
 
 /// Least misfit of a fitted model to one more record. The information of the data so far is the prior of its
 /// parameters.
-fn least_misfit(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Option<f64> {
+fn min_residual_norm(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Option<f64> {
     let h = &fit.hypothesis;
     let planned = record.windows().next()?;
     let lanes = Lanes::new(h, planned, &[]);

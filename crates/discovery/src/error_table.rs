@@ -66,7 +66,7 @@ pub(crate) struct ForecastErrors {
 impl ForecastErrors {
     /// Predicts `test`, which the fits (calibrated, augmented) have not used; `held` has the nuisances of
     /// the second on it. Windows marked `out` are excluded.
-    pub fn of(
+    pub fn measure(
         test: &ChosenRecords<'_>,
         [base, best]: [&Fit; 2],
         held: &Fit,
@@ -186,7 +186,11 @@ impl ForecastErrors {
 
 impl FreeRun {
     /// Errors of free runs of the calibrated and the augmented model; `None` without free runs.
-    pub(crate) fn of(system: &dyn System, calibrated: Option<f64>, augmented: Option<f64>) -> Option<Self> {
+    pub(crate) fn from_errors(
+        system: &dyn System,
+        calibrated: Option<f64>,
+        augmented: Option<f64>,
+    ) -> Option<Self> {
         let unit = match &system.schema().channels[..] {
             [one] => one.unit.clone(),
             _ => String::new(),

@@ -36,7 +36,7 @@ pub(crate) struct Fit {
     /// Information matrix of theta, nuisances eliminated.
     pub information: Square,
     /// Squared norm of the residuals of each window, in units of the noise, and its degrees of freedom.
-    pub misfits: Vec<[f64; 2]>,
+    pub residual_norms: Vec<[f64; 2]>,
     /// Spread of the event offsets.
     pub spread: Spread,
     /// Simulated events of each window of the chosen records.
@@ -173,7 +173,11 @@ fn fit_with(
         cost: state.q,
         ll,
         information,
-        misfits: state.normals.iter().map(|n| [n.residual_norm_squared, n.degrees_of_freedom]).collect(),
+        residual_norms: state
+            .normals
+            .iter()
+            .map(|n| [n.residual_norm_squared, n.degrees_of_freedom])
+            .collect(),
         events: state.normals.into_iter().map(|n| n.events).collect(),
     }
 }

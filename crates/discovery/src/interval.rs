@@ -94,7 +94,7 @@ mod tests {
     /// Share of the intervals of two parameters that contain the truth, 0.
     fn coverage(windows: usize, misfit: f64, half_widths: impl Fn(&ToyFit) -> [f64; 2]) -> f64 {
         let inside = (0..REPETITIONS).map(|seed| {
-            let fit = Toy::of(windows, seed, misfit, 2).fit(2);
+            let fit = Toy::draw(windows, seed, misfit, 2).fit(2);
             let halves = half_widths(&fit);
             (0..2).filter(|&i| fit.theta[i].abs() < halves[i]).count()
         });
@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn a_combination_equal_to_a_parameter_has_its_interval() {
-        let fit = Toy::of(20, 3, 2.0, 2).fit(2);
+        let fit = Toy::draw(20, 3, 2.0, 2).fit(2);
         let clusters = fit.softened.clone();
         // The same data in a + b and a - b, whose half sum is a.
         let turned = |s: &Square| {

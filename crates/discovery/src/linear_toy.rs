@@ -30,7 +30,7 @@ pub(crate) struct Toy {
 
 impl Toy {
     /// Draws windows with unit noise and a smooth misfit of `misfit` standard deviations.
-    pub fn of(windows: usize, seed: u64, misfit: f64, parameters: usize) -> Self {
+    pub fn draw(windows: usize, seed: u64, misfit: f64, parameters: usize) -> Self {
         let mut rng = random_stream(seed, "linear toy", 0);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         let (mut y, mut columns) = (Vec::new(), Vec::new());

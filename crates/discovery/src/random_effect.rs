@@ -292,15 +292,15 @@ impl CommonFit {
             let squares = s.own.iter().flatten().map(|x| x * x).sum::<f64>();
             s.normals.iter().map(|n| n.q).sum::<f64>() + scales[1] * squares / (scales[0] * scales[0])
         };
-        let moved = self.moved(sample, state, records, shared, scales);
+        let moved = self.move_to(sample, state, records, shared, scales);
         if cost(&moved) <= cost(state) || shared.iter().all(|d| *d == 0.0) {
             return moved;
         }
-        self.moved(sample, state, records, &vec![0.0; shared.len()], scales)
+        self.move_to(sample, state, records, &vec![0.0; shared.len()], scales)
     }
 
     /// Moves the shared parameters by `shared` and each record to its most probable values there.
-    fn moved(
+    fn move_to(
         &self,
         sample: &ChosenRecords<'_>,
         state: &State,

@@ -19,7 +19,7 @@ pub(crate) struct RandomEffectEstimate {
 }
 
 /// Parameters that may vary between records in the system of a sample.
-fn drawn<'s>(sample: &'s ChosenRecords<'_>) -> Option<&'s RecordRandomEffect> {
+fn varying_parameters<'s>(sample: &'s ChosenRecords<'_>) -> Option<&'s RecordRandomEffect> {
     sample.data.system.schema().record_random_effect.as_ref()
 }
 
@@ -31,7 +31,7 @@ pub(crate) fn find_random_effect(
     penalty: Penalty,
 ) -> Option<RandomEffectEstimate> {
     let sample = search.sample();
-    let drawn = drawn(&sample)?;
+    let drawn = varying_parameters(&sample)?;
     let is_declared = drawn.declared.is_some();
     let (shared, found) = estimated(&sample, drawn, &set.fit)?;
     let gain = 0.5 * found.gain;
@@ -56,14 +56,14 @@ fn estimated(
 /// Gain of the random effect beside a set, nats; 0 where there is none.
 pub(crate) fn gain(search: &Search<'_>, set: &Scored) -> f64 {
     let sample = search.sample();
-    drawn(&sample)
+    varying_parameters(&sample)
         .and_then(|drawn| estimated(&sample, drawn, &set.fit))
         .map_or(0.0, |(_, found)| 0.5 * found.gain)
 }
 
 /// Standard deviation of the random effect at a fit to `sample`.
 pub(crate) fn size(sample: &ChosenRecords<'_>, fit: &Fit) -> Option<Estimate> {
-    let drawn = drawn(sample)?;
+    let drawn = varying_parameters(sample)?;
     let (_, found) = estimated(sample, drawn, fit)?;
     let unit = drawn.scatter.parameters.first().map_or_else(String::new, |p| p.unit.clone());
     Some(Estimate { value: found.sd, ci95: found.ci95, unit, groups: BTreeMap::new() })

@@ -255,7 +255,7 @@ impl AnswerParts<'_> {
         let folds = Some(self.errors.folds.len()).filter(|n| *n > 0);
         let table = self.errors.lists.first(data.system.schema(), self.seed, self.gain());
         let free_run = self.errors.free_run.and_then(|[calibrated, augmented]| {
-            FreeRun::of(&*data.system, Some(calibrated), Some(augmented))
+            FreeRun::from_errors(&*data.system, Some(calibrated), Some(augmented))
         });
         self.bounded(ErrorTable { folds, free_run, ..table })
     }
@@ -326,7 +326,7 @@ impl AnswerParts<'_> {
             outlying_windows(self.limit, [base, best]).into_iter().filter(|out| *out).count()
         };
         Some(Windows {
-            fitted: sides.each_ref().map(|[base, _]| base.misfits.len()),
+            fitted: sides.each_ref().map(|[base, _]| base.residual_norms.len()),
             excluded: sides.each_ref().map(count),
             rule: format!(
                 "a window is excluded if the residuals of both the calibrated and the augmented model exceed {:.2} noise standard \

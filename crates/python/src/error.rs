@@ -17,7 +17,7 @@ fn exception(py: Python<'_>, class: &str, text: String) -> PyErr {
 
 /// Converts an error to the exception class of its kind.
 pub fn raised(py: Python<'_>, error: &anyhow::Error) -> PyErr {
-    let class = match Failure::of(error) {
+    let class = match Failure::classify(error) {
         Failure::Usage => "UsageError",
         Failure::Model => "ModelError",
         Failure::Data => "DataError",

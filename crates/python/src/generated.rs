@@ -37,7 +37,7 @@ pub fn drops(py: Python<'_>, trajectories: usize, samples: usize, seed: u64) -> 
             .map_err(|exceeded| Usage::Limit { oversized, exceeded })?;
         Ok(DropDistribution { samples, ..DropDistribution::default() }.generate(trajectories, seed)?.0)
     })?;
-    Data::of(py, made)
+    Data::from_dataset(py, made)
 }
 
 /// Generates pushes in the layout of the MIT set in the virtual laboratory, and their declared model.
@@ -54,7 +54,7 @@ pub fn pushes(
         Ok(recipe(PushDesign::Mit, &shape, &surface, trajectories)?.generate(seed)?)
     })?;
     let subject = Subject::BuiltIn(Box::new(ModelFile::Push(made.declared)));
-    Ok((Data::of(py, made.data)?, Model { subject, path: None }))
+    Ok((Data::from_dataset(py, made.data)?, Model { subject, path: None }))
 }
 
 /// The virtual laboratory, for single pushes.

@@ -193,7 +193,7 @@ impl Run {
             let (starts, times) = load_timed(&data, &model.state().settings.engine)?;
             forecast::bands(&model, &starts, &times, samples)
         })?;
-        Data::of(py, set)
+        Data::from_dataset(py, set)
     }
 
     /// Draws samples `[trajectory, sample, time, state]` for `shape` trajectories and times, from first

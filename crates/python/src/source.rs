@@ -70,7 +70,7 @@ pub fn read(py: Python<'_>, source: Py<Source>) -> PyResult<Data> {
 
 impl Data {
     /// Wraps generated trajectories as if they were read from a table.
-    pub fn of(py: Python<'_>, set: Dataset) -> PyResult<Self> {
+    pub fn from_dataset(py: Python<'_>, set: Dataset) -> PyResult<Self> {
         let csv = unlocked(py, || table::csv(&table::long(&set)))?;
         let from = DataFrom::Table { name: "table".to_owned(), csv: csv.into() };
         Ok(Data { source: Py::new(py, Source { from })?, set })

@@ -53,7 +53,7 @@ pub fn discover(
                 check_data(set, &model.expected(), options.accepted).map_err(DataError::from)?;
                 Ok(())
             };
-            let calibrated = equations::discovery::measured(model, data, &check)?;
+            let calibrated = equations::discovery::calibrated_problem(model, data, &check)?;
             let set = select_groups(groups, data, calibrated.data)?;
             let mut found = augsim_discovery::discover(&calibrated.declared, &set, options, report_progress)?;
             found.notes.splice(0..0, calibrated.notes);

@@ -21,7 +21,7 @@ pub enum Failure {
 
 impl Failure {
     /// The kind of an error: that of the first error in its chain that has one, else [`Failure::Data`].
-    pub fn of(error: &anyhow::Error) -> Self {
+    pub fn classify(error: &anyhow::Error) -> Self {
         error.chain().find_map(Self::kind_of_cause).unwrap_or(Failure::Data)
     }
 
@@ -100,10 +100,10 @@ mod tests {
     #[test]
     fn the_kind_is_that_of_the_cause() {
         let model = augsim_physics::model::ModelFile::parse("scenario = 1", "m.toml").unwrap_err();
-        assert_eq!(Failure::of(&anyhow::Error::from(model).context("reading")), Failure::Model);
-        assert_eq!(Failure::of(&Usage::Missing(Missing::Configuration).into()), Failure::Usage);
+        assert_eq!(Failure::classify(&anyhow::Error::from(model).context("reading")), Failure::Model);
+        assert_eq!(Failure::classify(&Usage::Missing(Missing::Configuration).into()), Failure::Usage);
         let diverged = TrainerError::Diverged { iteration: 1, loss: f64::NAN, rate: 1.0 };
-        assert_eq!(Failure::of(&diverged.into()), Failure::Numerical);
-        assert_eq!(Failure::of(&anyhow::anyhow!("whatever")), Failure::Data);
+        assert_eq!(Failure::classify(&diverged.into()), Failure::Numerical);
+        assert_eq!(Failure::classify(&anyhow::anyhow!("whatever")), Failure::Data);
     }
 }

@@ -151,7 +151,7 @@ impl Simulation {
                 let system = EquationSystem::declared_only(&model)?;
                 let names: Vec<String> = model.states.iter().map(|s| s.name.clone()).collect();
                 let opened = Self::with_system(Arc::new(system.clone()), &names, plan, batch)?;
-                let mut records = equations::fit::prepared(&system, &opened.records)?;
+                let mut records = equations::fit::prepare_records(&system, &opened.records)?;
                 for (record, start) in records.iter_mut().zip(&opened.starts) {
                     record.windows.iter_mut().for_each(|window| window.start.clone_from(start));
                 }
@@ -227,7 +227,7 @@ impl Simulation {
         let scatter = schema.event.as_ref().and_then(|event| event.declared);
         if plan.samples > 0 {
             for (value, p) in parameters.iter_mut().zip(system.parameters()) {
-                *value = drawn(p, &mut normal);
+                *value = draw_parameter(p, &mut normal);
             }
             let draws = scatter.map_or(0, |s| if s.per == ScatterPer::Event { MAX_EVENT_DRAWS } else { 1 });
             offsets.extend((0..draws).map(|_| scatter.map_or(0.0, |s| s.sd) * normal()));
@@ -261,7 +261,7 @@ impl Simulation {
 /// A parameter drawn from the normal distribution of its 95 % interval, clamped to its bounds.
 ///
 /// Without an interval it has its nominal value.
-fn drawn(p: &Parameter, normal: &mut dyn FnMut() -> f64) -> f64 {
+fn draw_parameter(p: &Parameter, normal: &mut dyn FnMut() -> f64) -> f64 {
     match p.standard_deviation() {
         Some(sd) => (p.nominal + sd * normal()).clamp(p.min, p.max),
         None => p.nominal,

@@ -55,7 +55,7 @@ impl Runner {
     /// # Errors
     /// The plan's folder cannot be written to.
     pub fn new(plan: Plan, program: Program) -> anyhow::Result<Self> {
-        let store = Store::of(&plan.folder);
+        let store = Store::for_plan(&plan.folder);
         store.prepare()?;
         let command = SweptCommand::named(&plan.shared.command, program)?;
         let program = std::env::current_exe().context("cannot find the program itself")?;

@@ -51,7 +51,7 @@ pub fn collect(
     let plan = Plan::open(plan)?;
     let default = plan.folder.join("collected");
     let out = out.unwrap_or(&default);
-    let (collected, tasks) = gather(&plan)?;
+    let (collected, tasks) = collect_results(&plan)?;
     let (failed, missing) = (collected.count(State::Failed), collected.count(State::Missing));
     if failed + missing > 0 {
         output.notice(escape_control_characters(&without_result(&collected, partial)));
@@ -87,11 +87,11 @@ pub fn collect(
 }
 
 /// Collects all rows, and the SHA-256 of the task ids.
-fn gather(plan: &Plan) -> anyhow::Result<(Collected, String)> {
+fn collect_results(plan: &Plan) -> anyhow::Result<(Collected, String)> {
     let shared = &plan.shared;
     let requested: Vec<Score> =
         shared.scores.iter().map(|(column, path)| Score::new(column, path)).collect::<Result<_, _>>()?;
-    let store = Store::of(&plan.folder);
+    let store = Store::for_plan(&plan.folder);
     let (mut rows, mut inputs, mut ids) = (Vec::with_capacity(shared.tasks), BTreeMap::new(), String::new());
     let mut columns: BTreeSet<String> = shared.scores.keys().cloned().collect();
     plan.each_task(|index, task| {

@@ -61,7 +61,7 @@ pub struct Summary {
 
 impl Summary {
     /// Computes the statistics; `None` without values.
-    pub fn of(values: &[f64]) -> Option<Self> {
+    pub fn from_values(values: &[f64]) -> Option<Self> {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
         let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
@@ -119,11 +119,11 @@ fn curve(rows: &[Row], crossed: &[String], score: &str, over: &str) -> Option<Cu
     for (row, number) in numbers {
         let Some(at) = row.settings.get(over) else { continue };
         let values: Vec<SortKey> =
-            by.iter().filter_map(|name| row.settings.get(*name)).map(SortKey::of).collect();
-        let place = series.entry(values).or_default().entry(SortKey::of(at));
+            by.iter().filter_map(|name| row.settings.get(*name)).map(SortKey::from_value).collect();
+        let place = series.entry(values).or_default().entry(SortKey::from_value(at));
         place.or_insert_with(|| PointScores { at: at.clone(), scores: Vec::new() }).scores.push(number);
     }
-    let point = |g: PointScores| Summary::of(&g.scores).map(|summary| Point { at: g.at, summary });
+    let point = |g: PointScores| Summary::from_values(&g.scores).map(|summary| Point { at: g.at, summary });
     let series = series.into_iter().map(|(values, points)| Series {
         name: values.iter().map(|value| value.1.as_str()).collect::<Vec<_>>().join(", "),
         points: points.into_values().filter_map(point).collect(),
@@ -161,7 +161,7 @@ struct PointScores {
 struct SortKey(Option<f64>, String);
 
 impl SortKey {
-    fn of(value: &Value) -> Self {
+    fn from_value(value: &Value) -> Self {
         SortKey(value.number(), value.to_string())
     }
 }
@@ -188,13 +188,13 @@ mod tests {
 
     #[test]
     fn computes_the_student_interval_of_a_mean() {
-        let s = Summary::of(&[1.0, 2.0, 3.0]).unwrap();
+        let s = Summary::from_values(&[1.0, 2.0, 3.0]).unwrap();
         assert_eq!((s.tasks, s.mean, s.sd), (3, 2.0, Some(1.0)));
         let [low, high] = s.ci95.unwrap();
         // t(0.975, 2) / sqrt(3) = 2.484138.
         assert!((low + 0.484_138).abs() < 1e-5 && (high - 4.484_138).abs() < 1e-5, "{low} {high}");
-        assert_eq!(Summary::of(&[5.0]).unwrap().ci95, None);
-        assert!(Summary::of(&[]).is_none());
+        assert_eq!(Summary::from_values(&[5.0]).unwrap().ci95, None);
+        assert!(Summary::from_values(&[]).is_none());
     }
 
     #[test]

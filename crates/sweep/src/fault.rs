@@ -42,7 +42,7 @@ pub enum SweepFault {
     #[error("task {index} is given twice")]
     TaskTwice { index: usize },
     /// The parser of the command rejects the options of a task.
-    #[error("{}", said(cause))]
+    #[error("{}", clap_message(cause))]
     CommandLine { cause: clap::Error },
     /// The command rejects the options of a task.
     #[error(transparent)]
@@ -221,7 +221,7 @@ impl fmt::Display for InputFault {
 }
 
 /// Returns the message of a clap error without its usage text.
-fn said(cause: &clap::Error) -> String {
+fn clap_message(cause: &clap::Error) -> String {
     let text = cause.to_string();
     let said = text.split("\n\nUsage").next().unwrap_or(&text);
     let said = said.split("\n\nFor more").next().unwrap_or(said);

@@ -29,7 +29,7 @@ impl Score {
     ///
     /// # Errors
     /// The path selects several values, a list or an object.
-    fn of(&self, result: &Value) -> anyhow::Result<Option<Value>> {
+    fn read(&self, result: &Value) -> anyhow::Result<Option<Value>> {
         let found = self.path.query(result).all();
         match found.as_slice() {
             [] | [Value::Null] => Ok(None),
@@ -58,7 +58,7 @@ pub fn scores(requested: &[Score], result: &Value) -> anyhow::Result<BTreeMap<St
         return Ok(found);
     }
     for score in requested {
-        if let Some(value) = score.of(result)? {
+        if let Some(value) = score.read(result)? {
             found.insert(score.column.clone(), value);
         }
     }
@@ -96,14 +96,15 @@ mod tests {
     #[test]
     fn selects_one_row_by_path() {
         let score = Score::new("pos_mm", "$.rows[?@.model=='B'].pos_mm").unwrap();
-        assert_eq!(score.of(&rows()).unwrap(), Some(json!(2.5)));
+        assert_eq!(score.read(&rows()).unwrap(), Some(json!(2.5)));
     }
 
     #[test]
     fn rejects_several_values_and_accepts_none() {
-        let several = Score::new("pos_mm", "$.rows[*].pos_mm").unwrap().of(&rows()).unwrap_err().to_string();
+        let several =
+            Score::new("pos_mm", "$.rows[*].pos_mm").unwrap().read(&rows()).unwrap_err().to_string();
         assert!(several.contains("pos_mm") && several.contains("2 values"), "{several}");
-        assert_eq!(Score::new("x", "$.nowhere").unwrap().of(&rows()).unwrap(), None);
+        assert_eq!(Score::new("x", "$.nowhere").unwrap().read(&rows()).unwrap(), None);
         assert!(Score::new("x", "rows[0]").unwrap_err().to_string().contains("not a valid JSONPath"));
     }
 

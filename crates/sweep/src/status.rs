@@ -49,7 +49,7 @@ pub fn status(plan: &Path, output: &Output) -> anyhow::Result<Outcome> {
 }
 
 fn read_status(plan: &Plan) -> anyhow::Result<Status> {
-    let store = Store::of(&plan.folder);
+    let store = Store::for_plan(&plan.folder);
     let (with_result, with_failure, begun) = (store.with_result(), store.with_failure(), store.started());
     let mut status = Status {
         tasks: plan.shared.tasks,

@@ -63,7 +63,7 @@ pub struct Store(PathBuf);
 
 impl Store {
     /// Makes the store of a plan folder without touching the disk.
-    pub fn of(plan: &Path) -> Self {
+    pub fn for_plan(plan: &Path) -> Self {
         Store(plan.to_owned())
     }
 

@@ -110,7 +110,7 @@ pub fn submit(
 
 /// Returns the indices of tasks without a result.
 fn remaining_tasks(plan: &Plan) -> anyhow::Result<Vec<usize>> {
-    let done = Store::of(&plan.folder).with_result();
+    let done = Store::for_plan(&plan.folder).with_result();
     let mut left = Vec::new();
     plan.each_task(|index, task| {
         if !done.contains(&task.id) {

@@ -65,7 +65,7 @@ fn score_each(
     if test.items.is_empty() {
         return Err(TrainerError::NoTrajectories { what: "the test set" });
     }
-    let scoring = Scoring::of(test);
+    let scoring = Scoring::for_columns(test);
     collect_in_order(test.items.par_iter().enumerate().map(|(i, q)| {
         let samples = samples(q, i as u64)?;
         check_finite(&samples, q)?;

@@ -40,7 +40,7 @@ pub struct Scoring {
 
 impl Scoring {
     /// Groups the state columns of a set into measures by their units.
-    pub fn of(set: &Sequences) -> Self {
+    pub fn for_columns(set: &Sequences) -> Self {
         let units: Vec<_> = set.columns.iter().map(|name| Column::new(name).ok().map(|c| c.unit())).collect();
         let mut measures: Vec<Range<usize>> = Vec::new();
         for (j, unit) in units.iter().enumerate() {
@@ -276,7 +276,11 @@ mod tests {
 
     fn scoring(columns: &[&str], actions: &[&str]) -> Scoring {
         let owned = |names: &[&str]| names.iter().map(|c| (*c).to_owned()).collect();
-        Scoring::of(&Sequences { columns: owned(columns), action_columns: owned(actions), items: Vec::new() })
+        Scoring::for_columns(&Sequences {
+            columns: owned(columns),
+            action_columns: owned(actions),
+            items: Vec::new(),
+        })
     }
 
     #[test]

@@ -30,7 +30,7 @@ impl Correction {
     }
 
     /// The correction for an engine other than one of pushing.
-    pub(crate) fn of(engine: &Engine) -> Self {
+    pub(crate) fn for_engine(engine: &Engine) -> Self {
         if engine.rate_model().is_some() { Correction::Rates } else { Correction::Step }
     }
 }
@@ -90,7 +90,7 @@ impl Settings {
         }
         let correction = match pushing {
             true => Correction::Rollout,
-            false => Correction::of(&engine),
+            false => Correction::for_engine(&engine),
         };
         let net = |hidden, layers, latent, sd_floor| NetSettings { hidden, layers, latent, sd_floor };
         let is_plus = matches!(recipe, Recipe::HybridPlus | Recipe::NeuralPlus);

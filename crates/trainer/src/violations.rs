@@ -44,7 +44,7 @@ pub fn violations(engine: &Engine, task: Task<'_>, samples: &Samples) -> Option<
     if let Some(push) = engine.push_model() {
         return Some(push_violations(push, task, samples));
     }
-    Some(ball_violations(&BallLimits::of(engine, task.start)?, task, samples))
+    Some(ball_violations(&BallLimits::for_engine(engine, task.start)?, task, samples))
 }
 
 /// Bounds on depth and energy of a ball, given its initial state.
@@ -62,7 +62,7 @@ pub(crate) struct BallLimits {
 
 impl BallLimits {
     /// Computes the bounds for states (height, m; velocity, m/s) over flat ground; `None` for other states.
-    pub fn of(engine: &Engine, start: &[f64]) -> Option<Self> {
+    pub fn for_engine(engine: &Engine, start: &[f64]) -> Option<Self> {
         let (gravity, step_s) = (engine.expected().gravity_m_s2?, engine.step_s()?);
         let ground_m = engine.ground_m()?;
         let &[height, velocity] = start else { return None };
@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn a_state_beyond_the_bounds_is_moved_to_the_nearest_allowed_one() {
         let engine = Engine::PybulletBall(BulletBall::default());
-        let limits = BallLimits::of(&engine, &[1.0, 0.0]).expect("a ball over flat ground");
+        let limits = BallLimits::for_engine(&engine, &[1.0, 0.0]).expect("a ball over flat ground");
         let free = [0.5, -3.0];
         assert_eq!(limits.allowed([0.6, -2.9], free, free), free);
         // One time step at the highest speed below the ground, and no deeper.

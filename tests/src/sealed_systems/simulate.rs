@@ -24,7 +24,7 @@ pub struct GeneratedSet {
 /// Generates a set of `plant` with `laws`, each with its size relative to the RMS of the equation's rate.
 pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> GeneratedSet {
     let starts = starts(plant, seed);
-    let Sizes { undisturbed, rate, x, v } = Sizes::of(plant, &starts);
+    let Sizes { undisturbed, rate, x, v } = Sizes::measure(plant, &starts);
     let (equation, law_state) = plant.law_equation;
     let rms = |quantity: &dyn Fn(&Run, usize) -> f64| rms(&undisturbed, quantity);
     let duration = plant.size.1 as f64 * plant.size.2;
@@ -77,7 +77,7 @@ pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> GeneratedSet {
 ///
 /// `None` for effects that are not polynomials of one quantity.
 pub fn coefficient(plant: &Plant, law: &Law, amount: f64, seed: u64) -> Option<f64> {
-    let Sizes { x, v, .. } = Sizes::of(plant, &starts(plant, seed));
+    let Sizes { x, v, .. } = Sizes::measure(plant, &starts(plant, seed));
     let size = if law.depends_on_speed { v } else { x };
     let power = match law.name {
         "constant" => return Some(-amount),
@@ -102,7 +102,7 @@ struct Sizes {
 
 impl Sizes {
     /// Simulates the plant without effects and measures the sizes.
-    fn of(plant: &Plant, starts: &[(Vec<f64>, Vec<f64>)]) -> Self {
+    fn measure(plant: &Plant, starts: &[(Vec<f64>, Vec<f64>)]) -> Self {
         let undisturbed: Vec<Run> = starts.iter().map(|s| run(plant, &s.0, &s.1, &|_, _, _| 0.0)).collect();
         let (equation, law_state) = plant.law_equation;
         let rate = rms(&undisturbed, &|r, k| (plant.rates)(&r.states[k], r.inputs[k])[equation]);

@@ -130,7 +130,7 @@ fn answers_stay_as_they_are() {
         let begun = Instant::now();
         let Some(d) = set(name) else { continue };
         eprintln!("{name}: {:.2} s, {:?}, {}", begun.elapsed().as_secs_f64(), d.work, d.sentence);
-        found.insert(name.to_string(), Answer::of(&d));
+        found.insert(name.to_string(), Answer::from_discovery(&d));
         if let Some(folder) = &full {
             let text = serde_json::to_string_pretty(&d).expect("JSON");
             let folder = std::path::Path::new(folder);

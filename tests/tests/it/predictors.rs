@@ -102,7 +102,7 @@ fn the_exact_law_is_calibrated_and_its_median_beats_a_single_sample() {
                 &ok(exact
                     .forecast(Task { start: q.state(0), actions: &[], time: q.time, index: i as u64 }, 1)),
                 &q.states,
-                &Scoring::of(&test),
+                &Scoring::for_columns(&test),
             )
         })
         .collect();
@@ -183,7 +183,8 @@ fn changing_the_future_changes_no_forecast_but_every_reconstruction() {
             .enumerate()
             .map(|(i, (old, new))| {
                 let task = Task { start: old.state(0), actions: &[], time: old.time, index: i as u64 };
-                score(&ok(model.forecast(task, SAMPLES)), &new.states, &Scoring::of(&changed)).crps[0]
+                score(&ok(model.forecast(task, SAMPLES)), &new.states, &Scoring::for_columns(&changed)).crps
+                    [0]
             })
             .sum::<f64>()
             / 2.0;

@@ -55,7 +55,7 @@ pub fn run(args: &Data, force: bool, output: &Output) -> anyhow::Result<Outcome>
             let clock = Clock { rate_hz: *rate_hz, frames: *frame_clock };
             let written = match (input, file) {
                 (Some(input), Some(file)) => {
-                    let (data, model) = (file.clone(), beside(file));
+                    let (data, model) = (file.clone(), model_path(file));
                     let conversion = Conversion { converter: converter(set)?, input, data, model };
                     data_file(file, std::slice::from_ref(&conversion.model), &[input])?;
                     let converted = conversion.run(clock, *frame)?;
@@ -114,7 +114,7 @@ fn converter(set: &Path) -> anyhow::Result<Converter> {
 }
 
 /// Returns the path of the model file: `runs.model.toml` for `runs.csv.gz`.
-fn beside(file: &Path) -> PathBuf {
+fn model_path(file: &Path) -> PathBuf {
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let stem = [".csv", ".csv.gz", ".npz"].iter().find_map(|e| name.strip_suffix(e)).unwrap_or(&name);
     file.with_file_name(format!("{stem}.model.toml"))

@@ -157,7 +157,7 @@ fn unknown(model: &Path, name: &str, nearest: Vec<String>) -> anyhow::Error {
 fn measured_candidates(model: &Model, data: &Path) -> anyhow::Result<Vec<Candidate>> {
     let measured = records::read(data, model)?;
     let list = records::records(&measured.data, model, true)?;
-    let list = fit::prepared(&EquationSystem::declared_only(model)?, &list)?;
+    let list = fit::prepare_records(&EquationSystem::declared_only(model)?, &list)?;
     let scales = EquationSystem::declared_only(model)?.tuned(&list)?.scales(&list);
     let mut all = candidates(model)?;
     all.iter_mut().for_each(|candidate| scales.resolve(candidate, model));

@@ -56,7 +56,7 @@ fn find(data: &Dataset) -> Option<Finding> {
     let units: Vec<_> = rare.iter().map(|r| unit_between(r.1, &others_steps)).collect::<Option<_>>()?;
     let usual_length = median(&mut others.iter().map(|o| all[o.0].len() as f64).collect::<Vec<_>>())?;
     let columns: Vec<UsualChange<'_>> = (0..data.columns().len())
-        .filter_map(|i| UsualChange::of(Series::of_column(data, i), data, &others))
+        .filter_map(|i| UsualChange::from_series(Series::of_column(data, i), data, &others))
         .collect();
     let is_other_unit = |j: usize| {
         is_within(all[j].len() as f64 / usual_length, MAX_RATE_RATIO) && changes_alike(&columns, &all[j])
@@ -110,7 +110,7 @@ struct UsualChange<'a> {
 
 impl<'a> UsualChange<'a> {
     /// `None` for a column that changes too much per sample to distinguish sample rates.
-    fn of(series: Series<'a>, data: &Dataset, others: &[(usize, f64)]) -> Option<Self> {
+    fn from_series(series: Series<'a>, data: &Dataset, others: &[(usize, f64)]) -> Option<Self> {
         let changes = || others.iter().filter_map(|o| span_and_step(series, &data.trajectories()[o.0]));
         let span = median(&mut changes().map(|c| c.0).collect::<Vec<_>>())?;
         let step = median(&mut changes().map(|c| c.1).collect::<Vec<_>>())?;

@@ -56,7 +56,7 @@ fn copies(data: &Dataset) -> Vec<(usize, usize)> {
     let moving: Vec<usize> =
         (0..data.columns().len()).filter(|&i| !covariates.contains(&data.columns()[i].name())).collect();
     let Some(&key) = moving.first() else { return Vec::new() };
-    let precision = |t: &Trajectory| moving.iter().map(|&i| Precision::of(t.column(i))).collect();
+    let precision = |t: &Trajectory| moving.iter().map(|&i| Precision::from_values(t.column(i))).collect();
     let precisions: Vec<Vec<Precision>> = data.trajectories().iter().map(precision).collect();
     // Only trajectories of the same length with nearly equal first values are compared.
     let mut order: Vec<usize> = (0..precisions.len()).collect();
@@ -97,7 +97,7 @@ struct Precision {
 }
 
 impl Precision {
-    fn of(values: &[f64]) -> Self {
+    fn from_values(values: &[f64]) -> Self {
         let measured = || values.iter().copied().filter(|v| v.is_finite());
         let [low, high] =
             measured().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [v.min(low), v.max(high)]);

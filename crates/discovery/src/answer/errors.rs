@@ -97,7 +97,7 @@ fn predicted(prepared: &Prepared, records: &[usize], [base, best]: [&Fit; 2], se
     let limit = forecast_limit(prepared, &held);
     let excluded =
         if limit.is_finite() { outlying_windows(limit, [&with_nuisances(base), &held]) } else { Vec::new() };
-    let lists = ForecastErrors::of(&sample, [base, best], &held, &excluded, seed);
+    let lists = ForecastErrors::measure(&sample, [base, best], &held, &excluded, seed);
     let free_runs = FreeRuns::new(&sample).map(|runs| [base, best].map(|fit| summed(runs.squares(fit))));
     Predicted { lists, free_runs, found: Vec::new() }
 }

@@ -69,8 +69,11 @@ pub(crate) fn resamples(found: &SearchResult, seed: u64) -> Resamples {
         .map(|s| {
             let scale = independent / s.evidence.independence.share;
             let gains = s.evidence.gains_over(&base.evidence).into_iter().map(|g| scale * g);
-            let penalty =
-                s.additions().iter().map(|addition| resample_penalty(found.penalty.of(addition))).sum();
+            let penalty = s
+                .additions()
+                .iter()
+                .map(|addition| resample_penalty(found.penalty.of_addition(addition)))
+                .sum();
             (s.key(), gains.collect(), penalty)
         })
         .collect();

@@ -101,7 +101,8 @@ fn record_differences_test(
 /// Dispersion factor of the squared gradients of records: the typical squared residual over the noise
 /// variance (at least 1), divided by the independent share.
 fn dispersion(set: &Scored) -> f64 {
-    let mut ratios: Vec<f64> = set.fit.misfits.iter().map(|[misfit, freedom]| misfit / freedom).collect();
+    let mut ratios: Vec<f64> =
+        set.fit.residual_norms.iter().map(|[misfit, freedom]| misfit / freedom).collect();
     median(&mut ratios).max(1.0) / set.evidence.independence.min_share
 }
 

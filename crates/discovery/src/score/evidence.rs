@@ -111,7 +111,7 @@ impl Evidence {
             moves,
             predicted,
             cost: 0.0,
-            independence: Independence::of(rows),
+            independence: Independence::from_rows(rows),
         };
         let (squares, priors) = found.squares();
         let cost = |(w, scale): (usize, &Scale)| {

@@ -32,7 +32,7 @@ pub(crate) struct Independence {
 
 impl Independence {
     /// Autocorrelation of the residuals of a fit within its windows.
-    pub fn of(rows: &Rows) -> Self {
+    pub fn from_rows(rows: &Rows) -> Self {
         let by_channel = products(rows);
         let mut total = Products::default();
         by_channel.values().for_each(|products| total.join(products));

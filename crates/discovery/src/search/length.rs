@@ -62,7 +62,7 @@ pub(crate) fn choose_window_length(
 /// Whether the residuals grow so much from one length to the next that the fit is lost.
 fn is_fit_lost(short: &Scored, long: &Scored) -> bool {
     let [short, long] = [short, long].map(|s| {
-        let sums = s.fit.misfits.iter().fold([0.0, 0.0], |sum, [q, n]| [sum[0] + q, sum[1] + n]);
+        let sums = s.fit.residual_norms.iter().fold([0.0, 0.0], |sum, [q, n]| [sum[0] + q, sum[1] + n]);
         sums[0] / sums[1].max(1.0)
     });
     long.is_nan() || long > MAX_RESIDUAL_GROWTH * MAX_RESIDUAL_GROWTH * short.max(1.0)

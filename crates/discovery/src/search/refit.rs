@@ -27,13 +27,13 @@ pub(crate) struct Penalty(pub f64);
 
 impl Penalty {
     /// Penalty of an addition: it grows with the number of grid points at which it is tried.
-    pub fn of(self, addition: &Addition) -> f64 {
+    pub fn of_addition(self, addition: &Addition) -> f64 {
         self.0 + addition.grid_points().ln()
     }
 
     /// Penalty of a set.
     pub fn of_set(self, additions: &[Addition]) -> f64 {
-        additions.iter().map(|addition| self.of(addition)).sum()
+        additions.iter().map(|addition| self.of_addition(addition)).sum()
     }
 }
 

@@ -43,7 +43,7 @@ pub(crate) struct SearchResult {
 
 impl SearchResult {
     /// The calibrated model alone.
-    pub fn of(base: Scored, penalty: Penalty) -> Self {
+    pub fn calibrated_only(base: Scored, penalty: Penalty) -> Self {
         Self { sets: vec![base], best: 0, penalty }
     }
 
@@ -76,7 +76,7 @@ pub(crate) fn run(
     known: Vec<Scored>,
     report_share: &mut dyn FnMut(f64),
 ) -> SearchResult {
-    let mut found = SearchResult::of(base, search.penalty());
+    let mut found = SearchResult::calibrated_only(base, search.penalty());
     found.sets.extend(known.into_iter().filter(Scored::is_finite));
     update_best(&mut found);
     for round in 0..MAX_ROUNDS {
@@ -120,7 +120,7 @@ pub(crate) fn repeat_choice(search: &Search<'_>, base: Scored, known: &SearchRes
         let starts = fit_nuisance(&search.sample(), &from.hypothesis, &from.theta, &[]);
         search.refit(&starts, &from.hypothesis.additions, &Vec::new())
     };
-    let mut found = SearchResult::of(base, search.penalty());
+    let mut found = SearchResult::calibrated_only(base, search.penalty());
     let fitted: Vec<Scored> = order.par_iter().map(refit).collect();
     found.sets.extend(fitted.into_iter().filter(Scored::is_finite));
     update_best(&mut found);

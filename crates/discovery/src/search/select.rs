@@ -277,7 +277,7 @@ impl<'p> Selection<'p> {
             }
         }
         let gain = self.problem.half_independent_samples() * (self.base - error);
-        let penalty = |g: &usize| self.penalty.of(&self.problem.groups[*g].addition);
+        let penalty = |g: &usize| self.penalty.of_addition(&self.problem.groups[*g].addition);
         let value = gain - groups.iter().map(penalty).sum::<f64>();
         value.is_finite().then_some(LinearSet { groups, value, coefficients })
     }

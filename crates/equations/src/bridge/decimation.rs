@@ -55,7 +55,7 @@ impl EquationSystem {
         };
         decimated.iter().zip(full_outputs).all(|(decimated, full_outputs)| {
             let kept: Vec<f64> = full_outputs.chunks(noise.len()).step_by(every).flatten().copied().collect();
-            OutputChange::of(decimated, &kept, noise).is_accepted()
+            OutputChange::compare(decimated, &kept, noise).is_accepted()
         })
     }
 
@@ -112,6 +112,6 @@ fn interpolation_error(records: &[Record], every: usize, noise: &[f64]) -> Outpu
     if measured.is_empty() {
         OutputChange::INFINITE
     } else {
-        OutputChange::of(&interpolated, &measured, noise)
+        OutputChange::compare(&interpolated, &measured, noise)
     }
 }

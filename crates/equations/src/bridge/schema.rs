@@ -110,7 +110,7 @@ fn features(model: &Model) -> Vec<Quantity> {
     let declared = model.states.iter().take(model.declared_states());
     let mut list: Vec<Quantity> = declared.map(|s| Quantity::new(&s.name, &symbol_of(s.unit))).collect();
     list.extend(model.inputs.iter().map(|i| Quantity::new(&i.name, &symbol_of(i.unit))));
-    let speeds = Kinematics::of(model).pairs.into_iter().map(|(_, v)| &model.states[v]);
+    let speeds = Kinematics::from_model(model).pairs.into_iter().map(|(_, v)| &model.states[v]);
     list.extend(speeds.map(|s| Quantity::new(&format!("abs({})", s.name), &symbol_of(s.unit))));
     list.extend(model.lets.iter().map(|l| {
         let unit = l.dimensions.filter(|d| !d.is_pure());

@@ -36,7 +36,7 @@ impl EquationSystem {
     ///
     /// The other states have another state as their rate, or belong to an effect.
     pub fn process_noise_states(&self) -> Vec<usize> {
-        let mut states = Kinematics::of(self.model()).force_and_flow_states();
+        let mut states = Kinematics::from_model(self.model()).force_and_flow_states();
         states.sort_unstable();
         states
     }

@@ -15,7 +15,7 @@ const KNOT_BOUND_RATIO: f64 = 1e5;
 
 /// A table of every quantity that varies in the data, for every force and flow equation.
 pub(super) fn tables(model: &Model, schema: &Schema, scales: &Scales) -> Vec<Table> {
-    let targets = Kinematics::of(model).force_and_flow_states().into_iter();
+    let targets = Kinematics::from_model(model).force_and_flow_states().into_iter();
     let tables_of_target = |target: usize| {
         let features = schema.features.iter().enumerate();
         features.filter_map(move |(against, feature)| {
@@ -29,7 +29,7 @@ pub(super) fn tables(model: &Model, schema: &Schema, scales: &Scales) -> Vec<Tab
 
 /// Sets the typical sizes of additional terms in force and flow equations.
 pub(super) fn with_typical_sizes(mut schema: Schema, model: &Model, scales: &Scales) -> Schema {
-    for state in Kinematics::of(model).force_and_flow_states() {
+    for state in Kinematics::from_model(model).force_and_flow_states() {
         if let (Some(size), Some(target)) =
             (scales.typical_rate_change(state, model), schema.targets.get_mut(state))
         {
@@ -65,7 +65,7 @@ mod tests {
         let (start, parameters) = ([0.5, 0.0], model.nominals());
         let window = Window { record: &record, first: 0, last: 399, start: &start, parameters: &parameters };
         let options = Options { method: compiled.declared_method(), substeps: 4 };
-        let scales = Scales::of(&compiled, &[window], &options);
+        let scales = Scales::sample(&compiled, &[window], &options);
         let found = tables(&model, &schema, &scales);
         let names_of = |table: &Table| {
             (&*schema.targets[table.target].quantity.name, &*schema.features[table.feature].name)

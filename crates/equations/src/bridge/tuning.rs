@@ -36,7 +36,7 @@ impl EquationSystem {
 
     /// Sizes of all quantities over the records, which this system has prepared.
     pub fn scales(&self, records: &[Record]) -> Scales {
-        Scales::of(&self.compiled, &windows(&self.engine_tasks(records)), &self.options)
+        Scales::sample(&self.compiled, &windows(&self.engine_tasks(records)), &self.options)
     }
 
     /// Time constant of the fastest mode at the starts of windows (median), s.

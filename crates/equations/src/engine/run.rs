@@ -414,7 +414,7 @@ impl<'r, const L: usize> Run<'r, L> {
             let c = if window.record.is_aligned && delay == 0.0 {
                 signal.piece(sample)
             } else {
-                signal.around(time - delay, time - delay)
+                signal.coefficients_around(time - delay, time - delay)
             };
             (0..4).for_each(|power| self.step_inputs.coefficients[input][power][lane] = c[power]);
         }

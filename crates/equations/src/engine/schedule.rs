@@ -52,7 +52,7 @@ pub(crate) fn pieces(
         let steps = (share - 1e-9).ceil().max(1.0) as usize;
         let input = |(input, signal): (usize, &super::Signal)| {
             let delay = delay(input);
-            signal.around(0.5 * (from + to) - delay, from - delay)
+            signal.coefficients_around(0.5 * (from + to) - delay, from - delay)
         };
         SchedulePiece {
             begin: from,

@@ -35,7 +35,7 @@ impl Signal {
     }
 
     /// The cubic between two samples of a spline, from the values and second derivatives there.
-    pub fn between(times: [f64; 2], values: [f64; 2], curvatures: [f64; 2]) -> Signal {
+    pub fn spline_between(times: [f64; 2], values: [f64; 2], curvatures: [f64; 2]) -> Signal {
         let h = times[1] - times[0];
         let first = cubic(h, values, curvatures);
         Signal { times: times.to_vec(), pieces: vec![first, [values[1], 0.0, 0.0, 0.0]], hold: Hold::Spline }
@@ -43,7 +43,7 @@ impl Signal {
 
     /// Second derivative at a time; at a knot, that of the piece after it.
     pub fn curvature_at(&self, time: f64) -> f64 {
-        2.0 * self.around(time, time)[2]
+        2.0 * self.coefficients_around(time, time)[2]
     }
 
     /// Creates a signal from the coefficients of the powers 0 to 3 of the time since each knot.
@@ -74,7 +74,7 @@ impl Signal {
     }
 
     /// Coefficients, in powers of the time since `begin`, of the piece that contains the time `inside`.
-    pub(crate) fn around(&self, inside: f64, begin: f64) -> [f64; 4] {
+    pub(crate) fn coefficients_around(&self, inside: f64, begin: f64) -> [f64; 4] {
         let after = self.times.partition_point(|knot| *knot <= inside);
         let Some(index) = after.checked_sub(1) else {
             return [self.pieces.first().map_or(0.0, |p| p[0]), 0.0, 0.0, 0.0];
@@ -89,7 +89,7 @@ impl Signal {
 
     /// Value at a time; at a knot, that of the piece after it.
     pub fn at(&self, time: f64) -> f64 {
-        self.around(time, time)[0]
+        self.coefficients_around(time, time)[0]
     }
 
     /// Local averages for a signal of the same interpolation with knots only at `times` (s, increasing).
@@ -127,7 +127,7 @@ impl Signal {
             // Gauss's rule with three points is exact up to degree 5; a cubic times a line has degree 4.
             let weighted = |x: f64| {
                 let time = middle + half * x;
-                self.around(middle, time)[0] * weight(time)
+                self.coefficients_around(middle, time)[0] * weight(time)
             };
             let off = 0.6_f64.sqrt();
             sum += half * (5.0 * weighted(-off) + 8.0 * weighted(0.0) + 5.0 * weighted(off)) / 9.0;

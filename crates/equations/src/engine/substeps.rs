@@ -47,7 +47,7 @@ impl OutputChange {
     pub(crate) const INFINITE: Self = Self { root_mean_square: f64::INFINITY, largest: f64::INFINITY };
 
     /// Compares two lists of outputs, with the scales of the outputs.
-    pub(crate) fn of(a: &[f64], b: &[f64], scales: &[f64]) -> Self {
+    pub(crate) fn compare(a: &[f64], b: &[f64], scales: &[f64]) -> Self {
         let differences =
             a.iter().zip(b).zip(scales.iter().cycle()).map(|((a, b), scale)| (a - b).abs() / scale);
         let keep_worse = |worst: f64, x: f64| if x > worst || x.is_nan() { x } else { worst };
@@ -83,7 +83,7 @@ impl System {
             let values: Result<Vec<_>, _> = results.into_iter().map(|r| r.map(|s| s.values)).collect();
             Ok(values?.concat())
         };
-        let change = |a: &[f64], b: &[f64]| OutputChange::of(a, b, scales);
+        let change = |a: &[f64], b: &[f64]| OutputChange::compare(a, b, scales);
         if let Some(substeps) = self.model.numerics.substeps {
             let change = change(&run(substeps)?, &run(2 * substeps)?);
             return Ok(ChosenSteps {

@@ -134,7 +134,7 @@ fn expand_at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, Model
         parameters: row
             .parameters
             .iter()
-            .map(|p| CandidateParameter { name: new_name(&p.name), ..CandidateParameter::of(p) })
+            .map(|p| CandidateParameter { name: new_name(&p.name), ..CandidateParameter::from_row(p) })
             .collect(),
         equivalent_causes: row.equivalent_causes.clone(),
         excludes: row.excludes.clone(),
@@ -213,7 +213,7 @@ pub(super) fn make_names_unique(candidates: &mut [Candidate]) {
 }
 
 impl CandidateParameter {
-    fn of(p: &RowParameter) -> Self {
+    fn from_row(p: &RowParameter) -> Self {
         Self {
             name: p.name.clone(),
             unit: p.unit,

@@ -14,7 +14,7 @@ pub struct Kinematics {
 
 impl Kinematics {
     /// Finds the structure of the declared states of a model.
-    pub fn of(model: &Model) -> Kinematics {
+    pub fn from_model(model: &Model) -> Kinematics {
         let count = model.declared_states();
         let mut pairs: Vec<(usize, usize)> = Vec::new();
         for (x, state) in model.states.iter().enumerate().take(count) {
@@ -80,7 +80,7 @@ pub(super) struct Place {
 pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
     let states = model.declared_states();
     let name = |state: usize| model.states[state].name.clone();
-    let motion = Kinematics::of(model);
+    let motion = Kinematics::from_model(model);
     let output_uses = |output: usize, state: usize| {
         model.outputs[output].value.tree.symbols().any(|s| s == Symbol::State(state))
     };

@@ -39,7 +39,7 @@ struct Point {
 
 impl Scales {
     /// Samples simulations of windows; windows that cannot be simulated are left out.
-    pub fn of(system: &System, windows: &[Window<'_>], options: &Options) -> Scales {
+    pub fn sample(system: &System, windows: &[Window<'_>], options: &Options) -> Scales {
         let mut scales = Scales { step_s: 1.0, duration_s: 1.0, ..Scales::default() };
         let total: usize = windows.iter().map(|w| w.last + 1 - w.first).sum();
         let stride = total.div_ceil(MAX_POINTS).max(1);

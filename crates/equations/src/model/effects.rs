@@ -42,13 +42,15 @@ pub(super) fn read(file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelEr
 /// Reads one `[[effect]]` block.
 fn effect(item: &Item<'_, '_>, model: &Model) -> Result<Draft, ModelError> {
     let missing = |key, example| item.error(Fault::Missing { key, example });
-    let kind = item.at("kind").ok_or_else(|| missing("kind", "kind = \"coulomb\""))?;
+    let kind = item.entry("kind").ok_or_else(|| missing("kind", "kind = \"coulomb\""))?;
     let kind = kind.text("a name in quotes")?;
-    let on =
-        item.at("on").ok_or_else(|| missing("on", "on = \"omega_rad_s\", the quantity that it changes"))?;
+    let on = item
+        .entry("on")
+        .ok_or_else(|| missing("on", "on = \"omega_rad_s\", the quantity that it changes"))?;
     let on_text = on.text("the name of a rate, input, output or parameter")?;
-    let with = item.at("with").map(|w| w.text("a text in quotes").map(str::to_owned)).transpose()?;
-    let texts = item.at("also_fits").map(|list| list.texts("a list of expressions in quotes")).transpose()?;
+    let with = item.entry("with").map(|w| w.text("a text in quotes").map(str::to_owned)).transpose()?;
+    let texts =
+        item.entry("also_fits").map(|list| list.texts("a list of expressions in quotes")).transpose()?;
     let mut draft = match kind {
         FORMULA => formula(item, (&on, on_text), model)?,
         TABLE => table(item, (&on, on_text), model)?,
@@ -88,16 +90,16 @@ fn formula(item: &Item<'_, '_>, on: (&Item<'_, '_>, &str), model: &Model) -> Res
 
 /// Reads an effect of kind `table`: values at uniform knots of one quantity, constant outside.
 fn table(item: &Item<'_, '_>, on: (&Item<'_, '_>, &str), model: &Model) -> Result<Draft, ModelError> {
-    item.known(&["kind", "on", "against", "first", "last", "values", "unit", "also_fits"])?;
+    item.check_keys(&["kind", "on", "against", "first", "last", "values", "unit", "also_fits"])?;
     let missing = |key, example| item.error(Fault::Missing { key, example });
-    let against = item.at("against").ok_or_else(|| missing("against", "against = \"v_m_s\""))?;
+    let against = item.entry("against").ok_or_else(|| missing("against", "against = \"v_m_s\""))?;
     let against = against.text("an expression in quotes")?.to_owned();
-    let number = |key, example| item.at(key).ok_or_else(|| missing(key, example))?.number();
+    let number = |key, example| item.entry(key).ok_or_else(|| missing(key, example))?.number();
     let (first, last) = (number("first", "first = 0.0")?, number("last", "last = 1.0")?);
     if first >= last {
         return Err(item.error(Fault::KnotsDoNotRise { left: first, right: last }));
     }
-    let values = item.at("values").ok_or_else(|| missing("values", "values = [0.0, 0.1, 0.3]"))?;
+    let values = item.entry("values").ok_or_else(|| missing("values", "values = [0.0, 0.1, 0.3]"))?;
     let values = values.numbers("a list of numbers")?;
     if values.len() < 2 {
         return Err(item.error(Fault::TooFewKnots { found: values.len() }));
@@ -140,10 +142,10 @@ fn library_effect(
     let names: Vec<&str> = candidate.parameters.iter().map(|p| p.name.as_str()).collect();
     let keys: Vec<&str> =
         ["kind", "on", "with", "also_fits"].into_iter().chain(names.iter().copied()).collect();
-    item.known(&keys)?;
+    item.check_keys(&keys)?;
     let mut draft = candidate.draft(&candidate.nulls());
     for (drafted, declared) in draft.parameters.iter_mut().zip(&candidate.parameters) {
-        let Some(entry) = item.at(&drafted.name) else {
+        let Some(entry) = item.entry(&drafted.name) else {
             return Err(item.error(Fault::MissingParameter { name: drafted.name.clone(), kind: kind.into() }));
         };
         let read = parameter(&entry, &drafted.name)?;

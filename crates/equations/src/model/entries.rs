@@ -12,7 +12,7 @@ pub(super) fn section<'r, 't>(
     what: &'static str,
     allowed: usize,
 ) -> Result<Vec<(&'r str, Item<'r, 't>)>, ModelError> {
-    let Some(table) = file.at(key) else { return Ok(Vec::new()) };
+    let Some(table) = file.entry(key) else { return Ok(Vec::new()) };
     let entries = table.entries("a table, such as [states]")?;
     if entries.len() > allowed {
         return Err(table.error(Fault::TooMany { what, found: entries.len(), allowed }));
@@ -38,7 +38,7 @@ pub(super) fn suffixed<'r, 't>(item: &Item<'r, 't>, kind: &str) -> Option<Item<'
     let matches =
         |name: &str| name.strip_prefix(kind).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'));
     let (name, ..) = entries.into_iter().find(|(name, ..)| matches(name))?;
-    item.at(name)
+    item.entry(name)
 }
 
 /// Known keys, and those that were found with a unit at their end.

@@ -42,7 +42,7 @@ impl<'n> Equations<'n> {
                 None => {
                     let example = "value = \"x_m\"";
                     let missing = || item.error(Fault::Missing { key: "value", example });
-                    let mut value = item.at("value").ok_or_else(missing)?;
+                    let mut value = item.entry("value").ok_or_else(missing)?;
                     value.key.clone_from(&item.key);
                     self.expression(&value, Site::Equation, false)?
                 }
@@ -74,7 +74,7 @@ impl<'n> Equations<'n> {
                 return Err(item.reader.error(item.line, "states", fault));
             };
             let is_bare_value = item.value.get_ref().as_table().is_none();
-            let start = if is_bare_value { Some(item.clone()) } else { item.at("start") };
+            let start = if is_bare_value { Some(item.clone()) } else { item.entry("start") };
             model.states[index].start = match start {
                 None => Expression { tree: Tree::number(0.0), line: item.line, key: item.key.clone() },
                 Some(start) => match start.maybe_number() {
@@ -113,7 +113,7 @@ impl<'n> Equations<'n> {
     fn events(&mut self, file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
         const DIRECTIONS: [(&str, Direction); 3] =
             [("rising", Direction::Rising), ("falling", Direction::Falling), ("both", Direction::Both)];
-        let Some(events) = file.at("events") else { return Ok(()) };
+        let Some(events) = file.entry("events") else { return Ok(()) };
         let expected = "written as [[events]] blocks";
         let blocks = events.value.get_ref().as_array().ok_or_else(|| events.wrong(expected))?;
         if blocks.len() > limits::MAX_EVENTS {
@@ -124,21 +124,22 @@ impl<'n> Equations<'n> {
             let line = file.reader.line(Value::span(value).start);
             let mut item = Item { reader: file.reader, key: format!("events.{}", index + 1), line, value };
             item.table(expected)?;
-            let name = item.at("name").map(|n| n.text("a name in quotes")).transpose()?;
+            let name = item.entry("name").map(|n| n.text("a name in quotes")).transpose()?;
             let name = name.map_or_else(|| format!("{}", index + 1), str::to_owned);
             let printable_name = escaped_short(&name);
             item.key = format!("events.{printable_name}");
-            item.known(&["name", "when", "direction", "set", "rest"])?;
+            item.check_keys(&["name", "when", "direction", "set", "rest"])?;
             let missing = |key, example| item.error(Fault::Missing { key, example });
-            let when = item.at("when").ok_or_else(|| missing("when", "when = \"x_m - stop_m\""))?;
+            let when = item.entry("when").ok_or_else(|| missing("when", "when = \"x_m - stop_m\""))?;
             let line = when.line;
             let when = self.expression(&when, Site::Equation, false)?;
             infer(model, &item, &when.tree)?;
-            let direction = item.at("direction").map_or(Ok(Direction::Both), |d| {
+            let direction = item.entry("direction").map_or(Ok(Direction::Both), |d| {
                 d.word(&DIRECTIONS, "\"rising\", \"falling\" or \"both\"")
             })?;
-            let set =
-                item.at("set").ok_or_else(|| missing("set", "set = { v_m_s = \"-restitution * v_m_s\" }"))?;
+            let set = item
+                .entry("set")
+                .ok_or_else(|| missing("set", "set = { v_m_s = \"-restitution * v_m_s\" }"))?;
             let mut assigned = Vec::new();
             for (state, value) in set.entries("a table such as { v_m_s = \"-restitution * v_m_s\" }")? {
                 assigned.push((
@@ -147,7 +148,7 @@ impl<'n> Equations<'n> {
                 ));
                 infer(model, &value, &assigned[assigned.len() - 1].1.tree)?;
             }
-            let rest = item.at("rest").map(|rest| self.rest(&rest, model)).transpose()?;
+            let rest = item.entry("rest").map(|rest| self.rest(&rest, model)).transpose()?;
             model.events.push(Event { name: printable_name, when, direction, set: assigned, rest, line });
         }
         Ok(())
@@ -157,10 +158,10 @@ impl<'n> Equations<'n> {
     fn rest(&mut self, item: &Item<'_, '_>, model: &Model) -> Result<Rest, ModelError> {
         item.table("a table such as { below_m_s = 1e-3, hold = [\"x_m\"], until = \"force_N < 0\" }")?;
         let speed_limit = suffixed(item, "below");
-        item.known(&known_with(&["hold", "until"], &[&speed_limit]))?;
+        item.check_keys(&known_with(&["hold", "until"], &[&speed_limit]))?;
         let missing = || item.error(Fault::Missing { key: "below", example: "below_m_s = 1e-3" });
         let mut hold = Vec::new();
-        if let Some(list) = item.at("hold") {
+        if let Some(list) = item.entry("hold") {
             let expected = "a list of states, such as [\"x_m\"]";
             let states = list.value.get_ref().as_array().ok_or_else(|| list.wrong(expected))?;
             for state in states.iter() {
@@ -168,7 +169,7 @@ impl<'n> Equations<'n> {
                 hold.push(state_named(model, &list, name)?);
             }
         }
-        let until = item.at("until");
+        let until = item.entry("until");
         let until = until.map(|until| self.expression(&until, Site::Equation, true)).transpose()?;
         if let Some(until) = &until {
             infer(model, item, &until.tree)?;
@@ -216,17 +217,17 @@ fn state_named(model: &Model, item: &Item<'_, '_>, name: &str) -> Result<usize, 
 fn numerics(file: &Item<'_, '_>) -> Result<Numerics, ModelError> {
     const METHODS: [(&str, Integrator); 2] =
         [("explicit", Integrator::Explicit), ("implicit", Integrator::Implicit)];
-    let Some(item) = file.at("numerics") else { return Ok(Numerics::default()) };
+    let Some(item) = file.entry("numerics") else { return Ok(Numerics::default()) };
     item.table("a table, such as [numerics]")?;
-    item.known(&["integrator", "substeps", "sign_width"])?;
-    let integrator = item.at("integrator");
+    item.check_keys(&["integrator", "substeps", "sign_width"])?;
+    let integrator = item.entry("integrator");
     let integrator = integrator.map(|i| i.word(&METHODS, "\"explicit\" or \"implicit\"")).transpose()?;
-    let substeps = item.at("substeps").map(|found| {
+    let substeps = item.entry("substeps").map(|found| {
         let whole = found.maybe_number().filter(|n| n.fract() == 0.0 && (1.0..=1024.0).contains(n));
         whole.map(|n| n as usize).ok_or_else(|| found.wrong("a whole number from 1 to 1024"))
     });
     let mut widths = BTreeMap::new();
-    if let Some(table) = item.at("sign_width") {
+    if let Some(table) = item.entry("sign_width") {
         for (text, width) in table.entries("a table such as { v_m_s = 0.01 }")? {
             widths.insert(text.to_owned(), width.positive()?);
         }

@@ -12,12 +12,12 @@ pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, Mo
         Some(value) => value,
         None => {
             item.table(expected)?;
-            item.known(&["nominal", "min", "max", "frozen", "unit", "ci95"])?;
+            item.check_keys(&["nominal", "min", "max", "frozen", "unit", "ci95"])?;
             let missing = || item.error(Fault::Missing { key: "nominal", example: "nominal = 1.0" });
-            item.at("nominal").ok_or_else(missing)?.number()?
+            item.entry("nominal").ok_or_else(missing)?.number()?
         }
     };
-    let bound = |key, default| item.at(key).map_or(Ok(default), |bound| bound.number());
+    let bound = |key, default| item.entry(key).map_or(Ok(default), |bound| bound.number());
     let (min, max) = (bound("min", f64::NEG_INFINITY)?, bound("max", f64::INFINITY)?);
     if min >= max {
         return Err(item.error(Fault::EmptyBounds { min, max }));
@@ -31,15 +31,15 @@ pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, Mo
         nominal,
         min,
         max,
-        frozen: item.at("frozen").map_or(Ok(false), |frozen| frozen.flag())?,
-        ci95: item.at("ci95").map(|ci| ci.range()).transpose()?,
+        frozen: item.entry("frozen").map_or(Ok(false), |frozen| frozen.flag())?,
+        ci95: item.entry("ci95").map(|ci| ci.range()).transpose()?,
         line: item.line,
     })
 }
 
 /// Reads the unit from the key `unit`, or else from the end of the name.
 pub(super) fn unit(item: &Item<'_, '_>, name: &str) -> Result<Option<Unit>, ModelError> {
-    match item.at("unit") {
+    match item.entry("unit") {
         Some(unit) => unit_of(&unit).map(Some),
         None => Ok(Unit::from_column_name(name)),
     }

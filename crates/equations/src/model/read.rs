@@ -50,7 +50,7 @@ pub fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     let mut names = Names::default();
     let mut model = Model {
         file: reader.file.into(),
-        name: file.at("name").map_or(Ok("system"), |n| n.text("a name in quotes"))?.into(),
+        name: file.entry("name").map_or(Ok("system"), |n| n.text("a name in quotes"))?.into(),
         states: Vec::new(),
         inputs: Vec::new(),
         parameters: Vec::new(),
@@ -91,20 +91,20 @@ const TOP_LEVEL_KEYS: [&str; 13] = [
 ///
 /// Expressions, which are read later, may thus use a quantity that is declared after them.
 fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {
-    let constraint = ["constraints", "algebraic"].into_iter().find_map(|key| file.at(key));
+    let constraint = ["constraints", "algebraic"].into_iter().find_map(|key| file.entry(key));
     if let Some(found) = constraint {
         return Err(found.error(Fault::Constraint));
     }
-    file.known(&TOP_LEVEL_KEYS)?;
+    file.check_keys(&TOP_LEVEL_KEYS)?;
     let missing = |key, example| file.error(Fault::Missing { key, example });
-    let scenario = file.at("scenario").ok_or_else(|| missing("scenario", "scenario = \"system\""))?;
+    let scenario = file.entry("scenario").ok_or_else(|| missing("scenario", "scenario = \"system\""))?;
     scenario.word(&[("system", ())], "\"system\" for a system of equations")?;
     for (key, example) in [
         ("states", "[states] with a line such as x_m = { start = \"position_m\" }"),
         ("rates", "[rates] with a line such as x_m = \"v_m_s\""),
         ("outputs", "[outputs] with a line such as position_m = { value = \"x_m\", sd = \"estimate\" }"),
     ] {
-        let table = file.at(key).ok_or_else(|| missing(key, example))?;
+        let table = file.entry(key).ok_or_else(|| missing(key, example))?;
         if table.entries("a table, such as [states]")?.is_empty() {
             return Err(table.error(Fault::EmptyTable { example }));
         }
@@ -125,20 +125,20 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
             item.table("an expression in quotes or a table such as { value = \"x_m\", sd = \"estimate\" }")?;
         }
         let [range, step, period] = ["range", "step", "period"].map(|kind| suffixed(&item, kind));
-        item.known(&known_with(&["value", "sd", "noise", "range", "unit"], &[&step, &period]))?;
+        item.check_keys(&known_with(&["value", "sd", "noise", "range", "unit"], &[&step, &period]))?;
         names.outputs.push(name.into());
         model.outputs.push(Output {
             name: name.into(),
             unit: unit(&item, name)?,
             value: placeholder(&item),
-            sd: match item.at("sd") {
+            sd: match item.entry("sd") {
                 Some(sd) if sd.value.get_ref().as_str() == Some("estimate") => None,
                 Some(sd) if sd.maybe_number().is_none() => {
                     return Err(sd.wrong("\"estimate\" or a positive number"));
                 }
                 sd => sd.map(|sd| sd.positive()).transpose()?,
             },
-            noise: item.at("noise").map(|noise| read_noise(&noise)).transpose()?,
+            noise: item.entry("noise").map(|noise| read_noise(&noise)).transpose()?,
             range: range.map(|r| r.range()).transpose()?,
             step: step.map(|s| s.positive()).transpose()?,
             period: period.map(|p| p.positive()).transpose()?,
@@ -153,8 +153,8 @@ fn declare_states(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
         section(file, "states", "states", limits::MAX_STATES)?.into_iter().enumerate()
     {
         declare_name(names, &item, name, Symbol::State(index))?;
-        item.known(&["start", "sd", "min", "max", "shared", "shaken", "unit"])?;
-        let [min, max] = ["min", "max"].map(|key| item.at(key).map(|bound| bound.number()).transpose());
+        item.check_keys(&["start", "sd", "min", "max", "shared", "shaken", "unit"])?;
+        let [min, max] = ["min", "max"].map(|key| item.entry(key).map(|bound| bound.number()).transpose());
         let (min, max) = (min?, max?);
         if let (Some(min), Some(max)) = (min, max)
             && min >= max
@@ -165,11 +165,11 @@ fn declare_states(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
             name: name.into(),
             unit: unit(&item, name)?,
             start: placeholder(&item),
-            sd: item.at("sd").map(|sd| sd.positive()).transpose()?,
+            sd: item.entry("sd").map(|sd| sd.positive()).transpose()?,
             min,
             max,
-            shared: item.at("shared").map_or(Ok(false), |shared| shared.flag())?,
-            process_noise: item.at("shaken").map(|shaken| read_process_noise(&shaken)).transpose()?,
+            shared: item.entry("shared").map_or(Ok(false), |shared| shared.flag())?,
+            process_noise: item.entry("shaken").map(|shaken| read_process_noise(&shaken)).transpose()?,
             rate: placeholder(&item),
             line: item.line,
         });
@@ -181,9 +181,9 @@ fn declare_states(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
 fn read_noise(item: &Item<'_, '_>) -> Result<SensorNoise, ModelError> {
     let example = "noise = { white_sd = 0.1, autocorrelated_sd = 0.05, correlation_time_s = 0.3 }";
     item.table("a table such as { white_sd = 0.1, autocorrelated_sd = 0.05, correlation_time_s = 0.3 }")?;
-    item.known(&["white_sd", "autocorrelated_sd", "correlation_time_s"])?;
+    item.check_keys(&["white_sd", "autocorrelated_sd", "correlation_time_s"])?;
     let entry = |key| -> Result<f64, ModelError> {
-        let value = item.at(key).ok_or_else(|| item.error(Fault::Missing { key, example }))?;
+        let value = item.entry(key).ok_or_else(|| item.error(Fault::Missing { key, example }))?;
         let found = value.number()?;
         if found < 0.0 { Err(value.error(Fault::Negative { found })) } else { Ok(found) }
     };
@@ -198,8 +198,8 @@ fn read_noise(item: &Item<'_, '_>) -> Result<SensorNoise, ModelError> {
 fn read_process_noise(item: &Item<'_, '_>) -> Result<RateNoise, ModelError> {
     let example = "shaken = { sd = 0.1, memory_s = 0.02 }";
     item.table("a table such as { sd = 0.1, memory_s = 0.02 }")?;
-    item.known(&["sd", "memory_s"])?;
-    let entry = |key| item.at(key).ok_or_else(|| item.error(Fault::Missing { key, example }));
+    item.check_keys(&["sd", "memory_s"])?;
+    let entry = |key| item.entry(key).ok_or_else(|| item.error(Fault::Missing { key, example }));
     let memory = entry("memory_s")?;
     let memory_s = memory.number()?;
     if memory_s < 0.0 {
@@ -218,11 +218,11 @@ fn declare_inputs(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
         declare_name(names, &item, name, Symbol::Input(index))?;
         // A plain string is the interpolation: force_N = "zero".
         let is_plain_text = item.value.get_ref().as_str().is_some();
-        let hold = if is_plain_text { Some(item.clone()) } else { item.at("hold") };
+        let hold = if is_plain_text { Some(item.clone()) } else { item.entry("hold") };
         if !is_plain_text {
             item.table("a table such as { hold = \"zero\" }")?;
         }
-        item.known(&["hold", "delay_s", "unit"])?;
+        item.check_keys(&["hold", "delay_s", "unit"])?;
         model.inputs.push(Input {
             name: name.into(),
             unit: unit(&item, name)?,
@@ -243,7 +243,7 @@ fn declare_parameters(file: &Item<'_, '_>, model: &mut Model, names: &mut Names)
     for (index, (name, item)) in
         section(file, "inputs", "inputs", limits::MAX_INPUTS)?.into_iter().enumerate()
     {
-        if let Some(delay) = item.at("delay_s") {
+        if let Some(delay) = item.entry("delay_s") {
             let mut p = parameter(&delay, &format!("{name}.delay_s"))?;
             p.unit = Some(Unit::SECOND);
             p.frozen |= delay.maybe_number().is_some();
@@ -263,9 +263,9 @@ fn declare_tables(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
     for (name, item) in section(file, "tables", "tables", limits::MAX_TABLES)? {
         check_name(&item, name)?;
         item.table("a table such as [tables.curve] with at = [0.0, 1.0] and values = [0.0, 2.0]")?;
-        item.known(&["at", "values", "unit"])?;
+        item.check_keys(&["at", "values", "unit"])?;
         let list = |key, example| {
-            let list = item.at(key).ok_or_else(|| item.error(Fault::Missing { key, example }))?;
+            let list = item.entry(key).ok_or_else(|| item.error(Fault::Missing { key, example }))?;
             list.numbers("a list of numbers")
         };
         let (at, values) = (list("at", "at = [0.0, 1.0]")?, list("values", "values = [0.0, 2.0]")?);
@@ -280,7 +280,7 @@ fn declare_tables(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
             return Err(item.error(Fault::KnotsDoNotRise { left: pair[0], right: pair[1] }));
         }
         names.tables.push(name.into());
-        let unit = item.at("unit");
+        let unit = item.entry("unit");
         let unit = unit.map(|unit| unit_of(&unit)).transpose()?;
         model.tables.push(Table { name: name.into(), at, values, unit });
     }

@@ -88,7 +88,7 @@ pub(crate) fn read_all(text: &str, file: &str) -> Result<Vec<Row>, ModelError> {
     let span = root.span();
     let root = Spanned::new(span, DeValue::Table(root.into_inner()));
     let file = Item { reader, key: String::new(), line: 1, value: &root };
-    file.known(&["candidate"])?;
+    file.check_keys(&["candidate"])?;
     file.blocks("candidate", "written as [[candidate]] blocks")?.iter().map(Row::read).collect()
 }
 
@@ -100,13 +100,13 @@ impl Row {
     pub(crate) fn read(item: &Item<'_, '_>) -> Result<Row, ModelError> {
         let missing = |key, example| item.error(Fault::Missing { key, example });
         let texts = |key: &'static str| -> Result<Vec<String>, ModelError> {
-            let Some(list) = item.at(key) else { return Ok(Vec::new()) };
+            let Some(list) = item.entry(key) else { return Ok(Vec::new()) };
             match list.value.get_ref().as_str() {
                 Some(word) => Ok(vec![word.to_owned()]),
                 None => list.texts("a text in quotes, or a list of them"),
             }
         };
-        let kind = item.at("kind").ok_or_else(|| missing("kind", "kind = \"my-effect\""))?;
+        let kind = item.entry("kind").ok_or_else(|| missing("kind", "kind = \"my-effect\""))?;
         let kind = escaped_short(kind.text("a name in quotes")?);
         let on = texts("on")?;
         if on.is_empty() {
@@ -114,21 +114,22 @@ impl Row {
         }
         let (how, expression) = change(item)?;
         let mut states = Vec::new();
-        if let Some(table) = item.at("states") {
+        if let Some(table) = item.entry("states") {
             let example = "a table such as { z = { rate = \"v - abs(v) * z / d\", start = 0.0 } }";
             for (name, state) in table.entries(example)? {
                 check_name(&state, name)?;
                 state.table(example)?;
-                state.known(&["rate", "start"])?;
+                state.check_keys(&["rate", "start"])?;
                 let missing_rate =
                     || state.error(Fault::Missing { key: "rate", example: "rate = \"v - z / d\"" });
-                let rate = state.at("rate").ok_or_else(missing_rate)?;
-                let start = state.at("start").map_or(Ok("0".to_owned()), |start| start.number_or_text())?;
+                let rate = state.entry("rate").ok_or_else(missing_rate)?;
+                let start =
+                    state.entry("start").map_or(Ok("0".to_owned()), |start| start.number_or_text())?;
                 let rate = rate.text("an expression in quotes")?.to_owned();
                 states.push(DraftState { name: name.to_owned(), rate, start });
             }
         }
-        let other = item.at("add_other").map(|o| o.text("an expression in quotes").map(str::to_owned));
+        let other = item.entry("add_other").map(|o| o.text("an expression in quotes").map(str::to_owned));
         let mut parameters = Vec::new();
         for (name, entry) in item.entries("written as [[candidate]] blocks")? {
             if !RESERVED_KEYS.contains(&name) {
@@ -137,8 +138,9 @@ impl Row {
             }
         }
         let contains =
-            item.at("contains").map(|c| c.text("a kind in quotes").map(escaped_short)).transpose()?;
-        let source = item.at("source").map(|s| s.text("a text in quotes").map(escaped_short)).transpose()?;
+            item.entry("contains").map(|c| c.text("a kind in quotes").map(escaped_short)).transpose()?;
+        let source =
+            item.entry("source").map(|s| s.text("a text in quotes").map(escaped_short)).transpose()?;
         Ok(Row {
             kind,
             on,
@@ -160,7 +162,7 @@ impl Row {
 pub(crate) fn change(item: &Item<'_, '_>) -> Result<(How, String), ModelError> {
     let found: Vec<(How, Item<'_, '_>)> = [How::Add, How::Factor, How::Replace]
         .into_iter()
-        .filter_map(|how| item.at(how.key()).map(|text| (how, text)))
+        .filter_map(|how| item.entry(how.key()).map(|text| (how, text)))
         .collect();
     match &found[..] {
         [(how, text)] => Ok((*how, text.number_or_text()?)),
@@ -179,12 +181,12 @@ impl RowParameter {
         let number_given = item.maybe_number();
         if number_given.is_none() {
             item.table("a table such as { min = 0.0 } or { of = \"v\", grid = [0.1, 0.3] }")?;
-            item.known(&[
+            item.check_keys(&[
                 "of", "unit", "min", "max", "null", "nominal", "typical", "grid", "scan", "frozen",
             ])?;
         }
-        let number = |key| item.at(key).map(|n| n.number()).transpose();
-        let list = |key| item.at(key).map_or(Ok(Vec::new()), |l| l.numbers("a list of numbers"));
+        let number = |key| item.entry(key).map(|n| n.number()).transpose();
+        let list = |key| item.entry(key).map_or(Ok(Vec::new()), |l| l.numbers("a list of numbers"));
         let (mut grid, scan, nominal) = (list("grid")?, list("scan")?, number("nominal")?);
         grid.extend(number_given.or(nominal));
         let (min, max) =
@@ -198,12 +200,12 @@ impl RowParameter {
                 return Err(item.error(Fault::OutsideBounds { value: *value, min, max }));
             }
         }
-        let of = item.at("of").map(|of| of.text("a text in quotes, such as \"v\"").map(str::to_owned));
+        let of = item.entry("of").map(|of| of.text("a text in quotes, such as \"v\"").map(str::to_owned));
         Ok(Self {
             name: name.to_owned(),
             unit: unit(item, name)?,
             of: of.transpose()?,
-            frozen: item.at("frozen").map_or(Ok(false), |f| f.flag())?,
+            frozen: item.entry("frozen").map_or(Ok(false), |f| f.flag())?,
             min,
             max,
             // A parameter without a grid is a coefficient that multiplies the effect, which vanishes at 0.

@@ -55,7 +55,12 @@ impl<'t> Reader<'t> {
     }
 
     /// Refuses keys that are not among `known`.
-    pub(crate) fn known(&self, table: &DeTable<'t>, place: &str, known: &[&str]) -> Result<(), ModelError> {
+    pub(crate) fn check_keys(
+        &self,
+        table: &DeTable<'t>,
+        place: &str,
+        known: &[&str],
+    ) -> Result<(), ModelError> {
         for (key, line, _) in self.entries(table) {
             if !known.contains(&key) {
                 let fault = Fault::UnknownKey {
@@ -105,16 +110,16 @@ impl<'r, 't> Item<'r, 't> {
     }
 
     /// The entry of this table under `key`, if there is one.
-    pub(crate) fn at(&self, key: &str) -> Option<Item<'r, 't>> {
+    pub(crate) fn entry(&self, key: &str) -> Option<Item<'r, 't>> {
         let (found, value) = self.value.get_ref().as_table()?.get_key_value(key)?;
         let line = self.reader.line(found.span().start);
         Some(Item { reader: self.reader, key: join(&self.key, key), line, value })
     }
 
     /// Refuses keys of this table that are not among `known`.
-    pub(crate) fn known(&self, known: &[&str]) -> Result<(), ModelError> {
+    pub(crate) fn check_keys(&self, known: &[&str]) -> Result<(), ModelError> {
         let table = self.value.get_ref().as_table();
-        table.map_or(Ok(()), |table| self.reader.known(table, &self.key, known))
+        table.map_or(Ok(()), |table| self.reader.check_keys(table, &self.key, known))
     }
 
     pub(crate) fn table(&self, expected: &'static str) -> Result<&'r DeTable<'t>, ModelError> {
@@ -185,13 +190,13 @@ impl<'r, 't> Item<'r, 't> {
         key: &'static str,
         expected: &'static str,
     ) -> Result<Vec<Item<'r, 't>>, ModelError> {
-        let Some(list) = self.at(key) else { return Ok(Vec::new()) };
+        let Some(list) = self.entry(key) else { return Ok(Vec::new()) };
         let blocks = list.value.get_ref().as_array().ok_or_else(|| list.wrong(expected))?;
         let block = |(index, value): (usize, &'r Value<'t>)| {
             let line = self.reader.line(Value::span(value).start);
             let mut item = Item { reader: self.reader, key: format!("{key}.{}", index + 1), line, value };
             item.table(expected)?;
-            if let Some(kind) = item.at("kind").and_then(|k| k.value.get_ref().as_str()) {
+            if let Some(kind) = item.entry("kind").and_then(|k| k.value.get_ref().as_str()) {
                 item.key = format!("{key}.{}", escaped_short(kind));
             }
             Ok(item)

@@ -54,7 +54,8 @@ pub fn parse(text: &str, scope: &dyn Scope, is_condition: bool) -> Result<Tree, 
     let mut parser = Parser { text, lexer, token, span, scope, nodes: Vec::new(), depth: 0 };
     let left = parser.expression()?;
     if is_condition {
-        let comparison = parser.comparison()?.ok_or_else(|| parser.here(Problem::ConditionMissing))?;
+        let comparison =
+            parser.comparison()?.ok_or_else(|| parser.problem_here(Problem::ConditionMissing))?;
         let right = parser.expression()?;
         let then = parser.push(Kind::Number(1.0), 0..0);
         let otherwise = parser.push(Kind::Number(0.0), 0..0);
@@ -62,13 +63,13 @@ pub fn parse(text: &str, scope: &dyn Scope, is_condition: bool) -> Result<Tree, 
     }
     match parser.token {
         Token::End => Ok(Tree { text: text.to_owned(), nodes: parser.nodes }),
-        Token::Sign(b')') => Err(parser.here(Problem::UnmatchedParenthesis)),
+        Token::Sign(b')') => Err(parser.problem_here(Problem::UnmatchedParenthesis)),
         Token::Sign(b'<' | b'>') | Token::LessOrEqual | Token::GreaterOrEqual => {
-            Err(parser.here(Problem::ComparisonOutside))
+            Err(parser.problem_here(Problem::ComparisonOutside))
         }
         _ => {
             let found = parser.found();
-            Err(parser.here(Problem::ExpectedOperator { found }))
+            Err(parser.problem_here(Problem::ExpectedOperator { found }))
         }
     }
 }
@@ -86,7 +87,7 @@ struct Parser<'t, 's> {
 
 impl Parser<'_, '_> {
     /// A problem at the present token.
-    fn here(&self, problem: Problem) -> Failure {
+    fn problem_here(&self, problem: Problem) -> Failure {
         (problem, self.span.clone())
     }
 
@@ -127,7 +128,7 @@ impl Parser<'_, '_> {
     /// The limit keeps the recursion from exhausting the stack.
     fn deeper<R>(&mut self, inner: impl FnOnce(&mut Self) -> Result<R, Failure>) -> Result<R, Failure> {
         if self.depth >= MAX_EXPRESSION_DEPTH {
-            return Err(self.here(Problem::TooDeep));
+            return Err(self.problem_here(Problem::TooDeep));
         }
         self.depth += 1;
         let result = inner(self);
@@ -206,7 +207,7 @@ impl Parser<'_, '_> {
             }
             _ => {
                 let found = self.found();
-                Err(self.here(Problem::ExpectedValue { found }))
+                Err(self.problem_here(Problem::ExpectedValue { found }))
             }
         }
     }
@@ -224,11 +225,11 @@ impl Parser<'_, '_> {
                 Err((Problem::UnclosedParenthesis { column }, open.clone()))
             }
             Token::Sign(b'<' | b'>') | Token::LessOrEqual | Token::GreaterOrEqual => {
-                Err(self.here(Problem::ComparisonOutside))
+                Err(self.problem_here(Problem::ComparisonOutside))
             }
             _ => {
                 let found = self.found();
-                Err(self.here(Problem::ExpectedOperator { found }))
+                Err(self.problem_here(Problem::ExpectedOperator { found }))
             }
         }
     }
@@ -322,7 +323,7 @@ impl Parser<'_, '_> {
         let open = self.span.clone();
         self.advance()?;
         let Token::Name(name) = self.token else {
-            return Err(self.here(Problem::NameMissing { function, expected }));
+            return Err(self.problem_here(Problem::NameMissing { function, expected }));
         };
         let name_span = self.span.clone();
         self.advance()?;

@@ -76,7 +76,7 @@ fn every_candidate_of_every_example_has_no_effect_at_its_null() {
         let window = Window { record: &record, first: 0, last: 59, start: &start, parameters: &parameters };
         let plain =
             system.simulate(std::slice::from_ref(&window), &[], &OPTIONS).remove(0).expect("a simulation");
-        let scales = Scales::of(&system, &[window], &OPTIONS);
+        let scales = Scales::sample(&system, &[window], &OPTIONS);
         let all = candidates(&model).unwrap_or_else(|e| panic!("{e}"));
         assert!(all.len() > 15, "{name} has {} candidates", all.len());
         for mut candidate in all {
@@ -107,7 +107,7 @@ fn derivatives_with_every_kind_agree_with_central_differences() {
         let (record, start) = scene(&model);
         let parameters = model.nominals();
         let window = Window { record: &record, first: 0, last: 59, start: &start, parameters: &parameters };
-        let scales = Scales::of(&compiled(&model), &[window], &OPTIONS);
+        let scales = Scales::sample(&compiled(&model), &[window], &OPTIONS);
         for mut candidate in candidates(&model).expect("candidates") {
             // One place per kind is enough, because places differ only in their names.
             if kinds.contains(&candidate.kind) {

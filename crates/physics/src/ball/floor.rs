@@ -102,8 +102,8 @@ where
         mean: score_of(|s| s.mean),
         mean_of_samples: score_of(|s| s.mean_of_samples),
         one_sample: score_of(|s| s.one_sample),
-        crps_height_m: Estimate::of(scored.iter().map(|s| s.crps[0])),
-        crps_velocity_m_s: Estimate::of(scored.iter().map(|s| s.crps[1])),
+        crps_height_m: Estimate::from_values(scored.iter().map(|s| s.crps[0])),
+        crps_velocity_m_s: Estimate::from_values(scored.iter().map(|s| s.crps[1])),
     })
 }
 

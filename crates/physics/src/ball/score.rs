@@ -65,7 +65,7 @@ pub struct Estimate {
 
 impl Estimate {
     /// Mean and standard error of one value per trajectory.
-    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Estimate {
+    pub fn from_values(values: impl Iterator<Item = f64> + Clone) -> Estimate {
         let count = values.clone().count() as f64;
         let mean = values.clone().sum::<f64>() / count;
         let squares: f64 = values.map(|v| (v - mean).powi(2)).sum();
@@ -89,9 +89,9 @@ impl BallScore {
     /// Averages the errors of trajectories.
     pub(crate) fn from_errors(errors: &[TrajectoryError]) -> BallScore {
         BallScore {
-            position_m: Estimate::of(errors.iter().map(|e| e.position_m)),
-            velocity_m_s: Estimate::of(errors.iter().map(|e| e.velocity_m_s)),
-            trans_percent: Estimate::of(errors.iter().map(|e| e.trans_percent)),
+            position_m: Estimate::from_values(errors.iter().map(|e| e.position_m)),
+            velocity_m_s: Estimate::from_values(errors.iter().map(|e| e.velocity_m_s)),
+            trans_percent: Estimate::from_values(errors.iter().map(|e| e.trans_percent)),
         }
     }
 }

@@ -54,7 +54,7 @@ impl Moments {
     }
 
     /// Moments of an outline.
-    pub fn of(outline: &Outline) -> Self {
+    pub fn of_outline(outline: &Outline) -> Self {
         match outline {
             Outline::Polygon(polygon) => Self::of_polygon(polygon.vertices()),
             Outline::Ellipse { semi_axes_m: [a, b] } => Self {

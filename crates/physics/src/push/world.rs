@@ -61,7 +61,7 @@ impl World {
     pub fn new(object: Object) -> Self {
         let patches = cut(&object.outline, PATCHES_ACROSS);
         Self {
-            moments: Moments::of(&object.outline),
+            moments: Moments::of_outline(&object.outline),
             mean_radius_m: mean_radius(&object.outline),
             uniform: UniformPolygon::new(&object.outline.polygon(ELLIPSE_SIDES)),
             shares: patches.iter().map(|p| p.share).collect(),

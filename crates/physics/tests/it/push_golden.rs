@@ -310,7 +310,7 @@ fn constants_of_the_objects() {
     let (x, y) = (rows.numbers("centroid_x"), rows.numbers("centroid_y"));
     for (i, name) in names.iter().enumerate() {
         let object = Object::named(name).expect("built in");
-        let m = Moments::of(&object.outline);
+        let m = Moments::of_outline(&object.outline);
         // The reference replaces ellipses by inscribed polygons with 180 sides, whose area is smaller by
         // (pi/180)²·2/3 = 2e-4.
         let tolerance = if name.starts_with("ellip") { 3e-4 } else { 1e-11 };

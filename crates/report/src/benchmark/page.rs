@@ -10,7 +10,7 @@ use crate::plot::scale::extent;
 use crate::plot::text::capitalised;
 
 pub(super) fn page(report: &BenchmarkReport) -> Page {
-    let tones = Tones::of(report);
+    let tones = Tones::from_report(report);
     let [one, many] = &report.words;
     Page {
         overline: format!("augsim · {}", report.kind),

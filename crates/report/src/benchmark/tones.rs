@@ -7,7 +7,7 @@ use crate::figure::Tone;
 pub(super) struct Tones<'a>(Vec<&'a str>);
 
 impl<'a> Tones<'a> {
-    pub(super) fn of(report: &'a BenchmarkReport) -> Self {
+    pub(super) fn from_report(report: &'a BenchmarkReport) -> Self {
         let curves = report.errors.iter().filter(|e| e.protocol != Protocol::Floor).map(|e| &e.model);
         let forecasts = report.forecasts.iter().map(|f| &f.model);
         let learning = report.learning.iter().map(|l| &l.model);

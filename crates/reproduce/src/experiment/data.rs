@@ -61,7 +61,7 @@ impl Set {
             train_pushes: trained,
             test_pushes: score.trajectories,
         });
-        let mut row = Row::new(Layout::of(&self.engine), model, protocol, score);
+        let mut row = Row::new(Layout::for_engine(&self.engine), model, protocol, score);
         (row.data, row.tested) = (data, tested);
         row
     }
@@ -148,7 +148,7 @@ pub fn engine_of(model: PushModel) -> anyhow::Result<Engine> {
     Ok(Engine::from_model_file(&ModelFile::Push(model), None)?)
 }
 
-fn made(object: &str, surface: &str, count: usize, seed: u64) -> anyhow::Result<Sequences> {
+fn generate(object: &str, surface: &str, count: usize, seed: u64) -> anyhow::Result<Sequences> {
     let made = recipe(PushDesign::Mit, object, surface, count)?.generate(seed)?;
     Ok(pushes(&made.data, Subsampling::default())?)
 }
@@ -207,7 +207,7 @@ impl Data {
         for (i, (object, surface)) in UNSEEN_PAIRS.into_iter().enumerate() {
             let seed = seed.wrapping_add((i as u64 + 1) * SEED_STEP);
             let split = if surface == TRAINING_PAIR.1 { "unseen object" } else { "unseen surface" };
-            let pushes = made(object, surface, plan.transfer, seed)?;
+            let pushes = generate(object, surface, plan.transfer, seed)?;
             tests.push(Set::of_pushes(object, surface, split, pushes)?);
         }
         Ok(Data::of_pushes(LABORATORY, source, engine, train, tests, Vec::new()))

@@ -18,7 +18,7 @@ pub enum Figure {
 }
 
 impl Figure {
-    fn of(self, e: &PointError) -> f64 {
+    fn error(self, e: &PointError) -> f64 {
         match self {
             Figure::Trans => e.trans_percent,
             Figure::Moved => e.moved_percent,
@@ -165,7 +165,7 @@ static WITH_ACTIONS: Layout = Layout {
 
 impl Layout {
     /// Returns the layout of an engine.
-    pub fn of(engine: &Engine) -> &'static Self {
+    pub fn for_engine(engine: &Engine) -> &'static Self {
         if engine.action_columns().is_empty() { &WITHOUT_ACTIONS } else { &WITH_ACTIONS }
     }
 
@@ -176,6 +176,6 @@ impl Layout {
 
     /// Returns the errors of an estimate by name.
     pub fn numbers(&self, e: &PointError) -> Vec<(&'static str, f64)> {
-        self.errors.iter().map(|(name, figure)| (*name, figure.of(e))).collect()
+        self.errors.iter().map(|(name, figure)| (*name, figure.error(e))).collect()
     }
 }

@@ -87,7 +87,7 @@ impl Experiment {
         let (mut calibration, mut test_runs, mut notes) = (None, Vec::new(), data.notes.clone());
         if let Some(folder) = &self.runs {
             output.note(format!("measured runs: {}", folder.display()));
-            let measured = runs::measured(folder, self.seed, self.quick)?;
+            let measured = runs::train_and_score(folder, self.seed, self.quick)?;
             rows.extend(measured.rows);
             (calibration, test_runs) = (Some(measured.calibration.estimates), measured.test_runs);
             notes.push("mit-pusher-slider-runs: windows of 1 s from the measured pose, 25 Hz".to_owned());
@@ -120,7 +120,7 @@ impl Experiment {
         };
         let html = augsim_report::benchmark_report(&page::report(self, &result, &inputs)?);
         let path = claim.write(REPORT, &html)?;
-        claim.write_timing(Times::of(&nets))?;
+        claim.write_timing(Times::from_trained(&nets))?;
         Ok(Some(Finished { result, report: path }))
     }
 
@@ -190,7 +190,7 @@ impl Experiment {
         }
         if let Some(truth) = truth {
             let set = &data.tests[0];
-            rows.push(self.floor(Layout::of(&set.engine), truth)?);
+            rows.push(self.floor(Layout::for_engine(&set.engine), truth)?);
             let forecaster = ExactDistribution { law: DropDistribution::default(), seed: self.seed };
             let score = evaluate_forecast(&forecaster, &set.items)?;
             rows.push(set.row(data.name, forecaster.name(), Protocol::Floor, 0, &score));
@@ -209,7 +209,7 @@ impl Experiment {
         output: &Output,
     ) -> anyhow::Result<Option<Trained>> {
         let NetPlan { recipe, iterations } = *plan;
-        let many = Layout::of(&data.engine).words[1];
+        let many = Layout::for_engine(&data.engine).words[1];
         output.note(format!("training {} on {size} {many} ({iterations} iterations)", recipe.label()));
         let train = part(&data.train, 0, size);
         let settings = Settings::new(recipe, iterations, self.seed, data.engine.clone());

@@ -55,7 +55,7 @@ pub fn report(
 ) -> anyhow::Result<BenchmarkReport> {
     let (words, data) = (&experiment.words, drawn.data);
     let set = &data.tests[0];
-    let layout = Layout::of(&data.engine);
+    let layout = Layout::for_engine(&data.engine);
     let mut forecasts = Vec::new();
     let nets = drawn.nets.iter().map(|t| &t.model as &dyn Forecaster);
     let all = nets.chain(drawn.gp.iter().map(|gp| *gp as &dyn Forecaster));

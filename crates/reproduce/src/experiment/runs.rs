@@ -48,7 +48,7 @@ pub fn folder(data: &Path) -> Option<std::path::PathBuf> {
 }
 
 /// Trains, calibrates and scores all models.
-pub fn measured(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measured> {
+pub fn train_and_score(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measured> {
     let convert = CONVERTERS.iter().find(|(name, _)| *name == "mit-pusher-slider").map(|(_, c)| c);
     let convert = convert.context("no converter for the pusher-slider runs")?;
     let data = resample(&convert(folder)?.data, RATE_HZ)?;

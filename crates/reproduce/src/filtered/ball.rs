@@ -161,7 +161,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     for (sensor, sd) in SENSORS {
         for (name, model) in models {
             output.note(format!("{name}, {sensor}"));
-            rows.extend(scored(name, model, (sensor, Sensor::new(sd.to_vec())?), &start, &items, seed)?);
+            rows.extend(score_model(name, model, (sensor, Sensor::new(sd.to_vec())?), &start, &items, seed)?);
         }
     }
     let result = ResultFile {
@@ -177,13 +177,13 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
     let fan = narrowing(&net.model, &start, &items, seed)?;
     let path = claim.write(REPORT, &page_of(&result, fan).render())?;
-    claim.write_timing(Times::of([&net]))?;
+    claim.write_timing(Times::from_trained([&net]))?;
     output.result(&result, || format!("{}report: {}", table(&result), path.display()))?;
     Ok(Outcome::Done)
 }
 
 /// Scores a model with all prefix lengths and one sensor.
-fn scored(
+fn score_model(
     name: &'static str,
     model: &dyn PrefixForecaster,
     (sensor_name, sensor): (&'static str, Sensor),

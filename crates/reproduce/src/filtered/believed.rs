@@ -32,7 +32,7 @@ pub fn noise(
     let sensor = |noise: f64| Sensor::new(laws.noise().iter().map(|sd| Some(noise * sd)).collect());
     let mut best = (f64::INFINITY, NOISE_FACTORS[0]);
     for noise in NOISE_FACTORS {
-        let scores = scored(&train.filter, &train.data, (&sensor(noise)?, &train.start), prefixes)?;
+        let scores = score_measured(&train.filter, &train.data, (&sensor(noise)?, &train.start), prefixes)?;
         let crps = scores.iter().map(|s| s.median_crps[0].ln()).sum::<f64>() / scores.len() as f64;
         output.detail(format!("noise times {noise}: CRPS of training flights {:.2} mm", 1e3 * crps.exp()));
         if crps < best.0 {
@@ -43,7 +43,7 @@ pub fn noise(
 }
 
 /// Chooses the smallest spread factor for each prefix with nominal coverage on training trajectories.
-pub fn spread(
+pub fn choose_spread_factors(
     model: &dyn PrefixForecaster,
     train: &SystemOnPrefix,
     sensor: &Sensor,
@@ -56,7 +56,7 @@ pub fn spread(
     for factor in SPREAD_FACTORS {
         let factors = vec![factor; many];
         let widened = RescaledSpread::new(&cached, &factors);
-        let scores = scored(&widened, &train.data, known, prefixes)?;
+        let scores = score_measured(&widened, &train.data, known, prefixes)?;
         for (found, score) in spread.iter_mut().zip(&scores) {
             if score.coverage90.is_none_or(|held| held >= MIN_COVERAGE90) {
                 found.get_or_insert(factor);
@@ -82,12 +82,12 @@ pub fn correction(
     let learned =
         ForecastCorrection::learn(&train.filter, &train.data.set, known, learned, settings(asked.1))?;
     let crossed = CorrectedForecaster::out_of_fold(&train.filter, &learned);
-    let spread = spread(&crossed, train, sensor, asked)?;
+    let spread = choose_spread_factors(&crossed, train, sensor, asked)?;
     Ok((learned, spread))
 }
 
 /// Scores a model on measured trajectories with several prefix lengths.
-pub fn scored(
+pub fn score_measured(
     model: &dyn PrefixForecaster,
     data: &TimedSequences,
     known: (&Sensor, &InitialStatePrior),

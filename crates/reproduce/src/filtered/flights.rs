@@ -2,7 +2,7 @@
 //! a prior from other flights, and a network on the residual.
 
 use super::Plan;
-use super::believed::{self, scored};
+use super::believed::{self, score_measured};
 use super::page;
 use crate::reproduction::{claim, repeat};
 use anyhow::Context;
@@ -145,7 +145,8 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     of_train.filter = of_train.filter.with_normal_priors(priors.normal_priors(), priors.noise());
     let prefix_lengths = prefix_lengths_of(&train, &PREFIXES_S);
     let (noise_factor, sensor) = believed::noise(&of_train, &priors, (&prefix_lengths, seed), output)?;
-    let spread = believed::spread(&of_train.filter, &of_train, &sensor, (&prefix_lengths, seed))?;
+    let spread =
+        believed::choose_spread_factors(&of_train.filter, &of_train, &sensor, (&prefix_lengths, seed))?;
     output.note("training a network on the residual");
     let learned = prefix_lengths_of(&train, &TRAINING_PREFIXES_S);
     let (correction, net_spread) =
@@ -166,17 +167,17 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
             let SystemOnPrefix { mut filter, data, sensor: stated, start } = opened(text, data)?;
             let prefixes = (&lengths[..], seed);
             if let Kind::Untuned = kind {
-                return scored(&filter, &data, (&stated, &start), prefixes);
+                return score_measured(&filter, &data, (&stated, &start), prefixes);
             }
             filter = filter
                 .with_random_parameter(FLOOR, FLOOR_SD)
                 .with_normal_priors(priors.normal_priors(), priors.noise());
             let known = (&sensor, &start);
             if let Kind::LearnedPriors = kind {
-                return scored(&RescaledSpread::new(&filter, &spread), &data, known, prefixes);
+                return score_measured(&RescaledSpread::new(&filter, &spread), &data, known, prefixes);
             }
             let corrected = CorrectedForecaster::new(&filter, &correction);
-            scored(&RescaledSpread::new(&corrected, &net_spread), &data, known, prefixes)
+            score_measured(&RescaledSpread::new(&corrected, &net_spread), &data, known, prefixes)
         };
         let (rest, flight) = (score(&test)?, score(&in_flight)?);
         for (k, seen_s) in PREFIXES_S.into_iter().enumerate() {

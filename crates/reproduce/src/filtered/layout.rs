@@ -64,7 +64,7 @@ pub fn rows(
     let mut out = Vec::new();
     for (name, model) in models {
         output.note(name);
-        out.extend(scored(
+        out.extend(score_fractions(
             (name, model),
             (sensor, &InitialStatePrior::from_training_set(&train)),
             items,
@@ -75,7 +75,7 @@ pub fn rows(
 }
 
 /// Scores a model with each measured fraction.
-fn scored(
+fn score_fractions(
     (name, model): (&'static str, &dyn PrefixForecaster),
     known: (&Sensor, &InitialStatePrior),
     test: &Sequences,

@@ -97,7 +97,7 @@ const DIVERGED_VALUE: f32 = 1e6;
 
 /// Measures a model on a set, or, without a model, the violations of the measured trajectories.
 pub fn measure(model: Option<&dyn Forecaster>, set: &Set) -> anyhow::Result<Measured> {
-    let scoring = Scoring::of(&set.items);
+    let scoring = Scoring::for_columns(&set.items);
     let start_s = processor_s();
     let each = |(i, q): (usize, &augsim_trainer::Sequence)| -> anyhow::Result<_> {
         let task = Task { start: q.state(0), actions: &q.actions, time: q.time, index: i as u64 };

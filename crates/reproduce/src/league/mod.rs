@@ -66,7 +66,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     claim.begin()?;
     let mut leagues = Vec::new();
     for scenario in scenarios {
-        let effort = Effort::of(scenario, args);
+        let effort = Effort::for_scenario(scenario, args);
         match run_scenario(scenario, effort, seed, args.resume, &claim, output)? {
             Some(league) => leagues.push(league),
             None => return Ok(Outcome::Interrupted),
@@ -75,7 +75,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let result = ResultFile { schema: "augsim.league/1", leagues, seed, command: repeat(words) };
     claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
     let path = claim.write(REPORT, &page::page(&result).render())?;
-    claim.write_timing(table::Costs::of(&result))?;
+    claim.write_timing(table::Costs::from_result(&result))?;
     output.result(&result, || format!("{}\nreport: {}", table::table(&result), path.display()))?;
     Ok(Outcome::Done)
 }

@@ -68,7 +68,7 @@ pub struct Spread {
 
 impl Spread {
     /// Computes the statistics of at least one value.
-    pub fn of(mut values: Vec<f64>) -> Self {
+    pub fn from_values(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let (min, max) = (values.first().copied(), values.last().copied());
         let median = values.get((values.len().max(1) - 1) / 2).copied();

@@ -49,7 +49,7 @@ pub struct Effort {
 
 impl Effort {
     /// Returns the sizes for a scenario and the options.
-    pub fn of(scenario: LeagueScenario, args: &Reproduce) -> Self {
+    pub fn for_scenario(scenario: LeagueScenario, args: &Reproduce) -> Self {
         let ball = scenario == LeagueScenario::Ball;
         let effort = match (args.quick, ball) {
             (true, true) => Effort {
@@ -316,7 +316,7 @@ impl Runs<'_> {
     fn row(&self, set: &Set, model: &str, seeds: &[Measured]) -> Scored {
         let figures = keys(self.scenario).iter().enumerate().filter_map(|(k, key)| {
             let values: Vec<f64> = seeds.iter().filter_map(|m| m.figures[k]).collect();
-            (!values.is_empty()).then(|| (key.name.to_owned(), Spread::of(values)))
+            (!values.is_empty()).then(|| (key.name.to_owned(), Spread::from_values(values)))
         });
         let n = seeds.len() as f64;
         let trajectories = seeds.first().map_or(0, |m| m.crps.len());

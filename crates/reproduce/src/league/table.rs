@@ -24,7 +24,7 @@ struct Cost {
 
 impl Costs {
     /// Collects the run times on the first test set of each scenario.
-    pub fn of(result: &ResultFile) -> Self {
+    pub fn from_result(result: &ResultFile) -> Self {
         let each = |league: &League| -> Vec<(String, Cost)> {
             let first = league.rows.iter().filter(|r| league.sets.first() == Some(&r.set));
             let cost = |r: &Row| Cost { cpu_s: r.cpu_s, microseconds_per_simulated_s: r.microseconds };

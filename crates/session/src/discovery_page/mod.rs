@@ -40,7 +40,7 @@ struct DeclaredModel {
 }
 
 impl DeclaredModel {
-    fn of(subject: &Subject) -> Self {
+    fn from_subject(subject: &Subject) -> Self {
         match subject {
             Subject::BuiltIn(model) => Self::of_built_in(model),
             Subject::Equations(model) => {
@@ -86,7 +86,7 @@ impl DeclaredModel {
 
 /// The report of a discovery.
 pub fn page(circumstances: &ReportContext, subject: &Subject, d: &Discovery) -> Page {
-    let declared = DeclaredModel::of(subject);
+    let declared = DeclaredModel::from_subject(subject);
     let pictures = &circumstances.figures;
     let runs = match (pictures.examples.is_empty(), d.heldout.is_empty()) {
         (false, _) => "Runs of both models",

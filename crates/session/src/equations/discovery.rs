@@ -1,7 +1,7 @@
 //! Prepares an equation model for discovery: calibration, and length of the shooting windows.
 
 use super::downsample::downsample;
-use super::fit::{estimate_shared_starts, fit, gauge_finding, gauge_sentence, prepared};
+use super::fit::{estimate_shared_starts, fit, gauge_finding, gauge_sentence, prepare_records};
 use super::{noise, records, unit_text};
 use crate::DataFrom;
 use augsim_data::Dataset;
@@ -64,7 +64,7 @@ pub struct CalibratedProblem {
 ///
 /// # Errors
 /// A column is missing, `check` refuses the data, or the declared model cannot be simulated.
-pub fn measured(
+pub fn calibrated_problem(
     model: &Model,
     source: &DataFrom,
     check: &dyn Fn(&Dataset) -> anyhow::Result<()>,
@@ -75,7 +75,7 @@ pub fn measured(
     let fitted = fit(model, &records)?;
     let gauges = &fitted.calibration.gauges;
     if let Some((reduced, sentence)) = gauges.iter().find_map(|gauge| fix_gauge(model, gauge)) {
-        let mut calibrated = measured(&reduced, source, check)?;
+        let mut calibrated = calibrated_problem(&reduced, source, check)?;
         calibrated.notes.insert(0, sentence);
         return Ok(calibrated);
     }
@@ -92,12 +92,12 @@ pub fn measured(
     // Scales, steps and smoothing widths come from a simulation with the calibrated values; the declared
     // values stay unchanged.
     let found = EquationSystem::declared_only(&fitted.model)?.with_windows(window_s);
-    let mut windows = prepared(&found, &records)?;
+    let mut windows = prepare_records(&found, &records)?;
     let mut found = found.tuned(&windows)?;
     if let Some(downsampled) = downsample(&found, &data, &windows)? {
         notes.push(downsampled.sentence());
         data = downsampled.data;
-        windows = prepared(&found, &records::records(&data, model, true)?)?;
+        windows = prepare_records(&found, &records::records(&data, model, true)?)?;
         found = found.tuned(&windows)?;
     }
     let mut declared = model.clone();

@@ -66,7 +66,7 @@ mod tests {
     //! Contract: samples are dropped only if the others determine them, and the averaged inputs have the same
     //! effect.
     use super::*;
-    use crate::equations::fit::prepared;
+    use crate::equations::fit::prepare_records;
     use crate::equations::records::records;
 
     const MODEL: &str = r#"
@@ -114,7 +114,7 @@ position_m = { value = "x_m", sd = "estimate" }
     fn downsampled_from(data: &Dataset) -> Option<Downsampled> {
         let model = augsim_equations::model::parse(MODEL, "mass.toml").unwrap();
         let system = EquationSystem::declared_only(&model).unwrap();
-        let windows = prepared(&system, &records(data, &model, true).unwrap()).unwrap();
+        let windows = prepare_records(&system, &records(data, &model, true).unwrap()).unwrap();
         let system = system.tuned(&windows).unwrap();
         downsample(&system, data, &windows).unwrap()
     }

@@ -1,6 +1,6 @@
 //! Figures in the report on an equation model: free runs and curves of the added effects.
 
-use super::fit::prepared;
+use super::fit::prepare_records;
 use super::forecast::{FreeRun, free_runs};
 use super::records;
 use crate::discovery_page::{EffectCurve, Example};
@@ -135,7 +135,7 @@ fn laws(augmented: &Model, list: &[Record]) -> anyhow::Result<Vec<EffectCurve>> 
     }
     let window_s = list.first().map(|record| WINDOW_SAMPLES as f64 * typical_step(&record.times));
     let system = EquationSystem::declared_only(augmented)?.with_windows(window_s);
-    let windows = prepared(&system, list)?;
+    let windows = prepare_records(&system, list)?;
     let scales = system.tuned(&windows)?.scales(&windows);
     let curves = curves(augmented, &scales).into_iter().map(|curve| EffectCurve {
         title: curve.kind,

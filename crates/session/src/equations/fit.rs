@@ -85,12 +85,12 @@ fn with_hold(
     // records.
     let step = records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min);
     let system = system.with_windows(Some(10.0 * MIN_WINDOW_SAMPLES * step));
-    let short_windows = prepared(&system, records)?;
+    let short_windows = prepare_records(&system, records)?;
     let system = system.tuned(&short_windows)?;
     let time_constant_s = system.fastest_time_constant_s(&short_windows).unwrap_or(0.0);
     let window_s = (MIN_WINDOW_TIME_CONSTANTS * time_constant_s).max(MIN_WINDOW_SAMPLES * step);
     let system = system.with_windows(Some(window_s));
-    let records = prepared(&system, records)?;
+    let records = prepare_records(&system, records)?;
     let longest_s = doublings.map(|n| window_s * 2.0_f64.powi(n));
     Ok((calibrate(&system, &records, longest_s)?, system.options().substeps))
 }
@@ -99,7 +99,7 @@ fn with_hold(
 ///
 /// # Errors
 /// A record cannot be prepared, e.g. because it has no samples.
-pub fn prepared(system: &EquationSystem, records: &[Record]) -> anyhow::Result<Vec<Record>> {
+pub fn prepare_records(system: &EquationSystem, records: &[Record]) -> anyhow::Result<Vec<Record>> {
     let mut records = records.to_vec();
     let noise = vec![1.0; system.schema().channels.len()];
     for record in &mut records {

@@ -1,6 +1,6 @@
 //! Free runs of an equation model from fitted initial states over whole records, and their errors.
 
-use super::fit::prepared;
+use super::fit::prepare_records;
 use augsim_equations::{EquationSystem, Model};
 use augsim_fit::estimate_initial_state;
 use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
@@ -54,7 +54,7 @@ pub struct Horizon {
 /// A record cannot be simulated.
 pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::Result<Vec<FreeRun>> {
     let system = EquationSystem::declared_only(model)?;
-    let records = prepared(&system, records)?;
+    let records = prepare_records(&system, records)?;
     let system = system.tuned(&records)?;
     let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let mut runs = Vec::with_capacity(records.len());

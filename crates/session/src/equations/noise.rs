@@ -1,6 +1,6 @@
 //! Estimates process noise and measurement noise of a calibrated model, and the smoothed states.
 
-use super::fit::prepared;
+use super::fit::prepare_records;
 use augsim_discovery::{NoiseCause, NoiseRow, NoiseSource};
 use augsim_equations::model::{RateNoise, SensorNoise};
 use augsim_equations::{EquationSystem, Model};
@@ -18,7 +18,7 @@ const MAX_SAMPLES: usize = 6_000;
 /// The model cannot be compiled, there are no measurements, or a record cannot be simulated.
 pub fn smoothed(model: &Model, records: &[Record]) -> anyhow::Result<Smoothed> {
     let system = EquationSystem::declared_only(model)?;
-    let records = prepared(&system, records)?;
+    let records = prepare_records(&system, records)?;
     let system = system.tuned(&records)?;
     let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let declared: Vec<Option<f64>> = model.outputs.iter().map(|output| output.sd).collect();

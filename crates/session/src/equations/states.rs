@@ -1,6 +1,6 @@
 //! Estimated states of measured records as training data for nets, which correct the rates of the states.
 
-use super::fit::prepared;
+use super::fit::prepare_records;
 use super::noise::smoothed;
 use super::records::records;
 use augsim_data::Dataset;
@@ -109,7 +109,7 @@ fn check_clock(
 pub fn engine(model: &Model, records: &[Record]) -> anyhow::Result<Engine> {
     let step_s = step_s(records)?;
     let system = EquationSystem::declared_only(model)?;
-    let ready = prepared(&system, records)?;
+    let ready = prepare_records(&system, records)?;
     let system = system.tuned(&ready)?;
     let sensor_sd = sensor_sd(model, &system, records)?;
     Ok(Engine::Equations(EquationEngine::new(&system, step_s, sensor_sd)?))

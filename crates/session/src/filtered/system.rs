@@ -1,7 +1,7 @@
 //! Filtered forecasts by a model file of any kind.
 
 use super::{ObservedColumns, TimedSequences};
-use crate::equations::fit::prepared;
+use crate::equations::fit::prepare_records;
 use crate::equations::records;
 use crate::{DataFrom, Subject};
 use anyhow::Context;
@@ -54,7 +54,7 @@ pub fn system_on_prefix(
             let mut list = records::records(&measured.data, model, false)?;
             list.retain(|r| only.is_none_or(|only| only.contains(&r.id)));
             let system = EquationSystem::declared_only(model)?;
-            let windows = prepared(&system, &list)?;
+            let windows = prepare_records(&system, &list)?;
             let system = system.tuned(&windows)?;
             let groups = vec![None; list.len()];
             with_filter(Arc::new(system), list, &groups, view)

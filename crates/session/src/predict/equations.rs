@@ -3,7 +3,7 @@
 use super::draws::{RecordDraws, prediction_set};
 use super::process_noise::{ProcessNoise, next_value};
 use crate::DataFrom;
-use crate::equations::fit::prepared;
+use crate::equations::fit::prepare_records;
 use crate::equations::forecast::clip_to_sensor_range;
 use crate::equations::records;
 use augsim_data::random_stream;
@@ -34,7 +34,7 @@ pub(super) fn predict(
     let mut list = records::records(&measured.data, model, false)?;
     list.retain(|record| options.is_requested(&record.id));
     let system = EquationSystem::declared_only(model)?;
-    let list = prepared(&system, &list)?;
+    let list = prepare_records(&system, &list)?;
     let system = system.tuned(&list)?;
     let drawn = run_all(model, &system, &list, burn_in, options)?;
     Ok(prediction_set(model, &drawn, options.seed))
@@ -57,7 +57,7 @@ pub(super) fn run_all(
 }
 
 /// The first samples of a record, and the initial state fitted to them.
-pub(super) struct Beginning {
+pub(super) struct FittedInitialState {
     /// Number of first samples.
     pub known: usize,
     /// The record with all later samples set to NaN.
@@ -70,9 +70,9 @@ pub(super) struct Beginning {
     pub known_sd: Vec<Option<f64>>,
 }
 
-impl Beginning {
+impl FittedInitialState {
     /// Fits the initial state of a prepared record to its first `burn_in` samples.
-    pub fn of(
+    pub fn fit(
         model: &Model,
         system: &EquationSystem,
         record: &Record,
@@ -94,7 +94,7 @@ impl Beginning {
         let widen = ((known * outputs) as f64 / degrees_of_freedom).sqrt();
         let estimated = |o: usize| SensorNoise::white(widen * initial_state.rmse[o]);
         let noise = (0..outputs).map(|o| known_noise[o].unwrap_or_else(|| estimated(o))).collect();
-        Ok(Beginning { known, early_part: early, initial_state, noise, known_sd })
+        Ok(FittedInitialState { known, early_part: early, initial_state, noise, known_sd })
     }
 }
 
@@ -104,7 +104,7 @@ fn known_noise(model: &Model) -> Vec<Option<SensorNoise>> {
 }
 
 /// Draws the measurement errors, `[output][sample]`: white noise plus an Ornstein-Uhlenbeck process.
-fn drawn_errors(noise: &[SensorNoise], times: &[f64], normal: &mut dyn FnMut() -> f64) -> Vec<Vec<f64>> {
+fn draw_errors(noise: &[SensorNoise], times: &[f64], normal: &mut dyn FnMut() -> f64) -> Vec<Vec<f64>> {
     let mut draw = |noise: &SensorNoise| {
         let mut correlated = noise.autocorrelated_sd * normal();
         let mut errors = Vec::with_capacity(times.len());
@@ -136,8 +136,8 @@ impl Prediction<'_> {
     fn predict(&self, record: &Record, stream: u64) -> anyhow::Result<RecordDraws> {
         let outputs = self.model.outputs.len();
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
-        let Beginning { known, early_part: early, initial_state: begun, noise, known_sd } =
-            Beginning::of(self.model, self.system, record, self.burn_in, &values)?;
+        let FittedInitialState { known, early_part: early, initial_state: begun, noise, known_sd } =
+            FittedInitialState::fit(self.model, self.system, record, self.burn_in, &values)?;
         let forecast = self.run(self.system, record, &values, &begun.state)?;
         let mut rng = random_stream(self.options.seed, "foretell written", stream);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -153,7 +153,7 @@ impl Prediction<'_> {
             // Subtracting drawn errors from the first samples gives the uncertainty of the initial state. The
             // same error path is added to the outputs below, so that autocorrelated errors continue from the
             // first samples into the prediction.
-            let errors = drawn_errors(&noise, &record.times, &mut normal);
+            let errors = draw_errors(&noise, &record.times, &mut normal);
             let mut noisy = early.clone();
             for (values, errors) in noisy.values.iter_mut().zip(&errors) {
                 values.iter_mut().zip(errors).for_each(|(v, e)| *v -= e);

@@ -10,10 +10,10 @@
 //! At its fixed point m(x0) fits the measured samples y.
 
 use super::draws::{RecordDraws, prediction_set};
-use super::equations::{Beginning, free_run, run_all};
+use super::equations::{FittedInitialState, free_run, run_all};
 use super::scores::{OutputScores, scores};
 use crate::DataFrom;
-use crate::equations::fit::prepared;
+use crate::equations::fit::prepare_records;
 use crate::equations::forecast::clip_to_sensor_range;
 use crate::equations::{records, states};
 use crate::usage::{Inapplicable, Usage};
@@ -114,7 +114,7 @@ impl<'a> NetPrediction<'a> {
         read.retain(|record| options.is_requested(&record.id));
         states::check_step_of_engine(engine, &read).with_context(|| data.to_string())?;
         let system = EquationSystem::declared_only(model)?;
-        let prepared = prepared(&system, &read)?;
+        let prepared = prepare_records(&system, &read)?;
         Ok(NetPrediction { net, engine, model, system, read, prepared, burn_in: burn_in.max(1), options })
     }
 
@@ -129,8 +129,8 @@ impl<'a> NetPrediction<'a> {
     fn predict(&self, read: &Record, record: &Record, stream: u64) -> anyhow::Result<RecordDraws> {
         let (outputs, samples) = (self.model.outputs.len(), record.times.len());
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
-        let Beginning { known, early_part: mut early, initial_state: mut begun, known_sd, .. } =
-            Beginning::of(self.model, &self.system, record, self.burn_in, &values)?;
+        let FittedInitialState { known, early_part: mut early, initial_state: mut begun, known_sd, .. } =
+            FittedInitialState::fit(self.model, &self.system, record, self.burn_in, &values)?;
         let measured = early.values.clone();
         let actions = states::actions(self.model, read);
         let action_count = actions.len() / samples.max(1);

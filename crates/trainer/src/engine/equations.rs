@@ -252,7 +252,7 @@ impl EquationMotion {
             let values = [from[k], to[k]];
             if is_spline(input) {
                 curvature += 1;
-                return Signal::between(times, values, [from[curvature - 1], to[curvature - 1]]);
+                return Signal::spline_between(times, values, [from[curvature - 1], to[curvature - 1]]);
             }
             Signal::new(&times, &values, input.hold.unwrap_or(Hold::Linear))
         };
@@ -374,7 +374,7 @@ fn corrected_and_driven_states(
 /// Of two states that drive each other (an undamped oscillator) the one whose rate is exactly the other
 /// state is the position.
 fn kinematic_states(model: &Model) -> Vec<usize> {
-    let motion = library::Kinematics::of(model);
+    let motion = library::Kinematics::from_model(model);
     let rate_is_exactly_v = |(x, v): &(usize, usize)| matches!(&model.states[*x].rate.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(*v)));
     let (mut pairs, others): (Vec<_>, Vec<_>) = motion.pairs.into_iter().partition(rate_is_exactly_v);
     pairs.extend(others);

@@ -29,7 +29,7 @@ pub fn evaluate_filtered(
     lengths: &[Vec<usize>],
     settings: FilterSettings,
 ) -> Result<Vec<FilteredScore>, TrainerError> {
-    let scoring = Scoring::of(test);
+    let scoring = Scoring::for_columns(test);
     let score = |index: usize, n: usize, samples: Samples| {
         tally_forecast(&samples, &test.items[index].states, n, &scoring)
     };

@@ -179,7 +179,8 @@ mod tests {
     #[test]
     fn observed_rows_count_as_zero_error_in_whole_and_not_in_rest() {
         let columns = vec!["height_m".to_owned()];
-        let scoring = Scoring::of(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
+        let scoring =
+            Scoring::for_columns(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
         let truth = [4.0, 3.0, 2.0, 1.0];
         let forecast = Samples { count: 1, values: vec![2.5, 2.0] };
         let score = FilteredScore::from_tallies(&[tally_forecast(&forecast, &truth, 2, &scoring)]);
@@ -193,7 +194,8 @@ mod tests {
     #[test]
     fn unmeasured_rows_are_ignored() {
         let columns = vec!["height_m".to_owned()];
-        let scoring = Scoring::of(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
+        let scoring =
+            Scoring::for_columns(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
         let forecast = Samples { count: 1, values: vec![9.0, 2.0] };
         let score = FilteredScore::from_tallies(&[tally_forecast(
             &forecast,
@@ -207,7 +209,8 @@ mod tests {
     #[test]
     fn narrow_bands_are_left_out_of_the_coverage() {
         let columns = vec!["height_m".to_owned()];
-        let scoring = Scoring::of(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
+        let scoring =
+            Scoring::for_columns(&Sequences { columns, action_columns: Vec::new(), items: Vec::new() });
         // The first forecast row has a band of a tenth of a millimetre, the second one of a metre that
         // misses the true value.
         let narrow = (0..11).map(|i| 1e-5 * i as f32);

@@ -30,7 +30,7 @@ pub(super) struct ContactOffset<S> {
 
 impl Contact {
     /// Takes object, rod and friction of a declared model.
-    pub fn of(push: &ModelPush) -> Self {
+    pub fn from_model(push: &ModelPush) -> Self {
         Contact {
             outline: push.world().object().outline.clone(),
             rod_radius_m: push.rod_radius_m(),

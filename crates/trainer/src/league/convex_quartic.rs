@@ -162,7 +162,11 @@ impl CorrectionSampler for ModelPerLane<'_> {
 impl ConvexQuartic {
     /// Contact model of the run's engine.
     fn contact(settings: &Settings) -> Result<Contact, TrainerError> {
-        settings.engine.push_model().map(Contact::of).ok_or_else(|| crate::Difference::OtherSystem.into())
+        settings
+            .engine
+            .push_model()
+            .map(Contact::from_model)
+            .ok_or_else(|| crate::Difference::OtherSystem.into())
     }
 
     /// Computes the mean over pushes of the CRPS of the final pose, m.

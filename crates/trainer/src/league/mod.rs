@@ -112,7 +112,7 @@ impl Class {
             },
             adam: Adam::default(),
             net: NetSettings { hidden, layers: 1, latent: 1, sd_floor },
-            correction: Correction::of(&engine),
+            correction: Correction::for_engine(&engine),
             engine,
         }
     }

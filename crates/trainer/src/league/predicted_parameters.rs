@@ -101,7 +101,7 @@ impl PredictedParameters {
         params: &mut Params<T>,
     ) -> Self {
         let h = settings.net.hidden;
-        let contact = settings.engine.push_model().map(Contact::of);
+        let contact = settings.engine.push_model().map(Contact::from_model);
         PredictedParameters {
             extents,
             hidden: Mlp::new(params, "step", &[extents.condition - ROD_MOTION_WIDTH, h, h]),

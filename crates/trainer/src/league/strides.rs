@@ -200,7 +200,7 @@ fn roll_out_rates(
 ) -> Samples {
     let starts = repeat_starts(task.start, motion.periods().len(), samples);
     let motions = RollOuts { starts: &starts, actions: task.actions, time: task.time };
-    let (corrected, unit) = (motion.corrected_count(), rates::Units::of(scales).target);
+    let (corrected, unit) = (motion.corrected_count(), rates::Units::from_scales(scales).target);
     let mut correction = vec![0.0; corrected * samples];
     roll_out_motion(motion, scales, motions, &mut |u, out| {
         sampler.sample(u, rng, &mut correction);

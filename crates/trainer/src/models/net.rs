@@ -172,7 +172,7 @@ impl NetModel {
         let (engine, scales) = (&self.state.settings.engine, &self.state.scales);
         let width = engine.action_columns().len();
         let action = |t: usize| &actions[t * width..(t + 1) * width];
-        let limits = BallLimits::of(engine, start);
+        let limits = BallLimits::for_engine(engine, start);
         let mut tape = Tape::new();
         let mut bound = Bound::default();
         let mut rng = random_stream(self.state.settings.seed, "step-noise", index);

@@ -210,7 +210,7 @@ impl TrainedRateNet<'_> {
         let latents = self.latent_distribution.draw(&standard, lanes);
         let shrinkage = (0..lanes).map(|lane| candidates[lane / draws].shrinkage).collect();
         let mut corrector =
-            Corrector::new((self.net, self.params), latents, shrinkage, Units::of(self.scales), rng);
+            Corrector::new((self.net, self.params), latents, shrinkage, Units::from_scales(self.scales), rng);
         let a = q.actions.len() / q.time;
         let motions = RollOuts {
             starts: &q.state(free_run.first).repeat(lanes),

@@ -44,7 +44,7 @@ pub(crate) struct Units<'a> {
 
 impl<'a> Units<'a> {
     /// Reads the units from the scales of a run.
-    pub fn of(scales: &'a Scales) -> Self {
+    pub fn from_scales(scales: &'a Scales) -> Self {
         let (memory, units) = scales.correction.split_last().unwrap_or((&0.0, &[]));
         let (target, prediction_units) = units.split_at(units.len() / 3);
         let (mean, deviation) = prediction_units.split_at(target.len());
@@ -81,7 +81,7 @@ pub(crate) fn set_shrinkage(scales: &mut Scales, trust: CorrectionShrinkage) {
 
 /// Reads the shrinkage factors from the scales.
 pub(crate) fn read_shrinkage(scales: &Scales) -> CorrectionShrinkage {
-    let units = Units::of(scales);
+    let units = Units::from_scales(scales);
     let factor_of = |prediction_units: &[f64]| {
         prediction_units.first().zip(units.target.first()).map_or(1.0, |(v, unit)| v / unit)
     };
@@ -154,7 +154,9 @@ pub(crate) fn prepare(motion: &EquationMotion, scales: &Scales, q: &Sequence) ->
         }
         write(motion, scales, q.state(t), next, [q.action(t), q.action(t + 1)], row);
         motion.required_corrections(next, q.state(t + 1), &mut rates);
-        x.extend(rates.iter().zip(Units::of(scales).target).map(|(rate, unit)| (rate / unit) as f32));
+        x.extend(
+            rates.iter().zip(Units::from_scales(scales).target).map(|(rate, unit)| (rate / unit) as f32),
+        );
     }
     Prepared { time: q.time - 1, x_width: d, u_width, x, u }
 }

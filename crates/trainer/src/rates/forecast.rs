@@ -44,12 +44,12 @@ pub(crate) fn forecast(hybrid: Hybrid<'_>, task: Task<'_>, samples: usize) -> Re
             let (first, end) = (batch * BATCH_SAMPLES, samples.min((batch + 1) * BATCH_SAMPLES));
             let lane_latents =
                 latents.chunks_exact(samples).flat_map(|row| row[first..end].iter().copied()).collect();
-            let correlation_intervals = Units::of(scales).correlation_intervals;
+            let correlation_intervals = Units::from_scales(scales).correlation_intervals;
             let shrinkage =
                 vec![CorrectionShrinkage { correlation_intervals, ..CorrectionShrinkage::FULL }; end - first];
             let rng = random_stream(settings.seed, "step-noise", (task.index << 16) + batch as u64);
             let mut corrector =
-                Corrector::new((net, params), lane_latents, shrinkage, Units::of(scales), rng);
+                Corrector::new((net, params), lane_latents, shrinkage, Units::from_scales(scales), rng);
             let motions =
                 RollOuts { starts: &starts[first * s..end * s], actions: task.actions, time: task.time };
             roll_out(motion, scales, motions, &mut |u, rates| corrector.draw(u, rates))

@@ -80,7 +80,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
             let net = net_on_prefix(&run, &from, &view)?;
             let known = (&net.sensor, &net.start);
             for (name, engine) in physics(&run.read_config()?, &net.model.state().settings.engine, output)? {
-                rows.extend(scored(
+                rows.extend(score_model(
                     &name,
                     &EngineTransition::new(&engine),
                     &net.data,
@@ -89,7 +89,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
                     seed,
                 )?);
             }
-            rows.extend(scored(net.model.name(), &net.model, &net.data, known, &prefixes, seed)?);
+            rows.extend(score_model(net.model.name(), &net.model, &net.data, known, &prefixes, seed)?);
         }
         ModelOrRun::Model { file, folder } => {
             // Discoveries hold out segments of long recordings of equations, but forecasts cover whole
@@ -109,7 +109,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
             for (name, model) in models {
                 let SystemOnPrefix { filter, data, sensor, start } =
                     system_on_prefix(&model, &from, &view, only.as_ref())?;
-                rows.extend(scored(name, &filter, &data, (&sensor, &start), &prefixes, seed)?);
+                rows.extend(score_model(name, &filter, &data, (&sensor, &start), &prefixes, seed)?);
             }
         }
     }
@@ -128,7 +128,7 @@ fn check_criterion(args: &Evaluate, row: Option<&Row>) -> anyhow::Result<Outcome
 }
 
 /// Scores one model with all prefix lengths.
-fn scored(
+fn score_model(
     name: &str,
     model: &dyn PrefixForecaster,
     data: &TimedSequences,

@@ -44,7 +44,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
         return Err(Usage::Inapplicable(Inapplicable::ReconstructedPushes).into());
     }
     let test = load(&DataSource::File(args.data.clone()), &settings.engine)?;
-    let layout = Layout::of(&settings.engine);
+    let layout = Layout::for_engine(&settings.engine);
     let physics = physics(&run.read_config()?, &settings.engine, output)?;
     let mut rows = Vec::new();
     let mut last: Vec<Score> = Vec::new();

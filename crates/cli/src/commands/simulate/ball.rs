@@ -1,6 +1,6 @@
 //! `augsim simulate --scenario ball`: generates ball drops.
 
-use super::prepared;
+use super::prepare_output;
 use crate::args::Simulate;
 use augsim_data::{atomic_write, write_dataset};
 use augsim_physics::ball::drop_distribution::DropDistribution;
@@ -20,7 +20,7 @@ struct Written {
 
 /// Generates drops with the random restitution of the paper.
 pub(super) fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
-    let (out, [truth]) = prepared(args.out.as_deref(), "out/ball.csv", ["truth.csv"])?;
+    let (out, [truth]) = prepare_output(args.out.as_deref(), "out/ball.csv", ["truth.csv"])?;
     let distribution = DropDistribution { samples: args.samples as usize, ..DropDistribution::default() };
     let (data, drops) = distribution.generate(args.trajectories as usize, seed)?;
     write_dataset(&data, &out)?;

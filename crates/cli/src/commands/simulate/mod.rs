@@ -30,7 +30,7 @@ pub fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> anyhow::
 
 /// Returns the path next to `out` that ends in `suffix`: `ball.csv.gz` and `truth.csv` give
 /// `ball.truth.csv`.
-fn beside(out: &Path, suffix: &str) -> PathBuf {
+fn sibling_path(out: &Path, suffix: &str) -> PathBuf {
     let name = out.file_name().unwrap_or_default().to_string_lossy();
     let stem = name.trim_end_matches(".gz").trim_end_matches(".csv").trim_end_matches(".npz");
     out.with_file_name(format!("{stem}.{suffix}"))
@@ -38,13 +38,13 @@ fn beside(out: &Path, suffix: &str) -> PathBuf {
 
 /// Returns the output file and the files next to it, after checking that they can be written and making
 /// the folder.
-fn prepared<const N: usize>(
+fn prepare_output<const N: usize>(
     out: Option<&Path>,
     default: &str,
     suffixes: [&str; N],
 ) -> anyhow::Result<(PathBuf, [PathBuf; N])> {
     let out = out.map_or_else(|| PathBuf::from(default), Path::to_path_buf);
-    let others = suffixes.map(|suffix| beside(&out, suffix));
+    let others = suffixes.map(|suffix| sibling_path(&out, suffix));
     data_file(&out, &others, &[])?;
     Ok((out, others))
 }

@@ -1,6 +1,6 @@
 //! `augsim simulate --scenario push`: generates pushes.
 
-use super::prepared;
+use super::prepare_output;
 use crate::args::{PushProtocolArg, Simulate};
 use augsim_data::{atomic_write, write_dataset};
 use augsim_physics::push::laboratory::{Generated, GeneratedTruth, LaboratoryError, PushDesign, PushRecipe};
@@ -59,7 +59,7 @@ struct Hidden {
 /// Generates pushes in the virtual laboratory.
 pub(super) fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let suffixes = ["model.toml", "truth.toml", "truth.csv"];
-    let (out, [model, truth, pushes]) = prepared(args.out.as_deref(), "out/push.csv", suffixes)?;
+    let (out, [model, truth, pushes]) = prepare_output(args.out.as_deref(), "out/push.csv", suffixes)?;
     let protocol = match args.protocol {
         PushProtocolArg::Mit => PushDesign::Mit,
         PushProtocolArg::Repeat => PushDesign::Repeat,
