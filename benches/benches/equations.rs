@@ -1,4 +1,4 @@
-//! Cost of right-hand sides of a written system, batched in SIMD lanes on one thread.
+//! Cost of right-hand sides of an equation system, batched in SIMD lanes on one thread.
 //!
 //! The system is an oscillator with five effects: ten operations and a tanh, or without the tanh; without
 //! sensitivities and with nine. The throughput is in right-hand sides, four per Runge-Kutta step.

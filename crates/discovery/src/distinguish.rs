@@ -44,7 +44,7 @@ pub(crate) fn separation(sample: &ChosenRecords<'_>, noise: &[f64], a: &Fit, b: 
     best
 }
 
-/// Remaining misfit of `other` to a record simulated by `truth`. Its initial state and its parameters, with
+/// Remaining residual norm of `other` to a record simulated by `truth`. Its initial state and its parameters, with
 /// the data so far as prior, are refitted first.
 fn distance(
     sample: &ChosenRecords<'_>,
@@ -71,7 +71,7 @@ fn distance(
     min_residual_norm(sample, &record, other)
 }
 
-/// Least misfit of a fitted model to one more record. The information of the data so far is the prior of its
+/// Least residual norm of a fitted model to one more record. The information of the data so far is the prior of its
 /// parameters.
 fn min_residual_norm(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Option<f64> {
     let h = &fit.hypothesis;

@@ -472,7 +472,7 @@ fn for_each_whitened<D: AsMut<[f64]> + Clone>(
     }
 }
 
-/// Weights the normal equations of a window by its misfit and adds the priors of its nuisances.
+/// Weights the normal equations of a window by its residual norm and adds the priors of its nuisances.
 fn weigh_and_add_priors(
     point: &Point<'_>,
     lanes: &Lanes,

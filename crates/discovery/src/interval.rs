@@ -85,7 +85,7 @@ impl Intervals {
 #[cfg(test)]
 mod tests {
     //! Contract: intervals from few records cover the truth in 95 % of the repetitions, with and without a
-    //! smooth misfit. 600 repetitions of two parameters give a standard error of 0.6 %.
+    //! smooth model error. 600 repetitions of two parameters give a standard error of 0.6 %.
     use super::*;
     use crate::linear_toy::{Toy, ToyFit};
 

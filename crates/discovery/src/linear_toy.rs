@@ -1,8 +1,8 @@
 //! A linear model with a robust cost, for tests of levels and coverage: windows of 75 residuals, smooth
 //! sensitivities.
 //!
-//! All true parameters are 0. The smooth misfit is three low harmonics in every window, with amplitudes of
-//! `misfit` standard deviations of the noise: a model error that differs from window to window.
+//! All true parameters are 0. The smooth model error is three low harmonics in every window, with amplitudes of
+//! `model_error` standard deviations of the noise: a model error that differs from window to window.
 
 use crate::interval::Quadratic;
 use crate::linear::{Square, dot};
@@ -29,7 +29,7 @@ pub(crate) struct Toy {
 }
 
 impl Toy {
-    /// Draws windows with unit noise and a smooth misfit of `misfit` standard deviations.
+    /// Draws windows with unit noise and a smooth model error of `model_error` standard deviations.
     pub fn draw(windows: usize, seed: u64, misfit: f64, parameters: usize) -> Self {
         let mut rng = random_stream(seed, "linear toy", 0);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };

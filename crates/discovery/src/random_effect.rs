@@ -14,7 +14,7 @@
 //! `sd` and its interval maximise and profile the restricted likelihood, which has the additional term `+
 //! ln det T` (Harville 1977). The mean of the draws is a shared parameter: a constant offset is no random
 //! effect. The dispersion `phi` is the larger of the differences between windows of one record and the
-//! residuals with own values for each record: a misfit that changes along a record, or that no value
+//! residuals with own values for each record: a model error that changes along a record, or that no value
 //! removes, counts as noise.
 //!
 //! Any other cause that is constant within a record and varies between records with the same signature is

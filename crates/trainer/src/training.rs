@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 pub struct Losses {
     /// Iteration, from 1.
     pub iteration: u64,
-    /// Sum of `kl` and `misfit`, nats per trajectory; some nets minimise a weighted sum instead.
+    /// Sum of `kl` and `negative_ln_likelihood`, nats per trajectory; some nets minimise a weighted sum instead.
     pub loss: f64,
     /// Kullback-Leibler divergence, nats per trajectory.
     pub kl: f64,

@@ -245,7 +245,7 @@ enum Pass {
     Terms { scale: f64 },
 }
 
-/// Sum of losses `[total, kl, misfit]` and gradients of `net` over lanes of `[time, width, lane]` inputs
+/// Sum of losses `[total, kl, negative ln likelihood]` and gradients of `net` over lanes of `[time, width, lane]` inputs
 /// with the given lengths. Beyond the end of a trajectory stands `padding`.
 fn tile_loss<T: Scalar>(
     net: &Net,

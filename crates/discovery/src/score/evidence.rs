@@ -222,7 +222,7 @@ impl Evidence {
     }
 
     /// Curvature and gradient of the cost of each block. For a window in a single block the curvature
-    /// includes the derivative of its weight: without it sandwich intervals cover 75 % under a smooth misfit
+    /// includes the derivative of its weight: without it sandwich intervals cover 75 % under a smooth model error
     /// of two standard deviations, with it 95 %.
     pub fn clusters(&self) -> Vec<(Square, Vec<f64>)> {
         let p = self.moves.first().map_or(0, Vec::len);

@@ -19,7 +19,7 @@ use augsim_physics::system::{Seed, System};
 pub(crate) struct WindowRows {
     /// Weight of the window in the fit.
     pub weight: f64,
-    /// Degrees of freedom of its misfit.
+    /// Degrees of freedom of its residuals.
     pub degrees_of_freedom: f64,
     /// Whether residuals below the noise are not rewarded, because the noise is a tolerance.
     pub is_tolerance: bool,

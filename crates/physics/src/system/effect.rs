@@ -63,7 +63,7 @@ pub enum Rival {
 
 /// A candidate effect of a system's library.
 ///
-/// Effects of built-in systems are converted from an [`EffectSpec`], those of written systems from their
+/// Effects of built-in systems are converted from an [`EffectSpec`], those of equation systems from their
 /// file; calibration and discovery use only this form.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Effect {

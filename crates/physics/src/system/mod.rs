@@ -3,7 +3,7 @@
 //! A [`System`] describes its states, channels and inputs in a [`Schema`], has declared parameters and a
 //! library of candidate effects, and simulates windows of records together with any number of derivatives.
 //! The trait is object-safe: discovery is compiled once, and dual numbers stay behind [`System::simulate`].
-//! [`System::augmented`] returns a new system with more effects. A system of written equations is therefore
+//! [`System::augmented`] returns a new system with more effects. A system of equations is therefore
 //! compiled once per model structure, not once per simulation.
 //!
 //! To add a system, implement the methods that have no default; [`in_blocks`] and `with_lanes` choose the
