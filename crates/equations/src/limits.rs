@@ -34,3 +34,5 @@ pub const MAX_OPERATIONS: usize = 200_000;
 pub const MAX_EVENTS_PER_WINDOW: usize = 1000;
 /// Maximum number of substeps per sample interval that the choice of steps tries.
 pub const MAX_SUBSTEPS: usize = 64;
+/// Maximum number of substeps of a sample interval that the stability of explicit steps may need; a file may declare as many.
+pub const MAX_STABLE_SUBSTEPS: usize = 1024;

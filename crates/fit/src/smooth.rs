@@ -201,7 +201,8 @@ fn select_correlation_time(
     let mut best = fitted.swap_remove(shortest);
     let is_correlated = best.correlation_steps > 0.0;
     for factor in REFINEMENT_FACTORS.iter().filter(|_| is_correlated) {
-        for steps in [best.correlation_steps / factor, best.correlation_steps * factor] {
+        let refined = [best.correlation_steps / factor, best.correlation_steps * factor];
+        for steps in refined.into_iter().filter(|steps| is_possible(*steps)) {
             let fitted = fit_with(steps);
             if fitted.ln_likelihood > best.ln_likelihood {
                 best = fitted;

@@ -211,6 +211,7 @@ fn score(
     summary.partly += usize::from(!exact && !in_alternatives && partly);
     summary.false_alarms += usize::from(truth.is_empty() && verdict != "nothing-to-add");
     summary.unexplained += usize::from(unexplained);
+    let mut interval = String::new();
     if exact && kind == Kind::Single {
         // The coefficient of an effect depends on the size of its quantity to the power of its degree.
         let amount = effects[0]["parameters"].as_object().into_iter().flatten().next();
@@ -218,6 +219,7 @@ fn score(
             && let (Some(low), Some(high)) = (ci[0].as_f64(), ci[1].as_f64())
             && let Some(value) = super::simulate::coefficient(plant, &truth[0].0, amounts[0], seed)
         {
+            interval = format!(", coefficient {value:.4} in [{low:.4}, {high:.4}]");
             summary.covered.1 += 1;
             summary.covered.0 += usize::from((low..=high).contains(&value));
         }
@@ -230,7 +232,7 @@ fn score(
     let names =
         truth.iter().map(|(law, share)| format!("{} {share}", law.name)).collect::<Vec<_>>().join(" + ");
     let line = format!(
-        "{seed} {}: [{names}] -> {verdict} [{}], also {alternatives:?}",
+        "{seed} {}: [{names}] -> {verdict} [{}], also {alternatives:?}{interval}",
         plant.name,
         named.join(" + ")
     );

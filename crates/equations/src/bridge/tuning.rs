@@ -2,7 +2,9 @@
 
 use super::EquationSystem;
 use super::records::EngineTask;
-use crate::engine::{Method, Options, Point, SimulationError as EngineError, Window, fastest_mode};
+use crate::engine::{
+    Method, Options, Point, SimulationError as EngineError, TRIAL_SUBSTEPS, Window, fastest_mode,
+};
 use crate::library::Scales;
 use augsim_physics::system::{Offsets, Record, SimulationError, Task, channel_sd};
 use std::sync::Arc;
@@ -25,9 +27,10 @@ impl EquationSystem {
     pub fn tuned(mut self, records: &[Record]) -> Result<Self, EngineError> {
         let engine_tasks = self.engine_tasks(records);
         let windows = windows(&engine_tasks);
-        let fine = Options { substeps: self.options.substeps.max(8), ..self.options.clone() };
         let mut compiled = (*self.compiled).clone();
-        compiled.fit_widths(&windows, &fine)?;
+        let substeps = self.options.substeps.max(TRIAL_SUBSTEPS);
+        let method = compiled.method_for(&windows);
+        compiled.fit_widths(&windows, &Options { method, substeps })?;
         self.options = compiled.choose_steps(&windows, &self.noise(records))?.options;
         self.compiled = Arc::new(compiled);
         self.complete = Arc::default();

@@ -1,5 +1,6 @@
 //! Errors of simulations.
 
+use augsim_data::digits;
 use thiserror::Error;
 
 /// The error of a window that cannot be simulated. Times are seconds since the trajectory began.
@@ -20,6 +21,10 @@ pub enum SimulationError {
         "rates.{state} is stiff: its fastest rate is {rate:.1e} per second, {ratio:.0} times the sample rate; set [numerics] integrator = \"implicit\", or increase sign_width"
     )]
     Stiff { state: String, rate: f64, ratio: f64 },
+    #[error(
+        "{record}: the pause from t = {} s to {} s is too long to simulate across (the fastest rate of rates.{state} is {rate:.1e} per second); give the rows after it a `trajectory` of their own", digits(*.from), digits(*.to)
+    )]
+    Pause { record: String, from: f64, to: f64, state: String, rate: f64 },
     #[error(
         "{record}: the implicit step at t = {time} s does not converge; increase substeps or sign_width under [numerics]"
     )]

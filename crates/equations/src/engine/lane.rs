@@ -219,7 +219,7 @@ impl Lane {
     ) -> Result<(), StepFailure> {
         let fixed = std::mem::take(&mut self.mode.fixed);
         let is_solved = match method {
-            Method::RungeKutta => {
+            Method::RungeKutta | Method::UncheckedRungeKutta => {
                 self.block.step(system, &self.step_inputs, (&[time], &[h]), columns, &fixed);
                 true
             }

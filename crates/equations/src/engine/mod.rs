@@ -15,6 +15,7 @@ mod schedule;
 mod sensitivity;
 mod signal;
 mod simulate;
+mod stability;
 mod substeps;
 mod task;
 
@@ -22,6 +23,7 @@ pub use failure::SimulationError;
 pub use linearise::{Linearisation, Point};
 pub use signal::Signal;
 pub use simulate::Method;
+pub(crate) use stability::fastest_mode;
 pub use substeps::ChosenSteps;
-pub(crate) use substeps::{OutputChange, fastest_mode};
+pub(crate) use substeps::{OutputChange, TRIAL_SUBSTEPS};
 pub use task::{Options, Record, Seed, Simulated, SimulatedEvent, Window};

@@ -5,6 +5,7 @@ use super::diagnose::diverged;
 use super::lane::Lane;
 use super::rows::{Row, Rows, filled};
 use super::schedule::{SchedulePiece, pieces};
+use super::stability::{FastestMode, fastest_modes, unstable};
 use super::{Method, Options, Seed, Simulated, SimulationError, Window};
 use crate::system::System;
 
@@ -16,6 +17,8 @@ pub(super) struct Run<'r, const L: usize> {
     requested: usize,
     columns: &'r Columns,
     options: &'r Options,
+    /// Limits of the explicit steps of each window.
+    fastest: [FastestMode; L],
     block: Block<L>,
     step_inputs: StepInputs<L>,
     /// The windows as single lanes, if something may happen to one that does not happen to others.
@@ -103,6 +106,7 @@ impl<'r, const L: usize> Run<'r, L> {
             requested: windows.len(),
             columns,
             options,
+            fastest: [FastestMode::default(); L],
             block: Block::new(system, seeds),
             step_inputs: StepInputs::new(system.model.inputs.len()),
             lanes: Vec::new(),
@@ -123,7 +127,7 @@ impl<'r, const L: usize> Run<'r, L> {
     /// Sets parameters, start states and the unit sensitivities of the start states.
     fn begin(&mut self) {
         let (system, n) = (self.system, self.system.states());
-        let steps_alone = !system.is_smooth() || self.options.method != Method::RungeKutta;
+        let steps_alone = !system.is_smooth() || !self.options.method.is_explicit();
         for (lane, window) in self.windows.iter().enumerate() {
             self.block.set_parameters(system, lane, window.parameters);
             (0..n).for_each(|i| self.block.x[i][lane] = window.start[i]);
@@ -134,6 +138,7 @@ impl<'r, const L: usize> Run<'r, L> {
             }
         }
         self.block.prepare(system);
+        self.limit_steps();
         if steps_alone {
             for index in 0..self.windows.len() {
                 let window = self.windows[index];
@@ -145,6 +150,20 @@ impl<'r, const L: usize> Run<'r, L> {
                 self.insert_lane(index, &lane);
                 self.lanes.push(lane);
             }
+        }
+    }
+
+    /// Finds how many steps each window needs to be stable; one that needs too many fails.
+    fn limit_steps(&mut self) {
+        for lane in 0..self.windows.len() {
+            self.sample_inputs(lane, self.windows[lane].first);
+        }
+        let windows = &self.windows;
+        let options = (self.options.method, self.options.substeps);
+        self.fastest = fastest_modes(self.system, &mut self.block, &self.step_inputs, windows, options);
+        let errors = unstable(self.system, windows, &self.fastest);
+        for (failure, error) in self.failures.iter_mut().zip(errors) {
+            *failure = failure.take().or(error);
         }
     }
 
@@ -187,6 +206,11 @@ impl<'r, const L: usize> Run<'r, L> {
         interval < window.last - window.first && self.failures.get(lane).is_none_or(Option::is_none)
     }
 
+    /// Number of steps of a lane in a sample interval of this length (s).
+    fn substeps(&self, lane: usize, interval_s: f64) -> usize {
+        self.fastest[lane].substeps(interval_s, self.options.substeps)
+    }
+
     /// Advances every lane by a sample interval.
     fn advance_interval(&mut self, interval: usize) {
         let model = &self.system.model;
@@ -200,7 +224,8 @@ impl<'r, const L: usize> Run<'r, L> {
                 let live = self.is_live(lane, interval);
                 let from = (window.first + interval).min(window.last);
                 let to = if live { from + 1 } else { from };
-                part.set(lane, times[from], times[to], if live { self.options.substeps } else { 0 });
+                let substeps = self.substeps(lane, times[to] - times[from]);
+                part.set(lane, times[from], times[to], if live { substeps } else { 0 });
             }
             return self.advance_part(&part);
         }
@@ -210,7 +235,9 @@ impl<'r, const L: usize> Run<'r, L> {
                 return Vec::new();
             }
             let sample = window.first + interval;
-            pieces(model, window.record, window.parameters, sample, self.options.substeps)
+            let times = &window.record.times;
+            let substeps = self.substeps(lane, times[sample + 1] - times[sample]);
+            pieces(model, window.record, window.parameters, sample, substeps)
         };
         let pieces_by_lane: Vec<Vec<SchedulePiece>> = (0..L).map(pieces_of_lane).collect();
         for index in 0..pieces_by_lane.iter().map(Vec::len).max().unwrap_or(0) {
@@ -260,7 +287,7 @@ impl<'r, const L: usize> Run<'r, L> {
         }
         self.before.0.copy_from_slice(&self.block.x);
         self.before.1.copy_from_slice(&self.block.s);
-        let repeats = if self.options.method == Method::RungeKutta {
+        let repeats = if self.options.method.is_explicit() {
             self.block.step(system, &self.step_inputs, (time, h), columns, &[]);
             self.lanes_with_discontinuities(time, h)
         } else {

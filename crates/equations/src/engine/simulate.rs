@@ -30,8 +30,10 @@ const SMALLEST_LANES: usize = 4;
 /// Integration method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
-    /// Classical Runge-Kutta of order 4 with fixed steps.
+    /// Classical Runge-Kutta of order 4 with equal steps, and with more of them where a fast mode would otherwise be unstable.
     RungeKutta,
+    /// The same with exactly the given number of steps, to find out how many are accurate.
+    UncheckedRungeKutta,
     /// Diagonally implicit Runge-Kutta of order 2 with fixed steps, for stiff systems.
     Implicit,
     /// Dormand-Prince 5(4) with adaptive steps, values only: slow, to check the others against.
@@ -39,6 +41,13 @@ pub enum Method {
         /// Error allowed per step, relative to the state.
         tolerance: f64,
     },
+}
+
+impl Method {
+    /// Whether the steps are explicit and of fixed number, so that all windows of a block can take them together.
+    pub(crate) fn is_explicit(self) -> bool {
+        matches!(self, Method::RungeKutta | Method::UncheckedRungeKutta)
+    }
 }
 
 /// Number of doubles in a vector of the instruction set found at run time.

@@ -1,7 +1,5 @@
 //! Chooses the number of steps and the widths of smoothed discontinuities before a fit.
 
-use super::block::{Block, StepInputs};
-use super::implicit::linearise;
 use super::simulate::discontinuity_sizes;
 use super::{Method, Options, SimulationError, Window};
 use crate::limits::MAX_SUBSTEPS;
@@ -14,11 +12,8 @@ use crate::system::System;
 const MAX_RMS_CHANGE: f64 = 0.01;
 /// Maximum change of a single output value, in units of its scale.
 const MAX_SINGLE_CHANGE: f64 = 0.1;
-/// Maximum product of the fastest rate and the step length for explicit steps.
-///
-/// The stability limit of classical Runge-Kutta on the negative real axis is 2.79; close to it the step is
-/// stable but not accurate.
-const STABILITY_LIMIT: f64 = 2.5;
+/// Number of steps per sample interval with which a method is tried, and with which widths are chosen.
+pub(crate) const TRIAL_SUBSTEPS: usize = 8;
 /// Width of a smoothed discontinuity as a share of the root mean square of its argument.
 const WIDTH_RATIO: f64 = 0.01;
 
@@ -63,23 +58,46 @@ impl OutputChange {
 }
 
 impl System {
-    /// Chooses the smallest number of steps per sample interval (1, 2, 4, … 64) that is accurate enough.
+    /// Chooses the method and the smallest number of steps per sample interval (1, 2, 4, … 64) that is accurate enough.
     ///
     /// Doubling it must change the outputs by less than a hundredth of their scales (root mean square), and
-    /// no value by more than a tenth. A number that the file declares is kept. `scales` has one positive
-    /// value per output, such as the standard deviation of its sensor.
+    /// no value by more than a tenth. A number that the file declares is kept. A file that declares no method gets explicit steps, or implicit ones if
+    /// the system is stiff. `scales` has one positive value per output, such as the standard deviation of its sensor.
     ///
     /// # Errors
-    /// [`SimulationError::Stiff`] if 64 steps are too few because a rate is too fast for them; otherwise the
-    /// error of the simulation with 64 steps.
+    /// [`SimulationError::Stiff`] if the file declares explicit steps and a rate is too fast for 64 of them; otherwise the error of the simulation.
     pub fn choose_steps(
         &self,
         windows: &[Window<'_>],
         scales: &[f64],
     ) -> Result<ChosenSteps, SimulationError> {
-        let method = self.declared_method();
+        self.choose_substeps(windows, scales, self.method_for(windows))
+    }
+
+    /// The integration method that the file declares; if it declares none, explicit steps where they can simulate all windows.
+    pub fn method_for(&self, windows: &[Window<'_>]) -> Method {
+        let can_simulate = |method| {
+            let results = self.simulate(windows, &[], &Options { method, substeps: TRIAL_SUBSTEPS });
+            results.iter().all(Result::is_ok)
+        };
+        let is_declared = self.model.numerics.integrator != Integrator::Automatic;
+        // The rates may become too fast for explicit steps only after the start of a window. If no method can simulate, the error of the explicit
+        // steps says more.
+        let is_explicit = is_declared || !self.is_stiff(windows) && can_simulate(Method::RungeKutta);
+        if is_explicit || !can_simulate(Method::Implicit) { self.declared_method() } else { Method::Implicit }
+    }
+
+    /// Chooses the number of steps of a method.
+    fn choose_substeps(
+        &self,
+        windows: &[Window<'_>],
+        scales: &[f64],
+        method: Method,
+    ) -> Result<ChosenSteps, SimulationError> {
+        // Additional steps of windows that begin with a fast mode would hide how many steps the others need.
+        let tried = if method == Method::RungeKutta { Method::UncheckedRungeKutta } else { method };
         let run = |substeps: usize| -> Result<Vec<f64>, SimulationError> {
-            let results = self.simulate(windows, &[], &Options { method, substeps });
+            let results = self.simulate(windows, &[], &Options { method: tried, substeps });
             let values: Result<Vec<_>, _> = results.into_iter().map(|r| r.map(|s| s.values)).collect();
             Ok(values?.concat())
         };
@@ -105,20 +123,17 @@ impl System {
                 return Ok(chosen);
             }
             if substeps >= MAX_SUBSTEPS {
-                if method == Method::RungeKutta {
-                    self.refuse_stiff(windows)?;
-                }
-                coarse?;
-                return Ok(chosen);
+                let checked = self.simulate(windows, &[], &chosen.options);
+                return checked.into_iter().collect::<Result<Vec<_>, _>>().map(|_| chosen);
             }
             (coarse, substeps) = (fine, 2 * substeps);
         }
     }
 
-    /// The integration method that the file declares.
+    /// The integration method that the file declares; explicit steps if it declares none.
     pub fn declared_method(&self) -> Method {
         match self.model.numerics.integrator {
-            Integrator::Explicit => Method::RungeKutta,
+            Integrator::Automatic | Integrator::Explicit => Method::RungeKutta,
             Integrator::Implicit => Method::Implicit,
         }
     }
@@ -142,62 +157,4 @@ impl System {
         }
         Ok(())
     }
-
-    /// Refuses a system whose fastest rate needs more than 64 explicit steps per sample interval.
-    ///
-    /// The rates at the windows' starts are checked.
-    fn refuse_stiff(&self, windows: &[Window<'_>]) -> Result<(), SimulationError> {
-        let n = self.states();
-        for window in windows.iter().take(64) {
-            let times = &window.record.times[window.first..=window.last];
-            let Some(interval) = times.windows(2).map(|pair| pair[1] - pair[0]).reduce(f64::max) else {
-                continue;
-            };
-            let mut block = Block::<1>::new(self, 0);
-            block.set_parameters(self, 0, window.parameters);
-            block.prepare(self);
-            block.x.iter_mut().zip(window.start).for_each(|(to, x)| to[0] = *x);
-            let mut step_inputs = StepInputs::<1>::new(self.model.inputs.len());
-            step_inputs.begin[0] = times[0];
-            for (c, signal) in step_inputs.coefficients.iter_mut().zip(&window.record.inputs) {
-                c[0][0] = signal.at(times[0]);
-            }
-            let (_, jacobian) = linearise(&mut block, self, &step_inputs, times[0], &vec![false; n]);
-            let (rate, state) = fastest_mode(&jacobian, n);
-            if rate * interval > STABILITY_LIMIT * MAX_SUBSTEPS as f64 {
-                let state = self.model.states[state].name.clone();
-                return Err(SimulationError::Stiff { state, rate, ratio: rate * interval });
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Spectral radius of a matrix, and the row that its dominant mode moves most.
-///
-/// By Gelfand's formula, the norm of the 64th power to the power 1/64: within some percent, also for complex
-/// eigenvalues.
-pub(crate) fn fastest_mode(jacobian: &[f64], n: usize) -> (f64, usize) {
-    let mut power = jacobian.to_vec();
-    let mut exponent = 1.0;
-    let mut logarithm = 0.0_f64;
-    for _ in 0..=6 {
-        let norm = power.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
-        if norm == 0.0 || !norm.is_finite() {
-            return (norm, 0);
-        }
-        logarithm += norm.ln() / exponent;
-        power.iter_mut().for_each(|x| *x /= norm);
-        let mut square = vec![0.0; n * n];
-        for (i, row) in square.chunks_exact_mut(n).enumerate() {
-            for (j, to) in row.iter_mut().enumerate() {
-                *to = (0..n).map(|k| power[i * n + k] * power[k * n + j]).sum();
-            }
-        }
-        power = square;
-        exponent *= 2.0;
-    }
-    let weight = |row: usize| power[row * n..][..n].iter().map(|x| x.abs()).sum::<f64>();
-    let row = (0..n).max_by(|a, b| weight(*a).total_cmp(&weight(*b))).unwrap_or(0);
-    (logarithm.exp(), row)
 }

@@ -237,8 +237,10 @@ pub struct Table {
 /// Integration method that a file declares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Integrator {
-    /// Classical Runge-Kutta of order 4.
+    /// Not declared: explicit, or implicit for a stiff system.
     #[default]
+    Automatic,
+    /// Classical Runge-Kutta of order 4.
     Explicit,
     /// Singly diagonally implicit Runge-Kutta of order 2, for stiff systems.
     Implicit,

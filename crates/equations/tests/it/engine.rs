@@ -368,33 +368,74 @@ out_m = { value = "y_m", sd = 0.001 }
 "#;
 
 #[test]
-fn a_stiff_system_is_reported_and_solved_by_the_implicit_method() {
+fn a_stiff_system_is_solved_by_the_implicit_method() {
     let system = compiled(STIFF);
     let record = record(times(21, 0.05), vec![]);
     let parameters = system.model().nominals();
     let window = Window { record: &record, first: 0, last: 20, start: &[1.0, 0.0], parameters: &parameters };
-    let error = system
-        .choose_steps(std::slice::from_ref(&window), &[0.001])
-        .expect_err("too stiff for explicit steps");
-    assert!(
-        error.to_string().starts_with(
-            "rates.y_m is stiff: its fastest rate is 3.1e4 per second, 1550 times the sample rate; set [numerics] \
-             integrator = \"implicit\", or increase sign_width"
-        ),
-        "{error}"
-    );
-    let implicit = compiled(&format!("{STIFF}\n[numerics]\nintegrator = \"implicit\"\n"));
-    let chosen = implicit.choose_steps(&[window], &[0.001]).expect("implicit steps");
+    let chosen = system.choose_steps(std::slice::from_ref(&window), &[0.001]).expect("implicit steps");
+    assert_eq!(chosen.options.method, Method::Implicit);
     assert!(chosen.options.substeps <= 8 && chosen.change <= 0.01, "{chosen:?}");
     let found =
-        whole(&implicit, &record, (&[1.0, 0.0], &parameters), &[], &chosen.options).expect("a simulation");
+        whole(&system, &record, (&[1.0, 0.0], &parameters), &[], &chosen.options).expect("a simulation");
     for (t, y) in record.times().iter().zip(&found.values).skip(1) {
         let exact = (-2.0 * t).exp() * 3.1e4 / (3.1e4 - 2.0);
         assert!((y - exact).abs() < 1e-4, "{t} s: {y} {exact}");
     }
     let options = Options { method: Method::Implicit, substeps: 4 };
-    let error = derivative_error(&implicit, &record, &[1.0, 0.5], &options);
+    let error = derivative_error(&system, &record, &[1.0, 0.5], &options);
     assert!(error < 1e-6, "{error}");
+}
+
+#[test]
+fn a_system_that_is_too_stiff_for_declared_explicit_steps_is_refused() {
+    let text = format!("{STIFF}\n[numerics]\nintegrator = \"explicit\"\n").replace("3.1e4", "3.1e5");
+    let system = compiled(&text);
+    let record = record(times(21, 0.05), vec![]);
+    let parameters = system.model().nominals();
+    let window = Window { record: &record, first: 0, last: 20, start: &[1.0, 0.0], parameters: &parameters };
+    let error = system.choose_steps(&[window], &[0.001]).expect_err("too stiff for explicit steps");
+    assert!(
+        error.to_string().starts_with(
+            "rates.y_m is stiff: its fastest rate is 3.1e5 per second, 15500 times the sample rate; set [numerics] \
+             integrator = \"implicit\", or increase sign_width"
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn explicit_steps_stay_stable_whatever_the_parameters() {
+    // At `z = -2.73` one step per sample multiplies the state by 0.92, as if the rate were 30 times slower. The rates of a trial of a fit, from far
+    // below the limit of one step to far above it:
+    let system =
+        compiled(&STIFF.replace("y_m = \"fast_per_s * (x_m - y_m)\"", "y_m = \"-fast_per_s * y_m\""));
+    let record = record(times(21, 0.05), vec![]);
+    for product in [0.1, 1.0, 2.4, 2.73, 2.9, 10.0, 300.0, 2000.0] {
+        let parameters = [product / 0.05, 0.0];
+        let found =
+            whole(&system, &record, (&[0.0, 1.0], &parameters), &[], &steps(1)).expect("stable steps");
+        // The largest error of one explicit step within the limit is that at its edge: R(-2.5) - exp(-2.5) = 0.57.
+        let after_one_sample = found.values[1];
+        assert!((after_one_sample - (-product).exp()).abs() < 0.57, "{product}: {after_one_sample}");
+        let after_four = found.values[4];
+        assert!(after_four.abs() < 0.36 + (-4.0 * product).exp(), "{product}: {after_four}");
+    }
+}
+
+#[test]
+fn a_pause_that_is_too_long_to_simulate_is_named() {
+    let system = compiled(STIFF);
+    let mut sample_times = times(20, 0.05);
+    sample_times.extend([1e6, 1e6 + 0.05]);
+    let record = record(sample_times, vec![]);
+    let error =
+        whole(&system, &record, (&[1.0, 0.0], &[4.0, 1.0]), &[], &steps(1)).expect_err("a long pause");
+    assert_eq!(
+        error.to_string(),
+        "trajectory 3: the pause from t = 0.95 s to 1.0000e6 s is too long to simulate across (the \
+         fastest rate of rates.y_m is 4.0e0 per second); give the rows after it a `trajectory` of their own"
+    );
 }
 
 #[test]

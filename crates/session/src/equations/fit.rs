@@ -14,6 +14,8 @@ const MIN_WINDOW_TIME_CONSTANTS: f64 = 2.0;
 const MIN_WINDOW_SAMPLES: f64 = 10.0;
 /// Maximum number of doublings of the shortest windows for the comparison of input interpolations.
 const HOLD_WINDOW_DOUBLINGS: i32 = 4;
+/// Maximum number of fits, each with finer steps than the one before.
+const MAX_STEP_ROUNDS: usize = 4;
 /// Relative difference of the residual above which another interpolation of the inputs is reported.
 pub const MIN_REPORTED_DIFFERENCE: f64 = 0.05;
 
@@ -74,25 +76,63 @@ fn choose_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Model, Vec<
 ///
 /// Also returns the integration steps per sample interval.
 ///
-/// `doublings` bounds the length of the windows.
+/// Steps are chosen at the declared values. If the calibrated values need finer steps or another method, the fit is repeated with them, so that the
+/// result does not depend on the step. `doublings` bounds the length of the windows.
+///
+/// # Errors
+/// The model cannot be simulated, or the calibrated values need finer steps after each of [`MAX_STEP_ROUNDS`] fits.
 fn with_hold(
     model: &Model,
     records: &[Record],
     doublings: Option<i32>,
 ) -> anyhow::Result<(Calibration, usize)> {
-    let system = EquationSystem::declared_only(model)?;
-    // Steps, smoothing widths and the fastest time constant are estimated over short windows all over the
-    // records.
-    let step = records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min);
-    let system = system.with_windows(Some(10.0 * MIN_WINDOW_SAMPLES * step));
+    let (mut tuned, short_windows) = tuned_on_short_windows(model, records)?;
+    for _ in 0..MAX_STEP_ROUNDS {
+        let calibration = calibrate_tuned(tuned.clone(), &short_windows, records, doublings)?;
+        let mut found = model.clone();
+        found.parameters.iter_mut().zip(&calibration.values).for_each(|(p, value)| p.nominal = *value);
+        let (checked, _) = tuned_on_short_windows(&found, records)?;
+        let (used, needed) = (tuned.options(), checked.options());
+        if needed.method == used.method && needed.substeps <= used.substeps {
+            return Ok((calibration, used.substeps));
+        }
+        tuned = tuned.with_options(needed.clone());
+    }
+    anyhow::bail!(
+        "the calibrated values need finer and finer integration steps; declare integrator = \"implicit\" under [numerics], or bounds of the parameters that keep the rates slow"
+    )
+}
+
+/// The system with steps and smoothing widths for short windows all over the records, and these windows.
+fn tuned_on_short_windows(
+    model: &Model,
+    records: &[Record],
+) -> anyhow::Result<(EquationSystem, Vec<Record>)> {
+    let window_s = 10.0 * MIN_WINDOW_SAMPLES * shortest_step_s(records);
+    let system = EquationSystem::declared_only(model)?.with_windows(Some(window_s));
     let short_windows = prepare_records(&system, records)?;
-    let system = system.tuned(&short_windows)?;
-    let time_constant_s = system.fastest_time_constant_s(&short_windows).unwrap_or(0.0);
-    let window_s = (MIN_WINDOW_TIME_CONSTANTS * time_constant_s).max(MIN_WINDOW_SAMPLES * step);
+    Ok((system.tuned(&short_windows)?, short_windows))
+}
+
+/// Calibrates a system whose steps are chosen, over windows that begin at a few time constants of its fastest mode.
+fn calibrate_tuned(
+    system: EquationSystem,
+    short_windows: &[Record],
+    records: &[Record],
+    doublings: Option<i32>,
+) -> anyhow::Result<Calibration> {
+    let time_constant_s = system.fastest_time_constant_s(short_windows).unwrap_or(0.0);
+    let shortest_s = MIN_WINDOW_SAMPLES * shortest_step_s(records);
+    let window_s = (MIN_WINDOW_TIME_CONSTANTS * time_constant_s).max(shortest_s);
     let system = system.with_windows(Some(window_s));
     let records = prepare_records(&system, records)?;
     let longest_s = doublings.map(|n| window_s * 2.0_f64.powi(n));
-    Ok((calibrate(&system, &records, longest_s)?, system.options().substeps))
+    Ok(calibrate(&system, &records, longest_s)?)
+}
+
+/// The shortest typical sample interval of the records, s.
+fn shortest_step_s(records: &[Record]) -> f64 {
+    records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min)
 }
 
 /// Copies of records, prepared by a system: cut into windows, with initial guesses.
