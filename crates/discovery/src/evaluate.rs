@@ -480,12 +480,12 @@ fn weigh_and_add_priors(
     sums: Sums,
     events: Vec<Event>,
 ) -> NormalEquations {
-    let Sums { mut h, mut g, squares: misfit, terms } = sums;
+    let Sums { mut h, mut g, squares: residual_norm_squared, terms } = sums;
     let free: f64 = terms - lanes.state_nuisances() as f64;
     let freedom = free.max(1.0);
     let is_tolerance = window.record.is_tolerance;
-    let (mut q, weight) = cost_and_weight(misfit, freedom, is_tolerance);
-    let softening = if is_tolerance && misfit < freedom { 0.0 } else { softening(freedom) };
+    let (mut q, weight) = cost_and_weight(residual_norm_squared, freedom, is_tolerance);
+    let softening = if is_tolerance && residual_norm_squared < freedom { 0.0 } else { softening(freedom) };
     h.a.iter_mut().chain(&mut g).for_each(|x| *x *= weight);
     for (i, (offset, precision)) in nuisance_priors(point, lanes, window).into_iter().enumerate() {
         let lane = lanes.common() + i;
@@ -494,16 +494,7 @@ fn weigh_and_add_priors(
         q += precision * offset * offset;
     }
     let q = if q.is_finite() { q } else { f64::INFINITY };
-    NormalEquations {
-        h,
-        g,
-        q,
-        residual_norm_squared: misfit,
-        degrees_of_freedom: freedom,
-        weight,
-        softening,
-        events,
-    }
+    NormalEquations { h, g, q, residual_norm_squared, degrees_of_freedom: freedom, weight, softening, events }
 }
 
 #[cfg(test)]

@@ -30,12 +30,12 @@ pub(crate) struct Toy {
 
 impl Toy {
     /// Draws windows with unit noise and a smooth model error of `model_error` standard deviations.
-    pub fn draw(windows: usize, seed: u64, misfit: f64, parameters: usize) -> Self {
+    pub fn draw(windows: usize, seed: u64, model_error: f64, parameters: usize) -> Self {
         let mut rng = random_stream(seed, "linear toy", 0);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         let (mut y, mut columns) = (Vec::new(), Vec::new());
         for _ in 0..windows {
-            let waves: Vec<(f64, f64)> = (0..3).map(|_| (misfit * normal(), normal())).collect();
+            let waves: Vec<(f64, f64)> = (0..3).map(|_| (model_error * normal(), normal())).collect();
             let smooth = |u: f64, scale: &[(f64, f64)]| -> f64 {
                 let turn = |n: usize| std::f64::consts::PI * (n + 1) as f64 * u;
                 scale.iter().enumerate().map(|(n, (a, p))| a * (turn(n) + p).sin()).sum()

@@ -19,12 +19,12 @@ pub(crate) fn split_smooth_segments(data: &mut Measured) -> bool {
     let mut chosen_length = LENGTHS[0];
     let mut shortest: Option<Vec<f64>> = None;
     for length in LENGTHS {
-        let misfit = polynomial_variance(data, length);
+        let variance = polynomial_variance(data, length);
         match &shortest {
-            None => shortest = Some(misfit),
+            None => shortest = Some(variance),
             Some(first) => {
                 let is_rough =
-                    misfit.iter().zip(first).any(|(m, f)| *m > MAX_SMOOTH_RATIO * f || !m.is_finite());
+                    variance.iter().zip(first).any(|(m, f)| *m > MAX_SMOOTH_RATIO * f || !m.is_finite());
                 if is_rough {
                     break;
                 }

@@ -175,18 +175,18 @@ impl<'a> FitWindows<'a> {
         let (common, nuisances) = (lanes.common(), lanes.nuisances());
         let mut columns = vec![0.0; places.len() * width];
         let (mut sensitivities, mut plain) = (Vec::new(), Vec::new());
-        let mut misfit = 0.0;
+        let mut residual_norm_squared = 0.0;
         let each = values.chunks_exact(common + nuisances + 1).zip(columns.chunks_exact_mut(width));
         for (row, to) in each {
             lanes.theta.iter().zip(row).for_each(|(&t, value)| to[t] = *value);
             to[width - 1] = row[common + nuisances];
             sensitivities.extend_from_slice(&row[common..common + nuisances]);
             plain.push(row[common + nuisances]);
-            misfit += row[common + nuisances].powi(2);
+            residual_norm_squared += row[common + nuisances].powi(2);
         }
         let freedom = (places.len() as f64 - lanes.state_nuisances() as f64).max(1.0);
         let is_tolerance = window.record.is_tolerance;
-        let weight = cost_and_weight(misfit, freedom, is_tolerance).1;
+        let weight = cost_and_weight(residual_norm_squared, freedom, is_tolerance).1;
         let priors = nuisance_priors(point, lanes, window);
         let precision = priors.iter().map(|p| p.1).collect();
         let projection = Projection::new(sensitivities, precision, weight);

@@ -67,7 +67,7 @@ impl Learned for Ensemble {
         // The last columns of a condition row are the bootstrap weights.
         let width = self.extents.condition - MEMBERS;
         let features = tape.slice(u, 1, 0, width)?;
-        let (mut totals, mut misfits) = (Vec::new(), Vec::new());
+        let (mut totals, mut nlls) = (Vec::new(), Vec::new());
         for (k, (step, head)) in self.members.iter().enumerate() {
             let h = step.forward(tape, p, features)?;
             let predicted = head.forward(tape, p, h)?;
@@ -79,7 +79,7 @@ impl Learned for Ensemble {
             let variance = tape.mul(sd, sd)?;
             let weighted = tape.mul(nll, variance)?;
             totals.push(masked_sum(tape, weighted, mask)?);
-            misfits.push(masked_sum(tape, nll, mask)?);
+            nlls.push(masked_sum(tape, nll, mask)?);
         }
         let mut sum = |parts: Vec<_>| {
             let mut parts = parts.into_iter();
@@ -89,8 +89,8 @@ impl Learned for Ensemble {
             };
             parts.try_fold(first, |sum, part| tape.add(sum, part))
         };
-        let (total, misfit) = (sum(totals)?, sum(misfits)?);
-        Ok(LossVars { total, kl: zero(tape)?, negative_ln_likelihood: misfit })
+        let (total, total_nll) = (sum(totals)?, sum(nlls)?);
+        Ok(LossVars { total, kl: zero(tape)?, negative_ln_likelihood: total_nll })
     }
 
     fn forecast(

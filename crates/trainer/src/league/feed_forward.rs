@@ -61,8 +61,8 @@ impl Learned for FeedForward {
         let h = self.hidden.forward(tape, p, u)?;
         let mean = self.out.forward(tape, p, h)?;
         let error = tape.squared_error(x, mean)?;
-        let misfit = masked_sum(tape, error, mask)?;
-        Ok(LossVars { total: misfit, kl: zero(tape)?, negative_ln_likelihood: misfit })
+        let nll = masked_sum(tape, error, mask)?;
+        Ok(LossVars { total: nll, kl: zero(tape)?, negative_ln_likelihood: nll })
     }
 
     fn forecast(

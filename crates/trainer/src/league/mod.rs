@@ -341,8 +341,8 @@ fn gaussian_loss<T: Scalar>(
     let variance = tape.mul(sd, sd)?;
     let weighted = tape.mul(nll, variance)?;
     let total = masked_sum(tape, weighted, mask)?;
-    let misfit = masked_sum(tape, nll, mask)?;
-    Ok(LossVars { total, kl: zero(tape)?, negative_ln_likelihood: misfit })
+    let total_nll = masked_sum(tape, nll, mask)?;
+    Ok(LossVars { total, kl: zero(tape)?, negative_ln_likelihood: total_nll })
 }
 
 /// Records a tile's targets `[time, S, lane]`, conditions `[time, U, lane]` and mask.

@@ -147,8 +147,8 @@ impl Learned for PredictedParameters {
             moved = tape.add(moved, error)?;
         }
         let error = tape.squared_error(x, moved)?;
-        let misfit = masked_sum(tape, error, mask)?;
-        Ok(LossVars { total: misfit, kl: zero(tape)?, negative_ln_likelihood: misfit })
+        let nll = masked_sum(tape, error, mask)?;
+        Ok(LossVars { total: nll, kl: zero(tape)?, negative_ln_likelihood: nll })
     }
 
     fn forecast(

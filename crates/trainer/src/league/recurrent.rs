@@ -75,8 +75,8 @@ impl Learned for Recurrent {
             }
             Head::Mixture(head) => {
                 let nll = head.nll(tape, p, h, x)?;
-                let misfit = masked_sum(tape, nll, mask)?;
-                Ok(LossVars { total: misfit, kl: zero(tape)?, negative_ln_likelihood: misfit })
+                let total_nll = masked_sum(tape, nll, mask)?;
+                Ok(LossVars { total: total_nll, kl: zero(tape)?, negative_ln_likelihood: total_nll })
             }
         }
     }

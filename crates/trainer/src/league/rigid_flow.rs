@@ -260,11 +260,11 @@ impl Learned for RigidFlow {
                 Some(sum) => tape.add(sum, error)?,
             });
         }
-        let misfit = match sum {
+        let nll = match sum {
             Some(sum) => tape.scale(sum, 1.0 / POINTS as f64)?,
             None => zero(tape)?,
         };
-        Ok(LossVars { total: misfit, kl: zero(tape)?, negative_ln_likelihood: misfit })
+        Ok(LossVars { total: nll, kl: zero(tape)?, negative_ln_likelihood: nll })
     }
 
     fn forecast(

@@ -171,8 +171,8 @@ impl Learned for Vrnn {
         let decoded = gaussian(tape, p, &self.decoder, &[fz, hidden])?;
         let target = tape.slice(x, 0, 1, time)?;
         let nll = tape.gaussian_nll(target, decoded.mean, decoded.sd)?;
-        let misfit = masked_sum(tape, nll, mask)?;
-        Ok(LossVars { total: tape.add(kl, misfit)?, kl, negative_ln_likelihood: misfit })
+        let total_nll = masked_sum(tape, nll, mask)?;
+        Ok(LossVars { total: tape.add(kl, total_nll)?, kl, negative_ln_likelihood: total_nll })
     }
 
     fn forecast(

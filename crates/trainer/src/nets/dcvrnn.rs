@@ -172,10 +172,10 @@ impl Dcvrnn {
         let [x, u, eps] = self.operands(tape, tile)?;
         let mask = mask_of(tape, &tile)?;
         let passed = self.pass(tape, p, [x, u, eps])?;
-        let (kl, misfit) = self.parts(tape, x, passed)?;
+        let (kl, total_nll) = self.parts(tape, x, passed)?;
         let kl = masked_sum(tape, kl, mask)?;
-        let misfit = masked_sum(tape, misfit, mask)?;
-        Ok(LossVars { total: tape.add(kl, misfit)?, kl, negative_ln_likelihood: misfit })
+        let total_nll = masked_sum(tape, total_nll, mask)?;
+        Ok(LossVars { total: tape.add(kl, total_nll)?, kl, negative_ln_likelihood: total_nll })
     }
 
     /// Computes the loss of a tile, and `scale` times its gradient at the variables of `p`.
@@ -213,11 +213,11 @@ impl Dcvrnn {
 
         let z = draw(tape, q, eps)?;
         let decoded = self.decode(tape, p, z)?;
-        let misfit = negative_log_likelihood(tape, x, decoded)?;
-        let misfit = backward_term(tape, misfit)?;
+        let total_nll = negative_log_likelihood(tape, x, decoded)?;
+        let total_nll = backward_term(tape, total_nll)?;
 
         tape.finish_backward();
-        Ok(Losses { kl, negative_ln_likelihood: misfit })
+        Ok(Losses { kl, negative_ln_likelihood: total_nll })
     }
 
     /// Records the divergence `[time, L, lanes]` and the negative log-likelihood `[time, S, lanes]`.

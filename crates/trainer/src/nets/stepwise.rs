@@ -156,15 +156,15 @@ impl Stepwise {
         let kl = tape.gaussian_kl((q.mean, q.sd), (zero, one))?;
         let kl = tape.sum_all(kl)?;
         let step = self.correct(tape, p, u, w)?;
-        let misfit = tape.gaussian_nll(x, step.mean, step.sd)?;
+        let total_nll = tape.gaussian_nll(x, step.mean, step.sd)?;
         // beta-NLL: the variance weights the likelihood but is not differentiated.
         let sd = tape.detach(step.sd)?;
         let variance = tape.mul(sd, sd)?;
-        let weighted_nll = tape.mul(misfit, variance)?;
+        let weighted_nll = tape.mul(total_nll, variance)?;
         let weighted_nll = masked_sum(tape, weighted_nll, mask)?;
-        let misfit = masked_sum(tape, misfit, mask)?;
+        let total_nll = masked_sum(tape, total_nll, mask)?;
         let weighted_kl = tape.scale(kl, self.kl_weight())?;
-        Ok(LossVars { total: tape.add(weighted_kl, weighted_nll)?, kl, negative_ln_likelihood: misfit })
+        Ok(LossVars { total: tape.add(weighted_kl, weighted_nll)?, kl, negative_ln_likelihood: total_nll })
     }
 
     /// Passes features `u [time, U, lanes]` through the memory, if any.
