@@ -49,7 +49,7 @@ impl LatentDistribution {
     }
 
     /// Maps standard normal `draws [L]` to a latent `[L]`: mean + factor * draws.
-    pub(crate) fn from_standard(&self, draws: &[f64]) -> Vec<f64> {
+    pub(crate) fn scale_standard_draws(&self, draws: &[f64]) -> Vec<f64> {
         let l = self.mean.len();
         let shift = |i: usize| (0..=i).map(|j| self.factor[i * l + j] * draws[j]).sum::<f64>();
         (0..l).map(|i| self.mean[i] + shift(i)).collect()

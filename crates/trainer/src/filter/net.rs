@@ -76,7 +76,7 @@ impl TransitionModel for NetTransition<'_> {
         let mut latents = Vec::with_capacity(count * l);
         for _ in 0..count {
             let draws: Vec<f64> = (0..l).map(|_| StandardNormal.sample(rng)).collect();
-            latents.extend(self.prior.from_standard(&draws));
+            latents.extend(self.prior.scale_standard_draws(&draws));
         }
         latents
     }
