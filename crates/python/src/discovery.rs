@@ -21,7 +21,7 @@ pub struct Discovery {
     subject: Subject,
     model: Option<PathBuf>,
     data: DataFrom,
-    wanted: DiscoverRequest,
+    request: DiscoverRequest,
 }
 
 /// Searches for the effects that a model lacks.
@@ -55,8 +55,8 @@ pub fn discover(
 
 impl Discovery {
     fn report(&self, folder: &Path) -> Page {
-        let circumstances = ReportContext::new(self.model.as_deref(), &self.data, &self.wanted, folder);
-        page(&circumstances, &self.subject, &self.found)
+        let context = ReportContext::new(self.model.as_deref(), &self.data, &self.request, folder);
+        page(&context, &self.subject, &self.found)
     }
 }
 

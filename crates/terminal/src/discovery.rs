@@ -36,9 +36,9 @@ pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -
     claim.begin()?;
     claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
     claim.write(MODEL, &found.model_toml)?;
-    let mut circumstances = ReportContext::new(Some(&args.model), &data, &request, &args.out);
-    circumstances.figures = figures(&subject, &found, &data);
-    claim.write(REPORT, &page(&circumstances, &subject, &found).render())?;
+    let mut context = ReportContext::new(Some(&args.model), &data, &request, &args.out);
+    context.figures = figures(&subject, &found, &data);
+    claim.write(REPORT, &page(&context, &subject, &found).render())?;
     claim.write_timing(())?;
     Ok(found)
 }

@@ -85,31 +85,31 @@ impl DeclaredModel {
 }
 
 /// The report of a discovery.
-pub fn page(circumstances: &ReportContext, subject: &Subject, d: &Discovery) -> Page {
+pub fn page(context: &ReportContext, subject: &Subject, d: &Discovery) -> Page {
     let declared = DeclaredModel::from_subject(subject);
-    let pictures = &circumstances.figures;
-    let runs = match (pictures.examples.is_empty(), d.heldout.is_empty()) {
+    let figures = &context.figures;
+    let runs = match (figures.examples.is_empty(), d.heldout.is_empty()) {
         (false, _) => "Runs of both models",
         (true, false) => "Held-out trajectories",
         (true, true) => "Trajectories and both models",
     };
     let prose = |list: &[String]| list.iter().cloned().map(Block::Prose).collect::<Vec<_>>();
     let warnings: Vec<String> = d.warnings.iter().map(|w| w.text.clone()).collect();
-    let command = Some(&circumstances.reproduce).filter(|command| !command.is_empty());
+    let command = Some(&context.reproduce).filter(|command| !command.is_empty());
     let reproduce = command.map(|text| Block::Code { caption: String::new(), text: text.clone() });
     Page {
         overline: format!("augsim · discovery report · {}", declared.scenario),
-        title: format!("{}: what the model lacks", circumstances.name),
+        title: format!("{}: what the model lacks", context.name),
         verdict: verdict_text(d.verdict).to_owned(),
         summary: without_intervals(&d.sentence),
         key_figures: errors::key_figures(d),
         sections: vec![
-            Section::new(runs, examples::blocks(d, &pictures.examples)),
+            Section::new(runs, examples::blocks(d, &figures.examples)),
             Section::new("Warnings about the data", prose(&warnings)),
             Section::new("Error on held-out data", errors::blocks(d, &declared.quantity)),
             Section::new("What was found", findings::found(d, &declared.parameters)),
             Section::new("Leads: suggested effects, not established", findings::leads(d)),
-            Section::new("Added effects as curves", residuals::laws(&pictures.curves)),
+            Section::new("Added effects as curves", residuals::laws(&figures.curves)),
             Section::new("Open questions", findings::open_questions(d)),
             Section::new("Residual, before and after", residuals::blocks(d)),
             Section::new("Candidates", findings::candidates(d)),
@@ -122,8 +122,8 @@ pub fn page(circumstances: &ReportContext, subject: &Subject, d: &Discovery) -> 
         ],
         provenance: Provenance {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            seed: Some(circumstances.seed),
-            data: circumstances.sources.clone(),
+            seed: Some(context.seed),
+            data: context.sources.clone(),
             ..Provenance::default()
         },
     }
