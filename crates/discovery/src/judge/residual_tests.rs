@@ -106,8 +106,8 @@ fn dispersion(set: &Scored) -> f64 {
     median(&mut ratios).max(1.0) / set.evidence.independence.min_share
 }
 
-/// Adds tabulated effects to the named set while their gain exceeds the penalty and is significant. Returns
-/// the index of the extended set and the p-value of the first table; `None` where no table qualifies.
+/// Adds tabulated effects to the named set while their gain exceeds the penalty and is significant, and drops effects that are not significant beside
+/// them. Returns the index of the extended set and the p-value of the first table; `None` where no table qualifies.
 pub(crate) fn add_tables(
     search: &Search<'_>,
     found: &mut SearchResult,
@@ -137,7 +137,9 @@ pub(crate) fn add_tables(
             best = Some((current, p_value));
         }
     }
-    best
+    // Beside a table an effect may no longer be needed: it fitted the curve of the table in part.
+    let is_effect = |a: &Addition| !matches!(a, Addition::Table(_));
+    best.map(|(set, p_value)| (found.drop_insignificant_among(search, set, &is_effect), p_value))
 }
 
 /// Adds the best tabulated effect to a set, if its gain exceeds the penalty and is significant over blocks.

@@ -317,12 +317,23 @@ impl SearchResult {
     /// Drops the least significant addition and refits, until all are significant. Returns the index of the
     /// remaining set.
     pub fn drop_insignificant(&mut self, search: &Search<'_>, from: usize) -> usize {
+        self.drop_insignificant_among(search, from, &|_| true)
+    }
+
+    /// The same for the additions that `is_tested` selects; the others stay.
+    pub fn drop_insignificant_among(
+        &mut self,
+        search: &Search<'_>,
+        from: usize,
+        is_tested: &dyn Fn(&Addition) -> bool,
+    ) -> usize {
         let mut current = from;
         loop {
             let set = self.sets[current].clone();
             let p_values = self.p_values(&set);
             let excess = |n: &usize| p_values[*n] / significance_level(search, &set, *n);
-            let worst = (0..p_values.len()).max_by(|a, b| excess(a).total_cmp(&excess(b)));
+            let tested = (0..p_values.len()).filter(|n| is_tested(&set.additions()[*n]));
+            let worst = tested.max_by(|a, b| excess(a).total_cmp(&excess(b)));
             let Some(number) = worst.filter(|n| excess(n) > 1.0 || excess(n).is_nan()) else {
                 return current;
             };

@@ -32,8 +32,8 @@ pub fn complete(found: &mut Discovery, file: &str, data: &Dataset) -> anyhow::Re
         // valid.
         match noise::find(&mut model, &records) {
             Ok(noise) => {
-                found.notes.extend(noise.sentence());
-                found.noise_cause = Some(noise);
+                let duration_s = |r: &Record| r.times.last().zip(r.times.first()).map_or(0.0, |(b, a)| b - a);
+                found.set_noise_cause(noise, &records.iter().map(duration_s).collect::<Vec<_>>());
             }
             Err(error) => {
                 found
