@@ -84,10 +84,9 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
     out
 }
 
-/// Fitted sets, each once, by gain minus penalty, with the reason why each is chosen or not.
+/// Fitted sets, each once, by their gain over the chosen set, with the reason why each is chosen or not.
 fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
     let (found, best) = (parts.found, parts.best);
-    let named = &found.sets[parts.judged.findings.named];
     let mut known_keys: Vec<Vec<String>> = Vec::new();
     let mut out: Vec<Candidate> = Vec::new();
     // A subset of the best set may have failed to fit; it was compared with nothing.
@@ -99,6 +98,7 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
         let chosen = key == best.key();
         let gain = set.gain_over(parts.base, set.evidence.independence.share);
         let penalty = found.penalty.of_set(set.additions());
+        let over_chosen = if chosen { 0.0 } else { found.margin(set, best) };
         known_keys.push(key);
         let why = if chosen {
             "chosen: every effect is significant and selected in at least 90 % of the resamples".to_owned()
@@ -106,10 +106,10 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
             format!("its gain of {gain:.1} nats is below its penalty of {penalty:.1} nats")
         } else if !found.is_significant(parts.search, set) {
             "contains an effect that is not significant among this many candidates".to_owned()
-        } else if found.margin(set, named) > 0.0 {
+        } else if over_chosen > 0.0 {
             "its advantage over the chosen set is within the scatter over blocks, and it is larger or less stable".to_owned()
         } else {
-            format!("predicts worse than the chosen set by {:.1} nats", -found.margin(set, named))
+            format!("predicts worse than the chosen set by {:.1} nats", -over_chosen)
         };
         let mut parameters = BTreeMap::new();
         for (n, a) in set.additions().iter().enumerate() {
@@ -122,12 +122,13 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
             parameters,
             gain,
             penalty,
+            over_chosen,
             fitted: true,
             chosen,
             why,
         });
     }
-    let by = |c: &Candidate| (c.chosen, c.gain - c.penalty);
+    let by = |c: &Candidate| (c.chosen, c.over_chosen);
     out.sort_by(|a, b| by(b).partial_cmp(&by(a)).unwrap_or(std::cmp::Ordering::Equal));
     out
 }

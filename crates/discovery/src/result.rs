@@ -195,6 +195,10 @@ pub struct Candidate {
     pub gain: f64,
     /// Penalty that the gain has to exceed, nats.
     pub penalty: f64,
+    /// Gain over the chosen set minus the difference of the penalties, nats: the quantity that decides between two sets. The gains of both are
+    /// computed with the independent share of the residuals of the larger set, so that it is not the difference of their `gain - penalty`.
+    #[serde(default)]
+    pub over_chosen: f64,
     /// Whether it was fitted by simulation, or only tested in the linear problem.
     pub fitted: bool,
     /// Whether it is the chosen set.

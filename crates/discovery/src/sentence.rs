@@ -11,7 +11,7 @@ use crate::search::ALPHA;
 const DIVERGED_RATIO: f64 = 10.0;
 /// Share of the log-likelihood gain, or of the removed error, below which an effect is small. Small effects
 /// are named in the second sentence.
-const SMALL_SHARE: f64 = 0.03;
+pub(crate) const SMALL_SHARE: f64 = 0.03;
 
 /// Removed error at or below which an effect is negligible, where all effects together removed `reduction`.
 fn negligible_error(reduction: f64) -> f64 {
@@ -36,15 +36,16 @@ pub(crate) fn order(effects: &mut [FoundEffect], reduction: f64) {
     });
 }
 
-/// Splits sorted effects into those of the first sentence and the small ones. The first effect is never
-/// small. An effect that held-out predictions do not confirm is small whatever its share.
-fn by_size(effects: &[FoundEffect], reduction: f64) -> [Vec<&FoundEffect>; 2] {
+/// Splits sorted effects into those of the first sentence and the small ones. An effect that held-out predictions do not confirm is small whatever its
+/// share. The first effect is never small, unless there is a table beside the effects (`has_table`) that can explain the improvement.
+fn by_size(effects: &[FoundEffect], reduction: f64, has_table: bool) -> [Vec<&FoundEffect>; 2] {
     let negligible_error = negligible_error(reduction);
     let is_small =
         |e: &FoundEffect| e.share < SMALL_SHARE || e.removed.is_some_and(|r| r <= negligible_error);
     let (mut large, mut small) = (Vec::new(), Vec::new());
     for (place, effect) in effects.iter().enumerate() {
-        if place > 0 && is_small(effect) { small.push(effect) } else { large.push(effect) }
+        let may_be_small = place > 0 || has_table;
+        if may_be_small && is_small(effect) { small.push(effect) } else { large.push(effect) }
     }
     [large, small]
 }
@@ -110,7 +111,8 @@ pub(crate) fn sentence(
     let error_text = |error: f64| format!("{} {unit}", format_error(scale * error, decimals));
     let describe = |effect: &&FoundEffect| describe_effect(effect, error.calibrated.rmse, &error_text);
     let list = |effects: &[&FoundEffect]| effects.iter().map(describe).collect::<Vec<_>>().join(" and ");
-    let [large, small] = by_size(effects, error.calibrated.rmse - error.augmented.rmse);
+    let [large, small] =
+        by_size(effects, error.calibrated.rmse - error.augmented.rmse, unexplained.is_some());
     let second = match &small[..] {
         [] => String::new(),
         small => format!(" Smaller effects: {}.", list(small)),
@@ -131,6 +133,11 @@ pub(crate) fn sentence(
             alternatives.iter().map(|a| a.join(" + ")).collect::<Vec<_>>().join(" or ")
         ),
         Verdict::Explained => format!("The model lacks {}; {gain}.{second}", list(&large)),
+        Verdict::PartlyExplained if large.is_empty() => {
+            format!(
+                "The effects of the library explain only a small part of the data: {rest}; {gain}.{second}"
+            )
+        }
         Verdict::PartlyExplained => {
             format!(
                 "The model lacks {}, which explains only part of the data: {rest}; {gain}.{second}",
@@ -185,9 +192,13 @@ mod tests {
         FoundEffect { kind: kind.into(), share, removed, ..FoundEffect::default() }
     }
 
-    fn named(mut effects: Vec<FoundEffect>, reduction: f64) -> [Vec<String>; 2] {
+    fn named(effects: Vec<FoundEffect>, reduction: f64) -> [Vec<String>; 2] {
+        named_beside(effects, reduction, false)
+    }
+
+    fn named_beside(mut effects: Vec<FoundEffect>, reduction: f64, has_table: bool) -> [Vec<String>; 2] {
         order(&mut effects, reduction);
-        by_size(&effects, reduction).map(|list| list.iter().map(|e| e.kind.clone()).collect())
+        by_size(&effects, reduction, has_table).map(|list| list.iter().map(|e| e.kind.clone()).collect())
     }
 
     #[test]
@@ -221,7 +232,9 @@ mod tests {
         assert_eq!(named(effects, 3e-3), [vec!["much"], vec!["rare", "slight"]]);
         assert_eq!(named(vec![effect("lone", 1.0, None)], 0.0)[0], ["lone"]);
         let none = vec![effect("a", 0.2, Some(-1e-4)), effect("b", 0.7, Some(0.0))];
-        assert_eq!(named(none, -1e-4), [vec!["b"], vec!["a"]]);
+        assert_eq!(named(none.clone(), -1e-4), [vec!["b"], vec!["a"]]);
+        // Beside a table, effects that remove nothing are not in the headline.
+        assert_eq!(named_beside(none, -1e-4, true), [vec![], vec!["b", "a"]]);
     }
 
     #[test]

@@ -5,8 +5,10 @@ use crate::model::{How, Model, Target};
 use crate::text::Symbol;
 use augsim_data::Unit;
 
-/// Number of points of a curve.
-const CURVE_POINTS: usize = 81;
+/// Number of equidistant values from which a curve is drawn: eight for each period of a ripple with 500 periods.
+const FINE_POINTS: usize = 4001;
+/// Maximum error of a drawn curve between its points, as a share of its range: less than the width of a line.
+const MAX_ERROR: f64 = 0.002;
 
 /// Curve of an effect of a model, over the range of its argument in the data.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,9 +52,11 @@ fn curve(model: &Model, scales: &Scales, index: usize) -> Option<Curve> {
     };
     let symbol = |unit: Option<Unit>| unit.map_or_else(String::new, Unit::symbol);
     let [low, high] = scales.range(name, model)?;
-    let x: Vec<f64> =
-        (0..CURVE_POINTS).map(|k| low + (high - low) * k as f64 / (CURVE_POINTS - 1) as f64).collect();
-    let y = scales.values_over(model, &change.value.tree, argument, &x)?;
+    let fine_x: Vec<f64> =
+        (0..FINE_POINTS).map(|k| low + (high - low) * k as f64 / (FINE_POINTS - 1) as f64).collect();
+    let fine_y = scales.values_over(model, &change.value.tree, argument, &fine_x)?;
+    let points = needed_points(&fine_y);
+    let [x, y] = [&fine_x, &fine_y].map(|values| points.iter().map(|k| values[*k]).collect::<Vec<f64>>());
     let per_second = |unit: Option<Unit>| {
         let dimensions = unit?.dimensions() / augsim_data::Dimensions::TIME;
         Unit::from_dimensions(dimensions)
@@ -73,4 +77,52 @@ fn curve(model: &Model, scales: &Scales, index: usize) -> Option<Curve> {
         x,
         y,
     })
+}
+
+/// The points between which straight lines represent equidistant values (Ramer 1972; Douglas and Peucker 1973).
+fn needed_points(values: &[f64]) -> Vec<usize> {
+    let finite = || values.iter().copied().filter(|v| v.is_finite());
+    let range = finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min);
+    let last = values.len() - 1;
+    let mut points = vec![0, last];
+    let mut open = vec![(0, last)];
+    while let Some((from, to)) = open.pop() {
+        let slope = (values[to] - values[from]) / (to - from) as f64;
+        let error = |k: usize| (values[k] - values[from] - slope * (k - from) as f64).abs();
+        let farthest = (from + 1..to).max_by(|a, b| error(*a).total_cmp(&error(*b)));
+        // A value that is not finite has no line; its neighbours stay.
+        if let Some(middle) = farthest.filter(|k| !(error(*k) <= MAX_ERROR * range)) {
+            points.push(middle);
+            open.extend([(from, middle), (middle, to)]);
+        }
+    }
+    points.sort_unstable();
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: straight lines between the points follow the curve, however often it turns, and a straight curve has two points.
+    use super::*;
+
+    #[test]
+    fn lines_between_the_points_follow_a_ripple_and_a_corner() {
+        let position = |k: usize| k as f64 / (FINE_POINTS - 1) as f64;
+        let curves: [fn(f64) -> f64; 3] =
+            [|x| (std::f64::consts::TAU * 60.0 * x).sin(), |x| ((x - 0.5) / 0.002).tanh(), |x| 2.0 * x];
+        let counts = curves.map(|curve| {
+            let values: Vec<f64> = (0..FINE_POINTS).map(|k| curve(position(k))).collect();
+            let points = needed_points(&values);
+            for pair in points.windows(2) {
+                for k in pair[0]..pair[1] {
+                    let share = (k - pair[0]) as f64 / (pair[1] - pair[0]) as f64;
+                    let line = values[pair[0]] + share * (values[pair[1]] - values[pair[0]]);
+                    assert!((line - values[k]).abs() <= 2.0 * MAX_ERROR * 1.0001, "{k}");
+                }
+            }
+            points.len()
+        });
+        // A sine needs about pi / sqrt(8 * 2 * 0.002) = 18 lines per period.
+        assert!(counts[0] > 60 * 12 && counts[1] < 40 && counts[2] == 2, "{counts:?}");
+    }
 }

@@ -92,6 +92,13 @@ pub enum Block {
     },
     /// Methods with references.
     Methods(Vec<Method>),
+    /// Blocks that open on a click.
+    Folded {
+        /// The line that is always shown.
+        title: String,
+        /// The folded blocks.
+        blocks: Vec<Block>,
+    },
 }
 
 /// A method that was used, with its reference.
@@ -287,6 +294,9 @@ fn draw_block(block: &Block, ids: &mut Ids) -> Markup {
                 @if !caption.is_empty() { figcaption { (rich(caption)) } }
                 pre tabindex="0" { code { (text) } }
             }
+        },
+        Block::Folded { title, blocks } => html! {
+            details { summary { (rich(title)) } @for block in blocks { (draw_block(block, ids)) } }
         },
         Block::Methods(methods) => html! {
             ol class="methods" {

@@ -43,7 +43,9 @@ pre code{overflow-wrap:normal}
 .methods{padding-left:22px}
 .methods li{margin-top:6px}
 .ref{color:var(--muted)}
-.scroll{overflow-x:auto;margin-top:20px}
+.scroll{overflow-x:auto;margin-top:20px;background:linear-gradient(90deg,var(--bg) 40%,transparent) 0 0/40px 100% no-repeat local,linear-gradient(270deg,var(--bg) 40%,transparent) 100% 0/40px 100% no-repeat local,linear-gradient(90deg,var(--rule),transparent) 0 0/14px 100% no-repeat scroll,linear-gradient(270deg,var(--rule),transparent) 100% 0/14px 100% no-repeat scroll}
+details{margin-top:20px}
+summary{cursor:pointer;color:var(--accent);font-size:.93rem}
 table{border-collapse:collapse;font-size:.93rem;line-height:1.4;min-width:min(100%,560px)}
 .cap{font-weight:600;margin:28px 0 0}
 h2+.cap{margin-top:0}
@@ -105,10 +107,13 @@ section{margin-top:28pt}
 h2,h3{break-after:avoid}
 tr,.keys,.callout,.fig,.grid>div{break-inside:avoid}
 .cap,.legend{break-after:avoid}
-.tx{min-width:12em}
 table{font-size:.85rem}
 .grid{gap:14pt 18pt}
-.scroll{overflow:visible}
+.scroll{overflow:visible;background:none}
+table{width:100%;min-width:0}
+th,td{padding-right:8pt}
+td.num,th code,td code,.nw,.ci{white-space:normal;overflow-wrap:anywhere}
+.tx{min-width:0}
 pre{white-space:pre-wrap;border:1px solid var(--rule)}
 a{color:inherit;text-decoration:none}
 }

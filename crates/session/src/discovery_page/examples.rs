@@ -50,38 +50,46 @@ pub struct TopView {
 
 /// The figures of all examples: predictions and, beside them, residuals; for pushes the top view.
 ///
-/// `pictures` of whole recordings, if there are any, replace the examples of the result.
+/// First the examples of the result, if they are held out or there are no `pictures` of whole recordings; then the pictures.
 pub(super) fn blocks(d: &Discovery, pictures: &[Example]) -> Vec<Block> {
-    let result_examples = if pictures.is_empty() { examples_of(d) } else { Vec::new() };
-    let examples = if pictures.is_empty() { &result_examples } else { pictures };
+    let mut blocks = Vec::new();
+    if pictures.is_empty() || !d.heldout.is_empty() {
+        blocks.extend(grid(d, &examples_of(d), false));
+    }
+    blocks.extend(grid(d, pictures, true));
+    blocks
+}
+
+/// The figures of examples; `are_free_runs` tells whole recordings from the examples of the result.
+fn grid(d: &Discovery, examples: &[Example], are_free_runs: bool) -> Option<Block> {
     let figures: Vec<Figure> = examples.iter().flat_map(figures_of).collect();
     if figures.is_empty() {
-        return Vec::new();
+        return None;
     }
     let key = |name: &str, tone| LegendEntry::Line(name.to_owned(), tone);
-    let first = if pictures.is_empty() { DECLARED } else { "calibrated model" };
+    let first = if are_free_runs { "calibrated model" } else { DECLARED };
     let mut legend = vec![LegendEntry::Points(MEASURED.to_owned(), Tone::Ink), key(first, BEFORE)];
     if examples.iter().any(|e| !e.after.is_empty()) {
         legend.push(key(AUGMENTED, AFTER));
     }
     let is_push = examples.iter().any(|e| e.top_view.is_some());
     let is_fitted = d.heldout.is_empty();
-    let caption = match (pictures.is_empty(), is_push) {
-        (false, _) => "Data that the models were fitted to in windows, over a time span short enough to resolve the motion: free runs from an \
+    let caption = match (are_free_runs, is_push) {
+        (true, _) => "Data that the models were fitted to in windows, over a time span short enough to resolve the motion: free runs from an \
                        initial state fitted to the first 20 samples, calibrated model (before) and with the effects added (after)."
             .to_owned(),
-        (true, true) => format!(
+        (false, true) => format!(
             "{}. Each prediction starts at the first measured pose. Top view of the object and the rod at the start and the end of \
              the push, and the position error over time.",
             examples_caption("Pushes", is_fitted)
         ),
-        (true, false) => format!(
+        (false, false) => format!(
             "{}. The initial state was fitted to the samples before the mark; later values are predicted. Residuals are measured \
              minus predicted: negative means that the model predicts too much.",
             examples_caption("Trajectories", is_fitted)
         ),
     };
-    vec![Block::Grid(Grid { columns: Columns::Two, legend, figures, caption })]
+    Some(Block::Grid(Grid { columns: Columns::Two, legend, figures, caption }))
 }
 
 /// Examples of a result, all in the one channel where the declared model has the largest residual.

@@ -2,9 +2,10 @@
 
 use super::{DeclaredParameter, display_unit};
 use augsim_data::Unit;
-use augsim_discovery::{Candidate, Discovery, Estimate, Lead, NullRecords, Verdict};
+use augsim_discovery::{Candidate, Discovery, Estimate, Lead, NoiseCause, NullRecords, Verdict};
+use augsim_report::capitalised;
 use augsim_report::figure::Heatmap;
-use augsim_report::page::{Block, Cell, Column, Columns, Grid, Row, Table, estimate_text, significant};
+use augsim_report::page::{Block, Cell, Column, Columns, Grid, Row, Table, significant};
 use std::collections::BTreeMap;
 
 fn value_cell(estimate: &Estimate) -> Cell {
@@ -26,10 +27,13 @@ fn with_groups(estimates: &BTreeMap<String, Estimate>) -> Vec<(String, &Estimate
     list
 }
 
-/// The candidates: the chosen one first, then the fitted ones, each by decreasing gain minus penalty.
+/// Number of candidates that are shown at once; the others are folded.
+const SHOWN_CANDIDATES: usize = 10;
+
+/// The candidates: the chosen one first, then the others by decreasing gain over it.
 fn sorted(candidates: &[Candidate]) -> Vec<&Candidate> {
     let mut sorted: Vec<&Candidate> = candidates.iter().collect();
-    let sort_key = |c: &Candidate| (!c.chosen, !c.fitted, -(c.gain - c.penalty));
+    let sort_key = |c: &Candidate| (!c.chosen, !c.fitted, -c.over_chosen);
     sorted.sort_by(|a, b| sort_key(a).partial_cmp(&sort_key(b)).unwrap_or(std::cmp::Ordering::Equal));
     sorted
 }
@@ -238,49 +242,56 @@ pub(super) fn open_questions(d: &Discovery) -> Vec<Block> {
     blocks
 }
 
-/// The table of all sets of effects that were fitted.
+/// The sets of effects that were fitted: the best in a table, the others folded.
 pub(super) fn candidates(d: &Discovery) -> Vec<Block> {
-    if d.candidates.is_empty() {
+    let list = sorted(&d.candidates);
+    if list.is_empty() {
         return Vec::new();
     }
-    let rows = sorted(&d.candidates).into_iter().enumerate().map(|(i, c)| {
-        let kinds = if c.kinds.is_empty() {
-            "calibrated model".to_owned()
-        } else {
-            c.kinds.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(" + ")
+    let (shown, folded) = list.split_at(list.len().min(SHOWN_CANDIDATES));
+    let mut table = candidate_table(shown, 1);
+    table.caption = "Fitted sets of effects".to_owned();
+    table.footnotes = vec![
+        "Bold row: chosen. Over the chosen set: gain in the cross-validated log-likelihood minus the difference of the penalties, which grow with the \
+         number of candidates and of effects. The file result.json has the parameters of every set."
+            .to_owned(),
+    ];
+    let mut blocks = vec![Block::Table(table)];
+    if !folded.is_empty() {
+        blocks.push(Block::Folded {
+            title: format!("{} more sets", folded.len()),
+            blocks: vec![Block::Table(candidate_table(folded, SHOWN_CANDIDATES + 1))],
+        });
+    }
+    blocks
+}
+
+/// A table of candidates, the first with rank `first`.
+fn candidate_table(list: &[&Candidate], first: usize) -> Table {
+    let row = |(i, c): (usize, &&Candidate)| {
+        let kinds = match c.kinds.is_empty() {
+            true => "calibrated model".to_owned(),
+            false => c.kinds.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(" + "),
         };
-        let parameter_text = |(name, p): (String, &Estimate)| {
-            let (value, interval) = estimate_text(p.value, p.ci95);
-            let interval = if interval.is_empty() { interval } else { format!(" [{interval}]") };
-            let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
-            format!("`{name}` = {value}{interval}{unit}")
-        };
-        let parameters =
-            with_groups(&c.parameters).into_iter().map(parameter_text).collect::<Vec<_>>().join("; ");
-        Row {
-            cells: vec![
-                Cell::text(kinds),
-                Cell::Number((i + 1) as f64),
-                Cell::Number(c.gain - c.penalty),
-                if parameters.is_empty() { Cell::Missing } else { Cell::text(parameters) },
-                Cell::text(&c.why),
-            ],
-            compare: None,
-            strong: c.chosen,
-        }
-    });
-    vec![Block::Table(Table {
-        caption: "All fitted candidates, by gain minus penalty".to_owned(),
+        let cells = vec![
+            Cell::text(kinds),
+            Cell::Number((first + i) as f64),
+            Cell::Number(c.over_chosen),
+            Cell::text(&c.why),
+        ];
+        Row { cells, compare: None, strong: c.chosen }
+    };
+    Table {
+        caption: String::new(),
         columns: vec![
-            Column::text("effect"),
+            Column::text("effects"),
             Column::number("rank", "").decimals(0),
-            Column::number("gain minus penalty", "nats").decimals(1),
-            Column::text("parameters [95 %]"),
-            Column::text("why it won or lost"),
+            Column::number("over the chosen set", "nats").decimals(1),
+            Column::text("why it was chosen or not"),
         ],
-        rows: rows.collect(),
-        footnotes: vec!["Bold row: chosen. Gain: increase of the cross-validated log-likelihood over the calibrated model. The penalty grows with the number of candidates and of effects.".to_owned()],
-    })]
+        rows: list.iter().enumerate().map(row).collect(),
+        footnotes: Vec::new(),
+    }
 }
 
 /// Correlation matrix of the parameter estimates.
@@ -317,13 +328,16 @@ pub(super) fn noise(d: &Discovery, declared_sd: Option<f64>) -> Vec<Block> {
     ))];
     let finding = |kind: &String| (format!("`{kind}`"), noise_text(kind, d));
     let findings: Vec<_> = d.noise.findings.iter().map(finding).collect();
-    blocks.push(if findings.is_empty() {
-        Block::Prose(
+    let cause = d.noise_cause.as_ref().and_then(NoiseCause::sentence);
+    if findings.is_empty() && cause.is_none() {
+        blocks.push(Block::Prose(
             "No other deviation from white, normally distributed measurement noise was found.".to_owned(),
-        )
-    } else {
-        Block::Definitions(findings)
-    });
+        ));
+    }
+    if !findings.is_empty() {
+        blocks.push(Block::Definitions(findings));
+    }
+    blocks.extend(cause.map(|sentence| Block::Prose(capitalised(&format!("{sentence}.")))));
     blocks
 }
 
@@ -344,6 +358,9 @@ fn noise_text(kind: &str, d: &Discovery) -> String {
         "outliers" => n.outliers.map_or(String::new(), |count| format!("{count} outliers were removed")),
         "noise-scale" => {
             format!("the standard deviation is {:.4} {}, different from the declared one", n.sd, n.unit)
+        }
+        "noise-differs" => {
+            "the noise of the recordings differs in size, and each has its own standard deviation".to_owned()
         }
         _ => String::new(),
     }

@@ -104,10 +104,10 @@ pub fn page(context: &ReportContext, subject: &Subject, d: &Discovery) -> Page {
         summary: without_intervals(&d.sentence),
         key_figures: errors::key_figures(d),
         sections: vec![
+            Section::new("What was found", findings::found(d, &declared.parameters)),
             Section::new(runs, examples::blocks(d, &figures.examples)),
             Section::new("Warnings about the data", prose(&warnings)),
             Section::new("Error on held-out data", errors::blocks(d, &declared.quantity)),
-            Section::new("What was found", findings::found(d, &declared.parameters)),
             Section::new("Leads: suggested effects, not established", findings::leads(d)),
             Section::new("Added effects as curves", residuals::laws(&figures.curves)),
             Section::new("Open questions", findings::open_questions(d)),

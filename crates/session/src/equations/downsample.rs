@@ -21,7 +21,7 @@ impl Downsampled {
     /// Note for the user.
     pub fn sentence(&self) -> String {
         format!(
-            "every {}th sample was fitted, with averaged inputs: the outputs are so smooth that the other samples add no information",
+            "one sample in {} was fitted, with averaged inputs: the outputs are so smooth that the other samples add no information",
             self.every
         )
     }
@@ -128,7 +128,7 @@ position_m = { value = "x_m", sd = "estimate" }
         assert_eq!(kept.column(1), all.column(1).iter().copied().step_by(8).collect::<Vec<_>>());
         let mean = all.column(0)[16..24].iter().sum::<f64>() / 8.0;
         assert!((kept.column(0)[2] - mean).abs() < 1e-12);
-        assert!(thinned.sentence().starts_with("every 8th sample"));
+        assert!(thinned.sentence().starts_with("one sample in 8 "));
     }
 
     #[test]
