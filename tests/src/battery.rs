@@ -1,9 +1,9 @@
 //! Scoring of discoveries on sealed ball data: the truth is read only after the verdict.
 
 use crate::gaps::Gaps;
-use crate::sealed::{Kind, Truth, draw, seal};
+use crate::sealed::{Kind, Scene, Sealed, Truth, draw, seal};
 use augsim_data::random_stream;
-use augsim_discovery::{Discovery, Options, Verdict, assess, discover};
+use augsim_discovery::{Discovery, Options, Unexplained, Verdict, assess, discover};
 use augsim_physics::model::Model;
 use augsim_physics::system::ScatterPer;
 use std::fmt;
@@ -166,10 +166,40 @@ fn run_each(
     summary
 }
 
+/// A sealed set with its model and the result of a discovery on it.
+struct Trial {
+    battery: Battery,
+    scene: Scene,
+    sealed: Sealed,
+    model: Model,
+    options: Options,
+    found: Discovery,
+    seconds: f64,
+}
+
+/// Verdict on one answer, with a note for the terminal.
+struct Score {
+    right: bool,
+    note: String,
+}
+
 /// Generates, discovers and scores one set.
 fn run_set(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -> Row {
-    let purpose = format!("sealed {battery:?}");
-    let mut rng = random_stream(seed, &purpose, 0);
+    let row = run_trial(battery, gaps, seed, summary).and_then(|trial| {
+        let score = score(&trial, summary)?;
+        Ok(Row { line: trial.line(seed, gaps, &score), right: score.right })
+    });
+    row.unwrap_or_else(|text| Row { line: format!("seed {seed}: {text}"), right: false })
+}
+
+/// Generates a set and runs a discovery on it, or says why that failed.
+fn run_trial(
+    battery: Battery,
+    gaps: Option<Gaps>,
+    seed: u64,
+    summary: &mut Summary,
+) -> Result<Trial, String> {
+    let mut rng = random_stream(seed, &format!("sealed {battery:?}"), 0);
     let effects = match battery {
         Battery::Null | Battery::Noise | Battery::MisfitNull => Some(0),
         Battery::Single | Battery::Misfit => Some(1),
@@ -180,142 +210,144 @@ fn run_set(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summar
     if matches!(battery, Battery::Misfit | Battery::MisfitNull) {
         truth.wobble = SMOOTH_RESIDUAL_SD;
     }
-    let fail = |text: String| Row { line: format!("seed {seed}: {text}"), right: false };
-    let sealed = seal(&scene, truth, &mut rng).and_then(|mut sealed| {
-        if let Some(gaps) = gaps {
-            sealed.data = gaps.cut(&sealed.data, &mut random_stream(seed, "gaps", 0))?;
-        }
-        Ok(sealed)
-    });
-    let sealed = match sealed {
-        Ok(s) => s,
-        Err(e) => return fail(e.to_string()),
-    };
-    let model = match Model::parse(&sealed.model, "sealed.toml") {
-        Ok(m) => m,
-        Err(e) => return fail(e.to_string()),
-    };
+    let mut sealed = seal(&scene, truth, &mut rng).map_err(|e| e.to_string())?;
+    if let Some(gaps) = gaps {
+        let cut = gaps.cut(&sealed.data, &mut random_stream(seed, "gaps", 0));
+        sealed.data = cut.map_err(|e| e.to_string())?;
+    }
+    let model = Model::parse(&sealed.model, "sealed.toml").map_err(|e| e.to_string())?;
     let options = Options::default();
     let started = Instant::now();
     summary.sets += 1;
-    let d = match discover(&model, &sealed.data, &options, &mut |_| {}) {
-        Ok(d) => d,
-        Err(e) => return fail(e.to_string()),
-    };
+    let found = discover(&model, &sealed.data, &options, &mut |_| {}).map_err(|e| e.to_string())?;
     let seconds = started.elapsed().as_secs_f64();
     summary.seconds.push(seconds);
-    // The truth is read only now, after the verdict.
-    let truth = sealed.truth();
-    let (found, expected) = (found_kinds(&d), truth_kinds(truth));
+    Ok(Trial { battery, scene, sealed, model, options, found, seconds })
+}
+
+/// Compares the answer with the truth, which is read only now, after the verdict.
+fn score(trial: &Trial, summary: &mut Summary) -> Result<Score, String> {
+    let (d, truth) = (&trial.found, trial.sealed.truth());
     let claims = d.verdict != Verdict::NothingToAdd;
-    let mut right;
-    let mut note = String::new();
-    match battery {
+    Ok(match trial.battery {
         Battery::Null | Battery::MisfitNull => {
-            right = !claims;
             summary.false_alarms += usize::from(claims);
+            Score { right: !claims, note: String::new() }
         }
-        Battery::Noise => {
-            let expected_finding = if truth.correlation > 0.0 {
-                "noise-autocorrelated"
-            } else if truth.jitter_s > 0.0 {
-                "timing-jitter"
-            } else if truth.outliers > 0.0 {
-                "outliers"
-            } else {
-                "noise-scale"
-            };
-            let named = d.noise.findings.iter().any(|f| f == expected_finding);
-            summary.visible += 1;
-            summary.exact += usize::from(named);
-            summary.false_alarms += usize::from(claims);
-            right = named && !claims;
-            note = format!("expected {expected_finding}, findings {:?}", d.noise.findings);
-        }
-        Battery::Single | Battery::Pair => {
-            let names: Vec<&str> = truth.effects.iter().map(|e| e.name()).collect();
-            let shared = truth.effects.iter().any(|e| matches!(e, Kind::ScatterTrajectory(_)));
-            let per = if shared { ScatterPer::Record } else { ScatterPer::Event };
-            let assess_effects = |names: &[&str]| assess(&model, &sealed.data, names, per, &options);
-            let oracle = match assess_effects(&names) {
-                Ok(o) => o,
-                Err(e) => return fail(e.to_string()),
-            };
-            let mut visible = oracle.is_visible();
-            // With two effects, each must be visible in the presence of the other.
-            if names.len() > 1 {
-                for n in &names {
-                    let others: Vec<&str> = names.iter().copied().filter(|m| m != n).collect();
-                    let gain = assess_effects(&others).map_or(0.0, |o| oracle.gain - o.gain);
-                    visible &= gain > oracle.penalty / names.len() as f64;
-                }
-            }
-            let exact = found == expected && d.verdict == Verdict::Explained;
-            let ambiguous = !exact && d.alternatives.contains(&expected);
-            right = exact || ambiguous || !visible && (!claims || found.iter().all(|k| expected.contains(k)));
-            if visible {
-                summary.visible += 1;
-                summary.exact += usize::from(exact);
-                summary.ambiguous += usize::from(ambiguous);
-                let ratio = d.error.augmented.rmse / oracle.rmse;
-                summary.ratios.push(ratio);
-                if exact {
-                    count_covered(&d, truth, summary);
-                }
-                note = format!("gain {:.1}/{:.1} ratio {ratio:.3}", oracle.gain, oracle.penalty);
-            } else {
-                if !right {
-                    summary.false_alarms += 1;
-                }
-                note = format!("invisible {:.1}/{:.1}", oracle.gain, oracle.penalty);
-            }
-        }
+        Battery::Noise => score_noise(d, truth, summary),
+        Battery::Single | Battery::Pair => score_effects(trial, summary)?,
         Battery::Misfit => {
+            let (found, expected) = (found_kinds(d), truth_kinds(truth));
             // The smooth residual is real, so a partial explanation is right, but naming another effect is
             // not.
-            right = found.iter().all(|k| expected.contains(k));
+            let right = found.iter().all(|k| expected.contains(k));
             summary.visible += 1;
             summary.exact += usize::from(found == expected);
             summary.false_alarms += usize::from(!right);
-            count_covered(&d, truth, summary);
-            note = intervals(&d, truth);
+            count_covered(d, truth, summary);
+            Score { right, note: intervals(d, truth) }
         }
         Battery::Unlisted => {
-            right = matches!(d.verdict, Verdict::Unknown | Verdict::PartlyExplained);
+            let right = matches!(d.verdict, Verdict::Unknown | Verdict::PartlyExplained);
             summary.visible += usize::from(claims);
             summary.exact += usize::from(right);
             summary.wrongly_explained += usize::from(d.verdict == Verdict::Explained);
-            if !claims {
-                right = true;
-                note = "nothing claimed".into();
+            match claims {
+                true => Score { right, note: String::new() },
+                false => Score { right: true, note: "nothing claimed".into() },
             }
         }
+    })
+}
+
+/// Whether the unusual noise is described, and no effect claimed.
+fn score_noise(d: &Discovery, truth: &Truth, summary: &mut Summary) -> Score {
+    let expected = if truth.correlation > 0.0 {
+        "noise-autocorrelated"
+    } else if truth.jitter_s > 0.0 {
+        "timing-jitter"
+    } else if truth.outliers > 0.0 {
+        "outliers"
+    } else {
+        "noise-scale"
+    };
+    let is_named = d.noise.findings.iter().any(|f| f == expected);
+    let claims = d.verdict != Verdict::NothingToAdd;
+    summary.visible += 1;
+    summary.exact += usize::from(is_named);
+    summary.false_alarms += usize::from(claims);
+    let note = format!("expected {expected}, findings {:?}", d.noise.findings);
+    Score { right: is_named && !claims, note }
+}
+
+/// Whether the true effects are named, compared with a fit of these effects.
+fn score_effects(trial: &Trial, summary: &mut Summary) -> Result<Score, String> {
+    let (d, truth) = (&trial.found, trial.sealed.truth());
+    let (found, expected) = (found_kinds(d), truth_kinds(truth));
+    let names: Vec<&str> = truth.effects.iter().map(|e| e.name()).collect();
+    let shared = truth.effects.iter().any(|e| matches!(e, Kind::ScatterTrajectory(_)));
+    let per = if shared { ScatterPer::Record } else { ScatterPer::Event };
+    let assess_effects =
+        |names: &[&str]| assess(&trial.model, &trial.sealed.data, names, per, &trial.options);
+    let oracle = assess_effects(&names).map_err(|e| e.to_string())?;
+    let mut visible = oracle.is_visible();
+    // With two effects, each must be visible in the presence of the other.
+    if names.len() > 1 {
+        for n in &names {
+            let others: Vec<&str> = names.iter().copied().filter(|m| m != n).collect();
+            let gain = assess_effects(&others).map_or(0.0, |o| oracle.gain - o.gain);
+            visible &= gain > oracle.penalty / names.len() as f64;
+        }
     }
-    let truth_text = format!(
-        "{:?} {:?} rho {} jitter {} outliers {}",
-        truth.effects, truth.unlisted, truth.correlation, truth.jitter_s, truth.outliers
-    );
-    let gaps_text = gaps.map_or(String::new(), |g| {
-        format!(" {} % empty {},", 100.0 * g.share, if g.runs { "in runs" } else { "at random" })
-    });
-    let unexplained = d
-        .unexplained
-        .as_ref()
-        .map_or(String::new(), |u| format!(" [{} of {}: {}]", u.target, u.feature, u.term));
-    let line = format!(
-        "seed {seed}{gaps_text} {} {}x{} Hz {:.1} mm {}: truth {truth_text} -> {:?} {:?} alt {:?}{unexplained} {note} tests lib {:.1e} laws {:.1e} het {:.1e} per {:.1e}; {seconds:.2} s",
-        if scene.plane { "2-D" } else { "1-D" },
-        scene.trajectories,
-        scene.rate_hz,
-        1e3 * scene.noise_m,
-        if right { "ok" } else { "WRONG" },
-        d.verdict,
-        found,
-        d.alternatives,
-        d.tests.library,
-        d.tests.tables.unwrap_or(1.0),
-        d.tests.heterogeneity,
-        d.tests.periodicity.unwrap_or(1.0),
-    );
-    Row { line, right }
+    let claims = d.verdict != Verdict::NothingToAdd;
+    let exact = found == expected && d.verdict == Verdict::Explained;
+    let ambiguous = !exact && d.alternatives.contains(&expected);
+    let right = exact || ambiguous || !visible && (!claims || found.iter().all(|k| expected.contains(k)));
+    if !visible {
+        summary.false_alarms += usize::from(!right);
+        return Ok(Score { right, note: format!("invisible {:.1}/{:.1}", oracle.gain, oracle.penalty) });
+    }
+    summary.visible += 1;
+    summary.exact += usize::from(exact);
+    summary.ambiguous += usize::from(ambiguous);
+    let ratio = d.error.augmented.rmse / oracle.rmse;
+    summary.ratios.push(ratio);
+    if exact {
+        count_covered(d, truth, summary);
+    }
+    let note = format!("gain {:.1}/{:.1} ratio {ratio:.3}", oracle.gain, oracle.penalty);
+    Ok(Score { right, note })
+}
+
+impl Trial {
+    /// Text for the terminal.
+    fn line(&self, seed: u64, gaps: Option<Gaps>, score: &Score) -> String {
+        let (d, truth, scene) = (&self.found, self.sealed.truth(), &self.scene);
+        let truth_text = format!(
+            "{:?} {:?} rho {} jitter {} outliers {}",
+            truth.effects, truth.unlisted, truth.correlation, truth.jitter_s, truth.outliers
+        );
+        let gaps_text = gaps.map_or(String::new(), |g| {
+            format!(" {} % empty {},", 100.0 * g.share, if g.runs { "in runs" } else { "at random" })
+        });
+        let describe = |u: &Unexplained| format!(" [{} of {}: {}]", u.target, u.feature, u.term);
+        let unexplained = d.unexplained.as_ref().map_or(String::new(), describe);
+        format!(
+            "seed {seed}{gaps_text} {} {}x{} Hz {:.1} mm {}: truth {truth_text} -> {:?} {:?} alt {:?}{unexplained} {} tests lib {:.1e} laws {:.1e} het {:.1e} per {:.1e}; {:.2} s",
+            if scene.plane { "2-D" } else { "1-D" },
+            scene.trajectories,
+            scene.rate_hz,
+            1e3 * scene.noise_m,
+            if score.right { "ok" } else { "WRONG" },
+            d.verdict,
+            found_kinds(d),
+            d.alternatives,
+            score.note,
+            d.tests.library,
+            d.tests.tables.unwrap_or(1.0),
+            d.tests.heterogeneity,
+            d.tests.periodicity.unwrap_or(1.0),
+            self.seconds,
+        )
+    }
 }

@@ -36,97 +36,125 @@ fn assert_close(what: &str, got: &[f32], want: &[f64], tolerance: f64) {
     }
 }
 
-fn check_gru(level: Level, dims: GruDims, seed: u64, initial: bool) {
-    let GruDims { time, input, hidden, batch } = dims;
-    // The tests with an initial state do not differentiate the last third of the inputs.
-    let wanted = if initial { input - input / 3 } else { input };
-    let draw = |k: u64, n: usize, scale: f32| -> Vec<f32> {
-        normals_f32(seed * 100 + k, n).into_iter().map(|v| v * scale).collect()
-    };
-    let (w_ih, w_hh) = (draw(1, 3 * hidden * input, 0.4), draw(2, 3 * hidden * hidden, 0.4));
-    let (b_ih, b_hh) = (draw(3, 3 * hidden, 0.4), draw(4, 3 * hidden, 0.4));
-    let x = draw(5, time * input * batch, 1.0);
-    let h0 = if initial { draw(6, hidden * batch, 1.0) } else { Vec::new() };
-    let dy = draw(7, time * hidden * batch, 1.0);
-    let (n_y, n_saved) = (time * hidden * batch, 4 * time * hidden * batch);
+/// Operands of the forward and the backward pass of a GRU layer.
+struct GruOperands<T> {
+    dims: GruDims,
+    w_ih: Vec<T>,
+    w_hh: Vec<T>,
+    b_ih: Vec<T>,
+    b_hh: Vec<T>,
+    x: Vec<T>,
+    h0: Vec<T>,
+    dy: Vec<T>,
+    dx_fresh: bool,
+    dx_inputs: usize,
+}
 
-    let (mut y, mut saved) = (vec![0.0; n_y], vec![0.0; n_saved]);
-    let mut scratch = vec![f32::NAN; gru_simd::scratch(input, hidden)];
-    let weights = GruWeights { w_ih: &w_ih, w_hh: &w_hh, b_ih: &b_ih, b_hh: &b_hh };
-    let args = GruForward { dims, weights, x: &x, h0: &h0, y: &mut y, saved: &mut saved };
-    gru_simd::forward_at(level, args, &mut scratch);
-    let mut grads: Vec<Vec<f32>> =
-        [x.len(), h0.len(), w_ih.len(), w_hh.len(), b_ih.len(), b_hh.len()].map(|n| vec![0.5; n]).into();
-    let [dx, dh0, dw_ih, dw_hh, db_ih, db_hh] = &mut grads[..] else { unreachable!() };
-    scratch.fill(f32::NAN);
-    gru_simd::backward_at(
-        level,
-        GruBackward {
+/// Results of both passes.
+struct GruResults<T> {
+    y: Vec<T>,
+    saved: Vec<T>,
+    /// Gradients in the order of [`GRADIENTS`].
+    grads: Vec<Vec<T>>,
+}
+
+const GRADIENTS: [&str; 6] = ["dx", "dh0", "dw_ih", "dw_hh", "db_ih", "db_hh"];
+
+impl GruOperands<f32> {
+    /// Draws operands; with an initial state, the last third of the inputs is not differentiated.
+    fn draw(dims: GruDims, seed: u64, initial: bool) -> Self {
+        let GruDims { time, input, hidden, batch } = dims;
+        let draw = |k: u64, n: usize, scale: f32| -> Vec<f32> {
+            normals_f32(seed * 100 + k, n).into_iter().map(|v| v * scale).collect()
+        };
+        GruOperands {
+            dims,
+            w_ih: draw(1, 3 * hidden * input, 0.4),
+            w_hh: draw(2, 3 * hidden * hidden, 0.4),
+            b_ih: draw(3, 3 * hidden, 0.4),
+            b_hh: draw(4, 3 * hidden, 0.4),
+            x: draw(5, time * input * batch, 1.0),
+            h0: if initial { draw(6, hidden * batch, 1.0) } else { Vec::new() },
+            dy: draw(7, time * hidden * batch, 1.0),
+            dx_fresh: initial,
+            dx_inputs: if initial { input - input / 3 } else { input },
+        }
+    }
+
+    fn wide(&self) -> GruOperands<f64> {
+        let [w_ih, w_hh, b_ih, b_hh, x, h0, dy] =
+            [&self.w_ih, &self.w_hh, &self.b_ih, &self.b_hh, &self.x, &self.h0, &self.dy].map(|v| wide(v));
+        let Self { dims, dx_fresh, dx_inputs, .. } = *self;
+        GruOperands { dims, w_ih, w_hh, b_ih, b_hh, x, h0, dy, dx_fresh, dx_inputs }
+    }
+}
+
+impl<T: Copy + From<f32>> GruOperands<T> {
+    /// Runs both passes with `scratch_len` elements of scratch memory, which are NaN before each pass.
+    fn run(
+        &self,
+        scratch_len: usize,
+        forward: impl Fn(GruForward<'_, T>, &mut [T]),
+        backward: impl Fn(GruBackward<'_, T>, &mut [T]),
+    ) -> GruResults<T> {
+        let Self { dims, w_ih, w_hh, b_ih, b_hh, x, h0, dy, dx_fresh, dx_inputs } = self;
+        let (dims, dx_fresh, dx_inputs) = (*dims, *dx_fresh, *dx_inputs);
+        let constant = |n: usize, value: f32| vec![T::from(value); n];
+        let states = dims.time * dims.hidden * dims.batch;
+        let (mut y, mut saved) = (constant(states, 0.0), constant(4 * states, 0.0));
+        let mut scratch = constant(scratch_len, f32::NAN);
+        let weights = GruWeights { w_ih, w_hh, b_ih, b_hh };
+        forward(GruForward { dims, weights, x, h0, y: &mut y, saved: &mut saved }, &mut scratch);
+        // Gradients are added to existing values, except fresh ones.
+        let mut grads: Vec<Vec<T>> = [x, h0, w_ih, w_hh, b_ih, b_hh].map(|v| constant(v.len(), 0.5)).into();
+        let [dx, dh0, dw_ih, dw_hh, db_ih, db_hh] = &mut grads[..] else { unreachable!() };
+        scratch.fill(T::from(f32::NAN));
+        let args = GruBackward {
             dims,
             weights,
-            x: &x,
-            h0: &h0,
+            x,
+            h0,
             y: &y,
             saved: &saved,
-            dy: &dy,
+            dy,
             dx,
-            dx_fresh: initial,
-            dx_inputs: wanted,
+            dx_fresh,
+            dx_inputs,
             dh0,
             dw_ih,
             dw_hh,
             db_ih,
             db_hh,
-        },
-        &mut scratch,
-    );
-
-    let [wi, wh, bi, bh, x, h0, dy] = [&w_ih, &w_hh, &b_ih, &b_hh, &x, &h0, &dy].map(|v| wide(v));
-    let (mut y64, mut saved64) = (vec![0.0; n_y], vec![0.0; n_saved]);
-    let mut scratch = vec![f64::NAN; gru_reference::scratch(input, hidden)];
-    let weights = GruWeights { w_ih: &wi, w_hh: &wh, b_ih: &bi, b_hh: &bh };
-    let args = GruForward { dims, weights, x: &x, h0: &h0, y: &mut y64, saved: &mut saved64 };
-    gru_reference::forward(args, &mut scratch);
-    let mut want: Vec<Vec<f64>> = grads.iter().map(|g| vec![0.5; g.len()]).collect();
-    let [dx, dh0, dw_ih, dw_hh, db_ih, db_hh] = &mut want[..] else { unreachable!() };
-    gru_reference::backward(
-        GruBackward {
-            dims,
-            weights,
-            x: &x,
-            h0: &h0,
-            y: &y64,
-            saved: &saved64,
-            dy: &dy,
-            dx,
-            dx_fresh: initial,
-            dx_inputs: wanted,
-            dh0,
-            dw_ih,
-            dw_hh,
-            db_ih,
-            db_hh,
-        },
-        &mut scratch,
-    );
-
-    for (index, v) in grads[0].iter_mut().enumerate() {
-        if index / batch % input >= wanted {
-            *v = 0.0;
+        };
+        backward(args, &mut scratch);
+        // Gradients of inputs that are not differentiated are not defined.
+        for (index, v) in grads[0].iter_mut().enumerate() {
+            if index / dims.batch % dims.input >= dx_inputs {
+                *v = T::from(0.0);
+            }
         }
+        GruResults { y, saved, grads }
     }
-    for (index, v) in want[0].iter_mut().enumerate() {
-        if index / batch % input >= wanted {
-            *v = 0.0;
-        }
-    }
+}
 
+fn check_gru(level: Level, dims: GruDims, seed: u64, initial: bool) {
+    let GruDims { input, hidden, .. } = dims;
+    let operands = GruOperands::draw(dims, seed, initial);
+    let found = operands.run(
+        gru_simd::scratch(input, hidden),
+        |args, scratch| gru_simd::forward_at(level, args, scratch),
+        |args, scratch| gru_simd::backward_at(level, args, scratch),
+    );
+    let expected = operands.wide().run(
+        gru_reference::scratch(input, hidden),
+        gru_reference::forward,
+        gru_reference::backward,
+    );
     let label = format!("{level:?} {dims:?} h0 {initial}");
-    assert_close(&format!("{label} y"), &y, &y64, 5e-6);
-    assert_close(&format!("{label} saved"), &saved, &saved64, 2e-5);
-    for ((name, got), want) in ["dx", "dh0", "dw_ih", "dw_hh", "db_ih", "db_hh"].iter().zip(&grads).zip(&want)
-    {
-        assert_close(&format!("{label} {name}"), got, want, 1e-4);
+    assert_close(&format!("{label} y"), &found.y, &expected.y, 5e-6);
+    assert_close(&format!("{label} saved"), &found.saved, &expected.saved, 2e-5);
+    for ((name, found), expected) in GRADIENTS.iter().zip(&found.grads).zip(&expected.grads) {
+        assert_close(&format!("{label} {name}"), found, expected, 1e-4);
     }
 }
 

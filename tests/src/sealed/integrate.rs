@@ -136,116 +136,198 @@ impl Physics<'_> {
     }
 
     /// True positions at `times`.
-    pub fn positions(&self, s: &Start, times: &[f64]) -> Vec<(f64, f64)> {
-        let tilt = self.sum(|k| if let Kind::Tilt(a) = k { Some(*a) } else { None });
-        let tau = self.sum(|k| if let Kind::Contact(t) = k { Some(*t) } else { None });
-        let (sin, cos) = tilt.sin_cos();
-        let gap = |b: &Ball| b.z * cos - b.x * sin;
-        let mut b = Ball { x: s.x, z: s.z, vx: s.vx, vz: s.vz };
-        let (mut t, mut spin, mut bounce, mut resting) = (0.0, s.spin, 0, false);
-        let mut out = Vec::with_capacity(times.len());
+    pub fn positions(&self, start: &Start, times: &[f64]) -> Vec<(f64, f64)> {
+        let mut motion = Motion::new(self, start, times);
         for &sample_time in times {
-            while t < sample_time {
-                if resting {
-                    t = sample_time;
-                    break;
-                }
-                let h = STEP.min(sample_time - t);
-                let next = self.step(&b, spin, t, h);
-                if gap(&next) >= 0.0 {
-                    b = next;
-                    t += h;
-                    continue;
-                }
-                // Locate the contact by bisection of the step.
-                let (mut low, mut high) = (0.0, h);
-                for _ in 0..45 {
-                    let middle = 0.5 * (low + high);
-                    if gap(&self.step(&b, spin, t, middle)) >= 0.0 { low = middle } else { high = middle }
-                }
-                b = self.step(&b, spin, t, low);
-                t += low;
-                let vn = b.vz * cos - b.vx * sin;
-                let vt = b.vx * cos + b.vz * sin;
-                let e = self.restitution_at(-vn, b.x, spin, t, bounce, s);
-                bounce += 1;
-                if -vn * e < 0.02 {
-                    resting = true;
-                    continue;
-                }
-                let slip = vt - RADIUS * spin;
-                let stick = INERTIA / (1.0 + INERTIA);
-                let mut jump = 0.0;
-                for k in &self.truth.effects {
-                    match *k {
-                        Kind::Coulomb(mu) => {
-                            jump -= slip.signum() * (mu * (1.0 + e) * -vn).min(stick * slip.abs())
-                        }
-                        Kind::Grip(kappa) => jump -= kappa * slip,
-                        _ => {}
-                    }
-                }
-                spin -= jump / (INERTIA * RADIUS);
-                if tau > 0.0 {
-                    // The contact is a spring and a damper, integrated in small steps until the ball leaves;
-                    // meanwhile the ball slides.
-                    let damping = -e.ln() / tau;
-                    let stiffness = (std::f64::consts::PI / tau).powi(2) + damping * damping;
-                    let (mut depth, mut rate) = (0.0f64, vn);
-                    let h = tau / 400.0;
-                    let entry = b;
-                    let contact_start = t;
-                    loop {
-                        let a = |d: f64, r: f64| -G - 2.0 * damping * r - stiffness * d;
-                        let (k1d, k1r) = (rate, a(depth, rate));
-                        let (k2d, k2r) =
-                            (rate + h / 2.0 * k1r, a(depth + h / 2.0 * k1d, rate + h / 2.0 * k1r));
-                        let (nd, nr) = (depth + h * k2d, rate + h * k2r);
-                        if nd >= 0.0 && nr > 0.0 {
-                            let part = depth / (depth - nd);
-                            t += h * part;
-                            rate += (nr - rate) * part;
-                            depth = 0.0;
-                        } else {
-                            t += h;
-                            depth = nd;
-                            rate = nr;
-                        }
-                        // Samples during the contact show the ball below the ground.
-                        while out.len() < times.len() && times[out.len()] <= t {
-                            let along = entry.x + (vt + 0.5 * jump) * (times[out.len()] - contact_start);
-                            out.push((along, depth));
-                        }
-                        if depth == 0.0 || t - contact_start > 3.0 * tau {
-                            break;
-                        }
-                    }
-                    b = Ball {
-                        x: entry.x + (vt + 0.5 * jump) * (t - contact_start),
-                        z: 0.0,
-                        vx: vt + jump,
-                        vz: rate,
-                    };
-                    if rate < 0.02 {
-                        resting = true;
-                    }
-                } else {
-                    let (n, u) = (-e * vn, vt + jump);
-                    b.vx = u * cos - n * sin;
-                    b.vz = n * cos + u * sin;
-                    let g = gap(&b);
-                    b.x += g * sin;
-                    b.z -= g * cos;
-                }
-                if out.len() == times.len() || t > sample_time {
-                    break;
-                }
-            }
-            if out.len() < times.len() && times[out.len()] == sample_time {
-                out.push((b.x, b.z));
+            motion.advance_to(sample_time);
+            if motion.next_sample_time() == Some(sample_time) {
+                motion.samples.push((motion.ball.x, motion.ball.z));
             }
         }
-        out.truncate(times.len());
-        out
+        motion.samples.truncate(times.len());
+        motion.samples
+    }
+}
+
+/// A plane floor that may be tilted.
+#[derive(Clone, Copy)]
+struct Floor {
+    sin: f64,
+    cos: f64,
+}
+
+impl Floor {
+    /// Height of the ball above the floor, m.
+    fn gap(&self, b: &Ball) -> f64 {
+        b.z * self.cos - b.x * self.sin
+    }
+}
+
+/// An impact on the floor.
+struct Impact {
+    /// Velocity normal to the floor before the impact, m/s; negative.
+    normal: f64,
+    /// Velocity along the floor before the impact, m/s.
+    tangential: f64,
+    /// Coefficient of restitution.
+    restitution: f64,
+    /// Change of the velocity along the floor, m/s.
+    jump: f64,
+}
+
+/// State of a simulation, with the positions sampled so far.
+struct Motion<'a> {
+    physics: &'a Physics<'a>,
+    start: &'a Start,
+    times: &'a [f64],
+    floor: Floor,
+    /// Duration of a contact, s; 0 for instantaneous impacts.
+    contact_s: f64,
+    ball: Ball,
+    time: f64,
+    spin: f64,
+    bounces: usize,
+    is_resting: bool,
+    samples: Vec<(f64, f64)>,
+}
+
+impl<'a> Motion<'a> {
+    fn new(physics: &'a Physics<'a>, start: &'a Start, times: &'a [f64]) -> Self {
+        let tilt = physics.sum(|k| if let Kind::Tilt(a) = k { Some(*a) } else { None });
+        let contact_s = physics.sum(|k| if let Kind::Contact(t) = k { Some(*t) } else { None });
+        let (sin, cos) = tilt.sin_cos();
+        Motion {
+            physics,
+            start,
+            times,
+            floor: Floor { sin, cos },
+            contact_s,
+            ball: Ball { x: start.x, z: start.z, vx: start.vx, vz: start.vz },
+            time: 0.0,
+            spin: start.spin,
+            bounces: 0,
+            is_resting: false,
+            samples: Vec::with_capacity(times.len()),
+        }
+    }
+
+    /// Time of the next sample; `None` after the last one.
+    fn next_sample_time(&self) -> Option<f64> {
+        self.times.get(self.samples.len()).copied()
+    }
+
+    /// Advances to `sample_time`, or to the end of a contact that lasts longer.
+    fn advance_to(&mut self, sample_time: f64) {
+        while self.time < sample_time {
+            if self.is_resting {
+                self.time = sample_time;
+                break;
+            }
+            let h = STEP.min(sample_time - self.time);
+            let next = self.physics.step(&self.ball, self.spin, self.time, h);
+            if self.floor.gap(&next) >= 0.0 {
+                self.ball = next;
+                self.time += h;
+                continue;
+            }
+            self.advance_to_contact(h);
+            let Some(impact) = self.start_impact() else { continue };
+            if self.contact_s > 0.0 {
+                self.slide_through_contact(&impact);
+            } else {
+                self.rebound(&impact);
+            }
+            if self.next_sample_time().is_none() || self.time > sample_time {
+                break;
+            }
+        }
+    }
+
+    /// Advances to the contact within a step of length `h`, which is located by bisection.
+    fn advance_to_contact(&mut self, h: f64) {
+        let after = |h: f64| self.physics.step(&self.ball, self.spin, self.time, h);
+        let (mut low, mut high) = (0.0, h);
+        for _ in 0..45 {
+            let middle = 0.5 * (low + high);
+            if self.floor.gap(&after(middle)) >= 0.0 { low = middle } else { high = middle }
+        }
+        self.ball = after(low);
+        self.time += low;
+    }
+
+    /// Computes the impact and applies its change of the spin; `None` if the ball comes to rest.
+    fn start_impact(&mut self) -> Option<Impact> {
+        let (b, Floor { sin, cos }) = (self.ball, self.floor);
+        let normal = b.vz * cos - b.vx * sin;
+        let tangential = b.vx * cos + b.vz * sin;
+        let e = self.physics.restitution_at(-normal, b.x, self.spin, self.time, self.bounces, self.start);
+        self.bounces += 1;
+        if -normal * e < 0.02 {
+            self.is_resting = true;
+            return None;
+        }
+        let slip = tangential - RADIUS * self.spin;
+        let stick = INERTIA / (1.0 + INERTIA);
+        let mut jump = 0.0;
+        for k in &self.physics.truth.effects {
+            match *k {
+                Kind::Coulomb(mu) => {
+                    jump -= slip.signum() * (mu * (1.0 + e) * -normal).min(stick * slip.abs())
+                }
+                Kind::Grip(kappa) => jump -= kappa * slip,
+                _ => {}
+            }
+        }
+        self.spin -= jump / (INERTIA * RADIUS);
+        Some(Impact { normal, tangential, restitution: e, jump })
+    }
+
+    /// Integrates the contact as a spring and a damper until the ball leaves; meanwhile the ball slides.
+    fn slide_through_contact(&mut self, impact: &Impact) {
+        let damping = -impact.restitution.ln() / self.contact_s;
+        let stiffness = (std::f64::consts::PI / self.contact_s).powi(2) + damping * damping;
+        let (mut depth, mut rate) = (0.0f64, impact.normal);
+        let h = self.contact_s / 400.0;
+        let (entry_x, contact_start) = (self.ball.x, self.time);
+        let mean_tangential = impact.tangential + 0.5 * impact.jump;
+        let x_at = |t: f64| entry_x + mean_tangential * (t - contact_start);
+        loop {
+            let a = |d: f64, r: f64| -G - 2.0 * damping * r - stiffness * d;
+            let (k1d, k1r) = (rate, a(depth, rate));
+            let (k2d, k2r) = (rate + h / 2.0 * k1r, a(depth + h / 2.0 * k1d, rate + h / 2.0 * k1r));
+            let (next_depth, next_rate) = (depth + h * k2d, rate + h * k2r);
+            if next_depth >= 0.0 && next_rate > 0.0 {
+                let part = depth / (depth - next_depth);
+                self.time += h * part;
+                rate += (next_rate - rate) * part;
+                depth = 0.0;
+            } else {
+                self.time += h;
+                depth = next_depth;
+                rate = next_rate;
+            }
+            // Samples during the contact show the ball below the ground.
+            while let Some(t) = self.next_sample_time().filter(|t| *t <= self.time) {
+                self.samples.push((x_at(t), depth));
+            }
+            if depth == 0.0 || self.time - contact_start > 3.0 * self.contact_s {
+                break;
+            }
+        }
+        self.ball = Ball { x: x_at(self.time), z: 0.0, vx: impact.tangential + impact.jump, vz: rate };
+        if rate < 0.02 {
+            self.is_resting = true;
+        }
+    }
+
+    /// Applies an instantaneous impact and moves the ball onto the floor.
+    fn rebound(&mut self, impact: &Impact) {
+        let Floor { sin, cos } = self.floor;
+        let (n, u) = (-impact.restitution * impact.normal, impact.tangential + impact.jump);
+        self.ball.vx = u * cos - n * sin;
+        self.ball.vz = n * cos + u * sin;
+        let gap = self.floor.gap(&self.ball);
+        self.ball.x += gap * sin;
+        self.ball.z -= gap * cos;
     }
 }

@@ -56,29 +56,66 @@ fn wobble(rng: &mut Xoshiro256PlusPlus, amplitude: f64, times: &[f64], length_s:
 /// # Errors
 /// None for a scene from [`draw`](super::draw).
 pub fn seal(scene: &Scene, truth: Truth, rng: &mut Xoshiro256PlusPlus) -> Result<Sealed, DataError> {
-    let physics = Physics { truth: &truth, restitution: scene.restitution };
-    let parameter = |pick: &dyn Fn(&Kind) -> Option<f64>| truth.effects.iter().find_map(pick).unwrap_or(0.0);
-    let per_impact = parameter(&|k| {
-        if let Kind::ScatterImpact(s) = k { Some(*s) } else { None }
-    });
-    let per_trajectory = parameter(&|k| {
-        if let Kind::ScatterTrajectory(s) = k { Some(*s) } else { None }
-    });
-    let latency = parameter(&|k| {
-        if let Kind::Latency(s) = k { Some(*s) } else { None }
-    });
-    let offset = parameter(&|k| {
-        if let Kind::HeightOffset(s) = k { Some(*s) } else { None }
-    });
-    let roll = parameter(&|k| {
-        if let Kind::Roll(s) = k { Some(*s) } else { None }
-    });
-    let pause = 1200.0 / scene.trajectories as f64;
-    let mut trajectories = Vec::new();
-    for j in 0..scene.trajectories {
-        let session = j as f64 * pause + rng.random_range(0.0..0.5 * pause);
+    let laboratory = Laboratory { scene, truth: &truth };
+    let trajectories = (0..scene.trajectories).map(|index| laboratory.trajectory(index, rng));
+    let trajectories = trajectories.collect::<Result<_, _>>()?;
+    let names: &[&str] = if scene.plane {
+        &["x_m", "z_m", "start_time_s", "spin_rad_s"]
+    } else {
+        &["height_m", "start_time_s"]
+    };
+    Ok(Sealed {
+        data: Dataset::from_names(names, trajectories)?,
+        model: model_text(scene, scene.noise_m / truth.declared_ratio),
+        truth,
+    })
+}
+
+/// Simulates and measures the trajectories of a scene.
+struct Laboratory<'a> {
+    scene: &'a Scene,
+    truth: &'a Truth,
+}
+
+impl Laboratory<'_> {
+    /// Value of the first effect that `pick` accepts; 0 without one.
+    fn parameter(&self, pick: impl Fn(&Kind) -> Option<f64>) -> f64 {
+        self.truth.effects.iter().find_map(pick).unwrap_or(0.0)
+    }
+
+    /// Simulates and measures the trajectory with number `index`.
+    fn trajectory(&self, index: usize, rng: &mut Xoshiro256PlusPlus) -> Result<Trajectory, DataError> {
+        let start = self.draw_start(index, rng);
+        let times = self.draw_times(rng);
+        let true_positions = self.true_positions(&start, &times, rng);
+        let (mut xs, mut zs) = self.measure(&true_positions, rng);
+        if self.truth.wobble > 0.0 {
+            let length_s = times.last().copied().unwrap_or(1.0);
+            for channel in [&mut xs, &mut zs] {
+                let smooth = wobble(rng, self.truth.wobble, &times, length_s);
+                channel.iter_mut().zip(smooth).for_each(|(v, w)| *v += self.scene.noise_m * w);
+            }
+        }
+        let count = times.len();
+        let constant = |v: f64| vec![v; count];
+        let values = if self.scene.plane {
+            vec![xs, zs, constant(start.session), constant(start.spin)]
+        } else {
+            vec![zs, constant(start.session)]
+        };
+        Trajectory::new(format!("{index}"), times, values)
+    }
+
+    /// Draws the session time, the initial state and the deviations of the restitution.
+    fn draw_start(&self, index: usize, rng: &mut Xoshiro256PlusPlus) -> Start {
+        let scene = self.scene;
+        let per_impact = self.parameter(|k| if let Kind::ScatterImpact(s) = k { Some(*s) } else { None });
+        let per_trajectory =
+            self.parameter(|k| if let Kind::ScatterTrajectory(s) = k { Some(*s) } else { None });
+        let pause = 1200.0 / scene.trajectories as f64;
+        let session = index as f64 * pause + rng.random_range(0.0..0.5 * pause);
         let shared = per_trajectory * normal(rng);
-        let start = Start {
+        Start {
             x: if scene.plane { rng.random_range(-0.3..0.3) } else { 0.0 },
             z: rng.random_range(0.4..2.2),
             vx: if scene.plane { rng.random_range(0.2..1.8) } else { 0.0 },
@@ -87,29 +124,50 @@ pub fn seal(scene: &Scene, truth: Truth, rng: &mut Xoshiro256PlusPlus) -> Result
             clock: session - 600.0,
             session,
             offsets: (0..40).map(|_| shared + per_impact * normal(rng)).collect(),
-        };
+        }
+    }
+
+    /// Draws the nominal sample times, s; irregular sets lack samples and have uneven times.
+    fn draw_times(&self, rng: &mut Xoshiro256PlusPlus) -> Vec<f64> {
+        let scene = self.scene;
         let n = (rng.random_range(1.5..2.6) * scene.rate_hz) as usize;
         let mut times: Vec<f64> = Vec::new();
         for k in 0..n {
-            // Irregular sets lack samples and have uneven times.
             if scene.irregular && rng.random_bool(0.05) {
                 continue;
             }
             let uneven = if scene.irregular { rng.random_range(0.0..0.3) } else { 0.0 };
             times.push((k as f64 + uneven) / scene.rate_hz);
         }
-        let true_times: Vec<f64> = times.iter().map(|t| t - latency + truth.jitter_s * normal(rng)).collect();
+        times
+    }
+
+    /// Positions at the true sample times, which differ from the nominal ones by the latency and the jitter.
+    fn true_positions(&self, start: &Start, times: &[f64], rng: &mut Xoshiro256PlusPlus) -> Vec<(f64, f64)> {
+        let latency = self.parameter(|k| if let Kind::Latency(s) = k { Some(*s) } else { None });
+        let jitter_s = self.truth.jitter_s;
+        let true_times: Vec<f64> = times.iter().map(|t| t - latency + jitter_s * normal(rng)).collect();
+        // The simulation needs increasing times, but jitter may exchange neighbours.
         let mut order: Vec<usize> = (0..true_times.len()).collect();
         order.sort_by(|&a, &b| true_times[a].total_cmp(&true_times[b]));
         let sorted: Vec<f64> = order.iter().map(|&i| true_times[i].max(0.0)).collect();
-        let positions = physics.positions(&start, &sorted);
+        let physics = Physics { truth: self.truth, restitution: self.scene.restitution };
+        let positions = physics.positions(start, &sorted);
         let mut true_positions = vec![(0.0, 0.0); true_times.len()];
         order.iter().zip(positions).for_each(|(&i, p)| true_positions[i] = p);
+        true_positions
+    }
+
+    /// Measures positions with the distortions, the noise and the outliers of the camera.
+    fn measure(&self, positions: &[(f64, f64)], rng: &mut Xoshiro256PlusPlus) -> (Vec<f64>, Vec<f64>) {
+        let (scene, truth) = (self.scene, self.truth);
+        let offset = self.parameter(|k| if let Kind::HeightOffset(s) = k { Some(*s) } else { None });
+        let roll = self.parameter(|k| if let Kind::Roll(s) = k { Some(*s) } else { None });
         let (mut ex, mut ez) = (0.0, 0.0);
         let rho = truth.correlation;
         let innovation = (1.0 - rho * rho).sqrt();
         let (mut xs, mut zs) = (Vec::new(), Vec::new());
-        for (k, &(x, z)) in true_positions.iter().enumerate() {
+        for (k, &(x, z)) in positions.iter().enumerate() {
             let innovation_scale = if k == 0 { 1.0 } else { innovation };
             ex = rho * ex + innovation_scale * normal(rng);
             ez = rho * ez + innovation_scale * normal(rng);
@@ -124,30 +182,6 @@ pub fn seal(scene: &Scene, truth: Truth, rng: &mut Xoshiro256PlusPlus) -> Result
             xs.push(x * roll.cos() - distorted * roll.sin() + scene.noise_m * (ex + sx));
             zs.push(x * roll.sin() + distorted * roll.cos() + offset + scene.noise_m * (ez + sz));
         }
-        if truth.wobble > 0.0 {
-            let length_s = times.last().copied().unwrap_or(1.0);
-            for channel in [&mut xs, &mut zs] {
-                let smooth = wobble(rng, truth.wobble, &times, length_s);
-                channel.iter_mut().zip(smooth).for_each(|(v, w)| *v += scene.noise_m * w);
-            }
-        }
-        let count = times.len();
-        let constant = |v: f64| vec![v; count];
-        let values = if scene.plane {
-            vec![xs, zs, constant(session), constant(start.spin)]
-        } else {
-            vec![zs, constant(session)]
-        };
-        trajectories.push(Trajectory::new(format!("{j}"), times, values)?);
+        (xs, zs)
     }
-    let names: &[&str] = if scene.plane {
-        &["x_m", "z_m", "start_time_s", "spin_rad_s"]
-    } else {
-        &["height_m", "start_time_s"]
-    };
-    Ok(Sealed {
-        data: Dataset::from_names(names, trajectories)?,
-        model: model_text(scene, scene.noise_m / truth.declared_ratio),
-        truth,
-    })
 }

@@ -4,7 +4,7 @@ use crate::args::Train;
 use augsim_session::RunLock;
 use augsim_session::run_data::published_predictor;
 use augsim_session::run_dir::{CHECKPOINT, Config, DataSource, FILES, RunDir};
-use augsim_session::training_run::TrainingOutcome;
+use augsim_session::training_run::{Trained, TrainingOutcome};
 use augsim_session::usage::PathFault;
 use augsim_session::{residual, run_data};
 use augsim_terminal::destination::{RESULT, check_file};
@@ -38,41 +38,9 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
     }
     let _lock = RunLock::take(&args.out)?;
     let run = RunDir::open(&args.out);
-    let mut notes = Vec::new();
-    let config = match args.resume {
-        true => {
-            let config = run.read_config()?;
-            if let DataSource::File(data) = &config.data {
-                FILES.iter().try_for_each(|name| check_file(&run.file(name), &[data]))?;
-            }
-            config
-        }
-        false => {
-            if !force {
-                check_free(&run)?;
-            }
-            let data = match &args.data {
-                Some(path) => DataSource::File(path.clone()),
-                None => DataSource::DropDistribution { trajectories: GENERATED_TRAJECTORIES, seed },
-            };
-            let recipe = args.recipe;
-            let engine = match args.corrected()? {
-                Some((corrected, data)) => {
-                    let (engine, engine_notes) = corrected.engine(&data, recipe)?;
-                    notes = engine_notes;
-                    engine
-                }
-                None => published_predictor(),
-            };
-            let settings = Settings::new(recipe, args.iterations, seed, engine);
-            Config {
-                checkpoint_every: args.checkpoint_every,
-                residual_of: args.residual_of.clone(),
-                data,
-                accept: args.accept.accept.clone(),
-                settings,
-            }
-        }
+    let (config, notes) = match args.resume {
+        true => (resumed_config(&run)?, Vec::new()),
+        false => new_config(args, seed, force, &run)?,
     };
     let (train, warnings) = run_data::load_checked(&config)?;
     notes.iter().for_each(|note| output.note(note));
@@ -90,34 +58,63 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
             Ok(Outcome::Interrupted)
         }
         TrainingOutcome::Trained(trained) => {
-            if trained.model.shrinkage().is_some_and(|trust| trust.gain == 0.0) {
-                output.note(
-                    "the corrections of the net do not improve free runs of held-out recordings: the mean forecasts are those of the \
-                     physics, with the standard deviations of the net",
-                );
-            }
-            let summary = Summary {
-                run: args.out.clone(),
-                recipe: config.settings.recipe,
-                parameters: trained.parameters,
-                iterations: config.settings.iterations,
-                seconds_per_iteration: trained.seconds_per_iteration,
-            };
-            output.result(&summary, || {
-                let rate = trained
-                    .seconds_per_iteration
-                    .map_or(String::new(), |s| format!(", {:.1} ms each", s * 1e3));
-                format!(
-                    "{}: {} parameters, {} iterations{rate}\nrun: {}",
-                    config.settings.recipe.label(),
-                    trained.parameters,
-                    config.settings.iterations,
-                    args.out.display()
-                )
-            })?;
+            print_trained(&trained, &config.settings, &args.out, output)?;
             Ok(Outcome::Done)
         }
     }
+}
+
+/// Reads the configuration of a run that is resumed, and checks that its data are no output.
+fn resumed_config(run: &RunDir) -> anyhow::Result<Config> {
+    let config = run.read_config()?;
+    if let DataSource::File(data) = &config.data {
+        FILES.iter().try_for_each(|name| check_file(&run.file(name), &[data]))?;
+    }
+    Ok(config)
+}
+
+/// Makes the configuration of a new run from the options, with notes on the engine.
+fn new_config(args: &Train, seed: u64, force: bool, run: &RunDir) -> anyhow::Result<(Config, Vec<String>)> {
+    if !force {
+        check_free(run)?;
+    }
+    let data = match &args.data {
+        Some(path) => DataSource::File(path.clone()),
+        None => DataSource::DropDistribution { trajectories: GENERATED_TRAJECTORIES, seed },
+    };
+    let (engine, notes) = match args.corrected()? {
+        Some((corrected, data)) => corrected.engine(&data, args.recipe)?,
+        None => (published_predictor(), Vec::new()),
+    };
+    let config = Config {
+        checkpoint_every: args.checkpoint_every,
+        residual_of: args.residual_of.clone(),
+        data,
+        accept: args.accept.accept.clone(),
+        settings: Settings::new(args.recipe, args.iterations, seed, engine),
+    };
+    Ok((config, notes))
+}
+
+/// Prints the summary of a finished run.
+fn print_trained(trained: &Trained, settings: &Settings, out: &Path, output: &Output) -> anyhow::Result<()> {
+    if trained.model.shrinkage().is_some_and(|trust| trust.gain == 0.0) {
+        output.note(
+            "the corrections of the net do not improve free runs of held-out recordings: the mean forecasts are those of the \
+             physics, with the standard deviations of the net",
+        );
+    }
+    let Trained { parameters, seconds_per_iteration, .. } = *trained;
+    let Settings { recipe, iterations, .. } = *settings;
+    let summary = Summary { run: out.to_owned(), recipe, parameters, iterations, seconds_per_iteration };
+    output.result(&summary, || {
+        let rate = seconds_per_iteration.map_or(String::new(), |s| format!(", {:.1} ms each", s * 1e3));
+        format!(
+            "{}: {parameters} parameters, {iterations} iterations{rate}\nrun: {}",
+            recipe.label(),
+            out.display()
+        )
+    })
 }
 
 /// Refuses to overwrite the run of another command.

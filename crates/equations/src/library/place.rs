@@ -1,6 +1,6 @@
 //! Places of a model where a row can be applied: equations, inputs, outputs and parameters.
 
-use crate::model::{Model, Target};
+use crate::model::{Input, Model, Output, Parameter, Target};
 use crate::text::{Kind, Symbol, Tree};
 
 /// Kinematic structure of a model: which states are rates of others, read from the equations.
@@ -78,87 +78,20 @@ pub(super) struct Place {
 ///
 /// The general places are explained at the top of `library.toml` and `formulas.toml`.
 pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
-    let states = model.declared_states();
-    let name = |state: usize| model.states[state].name.clone();
     let motion = Kinematics::from_model(model);
-    let output_uses = |output: usize, state: usize| {
-        model.outputs[output].value.tree.symbols().any(|s| s == Symbol::State(state))
-    };
     let places = match word {
-        "force" => {
-            let to_place = |&(x, v): &(usize, usize)| {
-                place(Target::Rate(v), name(v), None, vec![("x", name(x)), ("v", name(v))])
-            };
-            motion.pairs.iter().map(to_place).collect()
-        }
-        "flow" => {
-            let to_place = |&x: &usize| place(Target::Rate(x), name(x), None, vec![("x", name(x))]);
-            motion.flows.iter().map(to_place).collect()
-        }
-        "flow-pair" => {
-            let mut list = Vec::new();
-            for &x in &motion.flows {
-                for &w in motion.flows.iter().filter(|w| **w != x) {
-                    let names = vec![("x", name(x)), ("w", name(w))];
-                    let mut found = place(Target::Rate(x), name(x), Some(name(w)), names);
-                    found.other = Some(Target::Rate(w));
-                    list.push(found);
-                }
-            }
-            list
-        }
-        "input" | "delay" => {
-            let inputs = model.inputs.iter().enumerate();
-            let free = inputs.filter(|(_, input)| word == "input" || input.delay.is_none());
-            let target = if word == "input" { Target::Input } else { Target::Delay };
-            free.map(|(i, input)| place(target(i), input.name.clone(), None, vec![("u", input.name.clone())]))
-                .collect()
-        }
-        "output" | "sensor-law" => {
-            let argument = if word == "output" { "y" } else { "z" };
-            let to_place = |(i, o): (usize, &crate::model::Output)| {
-                place(Target::Output(i), o.name.clone(), None, vec![(argument, o.name.clone())])
-            };
-            model.outputs.iter().enumerate().map(to_place).collect()
-        }
-        "law" => {
-            let quantities = [quantities(model), vec!["t".to_owned()]].concat();
-            let places_at = |v: usize| {
-                let to_place =
-                    move |z: &String| place(Target::Rate(v), name(v), None, vec![("z", z.clone())]);
-                quantities.iter().map(to_place).collect::<Vec<_>>()
-            };
-            motion.force_and_flow_states().into_iter().flat_map(places_at).collect()
-        }
-        "law-pair" | "law-product" => {
-            let mut list = Vec::new();
-            let quantities = quantities(model);
-            for v in motion.force_and_flow_states() {
-                for (i, z) in quantities.iter().enumerate() {
-                    let is_partner = |k: &usize| if word == "law-pair" { *k > i } else { *k != i };
-                    for q in (0..quantities.len()).filter(is_partner).map(|k| &quantities[k]) {
-                        let names = vec![("z", z.clone()), ("q", q.clone())];
-                        list.push(place(Target::Rate(v), name(v), None, names));
-                    }
-                }
-            }
-            list
-        }
-        "output-input" | "output-state" => {
-            let mut list = Vec::new();
-            for (i, output) in model.outputs.iter().enumerate() {
-                let others: Vec<String> = if word == "output-input" {
-                    model.inputs.iter().map(|u| u.name.clone()).collect()
-                } else {
-                    (0..states).filter(|s| !output_uses(i, *s)).map(name).collect()
-                };
-                for other in others {
-                    let names = vec![("y", output.name.clone()), ("q", other.clone())];
-                    list.push(place(Target::Output(i), output.name.clone(), Some(other), names));
-                }
-            }
-            list
-        }
+        "force" => force_places(model, &motion),
+        "flow" => flow_places(model, &motion),
+        "flow-pair" => flow_pair_places(model, &motion),
+        "input" => input_places(model),
+        "delay" => delay_places(model),
+        "output" => output_places(model, "y"),
+        "sensor-law" => output_places(model, "z"),
+        "law" => law_places(model, &motion),
+        "law-pair" => law_places_of_two(model, &motion, |first, second| second > first),
+        "law-product" => law_places_of_two(model, &motion, |first, second| second != first),
+        "output-input" => output_input_places(model),
+        "output-state" => output_state_places(model),
         "parameter" => parameter_places(model, &motion),
         "reset" => reset_places(model),
         _ => vec![place_named(word, model)?],
@@ -170,17 +103,133 @@ fn place(target: Target, on: String, with: Option<String>, names: Vec<(&'static 
     Place { target, other: None, on, with, names }
 }
 
+fn state_name(model: &Model, state: usize) -> String {
+    model.states[state].name.clone()
+}
+
+/// The equation of every speed, with its position.
+fn force_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
+    let to_place = |&(x, v): &(usize, usize)| {
+        let (x, speed) = (state_name(model, x), state_name(model, v));
+        place(Target::Rate(v), speed.clone(), None, vec![("x", x), ("v", speed)])
+    };
+    motion.pairs.iter().map(to_place).collect()
+}
+
+/// The equation of every flow.
+fn flow_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
+    let to_place = |&x: &usize| {
+        let name = state_name(model, x);
+        place(Target::Rate(x), name.clone(), None, vec![("x", name)])
+    };
+    motion.flows.iter().map(to_place).collect()
+}
+
+/// Every ordered pair of flow equations.
+fn flow_pair_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
+    let mut list = Vec::new();
+    for &x in &motion.flows {
+        for &w in motion.flows.iter().filter(|w| **w != x) {
+            let (name, other_name) = (state_name(model, x), state_name(model, w));
+            let names = vec![("x", name.clone()), ("w", other_name.clone())];
+            let mut found = place(Target::Rate(x), name, Some(other_name), names);
+            found.other = Some(Target::Rate(w));
+            list.push(found);
+        }
+    }
+    list
+}
+
+/// Every input.
+fn input_places(model: &Model) -> Vec<Place> {
+    let to_place = |(i, input): (usize, &Input)| place_of_input(Target::Input(i), input);
+    model.inputs.iter().enumerate().map(to_place).collect()
+}
+
+/// The delay of every input that has none.
+fn delay_places(model: &Model) -> Vec<Place> {
+    let free = model.inputs.iter().enumerate().filter(|(_, input)| input.delay.is_none());
+    free.map(|(i, input)| place_of_input(Target::Delay(i), input)).collect()
+}
+
+fn place_of_input(target: Target, input: &Input) -> Place {
+    place(target, input.name.clone(), None, vec![("u", input.name.clone())])
+}
+
+/// Every output, which is named `argument` in the row.
+fn output_places(model: &Model, argument: &'static str) -> Vec<Place> {
+    let to_place = |(i, o): (usize, &Output)| {
+        place(Target::Output(i), o.name.clone(), None, vec![(argument, o.name.clone())])
+    };
+    model.outputs.iter().enumerate().map(to_place).collect()
+}
+
+/// Every force and flow equation with every quantity and the time.
+fn law_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
+    let quantities = [quantities(model), vec!["t".to_owned()]].concat();
+    let mut list = Vec::new();
+    for v in motion.force_and_flow_states() {
+        for z in &quantities {
+            list.push(place(Target::Rate(v), state_name(model, v), None, vec![("z", z.clone())]));
+        }
+    }
+    list
+}
+
+/// Every force and flow equation with every two quantities whose indices `is_pair` accepts.
+fn law_places_of_two(
+    model: &Model,
+    motion: &Kinematics,
+    is_pair: impl Fn(usize, usize) -> bool,
+) -> Vec<Place> {
+    let mut list = Vec::new();
+    let quantities = quantities(model);
+    for v in motion.force_and_flow_states() {
+        for (i, z) in quantities.iter().enumerate() {
+            for (_, q) in quantities.iter().enumerate().filter(|(k, _)| is_pair(i, *k)) {
+                let names = vec![("z", z.clone()), ("q", q.clone())];
+                list.push(place(Target::Rate(v), state_name(model, v), None, names));
+            }
+        }
+    }
+    list
+}
+
+/// Every output with every input.
+fn output_input_places(model: &Model) -> Vec<Place> {
+    let mut list = Vec::new();
+    for (i, output) in model.outputs.iter().enumerate() {
+        list.extend(model.inputs.iter().map(|u| place_of_output(i, output, u.name.clone())));
+    }
+    list
+}
+
+/// Every output with every declared state that it does not depend on.
+fn output_state_places(model: &Model) -> Vec<Place> {
+    let mut list = Vec::new();
+    for (i, output) in model.outputs.iter().enumerate() {
+        let uses = |state: usize| output.value.tree.symbols().any(|s| s == Symbol::State(state));
+        let others = (0..model.declared_states()).filter(|state| !uses(*state));
+        list.extend(others.map(|state| place_of_output(i, output, state_name(model, state))));
+    }
+    list
+}
+
+fn place_of_output(index: usize, output: &Output, other: String) -> Place {
+    let names = vec![("y", output.name.clone()), ("q", other.clone())];
+    place(Target::Output(index), output.name.clone(), Some(other), names)
+}
+
 /// Every parameter that is not frozen, with every quantity that it may depend on.
 fn parameter_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
-    let name = |state: usize| model.states[state].name.clone();
-    let speeds = motion.pairs.iter().map(|(_, v)| format!("abs({})", name(*v)));
+    let speeds = motion.pairs.iter().map(|(_, v)| format!("abs({})", model.states[*v].name));
     let mut quantities = vec!["t".to_owned()];
-    quantities.extend((0..model.declared_states()).map(name));
+    quantities.extend((0..model.declared_states()).map(|state| state_name(model, state)));
     quantities.extend(model.inputs.iter().map(|u| u.name.clone()));
     quantities.extend(speeds);
     let mut list = Vec::new();
     // A name with a dot is the delay of an input.
-    let is_free = |p: &crate::model::Parameter| !p.frozen && !p.name.contains('.');
+    let is_free = |p: &Parameter| !p.frozen && !p.name.contains('.');
     let declared = model.parameters[..model.declared_parameters()].iter().enumerate();
     for (p, parameter) in declared.filter(|(_, p)| is_free(p)) {
         for z in &quantities {

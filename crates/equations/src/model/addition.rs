@@ -194,66 +194,13 @@ impl Model {
     /// An expression that cannot be parsed, a parameter that the effect does not use, or more states or
     /// parameters than a model may have.
     pub fn add(&mut self, draft: &Draft) -> Result<(), ModelError> {
-        let key = format!("effect.{}", escaped_short(&draft.kind));
-        let place = |key: String| Place { file: self.file.clone(), line: draft.line, key };
-        let error = |key: String, fault: Fault| ModelError {
-            place: place(key),
-            fault: Box::new(fault),
-            excerpt: None,
-        };
         let (first_parameter, first_state) = (self.parameters.len(), self.states.len());
-        for (what, found, allowed) in [
-            ("parameters", first_parameter + draft.parameters.len(), limits::MAX_PARAMETERS),
-            ("states", first_state + draft.states.len(), limits::MAX_STATES),
-        ] {
-            if found > allowed {
-                return Err(error(key, Fault::TooMany { what, found, allowed }));
-            }
-        }
-        let local_names = local_names(draft, first_parameter, first_state);
-        let output = draft.changes.iter().find_map(|((target, _), _)| match target {
-            Target::Output(output) => Some(*output),
-            _ => None,
-        });
-        let parse = |field: &str, text: &str, is_start: bool| -> Result<Expression, ModelError> {
-            let view = View { model: self, local_names: &local_names, output, is_start };
-            let key = format!("{key}.{field}");
-            let tree = text::parse(text, &view, false).map_err(|(problem, span)| ModelError {
-                place: place(key.clone()),
-                fault: Box::new(Fault::Expression(problem)),
-                excerpt: (!span.is_empty())
-                    .then(|| Box::new(Excerpt { text: text.into(), start: span.start, end: span.end })),
-            })?;
-            Ok(Expression { tree, line: draft.line, key })
-        };
-        let mut changes = Vec::new();
-        for ((target, how), text) in &draft.changes {
-            changes.push(Change { target: *target, how: *how, value: parse(how.key(), text, false)? });
-        }
-        let mut added_states = Vec::new();
-        for state in &draft.states {
-            added_states.push(State {
-                name: format!("{}.{}", self.free_prefix(draft), state.name),
-                unit: None,
-                start: parse("start", &state.start, true)?,
-                sd: None,
-                min: None,
-                max: None,
-                shared: false,
-                process_noise: None,
-                rate: parse("states", &state.rate, false)?,
-                line: draft.line,
-            });
-        }
-        let trees = || changes.iter().map(|c| &c.value.tree).chain(added_states.iter().map(|s| &s.rate.tree));
-        for (index, p) in draft.parameters.iter().enumerate() {
-            let symbol = Symbol::Parameter(first_parameter + index);
-            let is_delay = changes.iter().any(|c| matches!(c.target, Target::Delay(_)));
-            if !is_delay && !trees().any(|tree| tree.symbols().any(|s| s == symbol)) {
-                return Err(error(format!("{key}.{}", escaped_short(&p.name)), Fault::Unused));
-            }
-        }
+        let reader = DraftReader::new(self, draft);
+        reader.check_limits()?;
+        let changes = reader.changes()?;
         let prefix = self.free_prefix(draft);
+        let states = reader.states(&prefix)?;
+        reader.check_parameters_are_used(&changes, &states)?;
         for change in &changes {
             if let Target::Delay(input) = change.target {
                 self.inputs[input].delay = Some(first_parameter);
@@ -261,7 +208,7 @@ impl Model {
         }
         let with_prefix = |p: &Parameter| Parameter { name: format!("{prefix}.{}", p.name), ..p.clone() };
         self.parameters.extend(draft.parameters.iter().map(with_prefix));
-        self.states.extend(added_states);
+        self.states.extend(states);
         self.additions.push(Addition {
             kind: draft.kind.clone(),
             on: draft.on.clone(),
@@ -316,6 +263,107 @@ impl Model {
     /// Expressions of the changes that all effects make.
     pub(crate) fn added_trees(&self) -> impl Iterator<Item = &Tree> {
         self.additions.iter().flat_map(|a| a.changes.iter().map(|c| &c.value.tree))
+    }
+}
+
+/// Parses and checks a draft before the model is changed.
+struct DraftReader<'m> {
+    model: &'m Model,
+    draft: &'m Draft,
+    local_names: Vec<(String, Symbol)>,
+    /// Output that is changed.
+    output: Option<usize>,
+    /// Start of the keys that errors name.
+    key: String,
+}
+
+impl<'m> DraftReader<'m> {
+    fn new(model: &'m Model, draft: &'m Draft) -> Self {
+        let output = draft.changes.iter().find_map(|((target, _), _)| match target {
+            Target::Output(output) => Some(*output),
+            _ => None,
+        });
+        DraftReader {
+            model,
+            draft,
+            local_names: local_names(draft, model.parameters.len(), model.states.len()),
+            output,
+            key: format!("effect.{}", escaped_short(&draft.kind)),
+        }
+    }
+
+    fn error(&self, key: String, fault: Fault, excerpt: Option<Box<Excerpt>>) -> ModelError {
+        let place = Place { file: self.model.file.clone(), line: self.draft.line, key };
+        ModelError { place, fault: Box::new(fault), excerpt }
+    }
+
+    /// Checks the numbers of parameters and states with those of the effect.
+    fn check_limits(&self) -> Result<(), ModelError> {
+        let (model, draft) = (self.model, self.draft);
+        for (what, found, allowed) in [
+            ("parameters", model.parameters.len() + draft.parameters.len(), limits::MAX_PARAMETERS),
+            ("states", model.states.len() + draft.states.len(), limits::MAX_STATES),
+        ] {
+            if found > allowed {
+                return Err(self.error(self.key.clone(), Fault::TooMany { what, found, allowed }, None));
+            }
+        }
+        Ok(())
+    }
+
+    fn parse(&self, field: &str, text: &str, is_start: bool) -> Result<Expression, ModelError> {
+        let view = View { model: self.model, local_names: &self.local_names, output: self.output, is_start };
+        let key = format!("{}.{field}", self.key);
+        let tree = text::parse(text, &view, false).map_err(|(problem, span)| {
+            let excerpt = Excerpt { text: text.into(), start: span.start, end: span.end };
+            let excerpt = (!span.is_empty()).then(|| Box::new(excerpt));
+            self.error(key.clone(), Fault::Expression(problem), excerpt)
+        })?;
+        Ok(Expression { tree, line: self.draft.line, key })
+    }
+
+    /// Parses the changes of the equations.
+    fn changes(&self) -> Result<Vec<Change>, ModelError> {
+        let change = |((target, how), text): &(DraftTarget, String)| {
+            Ok(Change { target: *target, how: *how, value: self.parse(how.key(), text, false)? })
+        };
+        self.draft.changes.iter().map(change).collect()
+    }
+
+    /// Parses the states, whose names in the model begin with `prefix`.
+    fn states(&self, prefix: &str) -> Result<Vec<State>, ModelError> {
+        let state = |state: &DraftState| {
+            Ok(State {
+                name: format!("{prefix}.{}", state.name),
+                unit: None,
+                start: self.parse("start", &state.start, true)?,
+                sd: None,
+                min: None,
+                max: None,
+                shared: false,
+                process_noise: None,
+                rate: self.parse("states", &state.rate, false)?,
+                line: self.draft.line,
+            })
+        };
+        self.draft.states.iter().map(state).collect()
+    }
+
+    /// Checks that an expression uses each parameter, unless the effect is a delay.
+    fn check_parameters_are_used(&self, changes: &[Change], states: &[State]) -> Result<(), ModelError> {
+        if changes.iter().any(|c| matches!(c.target, Target::Delay(_))) {
+            return Ok(());
+        }
+        let first_parameter = self.model.parameters.len();
+        for (index, p) in self.draft.parameters.iter().enumerate() {
+            let symbol = Symbol::Parameter(first_parameter + index);
+            let mut trees = changes.iter().map(|c| &c.value.tree).chain(states.iter().map(|s| &s.rate.tree));
+            if !trees.any(|tree| tree.symbols().any(|s| s == symbol)) {
+                let key = format!("{}.{}", self.key, escaped_short(&p.name));
+                return Err(self.error(key, Fault::Unused, None));
+            }
+        }
+        Ok(())
     }
 }
 

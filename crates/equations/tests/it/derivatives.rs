@@ -57,23 +57,11 @@ fn oracle(model: &Model, tree: &Tree, at: &Point<'_>) -> Dual {
         let v = |i: &usize| values[*i];
         let value = match &node.kind {
             Kind::Number(x) => Dual::of(*x),
-            Kind::Symbol(symbol) => {
-                let (value, lane) = match symbol {
-                    Symbol::State(i) => (at.state[*i], Some(*i)),
-                    Symbol::Parameter(i) => (at.parameters[*i], Some(2 + *i)),
-                    Symbol::Input(i) => (at.inputs[*i], None),
-                    Symbol::Let(i) => {
-                        values.push(oracle(model, &model.lets[*i].value.tree, at));
-                        continue;
-                    }
-                    _ => (at.time, None),
-                };
-                Dual(value, std::array::from_fn(|i| f64::from(u8::from(lane == Some(i)))))
-            }
+            Kind::Symbol(symbol) => symbol_value(model, *symbol, at),
             Kind::Negate(a) => v(a).chain(-v(a).0, -1.0),
             Kind::Add(a, b) => v(a).join(v(b), v(a).0 + v(b).0, 1.0, 1.0),
-            Kind::Subtract(a, b) => v(a).join(v(b), v(a).0 - v(b).0, 1.0, -1.0),
-            Kind::Multiply(a, b) => v(a).join(v(b), v(a).0 * v(b).0, v(b).0, v(a).0),
+            Kind::Subtract(a, b) => minus(v(a), v(b)),
+            Kind::Multiply(a, b) => times(v(a), v(b)),
             Kind::Divide(a, b) => {
                 let (x, y) = (v(a).0, v(b).0);
                 let quotient = if y == 0.0 { f64::NAN } else { x / y };
@@ -85,82 +73,9 @@ fn oracle(model: &Model, tree: &Tree, at: &Point<'_>) -> Dual {
                 let power = if x == 0.0 && y < 0.0 { f64::NAN } else { x.powf(y) };
                 v(a).join(v(b), power, y * x.powf(y - 1.0), power * logarithm)
             }
-            Kind::Call(f, z) => {
-                let (a, x) = (v(&z[0]), v(&z[0]).0);
-                let (b, y) = z.get(1).map_or((a, 0.0), |b| (v(b), v(b).0));
-                match f {
-                    Function::Sin => a.chain(x.sin(), x.cos()),
-                    Function::Cos => a.chain(x.cos(), -x.sin()),
-                    Function::Tan => a.chain(x.tan(), 1.0 / x.cos().powi(2)),
-                    Function::Asin => a.chain(x.asin(), 1.0 / (1.0 - x * x).sqrt()),
-                    Function::Acos => a.chain(x.acos(), -1.0 / (1.0 - x * x).sqrt()),
-                    Function::Atan => a.chain(x.atan(), 1.0 / (1.0 + x * x)),
-                    Function::Sinh => a.chain(x.sinh(), x.cosh()),
-                    Function::Cosh => a.chain(x.cosh(), x.sinh()),
-                    Function::Tanh => a.chain(x.tanh(), 1.0 - x.tanh().powi(2)),
-                    Function::Exp => a.chain(x.exp(), x.exp()),
-                    Function::Ln => a.chain(x.ln(), 1.0 / x),
-                    Function::Sqrt if x > 0.0 => a.chain(x.sqrt(), 0.5 / x.max(1e-6).sqrt()),
-                    Function::Sqrt => a.chain(0.0, 0.0),
-                    Function::Cbrt => a.chain(x.cbrt(), 1.0 / (3.0 * x.cbrt().powi(2).max(1e-6))),
-                    Function::Atan2 => {
-                        let r = x * x + y * y;
-                        a.join(b, if x == 0.0 && y <= 0.0 { f64::NAN } else { x.atan2(y) }, y / r, -x / r)
-                    }
-                    Function::Hypot => a.join(b, x.hypot(y), x / x.hypot(y), y / x.hypot(y)),
-                    Function::Abs => a.chain(x.abs(), x.signum()),
-                    Function::Min => {
-                        if y < x {
-                            b
-                        } else {
-                            a
-                        }
-                    }
-                    Function::Max => {
-                        if y > x {
-                            b
-                        } else {
-                            a
-                        }
-                    }
-                    Function::Clamp => {
-                        let c = v(&z[2]);
-                        let above = if y > x { b } else { a };
-                        if c.0 < above.0 { c } else { above }
-                    }
-                    Function::Relu => {
-                        if x < 0.0 {
-                            Dual::of(0.0)
-                        } else {
-                            a
-                        }
-                    }
-                    Function::Deadzone => {
-                        let low = b.chain(-y, -1.0);
-                        let above = if low.0 > x { low } else { a };
-                        let inside = if y < above.0 { b } else { above };
-                        a.join(inside, x - inside.0, 1.0, -1.0)
-                    }
-                    // Smoothed with width 0.01, the default of the compiler.
-                    Function::Sign => smooth(a),
-                    Function::Step => {
-                        let s = smooth(a);
-                        s.chain(0.5 + 0.5 * s.0, 0.5)
-                    }
-                }
-            }
+            Kind::Call(function, operands) => call(*function, &operands.iter().map(v).collect::<Vec<_>>()),
             Kind::If { comparison, left, right, then, otherwise } => {
-                let (difference, yes, no) = match comparison {
-                    Comparison::Less => (minus(v(right), v(left)), v(then), v(otherwise)),
-                    Comparison::Greater => (minus(v(left), v(right)), v(then), v(otherwise)),
-                    Comparison::LessOrEqual => (minus(v(left), v(right)), v(otherwise), v(then)),
-                    Comparison::GreaterOrEqual => (minus(v(right), v(left)), v(otherwise), v(then)),
-                };
-                let s = smooth(difference);
-                let share = s.chain(0.5 + 0.5 * s.0, 0.5);
-                let gap = minus(yes, no);
-                let part = share.join(gap, share.0 * gap.0, gap.0, share.0);
-                no.join(part, no.0 + part.0, 1.0, 1.0)
+                smooth_if(*comparison, [v(left), v(right)], [v(then), v(otherwise)])
             }
             Kind::Table { .. } | Kind::Slope { .. } => Dual::of(0.0),
         };
@@ -168,6 +83,83 @@ fn oracle(model: &Model, tree: &Tree, at: &Point<'_>) -> Dual {
         values.push(if is_number { value } else { Dual::of(f64::NAN) });
     }
     *values.last().expect("a tree has a node")
+}
+
+/// Value of a symbol, with its derivatives.
+fn symbol_value(model: &Model, symbol: Symbol, at: &Point<'_>) -> Dual {
+    let (value, lane) = match symbol {
+        Symbol::State(i) => (at.state[i], Some(i)),
+        Symbol::Parameter(i) => (at.parameters[i], Some(2 + i)),
+        Symbol::Input(i) => (at.inputs[i], None),
+        Symbol::Let(i) => return oracle(model, &model.lets[i].value.tree, at),
+        _ => (at.time, None),
+    };
+    Dual(value, std::array::from_fn(|i| f64::from(u8::from(lane == Some(i)))))
+}
+
+/// Value of a function of one to three duals, with its derivatives.
+fn call(function: Function, operands: &[Dual]) -> Dual {
+    let (a, x) = (operands[0], operands[0].0);
+    let (b, y) = operands.get(1).map_or((a, 0.0), |b| (*b, b.0));
+    let select = |condition: bool, yes: Dual, no: Dual| if condition { yes } else { no };
+    match function {
+        Function::Sin => a.chain(x.sin(), x.cos()),
+        Function::Cos => a.chain(x.cos(), -x.sin()),
+        Function::Tan => a.chain(x.tan(), 1.0 / x.cos().powi(2)),
+        Function::Asin => a.chain(x.asin(), 1.0 / (1.0 - x * x).sqrt()),
+        Function::Acos => a.chain(x.acos(), -1.0 / (1.0 - x * x).sqrt()),
+        Function::Atan => a.chain(x.atan(), 1.0 / (1.0 + x * x)),
+        Function::Sinh => a.chain(x.sinh(), x.cosh()),
+        Function::Cosh => a.chain(x.cosh(), x.sinh()),
+        Function::Tanh => a.chain(x.tanh(), 1.0 - x.tanh().powi(2)),
+        Function::Exp => a.chain(x.exp(), x.exp()),
+        Function::Ln => a.chain(x.ln(), 1.0 / x),
+        Function::Sqrt if x > 0.0 => a.chain(x.sqrt(), 0.5 / x.max(1e-6).sqrt()),
+        Function::Sqrt => a.chain(0.0, 0.0),
+        Function::Cbrt => a.chain(x.cbrt(), 1.0 / (3.0 * x.cbrt().powi(2).max(1e-6))),
+        Function::Atan2 => {
+            let r = x * x + y * y;
+            a.join(b, if x == 0.0 && y <= 0.0 { f64::NAN } else { x.atan2(y) }, y / r, -x / r)
+        }
+        Function::Hypot => a.join(b, x.hypot(y), x / x.hypot(y), y / x.hypot(y)),
+        Function::Abs => a.chain(x.abs(), x.signum()),
+        Function::Min => select(y < x, b, a),
+        Function::Max => select(y > x, b, a),
+        Function::Clamp => {
+            let (c, above) = (operands[2], select(y > x, b, a));
+            select(c.0 < above.0, c, above)
+        }
+        Function::Relu => select(x < 0.0, Dual::of(0.0), a),
+        Function::Deadzone => {
+            let low = b.chain(-y, -1.0);
+            let above = select(low.0 > x, low, a);
+            minus(a, select(y < above.0, b, above))
+        }
+        // Smoothed with width 0.01, the default of the compiler.
+        Function::Sign => smooth(a),
+        Function::Step => smooth_step(a),
+    }
+}
+
+/// Value of a smoothed condition that compares two duals and selects one of two others.
+fn smooth_if(comparison: Comparison, [left, right]: [Dual; 2], [then, otherwise]: [Dual; 2]) -> Dual {
+    let (difference, yes, no) = match comparison {
+        Comparison::Less => (minus(right, left), then, otherwise),
+        Comparison::Greater => (minus(left, right), then, otherwise),
+        Comparison::LessOrEqual => (minus(left, right), otherwise, then),
+        Comparison::GreaterOrEqual => (minus(right, left), otherwise, then),
+    };
+    let part = times(smooth_step(difference), minus(yes, no));
+    no.join(part, no.0 + part.0, 1.0, 1.0)
+}
+
+fn times(a: Dual, b: Dual) -> Dual {
+    a.join(b, a.0 * b.0, b.0, a.0)
+}
+
+fn smooth_step(a: Dual) -> Dual {
+    let s = smooth(a);
+    s.chain(0.5 + 0.5 * s.0, 0.5)
 }
 
 fn minus(a: Dual, b: Dual) -> Dual {

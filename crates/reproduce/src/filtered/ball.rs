@@ -92,32 +92,11 @@ struct Errors {
 pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let Plan { args, seed, .. } = plan;
     let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
+    let (train, test) = sources(plan);
     let mut record = Record::new("reproduce filtered ball")
         .setting("seed", seed)
         .setting("quick", args.quick)
         .setting("iterations", iterations);
-    let mut words = vec![
-        "filtered".to_owned(),
-        "--scenario".to_owned(),
-        "ball".to_owned(),
-        "--seed".to_owned(),
-        seed.to_string(),
-    ];
-    words.extend(["--iterations".to_owned(), iterations.to_string()]);
-    let (train, test) = match plan.data {
-        Some(folder) => {
-            words.extend(["--data".to_owned(), folder.display().to_string()]);
-            let file = |name: &str| DataSource::File(folder.join(name));
-            (file("train.csv.gz"), file("test_1000.csv.gz"))
-        }
-        None => (
-            DataSource::DropDistribution { trajectories: TRAIN, seed },
-            DataSource::DropDistribution {
-                trajectories: args.test_drops as usize,
-                seed: seed.wrapping_add(TEST_SEED_OFFSET),
-            },
-        ),
-    };
     for (name, source) in [("train", &train), ("test", &test)] {
         if let DataSource::File(path) = source {
             record = record.input(name, path);
@@ -139,6 +118,62 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     if args.quick {
         items.items.truncate(QUICK_DROPS);
     }
+    let start = InitialStatePrior::from_training_set(&data.train);
+    let result = ResultFile {
+        schema: "augsim.filtered/1",
+        scenario: "ball",
+        trajectories: items.items.len(),
+        particles: PARTICLES,
+        rows: score_models(&net.model, &data.train, &start, &items, seed, output)?,
+        iterations,
+        seed,
+        command: repeat(command_words(plan, iterations)),
+    };
+    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+    let fan = narrowing(&net.model, &start, &items, seed)?;
+    let path = claim.write(REPORT, &page_of(&result, fan).render())?;
+    claim.write_timing(Times::from_trained([&net]))?;
+    output.result(&result, || format!("{}report: {}", table(&result), path.display()))?;
+    Ok(Outcome::Done)
+}
+
+/// Sources of the training and test drops: files of the data folder, or generated drops.
+fn sources(Plan { data, args, seed, .. }: Plan<'_>) -> (DataSource, DataSource) {
+    match data {
+        Some(folder) => {
+            let file = |name: &str| DataSource::File(folder.join(name));
+            (file("train.csv.gz"), file("test_1000.csv.gz"))
+        }
+        None => (
+            DataSource::DropDistribution { trajectories: TRAIN, seed },
+            DataSource::DropDistribution {
+                trajectories: args.test_drops as usize,
+                seed: seed.wrapping_add(TEST_SEED_OFFSET),
+            },
+        ),
+    }
+}
+
+/// Arguments of the command that repeats the run.
+fn command_words(plan: Plan<'_>, iterations: u64) -> Vec<String> {
+    let (seed, iterations) = (plan.seed.to_string(), iterations.to_string());
+    let words = ["filtered", "--scenario", "ball", "--seed", &seed, "--iterations", &iterations];
+    let mut words: Vec<String> = words.map(str::to_owned).into();
+    if let Some(folder) = plan.data {
+        words.extend(["--data".to_owned(), folder.display().to_string()]);
+    }
+    words
+}
+
+/// Scores all models with all sensors and prefix lengths.
+fn score_models(
+    net: &NetModel,
+    train: &Sequences,
+    start: &InitialStatePrior,
+    test: &Sequences,
+    seed: u64,
+    output: &Output,
+) -> anyhow::Result<Vec<Row>> {
     let distribution = DropDistribution::default();
     let floor = RandomRestitution {
         ball: distribution.ball,
@@ -148,38 +183,22 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let fitted = |freedom| FittedDrop { ball: drop_distribution::published_predictor(), freedom };
     let (declared, calibrated) = (fitted(FreeParameters::Height), fitted(FreeParameters::Calibrated));
     output.note("fitting restitution and damping to every training drop");
-    let augmented = RandomRestitution::fitted(drop_distribution::published_predictor(), &data.train);
+    let augmented = RandomRestitution::fitted(drop_distribution::published_predictor(), train);
     let models: [(&'static str, &dyn PrefixForecaster); 5] = [
         ("Floor", &floor),
         ("Least squares, declared", &declared),
         ("Least squares, calibrated", &calibrated),
         ("Physics augmented", &augmented),
-        ("Hybrid+", &net.model),
+        ("Hybrid+", net),
     ];
-    let start = InitialStatePrior::from_training_set(&data.train);
     let mut rows = Vec::new();
     for (sensor, sd) in SENSORS {
         for (name, model) in models {
             output.note(format!("{name}, {sensor}"));
-            rows.extend(score_model(name, model, (sensor, Sensor::new(sd.to_vec())?), &start, &items, seed)?);
+            rows.extend(score_model(name, model, (sensor, Sensor::new(sd.to_vec())?), start, test, seed)?);
         }
     }
-    let result = ResultFile {
-        schema: "augsim.filtered/1",
-        scenario: "ball",
-        trajectories: items.items.len(),
-        particles: PARTICLES,
-        rows,
-        iterations,
-        seed,
-        command: repeat(words),
-    };
-    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-    let fan = narrowing(&net.model, &start, &items, seed)?;
-    let path = claim.write(REPORT, &page_of(&result, fan).render())?;
-    claim.write_timing(Times::from_trained([&net]))?;
-    output.result(&result, || format!("{}report: {}", table(&result), path.display()))?;
-    Ok(Outcome::Done)
+    Ok(rows)
 }
 
 /// Scores a model with all prefix lengths and one sensor.

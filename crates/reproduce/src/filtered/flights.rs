@@ -2,7 +2,7 @@
 //! a prior from other flights, and a network on the residual.
 
 use super::Plan;
-use super::believed::{self, score_measured};
+use super::believed::{self, Prefixes, score_measured};
 use super::page;
 use crate::reproduction::{claim, repeat};
 use anyhow::Context;
@@ -18,7 +18,9 @@ use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_trainer::SAMPLES;
-use augsim_trainer::filter::{CorrectedForecaster, LearnedPriors, RescaledSpread};
+use augsim_trainer::filter::{
+    CorrectedForecaster, FilteredScore, ForecastCorrection, LearnedPriors, RescaledSpread, Sensor,
+};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -115,77 +117,177 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     let record = Record::new("reproduce filtered flights").setting("seed", seed).input("data", data);
     let claim = claim(plan.out, record, &[data], plan.args.resume, plan.force)?;
     claim.begin()?;
-    let (_, convert) = CONVERTERS.iter().find(|(name, _)| *name == super::FLIGHTS).context("a converter")?;
-    let converted = convert(data)?;
-    let declared = converted.model_toml.context("flights come with a model")?;
-    let clock = FrameClock::estimate(&converted.data)
-        .context("the time stamps of the flights have no common frame period")?;
-    let steady = until_they_turn(&clock.apply_to(&converted.data)?)?;
-    let held_out = |t: &Trajectory| t.id().parse::<u32>().is_ok_and(|n| n % HELD_OUT_EVERY == 0);
-    let places = |held: bool| -> Vec<usize> {
-        (0..steady.trajectories().len()).filter(|&i| held_out(&steady.trajectories()[i]) == held).collect()
-    };
-    let (train, test) = (steady.select(&places(false)), steady.select(&places(true)));
-    for (name, set) in [("train.csv", &train), ("held-out.csv", &test)] {
+    let flights = Flights::read(data)?;
+    for (name, set) in [("train.csv", &flights.train), ("held-out.csv", &flights.test)] {
         write_dataset(set, &claim.folder().join(name))?;
     }
     output.note("searching for missing effects");
-    let model = Model::parse(&declared, "model.toml")?;
+    let model = Model::parse(&flights.declared, "model.toml")?;
     let options = Options { seed, ..Options::default() };
-    let found = augsim_discovery::discover(&model, &train, &options, &mut |_| {})?;
+    let found = augsim_discovery::discover(&model, &flights.train, &options, &mut |_| {})?;
     atomic_write(&claim.folder().join("model.toml"), |w| w.write_all(found.model_toml.as_bytes()))?;
-    output.note("estimating flight-specific parameters");
     let with_spin_effect = with_spin(&found.model_toml);
-    let opened = |text: &str, data: &Dataset| -> anyhow::Result<SystemOnPrefix> {
-        built_in_on_prefix(&ModelFile::parse(text, "model.toml")?, data, &ObservedColumns::default(), None)
-    };
-    let mut of_train = opened(&with_spin_effect, &train)?;
-    of_train.filter = of_train.filter.with_random_parameter(FLOOR, FLOOR_SD);
-    let priors = LearnedPriors::learn(&of_train.filter, &of_train.data.set)?;
-    of_train.filter = of_train.filter.with_normal_priors(priors.normal_priors(), priors.noise());
-    let prefix_lengths = prefix_lengths_of(&train, &PREFIXES_S);
-    let (noise_factor, sensor) = believed::noise(&of_train, &priors, (&prefix_lengths, seed), output)?;
-    let spread =
-        believed::choose_spread_factors(&of_train.filter, &of_train, &sensor, (&prefix_lengths, seed))?;
-    output.note("training a network on the residual");
-    let learned = prefix_lengths_of(&train, &TRAINING_PREFIXES_S);
-    let (correction, net_spread) =
-        believed::correction(&of_train, &sensor, &learned, (&prefix_lengths, seed))?;
-    let in_flight = before_the_rebound(&test)?;
-    let near = PREFIXES_S.iter().map(|seen_s| near(&test, *seen_s)).collect::<anyhow::Result<Vec<_>>>()?;
-    // Measured rows of each flight, also for the flights that are cut before the rebound.
-    let lengths = prefix_lengths_of(&test, &PREFIXES_S);
+    let learned = Learned::from_training_flights(&with_spin_effect, &flights.train, seed, output)?;
+    let tests = TestSets::cut(&flights.test)?;
     let mut rows = Vec::new();
     for (name, text, kind) in [
-        ("Physics", &declared, Kind::Untuned),
+        ("Physics", &flights.declared, Kind::Untuned),
         ("Physics augmented", &found.model_toml, Kind::Untuned),
         ("Physics augmented, own spin", &with_spin_effect, Kind::LearnedPriors),
         ("Hybrid", &with_spin_effect, Kind::Net),
     ] {
         output.note(name);
-        let score = |data: &Dataset| -> anyhow::Result<_> {
-            let SystemOnPrefix { mut filter, data, sensor: stated, start } = opened(text, data)?;
-            let prefixes = (&lengths[..], seed);
-            if let Kind::Untuned = kind {
-                return score_measured(&filter, &data, (&stated, &start), prefixes);
-            }
-            filter = filter
-                .with_random_parameter(FLOOR, FLOOR_SD)
-                .with_normal_priors(priors.normal_priors(), priors.noise());
-            let known = (&sensor, &start);
-            if let Kind::LearnedPriors = kind {
-                return score_measured(&RescaledSpread::new(&filter, &spread), &data, known, prefixes);
-            }
-            let corrected = CorrectedForecaster::new(&filter, &correction);
-            score_measured(&RescaledSpread::new(&corrected, &net_spread), &data, known, prefixes)
-        };
-        let (rest, flight) = (score(&test)?, score(&in_flight)?);
+        rows.extend(tests.rows(name, |data| learned.score((text, kind), data, (&tests.lengths, seed)))?);
+    }
+    let words =
+        ["filtered", "--scenario", "flights", "--seed", &seed.to_string(), "--data"].map(str::to_owned);
+    let result = ResultFile {
+        schema: "augsim.filtered-flights/1",
+        scenario: "flights",
+        train: flights.train.trajectories().len(),
+        held_out: flights.test.trajectories().len(),
+        frame_s: flights.clock.period_s,
+        jitter_s: flights.clock.jitter_s,
+        noise_m: learned.priors.noise().to_vec(),
+        noise_factor: learned.noise_factor,
+        own: named(&learned.priors, &with_spin_effect)?,
+        spread_factors: learned.spread,
+        net_trust: learned.correction.shrinkage(),
+        net_spread_factors: learned.net_spread,
+        rows,
+        seed,
+        command: repeat(words.into_iter().chain([data.display().to_string()]).collect()),
+    };
+    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+    let path = claim.write(REPORT, &page_of(&result).render())?;
+    output.result(&result, || format!("{}report: {}", table(&result), path.display()))?;
+    Ok(Outcome::Done)
+}
+
+/// Measured flights, on frames of the camera, and their declared model.
+struct Flights {
+    train: Dataset,
+    test: Dataset,
+    declared: String,
+    clock: FrameClock,
+}
+
+impl Flights {
+    /// Reads the flights of a folder, and holds out every [`HELD_OUT_EVERY`]-th file.
+    fn read(folder: &Path) -> anyhow::Result<Self> {
+        let (_, convert) =
+            CONVERTERS.iter().find(|(name, _)| *name == super::FLIGHTS).context("a converter")?;
+        let converted = convert(folder)?;
+        let declared = converted.model_toml.context("flights come with a model")?;
+        let clock = FrameClock::estimate(&converted.data)
+            .context("the time stamps of the flights have no common frame period")?;
+        let steady = until_they_turn(&clock.apply_to(&converted.data)?)?;
+        let is_held_out = |t: &Trajectory| t.id().parse::<u32>().is_ok_and(|n| n % HELD_OUT_EVERY == 0);
+        let (test, train): (Vec<usize>, Vec<usize>) =
+            (0..steady.trajectories().len()).partition(|&i| is_held_out(&steady.trajectories()[i]));
+        Ok(Flights { train: steady.select(&train), test: steady.select(&test), declared, clock })
+    }
+}
+
+/// Opens a model on flights.
+fn open_on_prefix(text: &str, data: &Dataset) -> anyhow::Result<SystemOnPrefix> {
+    built_in_on_prefix(&ModelFile::parse(text, "model.toml")?, data, &ObservedColumns::default(), None)
+}
+
+/// What the training flights determine.
+struct Learned {
+    priors: LearnedPriors,
+    noise_factor: f64,
+    sensor: Sensor,
+    /// Spread factors of the physics, for each prefix length.
+    spread: Vec<f64>,
+    /// Network on the residual.
+    correction: ForecastCorrection,
+    /// Spread factors of the network, for each prefix length.
+    net_spread: Vec<f64>,
+}
+
+impl Learned {
+    /// Learns from the training flights with the model that has a spin per flight.
+    fn from_training_flights(
+        with_spin_effect: &str,
+        train: &Dataset,
+        seed: u64,
+        output: &Output,
+    ) -> anyhow::Result<Self> {
+        output.note("estimating flight-specific parameters");
+        let mut system = open_on_prefix(with_spin_effect, train)?;
+        system.filter = system.filter.with_random_parameter(FLOOR, FLOOR_SD);
+        let priors = LearnedPriors::learn(&system.filter, &system.data.set)?;
+        system.filter = system.filter.with_normal_priors(priors.normal_priors(), priors.noise());
+        let lengths = prefix_lengths_of(train, &PREFIXES_S);
+        let prefixes = (&lengths[..], seed);
+        let (noise_factor, sensor) = believed::noise(&system, &priors, prefixes, output)?;
+        let spread = believed::choose_spread_factors(&system.filter, &system, &sensor, prefixes)?;
+        output.note("training a network on the residual");
+        let training_lengths = prefix_lengths_of(train, &TRAINING_PREFIXES_S);
+        let (correction, net_spread) = believed::correction(&system, &sensor, &training_lengths, prefixes)?;
+        Ok(Learned { priors, noise_factor, sensor, spread, correction, net_spread })
+    }
+
+    /// Scores a model on flights, for each prefix length.
+    fn score(
+        &self,
+        (text, kind): (&str, Kind),
+        data: &Dataset,
+        prefixes: Prefixes<'_>,
+    ) -> anyhow::Result<Vec<FilteredScore>> {
+        let SystemOnPrefix { mut filter, data, sensor: declared_sensor, start } = open_on_prefix(text, data)?;
+        if let Kind::Untuned = kind {
+            return score_measured(&filter, &data, (&declared_sensor, &start), prefixes);
+        }
+        filter = filter
+            .with_random_parameter(FLOOR, FLOOR_SD)
+            .with_normal_priors(self.priors.normal_priors(), self.priors.noise());
+        let known = (&self.sensor, &start);
+        if let Kind::LearnedPriors = kind {
+            return score_measured(&RescaledSpread::new(&filter, &self.spread), &data, known, prefixes);
+        }
+        let corrected = CorrectedForecaster::new(&filter, &self.correction);
+        score_measured(&RescaledSpread::new(&corrected, &self.net_spread), &data, known, prefixes)
+    }
+}
+
+/// Held-out flights, whole and cut.
+struct TestSets<'a> {
+    whole: &'a Dataset,
+    /// Flights before the first rebound.
+    in_flight: Dataset,
+    /// Flights until [`AHEAD_S`] after each prefix.
+    near: Vec<Dataset>,
+    /// Measured rows of each whole flight, also for the flights that are cut before the rebound.
+    lengths: Vec<Vec<usize>>,
+}
+
+impl<'a> TestSets<'a> {
+    fn cut(whole: &'a Dataset) -> anyhow::Result<Self> {
+        Ok(TestSets {
+            whole,
+            in_flight: before_the_rebound(whole)?,
+            near: PREFIXES_S.iter().map(|seen_s| near(whole, *seen_s)).collect::<anyhow::Result<_>>()?,
+            lengths: prefix_lengths_of(whole, &PREFIXES_S),
+        })
+    }
+
+    /// Rows of a model with each prefix length.
+    fn rows(
+        &self,
+        model: &'static str,
+        score: impl Fn(&Dataset) -> anyhow::Result<Vec<FilteredScore>>,
+    ) -> anyhow::Result<Vec<Row>> {
+        let (whole, in_flight) = (score(self.whole)?, score(&self.in_flight)?);
+        let mut rows = Vec::new();
         for (k, seen_s) in PREFIXES_S.into_iter().enumerate() {
-            let (rest, flight) = (&rest[k], &flight[k]);
-            let near = score(&near[k])?.swap_remove(k);
+            let (rest, flight) = (&whole[k], &in_flight[k]);
+            let near = score(&self.near[k])?.swap_remove(k);
             rows.push(Row {
                 protocol: "filtered",
-                model: name,
+                model,
                 seen_s,
                 flights: rest.trajectories,
                 rest_mm: 1e3 * rest.median_forecast_rows[0],
@@ -198,30 +300,8 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
                 coverage90: rest.coverage90,
             });
         }
+        Ok(rows)
     }
-    let words =
-        ["filtered", "--scenario", "flights", "--seed", &seed.to_string(), "--data"].map(str::to_owned);
-    let result = ResultFile {
-        schema: "augsim.filtered-flights/1",
-        scenario: "flights",
-        train: train.trajectories().len(),
-        held_out: test.trajectories().len(),
-        frame_s: clock.period_s,
-        jitter_s: clock.jitter_s,
-        noise_m: priors.noise().to_vec(),
-        noise_factor,
-        spread_factors: spread,
-        net_trust: correction.shrinkage(),
-        net_spread_factors: net_spread,
-        own: named(&priors, &with_spin_effect)?,
-        rows,
-        seed,
-        command: repeat(words.into_iter().chain([data.display().to_string()]).collect()),
-    };
-    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-    let path = claim.write(REPORT, &page_of(&result).render())?;
-    output.result(&result, || format!("{}report: {}", table(&result), path.display()))?;
-    Ok(Outcome::Done)
 }
 
 /// Returns the priors by parameter name.

@@ -96,16 +96,7 @@ impl Kernel for Backward<'_, '_> {
                 let start = (end - 1) / BLOCK * BLOCK;
                 let steps = end - start;
                 let x = chunk.read(simd, g.x, (start * input, steps * input), x_buffer);
-                let previous = if start > 0 {
-                    chunk.read(simd, g.y, ((start - 1) * hidden, steps * hidden), y_buffer)
-                } else {
-                    // In the first block the initial state comes before the computed states.
-                    let rows = (steps - 1) * hidden;
-                    let y = chunk.read(simd, g.y, (0, rows), &mut dy_buffer[..]);
-                    y_buffer[hidden..][..rows].copy_from_slice(y);
-                    y_buffer[..hidden].copy_from_slice(h0);
-                    &y_buffer[..steps * hidden]
-                };
+                let previous = previous_states(simd, chunk, (g.y, h0), (start, steps), y_buffer, dy_buffer);
                 let saved = chunk.read(simd, g.saved, (start * 4 * hidden, steps * 4 * hidden), saved_buffer);
                 let dy = chunk.read(simd, g.dy, (start * hidden, steps * hidden), dy_buffer);
                 let grads = &mut grads[..steps * stride];
@@ -129,6 +120,29 @@ impl Kernel for Backward<'_, '_> {
         }
         add_weight_gradients(simd, g, dw_ih, dw_hh, db);
     }
+}
+
+/// State before each of the `steps` steps from `start`: `h0` before the first step, then the outputs `y`.
+///
+/// It is a part of `y`, or is copied to `buffer`; `spare` is overwritten.
+#[inline(always)]
+fn previous_states<'a, S: Simd>(
+    simd: S,
+    chunk: Chunk,
+    (y, h0): (&'a [f32], &[S::f32s]),
+    (start, steps): (usize, usize),
+    buffer: &'a mut [S::f32s],
+    spare: &mut [S::f32s],
+) -> &'a [S::f32s] {
+    let hidden = h0.len();
+    if start > 0 {
+        return chunk.read(simd, y, ((start - 1) * hidden, steps * hidden), buffer);
+    }
+    let rows = (steps - 1) * hidden;
+    let y = chunk.read(simd, y, (0, rows), spare);
+    buffer[hidden..][..rows].copy_from_slice(y);
+    buffer[..hidden].copy_from_slice(h0);
+    &buffer[..steps * hidden]
 }
 
 /// First row of a gate in the weights of PyTorch, for the order of gates a_n, r, z of this kernel.
