@@ -22,7 +22,8 @@ examples! {
     PREDICT: "predict out/run --data new.csv --out out/forecast.csv", "predict out/discover --data new.csv",
         "predict out/run --data new.csv --seen 1.1s --seen-columns height_m --sensor-sd 0.002";
     REPORT: "report out/discover", "report out/discover --figure worst --out worst.svg";
-    EXPORT: "export out/discover --as python --out law.py", "export model.toml --as latex";
+    EXPORT: "export out/discover --as python --out law.py", "export model.toml --as c --out law.c",
+        "export model.toml --as latex";
     EVALUATE: "evaluate out/run --data new.csv", "evaluate out/discover --data recordings.csv",
         "evaluate out/run --data new.csv --require-pos-m 0.1",
         "evaluate out/discover --data recordings.csv --protocol filtered --seen 0.1s,0.2s";

@@ -7,6 +7,7 @@ mod error;
 mod example;
 pub mod library;
 pub mod limits;
+pub mod listing;
 mod machine;
 mod math;
 pub mod model;

@@ -39,6 +39,8 @@ pub struct System {
     pub(crate) width_texts: Vec<String>,
     /// Which widths the file declares.
     pub(crate) declared_widths: Vec<bool>,
+    /// Registers of `[let]` values, with their indices.
+    pub(crate) let_registers: Vec<(u32, usize)>,
 }
 
 /// Values and their nonzero derivatives.
@@ -89,7 +91,7 @@ impl System {
         let mut lowering = Lowering::new(model);
         let (rates, outputs) = (lowering.rates(), lowering.outputs());
         let (conditions, resets, rest_ends) = lower_events(model, &mut lowering);
-        let Lowering { mut graph, widths, .. } = lowering;
+        let Lowering { mut graph, widths, let_ids, .. } = lowering;
         check_events(model, &graph, &rates, &conditions, &resets)?;
         let delays = model.inputs.iter().map(|i| i.delay).collect();
         let mut derivatives = Derivatives::new(active, delays);
@@ -152,6 +154,10 @@ impl System {
             widths: widths.iter().map(|w| w.declared.unwrap_or(DEFAULT_WIDTH)).collect(),
             width_texts: widths.iter().map(|w| w.text.clone()).collect(),
             declared_widths: widths.iter().map(|w: &Width| w.declared.is_some()).collect(),
+            let_registers: let_ids
+                .iter()
+                .filter_map(|(id, index)| Some((layout.assigned_register(*id)?, *index)))
+                .collect(),
             layout,
         })
     }

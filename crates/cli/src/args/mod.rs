@@ -102,7 +102,7 @@ pub enum Command {
     #[command(after_help = examples::REPORT)]
     Report(ReportArgs),
     /// Export the equations of a model with its parameter values as LaTeX, or as a program that runs
-    /// without augsim.
+    /// without augsim: it replays a recording as `augsim simulate` does.
     #[command(after_help = examples::EXPORT)]
     Export(Export),
     /// Score a model file, a discovery or a trained network on unseen data, next to the simpler models

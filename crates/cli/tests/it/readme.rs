@@ -1,6 +1,7 @@
 //! Contract (issue 13, item 13; issue 21): commands in documents print what the documents say. In the
 //! README, in `docs` and in the READMEs of crates, every `sh` block after a line `<!-- tested -->` is
-//! run line by line, with `out/` in a folder of the document. The `text` block that follows directly, if
+//! run line by line, with `out/` in a folder of the document. Besides augsim the lines may run `cc`, `python3` and
+//! programs in `out/`. The `text` block that follows directly, if
 //! any, must be in the output, with any line breaks. A block after `<!-- file: out/NAME -->` is written
 //! to that file first, so that documents can be followed from top to bottom. Links point to existing
 //! files, and the README is short.
@@ -48,12 +49,16 @@ fn steps(document: &str) -> Vec<Step<'_>> {
 fn run(line: &str, folder: &Path) -> String {
     let typed = line.split(" #").next().unwrap_or(line).trim();
     let command = typed.strip_prefix("cargo run --release -- ").or(typed.strip_prefix("augsim "));
-    let arguments = command.unwrap_or_else(|| panic!("`{typed}` is no command of augsim")).split_whitespace();
-    let arguments = arguments.map(|a| match a.strip_prefix("out/") {
+    let is_other = ["cc ", "python3 ", "out/"].iter().any(|start| typed.starts_with(start));
+    let command = command.or(is_other.then_some(typed));
+    let words = command.unwrap_or_else(|| panic!("`{typed}` is no command of augsim")).split_whitespace();
+    let mut words = words.map(|a| match a.strip_prefix("out/") {
         Some(rest) => folder.join(rest).display().to_string(),
         None => a.to_owned(),
     });
-    let run = Command::new(env!("CARGO_BIN_EXE_augsim")).args(arguments).current_dir(root()).output();
+    let augsim = || env!("CARGO_BIN_EXE_augsim").to_owned();
+    let program = if is_other { words.next().unwrap_or_default() } else { augsim() };
+    let run = Command::new(program).args(words).current_dir(root()).output();
     let run = run.expect("the binary runs");
     let printed = String::from_utf8_lossy(&run.stdout).into_owned();
     assert!(run.status.success(), "`{typed}` fails:\n{printed}{}", String::from_utf8_lossy(&run.stderr));

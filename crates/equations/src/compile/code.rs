@@ -3,7 +3,8 @@
 /// An operation code with the meaning of its operands `a`, `b`, `c`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
-pub(crate) enum Code {
+#[expect(missing_docs, reason = "each of the others is the operation of its name")]
+pub enum Code {
     /// The number whose bits are `a` (low) and `b` (high).
     Constant,
     /// State number `a`.
@@ -59,7 +60,7 @@ pub(crate) enum Code {
 
 impl Code {
     /// How many of `a`, `b`, `c` are results of other operations.
-    pub(crate) fn operands(self) -> usize {
+    pub fn operands(self) -> usize {
         match self {
             Code::Constant
             | Code::State

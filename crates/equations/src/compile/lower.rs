@@ -35,6 +35,8 @@ pub(crate) struct Lowering<'m> {
     pub(crate) widths: Vec<Width>,
     model: &'m Model,
     lets: BTreeMap<(usize, Smoothing), Id>,
+    /// Every compiled `[let]` value, with its index; exported programs name these values.
+    pub(crate) let_ids: Vec<(Id, usize)>,
     /// Values of inputs and parameters that effects have changed.
     changed: BTreeMap<Target, Id>,
     /// Rates of states that belong to effects on an input: they use the input as it was before the effect.
@@ -54,6 +56,7 @@ impl<'m> Lowering<'m> {
             widths: Vec::new(),
             model,
             lets: BTreeMap::new(),
+            let_ids: Vec::new(),
             changed: BTreeMap::new(),
             rates_before_input_effects: BTreeMap::new(),
             output: None,
@@ -259,6 +262,7 @@ impl<'m> Lowering<'m> {
                             let model = self.model;
                             let id = self.tree(&model.lets[earlier].value.tree, smoothing);
                             self.lets.insert((earlier, smoothing), id);
+                            self.let_ids.push((id, earlier));
                         }
                     }
                     self.lets[&(i, smoothing)]

@@ -7,9 +7,10 @@ mod lower;
 mod probe;
 mod section;
 
-pub(crate) use code::{Code, Operation};
+pub use code::Code;
+pub(crate) use code::Operation;
 pub(crate) use derivative::{Derivatives, Variable};
 pub(crate) use graph::{Graph, Id};
 pub(crate) use lower::{Lowering, Smoothing, Width};
 pub(crate) use probe::{Point, Probe};
-pub(crate) use section::{Layout, Section};
+pub(crate) use section::{Instruction, Layout, Section};

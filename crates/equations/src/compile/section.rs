@@ -118,7 +118,12 @@ impl Layout {
 
     /// Register of an operation that some section needs.
     pub(crate) fn register(&self, id: Id) -> u32 {
-        self.register_of.get(id as usize).copied().flatten().unwrap_or(0)
+        self.assigned_register(id).unwrap_or(0)
+    }
+
+    /// Register of an operation; `None` if no section needs it.
+    pub(crate) fn assigned_register(&self, id: Id) -> Option<u32> {
+        self.register_of.get(id as usize).copied().flatten()
     }
 
     fn instruction(&self, operation: &Operation, to: u32) -> Instruction {

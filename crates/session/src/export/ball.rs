@@ -1,6 +1,10 @@
 //! Export of the ball model as LaTeX, Python or C.
 
-use super::{Language, effect_paragraphs, latex_document, number};
+use super::groups::Groups;
+use super::words::{comment, fill};
+use super::{
+    Language, effect_paragraphs, latex_document, latex_name, latex_number, number, parameter_paragraph,
+};
 use crate::Usage;
 use crate::usage::ModelFault;
 use augsim_physics::effects::{SCATTER_KIND, index_of, spec_of};
@@ -95,7 +99,9 @@ pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage>
     // Additive changes of the restitution act before multiplicative ones, whatever their order in the file.
     blocks.sort_by_key(|b| index_of(&b.kind));
     let mut lines: Vec<(Place, String)> = Vec::new();
-    let mut set: Vec<(&str, f64)> = Vec::new();
+    let mut set: Vec<(&str, String)> = Vec::new();
+    let effect_parameters = model.effects.iter().flat_map(|b| &b.parameters);
+    let mut groups = Groups::new(language, model.parameters.iter().chain(effect_parameters));
     for block in blocks {
         let known = statements(&block.kind).filter(|_| block.table.is_none());
         let Some(((place, list), p)) = known.zip(block.parameters.first()) else {
@@ -103,12 +109,19 @@ pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage>
             return Err(Usage::model(&model.file, fault));
         };
         if let Place::Constant(name) = place {
-            set.push((name, p.nominal));
+            set.push((name, groups.value(p)));
         }
-        lines.extend(list.iter().map(|line| (place, line.replace("{0}", &number(p.nominal)))));
+        let value = groups.value(p);
+        lines.extend(list.iter().map(|line| (place, line.replace("{0}", &value))));
     }
-    let base = |name: &str| model.parameters.iter().find(|p| p.name == name).map_or(0.0, |p| p.nominal);
-    let constant = |name: &str| set.iter().find(|(n, _)| *n == name).map_or(0.0, |(_, value)| *value);
+    let mut base = |name: &str| {
+        let parameter = model.parameters.iter().find(|p| p.name == name);
+        parameter.map_or_else(|| number(0.0), |p| groups.value(p))
+    };
+    let constant = |name: &str| {
+        let value = set.iter().find(|(n, _)| *n == name).map(|(_, value)| value.clone());
+        value.unwrap_or_else(|| number(0.0))
+    };
     let constants = [
         ("GRAVITY", base("gravity_m_s2")),
         ("RESTITUTION", base("restitution")),
@@ -118,12 +131,6 @@ pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage>
         ("GROUND_RAD", constant("GROUND_RAD")),
         ("DELAY_S", constant("DELAY_S")),
     ];
-    let (form, constants): (&str, Vec<String>) = match language {
-        Language::C => {
-            (C, constants.iter().map(|(n, v)| format!("static const double {n} = {};", number(*v))).collect())
-        }
-        _ => (PYTHON, constants.iter().map(|(n, v)| format!("{n} = {}", number(*v))).collect()),
-    };
     let statements_at = |place: Place| -> String {
         let statements = lines.iter().filter(|(p, _)| *p == place);
         let text: Vec<String> = statements
@@ -135,23 +142,27 @@ pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage>
         // Without statements the whole line of the template is removed.
         if text.is_empty() { String::new() } else { text.join("\n") + "\n" }
     };
-    let mut text = form.replace("@TITLE@", &title(model)).replace("@CONSTANTS@", &constants.join("\n"));
+    let form = if language == Language::C { C } else { PYTHON };
+    let mut values = vec![
+        ("TITLE", format!("{}{}", title(model), groups.title())),
+        ("CONSTANTS", groups.constants(&constants)),
+    ];
     for (mark, place) in [
-        ("@AIR@\n", Place::Air),
-        ("@FORCES@\n", Place::Forces),
-        ("@BOUNCE@\n", Place::Bounce),
-        ("@FRICTION@\n", Place::Friction),
-        ("@SIGHT@\n", Place::Sight),
+        ("AIR", Place::Air),
+        ("FORCES", Place::Forces),
+        ("BOUNCE", Place::Bounce),
+        ("FRICTION", Place::Friction),
+        ("SIGHT", Place::Sight),
     ] {
-        text = text.replace(mark, &statements_at(place));
+        values.push((mark, statements_at(place)));
     }
-    Ok(text)
+    Ok(fill(form, &values))
 }
 
 /// Comment at the top of a program: the kinds of the effects, and that random effects are omitted.
 fn title(model: &Model) -> String {
     let kinds: Vec<&str> = model.effects.iter().map(|b| b.kind.as_str()).collect();
-    let with = if kinds.is_empty() { "no effect added".to_owned() } else { kinds.join(", ") };
+    let with = if kinds.is_empty() { "no effect added".to_owned() } else { comment(&kinds.join(", ")) };
     let scatters = kinds.contains(&SCATTER_KIND);
     if scatters { format!("{with} (without the random effects)") } else { with }
 }
@@ -161,9 +172,11 @@ fn latex(model: &Model) -> String {
     let mut body = format!(
         "Flight and impact of a ball, whose lowest point is followed:\n\\begin{{align*}}\n\\ddot{{\\mathbf x}} &= -g\\,\\mathbf e_z \
          + \\mathbf a, & g &= {} \\,\\mathrm{{m/s^2}}\\\\\nv_n^+ &= e\\,v_n^-, & e_0 &= {}\n\\end{{align*}}\n",
-        number(base("gravity_m_s2")),
-        number(base("restitution"))
+        latex_number(base("gravity_m_s2")),
+        latex_number(base("restitution"))
     );
+    let grouped = model.parameters.iter().filter(|p| !p.groups.is_empty());
+    body += &grouped.map(|p| parameter_paragraph(&latex_name(&p.name), p)).collect::<String>();
     body += &effect_paragraphs(&model.effects, |kind| spec_of(kind).map(|s| s.formula));
     latex_document("Model of a ball", &body)
 }

@@ -1,337 +1,281 @@
-//! Export of a system of equations: names, expressions, and the LaTeX document.
+//! Export of a system of equations: expressions, and the LaTeX document.
 
-use super::{Language, latex_document, latex_name, number};
-use crate::Usage;
-use crate::usage::ModelFault;
-use augsim_equations::Model;
-use augsim_equations::model::{Direction, How, Target};
+use super::routine::Names;
+use super::words::latex as latex_text;
+use super::{Language, latex_document, latex_name, latex_number, latex_unit, number, program};
+use augsim_equations::model::{Direction, Event, How, Target};
 use augsim_equations::text::{Comparison, Function, Kind, Symbol, Tree};
+use augsim_equations::{Model, ModelError};
 
-/// Reserved words of Python, C or the generated programs, which cannot name a quantity.
-const RESERVED_WORDS: [&str; 74] = [
-    "False",
-    "None",
-    "True",
-    "and",
-    "as",
-    "assert",
-    "async",
-    "auto",
-    "await",
-    "break",
-    "case",
-    "char",
-    "class",
-    "const",
-    "continue",
-    "def",
-    "default",
-    "del",
-    "do",
-    "double",
-    "elif",
-    "else",
-    "ends",
-    "enum",
-    "event",
-    "except",
-    "extern",
-    "finally",
-    "float",
-    "for",
-    "from",
-    "given",
-    "global",
-    "goto",
-    "if",
-    "import",
-    "in",
-    "inline",
-    "int",
-    "is",
-    "lambda",
-    "long",
-    "next_state",
-    "nonlocal",
-    "not",
-    "or",
-    "out",
-    "pass",
-    "raise",
-    "rate",
-    "register",
-    "restrict",
-    "return",
-    "short",
-    "signed",
-    "sizeof",
-    "state",
-    "static",
-    "struct",
-    "switch",
-    "t",
-    "time",
-    "try",
-    "typedef",
-    "union",
-    "unsigned",
-    "void",
-    "volatile",
-    "when",
-    "while",
-    "with",
-    "y",
-    "yield",
-    "_",
-];
-
-/// How discontinuous functions (`sign`, `step`, `if`) are written.
+/// What an expression is written for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Jump {
-    /// Discontinuous, as in outputs, events and tables.
-    Sharp,
-    /// Smoothed by a tanh of the width that the model file declares, as the engine evaluates rates.
-    Smooth,
+pub(super) enum Use {
+    /// A formula of a LaTeX document.
+    Formula,
+    /// The initial state in a program: outputs are their first measured values.
+    Start,
 }
 
-/// Writes a model in one language.
+/// Writes the expressions of a model file.
 pub(super) struct Writer<'a> {
     pub model: &'a Model,
     pub language: Language,
+    /// Names in a program; `None` in a document.
+    pub names: Option<&'a Names>,
+    pub purpose: Use,
 }
 
 /// The text of the model in the language.
-pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage> {
-    let w = Writer { model, language };
-    if language == Language::Latex {
-        return w.latex();
+///
+/// # Errors
+/// A model that cannot be compiled.
+pub(super) fn export(model: &Model, language: Language) -> Result<String, ModelError> {
+    if language != Language::Latex {
+        return program::program(model, language);
     }
-    w.program()
+    Ok(Writer { model, language, names: None, purpose: Use::Formula }.document())
 }
 
 impl Writer<'_> {
-    /// The name of a quantity in the language.
-    pub fn name(&self, name: &str) -> String {
-        if self.language == Language::Latex {
-            return latex_name(name);
-        }
-        let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-        if RESERVED_WORDS.contains(&plain.as_str()) || Function::named(&plain).is_some() {
-            plain + "_"
-        } else {
-            plain
-        }
-    }
-
     fn symbol(&self, symbol: Symbol) -> String {
         let m = self.model;
-        match symbol {
-            Symbol::State(i) => self.name(&m.states[i].name),
-            Symbol::Input(i) => self.name(&m.inputs[i].name),
-            Symbol::Parameter(i) => self.name(&m.parameters[i].name),
-            Symbol::Let(i) => self.name(&m.lets[i].name),
-            // An effect on an output reads its value before the change.
-            Symbol::Output(i) if self.language == Language::Latex => self.name(&m.outputs[i].name),
-            Symbol::Output(i) => self.output(i),
-            Symbol::Time => "t".to_owned(),
+        if self.purpose == Use::Formula {
+            return match symbol {
+                Symbol::State(i) => latex_name(&m.states[i].name),
+                Symbol::Input(i) => latex_name(&m.inputs[i].name),
+                Symbol::Parameter(i) => latex_name(&m.parameters[i].name),
+                Symbol::Let(i) => latex_name(&m.lets[i].name),
+                Symbol::Output(i) => latex_name(&m.outputs[i].name),
+                Symbol::Time => "t".to_owned(),
+            };
+        }
+        let is_c = self.language == Language::C;
+        match (symbol, self.names) {
+            (Symbol::Output(i), _) if is_c => format!("law_first(series, {i})"),
+            (Symbol::Output(i), _) => format!("first({i})"),
+            (Symbol::Input(i), _) => format!("u[{i}]"),
+            (Symbol::Parameter(i), Some(names)) if is_c => format!("p->{}", names.parameters[i]),
+            (Symbol::Parameter(i), _) => {
+                format!("p[{}]", super::words::literal(&m.parameters[i].name, self.language))
+            }
+            _ => self.nan(),
         }
     }
 
-    /// The variable of an output in a program.
-    pub fn output(&self, index: usize) -> String {
-        format!("o_{}", self.name(&self.model.outputs[index].name))
+    fn nan(&self) -> String {
+        if self.language == Language::C { "NAN".to_owned() } else { "math.nan".to_owned() }
     }
 
-    /// The smoothing width that the file declares for a discontinuity where this subexpression passes 0.
-    fn width(&self, tree: &Tree, argument: usize) -> Option<String> {
-        self.model.numerics.widths.get(tree.text_of(argument)).map(|width| number(*width))
-    }
-
-    /// Writes an expression in the language, every operation in brackets.
-    ///
-    /// # Errors
-    /// A program cannot contain the slope of an output.
-    pub fn expression(&self, tree: &Tree, jump: Jump) -> Result<String, Usage> {
-        let latex = self.language == Language::Latex;
+    /// Writes an expression, every operation in brackets.
+    pub fn expression(&self, tree: &Tree) -> String {
         let mut done: Vec<String> = Vec::with_capacity(tree.nodes.len());
-        // Smoothing width of a discontinuity, if it has one and `jump` asks for smoothing.
-        let width_of = |kind: &Kind| match kind {
-            _ if latex || jump == Jump::Sharp => None,
-            Kind::Call(_, list) => self.width(tree, *list.first()?),
-            Kind::If { left, .. } => self.width(tree, *left),
-            _ => None,
-        };
         for node in &tree.nodes {
-            let text_of = |i: &usize| done[*i].clone();
-            done.push(match &node.kind {
-                Kind::Number(v) => number(*v),
-                Kind::Symbol(s) => self.symbol(*s),
-                Kind::Negate(a) => format!("(-{})", text_of(a)),
-                Kind::Add(a, b) => format!("({} + {})", text_of(a), text_of(b)),
-                Kind::Subtract(a, b) => format!("({} - {})", text_of(a), text_of(b)),
-                Kind::Multiply(a, b) if latex => format!("{} \\, {}", text_of(a), text_of(b)),
-                Kind::Multiply(a, b) => format!("({} * {})", text_of(a), text_of(b)),
-                Kind::Divide(a, b) if latex => format!("\\frac{{{}}}{{{}}}", text_of(a), text_of(b)),
-                Kind::Divide(a, b) => format!("({} / {})", text_of(a), text_of(b)),
-                Kind::Power(a, b) if latex => format!("{{{}}}^{{{}}}", text_of(a), text_of(b)),
-                Kind::Power(a, b) => format!("pow_of({}, {})", text_of(a), text_of(b)),
-                Kind::Call(f @ (Function::Sign | Function::Step), list) if width_of(&node.kind).is_some() => {
-                    let (z, width) = (list.first().map(text_of).unwrap_or_default(), width_of(&node.kind));
-                    let sign = format!("tanh({z} / {})", width.unwrap_or_default());
-                    if *f == Function::Sign { sign } else { format!("(0.5 + 0.5 * {sign})") }
-                }
-                Kind::Call(f, list) => {
-                    let list: Vec<String> = list.iter().map(text_of).collect();
-                    let name = if latex {
-                        format!("\\operatorname{{{}}}", f.name())
-                    } else {
-                        program_name(*f).to_owned()
-                    };
-                    format!("{name}({})", list.join(", "))
-                }
-                Kind::If { comparison, left, right, then, otherwise } => {
-                    let sign = match comparison {
-                        Comparison::Less => "<",
-                        Comparison::LessOrEqual if latex => "\\le",
-                        Comparison::LessOrEqual => "<=",
-                        Comparison::Greater => ">",
-                        Comparison::GreaterOrEqual if latex => "\\ge",
-                        Comparison::GreaterOrEqual => ">=",
-                    };
-                    let [l, r, a, b] = [left, right, then, otherwise].map(text_of);
-                    let rises = matches!(comparison, Comparison::Greater | Comparison::GreaterOrEqual);
-                    if let Some(width) = width_of(&node.kind) {
-                        let above = if rises { format!("({l} - {r})") } else { format!("({r} - {l})") };
-                        format!("({b} + ({a} - {b}) * (0.5 + 0.5 * tanh({above} / {width})))")
-                    } else if latex {
-                        format!(
-                            "\\begin{{cases}} {a} & {l} {sign} {r} \\\\ {b} & \\text{{else}} \\end{{cases}}"
-                        )
-                    } else {
-                        format!("pick({l} {sign} {r}, {a}, {b})")
-                    }
-                }
-                Kind::Table { table, at: x } if latex => {
-                    format!("{}({})", latex_name(&self.model.tables[*table].name), text_of(x))
-                }
-                Kind::Table { table, at: x } => {
-                    let (at_knots, values) = (format!("KNOTS_{table}"), format!("VALUES_{table}"));
-                    match self.language {
-                        Language::C => {
-                            let count = self.model.tables[*table].at.len();
-                            format!("interpolate({}, {count}, {at_knots}, {values})", text_of(x))
-                        }
-                        _ => format!("interpolate({}, {at_knots}, {values})", text_of(x)),
-                    }
-                }
-                Kind::Slope { output } if latex => {
-                    format!("\\tfrac{{d}}{{dt}} {}", latex_name(&self.model.outputs[*output].name))
-                }
-                Kind::Slope { .. } => {
-                    return Err(Usage::model(&self.model.file, ModelFault::SlopeExported));
-                }
-            });
+            let text = match self.purpose {
+                Use::Formula => self.formula_node(&node.kind, &done),
+                Use::Start => self.start_node(&node.kind, &done),
+            };
+            done.push(text);
         }
-        Ok(done.pop().unwrap_or_default())
+        done.pop().unwrap_or_default()
     }
 
-    fn latex(&self) -> Result<String, Usage> {
+    /// Writes a node of a formula of a document; `done` has the texts of the nodes before it.
+    fn formula_node(&self, kind: &Kind, done: &[String]) -> String {
+        let text_of = |i: &usize| done[*i].as_str();
+        match kind {
+            Kind::Number(v) => latex_number(*v),
+            Kind::Symbol(s) => self.symbol(*s),
+            Kind::Negate(a) => format!("(-{})", text_of(a)),
+            Kind::Add(a, b) => format!("({} + {})", text_of(a), text_of(b)),
+            Kind::Subtract(a, b) => format!("({} - {})", text_of(a), text_of(b)),
+            Kind::Multiply(a, b) => format!("{} \\, {}", text_of(a), text_of(b)),
+            Kind::Divide(a, b) => format!("\\frac{{{}}}{{{}}}", text_of(a), text_of(b)),
+            Kind::Power(a, b) => format!("{{{}}}^{{{}}}", text_of(a), text_of(b)),
+            Kind::Call(f, list) => {
+                let list: Vec<&str> = list.iter().map(text_of).collect();
+                format!("\\operatorname{{{}}}({})", f.name(), list.join(", "))
+            }
+            Kind::If { comparison, left, right, then, otherwise } => {
+                let sign = match comparison {
+                    Comparison::Less => "<",
+                    Comparison::LessOrEqual => "\\le",
+                    Comparison::Greater => ">",
+                    Comparison::GreaterOrEqual => "\\ge",
+                };
+                let [l, r, a, b] = [left, right, then, otherwise].map(text_of);
+                format!("\\begin{{cases}} {a} & {l} {sign} {r} \\\\ {b} & \\text{{else}} \\end{{cases}}")
+            }
+            Kind::Table { table, at } => {
+                format!("{}({})", latex_name(&self.model.tables[*table].name), text_of(at))
+            }
+            Kind::Slope { output } => {
+                format!("\\tfrac{{d}}{{dt}} {}", latex_name(&self.model.outputs[*output].name))
+            }
+        }
+    }
+
+    /// Writes a node of an expression of an initial state in a program.
+    fn start_node(&self, kind: &Kind, done: &[String]) -> String {
+        let text_of = |i: &usize| done[*i].as_str();
+        let is_c = self.language == Language::C;
+        let prefix = if is_c { "law_" } else { "" };
+        match kind {
+            Kind::Number(v) => number(*v),
+            Kind::Symbol(s) => self.symbol(*s),
+            Kind::Negate(a) => format!("(-{})", text_of(a)),
+            Kind::Add(a, b) => format!("({} + {})", text_of(a), text_of(b)),
+            Kind::Subtract(a, b) => format!("({} - {})", text_of(a), text_of(b)),
+            Kind::Multiply(a, b) => format!("({} * {})", text_of(a), text_of(b)),
+            Kind::Divide(a, b) if is_c => format!("({} / {})", text_of(a), text_of(b)),
+            Kind::Divide(a, b) => format!("divide({}, {})", text_of(a), text_of(b)),
+            Kind::Power(a, b) => {
+                format!("{}({}, {})", if is_c { "pow" } else { "power" }, text_of(a), text_of(b))
+            }
+            Kind::Call(f, list) => {
+                let list: Vec<&str> = list.iter().map(text_of).collect();
+                format!("{}({})", start_function(*f, is_c), list.join(", "))
+            }
+            Kind::If { comparison, left, right, then, otherwise } => {
+                let sign = match comparison {
+                    Comparison::Less => "<",
+                    Comparison::LessOrEqual => "<=",
+                    Comparison::Greater => ">",
+                    Comparison::GreaterOrEqual => ">=",
+                };
+                let [l, r, a, b] = [left, right, then, otherwise].map(text_of);
+                if is_c {
+                    format!("({l} {sign} {r} ? {a} : {b})")
+                } else {
+                    format!("({a} if {l} {sign} {r} else {b})")
+                }
+            }
+            Kind::Table { .. } => self.nan(),
+            Kind::Slope { output } if is_c => format!("{prefix}first_slope(series, {output})"),
+            Kind::Slope { output } => format!("slope({output})"),
+        }
+    }
+
+    /// The LaTeX document.
+    fn document(&self) -> String {
         let m = self.model;
-        let expression = |tree: &Tree| self.expression(tree, Jump::Sharp);
-        let mut body = String::from("\\begin{align*}\n");
+        let mut body = String::from("Numbers are rounded to six digits.\n\\begin{align*}\n");
         let mut line = |left: String, right: String| body += &format!("{left} &= {right} \\\\\n");
         for l in &m.lets {
-            line(latex_name(&l.name), expression(&l.value.tree)?);
+            line(latex_name(&l.name), self.expression(&l.value.tree));
         }
         for (i, state) in m.states.iter().enumerate() {
-            let right = self.with_changes(Target::Rate(i), expression(&state.rate.tree)?)?;
+            let right = self.with_changes(Target::Rate(i), self.expression(&state.rate.tree));
             line(format!("\\tfrac{{d}}{{dt}} {}", latex_name(&state.name)), right);
         }
+        for (i, input) in m.inputs.iter().enumerate() {
+            let name = latex_name(&input.name);
+            let right = self.with_changes(Target::Input(i), name.clone());
+            if right != name {
+                line(format!("{name}^{{\\mathrm{{used}}}}"), right);
+            }
+        }
         for (i, output) in m.outputs.iter().enumerate() {
-            let right = self.with_changes(Target::Output(i), expression(&output.value.tree)?)?;
+            let right = self.with_changes(Target::Output(i), self.expression(&output.value.tree));
             line(latex_name(&output.name), right);
         }
         for (i, p) in m.parameters.iter().enumerate() {
-            let right = self.with_changes(Target::Parameter(i), number(p.nominal))?;
-            line(latex_name(&p.name), right);
+            let value = latex_number(p.nominal) + &latex_unit(p.unit);
+            line(latex_name(&p.name), self.with_changes(Target::Parameter(i), value));
         }
         body += "\\end{align*}\n";
-        for state in &m.states {
+        body += &self.bounds();
+        body += &m.events.iter().map(|event| self.event(event)).collect::<String>();
+        body += &self.tables();
+        latex_document(&format!("Equations of {}", m.name), &body)
+    }
+
+    fn bounds(&self) -> String {
+        let mut text = String::new();
+        for state in &self.model.states {
             let name = latex_name(&state.name);
             for (bound, sign) in [(state.min, "\\ge"), (state.max, "\\le")] {
                 if let Some(bound) = bound {
-                    body += &format!("\\noindent State bound: ${name} {sign} {}$.\n\n", number(bound));
+                    text += &format!("\\noindent State bound: ${name} {sign} {}$.\n\n", latex_number(bound));
                 }
             }
         }
-        for event in &m.events {
-            let way = match event.direction {
-                Direction::Rising => "rises through 0",
-                Direction::Falling => "falls through 0",
-                Direction::Both => "passes 0",
-            };
-            let when = expression(&event.when.tree)?;
-            body +=
-                &format!("\\noindent Where ${when}$ {way} (\\verb|{}|):\n\\begin{{align*}}\n", event.name);
-            for (state, value) in &event.set {
-                let name = latex_name(&m.states[*state].name);
-                body += &format!("{name}^+ &= {} \\\\\n", expression(&value.tree)?);
-            }
-            body += "\\end{align*}\n";
-            if let Some(rest) = &event.rest {
-                let until = match &rest.until {
-                    Some(until) => format!(" until ${}$ is 1", expression(&until.tree)?),
-                    None => String::new(),
-                };
-                let below = number(rest.below);
-                body += &format!(
-                    "\\noindent It rests{until} where that passes more slowly than {below} per second.\n\n"
-                );
-            }
+        text
+    }
+
+    fn event(&self, event: &Event) -> String {
+        let way = match event.direction {
+            Direction::Rising => "rises through 0",
+            Direction::Falling => "falls through 0",
+            Direction::Both => "passes 0",
+        };
+        let when = self.expression(&event.when.tree);
+        let mut text = format!(
+            "\\noindent Where ${when}$ {way} (\\texttt{{{}}}):\n\\begin{{align*}}\n",
+            latex_text(&event.name)
+        );
+        for (state, value) in &event.set {
+            let name = latex_name(&self.model.states[*state].name);
+            text += &format!("{name}^+ &= {} \\\\\n", self.expression(&value.tree));
         }
-        for table in &m.tables {
-            let knots = table
-                .at
-                .iter()
-                .zip(&table.values)
-                .map(|(x, y)| format!("{} & {}\\\\\n", number(*x), number(*y)));
-            body += &format!(
-                "\\noindent ${}(z)$, linear between its knots:\n\n\\begin{{tabular}}{{rr}}\n$z$ & value\\\\\n{}\\end{{tabular}}\n\n",
-                latex_name(&table.name),
-                knots.collect::<String>()
+        text += "\\end{align*}\n";
+        if let Some(rest) = &event.rest {
+            let until = match &rest.until {
+                Some(until) => format!(" until ${}$ is 1", self.expression(&until.tree)),
+                None => String::new(),
+            };
+            let below = latex_number(rest.below);
+            text += &format!(
+                "\\noindent It rests{until} where that passes more slowly than ${below}$ per second.\n\n"
             );
         }
-        Ok(latex_document(&format!("Equations of {}", m.name), &body))
+        text
+    }
+
+    fn tables(&self) -> String {
+        let mut text = String::new();
+        for table in &self.model.tables {
+            let knots = table.at.iter().zip(&table.values);
+            let rows = knots.map(|(x, y)| format!("${}$ & ${}$\\\\\n", latex_number(*x), latex_number(*y)));
+            text += &format!(
+                "\\noindent ${}(z)$, linear between its knots:\n\n\\begin{{tabular}}{{rr}}\n$z$ & value\\\\\n{}\\end{{tabular}}\n\n",
+                latex_name(&table.name),
+                rows.collect::<String>()
+            );
+        }
+        text
     }
 
     /// A formula with the changes by the added effects.
-    fn with_changes(&self, target: Target, mut right: String) -> Result<String, Usage> {
+    fn with_changes(&self, target: Target, mut right: String) -> String {
         for change in self.model.additions.iter().flat_map(|a| &a.changes).filter(|c| c.target == target) {
-            let value = self.expression(&change.value.tree, Jump::Sharp)?;
+            let value = self.expression(&change.value.tree);
             right = match change.how {
                 How::Add => format!("{right} + {value}"),
                 How::Factor => format!("\\left({right}\\right) \\, {value}"),
                 How::Replace => value,
             };
         }
-        Ok(right)
+        right
     }
 }
 
-/// Name of a function in the generated programs.
-fn program_name(f: Function) -> &'static str {
+/// Name of a function in the expressions of initial states.
+fn start_function(f: Function, is_c: bool) -> &'static str {
+    let choose = |c: &'static str, python: &'static str| if is_c { c } else { python };
     match f {
-        Function::Ln => "log_of",
-        Function::Sqrt => "sqrt_of",
-        Function::Abs => "fabs",
-        Function::Min => "fmin",
-        Function::Max => "fmax",
-        Function::Sign => "sign_of",
-        Function::Step => "step_of",
-        Function::Clamp => "clamp_of",
-        Function::Relu => "relu_of",
-        Function::Deadzone => "deadzone_of",
-        Function::Cbrt => "cbrt_of",
+        Function::Ln => "log",
+        Function::Sqrt => choose("law_sqrt", "sqrt"),
+        Function::Abs => choose("fabs", "abs"),
+        Function::Min => choose("law_min", "min"),
+        Function::Max => choose("law_max", "max"),
+        Function::Sign => choose("law_sign_of", "sign_of"),
+        Function::Step => choose("law_step_of", "step_of"),
+        Function::Clamp => choose("law_clamp", "clamp"),
+        Function::Relu => choose("law_relu", "relu"),
+        Function::Deadzone => choose("law_deadzone", "deadzone"),
+        Function::Atan => choose("atan", "math.atan"),
+        Function::Tanh => choose("tanh", "math.tanh"),
+        Function::Atan2 => choose("atan2", "math.atan2"),
         other => other.name(),
     }
 }

@@ -4,11 +4,15 @@
 
 mod ball;
 mod equations;
+mod groups;
 mod program;
 mod push;
+mod routine;
+mod words;
 
-use crate::{Subject, Usage};
-use augsim_physics::model::{EffectBlock, ModelFile};
+use crate::Subject;
+use augsim_data::Unit;
+use augsim_physics::model::{EffectBlock, ModelFile, Parameter};
 
 /// Languages that a model can be exported to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,47 +28,103 @@ pub enum Language {
 /// Exports a model to a language.
 ///
 /// # Errors
-/// [`Usage`] names the part of the model that cannot be exported, and an alternative.
-pub fn export(subject: &Subject, language: Language) -> Result<String, Usage> {
-    match subject {
-        Subject::Equations(model) => equations::export(model, language),
+/// [`Usage`](crate::Usage) names the part of the model that cannot be exported, and an alternative; a model of
+/// equations that cannot be compiled gives the error of the compiler.
+pub fn export(subject: &Subject, language: Language) -> anyhow::Result<String> {
+    Ok(match subject {
+        Subject::Equations(model) => equations::export(model, language)?,
         Subject::BuiltIn(model) => match &**model {
-            ModelFile::Ball(model) => ball::export(model, language),
-            ModelFile::Push(model) => push::export(model, language),
+            ModelFile::Ball(model) => ball::export(model, language)?,
+            ModelFile::Push(model) => push::export(model, language)?,
         },
-    }
+    })
 }
 
-/// A number with all its digits, valid in Python, C and LaTeX.
+/// A number with all its digits, valid in Python and C.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// A name in upright type, with escaped underscores.
+/// A number in a formula, rounded to six digits.
+fn latex_number(value: f64) -> String {
+    if value == std::f64::consts::PI {
+        return "\\pi".to_owned();
+    }
+    let text = format!("{value:.5e}");
+    let Some((digits, exponent)) = text.split_once('e') else { return text };
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let trim = |digits: &str| match digits.contains('.') {
+        true => digits.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => digits.to_owned(),
+    };
+    if (-4..6).contains(&exponent) {
+        let decimals = usize::try_from(5 - exponent).unwrap_or(0);
+        return trim(&format!("{value:.decimals$}"));
+    }
+    format!("{} \\times 10^{{{exponent}}}", trim(digits))
+}
+
+/// A unit after a number in a formula, such as `N\,m/s^{2}`.
+fn latex_unit(unit: Option<Unit>) -> String {
+    let symbol = unit.map_or_else(String::new, Unit::symbol);
+    if symbol.is_empty() {
+        return symbol;
+    }
+    let mut text = String::from("\\,\\mathrm{");
+    let mut signs = symbol.chars().peekable();
+    while let Some(sign) = signs.next() {
+        match sign {
+            ' ' => text += "\\,",
+            '^' => {
+                let mut power = String::new();
+                while let Some(digit) = signs.next_if(|c| c.is_ascii_digit() || *c == '-') {
+                    power.push(digit);
+                }
+                text += &format!("^{{{power}}}");
+            }
+            '°' => text += "{}^\\circ ",
+            sign => text += &words::latex(&sign.to_string()),
+        }
+    }
+    text + "}"
+}
+
+/// A name in upright type.
 fn latex_name(name: &str) -> String {
-    format!("\\mathrm{{{}}}", name.replace('_', "\\_"))
+    format!("\\mathrm{{{}}}", words::latex(name))
 }
 
 /// A LaTeX document with a title and a body.
 fn latex_document(title: &str, body: &str) -> String {
-    let title = title.replace('_', "\\_");
+    let title = words::latex(title);
     format!(
-        "\\documentclass{{article}}\n\\usepackage{{amsmath}}\n\\begin{{document}}\n\\section*{{{title}}}\n{body}\\end{{document}}\n"
+        "\\documentclass{{article}}\n\\usepackage{{amsmath}}\n\\usepackage{{textcomp}}\n\\begin{{document}}\n\\section*{{{title}}}\n{body}\\end{{document}}\n"
     )
 }
 
-/// One LaTeX paragraph for each effect, with its formula, values and intervals.
+/// One LaTeX paragraph for each effect, with its formula, values and intervals, all values by group included.
 fn effect_paragraphs(effects: &[EffectBlock], formula: impl Fn(&str) -> Option<&'static str>) -> String {
     let mut text = String::new();
     for block in effects {
         let formula = formula(&block.kind).unwrap_or("a tabulated law");
-        text += &format!("\\paragraph{{{}}} \\verb|{}|\n\n", block.kind, formula.replace('|', "/"));
+        let (kind, formula) = (words::latex(&block.kind), words::latex(formula));
+        text += &format!("\\paragraph{{{kind}}} \\texttt{{{formula}}}\n\n");
         for p in &block.parameters {
-            let interval = p.ci95.map_or(String::new(), |[low, high]| {
-                format!(" (95\\,\\% interval {} to {})", number(low), number(high))
-            });
-            text += &format!("\\noindent ${} = {}${interval}\n\n", latex_name(&p.name), number(p.nominal));
+            text += &parameter_paragraph(&latex_name(&p.name), p);
         }
+    }
+    text
+}
+
+/// The value of a parameter with its interval, and its values by group.
+fn parameter_paragraph(symbol: &str, p: &Parameter) -> String {
+    let interval = p.ci95.map_or(String::new(), |[low, high]| {
+        format!(" (95\\,\\% interval ${}$ to ${}$)", latex_number(low), latex_number(high))
+    });
+    let mut text = format!("\\noindent ${symbol} = {}${interval}\n\n", latex_number(p.nominal));
+    for (group, value) in &p.groups {
+        let group = words::latex(group);
+        text += &format!("\\noindent \\quad \\texttt{{{group}}}: ${}$\n\n", latex_number(*value));
     }
     text
 }

@@ -1,288 +1,432 @@
 //! Export of a system of equations as a Python or C program that runs without augsim.
 
-use super::equations::{Jump, Writer};
+use super::equations::{Use, Writer};
+use super::routine::{Names, Statements, Syntax};
+use super::words::{comment, fill, literal};
 use super::{Language, number};
-use crate::Usage;
-use augsim_equations::model::{Direction, Event, How, Target};
-use augsim_equations::text::Tree;
+use augsim_equations::listing::{Derivatives, Listing, Routine, Variable};
+use augsim_equations::model::{Direction, Event, Hold, Integrator};
+use augsim_equations::{Model, ModelError};
 
 const PYTHON: &str = include_str!("system.py.txt");
-const PYTHON_EVENTS: &str = include_str!("sudden.py.txt");
+const PYTHON_EVENTS: &str = include_str!("events.py.txt");
 const C: &str = include_str!("system.c.txt");
-const C_EVENTS: &str = include_str!("sudden.c.txt");
+const C_EVENTS: &str = include_str!("events.c.txt");
+const C_MAIN: &str = include_str!("replay.c.txt");
 
-const PYTHON_INTERPOLATE: &str = "
+const PYTHON_TABLES: &str = "
 
-def interpolate(x, knots, values):
-    for k in range(1, len(knots)):
-        if x < knots[k]:
-            share = max(x - knots[k - 1], 0.0) / (knots[k] - knots[k - 1])
-            return values[k - 1] + (values[k] - values[k - 1]) * share
-    return values[-1]
+def table_piece(x, knots):
+    \"\"\"Index of the knot before x; None outside the knots.\"\"\"
+    after = bisect.bisect_right(knots, x)
+    return after - 1 if 0 < after < len(knots) else None
+
+
+def table(x, knots, values):
+    i = table_piece(x, knots)
+    if i is None:
+        return x if x != x else values[0] if x < knots[0] else values[-1]
+    return values[i] + (values[i + 1] - values[i]) * (x - knots[i]) / (knots[i + 1] - knots[i])
+
+
+def table_slope(x, knots, values):
+    i = table_piece(x, knots)
+    return 0.0 if i is None else (values[i + 1] - values[i]) / (knots[i + 1] - knots[i])
+
+
 ";
 
-const C_INTERPOLATE: &str = "
-static double interpolate(double x, int n, const double *knots, const double *values) {
-    for (int k = 1; k < n; k++)
-        if (x < knots[k])
-            return values[k - 1] + (values[k] - values[k - 1]) * fmax(x - knots[k - 1], 0.0) / (knots[k] - knots[k - 1]);
-    return values[n - 1];
+const C_TABLES: &str = "
+static int law_table_piece(double x, int n, const double *knots) {
+    int i = 0;
+    while (i < n && knots[i] <= x) i++;
+    return i > 0 && i < n ? i - 1 : -1;
+}
+static inline double law_table(double x, int n, const double *knots, const double *values) {
+    int i = law_table_piece(x, n, knots);
+    if (i < 0) return x != x ? x : x < knots[0] ? values[0] : values[n - 1];
+    return values[i] + (values[i + 1] - values[i]) * (x - knots[i]) / (knots[i + 1] - knots[i]);
+}
+static inline double law_table_slope(double x, int n, const double *knots, const double *values) {
+    int i = law_table_piece(x, n, knots);
+    return i < 0 ? 0.0 : (values[i + 1] - values[i]) / (knots[i + 1] - knots[i]);
 }
 ";
 
-/// Integration step of the programs, s.
-const STEP_S: f64 = 2e-4;
+const C_PLAIN_STEP: &str = "
+static int law_step_once(law_state *state, const law_signal *signal, double t, double h, const law_parameters *p) {
+    double first[LAW_STATES + 1];
+    return law_move(p, signal, state->fixed, t, h, state->x, first);
+}
+";
 
-/// A statement of a program: name and value.
-enum Statement {
-    /// Declares a variable.
-    Declare(String, String),
-    /// Assigns to a declared variable.
-    Assign(String, String),
+const PYTHON_PLAIN_STEP: &str = "    def begin_events(self, signal):
+        pass
+
+    def step(self, signal, t, h):
+        self.x = self.move(signal, t, h, self.x)[0]
+";
+
+/// A model on its way to a program.
+struct Program<'a> {
+    model: &'a Model,
+    language: Language,
+    names: Names,
+    listing: Listing,
 }
 
-use Statement::{Assign, Declare};
+/// The program of a model.
+///
+/// # Errors
+/// A model that cannot be compiled.
+pub(super) fn program(model: &Model, language: Language) -> Result<String, ModelError> {
+    let listing = Listing::new(model)?;
+    let program = Program { model, language, names: Names::new(model), listing };
+    Ok(program.text())
+}
 
-impl Writer<'_> {
+impl Program<'_> {
     fn is_c(&self) -> bool {
         self.language == Language::C
     }
 
-    /// The whole program.
-    pub fn program(&self) -> Result<String, Usage> {
-        let m = self.model;
-        let names: Vec<String> = (m.states.iter().map(|s| self.name(&s.name)))
-            .chain(m.inputs.iter().map(|i| self.name(&i.name)))
-            .collect();
-        let usage = format!("usage: law {} time [time ...]", names.join(" "));
-        let has_bounds = m.states.iter().any(|s| s.min.is_some() || s.max.is_some());
-        let has_events = has_bounds || !m.events.is_empty();
-        let (form, event_code, begin, advance) = match (self.is_c(), has_events) {
-            (false, false) => (PYTHON, "", "", "advance(t, y, h, given)"),
-            (false, true) => (PYTHON, PYTHON_EVENTS, PYTHON_BEGIN, "sudden.step(t, y, h)"),
-            (true, false) => (C, "", "", "advance(t, y, h, given, NULL, end)"),
-            (true, true) => (C, C_EVENTS, "    begin(y, given);\n", "step(t, y, h, given, end)"),
-        };
-        let mut text = form.to_owned();
-        for (mark, value) in [
-            ("@SUDDEN@\n", event_code),
-            ("@BEGIN@", begin),
-            ("@ADVANCE@", advance),
-            ("@TITLE@", &m.name),
-            ("@USAGE@", &usage),
-            ("@STEP@", &number(STEP_S)),
-            ("@N@", &m.states.len().to_string()),
-            ("@U@", &m.inputs.len().to_string()),
-            ("@O@", &m.outputs.len().to_string()),
-            ("@E@", &m.events.len().to_string()),
-            ("@INTERPOLATE@\n", &self.tables()),
-            ("@RATES@\n", &self.rates()?),
-            ("@OUTPUTS@\n", &self.outputs()?),
-        ] {
-            text = text.replace(mark, value);
-        }
-        if has_events { self.with_events(text) } else { Ok(text) }
+    fn has_events(&self) -> bool {
+        let has_bound = |s: &augsim_equations::model::State| s.min.is_some() || s.max.is_some();
+        !self.model.events.is_empty() || self.model.states.iter().any(has_bound)
     }
 
-    /// Knots and values of the tables, and the function that interpolates them.
+    /// Elements of a list with a comma after each: a C array ends with an element of its own.
+    fn list(&self, elements: impl Iterator<Item = String>) -> String {
+        let list: Vec<String> = elements.collect();
+        match (list.is_empty(), self.is_c()) {
+            (true, _) => String::new(),
+            (false, true) => list.join(", ") + ", ",
+            (false, false) => list.join(", "),
+        }
+    }
+
+    fn flag(&self, flag: bool) -> String {
+        match (self.is_c(), flag) {
+            (true, flag) => u8::from(flag).to_string(),
+            (false, true) => "True".to_owned(),
+            (false, false) => "False".to_owned(),
+        }
+    }
+
+    fn strings<'n>(&self, names: impl Iterator<Item = &'n str>) -> String {
+        self.list(names.map(|name| literal(name, self.language)))
+    }
+
+    fn text(&self) -> String {
+        let mut values = self.descriptions();
+        values.extend(self.settings());
+        values.extend(self.equations());
+        let has_events = self.has_events();
+        let events = match (self.is_c(), has_events) {
+            (true, true) => fill(C_EVENTS, &self.events()),
+            (true, false) => C_PLAIN_STEP.to_owned(),
+            (false, true) => fill(PYTHON_EVENTS, &self.events()),
+            (false, false) => PYTHON_PLAIN_STEP.to_owned(),
+        };
+        values.push(("EVENT_CODE", events));
+        let begin = if has_events { "    law_begin_events(state, signal, p);\n" } else { "" };
+        values.push(("BEGIN_EVENTS", begin.to_owned()));
+        if !self.is_c() {
+            return fill(PYTHON, &values);
+        }
+        values.push(("MAIN", fill(C_MAIN, &values)));
+        fill(C, &values)
+    }
+
+    /// Title, usage, and lists of quantities in comments.
+    fn descriptions(&self) -> Vec<(&'static str, String)> {
+        let m = self.model;
+        let states = m.states.iter().map(|s| comment(&s.name));
+        let inputs = || m.inputs.iter().map(|i| comment(&i.name));
+        let outputs = || m.outputs.iter().map(|o| comment(&o.name));
+        let columns = |names: Vec<String>| names.iter().map(|n| format!(", {n}")).collect::<String>();
+        let words = |names: Vec<String>| names.iter().map(|n| format!(" {n}")).collect::<String>();
+        let of = |names: Vec<String>| {
+            if names.is_empty() { String::new() } else { format!(": {}", names.join("; ")) }
+        };
+        let widths = self.listing.discontinuities.iter().map(|d| comment(&d.argument)).collect();
+        vec![
+            ("TITLE", comment(&m.name)),
+            (
+                "USAGE",
+                format!(
+                    "law{} TIME [TIME ...]",
+                    words(m.states.iter().map(|s| comment(&s.name)).chain(inputs()).collect())
+                ),
+            ),
+            ("INPUT_COLUMNS", columns(inputs().collect())),
+            ("OUTPUT_COLUMNS", columns(outputs().collect())),
+            ("STATE_TEXTS", words(states.collect())),
+            ("INPUT_TEXTS", words(inputs().collect())),
+            ("OUTPUT_TEXTS", words(outputs().collect())),
+            ("WIDTH_TEXTS", of(widths)),
+        ]
+    }
+
+    /// Sizes, names, parameter values and numerical settings.
+    fn settings(&self) -> Vec<(&'static str, String)> {
+        let (m, l, is_c) = (self.model, &self.listing, self.is_c());
+        let numerics = &m.numerics;
+        let fields = self.names.parameters.iter().zip(&m.parameters);
+        let fields = fields.map(|(field, p)| {
+            let unit = p.unit.map_or_else(String::new, |unit| format!(" {}", comment(&unit.symbol())));
+            format!("    double {field}; /* {}{unit} */\n", comment(&p.name))
+        });
+        let set = self.names.parameters.iter().zip(&m.parameters).map(|(field, p)| match is_c {
+            true => format!("    p.{field} = {};\n", number(p.nominal)),
+            false => format!("    {}: {},\n", literal(&p.name, self.language), number(p.nominal)),
+        });
+        let widths = l.discontinuities.iter().enumerate();
+        let set_widths = widths.map(|(i, d)| match is_c {
+            true => format!("    p.width[{i}] = {};\n", number(d.width)),
+            false => String::new(),
+        });
+        let hold = |hold: Option<Hold>| match hold.unwrap_or(Hold::Linear) {
+            Hold::Zero => "0".to_owned(),
+            Hold::Linear => "1".to_owned(),
+            Hold::Spline => "2".to_owned(),
+        };
+        let range = |o: &augsim_equations::model::Output| {
+            let [low, high] = o.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+            let (low, high) = (self.bound(low), self.bound(high));
+            if is_c { format!("{{{low}, {high}}}") } else { format!("({low}, {high})") }
+        };
+        let lookup = self.names.parameters.iter().zip(&m.parameters).map(|(field, p)| {
+            format!("    if (strcmp(name, {}) == 0) return &p->{field};\n", literal(&p.name, self.language))
+        });
+        let strings = |names: Vec<&str>| self.strings(names.into_iter());
+        vec![
+            ("N", m.states.len().to_string()),
+            ("U", m.inputs.len().to_string()),
+            ("O", m.outputs.len().to_string()),
+            ("E", m.events.len().to_string()),
+            ("C", l.conditions.results.len().to_string()),
+            ("W", l.discontinuities.len().to_string()),
+            ("STATE_NAMES", strings(m.states.iter().map(|s| s.name.as_str()).collect())),
+            ("INPUT_NAMES", strings(m.inputs.iter().map(|i| i.name.as_str()).collect())),
+            ("OUTPUT_NAMES", strings(m.outputs.iter().map(|o| o.name.as_str()).collect())),
+            ("PARAMETER_FIELDS", fields.collect::<String>().trim_end_matches('\n').to_owned()),
+            ("PARAMETER_VALUES", set.chain(set_widths).collect()),
+            ("PARAMETER_LOOKUP", lookup.collect()),
+            ("WIDTHS", self.list(l.discontinuities.iter().map(|d| number(d.width)))),
+            ("DECLARED_WIDTHS", self.list(l.discontinuities.iter().map(|d| self.flag(d.is_declared)))),
+            ("SUBSTEPS", numerics.substeps.unwrap_or(0).to_string()),
+            ("IMPLICIT", self.flag(numerics.integrator == Integrator::Implicit)),
+            ("DECLARED_METHOD", self.flag(numerics.integrator != Integrator::Automatic)),
+            ("HOLD_KINDS", self.list(m.inputs.iter().map(|i| hold(i.hold)))),
+            ("NOISE", self.list(m.outputs.iter().map(|o| number(o.sd.unwrap_or(0.0))))),
+            ("RANGES", self.list(m.outputs.iter().map(range))),
+            ("DELAYS", self.delays()),
+            ("GUESSES", self.guesses()),
+            ("TABLES", self.tables()),
+        ]
+    }
+
+    /// A bound, which may be infinite.
+    fn bound(&self, value: f64) -> String {
+        let infinity = if self.is_c() { "INFINITY" } else { "math.inf" };
+        match value {
+            v if v == f64::INFINITY => infinity.to_owned(),
+            v if v == f64::NEG_INFINITY => format!("-{infinity}"),
+            v => number(v),
+        }
+    }
+
+    fn delays(&self) -> String {
+        let delay = |i: &augsim_equations::model::Input| {
+            i.delay.map(|p| match self.is_c() {
+                true => format!("p->{}", self.names.parameters[p]),
+                false => format!("p[{}]", literal(&self.model.parameters[p].name, self.language)),
+            })
+        };
+        let delays = self.model.inputs.iter().map(delay);
+        if !self.is_c() {
+            return self.list(delays.map(|delay| delay.unwrap_or_else(|| "0.0".to_owned())));
+        }
+        let cases = delays.enumerate().filter_map(|(i, delay)| Some((i, delay?)));
+        cases.map(|(i, delay)| format!("    case {i}: return {delay};\n")).collect()
+    }
+
+    /// The expressions of the initial states.
+    fn guesses(&self) -> String {
+        let writer = Writer {
+            model: self.model,
+            language: self.language,
+            names: Some(&self.names),
+            purpose: Use::Start,
+        };
+        let starts = self.model.states.iter().map(|s| writer.expression(&s.start.tree));
+        match self.is_c() {
+            true => starts.enumerate().map(|(i, start)| format!("    x[{i}] = {start};\n")).collect(),
+            false => format!("    found = [{}]\n", starts.collect::<Vec<_>>().join(", ")),
+        }
+    }
+
+    /// Knots and values of the tables, and the functions that interpolate them.
     fn tables(&self) -> String {
-        let tables = &self.model.tables;
         let list = |values: &[f64]| values.iter().map(|v| number(*v)).collect::<Vec<_>>().join(", ");
         let mut text = String::new();
-        for (i, table) in tables.iter().enumerate() {
-            for (what, values) in [("KNOTS", &table.at), ("VALUES", &table.values)] {
-                text += &match self.is_c() {
-                    true => format!("static const double {what}_{i}[] = {{{}}};\n", list(values)),
-                    false => format!("{what}_{i} = [{}]\n", list(values)),
-                };
-            }
-        }
-        match (tables.is_empty(), self.is_c()) {
-            (true, true) => String::new(),
-            (true, false) => "\n".to_owned(),
-            (false, true) => C_INTERPOLATE.to_owned() + &text,
-            (false, false) => format!("{PYTHON_INTERPOLATE}\n\n{text}\n"),
-        }
-    }
-
-    /// Appends the statements by which the added effects change a quantity.
-    fn changes(&self, target: Target, name: &str, jump: Jump, to: &mut Vec<Statement>) -> Result<(), Usage> {
-        for change in self.model.additions.iter().flat_map(|a| &a.changes).filter(|c| c.target == target) {
-            let value = self.expression(&change.value.tree, jump)?;
-            let value = match change.how {
-                How::Add => format!("{name} + {value}"),
-                How::Factor => format!("{name} * {value}"),
-                How::Replace => value,
-            };
-            to.push(Assign(name.to_owned(), value));
-        }
-        Ok(())
-    }
-
-    /// Declarations of parameters, states, inputs and intermediate values.
-    fn names(&self, jump: Jump) -> Result<Vec<Statement>, Usage> {
-        let m = self.model;
-        let mut list = Vec::new();
-        list.extend(m.parameters.iter().map(|p| Declare(self.name(&p.name), number(p.nominal))));
-        list.extend(
-            m.states.iter().enumerate().map(|(i, s)| Declare(self.name(&s.name), format!("state[{i}]"))),
-        );
-        list.extend(
-            m.inputs.iter().enumerate().map(|(i, u)| Declare(self.name(&u.name), format!("given[{i}]"))),
-        );
-        for (i, input) in m.inputs.iter().enumerate() {
-            self.changes(Target::Input(i), &self.name(&input.name), jump, &mut list)?;
-        }
-        for (i, p) in m.parameters.iter().enumerate() {
-            self.changes(Target::Parameter(i), &self.name(&p.name), jump, &mut list)?;
-        }
-        for l in &m.lets {
-            list.push(Declare(self.name(&l.name), self.expression(&l.value.tree, jump)?));
-        }
-        Ok(list)
-    }
-
-    /// Writes statements in the language.
-    ///
-    /// In C every variable is cast to void, so that unused ones give no warning.
-    fn lines(&self, list: &[Statement]) -> String {
-        let mut text = String::new();
-        let mut used = String::new();
-        for statement in list {
-            text += &match (statement, self.is_c()) {
-                (Declare(name, value), true) => {
-                    used += &format!(" (void){name};");
-                    format!("    double {name} = {value};\n")
+        for (i, table) in self.model.tables.iter().enumerate() {
+            text += &match self.is_c() {
+                true => format!(
+                    "static const double law_knots_{i}[] = {{{}}}, law_values_{i}[] = {{{}}};\n",
+                    list(&table.at),
+                    list(&table.values)
+                ),
+                false => {
+                    format!("KNOTS_{i}, VALUES_{i} = [{}], [{}]\n", list(&table.at), list(&table.values))
                 }
-                (Assign(name, value), true) => format!("    {name} = {value};\n"),
-                (Declare(name, value) | Assign(name, value), false) => format!("    {name} = {value}\n"),
             };
         }
-        if self.is_c() { format!("{text}    (void)t; (void)state; (void)given;{used}\n") } else { text }
+        match (text.is_empty(), self.is_c()) {
+            (true, _) => String::new(),
+            (false, true) => C_TABLES.to_owned() + &text,
+            (false, false) => format!("{PYTHON_TABLES}{text}"),
+        }
     }
 
-    /// The lines that return values: `to[0] = …` in C, `return […]` in Python.
-    fn return_values(&self, values: &[String], to: &str) -> String {
+    fn statements(&self, routine: &Routine, depth: usize, arguments: &[&str]) -> Statements {
+        let syntax = Syntax { model: self.model, language: self.language, names: &self.names };
+        syntax.statements(routine, depth, arguments)
+    }
+
+    /// A function body that computes all results: `to[0] = ...` in C, `return [...]` in Python.
+    fn body(&self, routine: &Routine, to: &str, depth: usize, arguments: &[&str]) -> String {
+        let Statements { mut text, results } = self.statements(routine, depth, arguments);
+        let indent = "    ".repeat(depth);
         match self.is_c() {
-            true => values.iter().enumerate().map(|(i, v)| format!("    {to}[{i}] = {v};\n")).collect(),
-            false => format!("    return [{}]\n", values.join(", ")),
-        }
-    }
-
-    fn rates(&self) -> Result<String, Usage> {
-        let mut list = self.names(Jump::Smooth)?;
-        let mut results = Vec::new();
-        for (i, state) in self.model.states.iter().enumerate() {
-            let name = format!("d_{}", self.name(&state.name));
-            list.push(Declare(name.clone(), self.expression(&state.rate.tree, Jump::Smooth)?));
-            self.changes(Target::Rate(i), &name, Jump::Smooth, &mut list)?;
-            results.push(name);
-        }
-        Ok(self.lines(&list) + &self.return_values(&results, "rate"))
-    }
-
-    fn outputs(&self) -> Result<String, Usage> {
-        let mut list = self.names(Jump::Sharp)?;
-        let mut results = Vec::new();
-        for (i, output) in self.model.outputs.iter().enumerate() {
-            let name = self.output(i);
-            list.push(Declare(name.clone(), self.expression(&output.value.tree, Jump::Sharp)?));
-            self.changes(Target::Output(i), &name, Jump::Sharp, &mut list)?;
-            results.push(name);
-        }
-        Ok(self.lines(&list) + &self.return_values(&results, "out"))
-    }
-
-    /// Fills in the events and state bounds.
-    fn with_events(&self, mut text: String) -> Result<String, Usage> {
-        let m = self.model;
-        let names = self.lines(&self.names(Jump::Sharp)?);
-        let join_events = |text: &dyn Fn(&Event) -> String| m.events.iter().map(text).collect::<String>();
-        let list = |states: &[usize]| states.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
-        let sets = |e: &Event| e.set.iter().map(|(state, _)| *state).collect::<Vec<_>>();
-        let holds = |e: &Event| e.rest.as_ref().map_or(Vec::new(), |r| r.hold.clone());
-        let below = |e: &Event| number(e.rest.as_ref().map_or(0.0, |r| r.below));
-        let flags = |states: Vec<usize>| {
-            let flags = (0..m.states.len()).map(|i| if states.contains(&i) { "1" } else { "0" });
-            format!("{{{}}}, ", flags.collect::<Vec<_>>().join(", "))
-        };
-        let infinity = if self.is_c() { "INFINITY" } else { "inf" };
-        let lower = |bound: Option<f64>| bound.map_or(format!("-{infinity}"), number);
-        let upper = |bound: Option<f64>| bound.map_or(infinity.to_owned(), number);
-        let events = join_events(&|e: &Event| {
-            format!("({}, [{}], [{}], {}), ", direction(e), list(&sets(e)), list(&holds(e)), below(e))
-        });
-        let state_bounds: Vec<String> =
-            m.states.iter().map(|s| format!("({}, {})", lower(s.min), upper(s.max))).collect();
-        let bounds =
-            |text: &dyn Fn(usize) -> String| (0..m.states.len()).map(|i| text(i) + ", ").collect::<String>();
-        for (mark, value) in [
-            ("@EVENTS@", events.trim_end_matches(", ").to_owned()),
-            ("@WALLS@", state_bounds.join(", ")),
-            ("@DIRECTIONS@", join_events(&|e: &Event| format!("{}, ", direction(e)))),
-            ("@SETS@", join_events(&|e: &Event| flags(sets(e)))),
-            ("@HOLDS@", join_events(&|e: &Event| flags(holds(e)))),
-            ("@BELOW@", join_events(&|e: &Event| below(e) + ", ")),
-            ("@LEAST@", bounds(&|i| lower(m.states[i].min))),
-            ("@LARGEST@", bounds(&|i| upper(m.states[i].max))),
-            ("@CONDITIONS@\n", names.clone() + &self.conditions()?),
-            ("@RESETS@\n", names + &self.resets()?),
-        ] {
-            text = text.replace(mark, &value);
-        }
-        Ok(text)
-    }
-
-    /// The lines that return each event's condition and whether the rest state after it ends.
-    fn conditions(&self) -> Result<String, Usage> {
-        let (mut when, mut ends) = (Vec::new(), Vec::new());
-        for event in &self.model.events {
-            when.push(self.expression(&event.when.tree, Jump::Sharp)?);
-            let until = event.rest.as_ref().and_then(|rest| rest.until.as_ref());
-            let holds = |tree: &Tree| Ok(format!("({}) > 0.0", self.expression(tree, Jump::Sharp)?));
-            let never = if self.is_c() { "0" } else { "False" };
-            ends.push(until.map_or(Ok(never.to_owned()), |until| holds(&until.tree))?);
-        }
-        Ok(match self.is_c() {
             true => {
-                let unused = if when.is_empty() { "    (void)when; (void)ends;\n" } else { "" };
-                self.return_values(&when, "when") + &self.return_values(&ends, "ends") + unused
+                let line = |(i, result): (usize, &String)| format!("{indent}{to}[{i}] = {result};\n");
+                text += &results.iter().enumerate().map(line).collect::<String>();
+                if results.is_empty() { format!("{indent}(void){to};\n{text}") } else { text }
             }
-            false => format!("    return [{}], [{}]\n", when.join(", "), ends.join(", ")),
-        })
+            false => text + &format!("{indent}return [{}]\n", results.join(", ")),
+        }
     }
 
-    /// The lines that set states at each event.
-    fn resets(&self) -> Result<String, Usage> {
-        let (m, is_c) = (self.model, self.is_c());
-        let mut text = match is_c {
-            true => {
-                "    for (int i = 0; i < N; i++) next_state[i] = state[i];\n    (void)event;\n".to_owned()
-            }
-            false => "    next_state = list(state)\n".to_owned(),
-        };
-        for (number, event) in m.events.iter().enumerate() {
-            text += &if is_c {
-                format!("    if (event == {number}) {{\n")
-            } else {
-                format!("    if event == {number}:\n")
+    /// Statements that set the derivatives of `rows` at the places that `place` gives.
+    fn derivatives(
+        &self,
+        derivatives: &Derivatives,
+        depth: usize,
+        arguments: &[&str],
+        place: impl Fn(usize, Variable) -> String,
+    ) -> String {
+        let Statements { mut text, results } = self.statements(&derivatives.routine, depth, arguments);
+        let (indent, end) = ("    ".repeat(depth), if self.is_c() { ";" } else { "" });
+        for ((row, variable), result) in derivatives.entries.iter().zip(results) {
+            text += &format!("{indent}{} = {result}{end}\n", place(*row, *variable));
+        }
+        text
+    }
+
+    fn equations(&self) -> Vec<(&'static str, String)> {
+        let (l, n) = (&self.listing, self.model.states.len());
+        let arguments = ["t", "x", "u", "p"];
+        let element = |row: usize, variable: Variable| {
+            let column = match variable {
+                Variable::State(i) => i,
+                Variable::Time => n,
             };
-            if event.set.is_empty() && !is_c {
-                text += "        pass\n";
+            if self.is_c() {
+                format!("jacobian[{}]", row * n + column)
+            } else {
+                format!("j[{row}][{column}]")
             }
-            for (state, value) in &event.set {
-                let value = self.expression(&value.tree, Jump::Sharp)?;
-                text += &format!("        next_state[{state}] = {value}{}\n", if is_c { ";" } else { "" });
-            }
-            text += if is_c { "    }\n" } else { "" };
+        };
+        let arguments_body = self.body(&l.discontinuity_arguments, "z", 1, &arguments);
+        let arguments_function = match self.is_c() {
+            true => format!(
+                "\n/* Arguments of the smoothed discontinuities. */\nstatic void law_arguments(double t, const double *x, \
+                 const double *u, const law_parameters *p, double *z) {{\n{arguments_body}}}\n"
+            ),
+            false => String::new(),
+        };
+        let mut values = vec![
+            ("RATES", self.body(&l.rates, "rate", 1, &arguments)),
+            ("JACOBIAN", self.derivatives(&l.jacobian, 1, &arguments, element)),
+            ("OUTPUTS", self.body(&l.outputs, "y", 1, &["t", "x", "u", "du", "p"])),
+            ("ARGUMENTS", arguments_body),
+        ];
+        values.push(("ARGUMENTS_FUNCTION", arguments_function));
+        values
+    }
+
+    /// Tables and functions of the events and state bounds.
+    fn events(&self) -> Vec<(&'static str, String)> {
+        let (m, l, is_c) = (self.model, &self.listing, self.is_c());
+        let states = |chosen: &dyn Fn(&Event) -> Vec<usize>| {
+            self.list(m.events.iter().map(|event| {
+                let chosen = chosen(event);
+                match is_c {
+                    true => {
+                        let flags = (0..m.states.len()).map(|i| u8::from(chosen.contains(&i)).to_string());
+                        format!("{{{}0}}", flags.map(|f| f + ", ").collect::<String>())
+                    }
+                    false => {
+                        format!("[{}]", chosen.iter().map(usize::to_string).collect::<Vec<_>>().join(", "))
+                    }
+                }
+            }))
+        };
+        let none = if is_c { "-1" } else { "None" };
+        let rest_end = |end: &Option<usize>| end.map_or(none.to_owned(), |index| index.to_string());
+        let below = |e: &Event| number(e.rest.as_ref().map_or(0.0, |rest| rest.below));
+        let lower = m.states.iter().map(|s| self.bound(s.min.unwrap_or(f64::NEG_INFINITY)));
+        let upper = m.states.iter().map(|s| self.bound(s.max.unwrap_or(f64::INFINITY)));
+        vec![
+            ("E", m.events.len().to_string()),
+            ("DIRECTIONS", self.list(m.events.iter().map(|e| direction(e).to_owned()))),
+            ("SETS", states(&|e| e.set.iter().map(|(state, _)| *state).collect())),
+            ("HOLDS", states(&|e| e.rest.as_ref().map_or(Vec::new(), |rest| rest.hold.clone()))),
+            ("BELOW", self.list(m.events.iter().map(below))),
+            ("REST_ENDS", self.list(l.rest_ends.iter().map(rest_end))),
+            ("LOWER", self.list(lower)),
+            ("UPPER", self.list(upper)),
+            ("CONDITIONS", self.body(&l.conditions, "condition", 1, &["t", "x", "u", "p"])),
+            ("CONDITION_SLOPES", self.condition_slopes()),
+            ("RESETS", self.resets()),
+        ]
+    }
+
+    fn condition_slopes(&self) -> String {
+        let n = self.model.states.len();
+        let place = |_row: usize, variable: Variable| match variable {
+            Variable::State(i) => format!("slope[{i}]"),
+            Variable::Time => format!("slope[{n}]"),
+        };
+        let all = ["t", "x", "u", "du", "p"];
+        let branch = |d: &Derivatives| self.derivatives(d, 2, &all, place);
+        self.branches(self.listing.condition_derivatives.iter().map(branch), &all)
+    }
+
+    fn resets(&self) -> String {
+        let all = ["t", "x", "u", "p"];
+        let text =
+            self.branches(self.listing.resets.iter().map(|reset| self.body(reset, "next", 2, &all)), &all);
+        if self.is_c() { format!("    (void)next;\n{text}") } else { text + "    return list(x)\n" }
+    }
+
+    /// One branch for each event.
+    fn branches(&self, bodies: impl Iterator<Item = String>, arguments: &[&str]) -> String {
+        if self.is_c() {
+            let casts: String = arguments.iter().map(|name| format!("(void){name}; ")).collect();
+            let branch = |(i, body): (usize, String)| format!("    if (event == {i}) {{\n{body}    }}\n");
+            let branches: String = bodies.enumerate().map(branch).collect();
+            return format!("    {casts}(void)event;\n{branches}");
         }
-        Ok(if is_c { text } else { text + "    return next_state\n" })
+        let branch = |(i, body): (usize, String)| {
+            let body = if body.is_empty() { "        pass\n".to_owned() } else { body };
+            format!("    if event == {i}:\n{body}")
+        };
+        bodies.enumerate().map(branch).collect()
     }
 }
-
-const PYTHON_BEGIN: &str = "    y = [min(max(value, low), high) for value, (low, high) in zip(y, WALLS)]
-    sudden = Sudden(y, given)
-";
 
 /// Direction of the zero crossing of an event, as the programs write it.
 fn direction(event: &Event) -> &'static str {

@@ -1,6 +1,8 @@
 //! Export of the pushing model as LaTeX, Python or C.
 
-use super::{Language, effect_paragraphs, latex_document, number};
+use super::groups::Groups;
+use super::words::{comment, fill};
+use super::{Language, effect_paragraphs, latex_document, number, parameter_paragraph};
 use crate::Usage;
 use crate::usage::ModelFault;
 use augsim_physics::model::{EffectBlock, PushModel};
@@ -29,18 +31,23 @@ pub(super) fn export(model: &PushModel, language: Language) -> Result<String, Us
     if language == Language::Latex {
         return Ok(latex(model));
     }
-    let base = |name: &str| model.parameters.iter().find(|p| p.name == name).map_or(0.0, |p| p.nominal);
+    let effect_parameters = model.effects.iter().flat_map(|b| &b.parameters);
+    let mut groups = Groups::new(language, model.parameters.iter().chain(effect_parameters));
+    let mut base = |name: &str| {
+        let parameter = model.parameters.iter().find(|p| p.name == name);
+        parameter.map_or_else(|| number(0.0), |p| groups.value(p))
+    };
     let mut constants = vec![
         ("C", base("c_m")),
         ("FRICTION", base("contact_friction")),
         ("RADIUS", base("rod_radius_m")),
-        ("FRAME_SCALE", 0.0),
-        ("FRAME_RAD", 0.0),
-        ("FRAME_X", 0.0),
-        ("FRAME_Y", 0.0),
-        ("OFFSET_X", 0.0),
-        ("OFFSET_Y", 0.0),
-        ("OFFSET_RAD", 0.0),
+        ("FRAME_SCALE", number(0.0)),
+        ("FRAME_RAD", number(0.0)),
+        ("FRAME_X", number(0.0)),
+        ("FRAME_Y", number(0.0)),
+        ("OFFSET_X", number(0.0)),
+        ("OFFSET_Y", number(0.0)),
+        ("OFFSET_RAD", number(0.0)),
     ];
     for block in model.effects.iter().filter(|b| b.kind != SCATTER_KIND) {
         let Some(names) = constants_of(&block.kind) else {
@@ -48,7 +55,9 @@ pub(super) fn export(model: &PushModel, language: Language) -> Result<String, Us
             return Err(Usage::model(&model.file, fault));
         };
         for (name, p) in names.iter().zip(&block.parameters) {
-            constants.iter_mut().filter(|(n, _)| n == name).for_each(|(_, value)| *value = p.nominal);
+            let expression = groups.value(p);
+            let set = constants.iter_mut().filter(|(n, _)| n == name);
+            set.for_each(|(_, value)| value.clone_from(&expression));
         }
     }
     let polygon = model.object.outline.polygon(ELLIPSE_SIDES);
@@ -57,16 +66,16 @@ pub(super) fn export(model: &PushModel, language: Language) -> Result<String, Us
         _ => format!("({}, {})", number(*x), number(*y)),
     };
     let vertices: Vec<String> = polygon.vertices().iter().map(vertex).collect();
-    let set = |(name, value): &(&str, f64)| match language {
-        Language::C => format!("static const double {name} = {};", number(*value)),
-        _ => format!("{name} = {}", number(*value)),
-    };
     let form = if language == Language::C { C } else { PYTHON };
-    Ok(form
-        .replace("@TITLE@", &title(model))
-        .replace("@SIDES@", &vertices.len().to_string())
-        .replace("@POLYGON@", &vertices.join(", "))
-        .replace("@CONSTANTS@", &constants.iter().map(set).collect::<Vec<_>>().join("\n")))
+    Ok(fill(
+        form,
+        &[
+            ("TITLE", format!("{}{}", title(model), groups.title())),
+            ("SIDES", vertices.len().to_string()),
+            ("POLYGON", vertices.join(", ")),
+            ("CONSTANTS", groups.constants(&constants)),
+        ],
+    ))
 }
 
 /// Comment at the top of a program: the object, its effects, and what is omitted.
@@ -74,10 +83,8 @@ fn title(model: &PushModel) -> String {
     let kinds: Vec<&str> = model.effects.iter().map(|b: &EffectBlock| b.kind.as_str()).collect();
     let with = if kinds.is_empty() { String::new() } else { format!(" with {}", kinds.join(", ")) };
     let scatters = kinds.contains(&SCATTER_KIND);
-    let grouped = model.parameters.iter().any(|p| !p.groups.is_empty());
     let random = if scatters { " (without the random effects)" } else { "" };
-    let mean = if grouped { " (with the mean of values by group)" } else { "" };
-    format!("{}{with}{random}{mean}", model.object.name)
+    format!("{}{}{random}", comment(&model.object.name), comment(&with))
 }
 
 fn latex(model: &PushModel) -> String {
@@ -94,11 +101,7 @@ fn latex(model: &PushModel) -> String {
     let symbols = [("c_m", "c"), ("contact_friction", "\\mu"), ("rod_radius_m", "\\text{radius of the rod}")];
     for (name, symbol) in symbols {
         if let Some(p) = model.parameters.iter().find(|p| p.name == name) {
-            body += &format!("\\noindent ${symbol} = {}$ (\\verb|{name}|)\n\n", number(p.nominal));
-            let groups = p.groups.iter();
-            body += &groups
-                .map(|(g, v)| format!("\\noindent \\quad \\verb|{g}|: ${}$\n\n", number(*v)))
-                .collect::<String>();
+            body += &parameter_paragraph(symbol, p);
         }
     }
     body += &effect_paragraphs(&model.effects, |kind| spec_of(kind).map(|s| s.formula));

@@ -20,8 +20,6 @@ pub enum ModelFault {
     BallEffectExported { kind: String },
     /// An effect of pushing that has no short formula.
     PushEffectExported { kind: String },
-    /// The slope of an output, which needs later samples and cannot be programmed.
-    SlopeExported,
 }
 
 impl fmt::Display for ModelFault {
@@ -37,10 +35,6 @@ impl fmt::Display for ModelFault {
             }
             ModelFault::BuiltInFitted => {
                 "fit needs an equation model (scenario = \"system\"); use augsim discover for a ball or pushes"
-            }
-            ModelFault::SlopeExported => {
-                "the slope of an output cannot be exported as a program; use `--as latex` for the formulas, or `augsim simulate` to run \
-                 the model"
             }
             ModelFault::BallEffectExported { kind } => {
                 return write!(

@@ -4,6 +4,9 @@
 // The page of a discovery.
 mod discovery_page;
 
+// Exported programs follow the engine.
+mod exported;
+
 // The examples of this crate run.
 mod examples;
 

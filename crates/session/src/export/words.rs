@@ -1,0 +1,113 @@
+//! Texts of a model as parts of a program or document: nothing in them can become code.
+
+use super::Language;
+
+/// A text for a comment: what might end the comment or the line becomes an underscore.
+pub(super) fn comment(text: &str) -> String {
+    let is_harmless = |c: &char| c.is_alphanumeric() || " _-.,:;()+=<>'^".contains(*c);
+    text.chars().map(|c| if is_harmless(&c) { c } else { '_' }).collect()
+}
+
+/// A text as a string literal in Python or C.
+///
+/// Everything but letters, digits and a few signs is escaped: in C by octal numbers of three digits, because
+/// hexadecimal ones would take the digits that follow as their own.
+pub(super) fn literal(text: &str, language: Language) -> String {
+    let mut quoted = String::from("\"");
+    for c in text.chars() {
+        if c.is_ascii_alphanumeric() || " _-.,:;()+=".contains(c) {
+            quoted.push(c);
+        } else if language == Language::C {
+            let mut bytes = [0; 4];
+            let bytes = c.encode_utf8(&mut bytes).bytes();
+            quoted.extend(bytes.map(|byte| format!("\\{byte:03o}")));
+        } else {
+            quoted += &format!("\\U{:08x}", u32::from(c));
+        }
+    }
+    quoted + "\""
+}
+
+/// A text for a LaTeX document: the signs that begin commands, groups or formulas are printed as they are.
+pub(super) fn latex(text: &str) -> String {
+    let mut safe = String::new();
+    for c in text.chars() {
+        match c {
+            '\\' => safe += "\\textbackslash{}",
+            '^' => safe += "\\textasciicircum{}",
+            '~' => safe += "\\textasciitilde{}",
+            '{' | '}' | '_' | '#' | '$' | '%' | '&' => safe.extend(['\\', c]),
+            '<' => safe += "\\textless{}",
+            '>' => safe += "\\textgreater{}",
+            '|' => safe += "\\textbar{}",
+            '"' => safe += "\\textquotedbl{}",
+            _ if c.is_control() => safe.push(' '),
+            _ => safe.push(c),
+        }
+    }
+    safe
+}
+
+/// Fills the places `@MARK@` of a template with their values; values are not searched for marks.
+pub(super) fn fill(template: &str, values: &[(&str, String)]) -> String {
+    let mut text = String::new();
+    for (index, part) in template.split('@').enumerate() {
+        match values.iter().find(|(mark, _)| index % 2 == 1 && *mark == part) {
+            Some((_, value)) => text += value,
+            None => text += part,
+        }
+    }
+    text
+}
+
+/// Names for a program: letters and digits after a prefix that the program uses for nothing else, all different.
+pub(super) fn identifiers<'n>(prefix: &str, names: impl Iterator<Item = &'n str>) -> Vec<String> {
+    let mut list: Vec<String> = Vec::new();
+    for name in names {
+        let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        let mut candidate = format!("{prefix}{plain}");
+        let mut number = 2;
+        while list.contains(&candidate) {
+            candidate = format!("{prefix}{plain}_{number}");
+            number += 1;
+        }
+        list.push(candidate);
+    }
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: no text leaves its comment, string or paragraph, and names stay different.
+    use super::*;
+
+    const EVIL: &str = "x\"\"\" */ ??/\n\\immediate\\write18{id} @RATES@ \u{2028} % $";
+
+    #[test]
+    fn texts_stay_where_they_are() {
+        let found = comment(EVIL);
+        assert!(!found.contains(['"', '*', '/', '\n', '\\', '@', '\u{2028}']), "{found}");
+        for language in [Language::C, Language::Python] {
+            let found = literal(EVIL, language);
+            assert!(
+                found.is_ascii() && !found[1..found.len() - 1].contains(['"', '\n', '@', '?']),
+                "{found}"
+            );
+        }
+        assert_eq!(literal("a\"1", Language::C), "\"a\\0421\"");
+        let found = latex(EVIL);
+        assert!(found.contains("\\textbackslash{}write18\\{id\\}") && !found.contains('\n'), "{found}");
+    }
+
+    #[test]
+    fn identifiers_are_different() {
+        let names = identifiers("p_", ["a.b", "a_b", "a_b_2", "a-b"].into_iter());
+        assert_eq!(names, ["p_a_b", "p_a_b_2", "p_a_b_2_2", "p_a_b_3"]);
+    }
+
+    #[test]
+    fn values_are_not_filled_again() {
+        let filled = fill("@A@ and @B@", &[("A", "@B@".into()), ("B", "b".into())]);
+        assert_eq!(filled, "@B@ and b");
+    }
+}

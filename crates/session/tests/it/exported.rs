@@ -1,0 +1,275 @@
+//! Contract: exported programs in C and Python replay an input series exactly as the engine simulates it, for
+//! every effect of the library and of the formulas, with delays, events, state bounds, tables and smoothed
+//! discontinuities.
+
+use augsim_equations::library::Scales;
+use augsim_equations::{EquationSystem, Model, model};
+use augsim_session::Subject;
+use augsim_session::export::{Language, export};
+use augsim_session::simulate::{Plan, simulate};
+use std::collections::BTreeSet;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Number of effects that are added to a model together, so that the test compiles few programs.
+const EFFECTS_PER_PROGRAM: usize = 8;
+
+/// A driven oscillator with every kind of hold, a delay, a table, dry friction of undeclared width, an event with a
+/// reset and a rest, a state bound, and names that Python or C use themselves.
+const MODEL: &str = r#"
+scenario = "system"
+name = "every */ part \"\"\" @RATES@ \\write18{id}"
+[inputs]
+double = { hold = "zero", delay_s = 0.013 }
+lambda = { hold = "linear" }
+NULL = { hold = "spline" }
+[states]
+main = { start = "y0", min = -0.9 }
+d_main = { start = "slope(y0)" }
+o_y0 = { start = "y1", max = 0.7 }
+[parameters]
+rate = 1.1
+rate_ = 30.0
+M_PI = 0.8
+errno = 0.3
+x_main = 0.6
+import = 0.05
+[tables.KNOTS_0]
+at = [-1.0, 0.0, 0.4, 1.0]
+values = [-2.0, 0.0, 0.3, 3.0]
+[let]
+v1 = "double + 0.5 * lambda * NULL"
+range = "table(KNOTS_0, main) + errno * sign(d_main)"
+[rates]
+main = "d_main"
+d_main = "(v1 - rate_ * main - M_PI * d_main - range) / rate + if(main > import, 0.2, -0.1)"
+o_y0 = "(main - o_y0) / x_main + hypot(lambda, 0.1) * 0.2"
+[outputs]
+y0 = { value = "main", sd = 0.001 }
+y1 = { value = "o_y0 + 0.1 * clamp(d_main, -1, 1)", sd = 0.001 }
+[[events]]
+name = "stop */"
+when = "main - 0.25"
+direction = "rising"
+set = { d_main = "-x_main * d_main" }
+rest = { below = 0.01, hold = ["main"], until = "v1 < 0" }
+"#;
+
+/// A thermal system with one flow state, whose laws differ from those of forces.
+const FLOW: &str = r#"
+scenario = "system"
+name = "flow"
+[inputs]
+heater_W = { hold = "zero" }
+[states]
+a_K = { start = "a_K_read" }
+b_K = { start = "0.2" }
+[parameters]
+capacity_J_per_K = 2.0
+loss_W_per_K = 0.7
+[rates]
+a_K = "(heater_W - loss_W_per_K * (a_K - b_K)) / capacity_J_per_K"
+b_K = "0.3 * (a_K - b_K)"
+[outputs]
+a_K_read = { value = "a_K", sd = 0.001 }
+"#;
+
+/// Returns what a program prints, or `None` if its interpreter or compiler is missing, which is a failure where data
+/// are required.
+fn printed(program: &str, args: &[&str], dir: &Path) -> Option<String> {
+    let out = match Command::new(program).args(args).current_dir(dir).output() {
+        Ok(out) => out,
+        Err(e) => {
+            // Nothing can be done when standard error is closed.
+            let _ = writeln!(std::io::stderr(), "NOT TESTED: {program} cannot be run ({e})");
+            assert!(std::env::var_os("AUGSIM_REQUIRE_DATA").is_none(), "{program} is required: {e}");
+            return None;
+        }
+    };
+    assert!(out.status.success(), "{program} {args:?}: {}", String::from_utf8_lossy(&out.stderr));
+    Some(String::from_utf8(out.stdout).expect("text"))
+}
+
+/// An empty folder for the programs of one test.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("exported-{name}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+/// The numbers of a CSV text after its header and first column.
+fn values(csv: &str) -> Vec<f64> {
+    let rows = csv.lines().skip(1).flat_map(|line| line.split(',').skip(1));
+    rows.map(|field| field.parse().unwrap_or(f64::NAN)).collect()
+}
+
+fn series(model: &Model) -> (Vec<f64>, Vec<(String, Vec<f64>)>) {
+    let times: Vec<f64> = (0..120).map(|k| 0.02 * f64::from(k) + 0.003 * f64::from(k % 3)).collect();
+    let wave = |index: usize| -> Vec<f64> {
+        let rate = 2.0 + 1.3 * index as f64;
+        times.iter().map(|t| 4.0 * (rate * t + 0.4).sin() + 0.3 * index as f64).collect()
+    };
+    let inputs = model.inputs.iter().enumerate().map(|(i, input)| (input.name.clone(), wave(i))).collect();
+    (times, inputs)
+}
+
+/// Compares the programs of a model with the engine, over a series of inputs, from an initial state.
+///
+/// Returns false if the engine cannot simulate the model.
+fn follows_the_engine(model: &Model, what: &str, dir: &Path) -> bool {
+    let (times, inputs) = series(model);
+    let declared = model.declared_states();
+    let start: Vec<(String, f64)> = model.states[..declared]
+        .iter()
+        .enumerate()
+        .map(|(i, s)| (s.name.clone(), 0.1 - 0.07 * i as f64))
+        .collect();
+    let subject = Subject::Equations(Box::new(model.clone()));
+    let plan = Plan {
+        start: start.iter().map(|(name, value)| (name.clone(), vec![*value])).collect(),
+        times: times.clone(),
+        inputs: inputs.clone(),
+        ..Plan::default()
+    };
+    let Ok(engine) = simulate(&subject, &plan) else { return false };
+    if !engine.values.iter().all(|v| v.abs() < 1e6) {
+        return false;
+    }
+    let mut csv = "t_s".to_owned();
+    inputs.iter().for_each(|(name, _)| csv += &format!(",{name}"));
+    for (k, t) in times.iter().enumerate() {
+        csv += &format!("\n{t}");
+        inputs.iter().for_each(|(_, values)| csv += &format!(",{}", values[k]));
+    }
+    std::fs::write(dir.join("in.csv"), csv + "\n").expect("written");
+    let given: Vec<String> = start.iter().map(|(name, value)| format!("{name}={value}")).collect();
+    let args: Vec<&str> = std::iter::once("in.csv").chain(given.iter().map(String::as_str)).collect();
+    for (language, file) in [(Language::Python, "law.py"), (Language::C, "law.c")] {
+        std::fs::write(dir.join(file), export(&subject, language).expect("a program")).expect("written");
+    }
+    let python = printed("python3", &[&["law.py"], &args[..]].concat(), dir);
+    let build = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-O0", "law.c", "-o", "law", "-lm"];
+    let c = printed("cc", &build, dir).and_then(|_| printed("./law", &args, dir));
+    for (language, found) in [("Python", python), ("C", c)] {
+        let Some(found) = found.map(|csv| values(&csv)) else { continue };
+        assert_eq!(found.len(), engine.values.len(), "{language}: {what}");
+        for (k, (a, b)) in found.iter().zip(&engine.values).enumerate() {
+            let error = (a - b).abs();
+            assert!(
+                error <= 1e-9 * (1.0 + b.abs()),
+                "{language}, {what}: value {k} is {a}, of the engine {b}"
+            );
+        }
+    }
+    true
+}
+
+#[test]
+fn every_part_of_a_model_is_exported() {
+    let dir = folder("parts");
+    for (name, text) in [("parts", MODEL), ("flow", FLOW)].into_iter().chain(augsim_equations::EXAMPLES) {
+        let model = model::parse(text, "model.toml").expect("a model");
+        assert!(follows_the_engine(&model, name, &dir), "the engine does not simulate {name}");
+    }
+    for (method, steps) in [("implicit", 3), ("explicit", 5)] {
+        let text = format!(
+            "{MODEL}[numerics]\nintegrator = \"{method}\"\nsubsteps = {steps}\nsign_width = {{ d_main = 0.02 }}\n"
+        );
+        let model = model::parse(&text, "model.toml").expect("a model");
+        assert!(follows_the_engine(&model, method, &dir), "the engine does not simulate {method}");
+    }
+}
+
+#[test]
+fn every_effect_is_exported() {
+    let dir = folder("effects");
+    let mut done: BTreeSet<String> = BTreeSet::new();
+    let mut wanted: BTreeSet<String> = BTreeSet::new();
+    let smooth = MODEL.split("[[events]]").next().expect("a model");
+    for text in [smooth, FLOW, MODEL] {
+        let declared = model::parse(text, "model.toml").expect("a model");
+        let system = EquationSystem::new(&declared, &Scales::default()).expect("a system");
+        let mut together: Vec<(String, Model)> = Vec::new();
+        let (mut model, mut names) = (declared.clone(), Vec::new());
+        for candidate in (0..).map_while(|index| system.candidate(index)) {
+            // A formula is known by its expression, any other effect by its kind.
+            let name = match &candidate.shape {
+                Some(_) => candidate.text().unwrap_or_default().to_owned(),
+                None => candidate.kind.clone(),
+            };
+            wanted.insert(name.clone());
+            if done.contains(&name) {
+                continue;
+            }
+            let parameters = candidate.parameters.iter();
+            let numbers: Vec<f64> = parameters
+                .map(|p| p.grid.first().copied().unwrap_or(p.null + 0.05).clamp(p.min, p.max))
+                .collect();
+            let mut next = model.clone();
+            if next.add(&candidate.draft(&numbers)).is_err() {
+                continue;
+            }
+            model = next;
+            names.push(name.clone());
+            done.insert(name);
+            if names.len() == EFFECTS_PER_PROGRAM {
+                together.push((names.join(", "), std::mem::replace(&mut model, declared.clone())));
+                names.clear();
+            }
+        }
+        together.push((names.join(", "), model));
+        for (what, model) in together {
+            assert!(follows_the_engine(&model, &what, &dir), "the engine does not simulate {what}");
+        }
+    }
+    assert!(wanted.is_subset(&done), "not exported: {:?}", wanted.difference(&done).collect::<Vec<_>>());
+    assert!(done.len() > 40, "{done:?}");
+}
+
+#[test]
+fn names_do_not_become_commands_of_a_document() {
+    let subject = Subject::parse(MODEL, "model.toml").expect("a model");
+    let text = export(&subject, Language::Latex).expect("a document");
+    assert!(text.contains("\\textbackslash{}write18\\{id\\}") && !text.contains("\\write18"), "{text}");
+}
+
+#[test]
+fn values_by_group_are_exported_for_each_group() {
+    let dir = folder("groups");
+    let model = |restitution: &str| {
+        let text =
+            format!("scenario = \"ball\"\n[parameters]\ngravity_m_s2 = 9.81\nrestitution = {restitution}\n");
+        Subject::parse(&text, "model.toml").expect("a model")
+    };
+    let grouped = "{ nominal = 0.8, min = 0.0, max = 1.0, groups = { \"a \\\" b\" = 0.7, c = 0.9 } }";
+    let motion = ["0", "0", "1", "0", "0", "0", "0", "0", "0", "0.3", "0.8", "1.2"];
+    for (language, file, build) in [(Language::Python, "law.py", false), (Language::C, "law.c", true)] {
+        let print = |subject: &Subject, group: &[&str]| -> Option<String> {
+            std::fs::write(dir.join(file), export(subject, language).expect("a program")).expect("written");
+            let words = [group, &motion[..]].concat();
+            if !build {
+                return printed("python3", &[&["law.py"], &words[..]].concat(), &dir);
+            }
+            printed("cc", &["-Wall", "-Wextra", "-Werror", "law.c", "-o", "law", "-lm"], &dir)?;
+            printed("./law", &words, &dir)
+        };
+        for (group, value) in [("a \" b", "0.7"), ("c", "0.9")] {
+            assert_eq!(
+                print(&model(grouped), &["--group", group]),
+                print(&model(value), &[]),
+                "{file} {group}"
+            );
+        }
+        // Without a group nothing is computed.
+        let (program, words) = if build { ("./law", vec![]) } else { ("python3", vec!["law.py"]) };
+        print(&model(grouped), &["--group", "c"]);
+        if let Ok(out) = Command::new(program).args(words).args(motion).current_dir(&dir).output() {
+            assert!(
+                !out.status.success() && String::from_utf8_lossy(&out.stderr).contains("--group"),
+                "{file}"
+            );
+        }
+    }
+}
