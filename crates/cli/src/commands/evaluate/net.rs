@@ -43,7 +43,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
     if settings.correction == Correction::Rollout && args.protocol == ProtocolArg::Reconstruction {
         return Err(Usage::Inapplicable(Inapplicable::ReconstructedPushes).into());
     }
-    let test = load(&DataSource::File(args.data.clone()), &settings.engine)?;
+    let test = load_measured(&args.time.of(&args.data), &settings.engine)?;
     let layout = Layout::for_engine(&settings.engine);
     let physics = physics(&run.read_config()?, &settings.engine, output)?;
     let mut rows = Vec::new();

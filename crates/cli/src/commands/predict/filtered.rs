@@ -37,7 +37,7 @@ impl ViewArgs {
 
 /// Forecasts the rows after the prefix `seen`.
 pub(super) fn run(args: &Predict, seen: PrefixLength, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
-    let (from, view) = (DataFrom::from(&args.data), args.view.view());
+    let (from, view) = (args.time.of(&args.data), args.view.view());
     let samples = args.samples.unwrap_or(DRAWS);
     let settings =
         FilterSettings { particles: PARTICLES, samples: samples as usize, seed, is_measured: true };
