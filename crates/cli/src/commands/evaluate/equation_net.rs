@@ -4,7 +4,6 @@
 use super::system::errors_text;
 use crate::args::{Evaluate, ProtocolArg};
 use augsim_discovery::PredictOptions;
-use augsim_session::DataFrom;
 use augsim_session::predict::{OutputScores, net_and_physics, scores};
 use augsim_session::usage::Inapplicable;
 use augsim_terminal::output::Output;

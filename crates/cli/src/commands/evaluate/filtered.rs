@@ -10,7 +10,7 @@ use augsim_session::filtered::{
 };
 use augsim_session::run_dir::RunDir;
 use augsim_session::usage::Inapplicable;
-use augsim_session::{DataFrom, ModelOrRun, Subject, discovery_in, equations};
+use augsim_session::{ModelOrRun, Subject, discovery_in, equations};
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::filter::{

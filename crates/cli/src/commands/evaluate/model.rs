@@ -6,7 +6,7 @@ use crate::commands::note_reading;
 use augsim_discovery::{PredictOptions, PredictionSet, rmse_reduction};
 use augsim_session::provenance::fingerprint;
 use augsim_session::usage::Inapplicable;
-use augsim_session::{DataFrom, Subject, discovery_in, equations, predict};
+use augsim_session::{Subject, discovery_in, equations, predict};
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};

@@ -6,7 +6,7 @@ use augsim_session::filtered::{
     ObservedColumns, PARTICLES, PrefixLength, bands, net_on_prefix, system_on_prefix,
 };
 use augsim_session::run_dir::{FILES, RunDir};
-use augsim_session::{DataFrom, ModelOrRun, Subject};
+use augsim_session::{ModelOrRun, Subject};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;

@@ -6,7 +6,7 @@ use augsim_data::write_dataset;
 use augsim_discovery::PredictOptions;
 use augsim_session::predict::predict_with_net;
 use augsim_session::run_dir::{FILES, RunDir};
-use augsim_session::{DataFrom, forecast, run_data};
+use augsim_session::{forecast, run_data};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;
