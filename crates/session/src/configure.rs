@@ -96,7 +96,7 @@ pub fn configure(wanted: &TrainingRequest, data: &DataFrom) -> anyhow::Result<(C
         None => (published_predictor(), Vec::new()),
     };
     let source = match data {
-        DataFrom::File(path) => DataSource::File(path.clone()),
+        DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => DataSource::File(path.clone()),
         DataFrom::Table { name, csv } => {
             DataSource::Table { name: name.clone(), content: fingerprint_of_bytes(csv) }
         }

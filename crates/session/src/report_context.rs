@@ -30,9 +30,12 @@ impl ReportContext {
         let source_of = |path: &Path| DataSource { path: display_path(path, out), hash: fingerprint(path) };
         let mut sources: Vec<DataSource> = model.map(source_of).into_iter().collect();
         let (name, reproduce) = match data {
-            DataFrom::File(path) => {
+            DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => {
                 sources.push(source_of(path));
-                (name_of(path), model.map_or_else(String::new, |model| command(model, path, wanted, out)))
+                (
+                    name_of(path),
+                    model.map_or_else(String::new, |model| command(model, data, path, wanted, out)),
+                )
             }
             DataFrom::Table { name, .. } => {
                 sources.push(DataSource { path: name.clone(), hash: data.fingerprint() });
@@ -53,10 +56,13 @@ fn name_of(path: &Path) -> String {
 }
 
 /// The command that repeats the discovery. `--out DIR` is a placeholder: it does not change the results.
-fn command(model: &Path, data: &Path, wanted: &DiscoverRequest, out: &Path) -> String {
+fn command(model: &Path, from: &DataFrom, data: &Path, wanted: &DiscoverRequest, out: &Path) -> String {
     let DiscoverRequest { groups, accept, options } = wanted;
     let mut words = vec!["augsim".to_owned(), "discover".to_owned()];
     words.extend([model, data].map(|path| display_path(path, out)));
+    if let DataFrom::FileWithTime { time, .. } = from {
+        words.extend(["--time".to_owned(), time.clone()]);
+    }
     words.extend(["--null-runs".to_owned(), options.null_runs.to_string()]);
     if !options.library {
         words.extend(["--library", "none"].map(str::to_owned));

@@ -1,45 +1,160 @@
-//! Converts a recording of unknown layout to CSV in long form, line by line.
+//! Converts a table of unknown layout to CSV with a time in seconds, line by line.
 
 use super::RecognitionOptions;
-use super::dialect::{number, read_table};
+use super::calendar::calendar_unit;
+use super::clock::{Clock, TimeCells, read_times};
+use super::dialect::{Sheet, number, read_table};
 use super::heading::{Heading, Quantity};
-use super::roles::{Role, assign_roles};
+use super::roles::{Role, assign_roles, si_column};
 use super::text::decode;
+use super::unrecognised::Unrecognised;
 use crate::column::{TIME, TRAJECTORY};
+use crate::error::DataError;
+use crate::escape_control_characters::escaped_short;
+use crate::statistics::digits;
+use crate::unit::FileUnit;
 use crate::whole_file::{gunzip, is_gzip};
+use std::collections::BTreeMap;
 use std::path::Path;
+
+/// A column of a table that is in another unit than SI.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct NamedUnit {
+    /// Words of the name in lower case, without the unit.
+    pub base: String,
+    /// Name in SI units, such as `angle_rad`.
+    pub si_name: String,
+    /// Conversion to SI.
+    pub conversion: FileUnit,
+}
+
+/// A table as CSV, with the units of its columns.
+#[derive(Debug)]
+pub(crate) struct LongForm {
+    /// The rows; the time is in the column `t_s`, the identifier of trajectories in `trajectory`.
+    pub csv: Vec<u8>,
+    /// Unit of each column where the file states one.
+    pub units: Vec<Option<NamedUnit>>,
+    /// What was taken, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Units of columns in the header of a file in the long form.
+pub(crate) fn units_of_header(header: &[String]) -> Vec<Option<NamedUnit>> {
+    header.iter().map(|name| named_unit(&Heading::read(name, ""))).collect()
+}
+
+fn named_unit(h: &Heading) -> Option<NamedUnit> {
+    let (si_name, conversion) = si_column(h)?;
+    Some(NamedUnit { base: h.base().to_lowercase(), si_name, conversion })
+}
 
 /// Converts a table in any dialect to CSV in long form; `None` where no time column is found.
 ///
-/// The time column becomes `t_s`, the column of trajectory identifiers `trajectory`, and a column with a unit
-/// is converted to SI and renamed (`Angle (deg)` becomes `angle_rad`). Each row keeps its line number, for
-/// messages.
-pub(crate) fn in_long_form(path: &Path, bytes: &[u8]) -> Option<Vec<u8>> {
-    let unpacked = if is_gzip(bytes) { gunzip(path, bytes).ok()? } else { bytes.to_vec() };
-    let (text, _) = decode(&unpacked)?;
-    let sheet = read_table(path, &text, None, None).ok()?;
+/// The time column becomes `t_s`, in seconds, the column of trajectory identifiers `trajectory`; the other
+/// columns keep their names and values. Each row keeps its line number, for messages. `time` is the column that
+/// the user names, with its unit after a colon.
+///
+/// # Errors
+/// The time column that the user names does not exist, or its unit or a cell cannot be read.
+pub(crate) fn in_long_form(
+    path: &Path,
+    bytes: &[u8],
+    time: Option<&str>,
+) -> Result<Option<LongForm>, DataError> {
+    let unpacked = if is_gzip(bytes) { gunzip(path, bytes)? } else { bytes.to_vec() };
+    let Some((text, _)) = decode(&unpacked) else { return Ok(None) };
+    let sheet = match read_table(path, &text, None, None) {
+        Ok(sheet) => sheet,
+        Err(cause) => return if time.is_some() { Err(cause) } else { Ok(None) },
+    };
+    let Some(names) = &sheet.names else { return Ok(None) };
     let unit = |i: usize| sheet.units.get(i).map_or("", String::as_str);
-    let names = sheet.names.as_ref()?;
     let headings: Vec<Heading> = names.iter().enumerate().map(|(i, n)| Heading::read(n, unit(i))).collect();
-    let roles = assign_roles(&headings, &RecognitionOptions::default()).ok()?;
-    let mut has_time = false;
-    let columns: Vec<(String, f64)> = headings
+    let options = RecognitionOptions { time: time.map(str::to_owned), ..RecognitionOptions::default() };
+    let refuse = |reason| DataError::NotRecognised { path: path.to_owned(), reason };
+    let roles = assign_roles(&headings, &options).map_err(refuse)?;
+    let time_role =
+        |role: &Role| matches!(role, Role::Time(unit) if unit.is_none_or(|u| u.quantity == Quantity::Time));
+    let Some(time_column) = roles.iter().position(time_role) else {
+        return if time.is_some() { Err(refuse(Unrecognised::NoFrameRate)) } else { Ok(None) };
+    };
+    let id_column = roles.iter().position(|role| *role == Role::Trajectory);
+    let (seconds, notes) = seconds(&sheet, &headings, &roles, (time_column, id_column))?;
+    let header = headings.iter().enumerate().map(|(i, h)| match i {
+        i if i == time_column => TIME,
+        i if Some(i) == id_column => TRAJECTORY,
+        _ => h.raw.as_str(),
+    });
+    let units = headings
         .iter()
-        .zip(&roles)
-        .map(|(h, role)| match role {
-            Role::Time(unit) if unit.is_none_or(|u| u.quantity == Quantity::Time) => {
-                has_time = true;
-                (TIME.to_owned(), unit.map_or(1.0, |u| u.factor))
-            }
-            Role::Trajectory => (TRAJECTORY.to_owned(), 1.0),
-            _ => si_name(h),
-        })
-        .collect();
-    if !has_time {
-        return None;
+        .enumerate()
+        .map(|(i, h)| named_unit(h).filter(|_| i != time_column && Some(i) != id_column));
+    let units = units.collect();
+    let csv = csv_text(&sheet, header, |row, column| {
+        if column == time_column {
+            return seconds[row].map_or_else(String::new, |t| t.to_string());
+        }
+        let cell = &sheet.row(row)[column];
+        match number(cell, sheet.dialect.decimal) {
+            Ok(None) => String::new(),
+            Ok(Some(value)) if Some(column) != id_column => value.to_string(),
+            _ => cell.clone(),
+        }
+    });
+    Ok(csv.map(|csv| LongForm { csv, units, notes }))
+}
+
+/// Times of the rows, s, and notes on what was taken; `columns` are those of the time and of the identifiers.
+fn seconds(
+    sheet: &Sheet,
+    headings: &[Heading],
+    roles: &[Role],
+    (time, id): (usize, Option<usize>),
+) -> Result<(Vec<Option<f64>>, Vec<String>), DataError> {
+    let heading = &headings[time];
+    let TimeCells { values, written } = read_times(sheet, time, &heading.raw)?;
+    let mut runs: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    let run_of = |row: usize| id.map_or("", |id| sheet.row(row)[id].as_str());
+    for (row, value) in values.iter().enumerate() {
+        runs.entry(run_of(row)).or_default().extend(value);
     }
+    let unit = match &roles[time] {
+        Role::Time(unit) => *unit,
+        _ => None,
+    };
+    let lists: Vec<&[f64]> = runs.values().map(Vec::as_slice).collect();
+    let refuse = |reason| DataError::NotRecognised { path: sheet.path.clone(), reason };
+    let name = (heading.raw.as_str(), heading.unit_text.as_str());
+    let mut clock = Clock::of_column(name, unit, written, &lists).map_err(refuse)?;
+    clock.is_absolute |= calendar_unit(heading).is_some();
+    let mut notes: Vec<String> = clock.note.clone().into_iter().collect();
+    if clock.note.is_none() && clock.unit_s != 1.0 {
+        notes.push(format!(
+            "{} times {} is the time in seconds",
+            escaped_short(&heading.raw),
+            digits(clock.unit_s)
+        ));
+    }
+    if clock.note.is_none() && clock.is_absolute {
+        notes.push("times count from the first sample of each trajectory".to_owned());
+    }
+    let zero = |row: usize| match clock.is_absolute {
+        true => runs[run_of(row)].first().copied().unwrap_or(0.0),
+        false => 0.0,
+    };
+    let seconds = values.iter().enumerate().map(|(row, t)| t.map(|t| clock.seconds(t, zero(row))));
+    Ok((seconds.collect(), notes))
+}
+
+/// CSV of the rows of a table, each on the line that it has in the file.
+fn csv_text<'a>(
+    sheet: &Sheet,
+    header: impl Iterator<Item = &'a str>,
+    cell: impl Fn(usize, usize) -> String,
+) -> Option<Vec<u8>> {
     let mut rows = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
-    rows.write_record(columns.iter().map(|(name, _)| name)).ok()?;
+    rows.write_record(header).ok()?;
     let mut out = rows.into_inner().ok()?;
     let mut line = 1;
     for row in 0..sheet.rows() {
@@ -47,31 +162,10 @@ pub(crate) fn in_long_form(path: &Path, bytes: &[u8]) -> Option<Vec<u8>> {
             out.push(b'\n');
             line += 1;
         }
-        let cells = sheet.row(row).iter().zip(&columns).map(|(cell, (name, factor))| {
-            match number(cell, sheet.dialect.decimal) {
-                Ok(None) => String::new(),
-                Ok(Some(value)) if name != TRAJECTORY => (value * factor).to_string(),
-                _ => cell.clone(),
-            }
-        });
         let mut writer = csv::WriterBuilder::new().from_writer(Vec::new());
-        writer.write_record(cells).ok()?;
+        writer.write_record((0..sheet.columns).map(|column| cell(row, column))).ok()?;
         out.extend(writer.into_inner().ok()?);
         line += 1;
     }
     Some(out)
-}
-
-/// Name of a column in SI units, and the conversion factor; a column without a unit keeps its name.
-fn si_name(h: &Heading) -> (String, f64) {
-    let Some(unit) = h.unit else { return (h.raw.clone(), 1.0) };
-    let suffix = match unit.quantity {
-        Quantity::Length => "m",
-        Quantity::Time => "s",
-        Quantity::Angle => "rad",
-        Quantity::Speed => "m_s",
-        Quantity::AngularSpeed => "rad_s",
-        Quantity::Pixels | Quantity::Frames => return (h.raw.clone(), 1.0),
-    };
-    (format!("{}_{suffix}", h.words.join("_")), unit.factor)
 }

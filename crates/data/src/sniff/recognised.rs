@@ -258,7 +258,7 @@ fn dataset(
                     remedy: EVERY_VALUE_IS_NEEDED,
                 });
             }
-            values.push(samples.iter().map(|v| v * column.factor).collect());
+            values.push(samples.iter().map(|v| v * column.factor + column.offset).collect());
         }
         let mut trajectory = Trajectory::new(draft.id, draft.times, values)?;
         if let Some(group) = draft.group {

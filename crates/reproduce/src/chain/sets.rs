@@ -6,7 +6,7 @@ use augsim_data::{Dataset, MissingCells, atomic_write, read_dataset, write_datas
 use augsim_discovery::Discovery;
 use augsim_session::folders;
 use augsim_terminal::destination::{REPORT, RESULT};
-use augsim_terminal::discover_args::{Accept, Discover, Library};
+use augsim_terminal::discover_args::{Accept, Discover, Library, TimeColumn};
 use augsim_terminal::discovery::run_discovery;
 use augsim_terminal::output::Output;
 use serde::Serialize;
@@ -102,6 +102,7 @@ pub fn discover_set(
         group: Vec::new(),
         library: Library::Generic,
         time_limit: None,
+        time: TimeColumn::default(),
         accept: Accept::default(),
     };
     output.note(format!("{set}: {} trajectories", data.trajectories().len()));

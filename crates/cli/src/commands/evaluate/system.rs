@@ -1,6 +1,7 @@
 //! `augsim evaluate MODEL.toml`: scores the free run of a model of equations.
 
 use crate::args::Evaluate;
+use crate::commands::note_conversions;
 use augsim_session::equations::{self, forecast, records};
 use augsim_session::usage::Inapplicable;
 use augsim_terminal::output::Output;
@@ -21,7 +22,8 @@ pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
         return Err(Usage::Inapplicable(Inapplicable::PositionOfEquations).into());
     }
     let model = equations::read(&args.run)?;
-    let measured = records::read(&args.data, &model)?;
+    let measured = records::read(args.time.of(&args.data), &model)?;
+    note_conversions(args.data.display(), measured.data.notes(), output);
     let list = records::records(&measured.data, &model, false)?;
     let runs = forecast::free_runs(&model, &list, args.burn_in as usize)?;
     let rows = forecast::rows(&model, &runs);
