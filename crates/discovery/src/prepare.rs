@@ -127,7 +127,8 @@ pub(crate) fn prepare(
 ) -> Result<Prepared, DiscoveryError> {
     let snap_to_frames = snap_to_frames(model, dataset)?;
     let on_frames = snap_to_frames.as_ref().map_or(dataset, |(on_frames, _)| on_frames);
-    let PreparedRecords { data, mut noise, is_smooth, mut notes } = load_records(model, on_frames, 2, true)?;
+    let PreparedRecords { mut data, mut noise, is_smooth, mut notes } =
+        load_records(model, on_frames, 2, true)?;
     if let Some((_, clock)) = snap_to_frames {
         notes.push(format!(
             "the time stamps jitter by {:.2} ms (standard deviation) about frames of period {:.3} ms; each sample was moved to the time \
@@ -138,7 +139,9 @@ pub(crate) fn prepare(
         noise.set_frame_clock(clock);
     }
     let (searched, held_out) = held_out(&data);
-    Ok(Prepared { data, noise, is_smooth, searched, held_out, notes, clock: Clock::new(options) })
+    let clock = Clock::new(options);
+    data.clock = clock.clone();
+    Ok(Prepared { data, noise, is_smooth, searched, held_out, notes, clock })
 }
 
 /// Splits the records into those searched and those held out: one in five of each group, if there are enough

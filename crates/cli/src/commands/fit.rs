@@ -1,14 +1,19 @@
 //! `augsim fit`: calibrates the parameters of a model of equations.
 
 use crate::args::Fit;
-use augsim_session::equations::fit::MIN_REPORTED_DIFFERENCE;
+use augsim_equations::Model;
+use augsim_session::equations::fit::{MIN_REPORTED_DIFFERENCE, OutOfTime};
 use augsim_session::equations::fitted::{FitResult, calibrate};
 use augsim_session::{DataFrom, Subject};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{RESULT, Results};
 use augsim_terminal::output::Output;
+use augsim_terminal::progress::Steps;
 use augsim_terminal::record::Record;
+use augsim_terminal::time_limit::TimeLimit;
+use augsim_terminal::watched::{Report, Stop, Watched, run_watched};
 use std::fmt::Write;
+use std::sync::mpsc::Sender;
 
 /// Name of the file with the calibrated model.
 const MODEL: &str = "model.toml";
@@ -21,14 +26,35 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     let files = [MODEL, RESULT];
     let claim = Results { folder: &args.out, files: &files, inputs: &inputs, record, force }.claim()?;
     let file = args.model.display().to_string();
-    let (fitted, answer) = calibrate(&subject, &file, &DataFrom::from(&args.data))?;
+    let limit = TimeLimit::from_now(args.time_limit)?;
+    let data = DataFrom::from(&args.data);
+    let steps = Steps::new(output);
+    steps.show_step("fitting the parameters".to_owned());
+    let work = move |reports: &Sender<Report<(), (Model, FitResult)>>| {
+        let mut interim = |model, answer| {
+            // The receiver is gone if the fit was left.
+            let _ = reports.send(Report::Progress(()));
+            let _ = reports.send(Report::Interim((model, answer)));
+        };
+        calibrate(&subject, &file, &data, limit.map(|limit| limit.search), &mut interim)
+    };
+    let mut show = |()| steps.show_step("estimating the noise".to_owned());
+    let Watched { result, stop } = run_watched(limit.map(|limit| limit.end), &mut show, work)?;
+    steps.finish();
+    let (fitted, answer) = result.ok_or(OutOfTime)?;
+    if let Some(stop) = stop {
+        output.notice(format!(
+            "the fit was stopped {}: the noise was not estimated, and intervals of the parameters are those of the fit",
+            stop.cause()
+        ));
+    }
     let text = fitted.to_toml()?;
     claim.begin()?;
     let path = claim.write(MODEL, &text)?;
     claim.write(RESULT, &serde_json::to_string_pretty(&answer)?)?;
     claim.write_timing(())?;
     output.result(&answer, || format!("{}\ncalibrated model: {}", fit_text(&answer), path.display()))?;
-    Ok(Outcome::Done)
+    Ok(if stop == Some(Stop::Signal) { Outcome::Interrupted } else { Outcome::Done })
 }
 
 fn fit_text(answer: &FitResult) -> String {

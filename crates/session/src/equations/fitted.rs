@@ -4,9 +4,10 @@ use super::fit::{Fitted, fit, gauge_sentence};
 use super::{noise, records, unit_text};
 use crate::usage::ModelFault;
 use crate::{DataFrom, Subject, Usage};
-use augsim_discovery::NoiseCause;
+use augsim_discovery::{NoiseCause, NoiseSource};
 use augsim_equations::Model;
 use serde::Serialize;
+use std::time::Instant;
 
 /// Result of `fit`.
 #[derive(Debug, Serialize)]
@@ -90,13 +91,29 @@ pub struct TriedInterpolation {
 ///
 /// # Errors
 /// [`Usage`] for another kind of model; data that do not fit the model, or a model that cannot be simulated.
-pub fn calibrate(subject: &Subject, file: &str, data: &DataFrom) -> anyhow::Result<(Model, FitResult)> {
+///
+/// After `until` the fit ends with the best values so far. `interim` receives the result before the noise is
+/// estimated, which may take as long as the fit.
+pub fn calibrate(
+    subject: &Subject,
+    file: &str,
+    data: &DataFrom,
+    until: Option<Instant>,
+    interim: &mut dyn FnMut(Model, FitResult),
+) -> anyhow::Result<(Model, FitResult)> {
     let Subject::Equations(model) = subject else {
         return Err(Usage::model(file, ModelFault::BuiltInFitted).into());
     };
     let measured = records::read(data, model)?;
     let records = records::records(&measured.data, model, true)?;
-    let mut fitted = fit(model, &records)?;
+    let mut fitted = fit(model, &records, until)?;
+    let not_estimated = NoiseCause {
+        source: NoiseSource::Sensor,
+        disturbances: Vec::new(),
+        correlation_time_s: 0.0,
+        white_noise: Vec::new(),
+    };
+    interim(fitted.model.clone(), answer(model, &fitted, not_estimated, measured.unnamed.clone()));
     let noise = noise::find(&mut fitted.model, &records)?;
     let answer = answer(model, &fitted, noise, measured.unnamed);
     Ok((fitted.model, answer))
