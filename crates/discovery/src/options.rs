@@ -83,6 +83,9 @@ pub trait Observer {
         false
     }
 
+    /// Receives the calibrated model file, before any result is complete.
+    fn calibrated(&mut self, _model_toml: String) {}
+
     /// Receives the best result so far, complete enough to be written if the run is stopped.
     fn interim(&mut self, _best_so_far: Discovery) {}
 }
@@ -116,6 +119,10 @@ impl Observer for Monotone<'_> {
 
     fn takes_interim(&self) -> bool {
         self.inner.takes_interim()
+    }
+
+    fn calibrated(&mut self, model_toml: String) {
+        self.inner.calibrated(model_toml);
     }
 
     fn interim(&mut self, best_so_far: Discovery) {

@@ -6,7 +6,7 @@ use crate::fit::{ChosenRecords, Fit};
 use crate::frame_clock::snap_to_frames;
 use crate::noise::{Noise, estimate_noise};
 use crate::options::Clock;
-use crate::record::Measured;
+use crate::record::{Measured, Record};
 use crate::records::parts::split_into_blocks;
 use crate::residuals::record_residuals;
 use crate::segments;
@@ -212,6 +212,17 @@ pub(crate) fn load_records(
     if found < fewest {
         let data = data.name;
         return Err(DiscoveryError::TooFew { data, found });
+    }
+    if is_fitted && data.records.iter().all(|r| r.data.forecasts.is_empty()) {
+        let has_later = |r: &&Record| {
+            let first = r.data.initial_sample_count;
+            r.data.values.iter().any(|v| v.iter().skip(first).any(|v| v.is_finite()))
+        };
+        let found = data.records.iter().filter(has_later).count();
+        if found < fewest {
+            let known = data.records.iter().map(|r| r.data.initial_sample_count).max().unwrap_or(0);
+            return Err(DiscoveryError::NothingToPredict { data: data.name, known, found });
+        }
     }
     let mut noise = if data.is_idealised() {
         noise_from_differences(&mut data)

@@ -61,7 +61,7 @@ pub fn discover(
             let until = options
                 .until
                 .map(|until| now + until.saturating_duration_since(now).mul_f64(CALIBRATION_SHARE));
-            let calibrated = equations::discovery::calibrated_problem(model, data, &check, until)?;
+            let calibrated = equations::discovery::calibrated_problem(model, data, &check, until, observer)?;
             let set = select_groups(groups, data, calibrated.data)?;
             let mut observer = WithNotes { inner: observer, notes: calibrated.notes.clone() };
             let mut found = augsim_discovery::discover(&calibrated.declared, &set, options, &mut observer)?;
@@ -94,6 +94,10 @@ impl Observer for WithNotes<'_> {
 
     fn takes_interim(&self) -> bool {
         self.inner.takes_interim()
+    }
+
+    fn calibrated(&mut self, model_toml: String) {
+        self.inner.calibrated(model_toml);
     }
 
     fn interim(&mut self, mut best_so_far: Discovery) {

@@ -2,6 +2,7 @@
 
 use crate::destination::{Claim, REPORT, RESULT, Results};
 use crate::discover_args::{Discover, Library};
+use crate::interrupt;
 use crate::output::Output;
 use crate::progress::Steps;
 use crate::record::Record;
@@ -64,15 +65,21 @@ fn run(
     let steps = Steps::new(output);
     let mut show = |p: Progress| steps.show_part(p.describe(), p.fraction());
     let (own_subject, own_data, own_request) = (subject.clone(), data.clone(), request.clone());
-    let work = move |reports: &Sender<Report<Progress, Discovery>>| {
-        discover(&own_subject, &own_data, &own_request, &mut Relay { reports, takes_interim })
+    let work = move |reports: &Sender<Report<Progress, BestSoFar>>| {
+        let mut relay = Relay { reports, takes_interim };
+        let found = discover(&own_subject, &own_data, &own_request, &mut relay)?;
+        Ok(BestSoFar::Found(Box::new(found)))
     };
     let Watched { result, stop } = run_watched(limit.map(|limit| limit.end), &mut show, work)?;
-    let mut found = result.ok_or(OutOfTime)?;
+    steps.finish();
+    let mut found = match result {
+        Some(BestSoFar::Found(found)) => *found,
+        Some(BestSoFar::Calibrated(model)) => return Err(write_calibrated(&claim, &model, stop)?),
+        None => return Err(OutOfTime { calibrated: None }.into()),
+    };
     if let Some(stop) = stop {
         found.mark_stopped(stop.cause(), start_time.elapsed().as_secs_f64());
     }
-    steps.finish();
     output.warn(&found.warnings);
     found.notes.iter().for_each(|note| output.note(note));
 
@@ -89,9 +96,27 @@ fn run(
     Ok(Ended { found, stop })
 }
 
+/// Writes the calibrated model of a discovery that was stopped before it had a result; returns the error.
+fn write_calibrated(claim: &Claim, model: &str, stop: Option<Stop>) -> anyhow::Result<anyhow::Error> {
+    claim.begin()?;
+    let file = claim.write(MODEL, model)?;
+    if stop == Some(Stop::Signal) {
+        interrupt::end_with_note(&format!("the calibrated model was written to {}", file.display()));
+    }
+    Ok(OutOfTime { calibrated: Some(file) }.into())
+}
+
+/// What a discovery that is stopped leaves.
+enum BestSoFar {
+    /// A model file with calibrated values.
+    Calibrated(String),
+    /// A result.
+    Found(Box<Discovery>),
+}
+
 /// Sends the reports of a discovery to the thread that waits for it.
 struct Relay<'a> {
-    reports: &'a Sender<Report<Progress, Discovery>>,
+    reports: &'a Sender<Report<Progress, BestSoFar>>,
     takes_interim: bool,
 }
 
@@ -106,7 +131,11 @@ impl Observer for Relay<'_> {
     }
 
     fn interim(&mut self, best_so_far: Discovery) {
-        let _ = self.reports.send(Report::Interim(best_so_far));
+        let _ = self.reports.send(Report::Interim(BestSoFar::Found(Box::new(best_so_far))));
+    }
+
+    fn calibrated(&mut self, model_toml: String) {
+        let _ = self.reports.send(Report::Interim(BestSoFar::Calibrated(model_toml)));
     }
 }
 

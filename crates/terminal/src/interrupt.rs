@@ -65,7 +65,12 @@ pub fn exit_code() -> u8 {
 
 /// Ends the process as after the received signal, without a result.
 pub fn end_now() -> ! {
-    end(REQUESTED.load(Ordering::SeqCst).max(1))
+    end_with_note("no partial files were left")
+}
+
+/// Ends the process as after the received signal, with a note on what was written.
+pub fn end_with_note(note: &str) -> ! {
+    end_noting(REQUESTED.load(Ordering::SeqCst).max(1), note)
 }
 
 fn code(signal: i32) -> u8 {
@@ -151,6 +156,10 @@ fn is_ignored(signal: i32) -> bool {
 
 /// Ends the process after blocking all further writes.
 fn end(signal: i32) -> ! {
+    end_noting(signal, "no partial files were left")
+}
+
+fn end_noting(signal: i32, note: &str) -> ! {
     let _no_more_writes = remove_unfinished_writes();
     folders::remove_empty();
     #[cfg(unix)]
@@ -158,6 +167,6 @@ fn end(signal: i32) -> ! {
     #[cfg(not(unix))]
     let name = "a signal";
     // Nothing can be done when standard error is closed.
-    let _ = writeln!(std::io::stderr(), "augsim: stopped by {name}; no partial files were left");
+    let _ = writeln!(std::io::stderr(), "augsim: stopped by {name}; {note}");
     std::process::exit(i32::from(code(signal)))
 }

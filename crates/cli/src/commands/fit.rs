@@ -41,7 +41,7 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     let mut show = |()| steps.show_step("estimating the noise".to_owned());
     let Watched { result, stop } = run_watched(limit.map(|limit| limit.end), &mut show, work)?;
     steps.finish();
-    let (fitted, answer) = result.ok_or(OutOfTime)?;
+    let (fitted, answer) = result.ok_or(OutOfTime { calibrated: None })?;
     if let Some(stop) = stop {
         output.notice(format!(
             "the fit was stopped {}: the noise was not estimated, and intervals of the parameters are those of the fit",

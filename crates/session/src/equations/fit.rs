@@ -5,6 +5,7 @@ use augsim_equations::{EquationSystem, Model};
 use augsim_fit::{Calibration, Gauge, calibrate};
 use augsim_physics::model::NORMAL_95;
 use augsim_physics::system::{Record, System};
+use std::path::PathBuf;
 use std::time::Instant;
 use thiserror::Error;
 
@@ -22,11 +23,18 @@ const MAX_STEP_ROUNDS: usize = 4;
 pub const MIN_REPORTED_DIFFERENCE: f64 = 0.05;
 
 /// The time limit of a request passed before the model was calibrated, so that there is no result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
-    "--time-limit: the time passed before the model was calibrated, so nothing was written; allow more time, or use fewer samples or records"
+    "--time-limit: the time passed before {}; allow more time, or use fewer samples or records",
+    match calibrated {
+        Some(file) => format!("there was a result; the calibrated model was written to {}", file.display()),
+        None => "the model was calibrated, so nothing was written".to_owned(),
+    }
 )]
-pub struct OutOfTime;
+pub struct OutOfTime {
+    /// File of the calibrated model, if it was written.
+    pub calibrated: Option<PathBuf>,
+}
 
 /// A calibrated model.
 #[derive(Debug)]
@@ -132,7 +140,7 @@ fn with_hold(
             return Ok((calibration, used.substeps));
         }
         if is_past(until) {
-            return Err(OutOfTime.into());
+            return Err(OutOfTime { calibrated: None }.into());
         }
         tuned = tuned.with_options(needed.clone());
     }

@@ -344,7 +344,8 @@ mod tests {
         let list = prepare_records(&system, &[record]).expect("prepared");
         let system = system.tuned(&list).expect("tuned");
         let options = PredictOptions { seed: 1, draws: 40, only: None };
-        let run = Prediction { model: &model, system: &system, process_noise: None, burn_in: 5, options: &options };
+        let run =
+            Prediction { model: &model, system: &system, process_noise: None, burn_in: 5, options: &options };
         let whole = run.summarise(&list[0], 0, 50).expect("bands");
         for block_rows in [1, 7, 49] {
             assert_eq!(run.summarise(&list[0], 0, block_rows).expect("bands"), whole, "{block_rows}");

@@ -9,9 +9,9 @@
 //!
 //! At its fixed point m(x0) fits the measured samples y.
 
+use super::check_draws;
 use super::draws::{RecordDraws, prediction_set};
 use super::equations::{FittedInitialState, free_run, run_all};
-use super::check_draws;
 use super::scores::{OutputScores, scores};
 use crate::DataFrom;
 use crate::equations::fit::prepare_records;

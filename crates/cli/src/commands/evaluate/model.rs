@@ -3,10 +3,12 @@
 use super::compare::{ErrorReduction, verdict};
 use crate::args::Evaluate;
 use augsim_discovery::{PredictOptions, PredictionSet, rmse_reduction};
+use augsim_session::equations::forecast::NothingToScore;
 use augsim_session::provenance::fingerprint;
 use augsim_session::usage::Inapplicable;
 use augsim_session::{DataFrom, Subject, discovery_in, equations, predict};
 use augsim_terminal::output::Output;
+use augsim_terminal::progress::Steps;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
@@ -58,6 +60,8 @@ pub(super) fn run(
     let options = PredictOptions { seed, draws: predict::DRAWS, only };
     let data = DataFrom::from(&args.data);
     let score = |model: &Subject| predict::predict(model, &data, args.burn_in as usize, &options);
+    let steps = Steps::new(output);
+    steps.show_step(format!("forecasting with {} draws of each trajectory", predict::DRAWS));
     let mut scored: Vec<(&'static str, PredictionSet)> = Vec::new();
     if let Some(found) = folder.and_then(discovery_in) {
         let models = &found.models;
@@ -67,6 +71,11 @@ pub(super) fn run(
     }
     let name = if scored.is_empty() { "model" } else { "augmented" };
     scored.push((name, score(&Subject::read(file)?)?));
+    steps.finish();
+    if scored.iter().all(|(_, f)| f.coverage(0.5).1 == 0) {
+        let (data, burn_in) = (args.data.display().to_string(), args.burn_in as usize);
+        return Err(NothingToScore { data, burn_in }.into());
+    }
     let rows = scored.iter().flat_map(|(name, f)| rows(name, f)).collect();
     let verdict = discovery_verdict(&scored, seed);
     let last = scored.last().map(|(_, f)| f);
@@ -103,7 +112,7 @@ pub(super) fn held_out(folder: &Path, data: &Path) -> Option<BTreeSet<String>> {
 
 fn rows(model: &'static str, scored: &PredictionSet) -> Vec<Row> {
     let [coverage50, coverage90] = [0.5, 0.9].map(|level| scored.coverage(level).0);
-    let rows = scored.errors.iter().map(|e| Row {
+    let rows = scored.errors.iter().filter(|e| e.rmse.is_finite()).map(|e| Row {
         model,
         measure: e.measure.clone(),
         rmse: e.rmse,
