@@ -11,6 +11,7 @@ use crate::options::Clock;
 use crate::prepare::Prepared;
 use crate::report::report;
 use crate::result::{Discovery, Verdict};
+use crate::search::Search;
 use crate::stages::{Judged, SearchStage};
 use augsim_physics::system::Declaration;
 use std::sync::Arc;
@@ -40,7 +41,8 @@ pub(crate) fn interim(
     let records = if prepared.held_out.is_empty() { &prepared.searched } else { &prepared.held_out };
     let errors: Errors = errors_of_fits(&prepared, records, [&base.fit, &best.fit], seed);
     let sample = prepared.sample(records);
-    let search = searched.search(&prepared);
+    let view = searched.view.detached();
+    let search = Search::new(&view, &searched.families, &prepared.clock);
     let parts = AnswerParts {
         model,
         prepared: &prepared,
@@ -49,7 +51,7 @@ pub(crate) fn interim(
         judged: judged.unwrap_or(&untested),
         base,
         best,
-        all_records: &searched.view,
+        all_records: &view,
         calibrated: base,
         full: best,
         errors: &errors,
