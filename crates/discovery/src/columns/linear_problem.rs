@@ -288,10 +288,8 @@ impl<'a> ProblemBuilder<'a> {
             .collect();
         let change = |(addition, point): &(&Addition, Vec<f64>)| {
             self.places.sample.data.work.count_score();
-            if self.places.sample.data.clock.is_over() {
-                return None;
-            }
-            let system = h.system.augmented(&[addition.term()?]).ok()?;
+            let is_over = self.places.sample.data.clock.is_over();
+            let system = h.system.augmented(&[addition.term()?]).ok().filter(|_| !is_over)?;
             let first = h.system.parameters().len();
             let total = self.places.change(self.rows, &*system, first, point);
             let slopes = self.places.columns(self.rows, &*system, first, point);
