@@ -10,17 +10,19 @@ use augsim_data::Limit;
 use augsim_tensor::simd::Level;
 use augsim_terminal::interrupt;
 use augsim_terminal::output::Output;
+use augsim_terminal::threads::start_workers;
 use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let args = Args::parse();
     let output = Output::new(args.global.json, args.global.quiet, args.global.verbose);
-    let result = interrupt::install()
+    // Threads are counted first, because the handling of signals needs one.
+    let result = start_workers(args.global.threads, &output)
+        .and_then(|()| interrupt::install())
         .and_then(|()| interrupt::end_with_parent())
         .and_then(|()| check_instruction_set())
         .and_then(|()| check_limits())
-        .and_then(|()| set_threads(args.global.threads))
         .and_then(|()| commands::run(&args, &output));
     augsim_session::folders::remove_empty();
     match result {
@@ -37,12 +39,4 @@ fn check_instruction_set() -> anyhow::Result<()> {
 /// Checks the environment variables `AUGSIM_LIMIT_…` for unknown names and values.
 fn check_limits() -> anyhow::Result<()> {
     Ok(Limit::check_environment()?)
-}
-
-/// Sets the number of worker threads. Results do not depend on it.
-fn set_threads(count: Option<u16>) -> anyhow::Result<()> {
-    if let Some(n) = count {
-        rayon::ThreadPoolBuilder::new().num_threads(usize::from(n)).build_global()?;
-    }
-    Ok(())
 }

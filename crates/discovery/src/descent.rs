@@ -123,7 +123,7 @@ impl Descent {
         let moves_theta = self.moves_theta;
         let is_aborted = |costs: &[f64]| has_rough_starts && moves_theta && is_stalled(costs);
         let (mut damping, mut small_steps, mut costs) = (Damping::new(), 0, vec![state.q]);
-        while self.work < max_work && !is_aborted(&costs) {
+        while self.work < max_work && !is_aborted(&costs) && !sample.data.clock.is_over() {
             let mut is_accepted = false;
             let mut rejected: Option<Step> = None;
             let plain = match moves_theta {
@@ -131,6 +131,9 @@ impl Descent {
                 false => Square::zero(0),
             };
             for _ in 0..MAX_TRIALS {
+                if sample.data.clock.is_over() {
+                    break;
+                }
                 let step = match &rejected {
                     _ if !moves_theta => Step::none(&state.theta),
                     Some(rejected) if has_rough_starts => {

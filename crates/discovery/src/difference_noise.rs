@@ -2,13 +2,20 @@
 //! and the only one where the motion has corners that the system does not name.
 
 use crate::noise::Noise;
-use crate::record::Measured;
+use crate::record::{Measured, Record};
 use crate::statistics::median;
 
 /// Standard deviation of the noise of one channel, from residuals of parabolas through neighbours, in its
 /// unit.
 pub(crate) fn rough_noise(times: &[f64], y: &[f64]) -> f64 {
     1.4826 * median(&mut parabola_residuals(times, y))
+}
+
+/// The same over all records; 0 where no record has four measured samples.
+pub(crate) fn rough_noise_of(data: &Measured, channel: usize) -> f64 {
+    let of_record = |r: &Record| parabola_residuals(&r.data.times, &r.data.values[channel]);
+    let mut residuals: Vec<f64> = data.records.iter().flat_map(of_record).collect();
+    if residuals.is_empty() { 0.0 } else { 1.4826 * median(&mut residuals) }
 }
 
 /// Absolute residuals of parabolas through neighbouring measured samples, scaled to noise of standard

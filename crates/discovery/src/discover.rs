@@ -8,15 +8,18 @@ use crate::error_table::ForecastErrors;
 use crate::examples::examples;
 use crate::fit::{fit, fit_nuisance};
 use crate::formulas::search_formulas;
+use crate::interim::interim;
 use crate::judge::{self, WithdrawalReason, add_tables, judge_findings, test_residuals};
-use crate::options::{Options, Progress, mark_cut_short, monotone};
+use crate::options::{Monotone, Observer, Options, Progress};
 use crate::prepare::{Prepared, prepare, residual_sds};
 use crate::random_effect_test::{self, find_random_effect};
 use crate::records::View;
 use crate::report::report;
 use crate::result::{Discovery, Verdict};
 use crate::score::Scored;
-use crate::search::{Penalty, Search, SearchResult, calibrate_windows, choose_window_length, refit_on};
+use crate::search::{
+    Penalty, Search, SearchResult, calibrate_windows, choose_window_length, complete, refit_on,
+};
 use crate::stages::{Judged, SearchStage, search_in};
 use augsim_data::checks::{CheckedData, check_data};
 use augsim_data::{DataError, Dataset};
@@ -26,6 +29,9 @@ use std::time::Instant;
 /// Repetitions of the search if the best window length, or the noise, changes with the effects that were
 /// found.
 const REPEATS: usize = 2;
+
+/// Cause of a stop at the deadline, as [`Discovery::mark_stopped`] takes it.
+const TIME_LIMIT: &str = "at its time limit";
 
 /// Finds the effects that `model` lacks to explain `data`.
 ///
@@ -38,50 +44,98 @@ pub fn discover(
     model: &dyn Declaration,
     data: &Dataset,
     options: &Options,
-    progress: &mut dyn FnMut(Progress),
+    observer: &mut dyn Observer,
 ) -> Result<Discovery, DiscoveryError> {
     let start_time = Instant::now();
-    let progress = &mut monotone(progress);
-    progress(Progress::Noise);
+    let observer = &mut Monotone::new(observer);
+    observer.report(Progress::Noise);
     let CheckedData { data, warnings } =
         check_data(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
     let mut prepared = prepare(model, &data, options)?;
+    if !data.notes().is_empty() {
+        let notes = data.notes().join("; ");
+        prepared.notes.insert(0, format!("{}: read as a recording: {notes}", data.origin()));
+    }
     let rejection = judge::reason_from_data(&prepared);
     let mut searched = match rejection {
-        Some(_) => calibrate_only(&prepared, progress),
-        None => search(&mut prepared, options, progress),
+        Some(_) => calibrate_only(&prepared, observer),
+        None => search(model, &mut prepared, options, observer),
     };
-    progress(Progress::ResidualTests);
+    prepared.clock.end_search();
+    let was_cut = prepared.clock.was_cut();
+    if was_cut && rejection.is_none() {
+        if searched.found.sets.len() == 1 {
+            let mut found = interim(model, &prepared, &searched, None, options.seed)?;
+            found.warnings = warnings;
+            found.mark_stopped(TIME_LIMIT, start_time.elapsed().as_secs_f64());
+            return Ok(found);
+        }
+        let SearchStage { view, families, found } = &mut searched;
+        complete(&Search::new(view, families, &prepared.clock), found);
+    }
+    observer.report(Progress::ResidualTests);
+    // The test on null records would take longer than the time that is left.
+    let options = &Options { null_runs: if was_cut { 0 } else { options.null_runs }, ..*options };
     let mut judged = judge(&prepared, &mut searched, rejection, options);
-    progress(Progress::Errors);
+    report_interim(model, &prepared, &searched, Some(&judged), options, observer);
+    observer.report(Progress::Errors);
     let mut measured = prediction_errors(&prepared, &searched, &judged, options);
     if withdraw_unsupported(&prepared, &mut searched, &mut judged, &measured) {
         measured = prediction_errors(&prepared, &searched, &judged, options);
     }
     let found = write_result(model, &prepared, &searched, &judged, &measured, options)?;
-    let mut notes = prepared.notes.clone();
-    if !data.notes().is_empty() {
-        notes.insert(0, format!("{}: read as a recording: {}", data.origin(), data.notes().join("; ")));
+    let mut found = Discovery { warnings, notes: prepared.notes.clone(), ..found };
+    if was_cut {
+        found.mark_stopped(TIME_LIMIT, start_time.elapsed().as_secs_f64());
     }
-    let found = Discovery { warnings, notes, ..found };
-    Ok(if prepared.clock.was_cut() { mark_cut_short(found, start_time) } else { found })
+    Ok(found)
+}
+
+/// Hands the best result so far to the observer, if it takes interim results.
+fn report_interim(
+    model: &dyn Declaration,
+    prepared: &Prepared,
+    searched: &SearchStage,
+    judged: Option<&Judged>,
+    options: &Options,
+    observer: &mut dyn Observer,
+) {
+    if observer.takes_interim()
+        && let Ok(best_so_far) = interim(model, prepared, searched, judged, options.seed)
+    {
+        observer.interim(best_so_far);
+    }
 }
 
 /// Result of a run without search: the calibrated model.
-fn calibrate_only(prepared: &Prepared, progress: &mut dyn FnMut(Progress)) -> SearchStage {
-    progress(Progress::Calibration);
+fn calibrate_only(prepared: &Prepared, observer: &mut dyn Observer) -> SearchStage {
+    observer.report(Progress::Calibration);
     let (view, base) = calibrate_windows(prepared, &prepared.searched);
     SearchStage { view, families: Vec::new(), found: SearchResult::calibrated_only(base, Penalty(0.0)) }
 }
 
 /// Calibrates and searches. Repeats both if the best window length or a lower noise estimate changes with
 /// the effects found.
-fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(Progress)) -> SearchStage {
-    progress(Progress::Calibration);
+fn search(
+    model: &dyn Declaration,
+    prepared: &mut Prepared,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> SearchStage {
+    observer.report(Progress::Calibration);
     let families = vec![if options.library { Family::Library } else { Family::Grammar }];
     let (view, base) = calibrate_windows(prepared, &prepared.searched);
-    let mut report_share = |share: f64| progress(Progress::Search((1000.0 * share) as u16));
-    let mut searched = search_in(prepared, view, &families, base, Vec::new(), &mut report_share);
+    let calibrated = SearchStage {
+        view: view.clone(),
+        families: families.clone(),
+        found: SearchResult::calibrated_only(base.clone(), Penalty(0.0)),
+    };
+    report_interim(model, prepared, &calibrated, None, options, observer);
+    let report_share = |observer: &mut dyn Observer, share: f64| {
+        observer.report(Progress::Search((1000.0 * share) as u16));
+    };
+    let mut searched =
+        search_in(prepared, view, &families, base, Vec::new(), &mut |share| report_share(observer, share));
     for _ in 0..REPEATS {
         let best = searched.found.best().fit.clone();
         let residual_sd = residual_sds(&searched.view.sample(), &best);
@@ -95,9 +149,14 @@ fn search(prepared: &mut Prepared, options: &Options, progress: &mut dyn FnMut(P
         }
         let base = refit_on(&view, &searched.found.base().fit);
         let base = Scored::new(&view.sample(), &view.blocks, base);
-        searched = search_in(prepared, view, &families, base, vec![best_set], &mut report_share);
+        if prepared.clock.is_over() {
+            break;
+        }
+        let shares = &mut |share| report_share(observer, share);
+        searched = search_in(prepared, view, &families, base, vec![best_set], shares);
     }
-    search_formulas(prepared, searched, options, progress)
+    report_interim(model, prepared, &searched, None, options, observer);
+    search_formulas(prepared, searched, options, observer)
 }
 
 /// Selects the established effects, tests their residuals and derives the verdict.

@@ -42,6 +42,19 @@ pub enum DiscoveryError {
         /// How many there are.
         found: usize,
     },
+    /// No trajectory has samples to predict.
+    #[error(
+        "{data}: a prediction starts from the first {known} samples of a trajectory, and {found} of the trajectories have measured samples after them; \
+         at least 2 are needed to test effects: use longer trajectories, or only calibrate the model with `augsim fit`"
+    )]
+    NothingToPredict {
+        /// The data.
+        data: String,
+        /// Samples that a prediction starts from.
+        known: usize,
+        /// Number of trajectories with later samples.
+        found: usize,
+    },
     /// A channel with the same value in every sample.
     #[error(
         "{data}: the column `{column}` has the same value in every sample; check the column or remove it"
@@ -70,7 +83,7 @@ pub enum DiscoveryError {
     },
     /// A number of the result overflowed.
     #[error(
-        "{data}: `{place}` of the result is {value}; a measurement far outside the range of the others makes the arithmetic overflow: find it (`augsim data inspect` lists the ranges) and remove it"
+        "{data}: the search ended without finite numbers: `{place}` of the result is {value}. If a measurement lies far outside the range of the others (`augsim data inspect` lists the ranges), remove it; else check the calibrated model alone with `augsim fit`"
     )]
     NotFinite {
         /// The data.

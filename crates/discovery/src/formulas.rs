@@ -2,7 +2,7 @@
 
 use crate::addition::Addition;
 use crate::columns::Family;
-use crate::options::{Options, Progress};
+use crate::options::{Observer, Options, Progress};
 use crate::prepare::{Prepared, residual_sds};
 use crate::score::Scored;
 use crate::stages::{SearchStage, search_in};
@@ -17,7 +17,7 @@ pub(crate) fn search_formulas(
     prepared: &Prepared,
     searched: SearchStage,
     options: &Options,
-    progress: &mut dyn FnMut(Progress),
+    observer: &mut dyn Observer,
 ) -> SearchStage {
     let exceeds_noise = || {
         let residual_sd = residual_sds(&searched.view.sample(), &searched.found.best().fit);
@@ -31,7 +31,7 @@ pub(crate) fn search_formulas(
     {
         return searched;
     }
-    progress(Progress::Formulas);
+    observer.report(Progress::Formulas);
     let families = [Family::Library, Family::Grammar];
     let mut known_sets: Vec<Scored> = searched.found.sets.clone();
     let base = known_sets.remove(0);
@@ -40,6 +40,10 @@ pub(crate) fn search_formulas(
     let named = {
         let SearchStage { view, families, found } = &mut with_grammar;
         let search = crate::search::Search::new(view, families, &prepared.clock);
+        if prepared.clock.is_over() {
+            prepared.clock.end_search();
+            crate::search::complete(&search, found);
+        }
         crate::judge::named_set(&search, found)
     };
     let has_formula = with_grammar.found.sets[named].additions().iter().any(Addition::is_formula);

@@ -27,6 +27,7 @@ mod free_runs;
 mod growing_windows;
 mod hypothesis;
 mod identifiability;
+mod interim;
 mod interval;
 mod judge;
 mod linear;
@@ -65,7 +66,7 @@ pub use assess::{Assessment, assess};
 pub use discover::discover;
 pub use error::{DiscoveryError, Groups};
 pub use noise_cause::{NoiseCause, NoiseRow, NoiseSource};
-pub use options::{Options, Progress};
+pub use options::{Observer, Options, Progress};
 pub use predict::predict_records;
 pub use prediction::{
     PREDICTION_LEVELS, PredictOptions, PredictedChannel, PredictedRecord, PredictionError, PredictionSet,

@@ -6,6 +6,7 @@
 //! causes.
 
 use crate::arc::Arc;
+use crate::difference_noise::rough_noise_of;
 use crate::record::Measured;
 use crate::statistics::{chi2_tail, median};
 use augsim_data::FrameClock;
@@ -231,7 +232,10 @@ pub(crate) fn estimate_noise(data: &mut Measured, smooth_motion: bool) -> Noise 
             f += free;
         }
         freedom += f;
-        *sd = if f > 0.0 { (rss / f).sqrt() } else { declared[channel].unwrap_or(1e-3) };
+        let rough = || Some(rough_noise_of(data, channel)).filter(|sd| *sd > 0.0);
+        // Records too short for polynomials leave the differences of neighbouring samples.
+        let without_arcs = || declared[channel].or_else(rough).unwrap_or(1e-3);
+        *sd = if f > 0.0 { (rss / f).sqrt() } else { without_arcs() };
         if let Some(max_sd) = data.system.schema().channels[channel].max_sd {
             *sd = sd.min(max_sd);
         }
@@ -256,7 +260,8 @@ pub(crate) fn estimate_noise(data: &mut Measured, smooth_motion: bool) -> Noise 
     if rho != 0.0 {
         findings.push("noise-autocorrelated");
     }
-    let jitter_s = growth * smallest;
+    // Without any arc there is no smallest noise, and no growth either.
+    let jitter_s = if growth > 0.0 { growth * smallest } else { 0.0 };
     if growth > 0.0 {
         findings.push(JITTER);
     }

@@ -1,4 +1,4 @@
-//! Options of a discovery run with its deadline, and progress reports to the caller.
+//! Options of a discovery run, its deadline, and reports to the caller: progress and interim results.
 
 use crate::result::Discovery;
 use augsim_data::checks::AcceptedChecks;
@@ -18,16 +18,9 @@ pub struct Options {
     /// Whether effects of the library are tried; without them only formulas are searched, if the system has
     /// a grammar.
     pub library: bool,
-    /// Deadline after which the search stops with the best set so far; `None` for no deadline. Runs that end
-    /// before it do not depend on it.
+    /// Deadline of calibration and search: fits stop there, and the best set so far is judged. `None` for no
+    /// deadline. Searches that end before it do not depend on it.
     pub until: Option<Instant>,
-}
-
-impl Options {
-    /// Whether the deadline has passed.
-    pub(crate) fn is_over(&self) -> bool {
-        self.until.is_some_and(|until| Instant::now() >= until)
-    }
 }
 
 impl Default for Options {
@@ -80,54 +73,111 @@ impl Progress {
     }
 }
 
-/// Wraps `progress` so that the reported share never decreases: repeated searches report only what lies
-/// beyond the share already reached.
-pub(crate) fn monotone(progress: &mut dyn FnMut(Progress)) -> impl FnMut(Progress) {
-    let mut largest_share = 0.0;
-    move |step| {
-        if step.fraction() >= largest_share {
-            largest_share = step.fraction();
-            progress(step);
-        }
+/// Receiver of reports from a run. Closures of [`Progress`] are observers without interim results.
+pub trait Observer {
+    /// Receives the stage that the run has reached.
+    fn report(&mut self, progress: Progress);
+
+    /// Whether [`interim`](Self::interim) is to be called; computing interim results takes some simulations.
+    fn takes_interim(&self) -> bool {
+        false
+    }
+
+    /// Receives the calibrated model file, before any result is complete.
+    fn calibrated(&mut self, _model_toml: String) {}
+
+    /// Receives the best result so far, complete enough to be written if the run is stopped.
+    fn interim(&mut self, _best_so_far: Discovery) {}
+}
+
+impl<F: FnMut(Progress)> Observer for F {
+    fn report(&mut self, progress: Progress) {
+        self(progress);
     }
 }
 
-/// The deadline of a search. Clones share whether it has cut the search short.
-#[derive(Clone)]
+/// Observer whose reported share never decreases: repeated searches report only what lies beyond the share
+/// already reached.
+pub(crate) struct Monotone<'a> {
+    inner: &'a mut dyn Observer,
+    largest_share: f64,
+}
+
+impl<'a> Monotone<'a> {
+    pub fn new(inner: &'a mut dyn Observer) -> Self {
+        Self { inner, largest_share: 0.0 }
+    }
+}
+
+impl Observer for Monotone<'_> {
+    fn report(&mut self, progress: Progress) {
+        if progress.fraction() >= self.largest_share {
+            self.largest_share = progress.fraction();
+            self.inner.report(progress);
+        }
+    }
+
+    fn takes_interim(&self) -> bool {
+        self.inner.takes_interim()
+    }
+
+    fn calibrated(&mut self, model_toml: String) {
+        self.inner.calibrated(model_toml);
+    }
+
+    fn interim(&mut self, best_so_far: Discovery) {
+        self.inner.interim(best_so_far);
+    }
+}
+
+/// The deadline of calibration and search. Clones share whether it has cut them short.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Clock {
-    options: Options,
+    until: Option<Instant>,
+    state: Arc<ClockState>,
+}
+
+#[derive(Debug, Default)]
+struct ClockState {
     /// Whether the deadline passed before everything was tried.
-    cut: Arc<AtomicBool>,
+    was_cut: AtomicBool,
+    /// Whether calibration and search have ended, so that the fits of the judgement run to their ends.
+    has_ended: AtomicBool,
 }
 
 impl Clock {
     pub fn new(options: &Options) -> Self {
-        Self { options: *options, cut: Arc::default() }
+        Self { until: options.until, state: Arc::default() }
     }
 
     /// Whether the deadline passed before everything was tried.
     pub fn was_cut(&self) -> bool {
-        self.cut.load(Relaxed)
+        self.state.was_cut.load(Relaxed)
     }
 
-    /// Whether the deadline has passed; from then on nothing more is tried.
+    /// Whether the deadline of the calibration or search that now runs has passed.
     pub fn is_over(&self) -> bool {
-        if self.options.is_over() {
-            self.cut.store(true, Relaxed);
+        if self.state.has_ended.load(Relaxed) {
+            return false;
+        }
+        if self.until.is_some_and(|until| Instant::now() >= until) {
+            self.state.was_cut.store(true, Relaxed);
         }
         self.was_cut()
     }
+
+    /// Ends calibration and search: the deadline does not hold for the fits that follow.
+    pub fn end_search(&self) {
+        self.state.has_ended.store(true, Relaxed);
+    }
 }
 
-/// Marks a result whose search was ended by the deadline.
-pub(crate) fn mark_cut_short(mut found: Discovery, start_time: Instant) -> Discovery {
-    let seconds = start_time.elapsed().as_secs_f64();
-    found.sentence = format!(
-        "The search was stopped at its time limit; this is the best result so far. {}",
-        found.sentence
-    );
-    found.cut_after_s = Some(seconds);
-    found
+impl Discovery {
+    /// Marks a result that was stopped after `seconds`, with the cause, for example "at its time limit".
+    pub fn mark_stopped(&mut self, cause: &str, seconds: f64) {
+        self.sentence = format!("The search was stopped {cause}. {}", self.sentence);
+        self.cut_after_s = Some(seconds);
+    }
 }
 
 #[cfg(test)]
@@ -139,12 +189,23 @@ mod tests {
     fn a_second_search_does_not_reset_the_progress() {
         let mut shares = Vec::new();
         let mut record = |step: Progress| shares.push(step.fraction());
-        let mut step = monotone(&mut record);
+        let mut step = Monotone::new(&mut record);
         use Progress::*;
         let second = [Search(0), Search(500), Search(1000)];
-        [Noise, Calibration, Search(700)].into_iter().chain(second).for_each(&mut step);
-        [Formulas].into_iter().chain(second).chain([ResidualTests, Errors]).for_each(&mut step);
-        drop(step);
+        [Noise, Calibration, Search(700)].into_iter().chain(second).for_each(|p| step.report(p));
+        [Formulas].into_iter().chain(second).chain([ResidualTests, Errors]).for_each(|p| step.report(p));
         assert!(shares.is_sorted() && shares.len() == 6, "{shares:?}");
+    }
+
+    #[test]
+    fn the_deadline_holds_for_the_search_only() {
+        let past = Options { until: Some(Instant::now()), ..Options::default() };
+        let clock = Clock::new(&past);
+        let copy = clock.clone();
+        assert!(copy.is_over() && clock.was_cut());
+        clock.end_search();
+        assert!(!copy.is_over() && copy.was_cut());
+        let free = Clock::new(&Options::default());
+        assert!(!free.is_over() && !free.was_cut());
     }
 }

@@ -6,7 +6,7 @@ use crate::fit::{ChosenRecords, Fit};
 use crate::frame_clock::snap_to_frames;
 use crate::noise::{Noise, estimate_noise};
 use crate::options::Clock;
-use crate::record::Measured;
+use crate::record::{Measured, Record};
 use crate::records::parts::split_into_blocks;
 use crate::residuals::record_residuals;
 use crate::segments;
@@ -127,7 +127,8 @@ pub(crate) fn prepare(
 ) -> Result<Prepared, DiscoveryError> {
     let snap_to_frames = snap_to_frames(model, dataset)?;
     let on_frames = snap_to_frames.as_ref().map_or(dataset, |(on_frames, _)| on_frames);
-    let PreparedRecords { data, mut noise, is_smooth, mut notes } = load_records(model, on_frames, 2, true)?;
+    let PreparedRecords { mut data, mut noise, is_smooth, mut notes } =
+        load_records(model, on_frames, 2, true)?;
     if let Some((_, clock)) = snap_to_frames {
         notes.push(format!(
             "the time stamps jitter by {:.2} ms (standard deviation) about frames of period {:.3} ms; each sample was moved to the time \
@@ -138,7 +139,9 @@ pub(crate) fn prepare(
         noise.set_frame_clock(clock);
     }
     let (searched, held_out) = held_out(&data);
-    Ok(Prepared { data, noise, is_smooth, searched, held_out, notes, clock: Clock::new(options) })
+    let clock = Clock::new(options);
+    data.clock = clock.clone();
+    Ok(Prepared { data, noise, is_smooth, searched, held_out, notes, clock })
 }
 
 /// Splits the records into those searched and those held out: one in five of each group, if there are enough
@@ -209,6 +212,17 @@ pub(crate) fn load_records(
     if found < fewest {
         let data = data.name;
         return Err(DiscoveryError::TooFew { data, found });
+    }
+    if is_fitted && data.records.iter().all(|r| r.data.forecasts.is_empty()) {
+        let has_later = |r: &&Record| {
+            let first = r.data.initial_sample_count;
+            r.data.values.iter().any(|v| v.iter().skip(first).any(|v| v.is_finite()))
+        };
+        let found = data.records.iter().filter(has_later).count();
+        if found < fewest {
+            let known = data.records.iter().map(|r| r.data.initial_sample_count).max().unwrap_or(0);
+            return Err(DiscoveryError::NothingToPredict { data: data.name, known, found });
+        }
     }
     let mut noise = if data.is_idealised() {
         noise_from_differences(&mut data)

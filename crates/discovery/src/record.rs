@@ -1,6 +1,7 @@
 //! Measured records, ready for fits, and the records and windows that a fit uses.
 
 use crate::DiscoveryError;
+use crate::options::Clock;
 use crate::work_counter::WorkCounter;
 use augsim_data::{Dataset, Trajectory};
 use augsim_physics::system::{Declaration, Record as SystemRecord, Stream, System, Window};
@@ -50,6 +51,8 @@ pub(crate) struct Measured {
     pub white_share: f64,
     /// Counts of the work done on these records and their copies.
     pub work: Arc<WorkCounter>,
+    /// Deadline of the fits to these records.
+    pub clock: Clock,
 }
 
 impl Measured {
@@ -124,8 +127,17 @@ impl Measured {
             .into_iter()
             .map(|data| Record { data, weight: Vec::new(), is_tolerance: false })
             .collect();
-        let (recordings, work) = (Vec::new(), Arc::default());
-        Ok(Self { name, system, records, recordings, groups, clock_reference_s, white_share: 1.0, work })
+        Ok(Self {
+            name,
+            system,
+            records,
+            recordings: Vec::new(),
+            groups,
+            clock_reference_s,
+            white_share: 1.0,
+            work: Arc::default(),
+            clock: Clock::default(),
+        })
     }
 
     /// Whether the laws of the system are idealised, so that smooth residuals always remain.
@@ -147,6 +159,7 @@ impl Measured {
             recordings: Vec::new(),
             white_share: self.white_share,
             work: self.work.clone(),
+            clock: self.clock.clone(),
             system: self.system.clone(),
             clock_reference_s: self.clock_reference_s,
         }

@@ -100,7 +100,9 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
         let penalty = found.penalty.of_set(set.additions());
         let over_chosen = if chosen { 0.0 } else { found.margin(set, best) };
         known_keys.push(key);
-        let why = if chosen {
+        let why = if chosen && parts.judged.findings.inclusion.is_empty() {
+            "the best set when the run was stopped; not tested".to_owned()
+        } else if chosen {
             "chosen: every effect is significant and selected in at least 90 % of the resamples".to_owned()
         } else if gain < penalty {
             format!("its gain of {gain:.1} nats is below its penalty of {penalty:.1} nats")

@@ -3,7 +3,7 @@
 use crate::noise::polynomial_variance;
 use crate::record::Measured;
 
-/// Segment lengths that are tried, samples.
+/// Segment lengths that are tried, measured values of each channel.
 const LENGTHS: [usize; 5] = [12, 24, 48, 96, 192];
 /// Ratio of the residual of polynomials to that over the shortest segments above which the motion is not
 /// smooth.
@@ -16,9 +16,11 @@ pub(crate) fn split_smooth_segments(data: &mut Measured) -> bool {
     if data.records.iter().any(|r| !r.data.smooth_segments.is_empty()) {
         return true;
     }
-    let mut chosen_length = LENGTHS[0];
+    let rows_per_value = rows_per_value(data);
+    let lengths = LENGTHS.map(|length| length * rows_per_value);
+    let mut chosen_length = lengths[0];
     let mut shortest: Option<Vec<f64>> = None;
-    for length in LENGTHS {
+    for length in lengths {
         let variance = polynomial_variance(data, length);
         match &shortest {
             None => shortest = Some(variance),
@@ -32,7 +34,7 @@ pub(crate) fn split_smooth_segments(data: &mut Measured) -> bool {
             }
         }
     }
-    let is_smooth = chosen_length > LENGTHS[0];
+    let is_smooth = chosen_length > lengths[0];
     // Segments must not be longer than half the records, or short records would have none.
     let longest = data.records.iter().map(|r| r.data.times.len()).max().unwrap_or(chosen_length);
     chosen_length = chosen_length.min(longest);
@@ -42,4 +44,31 @@ pub(crate) fn split_smooth_segments(data: &mut Measured) -> bool {
         record.data.smooth_segments = cuts.filter(|piece| piece.len() * 2 >= chosen_length).collect();
     }
     is_smooth
+}
+
+/// Number of rows for each measured value of the channel with the fewest: 2 where two sensors are read in alternate rows. Channels without any value do not count.
+fn rows_per_value(data: &Measured) -> usize {
+    let rows: usize = data.records.iter().map(|r| r.data.times.len()).sum();
+    let count = |channel: usize| -> usize {
+        let values = data.records.iter().flat_map(|r| &r.data.values[channel]);
+        values.filter(|v| v.is_finite()).count()
+    };
+    let counts = (0..data.system.schema().channels.len()).map(count).filter(|n| *n > 0);
+    counts.min().map_or(1, |fewest| rows_per_value_of(rows, fewest))
+}
+
+/// A channel with a few gaps keeps its segments: only whole multiples of the measured values count.
+fn rows_per_value_of(rows: usize, values: usize) -> usize {
+    ((rows as f64 / values as f64).round() as usize).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: segments of sensors in alternate rows are twice as long; a few gaps change nothing.
+    use super::rows_per_value_of;
+
+    #[test]
+    fn alternating_rows_double_the_segments() {
+        assert_eq!([800, 790, 400, 267].map(|values| rows_per_value_of(800, values)), [1, 1, 2, 3]);
+    }
 }

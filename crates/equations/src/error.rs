@@ -153,6 +153,8 @@ pub enum Fault {
     MissingParameter { name: String, kind: String },
     #[error("`{kind}` cannot act on `{on}`; it can act on {}", places(possible))]
     CannotActOn { kind: String, on: String, possible: Vec<String> },
+    #[error("`{kind}` on `{on}` cannot go with `{with}`; {}", partner_remedy(partners))]
+    CannotGoWith { kind: String, on: String, with: String, partners: Vec<String> },
     #[error("min {min:?} must be below max {max:?}; correct the bounds")]
     EmptyBounds { min: f64, max: f64 },
     #[error("the parameter is not used anywhere; remove it or set frozen = true")]
@@ -199,6 +201,14 @@ pub enum Fault {
         "the compiled system with its derivatives needs more than {MAX_OPERATIONS} operations; simplify the model"
     )]
     TooLarge,
+}
+
+/// States which partners an effect has at its place.
+fn partner_remedy(partners: &[String]) -> String {
+    match partners {
+        [] => "leave `with` out".to_owned(),
+        partners => format!("it can go with {}", places(partners)),
+    }
 }
 
 /// Lists the quantities that an effect can act on.

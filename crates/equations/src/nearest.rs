@@ -2,7 +2,8 @@
 
 /// The known word with the fewest edits to `name`, if there are few enough.
 ///
-/// At most a third of the letters of `name` may differ, and at least 2 edits are allowed.
+/// At most a third of the letters of `name` may differ, and at least 1 edit is allowed: with 2, `log` would be
+/// a misspelt `cos`.
 pub(crate) fn nearest<'k>(name: &str, known: impl Iterator<Item = &'k str>) -> Option<String> {
     nearest_words(name, known).first().map(|word| (*word).to_owned())
 }
@@ -13,7 +14,7 @@ pub(crate) fn nearest_words<'k>(name: &str, known: impl Iterator<Item = &'k str>
     if name.len() > 64 {
         return Vec::new();
     }
-    let allowed = (name.chars().count() / 3).max(2);
+    let allowed = (name.chars().count() / 3).max(1);
     let near = |(edits, word): &(usize, &str)| *edits <= allowed && *edits < word.chars().count();
     let mut found: Vec<(usize, &str)> = known.map(|word| (edits(name, word), word)).filter(near).collect();
     found.sort_by_key(|(edits, _)| *edits);
@@ -54,6 +55,10 @@ mod tests {
         assert_eq!(nearest("lenght_m", known.into_iter()).as_deref(), Some("length_m"));
         assert_eq!(nearest("mas_kg", known.into_iter()).as_deref(), Some("mass_kg"));
         assert_eq!(nearest("voltage_V", known.into_iter()), None);
+        // A single edit is allowed in short words, two are not.
+        assert_eq!(nearest("sen", ["sin", "cos"].into_iter()).as_deref(), Some("sin"));
+        assert_eq!(nearest("log", ["sin", "cos"].into_iter()), None);
+        assert_eq!(nearest("x", ["t"].into_iter()), None);
         assert_eq!(edits("lenght", "length"), 1);
     }
 }

@@ -11,6 +11,7 @@ use crate::steps::{COARSE_TOLERANCE, FINAL_TOLERANCE, Fit, ReducedEquations, Sta
 use crate::windows::{NEGLIGIBLE_RMSE, Problem, ShootingWindow, merge_pairs};
 use augsim_linear::{SymmetricEigen, symmetric_eigen};
 use augsim_physics::system::{Record, System};
+use std::time::Instant;
 
 /// Growth of the RMSE, when windows double in length, above which the model does not follow the data.
 ///
@@ -30,10 +31,14 @@ const IDENTIFIABILITY_CUTOFF: f64 = 1e-9;
 /// Weight in the unidentifiable combinations above which a parameter counts as part of them.
 const MIN_GAUGE_WEIGHT: f64 = 0.01;
 
+/// Reason for shorter windows than the data allow: the deadline passed.
+const TIME_LIMIT: &str = "the time limit was reached";
+
 /// Calibrates the free parameters of a system on prepared records.
 ///
 /// The windows of the records are the shortest that are fitted. `longest_s` is the longest duration to which
-/// they may grow; without it the length is chosen by comparison.
+/// they may grow; without it the length is chosen by comparison. After `until` the fit of the longest windows so
+/// far is returned.
 ///
 /// # Errors
 /// [`CalibrationError`]: nothing was measured, or the declared model cannot be simulated over its shortest
@@ -42,12 +47,13 @@ pub fn calibrate(
     system: &dyn System,
     records: &[Record],
     longest_s: Option<f64>,
+    until: Option<Instant>,
 ) -> Result<Calibration, CalibrationError> {
     let is_measured = |r: &Record| r.values.iter().flatten().any(|v| v.is_finite());
     if !records.iter().any(is_measured) {
         return Err(CalibrationError::NothingMeasured);
     }
-    let problem = Problem::new(system, records, true);
+    let problem = Problem { until, ..Problem::new(system, records, true) };
     let channel_sd = problem.channel_sd();
     let nominal: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let mut windows = problem.prepared_windows();
@@ -68,6 +74,10 @@ pub fn calibrate(
         if windows.len() == current.windows.len() || is_too_long {
             break;
         }
+        if problem.is_over() {
+            stopped = Some(TIME_LIMIT);
+            break;
+        }
         let is_due = fits.len() > MAX_WORSE_LENGTHS && windows.len() < MIN_EFFICIENT_WINDOWS;
         if compares_lengths && early_choice.is_none() && is_due {
             let choice = select_window_length(&problem, &fits, &channel_sd);
@@ -81,6 +91,11 @@ pub fn calibrate(
             stopped = Some("longer windows cannot be simulated");
             break;
         };
+        if problem.is_over() {
+            // The fit was cut short, so it is no better than the one it started from.
+            stopped = Some(TIME_LIMIT);
+            break;
+        }
         let longer_stage = stage(&problem, &longer);
         if rmse_growth(&longer_stage, &stages[stages.len() - 1], &channel_sd) > MAX_RMSE_GROWTH {
             stopped = Some("over longer windows the model no longer follows the data");
@@ -92,7 +107,7 @@ pub fn calibrate(
     let last = fits.len() - 1;
     let chosen = match early_choice.filter(|choice| choice + MAX_WORSE_LENGTHS < fits.len()) {
         Some(choice) => choice,
-        None if compares_lengths => select_window_length(&problem, &fits, &channel_sd),
+        None if compares_lengths && !problem.is_over() => select_window_length(&problem, &fits, &channel_sd),
         None => last,
     };
     if chosen < last {
@@ -102,7 +117,9 @@ pub fn calibrate(
     let mut best = fits.swap_remove(chosen);
     // All lengths were fitted to the coarse tolerance; the chosen one is fitted to the final one.
     let start = StartingPoint { values: &best.values, windows: &best.windows, scales: &best.scales };
-    if let Ok(fit) = problem.fit(&start, FINAL_TOLERANCE) {
+    if !problem.is_over()
+        && let Ok(fit) = problem.fit(&start, FINAL_TOLERANCE)
+    {
         best = fit;
         stages[chosen] = stage(&problem, &best);
     }

@@ -20,7 +20,7 @@ const HALTON_BASES: [u32; 8] = [2, 3, 5, 7, 11, 13, 17, 19];
 /// The other starting points (Halton, Numerische Mathematik 2, 1960) are compared on some of the windows; the
 /// best is then fitted to all of them, and returned if its RMSE is clearly smaller.
 pub(crate) fn best_of_multistart(problem: &Problem<'_>, windows: &[ShootingWindow], declared: Fit) -> Fit {
-    if problem.free_parameters.is_empty() {
+    if problem.free_parameters.is_empty() || problem.is_over() {
         return declared;
     }
     let stride = windows.len().div_ceil(MAX_COMPARED_WINDOWS).max(1);

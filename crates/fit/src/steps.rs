@@ -105,10 +105,12 @@ impl<'k> Descent<'k> {
         }
     }
 
-    /// The point at which the fit needs the normal equations; `None` if it is finished.
-    fn pending_point(&self) -> Option<EvaluationPoint<'_>> {
+    /// The point at which the fit needs the normal equations; `None` if it is finished, or if the deadline
+    /// has passed and the starting point was evaluated.
+    fn pending_point(&self, is_over: bool) -> Option<EvaluationPoint<'_>> {
         let Fit { values, windows, scales, .. } = &self.fit;
         match &self.pending {
+            Pending::Rescaled | Pending::Trial(_) if is_over => None,
             Pending::Start | Pending::Rescaled => Some(EvaluationPoint { values, windows, scales }),
             Pending::Trial((values, windows)) => Some(EvaluationPoint { values, windows, scales }),
             Pending::Finished => None,
@@ -230,10 +232,11 @@ impl Problem<'_> {
     fn run_descents(&self, descents: Vec<Descent<'_>>) -> Vec<Result<Fit, SimulationError>> {
         let mut descents: Vec<Result<Descent<'_>, SimulationError>> = descents.into_iter().map(Ok).collect();
         loop {
+            let is_over = self.is_over();
             let pending = descents
                 .iter()
                 .enumerate()
-                .filter_map(|(index, d)| Some((index, d.as_ref().ok()?.pending_point()?)));
+                .filter_map(|(index, d)| Some((index, d.as_ref().ok()?.pending_point(is_over)?)));
             let (indices, points): (Vec<usize>, Vec<EvaluationPoint<'_>>) = pending.unzip();
             if points.is_empty() {
                 break;

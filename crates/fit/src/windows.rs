@@ -2,6 +2,7 @@
 
 use augsim_physics::system::{InitialValue, Record, Schema, System, channel_sd};
 use std::ops::Range;
+use std::time::Instant;
 
 /// RMSE below this share of a channel's standard deviation counts as a perfect fit.
 pub(crate) const NEGLIGIBLE_RMSE: f64 = 1e-6;
@@ -23,6 +24,8 @@ pub(crate) struct Problem<'a> {
     pub free_parameters: Vec<usize>,
     /// Indices of the states whose initial values are estimated.
     pub free_states: Vec<usize>,
+    /// Deadline after which fits return the best point so far; `None` for no deadline.
+    pub until: Option<Instant>,
 }
 
 impl<'a> Problem<'a> {
@@ -31,7 +34,12 @@ impl<'a> Problem<'a> {
         let free_parameters =
             parameters.filter(|(_, p)| fit_parameters && !p.frozen).map(|(i, _)| i).collect();
         let free_states = system.schema().free_states().collect();
-        Self { system, records, free_parameters, free_states }
+        Self { system, records, free_parameters, free_states, until: None }
+    }
+
+    /// Whether the deadline has passed.
+    pub fn is_over(&self) -> bool {
+        self.until.is_some_and(|until| Instant::now() >= until)
     }
 
     /// Standard deviation of the data of each channel, in its unit.

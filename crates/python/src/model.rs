@@ -73,7 +73,7 @@ impl Model {
         let (subject, data) = (self.subject.clone(), data.from.clone());
         let file = self.path.as_ref().map_or_else(|| "model".to_owned(), |path| path.display().to_string());
         let (fitted, json) = background::run(py, None, move |_| {
-            let (fitted, answer) = calibrate(&subject, &file, &data, accept)?;
+            let (fitted, answer) = calibrate(&subject, &file, &data, accept, None, &mut |_, _| {})?;
             Ok((fitted, serde_json::to_string_pretty(&answer)?))
         })?;
         Ok((Model { subject: Subject::Equations(Box::new(fitted)), path: None }, json))

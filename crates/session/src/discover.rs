@@ -4,9 +4,10 @@ use crate::usage::{Inapplicable, Takes, UnknownName};
 use crate::{DataFrom, Subject, Usage, equations};
 use augsim_data::checks::{Check, check_data};
 use augsim_data::{DataError, Dataset, MissingCells, Trajectory};
-use augsim_discovery::{Discovery, Options, Progress};
+use augsim_discovery::{Discovery, Observer, Options, Progress};
 use augsim_physics::model::ModelFile;
 use std::collections::BTreeSet;
+use std::time::Instant;
 
 /// A user's request for a discovery.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -24,7 +25,10 @@ pub struct DiscoverRequest {
 /// With 1000 of them, a false-alarm rate of 1 % has a standard error of 0.3 %.
 const MAX_NULL_RUNS: usize = 1000;
 
-/// Finds the effects that the model lacks; calls `report_progress` when each step begins.
+/// Share of the time until the deadline of a search for the first calibration; the search fits the parameters again.
+const CALIBRATION_SHARE: f64 = 0.5;
+
+/// Finds the effects that the model lacks; reports each stage, and the best result so far, to `observer`.
 ///
 /// # Errors
 /// The data do not fit the model, the model cannot be simulated, an option is out of range, or a group is
@@ -33,7 +37,7 @@ pub fn discover(
     subject: &Subject,
     data: &DataFrom,
     wanted: &DiscoverRequest,
-    report_progress: &mut dyn FnMut(Progress),
+    observer: &mut dyn Observer,
 ) -> anyhow::Result<Discovery> {
     if wanted.options.null_runs > MAX_NULL_RUNS {
         let takes = Takes::AtMost { most: MAX_NULL_RUNS };
@@ -45,7 +49,7 @@ pub fn discover(
     let DiscoverRequest { groups, options, .. } = wanted;
     match subject {
         Subject::Equations(model) => {
-            report_progress(Progress::Calibration);
+            observer.report(Progress::Calibration);
             // Check the data before the fit: a clock in milliseconds, for example, would make the equations
             // stiff and the fit slow.
             let check = |read: &Dataset| -> anyhow::Result<()> {
@@ -53,9 +57,14 @@ pub fn discover(
                 check_data(set, &model.expected(), options.accepted).map_err(DataError::from)?;
                 Ok(())
             };
-            let calibrated = equations::discovery::calibrated_problem(model, data, &check)?;
+            let now = Instant::now();
+            let until = options
+                .until
+                .map(|until| now + until.saturating_duration_since(now).mul_f64(CALIBRATION_SHARE));
+            let calibrated = equations::discovery::calibrated_problem(model, data, &check, until, observer)?;
             let set = select_groups(groups, data, calibrated.data)?;
-            let mut found = augsim_discovery::discover(&calibrated.declared, &set, options, report_progress)?;
+            let mut observer = WithNotes { inner: observer, notes: calibrated.notes.clone() };
+            let mut found = augsim_discovery::discover(&calibrated.declared, &set, options, &mut observer)?;
             found.notes.splice(0..0, calibrated.notes);
             equations::discovery::complete(&mut found, &model.file, &set)?;
             Ok(found)
@@ -67,8 +76,33 @@ pub fn discover(
                 // The model may have parameter values for groups that were not requested.
                 model.keep_groups(groups);
             }
-            Ok(augsim_discovery::discover(model.declaration(), &set, options, report_progress)?)
+            Ok(augsim_discovery::discover(model.declaration(), &set, options, observer)?)
         }
+    }
+}
+
+/// Adds the notes of the calibration to interim results.
+struct WithNotes<'a> {
+    inner: &'a mut dyn Observer,
+    notes: Vec<String>,
+}
+
+impl Observer for WithNotes<'_> {
+    fn report(&mut self, progress: Progress) {
+        self.inner.report(progress);
+    }
+
+    fn takes_interim(&self) -> bool {
+        self.inner.takes_interim()
+    }
+
+    fn calibrated(&mut self, model_toml: String) {
+        self.inner.calibrated(model_toml);
+    }
+
+    fn interim(&mut self, mut best_so_far: Discovery) {
+        best_so_far.notes.splice(0..0, self.notes.iter().cloned());
+        self.inner.interim(best_so_far);
     }
 }
 

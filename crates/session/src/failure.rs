@@ -1,6 +1,7 @@
 //! Kinds of failure, from which exit codes and Python exceptions follow.
 
 use crate::Usage;
+use crate::equations::fit::OutOfTime;
 use augsim_data::push::PushError;
 use augsim_data::{DataError, Source};
 use augsim_discovery::DiscoveryError;
@@ -15,7 +16,7 @@ pub enum Failure {
     Model,
     /// Data are invalid, or do not fit the model.
     Data,
-    /// Numbers overflowed, or a fit or a training diverged.
+    /// Numbers overflowed, a fit or a training diverged, or the time limit passed before there was a result.
     Numerical,
 }
 
@@ -38,7 +39,9 @@ impl Failure {
         if let Some(e) = cause.downcast_ref::<DataError>() {
             return is_caused_by_option(e).then_some(Failure::Usage);
         }
-        if cause.downcast_ref::<DiscoveryError>().is_some_and(DiscoveryError::is_numerical) {
+        if cause.is::<OutOfTime>()
+            || cause.downcast_ref::<DiscoveryError>().is_some_and(DiscoveryError::is_numerical)
+        {
             return Some(Failure::Numerical);
         }
         cause.downcast_ref::<TrainerError>().map(|e| match e {

@@ -1,6 +1,7 @@
 //! Forecasts of a trained net, summarised over their samples.
 
 use crate::Usage;
+use crate::predict::check_draws;
 use crate::usage::{Oversized, Takes};
 use augsim_data::{Column, Dataset, Limit, Trajectory, Unit};
 use augsim_trainer::score::quantile;
@@ -65,7 +66,8 @@ pub fn check_size(trajectories: usize, samples: usize, time: usize, columns: usi
     let sizes = [trajectories, samples, time, columns];
     let cells = sizes.into_iter().fold(1_u64, |cells, size| cells.saturating_mul(size as u64));
     let oversized = Oversized::Forecasts { samples };
-    Limit::Cells.check(cells).map_err(|exceeded| Usage::Limit { oversized, exceeded })
+    Limit::Cells.check(cells).map_err(|exceeded| Usage::Limit { oversized, exceeded })?;
+    check_draws(samples)
 }
 
 /// Column names of the statistics, e.g. `mean_velocity_m_s`: the unit stays the suffix.

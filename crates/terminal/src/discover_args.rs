@@ -27,8 +27,9 @@ pub struct Discover {
     /// equations).
     #[arg(long, value_enum, default_value_t = Library::Generic)]
     pub library: Library,
-    /// Stop the search after this time in seconds. The result is the best model so far and says that the
-    /// search was incomplete.
+    /// End after this time in seconds with the best model so far: half of it is for fits and search, the
+    /// rest for judging the findings. A search that was cut short, or effects that were not tested yet, are
+    /// stated in the result; the test on null recordings is then left out.
     #[arg(long, value_name = "SECONDS")]
     pub time_limit: Option<f64>,
     /// Time column of the data.

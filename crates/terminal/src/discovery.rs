@@ -2,34 +2,84 @@
 
 use crate::destination::{Claim, REPORT, RESULT, Results};
 use crate::discover_args::{Discover, Library};
+use crate::interrupt;
 use crate::output::Output;
 use crate::progress::Steps;
 use crate::record::Record;
-use augsim_discovery::{Discovery, Options};
+use crate::time_limit::TimeLimit;
+use crate::watched::{Report, Stop, Watched, run_watched};
+use augsim_discovery::{Discovery, Observer, Options, Progress};
 use augsim_session::discovery_page::page;
 use augsim_session::equations::figures::figures;
-use augsim_session::usage::Takes;
-use augsim_session::{DiscoverRequest, ReportContext, Subject, Usage, discover};
-use std::time::{Duration, Instant};
+use augsim_session::equations::fit::OutOfTime;
+use augsim_session::{DiscoverRequest, ReportContext, Subject, discover};
+use std::sync::mpsc::Sender;
+use std::time::Instant;
 
 /// Name of the augmented model.
 const MODEL: &str = "model.toml";
 
+/// A discovery, and the reason if it was stopped before its end.
+#[derive(Debug)]
+pub struct Ended {
+    /// The result, or the best one so far.
+    pub found: Discovery,
+    /// Reason of an early end.
+    pub stop: Option<Stop>,
+}
+
 /// Runs the discovery and writes `result.json`, `model.toml` and `report.html`. `force` replaces the
-/// results of another run in the folder.
-pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Discovery> {
+/// results of another run in the folder. At the time limit, or at a signal, the best result so far is written.
+pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Ended> {
+    run(args, seed, force, output, true)
+}
+
+/// As [`run_discovery`], but a signal ends the process and leaves no result.
+pub fn run_whole_discovery(
+    args: &Discover,
+    seed: u64,
+    force: bool,
+    output: &Output,
+) -> anyhow::Result<Discovery> {
+    Ok(run(args, seed, force, output, false)?.found)
+}
+
+fn run(
+    args: &Discover,
+    seed: u64,
+    force: bool,
+    output: &Output,
+    takes_interim: bool,
+) -> anyhow::Result<Ended> {
+    let start_time = Instant::now();
     let claim = claim(args, seed, force)?;
     let accept = args.accept.accept.clone();
     let accepted = accept.iter().copied().collect();
     let library = args.library == Library::Generic;
-    let options = Options { seed, null_runs: args.null_runs, accepted, library, until: until(args)? };
+    let limit = TimeLimit::from_now(args.time_limit)?;
+    let until = limit.map(|limit| limit.search);
+    let options = Options { seed, null_runs: args.null_runs, accepted, library, until };
     let request = DiscoverRequest { groups: args.group.clone(), accept, options };
-    let steps = Steps::new(output);
-    let mut show = |p: augsim_discovery::Progress| steps.show_part(p.describe(), p.fraction());
     let subject = Subject::read(&args.model)?;
     let data = args.time.of(&args.data);
-    let found = discover(&subject, &data, &request, &mut show)?;
+    let steps = Steps::new(output);
+    let mut show = |p: Progress| steps.show_part(p.describe(), p.fraction());
+    let (own_subject, own_data, own_request) = (subject.clone(), data.clone(), request.clone());
+    let work = move |reports: &Sender<Report<Progress, BestSoFar>>| {
+        let mut relay = Relay { reports, takes_interim };
+        let found = discover(&own_subject, &own_data, &own_request, &mut relay)?;
+        Ok(BestSoFar::Found(Box::new(found)))
+    };
+    let Watched { result, stop } = run_watched(limit.map(|limit| limit.end), &mut show, work)?;
     steps.finish();
+    let mut found = match result {
+        Some(BestSoFar::Found(found)) => *found,
+        Some(BestSoFar::Calibrated(model)) => return Err(write_calibrated(&claim, &model, stop)?),
+        None => return Err(OutOfTime { calibrated: None }.into()),
+    };
+    if let Some(stop) = stop {
+        found.mark_stopped(stop.cause(), start_time.elapsed().as_secs_f64());
+    }
     output.warn(&found.warnings);
     found.notes.iter().for_each(|note| output.note(note));
 
@@ -37,19 +87,56 @@ pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -
     claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
     claim.write(MODEL, &found.model_toml)?;
     let mut context = ReportContext::new(Some(&args.model), &data, &request, &args.out);
-    context.figures = figures(&subject, &found, &data);
+    if stop.is_none() {
+        // These figures take simulations, for which a stopped run has no time.
+        context.figures = figures(&subject, &found, &data);
+    }
     claim.write(REPORT, &page(&context, &subject, &found).render())?;
     claim.write_timing(())?;
-    Ok(found)
+    Ok(Ended { found, stop })
 }
 
-/// Returns the time at which the search ends if a limit was set.
-fn until(args: &Discover) -> anyhow::Result<Option<Instant>> {
-    let Some(seconds) = args.time_limit else { return Ok(None) };
-    let limit = Duration::try_from_secs_f64(seconds).ok().filter(|limit| !limit.is_zero());
-    let until = limit.and_then(|limit| Instant::now().checked_add(limit));
-    let wrong = || Usage::option("--time-limit", seconds, Takes::PositiveSeconds);
-    Ok(Some(until.ok_or_else(wrong)?))
+/// Writes the calibrated model of a discovery that was stopped before it had a result; returns the error.
+fn write_calibrated(claim: &Claim, model: &str, stop: Option<Stop>) -> anyhow::Result<anyhow::Error> {
+    claim.begin()?;
+    let file = claim.write(MODEL, model)?;
+    if stop == Some(Stop::Signal) {
+        interrupt::end_with_note(&format!("the calibrated model was written to {}", file.display()));
+    }
+    Ok(OutOfTime { calibrated: Some(file) }.into())
+}
+
+/// What a discovery that is stopped leaves.
+enum BestSoFar {
+    /// A model file with calibrated values.
+    Calibrated(String),
+    /// A result.
+    Found(Box<Discovery>),
+}
+
+/// Sends the reports of a discovery to the thread that waits for it.
+struct Relay<'a> {
+    reports: &'a Sender<Report<Progress, BestSoFar>>,
+    takes_interim: bool,
+}
+
+impl Observer for Relay<'_> {
+    fn report(&mut self, progress: Progress) {
+        // The receiver is gone if the discovery was left.
+        let _ = self.reports.send(Report::Progress(progress));
+    }
+
+    fn takes_interim(&self) -> bool {
+        self.takes_interim
+    }
+
+    fn interim(&mut self, best_so_far: Discovery) {
+        let _ = self.reports.send(Report::Interim(BestSoFar::Found(Box::new(best_so_far))));
+    }
+
+    fn calibrated(&mut self, model_toml: String) {
+        let _ = self.reports.send(Report::Interim(BestSoFar::Calibrated(model_toml)));
+    }
 }
 
 /// Claims the results folder for these settings and inputs.

@@ -63,6 +63,16 @@ pub fn exit_code() -> u8 {
     }
 }
 
+/// Ends the process as after the received signal, without a result.
+pub fn end_now() -> ! {
+    end_with_note("no partial files were left")
+}
+
+/// Ends the process as after the received signal, with a note on what was written.
+pub fn end_with_note(note: &str) -> ! {
+    end_noting(REQUESTED.load(Ordering::SeqCst).max(1), note)
+}
+
 fn code(signal: i32) -> u8 {
     u8::try_from(128 + signal).unwrap_or(u8::MAX)
 }
@@ -92,10 +102,13 @@ pub fn install() -> anyhow::Result<()> {
                     end(signal);
                 }
                 // This thread must stay free to receive a second signal, so another thread waits.
-                std::thread::spawn(move || {
+                let waiter = std::thread::Builder::new().spawn(move || {
                     std::thread::sleep(CHECKPOINT_TIMEOUT);
                     end(signal);
                 });
+                if waiter.is_err() {
+                    end(signal);
+                }
             }
         })
         .context("cannot start a thread")?;
@@ -142,12 +155,18 @@ fn is_ignored(signal: i32) -> bool {
 }
 
 /// Ends the process after blocking all further writes.
-#[cfg(unix)]
 fn end(signal: i32) -> ! {
+    end_noting(signal, "no partial files were left")
+}
+
+fn end_noting(signal: i32, note: &str) -> ! {
     let _no_more_writes = remove_unfinished_writes();
     folders::remove_empty();
+    #[cfg(unix)]
     let name = signal_hook::low_level::signal_name(signal).unwrap_or("a signal");
+    #[cfg(not(unix))]
+    let name = "a signal";
     // Nothing can be done when standard error is closed.
-    let _ = writeln!(std::io::stderr(), "augsim: stopped by {name}; no partial files were left");
+    let _ = writeln!(std::io::stderr(), "augsim: stopped by {name}; {note}");
     std::process::exit(i32::from(code(signal)))
 }

@@ -8,7 +8,10 @@ mod outcome;
 pub mod output;
 pub mod progress;
 pub mod record;
+pub mod threads;
+pub mod time_limit;
 pub mod training;
+pub mod watched;
 
 pub use augsim_session::Usage;
 pub use outcome::Outcome;

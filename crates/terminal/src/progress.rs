@@ -65,7 +65,7 @@ pub struct Steps {
 /// Progress lines for log files.
 #[derive(Debug)]
 struct Lines {
-    now: Arc<Mutex<(String, f64)>>,
+    now: Arc<Mutex<String>>,
     /// Dropped at the end to stop the writer.
     end: Option<Sender<()>>,
     writer: Option<JoinHandle<()>>,
@@ -81,9 +81,7 @@ impl Steps {
             ProgressDrawTarget::hidden()
         };
         let bar = ProgressBar::with_draw_target(Some(BAR_STEPS), target);
-        if let Ok(style) = ProgressStyle::with_template(
-            "{spinner} {bar:20} {percent:>3}%  {elapsed}  about {eta} left  {msg}",
-        ) {
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {bar:20} {elapsed}  {msg}") {
             bar.set_style(style);
         }
         bar.enable_steady_tick(Duration::from_millis(200));
@@ -91,22 +89,22 @@ impl Steps {
         Steps { bar, lines }
     }
 
-    /// Shows the current step and the completed fraction, from 0 to 1.
+    /// Shows the current step; the bar shows the completed fraction, from 0 to 1.
     pub fn show_part(&self, step: &'static str, done: f64) {
         self.bar.set_position((BAR_STEPS as f64 * done) as u64);
-        self.set_step(step.to_owned(), done);
+        self.set_step(step.to_owned());
     }
 
     /// Shows a step whose text changes, without a fraction.
     pub fn show_step(&self, step: String) {
-        self.set_step(step, 0.0);
+        self.set_step(step);
     }
 
-    fn set_step(&self, step: String, done: f64) {
+    fn set_step(&self, step: String) {
         if let Some(lines) = &self.lines
             && let Ok(mut now) = lines.now.lock()
         {
-            *now = (step.clone(), done);
+            now.clone_from(&step);
         }
         self.bar.set_message(step);
     }
@@ -119,17 +117,19 @@ impl Steps {
 
 impl Lines {
     fn new(output: Output) -> Self {
-        let now = Arc::new(Mutex::new((String::new(), 0.0)));
+        let now = Arc::new(Mutex::new(String::new()));
         let (end, ended) = channel::<()>();
         let (shared, begun) = (Arc::clone(&now), Instant::now());
-        let writer = std::thread::spawn(move || {
+        let write = move || {
             while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(LINE_INTERVAL) {
                 if let Ok(now) = shared.lock() {
-                    output.note(line(begun.elapsed().as_secs_f64(), &now.0, now.1));
+                    output.note(line(begun.elapsed().as_secs_f64(), &now));
                 }
             }
-        });
-        Lines { now, end: Some(end), writer: Some(writer) }
+        };
+        // Without room for another thread there are no lines.
+        let writer = std::thread::Builder::new().spawn(write).ok();
+        Lines { now, end: Some(end), writer }
     }
 }
 
@@ -143,24 +143,21 @@ impl Drop for Lines {
     }
 }
 
-/// Formats a progress line: elapsed time, step, completed percentage and remaining time.
-fn line(seconds: f64, step: &str, done: f64) -> String {
-    let left = if (0.01..1.0).contains(&done) {
-        format!(", about {:.0} % done, about {:.0} s left", 100.0 * done, seconds * (1.0 - done) / done)
-    } else {
-        String::new()
-    };
-    format!("after {seconds:.0} s: {step}{left}")
+/// Formats a progress line: elapsed time and step.
+///
+/// It predicts no remaining time: stages and rounds of a search differ so much in length that an
+/// extrapolation from the finished ones grows as one waits.
+fn line(seconds: f64, step: &str) -> String {
+    format!("after {seconds:.0} s: {step}")
 }
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a line shows the time, the step and, if known, the remaining time.
+    //! Contract: a line shows the time and the step.
     use super::line;
 
     #[test]
-    fn estimates_the_remaining_time_from_the_completed_fraction() {
-        assert_eq!(line(10.0, "fitting", 0.25), "after 10 s: fitting, about 25 % done, about 30 s left");
-        assert_eq!(line(10.4, "reading", 0.0), "after 10 s: reading");
+    fn shows_the_time_and_the_step() {
+        assert_eq!(line(10.4, "reading"), "after 10 s: reading");
     }
 }

@@ -50,6 +50,10 @@ pub struct Fit {
     /// Output folder for the calibrated `model.toml` and `result.json`.
     #[arg(long, default_value = "out/fit")]
     pub out: PathBuf,
+    /// End after this time in seconds with the best values so far: half of it is for the fit, the rest for
+    /// the estimate of the noise.
+    #[arg(long, value_name = "SECONDS")]
+    pub time_limit: Option<f64>,
 }
 
 /// Options of `effects`.

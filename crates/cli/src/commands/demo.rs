@@ -9,7 +9,7 @@ use augsim_session::run_dir::DataSource;
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{REPORT, RESULT, Results};
 use augsim_terminal::discover_args::{Accept, Discover, Library, TimeColumn};
-use augsim_terminal::discovery::run_discovery;
+use augsim_terminal::discovery::run_whole_discovery;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_trainer::Recipe;
@@ -44,7 +44,7 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
         time: TimeColumn::default(),
         accept: Accept::default(),
     };
-    let found = run_discovery(&discover, seed, true, output)?;
+    let found = run_whole_discovery(&discover, seed, true, output)?;
     output.note(format!("  {}\n  report: {}\n", found.sentence, discover.out.join("report.html").display()));
     output.note(
         "Then: drops of a ball. Each drop has a different restitution, which is unknown at release. The physics model \

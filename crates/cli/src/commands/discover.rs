@@ -4,14 +4,15 @@ use augsim_discovery::{Discovery, DiscoveryError, Rmse, SCHEMA, Verdict};
 use augsim_session::sentence;
 use augsim_terminal::Outcome;
 use augsim_terminal::discover_args::Discover;
-use augsim_terminal::discovery::run_discovery;
+use augsim_terminal::discovery::{Ended, run_discovery};
 use augsim_terminal::output::Output;
+use augsim_terminal::watched::Stop;
 use serde::Serialize;
 use std::fmt::Write as _;
 
 /// Runs the subcommand.
 pub fn run(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    let found = match run_discovery(args, seed, force, output) {
+    let Ended { found, stop } = match run_discovery(args, seed, force, output) {
         Err(error) if is_system_rejection(&error) => {
             // Without a calibration there is no result to write, only the verdict.
             let (verdict, sentence) =
@@ -24,6 +25,7 @@ pub fn run(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::
     };
     output.result(&found, || text(args, &found))?;
     Ok(match found.verdict {
+        _ if stop == Some(Stop::Signal) => Outcome::Interrupted,
         Verdict::NotThisSystem => Outcome::CriterionNotMet,
         _ => Outcome::Done,
     })

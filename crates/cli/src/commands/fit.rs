@@ -2,14 +2,19 @@
 
 use super::note_conversions;
 use crate::args::Fit;
+use augsim_equations::Model;
 use augsim_session::Subject;
-use augsim_session::equations::fit::MIN_REPORTED_DIFFERENCE;
+use augsim_session::equations::fit::{MIN_REPORTED_DIFFERENCE, OutOfTime};
 use augsim_session::equations::fitted::{FitResult, calibrate};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{RESULT, Results};
 use augsim_terminal::output::Output;
+use augsim_terminal::progress::Steps;
 use augsim_terminal::record::Record;
+use augsim_terminal::time_limit::TimeLimit;
+use augsim_terminal::watched::{Report, Stop, Watched, run_watched};
 use std::fmt::Write;
+use std::sync::mpsc::Sender;
 
 /// Name of the file with the calibrated model.
 const MODEL: &str = "model.toml";
@@ -27,16 +32,37 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     let claim = Results { folder: &args.out, files: &files, inputs: &inputs, record, force }.claim()?;
     let file = args.model.display().to_string();
     let accepted = args.accept.accept.iter().copied().collect();
-    let (fitted, answer) = calibrate(&subject, &file, &args.time.of(&args.data), accepted)?;
+    let limit = TimeLimit::from_now(args.time_limit)?;
+    let data = args.time.of(&args.data);
+    let steps = Steps::new(output);
+    steps.show_step("fitting the parameters".to_owned());
+    let work = move |reports: &Sender<Report<(), (Model, FitResult)>>| {
+        let mut interim = |model, answer| {
+            // The receiver is gone if the fit was left.
+            let _ = reports.send(Report::Progress(()));
+            let _ = reports.send(Report::Interim((model, answer)));
+        };
+        calibrate(&subject, &file, &data, accepted, limit.map(|limit| limit.search), &mut interim)
+    };
+    let mut show = |()| steps.show_step("estimating the noise".to_owned());
+    let Watched { result, stop } = run_watched(limit.map(|limit| limit.end), &mut show, work)?;
+    steps.finish();
+    let (fitted, answer) = result.ok_or(OutOfTime { calibrated: None })?;
     output.warn(&answer.warnings);
     note_conversions(args.data.display(), &answer.reading, output);
+    if let Some(stop) = stop {
+        output.notice(format!(
+            "the fit was stopped {}: the noise was not estimated, and intervals of the parameters are those of the fit",
+            stop.cause()
+        ));
+    }
     let text = fitted.to_toml()?;
     claim.begin()?;
     let path = claim.write(MODEL, &text)?;
     claim.write(RESULT, &serde_json::to_string_pretty(&answer)?)?;
     claim.write_timing(())?;
     output.result(&answer, || format!("{}\ncalibrated model: {}", fit_text(&answer), path.display()))?;
-    Ok(Outcome::Done)
+    Ok(if stop == Some(Stop::Signal) { Outcome::Interrupted } else { Outcome::Done })
 }
 
 fn fit_text(answer: &FitResult) -> String {

@@ -1,6 +1,6 @@
 //! Contract: SIGINT, SIGTERM and SIGHUP end every command within two seconds with code 130, 143 and 129
 //! and a message that names the signal; no partial or temporary file and no empty folder remains.
-//! Training writes a checkpoint first. Work is stopped during computation and while it waits for data
+//! Training writes a checkpoint first, and a discovery its best result so far. Work is stopped during computation and while it waits for data
 //! from a pipe.
 #![cfg(unix)]
 
@@ -120,6 +120,39 @@ fn stops_during_computation_without_leftovers() {
         stop(child, signal, code, args);
         assert_eq!(tree(d), before, "{args:?}");
     }
+}
+
+#[test]
+fn a_discovery_leaves_its_best_result_so_far() {
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    let d = dir.path();
+    let mut data = "trajectory,t_s,pos_m\n".to_owned();
+    for r in 0..12 {
+        let (mut x, mut v) = (1.0 + 0.1 * f64::from(r), 0.0);
+        for k in 0..150 {
+            let error = 1e-3 * (f64::from(137 * r + k) * 12.9898).sin();
+            data += &format!("{r},{:.2},{:.6}\n", 0.05 * f64::from(k), x + error);
+            for _ in 0..500 {
+                (x, v) = (x + 1e-4 * v, v + 1e-4 * (-4.0 * x - 0.1 * v - 0.2 * x * x * x));
+            }
+        }
+    }
+    std::fs::write(d.join("data.csv"), data).expect("written");
+    let model = "scenario = \"system\"\nname = \"spring\"\n[states]\nx_m = { start = \"pos_m\" }\n\
+                 v_m_s = { start = \"slope(pos_m)\" }\n[parameters]\nk_per_s2 = { nominal = 3.0, min = 0.0, max = 90.0 }\n\
+                 [rates]\nx_m = \"v_m_s\"\nv_m_s = \"-k_per_s2 * x_m\"\n[outputs]\npos_m = { value = \"x_m\", sd = 0.001 }\n";
+    std::fs::write(d.join("model.toml"), model).expect("written");
+    let begun = Instant::now();
+    run(&["discover", "model.toml", "data.csv", "--out", "whole"], d);
+    let whole = begun.elapsed();
+    // Calibration is done long before, and the errors on held-out data come last.
+    let args = ["discover", "model.toml", "data.csv", "--out", "stopped"];
+    let child = start(&args, d);
+    std::thread::sleep(whole.mul_f64(0.7));
+    stop(child, "TERM", 143, &args);
+    let result = std::fs::read_to_string(d.join("stopped/result.json")).expect("a result");
+    assert!(result.contains("The search was stopped by a signal"), "{result}");
+    assert!(d.join("stopped/model.toml").exists());
 }
 
 #[test]

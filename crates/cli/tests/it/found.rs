@@ -5,6 +5,7 @@
 
 use crate::command::{augsim, fail, succeed, succeed_json};
 use std::path::Path;
+use std::time::Instant;
 
 const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.81, frozen = true }\n\
     restitution = { nominal = 0.7, min = 0.0, max = 1.0 }\n[sensor]\nposition_sd_m = 0.002\n";
@@ -172,7 +173,26 @@ fn a_time_limit_returns_the_best_model_so_far() {
     throws(&d.join("throws.csv"), DRAG, 0.0, 5);
     std::fs::write(d.join("declared.toml"), MODEL).expect("written");
     let discover = ["discover", "declared.toml", "throws.csv"];
-    let cut = succeed_json(&[&discover[..], &["--time-limit", "0.001", "--out", "cut"]].concat(), d);
+    fail(
+        4,
+        &[&discover[..], &["--time-limit", "0.001", "--out", "none"]].concat(),
+        d,
+        &["--time-limit", "before the model was calibrated"],
+    );
+    assert!(!d.join("none/result.json").exists());
+    // A limit that is not reached changes nothing.
+    let start = Instant::now();
+    let whole = succeed_json(&[&discover[..], &["--out", "whole"]].concat(), d);
+    let seconds = start.elapsed().as_secs_f64();
+    let enough = succeed_json(&[&discover[..], &["--time-limit", "600", "--out", "enough"]].concat(), d);
+    assert_eq!(whole, enough);
+    assert!(whole["cut_after_s"].is_null());
+    // In three fifths of the time the model is calibrated, but the result is not complete.
+    let limit = 0.6 * seconds;
+    let start = Instant::now();
+    let limited = ["--time-limit", &limit.to_string(), "--out", "cut"];
+    let cut = succeed_json(&[&discover[..], &limited].concat(), d);
+    assert!(start.elapsed().as_secs_f64() < 1.1 * limit + 2.0, "{:?} of {limit} s", start.elapsed());
     assert!(cut["cut_after_s"].as_f64().is_some_and(|s| s > 0.0), "{cut}");
     let sentence = cut["sentence"].as_str().expect("a sentence");
     assert!(sentence.starts_with("The search was stopped at its time limit"), "{sentence}");
@@ -181,11 +201,6 @@ fn a_time_limit_returns_the_best_model_so_far() {
             .expect("a page")
             .contains("The search was stopped")
     );
-    // A limit that is not reached changes nothing.
-    let whole = succeed_json(&[&discover[..], &["--out", "whole"]].concat(), d);
-    let enough = succeed_json(&[&discover[..], &["--time-limit", "600", "--out", "enough"]].concat(), d);
-    assert_eq!(whole, enough);
-    assert!(whole["cut_after_s"].is_null());
     fail(2, &[&discover[..], &["--time-limit", "0", "--out", "no"]].concat(), d, &["--time-limit 0"]);
 }
 

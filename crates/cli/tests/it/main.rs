@@ -21,6 +21,7 @@ mod bad_input;
 mod limits;
 mod own_files;
 mod reading;
+mod short_records;
 mod suspicious_data;
 mod time_and_units;
 

@@ -50,8 +50,7 @@ pub(crate) fn measure_errors(
 ) -> Errors {
     let (base, best) = (known.base(), &known.sets[best]);
     if !prepared.held_out.is_empty() {
-        let predicted = predicted(prepared, &prepared.held_out, [&base.fit, &best.fit], seed);
-        return Errors { lists: predicted.lists, folds: Vec::new(), free_run: means(&[predicted.free_runs]) };
+        return errors_of_fits(prepared, &prepared.held_out, [&base.fit, &best.fit], seed);
     }
     let folds = folds(prepared);
     let predict_fold = |fold: &Vec<usize>| {
@@ -76,6 +75,12 @@ pub(crate) fn measure_errors(
     }
     out.free_run = means(&runs);
     out
+}
+
+/// Errors of the fits (calibrated, augmented) on `records`, without refits.
+pub(crate) fn errors_of_fits(prepared: &Prepared, records: &[usize], fits: [&Fit; 2], seed: u64) -> Errors {
+    let predicted = predicted(prepared, records, fits, seed);
+    Errors { lists: predicted.lists, folds: Vec::new(), free_run: means(&[predicted.free_runs]) }
 }
 
 /// Records of each fold: every fifth of each group, by order. A single record of a group is in no fold,

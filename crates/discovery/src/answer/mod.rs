@@ -10,7 +10,7 @@ use crate::score::Scored;
 use crate::search::{Search, SearchResult};
 use crate::stages::Judged;
 use augsim_physics::system::Declaration;
-pub(crate) use errors::{Errors, forecast_limit, measure_errors, nuisances_of_all};
+pub(crate) use errors::{Errors, errors_of_fits, forecast_limit, measure_errors, nuisances_of_all};
 
 /// Everything that the result is computed from.
 pub(crate) struct AnswerParts<'a> {

@@ -225,7 +225,8 @@ impl<'a> ProblemBuilder<'a> {
         batch.iter().for_each(|_| self.places.sample.data.work.count_score());
         let h = &self.at.fit.hypothesis;
         let terms: Vec<ModelTerm> = batch.iter().filter_map(|(a, _)| a.term()).collect();
-        let Ok(system) = h.system.augmented(&terms) else { return Vec::new() };
+        let is_over = self.places.sample.data.clock.is_over();
+        let Some(system) = h.system.augmented(&terms).ok().filter(|_| !is_over) else { return Vec::new() };
         let values: Vec<f64> = batch.iter().flat_map(|(_, point)| point.iter().copied()).collect();
         let first = h.system.parameters().len();
         let found = self.places.columns(self.rows, &*system, first, &values);
@@ -287,7 +288,8 @@ impl<'a> ProblemBuilder<'a> {
             .collect();
         let change = |(addition, point): &(&Addition, Vec<f64>)| {
             self.places.sample.data.work.count_score();
-            let system = h.system.augmented(&[addition.term()?]).ok()?;
+            let is_over = self.places.sample.data.clock.is_over();
+            let system = h.system.augmented(&[addition.term()?]).ok().filter(|_| !is_over)?;
             let first = h.system.parameters().len();
             let total = self.places.change(self.rows, &*system, first, point);
             let slopes = self.places.columns(self.rows, &*system, first, point);

@@ -51,6 +51,21 @@ pub(crate) struct Findings {
     pub false_positives: FalsePositives,
 }
 
+impl Findings {
+    /// Findings of a set that was not judged.
+    pub fn untested(named: usize) -> Self {
+        Self {
+            named,
+            p_values: Vec::new(),
+            q_values: Vec::new(),
+            inclusion: Vec::new(),
+            alternatives: Vec::new(),
+            leads: Vec::new(),
+            false_positives: FalsePositives::default(),
+        }
+    }
+}
+
 /// Judges the findings of a search.
 pub(crate) fn judge_findings(
     search: &Search<'_>,

@@ -36,6 +36,11 @@ pub(crate) struct ResidualTests {
 }
 
 impl ResidualTests {
+    /// The values before any test: nothing is significant.
+    pub fn untested() -> Self {
+        Self { library: 1.0, tables: 1.0, has_tables: false, records: 1.0, outlying: None, periodicity: 1.0 }
+    }
+
     /// Whether no test is significant (p-value 0.001).
     pub fn none_is_significant(&self) -> bool {
         [self.library, self.tables, self.records, self.periodicity].iter().all(|p| *p > ALPHA / 10.0)

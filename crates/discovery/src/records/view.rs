@@ -1,11 +1,13 @@
 //! The data as fits use them: records in windows of one length, and the blocks that are left out in turn.
 
+use crate::options::Clock;
 use crate::prepare::Prepared;
 use crate::record::ChosenRecords;
 use crate::record::{Measured, Record};
 use crate::records::parts::{windows_as_record, with_part_weights};
 use crate::score::Blocks;
 use augsim_physics::system::Window;
+use std::sync::Arc;
 
 /// Records in windows of one length.
 #[derive(Clone)]
@@ -33,6 +35,13 @@ impl View {
         };
         let blocks = Blocks::new(&ChosenRecords { data: &data, chosen: &chosen, correlation }, recordings);
         Self { data, chosen, correlation, blocks, joined }
+    }
+
+    /// A copy whose simulations count apart and know no deadline.
+    pub fn detached(&self) -> Self {
+        let mut copy = self.clone();
+        (copy.data.work, copy.data.clock) = (Arc::default(), Clock::default());
+        copy
     }
 
     pub fn sample(&self) -> ChosenRecords<'_> {

@@ -42,7 +42,11 @@ pub(crate) fn choose_window_length(
         let view = View::new(prepared, chosen, joined);
         let before = &trials[trials.len() - 1].2.fit;
         let fitted = Scored::new(&view.sample(), &view.blocks, refit_on(&view, before));
-        if is_fit_lost(&trials[trials.len() - 1].2, &fitted) || fitted.evidence.blocks_share_residuals() {
+        // A fit that the deadline cut short is no better than the one it started from.
+        if prepared.clock.is_over()
+            || is_fit_lost(&trials[trials.len() - 1].2, &fitted)
+            || fitted.evidence.blocks_share_residuals()
+        {
             break;
         }
         let mean_log_variance = mean_log_variance(&fitted);

@@ -87,8 +87,14 @@ pub(crate) fn run(
         let previous_key = found.best().key();
         let candidates = sets_to_refit(search, &found);
         let from = found.best().fit.clone();
-        let fitted: Vec<Scored> =
-            candidates.par_iter().map(|(additions, starts)| search.refit(&from, additions, starts)).collect();
+        // Fits that the deadline cut short are dropped: their gains are only lower bounds.
+        let refit = |(additions, starts): &(Vec<Addition>, InitialValues)| {
+            if search.clock.is_over() {
+                return None;
+            }
+            Some(search.refit(&from, additions, starts)).filter(|_| !search.clock.is_over())
+        };
+        let fitted: Vec<Scored> = candidates.par_iter().filter_map(refit).collect();
         let has_new = !fitted.is_empty();
         found.sets.extend(fitted.into_iter().filter(Scored::is_finite));
         update_best(&mut found);
@@ -96,9 +102,16 @@ pub(crate) fn run(
             break;
         }
     }
-    fit_subsets(search, &mut found);
-    update_best(&mut found);
+    if !search.clock.is_over() {
+        complete(search, &mut found);
+    }
     found
+}
+
+/// Fits the subsets of the best set, which its significance is compared with.
+pub(crate) fn complete(search: &Search<'_>, found: &mut SearchResult) {
+    fit_subsets(search, found);
+    update_best(found);
 }
 
 /// Repeats the choice on other data: refits the best sets of a search there, warm-started, and selects among

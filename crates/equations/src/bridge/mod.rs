@@ -22,6 +22,7 @@ use augsim_physics::system::{
     SystemError, Table, Task,
 };
 pub use declaration::CalibratedModel;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
@@ -63,7 +64,7 @@ impl EquationSystem {
     pub fn new(model: &Model, scales: &Scales) -> Result<Self, ModelError> {
         let mut candidates = candidates(model)?;
         candidates.extend(formulas(model)?);
-        candidates.iter_mut().for_each(|candidate| scales.resolve(candidate, model));
+        candidates.par_iter_mut().for_each(|candidate| scales.resolve(candidate, model));
         let mut system = Self::with_candidates(model, candidates)?;
         let effects = system.candidates.iter().map(|candidate| Effect {
             formula_domain: schema::grammar(candidate, model, scales),

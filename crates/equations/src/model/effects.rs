@@ -12,6 +12,7 @@ use crate::library::{generic, places_of, tables};
 use crate::limits;
 use crate::nearest::nearest;
 use augsim_data::escaped_short;
+use std::collections::BTreeSet;
 
 /// Kind of an effect whose expression is given in its block.
 const FORMULA: &str = "formula";
@@ -135,9 +136,16 @@ fn library_effect(
         c.on == on_text && with.is_none_or(|with| c.with.as_deref() == Some(with))
     };
     let Some(candidate) = places.iter().find(is_requested) else {
-        let mut possible: Vec<String> = places.iter().map(|c| c.on.clone()).collect();
-        possible.dedup();
-        return Err(on.error(Fault::CannotActOn { kind: kind.into(), on: escaped_short(on_text), possible }));
+        let (kind, on_place) = (kind.to_owned(), escaped_short(on_text));
+        // The place may be right, and only its partner `with` wrong.
+        let partners = places.iter().filter(|c| c.on == on_text).filter_map(|c| c.with.clone());
+        let partners = BTreeSet::from_iter(partners).into_iter().collect();
+        if let (Some(with), true) = (with, places.iter().any(|c| c.on == on_text)) {
+            let (on, with) = (on_place, escaped_short(with));
+            return Err(item.error(Fault::CannotGoWith { kind, on, with, partners }));
+        }
+        let possible = BTreeSet::from_iter(places.iter().map(|c| c.on.clone())).into_iter().collect();
+        return Err(on.error(Fault::CannotActOn { kind, on: on_place, possible }));
     };
     let names: Vec<&str> = candidate.parameters.iter().map(|p| p.name.as_str()).collect();
     let keys: Vec<&str> =

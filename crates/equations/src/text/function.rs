@@ -131,6 +131,33 @@ impl Function {
     }
 }
 
+/// How to write functions that other languages have under another name, or that are powers.
+const INSTEAD: [(&[&str], &str); 17] = [
+    (&["log", "loge"], "`ln(x)`"),
+    (&["log10", "lg"], "`ln(x) / ln(10)`"),
+    (&["log2", "ld"], "`ln(x) / ln(2)`"),
+    (&["log1p"], "`ln(1 + x)`"),
+    (&["expm1"], "`exp(x) - 1`"),
+    (&["pow", "power"], "`x^y`"),
+    (&["sqr", "square"], "`x^2`"),
+    (&["fabs", "absolute", "magnitude"], "`abs(x)`"),
+    (&["sgn", "signum"], "`sign(x)`"),
+    (&["heaviside", "unitstep"], "`step(x)`"),
+    (&["tg"], "`tan(x)`"),
+    (&["arcsin", "arsin"], "`asin(x)`"),
+    (&["arccos", "arcos"], "`acos(x)`"),
+    (&["arctan", "arctg"], "`atan(x)`"),
+    (&["arctan2"], "`atan2(y, x)`"),
+    (&["sec"], "`1 / cos(x)`"),
+    (&["where", "ifelse", "piecewise"], "`if(condition, a, b)`"),
+];
+
+/// How to write the function that `name` means elsewhere; `None` where that is not known.
+pub(crate) fn instead_of(name: &str) -> Option<&'static str> {
+    let name = name.to_ascii_lowercase();
+    INSTEAD.iter().find(|(names, _)| names.contains(&name.as_str())).map(|(_, text)| *text)
+}
+
 /// Whether no quantity of a model may have this name.
 pub(crate) fn is_reserved(name: &str) -> bool {
     name.starts_with('_') || RESERVED.contains(&name) || Function::names().any(|n| n == name)

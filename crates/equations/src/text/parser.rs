@@ -9,7 +9,7 @@
 //! argument   = expression [ ("<" | "<=" | ">" | ">=") expression ] ;
 //! ```
 
-use super::function::SPECIAL;
+use super::function::{SPECIAL, instead_of};
 use super::lexer::{Lexer, Token, shortened};
 use super::{Comparison, Function, Kind, Problem, Symbol, Tree, TreeNode};
 use crate::limits::{MAX_EXPRESSION_BYTES, MAX_EXPRESSION_DEPTH};
@@ -238,6 +238,10 @@ impl Parser<'_, '_> {
         if name == "pi" {
             return Ok(self.push(Kind::Number(std::f64::consts::PI), span));
         }
+        if name == "e" {
+            let why = "write exp(1) for the base of natural logarithms";
+            return Err((Problem::NotHere { name: name.into(), why }, span));
+        }
         if Function::named(name).is_some() || SPECIAL.contains(&name) {
             return Err((Problem::FunctionWithoutArguments { name: name.into() }, span));
         }
@@ -255,12 +259,14 @@ impl Parser<'_, '_> {
         }
         let Some(function) = Function::named(name) else {
             let known = self.scope.symbol(name).is_ok() || name == "pi";
+            let remedy = instead_of(name).map(|text| format!("; write {text}"));
             let nearest = crate::nearest::nearest(name, Function::names());
+            let remedy = remedy.unwrap_or_else(|| super::problem::suggest(&nearest));
             let name = shortened(name);
             let problem = if known {
                 Problem::NotAFunction { name }
             } else {
-                Problem::UnknownFunction { name, nearest }
+                Problem::UnknownFunction { name, remedy }
             };
             return Err((problem, span));
         };

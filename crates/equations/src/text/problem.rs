@@ -39,8 +39,8 @@ pub enum Problem {
     ExpectedOperator { found: String },
     #[error("unknown name `{name}`{}", suggest(.nearest))]
     UnknownName { name: String, nearest: Option<String> },
-    #[error("unknown function `{name}`{}", suggest(.nearest))]
-    UnknownFunction { name: String, nearest: Option<String> },
+    #[error("unknown function `{name}`{remedy}")]
+    UnknownFunction { name: String, remedy: String },
     #[error("`{name}` is not a function; write `*` for a product")]
     NotAFunction { name: String },
     #[error("`{name}` is a function and needs its arguments; write `{name}(…)`")]

@@ -260,6 +260,18 @@ fn errors_in_blocks_name_their_line_and_the_alternatives() {
         error("[[effect]]\nkind = \"coulomb\"\non = \"omega_rad_s\"\nf = 1.0\n"),
         "pendulum.toml:27: effect.coulomb: the parameter `w` of coulomb is missing; add w = { nominal = 1.0 }"
     );
+    // The place is right, and only its partner is wrong: the message must not propose the same place again.
+    let text = format!(
+        "{}\n[[effect]]\nkind = \"parameter-dependence\"\non = \"restitution\"\nwith = \"v_m\"\nc = 0.1\n",
+        example("mass-spring-stop").expect("an example")
+    );
+    let partner = model::parse(&text, "mass.toml").expect_err("a mistake").to_string();
+    assert!(
+        partner.contains("`parameter-dependence` on `restitution` cannot go with `v_m`; it can go with ")
+            && partner.contains("`v_m_s`")
+            && !partner.contains("can act on"),
+        "{partner}"
+    );
     let formula = "[[effect]]\nkind = \"formula\"\non = \"omega_rad_s\"\nadd = \"c * thta_rad\"\nc = 1.0\n";
     let found = error(formula);
     assert!(

@@ -41,6 +41,19 @@ fn an_unknown_name_is_marked_and_the_nearest_is_proposed() {
     );
     assert!(rate("zebra_m * theta_rad").contains("unknown name `zebra_m`\n"));
     assert!(rate("sen(theta_rad)").contains("unknown function `sen`; did you mean `sin`?"));
+    // Functions are proposed by their meaning, and by their letters only where these are close.
+    for (text, proposed) in [
+        ("log(length_m)", "unknown function `log`; write `ln(x)`"),
+        ("log10(length_m)", "unknown function `log10`; write `ln(x) / ln(10)`"),
+        ("pow(length_m, 2)", "unknown function `pow`; write `x^y`"),
+        ("arctan(length_m)", "unknown function `arctan`; write `atan(x)`"),
+        ("fabs(length_m)", "unknown function `fabs`; write `abs(x)`"),
+        ("e^length_m", "`e` cannot be used here: write exp(1)"),
+        ("erf(length_m)", "unknown function `erf`\n"),
+        ("gamma(length_m)", "unknown function `gamma`\n"),
+    ] {
+        assert!(rate(text).contains(proposed), "{}", rate(text));
+    }
     assert!(
         rate("angle_rad / t").contains("`angle_rad` cannot be used here: an output is a measured quantity")
     );

@@ -35,7 +35,7 @@ fn calibrate_drift(text: &str, record: &Record, longest_s: Option<f64>) -> Calib
     let system = EquationSystem::declared_only(&model).expect("a system").with_windows(Some(2.0));
     let mut record = record.clone();
     system.prepare(&mut record, &[]).expect("a record");
-    calibrate(&system, &[record], longest_s).unwrap_or_else(|e| panic!("{e}"))
+    calibrate(&system, &[record], longest_s, None).unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[test]

@@ -7,7 +7,7 @@ use augsim_discovery::Discovery;
 use augsim_session::folders;
 use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::discover_args::{Accept, Discover, Library, TimeColumn};
-use augsim_terminal::discovery::run_discovery;
+use augsim_terminal::discovery::run_whole_discovery;
 use augsim_terminal::output::Output;
 use serde::Serialize;
 use std::io::Write;
@@ -119,7 +119,7 @@ pub fn discover_set(
             atomic_write(&args.model, |w| w.write_all(model.as_bytes()))?;
             write_dataset(data, &args.data)?;
             // The claim of the outer folder has already decided what may be overwritten.
-            run_discovery(&args, seed, true, output)?
+            run_whole_discovery(&args, seed, true, output)?
         }
     };
     output.note(format!("{set}: {}", found.sentence));

@@ -19,7 +19,7 @@ use augsim_session::usage::Missing;
 use augsim_session::{equations, folders};
 use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::discover_args::{Accept, Discover, Library, TimeColumn};
-use augsim_terminal::discovery::run_discovery;
+use augsim_terminal::discovery::run_whole_discovery;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
@@ -126,7 +126,7 @@ fn one(
     write_dataset(&records_of.test, &test_path)?;
     output.note(format!("{}: calibrating", set.name));
     let declared = equations::read(&model_path)?;
-    let fitted = fit(&declared, &records(&records_of.train, &declared, true)?)?.model;
+    let fitted = fit(&declared, &records(&records_of.train, &declared, true)?, None)?.model;
     // The file of the declared model leaves the input interpolation open, so it uses the interpolation
     // that was found.
     let mut as_declared = declared.clone();
@@ -147,7 +147,7 @@ fn one(
             accept: Accept::default(),
         };
         // The claim of the outer folder has already decided what may be overwritten.
-        let found: Discovery = run_discovery(&args, plan.seed, true, output)?;
+        let found: Discovery = run_whole_discovery(&args, plan.seed, true, output)?;
         output.note(format!("{}: {}", set.name, found.sentence));
         let augmented = sub.join("model.toml");
         let model = equations::read(&augmented).with_context(|| augmented.display().to_string())?;

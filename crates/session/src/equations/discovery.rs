@@ -5,10 +5,11 @@ use super::fit::{estimate_shared_starts, fit, gauge_finding, gauge_sentence, pre
 use super::{noise, records, unit_text};
 use crate::DataFrom;
 use augsim_data::Dataset;
-use augsim_discovery::{Discovery, Verdict};
+use augsim_discovery::{Discovery, Observer, Verdict};
 use augsim_equations::{CalibratedModel, EquationSystem, Model};
 use augsim_fit::Gauge;
 use augsim_physics::system::Record;
+use std::time::Instant;
 
 /// Minimum number of windows over all records, if these are long enough.
 ///
@@ -60,7 +61,7 @@ pub struct CalibratedProblem {
 /// Calibrates a model on data, and prepares both for the search for missing effects.
 ///
 /// Data that are sampled more finely than needed are downsampled. `check` refuses invalid data before the
-/// fit.
+/// fit. After `until` the best values so far are taken. `observer` receives the calibrated model file.
 ///
 /// # Errors
 /// A column is missing, `check` refuses the data, or the declared model cannot be simulated.
@@ -68,16 +69,21 @@ pub fn calibrated_problem(
     model: &Model,
     source: &DataFrom,
     check: &dyn Fn(&Dataset) -> anyhow::Result<()>,
+    until: Option<Instant>,
+    observer: &mut dyn Observer,
 ) -> anyhow::Result<CalibratedProblem> {
     let mut data = records::read(source, model)?.data;
     check(&data)?;
     let records = records::records(&data, model, true)?;
-    let fitted = fit(model, &records)?;
+    let fitted = fit(model, &records, until)?;
     let gauges = &fitted.calibration.gauges;
     if let Some((reduced, sentence)) = gauges.iter().find_map(|gauge| fix_gauge(model, gauge)) {
-        let mut calibrated = calibrated_problem(&reduced, source, check)?;
+        let mut calibrated = calibrated_problem(&reduced, source, check, until, observer)?;
         calibrated.notes.insert(0, sentence);
         return Ok(calibrated);
+    }
+    if observer.takes_interim() {
+        observer.calibrated(fitted.model.to_toml()?);
     }
     let mut notes: Vec<String> = gauges.iter().map(|gauge| gauge_sentence(model, gauge)).collect();
     let stages = &fitted.calibration.stages;

@@ -5,6 +5,9 @@ use augsim_equations::{EquationSystem, Model};
 use augsim_fit::{Calibration, Gauge, calibrate};
 use augsim_physics::model::NORMAL_95;
 use augsim_physics::system::{Record, System};
+use std::path::PathBuf;
+use std::time::Instant;
+use thiserror::Error;
 
 /// Length of the shortest windows, in time constants of the fastest mode.
 const MIN_WINDOW_TIME_CONSTANTS: f64 = 2.0;
@@ -18,6 +21,20 @@ const HOLD_WINDOW_DOUBLINGS: i32 = 4;
 const MAX_STEP_ROUNDS: usize = 4;
 /// Relative difference of the residual above which another interpolation of the inputs is reported.
 pub const MIN_REPORTED_DIFFERENCE: f64 = 0.05;
+
+/// The time limit of a request passed before the model was calibrated, so that there is no result.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error(
+    "--time-limit: the time passed before {}; allow more time, or use fewer samples or records",
+    match calibrated {
+        Some(file) => format!("there was a result; the calibrated model was written to {}", file.display()),
+        None => "the model was calibrated, so nothing was written".to_owned(),
+    }
+)]
+pub struct OutOfTime {
+    /// File of the calibrated model, if it was written.
+    pub calibrated: Option<PathBuf>,
+}
 
 /// A calibrated model.
 #[derive(Debug)]
@@ -35,13 +52,17 @@ pub struct Fitted {
 /// Calibrates a model.
 ///
 /// If the model does not declare the interpolation of its inputs, each is tried, and the one with the
-/// smallest residual over equal windows is chosen.
+/// smallest residual over equal windows is chosen. After `until` the best values so far are returned.
 ///
 /// # Errors
 /// The declared model cannot be compiled, or cannot be simulated over the shortest windows.
-pub fn fit(model: &Model, records: &[Record]) -> anyhow::Result<Fitted> {
-    let (mut model, holds) = choose_hold(model, records)?;
-    let (calibration, substeps) = with_hold(&model, records, None)?;
+pub fn fit(model: &Model, records: &[Record], until: Option<Instant>) -> anyhow::Result<Fitted> {
+    let ChosenHold { mut model, holds, calibration } = choose_hold(model, records, until)?;
+    let (calibration, substeps) = match calibration {
+        // There is no time left for another fit.
+        Some(calibrated) if is_past(until) => calibrated,
+        _ => with_hold(&model, records, None, until)?,
+    };
     write_values(&mut model, &calibration);
     Ok(Fitted { model, calibration, holds, substeps })
 }
@@ -50,26 +71,47 @@ pub fn fit(model: &Model, records: &[Record]) -> anyhow::Result<Fitted> {
 ///
 /// Residuals are compared over the longest windows that all candidates reached.
 ///
-/// Returns the model with the best one, and the residual norm of each, relative to the best. The norm is the
-/// geometric mean of the RMS residuals of the outputs.
-fn choose_hold(model: &Model, records: &[Record]) -> anyhow::Result<(Model, Vec<(Hold, f64)>)> {
+/// The residual norm is the geometric mean of the RMS residuals of the outputs.
+fn choose_hold(model: &Model, records: &[Record], until: Option<Instant>) -> anyhow::Result<ChosenHold> {
     if model.inputs.iter().all(|input| input.hold.is_some()) {
-        return Ok((model.clone(), Vec::new()));
+        return Ok(ChosenHold { model: model.clone(), holds: Vec::new(), calibration: None });
     }
-    let mut tried: Vec<(Hold, Model, Calibration)> = Vec::new();
+    let mut tried: Vec<(Hold, Model, Calibration, usize)> = Vec::new();
     for hold in [Hold::Zero, Hold::Linear, Hold::Spline] {
+        if is_past(until) && !tried.is_empty() {
+            break;
+        }
         let mut model = model.clone();
         model.inputs.iter_mut().for_each(|input| input.hold = input.hold.or(Some(hold)));
-        let (calibration, _) = with_hold(&model, records, Some(HOLD_WINDOW_DOUBLINGS))?;
-        tried.push((hold, model, calibration));
+        let (calibration, substeps) = with_hold(&model, records, Some(HOLD_WINDOW_DOUBLINGS), until)?;
+        tried.push((hold, model, calibration, substeps));
     }
-    let stage = tried.iter().map(|(_, _, c)| c.stages.len()).min().unwrap_or(1).saturating_sub(1);
+    let stage = tried.iter().map(|(_, _, c, _)| c.stages.len()).min().unwrap_or(1).saturating_sub(1);
     let outputs = model.outputs.len().max(1) as f64;
     let log_residual = |c: &Calibration| c.stages[stage].rmse.iter().map(|r| r.ln()).sum::<f64>() / outputs;
-    let smallest = tried.iter().map(|(_, _, c)| log_residual(c)).fold(f64::INFINITY, f64::min);
-    let holds = tried.iter().map(|(hold, _, c)| (*hold, (log_residual(c) - smallest).exp())).collect();
+    let smallest = tried.iter().map(|(_, _, c, _)| log_residual(c)).fold(f64::INFINITY, f64::min);
+    let holds = tried.iter().map(|(hold, _, c, _)| (*hold, (log_residual(c) - smallest).exp())).collect();
     let best = tried.into_iter().min_by(|a, b| log_residual(&a.2).total_cmp(&log_residual(&b.2)));
-    Ok((best.map_or_else(|| model.clone(), |(_, model, _)| model), holds))
+    Ok(match best {
+        Some((_, model, calibration, substeps)) => {
+            ChosenHold { model, holds, calibration: Some((calibration, substeps)) }
+        }
+        None => ChosenHold { model: model.clone(), holds, calibration: None },
+    })
+}
+
+/// A model whose inputs have an interpolation.
+struct ChosenHold {
+    model: Model,
+    /// Residual norm of every interpolation that was tried, relative to the best.
+    holds: Vec<(Hold, f64)>,
+    /// Fit with the chosen one, with the integration steps per sample interval, if several were tried.
+    calibration: Option<(Calibration, usize)>,
+}
+
+/// Whether a deadline has passed.
+fn is_past(until: Option<Instant>) -> bool {
+    until.is_some_and(|until| Instant::now() >= until)
 }
 
 /// Calibrates a model whose inputs have an interpolation.
@@ -85,16 +127,20 @@ fn with_hold(
     model: &Model,
     records: &[Record],
     doublings: Option<i32>,
+    until: Option<Instant>,
 ) -> anyhow::Result<(Calibration, usize)> {
     let (mut tuned, short_windows) = tuned_on_short_windows(model, records)?;
     for _ in 0..MAX_STEP_ROUNDS {
-        let calibration = calibrate_tuned(tuned.clone(), &short_windows, records, doublings)?;
+        let calibration = calibrate_tuned(tuned.clone(), &short_windows, records, doublings, until)?;
         let mut found = model.clone();
         found.parameters.iter_mut().zip(&calibration.values).for_each(|(p, value)| p.nominal = *value);
         let (checked, _) = tuned_on_short_windows(&found, records)?;
         let (used, needed) = (tuned.options(), checked.options());
         if needed.method == used.method && needed.substeps <= used.substeps {
             return Ok((calibration, used.substeps));
+        }
+        if is_past(until) {
+            return Err(OutOfTime { calibrated: None }.into());
         }
         tuned = tuned.with_options(needed.clone());
     }
@@ -120,6 +166,7 @@ fn calibrate_tuned(
     short_windows: &[Record],
     records: &[Record],
     doublings: Option<i32>,
+    until: Option<Instant>,
 ) -> anyhow::Result<Calibration> {
     let time_constant_s = system.fastest_time_constant_s(short_windows).unwrap_or(0.0);
     let shortest_s = MIN_WINDOW_SAMPLES * shortest_step_s(records);
@@ -127,7 +174,7 @@ fn calibrate_tuned(
     let system = system.with_windows(Some(window_s));
     let records = prepare_records(&system, records)?;
     let longest_s = doublings.map(|n| window_s * 2.0_f64.powi(n));
-    Ok(calibrate(&system, &records, longest_s)?)
+    Ok(calibrate(&system, &records, longest_s, until)?)
 }
 
 /// The shortest typical sample interval of the records, s.
@@ -176,7 +223,7 @@ pub fn estimate_shared_starts(model: &mut Model, records: &[Record]) -> anyhow::
     if model.states.iter().any(|s| s.shared) {
         let mut frozen = model.clone();
         frozen.parameters.iter_mut().for_each(|p| p.frozen = true);
-        write_shared_starts(model, &with_hold(&frozen, records, None)?.0);
+        write_shared_starts(model, &with_hold(&frozen, records, None, None)?.0);
     }
     Ok(())
 }

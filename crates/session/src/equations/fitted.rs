@@ -6,9 +6,10 @@ use crate::usage::ModelFault;
 use crate::{DataFrom, Subject, Usage};
 use augsim_data::DataError;
 use augsim_data::checks::{AcceptedChecks, CheckedData, Warning, check_data};
-use augsim_discovery::NoiseCause;
+use augsim_discovery::{NoiseCause, NoiseSource};
 use augsim_equations::Model;
 use serde::Serialize;
+use std::time::Instant;
 
 /// Result of `fit`.
 #[derive(Debug, Serialize)]
@@ -98,11 +99,16 @@ pub struct TriedInterpolation {
 ///
 /// # Errors
 /// [`Usage`] for another kind of model; data that do not fit the model or fail a check that is not in `accepted`, or a model that cannot be simulated.
+///
+/// After `until` the fit ends with the best values so far. `interim` receives the result before the noise is
+/// estimated, which may take as long as the fit.
 pub fn calibrate(
     subject: &Subject,
     file: &str,
     data: &DataFrom,
     accepted: AcceptedChecks,
+    until: Option<Instant>,
+    interim: &mut dyn FnMut(Model, FitResult),
 ) -> anyhow::Result<(Model, FitResult)> {
     let Subject::Equations(model) = subject else {
         return Err(Usage::model(file, ModelFault::BuiltInFitted).into());
@@ -112,7 +118,16 @@ pub fn calibrate(
     let CheckedData { data, warnings } =
         check_data(measured.data, &model.expected(), accepted).map_err(DataError::from)?;
     let records = records::records(&data, model, true)?;
-    let mut fitted = fit(model, &records)?;
+    let mut fitted = fit(model, &records, until)?;
+    let not_estimated = NoiseCause {
+        source: NoiseSource::Sensor,
+        disturbances: Vec::new(),
+        correlation_time_s: 0.0,
+        white_noise: Vec::new(),
+    };
+    let mut so_far = answer(model, &fitted, not_estimated, measured.unnamed.clone());
+    (so_far.warnings, so_far.reading) = (warnings.clone(), reading.clone());
+    interim(fitted.model.clone(), so_far);
     let noise = noise::find(&mut fitted.model, &records)?;
     let mut answer = answer(model, &fitted, noise, measured.unnamed);
     (answer.warnings, answer.reading) = (warnings, reading);

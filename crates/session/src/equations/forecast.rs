@@ -5,6 +5,7 @@ use augsim_equations::{EquationSystem, Model};
 use augsim_fit::estimate_initial_state;
 use augsim_physics::system::{Offsets, Record, Simulated, System, Task};
 use serde::Serialize;
+use thiserror::Error;
 
 /// Prediction horizons of the error table, s; the whole record is added.
 const HORIZONS_S: [f64; 3] = [0.1, 0.5, 2.0];
@@ -89,6 +90,32 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
     Ok(runs)
 }
 
+/// Checks that some record has measured values after the first `burn_in` samples; returns the names of those that have none.
+///
+/// # Errors
+/// No record has any, so that there is nothing to score.
+pub fn unscored(records: &[Record], burn_in: usize, data: &str) -> anyhow::Result<Vec<String>> {
+    let is_scored = |r: &&Record| r.values.iter().any(|v| v.iter().skip(burn_in).any(|v| v.is_finite()));
+    let unscored: Vec<String> = records.iter().filter(|r| !is_scored(r)).map(|r| r.id.clone()).collect();
+    if unscored.len() == records.len() {
+        return Err(NothingToScore { data: data.to_owned(), burn_in }.into());
+    }
+    Ok(unscored)
+}
+
+/// No trajectory has samples after those that the initial state is fitted to.
+#[derive(Debug, Error)]
+#[error(
+    "{data}: no trajectory has measured samples after the first {burn_in}, which the initial state is fitted to, so there is nothing to score; use \
+     longer trajectories, or a smaller --burn-in"
+)]
+pub struct NothingToScore {
+    /// The data.
+    pub data: String,
+    /// Number of these samples.
+    pub burn_in: usize,
+}
+
 /// Clips a value to the range of an output's sensor.
 pub fn clip_to_sensor_range(output: &augsim_equations::model::Output, value: f64) -> f64 {
     match output.range {
@@ -115,7 +142,8 @@ pub fn rows(model: &Model, runs: &[FreeRun]) -> Vec<Row> {
             }
             (sum, count)
         };
-        let rmse = |(sum, count): (f64, usize)| (sum / count.max(1) as f64).sqrt();
+        // NaN without a sample: no error is known then.
+        let rmse = |(sum, count): (f64, usize)| (sum / count as f64).sqrt();
         let (sum, count) = squares_until(f64::INFINITY);
         let measured = || {
             let after_burn_in = |run: &FreeRun| run.measured[index][run.first..].to_vec();

@@ -4,6 +4,7 @@ use augsim_discovery::{
     PREDICTION_LEVELS, PredictedChannel, PredictedRecord, PredictionError, PredictionSet,
 };
 use augsim_equations::Model;
+use augsim_equations::model::Output;
 use augsim_physics::system::Record;
 
 /// Draws of a record from an initial state fitted to its first samples.
@@ -39,53 +40,81 @@ impl RecordDraws {
         RecordDraws { id, times, measured, initial_sample_count: known, forecast, draws, noise }
     }
 
-    fn channel(&self, name: &str, o: usize) -> PredictedChannel {
-        let mut mean = Vec::new();
-        let mut quantiles: [Vec<f64>; PREDICTION_LEVELS.len()] = Default::default();
-        for list in &self.draws[o] {
-            mean.push(list.iter().sum::<f64>() / list.len() as f64);
-            for (quantile, level) in quantiles.iter_mut().zip(PREDICTION_LEVELS) {
-                quantile.push(augsim_discovery::quantile_of_draws(list, level));
-            }
-        }
-        PredictedChannel {
-            column: name.to_owned(),
-            measured: self.measured[o].clone(),
-            forecast: self.forecast[o].clone(),
-            mean,
-            quantiles,
+    /// Mean and bands of every output.
+    pub(super) fn predicted(&self, model: &Model) -> PredictedRecord {
+        let channel = |(o, output): (usize, &Output)| {
+            Bands::of_draws(&self.draws[o]).channel(&output.name, &self.measured[o], &self.forecast[o])
+        };
+        PredictedRecord {
+            id: self.id.clone(),
+            times: self.times.clone(),
+            initial_sample_count: self.initial_sample_count,
+            channels: model.outputs.iter().enumerate().map(channel).collect(),
         }
     }
 }
 
-/// Predictions with bands, and errors, of all records; `seed` is that of the bootstrap of the errors.
-pub(super) fn prediction_set(model: &Model, list: &[RecordDraws], seed: u64) -> PredictionSet {
-    let records: Vec<PredictedRecord> = list
-        .iter()
-        .map(|drawn| PredictedRecord {
-            id: drawn.id.clone(),
-            times: drawn.times.clone(),
-            initial_sample_count: drawn.initial_sample_count,
-            channels: model
-                .outputs
-                .iter()
-                .enumerate()
-                .map(|(o, output)| drawn.channel(&output.name, o))
-                .collect(),
-        })
-        .collect();
+/// Mean and quantiles of an output at successive samples.
+#[derive(Debug, Default)]
+pub(super) struct Bands {
+    mean: Vec<f64>,
+    quantiles: [Vec<f64>; PREDICTION_LEVELS.len()],
+}
+
+impl Bands {
+    /// Bands from the sorted draws of each sample.
+    pub fn of_draws(lists: &[Vec<f64>]) -> Self {
+        let mut bands = Bands::default();
+        for list in lists {
+            bands.mean.push(list.iter().sum::<f64>() / list.len() as f64);
+            for (quantile, level) in bands.quantiles.iter_mut().zip(PREDICTION_LEVELS) {
+                quantile.push(augsim_discovery::quantile_of_draws(list, level));
+            }
+        }
+        bands
+    }
+
+    /// Bands of successive parts.
+    pub fn joined<'a>(parts: impl Iterator<Item = &'a Bands>) -> Self {
+        let mut joined = Bands::default();
+        for part in parts {
+            joined.mean.extend(&part.mean);
+            joined.quantiles.iter_mut().zip(&part.quantiles).for_each(|(to, from)| to.extend(from));
+        }
+        joined
+    }
+
+    /// The output with its measured values and its prediction without noise.
+    pub fn channel(self, name: &str, measured: &[f64], forecast: &[f64]) -> PredictedChannel {
+        PredictedChannel {
+            column: name.to_owned(),
+            measured: measured.to_vec(),
+            forecast: forecast.to_vec(),
+            mean: self.mean,
+            quantiles: self.quantiles,
+        }
+    }
+}
+
+/// Predictions with bands, and errors, of all records. `noise` is the standard deviation of the measurement
+/// noise of each output of each record, `seed` that of the bootstrap of the errors.
+pub(super) fn prediction_set(
+    model: &Model,
+    records: Vec<PredictedRecord>,
+    noise: Vec<Vec<f64>>,
+    seed: u64,
+) -> PredictionSet {
     let outputs = model.outputs.iter().enumerate();
     let (errors, mut squares): (Vec<_>, Vec<_>) =
         outputs.map(|(o, _)| error(model, o, &records, seed)).unzip();
     let squares = if squares.is_empty() { Vec::new() } else { squares.swap_remove(0) };
-    let mean_noise =
-        |o: usize| list.iter().map(|drawn| drawn.noise[o]).sum::<f64>() / list.len().max(1) as f64;
+    let mean_noise = |o: usize| noise.iter().map(|noise| noise[o]).sum::<f64>() / noise.len().max(1) as f64;
     let noise_sd = (0..model.outputs.len()).map(mean_noise).collect();
     let start = "the first samples of each trajectory (--burn-in)".to_owned();
     PredictionSet { records, errors, squares, noise_sd, start }
 }
 
-/// RMSE of an output after the burn-in, and sum and number of squared errors of each record.
+/// RMSE of an output after the burn-in (NaN without a sample), and sum and number of squared errors of each record.
 fn error(
     model: &Model,
     o: usize,
@@ -107,6 +136,7 @@ fn error(
     let ci95 = augsim_discovery::rmse_interval(&squares, seed);
     let (sum, count) = squares.iter().fold((0.0, 0.0), |a, s| (a.0 + s.0, a.1 + s.1));
     let unit = output.unit.map_or_else(String::new, |u| u.symbol());
-    let rmse = (sum / f64::max(count, 1.0)).sqrt();
+    // NaN where nothing was measured after the burn-in.
+    let rmse = (sum / count).sqrt();
     (PredictionError { measure: output.name.clone(), unit, rmse, ci95 }, squares)
 }

@@ -11,7 +11,8 @@ pub use draws::RecordDraws;
 pub use net::{NetAndPhysics, net_and_physics, net_scores, predict_with_net};
 pub use scores::{OutputScores, scores};
 
-use crate::{DataFrom, Subject};
+use crate::usage::Takes;
+use crate::{DataFrom, Subject, Usage};
 use augsim_data::MissingCells;
 use augsim_discovery::{PredictOptions, PredictionSet};
 
@@ -20,18 +21,33 @@ use augsim_discovery::{PredictOptions, PredictionSet};
 /// The ends of 90 % bands then have an error of a few per cent of the band width.
 pub const DRAWS: usize = 400;
 
+/// Maximum number of draws per trajectory.
+///
+/// The share of values outside a 90 % band then has a standard error of sqrt(0.1 * 0.9 / 100,000) = 0.1 %, far
+/// below what the model's own error adds; more draws only take time and memory.
+pub const MAX_DRAWS: usize = 100_000;
+
+/// Checks a number of draws.
+pub(crate) fn check_draws(draws: usize) -> Result<(), Usage> {
+    match draws > MAX_DRAWS {
+        true => Err(Usage::option("--samples", draws, Takes::AtMost { most: MAX_DRAWS })),
+        false => Ok(()),
+    }
+}
+
 /// Predicts every trajectory of `data`.
 ///
 /// Initial states of equation models are fitted to the first `burn_in` samples.
 ///
 /// # Errors
-/// The data do not fit the model, or cannot be read.
+/// The data do not fit the model, or cannot be read; there are more than [`MAX_DRAWS`] draws.
 pub fn predict(
     model: &Subject,
     data: &DataFrom,
     burn_in: usize,
     options: &PredictOptions,
 ) -> anyhow::Result<PredictionSet> {
+    check_draws(options.draws)?;
     Ok(match model {
         Subject::Equations(model) => equations::predict(model, data, burn_in, options)?,
         Subject::BuiltIn(model) => {

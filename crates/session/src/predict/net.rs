@@ -9,6 +9,7 @@
 //!
 //! At its fixed point m(x0) fits the measured samples y.
 
+use super::check_draws;
 use super::draws::{RecordDraws, prediction_set};
 use super::equations::{FittedInitialState, free_run, run_all};
 use super::scores::{OutputScores, scores};
@@ -53,7 +54,14 @@ pub fn predict_with_net(
     options: &PredictOptions,
 ) -> anyhow::Result<PredictionSet> {
     let run = NetPrediction::new(net, data, burn_in, options)?;
-    Ok(prediction_set(run.model, &run.predict_all()?, options.seed))
+    check_draws(options.draws)?;
+    let pairs = run.read.par_iter().zip(&run.prepared).enumerate();
+    let bands = pairs.map(|(i, (read, prepared))| {
+        let drawn = run.predict_named(read, prepared, i as u64)?;
+        anyhow::Ok((drawn.predicted(run.model), drawn.noise))
+    });
+    let (predicted, noise) = collect_in_order(bands)?.into_iter().unzip();
+    Ok(prediction_set(run.model, predicted, noise, options.seed))
 }
 
 /// Draws of all records by a net and by the physics without it.
@@ -120,9 +128,12 @@ impl<'a> NetPrediction<'a> {
 
     fn predict_all(&self) -> anyhow::Result<Vec<RecordDraws>> {
         let pairs = self.read.par_iter().zip(&self.prepared).enumerate();
-        collect_in_order(pairs.map(|(i, (read, prepared))| {
-            self.predict(read, prepared, i as u64).with_context(|| format!("trajectory `{}`", read.id))
-        }))
+        collect_in_order(pairs.map(|(i, (read, prepared))| self.predict_named(read, prepared, i as u64)))
+    }
+
+    /// As [`predict`](Self::predict), with errors that name the record.
+    fn predict_named(&self, read: &Record, prepared: &Record, stream: u64) -> anyhow::Result<RecordDraws> {
+        self.predict(read, prepared, stream).with_context(|| format!("trajectory `{}`", read.id))
     }
 
     /// Predicts one record; the initial state is found by the iteration at the head of this file.

@@ -4,10 +4,12 @@ use super::compare::{ErrorReduction, verdict};
 use crate::args::Evaluate;
 use crate::commands::note_reading;
 use augsim_discovery::{PredictOptions, PredictionSet, rmse_reduction};
+use augsim_session::equations::forecast::NothingToScore;
 use augsim_session::provenance::fingerprint;
 use augsim_session::usage::Inapplicable;
 use augsim_session::{Subject, discovery_in, equations, predict};
 use augsim_terminal::output::Output;
+use augsim_terminal::progress::Steps;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
@@ -59,6 +61,8 @@ pub(super) fn run(
     let options = PredictOptions { seed, draws: predict::DRAWS, only };
     let data = args.time.of(&args.data);
     let score = |model: &Subject| predict::predict(model, &data, args.burn_in as usize, &options);
+    let steps = Steps::new(output);
+    steps.show_step(format!("forecasting with {} draws of each trajectory", predict::DRAWS));
     let mut scored: Vec<(&'static str, PredictionSet)> = Vec::new();
     if let Some(found) = folder.and_then(discovery_in) {
         let models = &found.models;
@@ -69,8 +73,13 @@ pub(super) fn run(
     let name = if scored.is_empty() { "model" } else { "augmented" };
     let subject = Subject::read(file)?;
     scored.push((name, score(&subject)?));
+    steps.finish();
     if let Subject::Equations(model) = &subject {
         note_reading(&data, model, output)?;
+    }
+    if scored.iter().all(|(_, f)| f.coverage(0.5).1 == 0) {
+        let (data, burn_in) = (args.data.display().to_string(), args.burn_in as usize);
+        return Err(NothingToScore { data, burn_in }.into());
     }
     let rows = scored.iter().flat_map(|(name, f)| rows(name, f)).collect();
     let verdict = discovery_verdict(&scored, seed);
@@ -108,7 +117,7 @@ pub(super) fn held_out(folder: &Path, data: &Path) -> Option<BTreeSet<String>> {
 
 fn rows(model: &'static str, scored: &PredictionSet) -> Vec<Row> {
     let [coverage50, coverage90] = [0.5, 0.9].map(|level| scored.coverage(level).0);
-    let rows = scored.errors.iter().map(|e| Row {
+    let rows = scored.errors.iter().filter(|e| e.rmse.is_finite()).map(|e| Row {
         model,
         measure: e.measure.clone(),
         rmse: e.rmse,

@@ -5,6 +5,7 @@ use crate::commands::note_conversions;
 use augsim_session::equations::{self, forecast, records};
 use augsim_session::usage::Inapplicable;
 use augsim_terminal::output::Output;
+use augsim_terminal::progress::Steps;
 use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::fmt::Write;
@@ -25,7 +26,18 @@ pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
     let measured = records::read(args.time.of(&args.data), &model)?;
     note_conversions(args.data.display(), measured.data.notes(), output);
     let list = records::records(&measured.data, &model, false)?;
-    let runs = forecast::free_runs(&model, &list, args.burn_in as usize)?;
+    let steps = Steps::new(output);
+    steps.show_step(format!("simulating {} trajectories", list.len()));
+    let burn_in = args.burn_in as usize;
+    let unscored = forecast::unscored(&list, burn_in, &args.data.display().to_string())?;
+    if !unscored.is_empty() {
+        output.notice(format!(
+            "not scored, because nothing was measured after the first {burn_in} samples: {}",
+            unscored.join(", ")
+        ));
+    }
+    let runs = forecast::free_runs(&model, &list, burn_in)?;
+    steps.finish();
     let rows = forecast::rows(&model, &runs);
     let score = Score { trajectories: runs.len(), burn_in: args.burn_in, rows };
     output.result(&score, || system_score_text(&score))?;
@@ -47,6 +59,9 @@ fn system_score_text(score: &Score) -> String {
 
 /// Formats the errors of one output as a line.
 pub(super) fn errors_text(row: &forecast::Row) -> String {
+    if row.samples == 0 {
+        return format!("{}: no sample was measured after the first ones, so there is no error", row.output);
+    }
     let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
     let mut text = format!("{}: {:.4e}{unit}, R2 {:.4}", row.output, row.rmse, row.r2);
     for h in &row.horizons {

@@ -9,6 +9,7 @@ use augsim_session::predict::{self, table};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;
+use augsim_terminal::progress::Steps;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -20,8 +21,9 @@ struct Written {
     /// Description of the samples that the initial state was estimated from.
     start: String,
     errors: Vec<Error>,
-    coverage50: f64,
-    coverage90: f64,
+    /// Share of the measured values after the initial samples in the 50 % band; absent if there are none.
+    coverage50: Option<f64>,
+    coverage90: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -39,7 +41,10 @@ pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> an
     let draws = args.samples.map_or(predict::DRAWS, |n| n as usize);
     let options = PredictOptions { seed, draws, only: None };
     let data = args.time.of(&args.data);
+    let steps = Steps::new(output);
+    steps.show_step(format!("forecasting with {draws} draws of each trajectory"));
     let all = predict::predict(&model, &data, args.burn_in as usize, &options)?;
+    steps.finish();
     if let Subject::Equations(model) = &model {
         note_reading(&data, model, output)?;
     }
@@ -60,7 +65,9 @@ pub(super) fn write_predictions(
 }
 
 fn summary(args: &Predict, all: &PredictionSet, draws: usize) -> Written {
-    let errors = all.errors.iter().map(|e| Error {
+    let has_samples = all.coverage(0.5).1 > 0;
+    let measured = all.errors.iter().filter(|e| e.rmse.is_finite());
+    let errors = measured.map(|e| Error {
         measure: e.measure.clone(),
         rmse: e.rmse,
         ci95: e.ci95,
@@ -72,8 +79,8 @@ fn summary(args: &Predict, all: &PredictionSet, draws: usize) -> Written {
         samples: draws,
         start: all.start.clone(),
         errors: errors.collect(),
-        coverage50: all.coverage(0.5).0,
-        coverage90: all.coverage(0.9).0,
+        coverage50: has_samples.then(|| all.coverage(0.5).0),
+        coverage90: has_samples.then(|| all.coverage(0.9).0),
     }
 }
 
@@ -94,9 +101,12 @@ fn forecast_text(w: &Written) -> String {
             e.measure, e.rmse
         );
     }
+    let (Some(coverage50), Some(coverage90)) = (w.coverage50, w.coverage90) else {
+        return text + "\n  nothing was measured after the initial samples, so there is no error";
+    };
     text + &format!(
         "\n  coverage of the measured values after the initial samples: {:.1} % by the 50 % band, {:.1} % by the 90 % band",
-        100.0 * w.coverage50,
-        100.0 * w.coverage90
+        100.0 * coverage50,
+        100.0 * coverage90
     )
 }

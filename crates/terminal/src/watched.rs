@@ -1,0 +1,148 @@
+//! Runs work on a thread of its own, so that it can be left at a time limit or a signal with the best result so far.
+//!
+//! The work reports interim results. When the limit passes or a signal arrives, the last of them is the
+//! result, and the thread is abandoned: it ends with the process.
+
+use crate::interrupt::{self, CheckpointGuard};
+use crate::threads::no_room;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant};
+
+/// Time between two looks at clock and signals.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
+/// Stack of the thread, as that of the main thread.
+const STACK_BYTES: usize = 8 << 20;
+
+/// A report from the work.
+#[derive(Debug)]
+pub enum Report<P, R> {
+    /// The stage that was reached.
+    Progress(P),
+    /// The best result so far.
+    Interim(R),
+    /// The end of the work.
+    Finished(anyhow::Result<R>),
+}
+
+/// Reason why work was left before its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// The time limit passed.
+    TimeLimit,
+    /// A signal arrived.
+    Signal,
+}
+
+impl Stop {
+    /// Words for a sentence "The search was stopped ...".
+    pub fn cause(self) -> &'static str {
+        match self {
+            Stop::TimeLimit => "at its time limit",
+            Stop::Signal => "by a signal",
+        }
+    }
+}
+
+/// Result of watched work.
+#[derive(Debug)]
+pub struct Watched<R> {
+    /// The result, or the best one so far; `None` if the time limit passed before there was any.
+    pub result: Option<R>,
+    /// Reason of an early end.
+    pub stop: Option<Stop>,
+}
+
+/// Runs `work` until its end, the time `until`, or a signal. A signal before the first interim result ends
+/// the process.
+///
+/// # Errors
+/// Those of the work; the system has no room for another thread.
+pub fn run_watched<P: Send + 'static, R: Send + 'static>(
+    until: Option<Instant>,
+    on_progress: &mut dyn FnMut(P),
+    work: impl FnOnce(&Sender<Report<P, R>>) -> anyhow::Result<R> + Send + 'static,
+) -> anyhow::Result<Watched<R>> {
+    let guard = CheckpointGuard::new();
+    let (sender, receiver) = channel();
+    let body = move || {
+        let finished = work(&sender);
+        // The receiver is gone if the work was left.
+        let _ = sender.send(Report::Finished(finished));
+    };
+    let thread = std::thread::Builder::new()
+        .name("work".to_owned())
+        .stack_size(STACK_BYTES)
+        .spawn(body)
+        .map_err(|error| no_room(&error))?;
+    let mut best = None;
+    match wait(&receiver, until, &guard, on_progress, &mut best) {
+        Some(Ended::Finished(result)) => Ok(Watched { result: Some(result?), stop: None }),
+        Some(Ended::Stopped(Stop::Signal)) if best.is_none() => interrupt::end_now(),
+        Some(Ended::Stopped(stop)) => Ok(Watched { result: best, stop: Some(stop) }),
+        None => match thread.join() {
+            Err(panic) => std::panic::resume_unwind(panic),
+            Ok(()) => anyhow::bail!("the work ended without a result"),
+        },
+    }
+}
+
+/// End of a wait.
+enum Ended<R> {
+    Finished(anyhow::Result<R>),
+    Stopped(Stop),
+}
+
+/// Waits for the end of the work or a stop; `None` if the thread ended without a result.
+fn wait<P, R>(
+    receiver: &Receiver<Report<P, R>>,
+    until: Option<Instant>,
+    guard: &CheckpointGuard,
+    on_progress: &mut dyn FnMut(P),
+    best: &mut Option<R>,
+) -> Option<Ended<R>> {
+    loop {
+        match receiver.recv_timeout(POLL_INTERVAL) {
+            Ok(Report::Progress(progress)) => on_progress(progress),
+            Ok(Report::Interim(result)) => *best = Some(result),
+            Ok(Report::Finished(result)) => return Some(Ended::Finished(result)),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return None,
+        }
+        if guard.must_stop() {
+            return Some(Ended::Stopped(Stop::Signal));
+        }
+        if until.is_some_and(|until| Instant::now() >= until) {
+            return Some(Ended::Stopped(Stop::TimeLimit));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: at the limit the last interim result is returned although the work goes on; without a limit
+    //! the end of the work is awaited.
+    use super::*;
+
+    fn slow(sender: &Sender<Report<u8, u8>>, seconds: f64) -> anyhow::Result<u8> {
+        let _ = sender.send(Report::Interim(1));
+        let _ = sender.send(Report::Interim(2));
+        std::thread::sleep(Duration::from_secs_f64(seconds));
+        Ok(3)
+    }
+
+    #[test]
+    fn work_is_left_at_the_limit_with_the_best_result_so_far() {
+        let start = Instant::now();
+        let until = Some(start + Duration::from_millis(300));
+        let left = run_watched(until, &mut |_: u8| {}, |sender| slow(sender, 30.0)).expect("a result");
+        assert_eq!((left.result, left.stop), (Some(2), Some(Stop::TimeLimit)));
+        assert!(start.elapsed() < Duration::from_secs(5));
+        let done = run_watched(None, &mut |_: u8| {}, |sender| slow(sender, 0.2)).expect("a result");
+        assert_eq!((done.result, done.stop), (Some(3), None));
+        let nothing = run_watched(until, &mut |_: u8| {}, |_: &Sender<Report<u8, u8>>| {
+            std::thread::sleep(Duration::from_secs(30));
+            Ok(3)
+        });
+        assert_eq!(nothing.expect("no error").result, None);
+    }
+}
