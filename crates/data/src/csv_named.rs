@@ -2,9 +2,11 @@
 
 use crate::assemble::Assembler;
 use crate::column::{Column, GROUP, TIME, TRAJECTORY};
+use crate::csv_long::MissingCells;
 use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
 use crate::error::{DataError, EVERY_SAMPLE_NEEDS_A_TIME};
+use crate::foreign::content;
 use crate::sniff::{files_in, in_long_form, stem};
 use crate::source::Source;
 use crate::trajectory::Trajectory;
@@ -141,7 +143,7 @@ impl NamedFile {
 
 /// Opens a file in the long form, or in another layout whose time column can be inferred.
 fn open_file(path: &Path) -> Result<CsvSource, DataError> {
-    let bytes = read_whole(path)?;
+    let bytes = content(path, read_whole(path)?, MissingCells::AsGap)?.into_text();
     let strict = CsvSource::from_bytes(path, bytes.clone());
     if strict.as_ref().is_ok_and(|source| source.header().iter().any(|name| name == TIME)) {
         return strict;

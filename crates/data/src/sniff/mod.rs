@@ -22,6 +22,7 @@ mod recording;
 mod roles;
 mod rows;
 mod scene;
+mod side_by_side;
 mod text;
 mod unrecognised;
 
