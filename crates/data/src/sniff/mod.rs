@@ -62,6 +62,14 @@ pub struct ColumnMapping {
     pub unit: Option<String>,
 }
 
+/// Writes the mapping as it is on the command line.
+impl std::fmt::Display for ColumnMapping {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let unit = self.unit.as_ref().map_or(String::new(), |unit| format!(":{unit}"));
+        write!(f, "{}={}{unit}", self.from, self.to)
+    }
+}
+
 impl std::str::FromStr for ColumnMapping {
     type Err = String;
 
