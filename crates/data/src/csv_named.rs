@@ -6,17 +6,21 @@ use crate::csv_long::MissingCells;
 use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
 use crate::error::{DataError, EVERY_SAMPLE_NEEDS_A_TIME};
+use crate::escape_control_characters::escaped_list;
 use crate::foreign::content;
-use crate::sniff::{files_in, in_long_form, stem};
+use crate::sniff::Unrecognised;
+use crate::sniff::{LongForm, NamedUnit, files_in, in_long_form, stem, units_of_header};
 use crate::source::Source;
+use crate::statistics::digits;
 use crate::trajectory::Trajectory;
-use crate::unit::Unit;
+use crate::unit::{FileUnit, Unit};
 use crate::whole_file::read_whole;
 use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-const LAYOUT: &str = "the long form is comma-separated and has the sample times in the column `t_s`";
+const LAYOUT: &str = "the long form is comma-separated and has the sample times in the column `t_s`; name another time \
+                      column with --time COLUMN:UNIT";
 
 /// Identifier of the only trajectory of a file without the column `trajectory`.
 const SINGLE_ID: &str = "1";
@@ -33,6 +37,10 @@ struct NamedFile {
     /// Name of the recording, where the file is in a folder.
     recording: Option<String>,
     source: CsvSource,
+    /// Unit of each column where the header states one.
+    units: Vec<Option<NamedUnit>>,
+    /// What was taken for the time.
+    notes: Vec<String>,
 }
 
 impl fmt::Debug for NamedCsv {
@@ -44,24 +52,40 @@ impl fmt::Debug for NamedCsv {
 impl NamedCsv {
     /// Opens a file, plain or gzip, or all recordings in a folder.
     ///
-    /// A file that is not in the long form may have any separator and decimal mark, another name of the time
-    /// column, and units in its column names, which are converted to SI.
+    /// A file that is not in the long form may have any separator and decimal mark, another name and unit of
+    /// the time column. Columns whose names state a unit are converted to SI.
     ///
     /// # Errors
     /// The file cannot be read or is not CSV, or the folder has no recordings.
     pub fn open(path: &Path) -> Result<Self, DataError> {
-        if !path.is_dir() {
-            return Ok(Self::of_file(path, open_file(path)?));
-        }
-        let mut files = Vec::new();
-        for file in files_in(path)? {
-            files.push(NamedFile { recording: Some(stem(&file)), source: open_file(&file)? });
-        }
-        Ok(Self { path: path.to_owned(), files })
+        Self::open_with_time(path, None)
     }
 
-    fn of_file(path: &Path, source: CsvSource) -> Self {
-        Self { path: path.to_owned(), files: vec![NamedFile { recording: None, source }] }
+    /// Like [`open`](Self::open), with the time column that a user names, such as `clock:ms`.
+    ///
+    /// # Errors
+    /// The errors of [`open`](Self::open); or there is no such column or unit.
+    pub fn open_with_time(path: &Path, time: Option<&str>) -> Result<Self, DataError> {
+        if !path.is_dir() {
+            return Ok(Self { path: path.to_owned(), files: vec![open_file(path, None, time)?] });
+        }
+        let files = files_in(path)?.into_iter().map(|file| open_file(&file, Some(stem(&file)), time));
+        Ok(Self { path: path.to_owned(), files: files.collect::<Result<_, _>>()? })
+    }
+
+    /// Opens several files or folders as one set of recordings, each with the name of its file.
+    ///
+    /// # Errors
+    /// The errors of [`open_with_time`](Self::open_with_time).
+    pub fn open_files(paths: &[PathBuf], time: Option<&str>) -> Result<Self, DataError> {
+        let mut files = Vec::new();
+        for path in paths {
+            let inner = if path.is_dir() { files_in(path)? } else { vec![path.clone()] };
+            for file in inner {
+                files.push(open_file(&file, Some(stem(&file)), time)?);
+            }
+        }
+        Ok(Self { path: paths.first().cloned().unwrap_or_default(), files })
     }
 
     /// Opens a CSV text in memory; `name` stands for the file name in messages.
@@ -70,7 +94,8 @@ impl NamedCsv {
     /// The text is not CSV.
     pub fn from_csv(name: &str, csv: Vec<u8>) -> Result<Self, DataError> {
         let path = Path::new(name);
-        Ok(Self::of_file(path, CsvSource::from_bytes(path, csv)?))
+        let file = NamedFile::of_long_form(CsvSource::from_bytes(path, csv)?, None);
+        Ok(Self { path: path.to_owned(), files: vec![file] })
     }
 
     /// Names in the header; for a folder, those of its first file.
@@ -78,7 +103,31 @@ impl NamedCsv {
         self.files.first().map_or(&[], |file| file.source.header())
     }
 
+    /// Whether the column of a quantity called `name` is in the file, in any unit that converts to `unit`.
+    ///
+    /// For a folder its first file is searched.
+    pub fn has_column(&self, name: &str, unit: Option<Unit>) -> bool {
+        self.files.first().is_some_and(|file| file.cell(name, unit.unwrap_or(Unit::DIMENSIONLESS)).is_some())
+    }
+
+    /// Names in the header that are no column of the quantities `wanted`.
+    pub fn other_columns(&self, wanted: &[(&str, Unit)]) -> Vec<String> {
+        let Some(file) = self.files.first() else { return Vec::new() };
+        let used: Vec<usize> =
+            wanted.iter().filter_map(|(name, unit)| Some(file.cell(name, *unit)?.0)).collect();
+        let header = file.source.header().iter().enumerate();
+        header.filter(|(cell, _)| !used.contains(cell)).map(|(_, name)| name.clone()).collect()
+    }
+
+    /// What was taken for the time, and the conversions of the columns `wanted`, one sentence each.
+    pub fn notes(&self, wanted: &[(&str, Unit)]) -> Vec<String> {
+        self.files.first().map_or_else(Vec::new, |file| file.notes(wanted))
+    }
+
     /// Reads the columns `wanted` with their units; an empty cell is a gap.
+    ///
+    /// A column of the file matches by its whole name, or by its name without the unit where its unit converts
+    /// to that of the quantity; its values are converted. The notes of the data set state each conversion.
     ///
     /// A file without the column `trajectory` holds one trajectory, which in a folder has the name of the
     /// file. In a folder, the trajectories of a file with several are named `file/trajectory`.
@@ -102,23 +151,79 @@ impl NamedCsv {
         if columns.is_empty() {
             return Err(DataError::NoValueColumns { path: self.path });
         }
-        let names: Vec<&str> = wanted.iter().map(|(name, _)| *name).collect();
+        let notes = self.notes(wanted);
         let mut trajectories = Vec::new();
         for file in self.files {
-            trajectories.extend(file.read(clock, &names)?);
+            trajectories.extend(file.read(clock, wanted)?);
         }
-        Dataset::with_origin(columns, trajectories, Source::File(self.path))
+        Ok(Dataset::with_origin(columns, trajectories, Source::File(self.path))?.with_notes(notes))
     }
 }
 
 impl NamedFile {
+    /// A file in the long form, with the units that its header states.
+    fn of_long_form(source: CsvSource, recording: Option<String>) -> Self {
+        let units = units_of_header(source.header());
+        NamedFile { recording, source, units, notes: Vec::new() }
+    }
+
+    /// Index of the column of a quantity, and the conversion where its unit is not the SI unit.
+    fn cell(&self, name: &str, unit: Unit) -> Option<(usize, Option<FileUnit>)> {
+        let header = self.source.header();
+        let converts = |cell: usize| {
+            let file = self.units.get(cell)?.as_ref()?;
+            let is_same = file.conversion.unit().dimensions() == unit.dimensions();
+            (is_same && !file.conversion.is_si()).then_some(file.conversion)
+        };
+        if let Some(cell) = header.iter().position(|h| h == name) {
+            // The name says `deg` itself where the model calls the quantity so; only a row of units adds to it.
+            let says_unit =
+                self.units.get(cell).and_then(Option::as_ref).is_some_and(|u| u.base != name.to_lowercase());
+            return Some((cell, converts(cell).filter(|_| !says_unit)));
+        }
+        let is_wanted = |file: &NamedUnit| {
+            let is_same = file.conversion.unit().dimensions() == unit.dimensions();
+            let base = name
+                .rsplit_once('_')
+                .filter(|(_, last)| Unit::is_dimensionless_word(last))
+                .map_or(name, |n| n.0);
+            file.si_name.eq_ignore_ascii_case(name)
+                || is_same
+                    && (file.base == name.to_lowercase()
+                        || unit == Unit::DIMENSIONLESS && file.base == base.to_lowercase())
+        };
+        let mut found =
+            self.units.iter().enumerate().filter(|(_, file)| file.as_ref().is_some_and(is_wanted));
+        let (cell, file) = found.next()?;
+        let conversion = file.as_ref().map(|file| file.conversion).filter(|c| !c.is_si());
+        found.next().is_none().then_some((cell, conversion))
+    }
+
+    /// What was taken for the time, and the conversions of the columns `wanted`.
+    fn notes(&self, wanted: &[(&str, Unit)]) -> Vec<String> {
+        let mut notes = self.notes.clone();
+        for (name, unit) in wanted {
+            let Some((cell, Some(c))) = self.cell(name, *unit) else { continue };
+            let from = escaped_list(&self.source.header()[cell..=cell]);
+            let offset =
+                if c.offset() == 0.0 { String::new() } else { format!(" plus {}", digits(c.offset())) };
+            notes.push(format!("{from} times {}{offset} is {name}", digits(c.factor())));
+        }
+        notes
+    }
+
     /// Reads the trajectories of the file with the columns `wanted`.
-    fn read(self, clock: &str, wanted: &[&str]) -> Result<Vec<Trajectory>, DataError> {
+    fn read(self, clock: &str, wanted: &[(&str, Unit)]) -> Result<Vec<Trajectory>, DataError> {
+        let found: Vec<_> = wanted.iter().map(|(name, unit)| self.cell(name, *unit)).collect();
         let mut source = self.source;
         let position = |name: &str| source.header().iter().position(|n| n == name);
         let (id_cell, group_cell) = (position(TRAJECTORY), position(GROUP));
         let time_cell = source.require(clock, LAYOUT)?;
-        let cells = wanted.iter().map(|name| source.require(name, LAYOUT)).collect::<Result<Vec<_>, _>>()?;
+        let cells = found.into_iter().zip(wanted).map(|(found, (name, _))| match found {
+            Some(cell) => Ok(cell),
+            None => source.require(name, LAYOUT).map(|cell| (cell, None)),
+        });
+        let cells = cells.collect::<Result<Vec<_>, _>>()?;
         let mut rows = Assembler::new(source.path().to_owned(), TRAJECTORY, TIME, cells.len());
         let mut values = vec![0.0; cells.len()];
         while source.next_row()? {
@@ -132,8 +237,9 @@ impl NamedFile {
             let group = group_cell.map(label).transpose()?;
             let missing = || source.empty_cell(time_cell, EVERY_SAMPLE_NEEDS_A_TIME);
             let time_s = source.number(time_cell)?.ok_or_else(missing)?;
-            for (value, &cell) in values.iter_mut().zip(&cells) {
-                *value = source.number(cell)?.unwrap_or(f64::NAN);
+            for (value, &(cell, conversion)) in values.iter_mut().zip(&cells) {
+                let number = source.number(cell)?.unwrap_or(f64::NAN);
+                *value = conversion.map_or(number, |c| c.to_si(number));
             }
             rows.push(source.line(), &id, group, time_s, &values)?;
         }
@@ -142,14 +248,31 @@ impl NamedFile {
 }
 
 /// Opens a file in the long form, or in another layout whose time column can be inferred.
-fn open_file(path: &Path) -> Result<CsvSource, DataError> {
+fn open_file(path: &Path, recording: Option<String>, time: Option<&str>) -> Result<NamedFile, DataError> {
     let bytes = content(path, read_whole(path)?, MissingCells::AsGap)?.into_text();
     let strict = CsvSource::from_bytes(path, bytes.clone());
-    if strict.as_ref().is_ok_and(|source| source.header().iter().any(|name| name == TIME)) {
-        return strict;
+    let has_time = strict.as_ref().is_ok_and(|source| source.header().iter().any(|name| name == TIME));
+    if has_time && time.is_none() {
+        return Ok(NamedFile::of_long_form(strict?, recording));
     }
-    match in_long_form(path, &bytes) {
-        Some(bytes) => CsvSource::from_bytes(path, bytes),
-        None => strict,
+    match in_long_form(path, &bytes, time)? {
+        Some(LongForm { csv, units, notes }) => {
+            Ok(NamedFile { recording, source: CsvSource::from_bytes(path, csv)?, units, notes })
+        }
+        None => {
+            let source = strict?;
+            // Without a header, the first row would be told as the names of the columns.
+            let is_header = |name: &String| name.parse::<f64>().is_err() && !name.starts_with(['#', '%']);
+            match source.header().first().is_none_or(is_header) {
+                true => Ok(NamedFile::of_long_form(source, recording)),
+                false => {
+                    let columns = source.header().to_vec();
+                    Err(DataError::NotRecognised {
+                        path: path.to_owned(),
+                        reason: Unrecognised::NoTimes { columns },
+                    })
+                }
+            }
+        }
     }
 }

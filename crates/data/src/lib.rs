@@ -57,5 +57,5 @@ pub use statistics::digits;
 pub use stream_summary::{PushSummary, StreamSummary};
 pub use summary::{ColumnSummary, LengthSummary, SamplingSummary, Statistics, Summary};
 pub use trajectory::Trajectory;
-pub use unit::{Dimensions, Unit};
+pub use unit::{Dimensions, FileUnit, NonSiEnding, Unit, non_si_ending};
 pub use whole_file::read_text;

@@ -169,6 +169,16 @@ pub enum Fault {
         "\"{text}\" is not a known unit; write it like \"m/s^2\", \"N s/m\", \"rad/(V s^2)\" or \"V^0.5/s\", and \"1\" for a pure number"
     )]
     UnknownUnit { text: String },
+    #[error(
+        "models are in SI units, and \"{text}\" is none: write unit = \"{}\"; a column of the data in {text} is converted",
+        if si.is_empty() { "1" } else { si }
+    )]
+    NonSiUnit { text: String, si: String },
+    #[error(
+        "models are in SI units, and the name ends in {ending}: call it `{si_name}` and give its numbers in that unit; a \
+         column of the data that ends in {ending} is converted to it"
+    )]
+    NonSiEnding { ending: String, si_name: String },
     #[error("the value must be positive, but {found:?} is given")]
     NotPositive { found: f64 },
     #[error("the value must be 0 or more, but {found:?} is given")]

@@ -1,9 +1,9 @@
 //! Python class of model files.
 
 use crate::background;
-use crate::error::unlocked;
+use crate::error::{raised, unlocked};
 use crate::numbers::{Numbers, memory};
-use crate::source::Source;
+use crate::source::{Source, accepted};
 use augsim_session::Subject;
 use augsim_session::equations::fitted::calibrate;
 use augsim_session::simulate::{MAX_SERIAL_VALUES, Plan, simulate};
@@ -65,11 +65,15 @@ impl Model {
     }
 
     /// Calibrates the declared parameters; returns the fitted model and the result as JSON.
-    fn fit(&self, py: Python<'_>, data: &Source) -> PyResult<(Model, String)> {
+    ///
+    /// `accept` names data checks to ignore.
+    #[pyo3(signature = (data, *, accept))]
+    fn fit(&self, py: Python<'_>, data: &Source, accept: Vec<String>) -> PyResult<(Model, String)> {
+        let accept = accepted(&accept).map_err(|e| raised(py, &e))?.into_iter().collect();
         let (subject, data) = (self.subject.clone(), data.from.clone());
         let file = self.path.as_ref().map_or_else(|| "model".to_owned(), |path| path.display().to_string());
         let (fitted, json) = background::run(py, None, move |_| {
-            let (fitted, answer) = calibrate(&subject, &file, &data)?;
+            let (fitted, answer) = calibrate(&subject, &file, &data, accept)?;
             Ok((fitted, serde_json::to_string_pretty(&answer)?))
         })?;
         Ok((Model { subject: Subject::Equations(Box::new(fitted)), path: None }, json))

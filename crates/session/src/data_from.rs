@@ -1,7 +1,9 @@
 //! The source of trajectories: a file, or a table in memory that is read like one.
 
 use crate::provenance::{fingerprint, fingerprint_of_bytes};
-use augsim_data::{DataError, Dataset, MissingCells, NamedCsv, read_csv_bytes, read_dataset};
+use augsim_data::{
+    DataError, Dataset, MissingCells, NamedCsv, RecognitionOptions, read_csv_bytes, read_dataset, recognise,
+};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,6 +13,20 @@ use std::sync::Arc;
 pub enum DataFrom {
     /// A file or folder in any layout that [`read_dataset`] knows.
     File(PathBuf),
+    /// A file or folder with the time column that the user names, such as `clock:ms`.
+    FileWithTime {
+        /// File or folder.
+        path: PathBuf,
+        /// Time column, with its unit after a colon.
+        time: String,
+    },
+    /// Several files or folders as one set of recordings.
+    Files {
+        /// Files or folders, at least one.
+        paths: Vec<PathBuf>,
+        /// Time column that the user names, with its unit after a colon.
+        time: Option<String>,
+    },
     /// A table in memory, stored as CSV so that it is read by the same code as files.
     Table {
         /// Name in messages.
@@ -42,13 +58,41 @@ impl From<&DataFrom> for DataFrom {
 impl fmt::Display for DataFrom {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            DataFrom::File(path) => write!(f, "{}", path.display()),
+            DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => write!(f, "{}", path.display()),
+            DataFrom::Files { paths, .. } => {
+                let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
+                f.write_str(&names.join(", "))
+            }
             DataFrom::Table { name, .. } => f.write_str(name),
         }
     }
 }
 
 impl DataFrom {
+    /// A file or folder, with the time column that the user names where there is one.
+    pub fn with_time(path: &Path, time: Option<&str>) -> Self {
+        match time {
+            Some(time) => DataFrom::FileWithTime { path: path.to_owned(), time: time.to_owned() },
+            None => DataFrom::File(path.to_owned()),
+        }
+    }
+
+    /// Files or folders, with the time column that the user names where there is one.
+    pub fn of_paths(paths: &[PathBuf], time: Option<&str>) -> Self {
+        match paths {
+            [one] => Self::with_time(one, time),
+            several => DataFrom::Files { paths: several.to_vec(), time: time.map(str::to_owned) },
+        }
+    }
+
+    /// The file or folder; `None` for several and for a table in memory.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => Some(path),
+            DataFrom::Files { .. } | DataFrom::Table { .. } => None,
+        }
+    }
+
     /// Reads the trajectories.
     ///
     /// # Errors
@@ -56,6 +100,15 @@ impl DataFrom {
     pub fn read(&self, missing: MissingCells) -> Result<Dataset, DataError> {
         match self {
             DataFrom::File(path) => read_dataset(path, missing),
+            DataFrom::FileWithTime { path, time } => {
+                let reading =
+                    RecognitionOptions { time: Some(time.clone()), ..RecognitionOptions::default() };
+                recognise(std::slice::from_ref(path), &reading, missing).map(|recognised| recognised.data)
+            }
+            DataFrom::Files { paths, time } => {
+                let reading = RecognitionOptions { time: time.clone(), ..RecognitionOptions::default() };
+                recognise(paths, &reading, missing).map(|recognised| recognised.data)
+            }
             DataFrom::Table { name, csv } => read_csv_bytes(name, csv.to_vec(), missing),
         }
     }
@@ -67,6 +120,8 @@ impl DataFrom {
     pub fn named(&self) -> Result<NamedCsv, DataError> {
         match self {
             DataFrom::File(path) => NamedCsv::open(path),
+            DataFrom::FileWithTime { path, time } => NamedCsv::open_with_time(path, Some(time)),
+            DataFrom::Files { paths, time } => NamedCsv::open_files(paths, time.as_deref()),
             DataFrom::Table { name, csv } => NamedCsv::from_csv(name, csv.to_vec()),
         }
     }
@@ -74,7 +129,10 @@ impl DataFrom {
     /// Checksum and size of the content, as text.
     pub fn fingerprint(&self) -> String {
         match self {
-            DataFrom::File(path) => fingerprint(path),
+            DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => fingerprint(path),
+            DataFrom::Files { paths, .. } => {
+                paths.iter().map(|path| fingerprint(path)).collect::<Vec<_>>().join(", ")
+            }
             DataFrom::Table { csv, .. } => fingerprint_of_bytes(csv),
         }
     }

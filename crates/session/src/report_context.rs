@@ -5,7 +5,7 @@ use crate::equations::figures::Figures;
 use crate::provenance::{display_path, fingerprint};
 use crate::{DataFrom, DiscoverRequest};
 use augsim_report::page::DataSource;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Name, seed, sources, command line and figures of a discovery.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -30,9 +30,19 @@ impl ReportContext {
         let source_of = |path: &Path| DataSource { path: display_path(path, out), hash: fingerprint(path) };
         let mut sources: Vec<DataSource> = model.map(source_of).into_iter().collect();
         let (name, reproduce) = match data {
-            DataFrom::File(path) => {
+            DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => {
                 sources.push(source_of(path));
-                (name_of(path), model.map_or_else(String::new, |model| command(model, path, wanted, out)))
+                (
+                    name_of(path),
+                    model
+                        .map_or_else(String::new, |model| command(model, data, &[path.clone()], wanted, out)),
+                )
+            }
+            DataFrom::Files { paths, .. } => {
+                sources.extend(paths.iter().map(|path| source_of(path)));
+                let name = paths.first().map_or_else(String::new, |path| name_of(path));
+                let repeat = |model| command(model, data, paths, wanted, out);
+                (format!("{name} and {} more", paths.len() - 1), model.map_or_else(String::new, repeat))
             }
             DataFrom::Table { name, .. } => {
                 sources.push(DataSource { path: name.clone(), hash: data.fingerprint() });
@@ -53,10 +63,14 @@ fn name_of(path: &Path) -> String {
 }
 
 /// The command that repeats the discovery. `--out DIR` is a placeholder: it does not change the results.
-fn command(model: &Path, data: &Path, wanted: &DiscoverRequest, out: &Path) -> String {
+fn command(model: &Path, from: &DataFrom, data: &[PathBuf], wanted: &DiscoverRequest, out: &Path) -> String {
     let DiscoverRequest { groups, accept, options } = wanted;
     let mut words = vec!["augsim".to_owned(), "discover".to_owned()];
-    words.extend([model, data].map(|path| display_path(path, out)));
+    let paths = [model].into_iter().chain(data.iter().map(PathBuf::as_path));
+    words.extend(paths.map(|path| display_path(path, out)));
+    if let DataFrom::FileWithTime { time, .. } | DataFrom::Files { time: Some(time), .. } = from {
+        words.extend(["--time".to_owned(), time.clone()]);
+    }
     words.extend(["--null-runs".to_owned(), options.null_runs.to_string()]);
     if !options.library {
         words.extend(["--library", "none"].map(str::to_owned));

@@ -109,6 +109,15 @@ pub fn load(source: &DataSource, engine: &Engine) -> anyhow::Result<Sequences> {
     sequences(&read(source, engine)?, engine)
 }
 
+/// The engine's columns of measured trajectories, for prediction and scoring.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Sequences> {
+    check_states_are_measured(engine)?;
+    sequences(&read_measured(from, engine)?, engine)
+}
+
 /// The recipe of a data set of the virtual laboratory.
 ///
 /// # Errors

@@ -1,17 +1,20 @@
 //! Options of `discover`.
 
 use augsim_data::checks::Check;
+use augsim_session::DataFrom;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `discover`.
 #[derive(Debug, ClapArgs)]
 pub struct Discover {
     /// Model file (TOML) of the declared physics.
     pub model: PathBuf,
-    /// Measured trajectories: a CSV file, plain or gzip, or a folder with one file per recording.
-    pub data: PathBuf,
+    /// Measured trajectories: files in any layout that `start` reads, or folders with one file per
+    /// recording.
+    #[arg(required = true)]
+    pub data: Vec<PathBuf>,
     /// Output folder for `result.json`, `report.html` and the augmented `model.toml`.
     #[arg(long, default_value = "out/discover")]
     pub out: PathBuf,
@@ -30,9 +33,34 @@ pub struct Discover {
     /// search was incomplete.
     #[arg(long, value_name = "SECONDS")]
     pub time_limit: Option<f64>,
+    /// Time column of the data.
+    #[command(flatten)]
+    pub time: TimeColumn,
     /// Data checks to ignore because the user knows that the data are right.
     #[command(flatten)]
     pub accept: Accept,
+}
+
+/// The time column of a file, where the reader does not find it or its unit.
+#[derive(Debug, Clone, Default, ClapArgs)]
+pub struct TimeColumn {
+    /// Time column of the data, with its unit after a colon: `clock:ms`, `t:h`, `Year:years`. By default a
+    /// column called `t_s`, `time`, `timestamp` or the like, in the unit of its name, or else in the unit that
+    /// its numbers show.
+    #[arg(long, value_name = "COLUMN[:UNIT]")]
+    pub time: Option<String>,
+}
+
+impl TimeColumn {
+    /// Returns the data in the file or folder `path`, read with this time column.
+    pub fn of(&self, path: &Path) -> DataFrom {
+        DataFrom::with_time(path, self.time.as_deref())
+    }
+
+    /// Returns the data in several files or folders, read with this time column.
+    pub fn of_all(&self, paths: &[PathBuf]) -> DataFrom {
+        DataFrom::of_paths(paths, self.time.as_deref())
+    }
 }
 
 /// Candidate effects that a discovery tries before formulas.

@@ -9,7 +9,8 @@ use augsim_discovery::{Discovery, Options};
 use augsim_session::discovery_page::page;
 use augsim_session::equations::figures::figures;
 use augsim_session::usage::Takes;
-use augsim_session::{DataFrom, DiscoverRequest, ReportContext, Subject, Usage, discover};
+use augsim_session::{DiscoverRequest, ReportContext, Subject, Usage, discover};
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Name of the augmented model.
@@ -27,7 +28,7 @@ pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -
     let steps = Steps::new(output);
     let mut show = |p: augsim_discovery::Progress| steps.show_part(p.describe(), p.fraction());
     let subject = Subject::read(&args.model)?;
-    let data = DataFrom::from(&args.data);
+    let data = args.time.of_all(&args.data);
     let found = discover(&subject, &data, &request, &mut show)?;
     steps.finish();
     output.warn(&found.warnings);
@@ -61,11 +62,16 @@ fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
         .setting("group", args.group.join(", "))
         .setting("accept", args.accept.accept.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
         .input("model", &args.model)
-        .input("data", &args.data);
+        .inputs("data", &args.data);
+    let record = match &args.time.time {
+        Some(time) => record.setting("time", time),
+        None => record,
+    };
     let record = match args.time_limit {
         Some(seconds) => record.setting("time-limit", seconds),
         None => record,
     };
-    let (files, inputs) = (&[RESULT, MODEL, REPORT], &[args.model.as_path(), &args.data]);
-    Results { folder: &args.out, files, inputs, record, force }.claim()
+    let inputs: Vec<&Path> = [&args.model].into_iter().chain(&args.data).map(PathBuf::as_path).collect();
+    let files = &[RESULT, MODEL, REPORT];
+    Results { folder: &args.out, files, inputs: &inputs, record, force }.claim()
 }

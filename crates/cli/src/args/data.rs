@@ -1,5 +1,6 @@
 //! Options of `data`.
 
+use augsim_terminal::discover_args::TimeColumn;
 use clap::{Args as ClapArgs, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -20,10 +21,13 @@ pub enum DataAction {
         /// Data file: CSV (plain or gzip), NPZ, or published push files (HDF5, JSON, a zip archive or a
         /// folder of them).
         file: PathBuf,
-        /// Model file (TOML). It enables the checks that compare the data with gravity and with the
-        /// declared sensor noise.
+        /// Model file (TOML). It enables the checks that compare the data with gravity, with declared
+        /// temperatures and with the declared sensor noise.
         #[arg(long)]
         model: Option<PathBuf>,
+        /// Time column of the data.
+        #[command(flatten)]
+        time: TimeColumn,
     },
     /// Convert a published data set into a data file and, where a built-in model fits, a starting model
     /// file.

@@ -1,5 +1,6 @@
 //! Options of `predict` and `evaluate`.
 
+use augsim_terminal::discover_args::TimeColumn;
 use clap::{Args as ClapArgs, ValueEnum};
 use std::path::PathBuf;
 
@@ -14,6 +15,9 @@ pub struct Predict {
     /// motion by a push model, the first samples and the inputs by a model of equations.
     #[arg(long)]
     pub data: PathBuf,
+    /// Time column of the data.
+    #[command(flatten)]
+    pub time: TimeColumn,
     /// Number of random draws per trajectory (default: 100 for a network, 400 for a model).
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..))]
     pub samples: Option<u32>,
@@ -68,6 +72,9 @@ pub struct Evaluate {
     /// own data, only the held-out trajectories are scored, or all if none were held out.
     #[arg(long)]
     pub data: PathBuf,
+    /// Time column of the data.
+    #[command(flatten)]
+    pub time: TimeColumn,
     /// For models of equations: number of first samples that the initial state is estimated from. Errors
     /// are those of the free run over all later samples.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]

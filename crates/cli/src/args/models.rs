@@ -1,5 +1,6 @@
 //! Options of the commands on model files: `model`, `fit`, `effects`.
 
+use augsim_terminal::discover_args::{Accept, TimeColumn};
 use clap::builder::PossibleValuesParser;
 use clap::{Args as ClapArgs, Subcommand};
 use std::path::PathBuf;
@@ -37,9 +38,16 @@ fn templates() -> PossibleValuesParser {
 pub struct Fit {
     /// Model file (TOML) with `scenario = "system"`.
     pub model: PathBuf,
-    /// Measured trajectories with the inputs and outputs of the model: a CSV file, plain or gzip, or a
-    /// folder with one file per recording.
-    pub data: PathBuf,
+    /// Measured trajectories with the inputs and outputs of the model: files in any layout that `start`
+    /// reads, or folders with one file per recording.
+    #[arg(required = true)]
+    pub data: Vec<PathBuf>,
+    /// Time column of the data.
+    #[command(flatten)]
+    pub time: TimeColumn,
+    /// Data checks to ignore because the user knows that the data are right.
+    #[command(flatten)]
+    pub accept: Accept,
     /// Output folder for the calibrated `model.toml` and `result.json`.
     #[arg(long, default_value = "out/fit")]
     pub out: PathBuf,

@@ -42,12 +42,13 @@ struct Conversion<'a> {
 /// Runs the subcommand.
 pub fn run(args: &Data, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     match &args.action {
-        DataAction::Inspect { file, model } => {
+        DataAction::Inspect { file, model, time } => {
+            let data = time.of(file);
             if let Some(model) = inspect_system::applies(model.as_deref()) {
-                let inspection = inspect_system::inspect(file, model)?;
+                let inspection = inspect_system::inspect(&data, model, output)?;
                 output.result(&inspection, || inspection.to_string())?;
             } else {
-                let inspection = inspect(file, model.as_deref(), output)?;
+                let inspection = inspect(&data, model.as_deref(), output)?;
                 output.result(&inspection, || inspection.to_string())?;
             }
         }

@@ -8,7 +8,7 @@ use augsim_session::folders;
 use augsim_session::run_dir::DataSource;
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{REPORT, RESULT, Results};
-use augsim_terminal::discover_args::{Accept, Discover, Library};
+use augsim_terminal::discover_args::{Accept, Discover, Library, TimeColumn};
 use augsim_terminal::discovery::run_discovery;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
@@ -35,12 +35,13 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
     output.note("First: throws of a ball. The model file lacks one effect, which augsim has to find:");
     let discover = Discover {
         model: out.join("declared.toml"),
-        data: out.join("bounces.csv"),
+        data: vec![out.join("bounces.csv")],
         out,
         null_runs: 19,
         library: Library::Generic,
         group: Vec::new(),
         time_limit: None,
+        time: TimeColumn::default(),
         accept: Accept::default(),
     };
     let found = run_discovery(&discover, seed, true, output)?;

@@ -1,14 +1,16 @@
 //! `augsim fit`: calibrates the parameters of a model of equations.
 
+use super::note_conversions;
 use crate::args::Fit;
+use augsim_session::Subject;
 use augsim_session::equations::fit::MIN_REPORTED_DIFFERENCE;
 use augsim_session::equations::fitted::{FitResult, calibrate};
-use augsim_session::{DataFrom, Subject};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{RESULT, Results};
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 /// Name of the file with the calibrated model.
 const MODEL: &str = "model.toml";
@@ -16,12 +18,20 @@ const MODEL: &str = "model.toml";
 /// Runs the subcommand.
 pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let subject = Subject::read(&args.model)?;
-    let inputs = [args.model.as_path(), args.data.as_path()];
-    let record = Record::new("fit").input("model", &args.model).input("data", &args.data);
+    let inputs: Vec<&Path> = [&args.model].into_iter().chain(&args.data).map(PathBuf::as_path).collect();
+    let record = Record::new("fit").input("model", &args.model).inputs("data", &args.data);
+    let record = match &args.time.time {
+        Some(time) => record.setting("time", time),
+        None => record,
+    };
     let files = [MODEL, RESULT];
     let claim = Results { folder: &args.out, files: &files, inputs: &inputs, record, force }.claim()?;
     let file = args.model.display().to_string();
-    let (fitted, answer) = calibrate(&subject, &file, &DataFrom::from(&args.data))?;
+    let accepted = args.accept.accept.iter().copied().collect();
+    let data = args.time.of_all(&args.data);
+    let (fitted, answer) = calibrate(&subject, &file, &data, accepted)?;
+    output.warn(&answer.warnings);
+    note_conversions(&data, &answer.reading, output);
     let text = fitted.to_toml()?;
     claim.begin()?;
     let path = claim.write(MODEL, &text)?;

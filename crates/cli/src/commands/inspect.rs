@@ -1,8 +1,9 @@
 //! `augsim data inspect`: contents of a data set and the results of all data checks.
 
 use augsim_data::checks::{Check, ExpectedData, Severity, run_checks};
-use augsim_data::{MissingCells, Summary, read_dataset};
+use augsim_data::{Dataset, MissingCells, Summary};
 use augsim_physics::model::ModelFile;
+use augsim_session::DataFrom;
 use augsim_terminal::output::Output;
 use serde::Serialize;
 use std::fmt;
@@ -18,7 +19,7 @@ pub struct Inspection {
 
 /// Result of one check.
 #[derive(Debug, Serialize)]
-struct Checked {
+pub struct Checked {
     check: Check,
     looks_for: &'static str,
     outcome: CheckOutcome,
@@ -47,40 +48,53 @@ impl CheckOutcome {
     }
 }
 
-/// Reads `file` and runs all checks; `model` enables those that compare the data with a model.
-pub fn inspect(file: &Path, model: Option<&Path>, output: &Output) -> anyhow::Result<Inspection> {
-    let data = read_dataset(file, MissingCells::AsGap)?;
-    if !data.notes().is_empty() {
-        output.note(format!("{}: read as a recording: {}", file.display(), data.notes().join("; ")));
-    }
-    let expected = match model {
-        Some(path) => ModelFile::read(path)?.expected(),
-        None => ExpectedData::default(),
-    };
-    let checks = run_checks(&data, &expected).into_iter().map(|result| {
-        let refused = result.findings.iter().any(|f| f.severity() == Severity::Refused);
-        let outcome = match (result.findings.is_empty(), refused) {
-            (true, _) if model.is_none() && result.check.needs_model() => CheckOutcome::NoModel,
-            (true, _) => CheckOutcome::Passed,
-            (false, true) => CheckOutcome::Refused,
-            (false, false) => CheckOutcome::Warning,
+impl Checked {
+    /// Runs all checks; `has_model` states whether `expected` comes from a model file.
+    pub fn run_all(data: &Dataset, expected: &ExpectedData, has_model: bool) -> Vec<Checked> {
+        let checked = |result: augsim_data::checks::Outcome| {
+            let refused = result.findings.iter().any(|f| f.severity() == Severity::Refused);
+            let outcome = match (result.findings.is_empty(), refused) {
+                (true, _) if !has_model && result.check.needs_model() => CheckOutcome::NoModel,
+                (true, _) => CheckOutcome::Passed,
+                (false, true) => CheckOutcome::Refused,
+                (false, false) => CheckOutcome::Warning,
+            };
+            let findings = result.findings.iter().map(|f| f.to_string()).collect();
+            Checked { check: result.check, looks_for: result.looks_for, outcome, findings }
         };
-        let findings = result.findings.iter().map(|f| f.to_string()).collect();
-        Checked { check: result.check, looks_for: result.looks_for, outcome, findings }
-    });
-    Ok(Inspection { checks: checks.collect(), summary: Summary::from_dataset(&data) })
-}
+        run_checks(data, expected).into_iter().map(checked).collect()
+    }
 
-impl fmt::Display for Inspection {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.summary)?;
+    /// Writes the results of all checks, one line each, with the findings below.
+    pub fn write_all(checks: &[Checked], f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "\nchecks of suspicious data")?;
-        for c in &self.checks {
+        for c in checks {
             writeln!(f, "  {:<20} {:<14} {}", c.check.name(), c.outcome.words(), c.looks_for)?;
             for finding in &c.findings {
                 writeln!(f, "    {finding}")?;
             }
         }
         Ok(())
+    }
+}
+
+/// Reads data and runs all checks; `model` enables those that compare the data with a model.
+pub fn inspect(from: &DataFrom, model: Option<&Path>, output: &Output) -> anyhow::Result<Inspection> {
+    let data = from.read(MissingCells::AsGap)?;
+    if !data.notes().is_empty() {
+        output.note(format!("{from}: read as a recording: {}", data.notes().join("; ")));
+    }
+    let expected = match model {
+        Some(path) => ModelFile::read(path)?.expected(),
+        None => ExpectedData::default(),
+    };
+    let checks = Checked::run_all(&data, &expected, model.is_some());
+    Ok(Inspection { checks, summary: Summary::from_dataset(&data) })
+}
+
+impl fmt::Display for Inspection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.summary)?;
+        Checked::write_all(&self.checks, f)
     }
 }

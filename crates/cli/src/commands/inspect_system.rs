@@ -1,7 +1,10 @@
 //! `augsim data inspect --model` for a model of equations: the columns of the model in the data.
 
-use augsim_data::checks::run_checks;
+use super::inspect::Checked;
+use super::note_conversions;
+use augsim_session::DataFrom;
 use augsim_session::equations::{self, records};
+use augsim_terminal::output::Output;
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -14,7 +17,7 @@ pub struct Inspection {
     duration_s: f64,
     columns: Vec<ColumnSummary>,
     unnamed_columns: Vec<String>,
-    findings: Vec<String>,
+    checks: Vec<Checked>,
 }
 
 /// Statistics of one column.
@@ -39,14 +42,15 @@ const MIN_SAMPLES_AT_LIMIT: usize = 5;
 /// Maximum number of values that are searched for a quantisation step.
 const MAX_QUANTISATION_VALUES: usize = 20_000;
 
-/// Reads `file` with a model of equations and summarises each column.
+/// Reads data with a model of equations and summarises each column; runs all checks.
 ///
 /// # Errors
 /// The model or the data cannot be read, or do not match.
-pub fn inspect(file: &Path, model: &Path) -> anyhow::Result<Inspection> {
+pub fn inspect(from: &DataFrom, model: &Path, output: &Output) -> anyhow::Result<Inspection> {
     let model = equations::read(model)?;
-    let measured = records::read(file, &model)?;
+    let measured = records::read(from, &model)?;
     let data = &measured.data;
+    note_conversions(from, data.notes(), output);
     let column = |(index, column): (usize, &augsim_data::Column)| {
         let mut values: Vec<f64> = Vec::new();
         let mut steps: Vec<f64> = Vec::new();
@@ -81,15 +85,13 @@ pub fn inspect(file: &Path, model: &Path) -> anyhow::Result<Inspection> {
     };
     let duration =
         |t: &augsim_data::Trajectory| t.time_s().last().zip(t.time_s().first()).map(|(b, a)| b - a);
-    let findings = run_checks(data, &model.expected());
-    let findings = findings.into_iter().flat_map(|o| o.findings).map(|f| f.to_string());
     Ok(Inspection {
         trajectories: data.trajectories().len(),
         samples: data.trajectories().iter().map(augsim_data::Trajectory::len).sum(),
         duration_s: data.trajectories().iter().filter_map(duration).fold(0.0, f64::max),
         columns: data.columns().iter().enumerate().map(column).collect(),
         unnamed_columns: measured.unnamed,
-        findings: findings.collect(),
+        checks: Checked::run_all(data, &model.expected(), true),
     })
 }
 
@@ -140,10 +142,7 @@ impl fmt::Display for Inspection {
         if !self.unnamed_columns.is_empty() {
             writeln!(f, "columns that the model does not name: {}", self.unnamed_columns.join(", "))?;
         }
-        for finding in &self.findings {
-            writeln!(f, "  {finding}")?;
-        }
-        Ok(())
+        Checked::write_all(&self.checks, f)
     }
 }
 

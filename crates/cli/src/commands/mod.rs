@@ -20,8 +20,25 @@ mod sweep;
 mod train;
 
 use crate::args::{Args, Command, Global};
+use augsim_equations::Model;
+use augsim_session::DataFrom;
+use augsim_session::equations::records;
 use augsim_terminal::Outcome;
 use augsim_terminal::output::Output;
+use std::fmt::Display;
+
+/// Prints what was taken for the time and the units of data; nothing where the file states all of it.
+fn note_conversions(data: impl Display, conversions: &[String], output: &Output) {
+    if !conversions.is_empty() {
+        output.note(format!("{data}: {}", conversions.join("; ")));
+    }
+}
+
+/// Prints what is taken for the time and the units of the data of a model of equations.
+fn note_reading(from: &DataFrom, model: &Model, output: &Output) -> anyhow::Result<()> {
+    note_conversions(from, &records::reading(from, model)?, output);
+    Ok(())
+}
 
 /// Runs the subcommand.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Outcome> {

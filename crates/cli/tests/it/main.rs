@@ -22,6 +22,7 @@ mod limits;
 mod own_files;
 mod reading;
 mod suspicious_data;
+mod time_and_units;
 
 // From a recording to a result.
 mod exported;

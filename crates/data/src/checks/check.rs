@@ -29,6 +29,10 @@ pub enum Check {
     VelocityDisagrees,
     /// An angle in degrees in a column of radians.
     AngleInDegrees,
+    /// An angle that jumps by a full turn.
+    AngleWrap,
+    /// Degrees Celsius in a column of kelvins.
+    CelsiusInKelvin,
     /// A free fall other than that of the model: another unit, upside down, or swapped columns.
     GravityDisagrees,
     /// A declared measurement noise as large as the motion.
@@ -50,6 +54,8 @@ impl Check {
             Check::ShiftedColumn => "shifted-column",
             Check::VelocityDisagrees => "velocity-disagrees",
             Check::AngleInDegrees => "angle-in-degrees",
+            Check::AngleWrap => "angle-wrap",
+            Check::CelsiusInKelvin => "celsius-in-kelvin",
             Check::GravityDisagrees => "gravity-disagrees",
             Check::DeclaredNoise => "declared-noise",
         }

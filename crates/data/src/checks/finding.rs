@@ -276,6 +276,42 @@ pub enum Finding {
         /// Largest angle of the set as written in the file.
         largest_rad: f64,
     },
+    /// An angle jumps by a full turn.
+    #[error(
+        "trajectory `{trajectory}`, t_s = {time_s} s: column `{column}` jumps by a full turn, as at {jumps} place(s) of the \
+         set, while the motion continues: the angle is wrapped; {}",
+        wrap_remedy(*is_output)
+    )]
+    AngleWrap {
+        /// First such trajectory.
+        trajectory: String,
+        /// Time of its first jump, s.
+        time_s: f64,
+        /// Name of the column.
+        column: String,
+        /// Number of jumps in the set.
+        jumps: usize,
+        /// Whether the column is an output of the model, which may be declared periodic.
+        is_output: bool,
+    },
+    /// A column of kelvins holds degrees Celsius.
+    #[error(
+        "column `{column}` holds {} K ({} K at least){}: the values are probably degrees Celsius; call the column `{}`, \
+         which is converted, or add 273.15",
+        digits(*typical_kelvin), digits(*smallest_kelvin),
+        declared_kelvin.map_or_else(String::new, |t| format!(", but the model declares temperatures such as {} K", digits(t))),
+        celsius_name(column)
+    )]
+    CelsiusInKelvin {
+        /// Name of the column.
+        column: String,
+        /// Median of the values, K.
+        typical_kelvin: f64,
+        /// Smallest value, K.
+        smallest_kelvin: f64,
+        /// Temperature of the model that is nearest to the values in degrees Celsius, K.
+        declared_kelvin: Option<f64>,
+    },
     /// The free-fall acceleration of the set differs from the gravity of the model.
     #[error(
         "column `{column}` falls at {} m/s², but the gravity of the model is {} m/s²; {}", digits(*found_m_s2), digits(*expected_m_s2),
@@ -359,6 +395,22 @@ pub enum Finding {
     },
 }
 
+/// The remedy for a wrapped angle.
+fn wrap_remedy(is_output: bool) -> &'static str {
+    match is_output {
+        true => {
+            "declare `period_rad = 6.283185307179586` for this output of the model, or unwrap the column (numpy.unwrap) before \
+             reading it"
+        }
+        false => "unwrap the column (numpy.unwrap) before reading it",
+    }
+}
+
+/// The name of a column of kelvins as one of degrees Celsius.
+fn celsius_name(column: &str) -> String {
+    format!("{}_degC", column.strip_suffix("_K").unwrap_or(column))
+}
+
 /// The number of similar trajectories in parentheses; empty for one.
 fn and_more(alike: usize) -> String {
     match alike {
@@ -408,6 +460,8 @@ impl Finding {
             Finding::ShiftedColumn { .. } | Finding::ShiftedVelocity { .. } => Check::ShiftedColumn,
             Finding::VelocityDisagrees { .. } => Check::VelocityDisagrees,
             Finding::AngleInDegrees { .. } => Check::AngleInDegrees,
+            Finding::AngleWrap { .. } => Check::AngleWrap,
+            Finding::CelsiusInKelvin { .. } => Check::CelsiusInKelvin,
             Finding::GravityDisagrees { .. }
             | Finding::SwappedColumns { .. }
             | Finding::GravityDiffers { .. } => Check::GravityDisagrees,

@@ -7,6 +7,8 @@
 
 mod absurd_value;
 mod angle_in_degrees;
+mod angle_wrap;
+mod celsius_in_kelvin;
 mod check;
 mod check_data;
 mod clock_unit;
@@ -47,12 +49,16 @@ pub struct ExpectedData {
     pub outputs: Vec<String>,
     /// Columns that the model reads as inputs.
     pub inputs: Vec<String>,
+    /// Columns of angles that the model declares as periodic.
+    pub periodic: Vec<String>,
+    /// Temperatures that the model declares, K.
+    pub temperatures_kelvin: Vec<f64>,
 }
 
 type RunCheck = fn(&Dataset, &ExpectedData) -> Vec<Finding>;
 
 /// Every check with the mistake that it looks for, in the order of the messages.
-const CHECKS: [(Check, &str, RunCheck); 13] = [
+const CHECKS: [(Check, &str, RunCheck); 15] = [
     (Check::AbsurdValue, "values above 1e12 in SI units", absurd_value::run),
     (
         Check::SentinelValue,
@@ -72,6 +78,8 @@ const CHECKS: [(Check, &str, RunCheck); 13] = [
         velocity_disagrees::run,
     ),
     (Check::AngleInDegrees, "degrees in a column of radians", angle_in_degrees::run),
+    (Check::AngleWrap, "an angle that jumps by a full turn", angle_wrap::run),
+    (Check::CelsiusInKelvin, "degrees Celsius in a column of kelvins", celsius_in_kelvin::run),
     (
         Check::GravityDisagrees,
         "a free fall that differs from the gravity of the model",

@@ -48,8 +48,11 @@ pub(super) fn column_notes(file: &RecordedFile, columns: &[Target]) -> Vec<Strin
             _ => {}
         }
     }
-    let renamed = columns.iter().filter(|c| c.from != c.name || c.factor != 1.0);
+    let renamed = columns.iter().filter(|c| c.from != c.name || c.factor != 1.0 || c.offset != 0.0);
     pairs.extend(renamed.map(|c| match c.factor {
+        f if c.offset != 0.0 => {
+            format!("{} times {} plus {} is {}", escaped_short(&c.from), digits(f), digits(c.offset), c.name)
+        }
         1.0 => format!("{} is {}", escaped_short(&c.from), c.name),
         f => format!("{} times {} is {}", escaped_short(&c.from), digits(f), c.name),
     }));
@@ -71,7 +74,7 @@ pub(super) fn column_notes(file: &RecordedFile, columns: &[Target]) -> Vec<Strin
         out.push(format!("{} {verb} no known unit; the values are kept as they are", escaped_list(&unknown)));
     }
     if !unused.is_empty() {
-        out.push(format!("columns not used: {}", escaped_list(&unused)));
+        out.push(format!("columns not used: {} (no numbers)", escaped_list(&unused)));
     }
     out
 }

@@ -1,6 +1,6 @@
 //! Infers separator, decimal mark, comments and header such that most cells of a table are numbers.
 
-use super::heading::FileUnit;
+use super::heading::ColumnUnit;
 use super::unrecognised::Unrecognised;
 use crate::error::DataError;
 use crate::limits::Limit;
@@ -115,7 +115,7 @@ impl Sheet {
             self.skipped_lines = head_rows;
             return;
         };
-        let is_units = last.iter().all(|c| c.is_empty() || FileUnit::parse(c).is_some());
+        let is_units = last.iter().all(|c| c.is_empty() || ColumnUnit::parse(c).is_some());
         let (names, units) = match head.pop().filter(|row| is_units && is_header(row)) {
             Some(names) => (names, last),
             None => (last, Vec::new()),

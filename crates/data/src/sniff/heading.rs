@@ -1,8 +1,12 @@
 //! Parses column names with units, such as `t (s)`, `time [ms]`, `x_cm` or `height/mm`.
 
+use super::calendar::is_time_word;
+use crate::unit::{Dimensions, FileUnit, Unit};
+
 /// Accepted units, for messages.
-pub(super) const KNOWN_UNITS: &str = "known units are m, cm, mm, um, in, ft, px, s, ms, us, ns, min, frames, rad, deg, \
-                                      m/s, cm/s, mm/s, rad/s, deg/s";
+pub(super) const KNOWN_UNITS: &str = "known units are SI units with the usual prefixes (mm, kN, mV, mrad), cm, in, ft, \
+                                      px, ms, us, ns, min, h, d, weeks, years, frames, deg, rpm, degC, degF, km/h, %, bar, \
+                                      psi, L, Ah, Wh, and their products and quotients such as deg/s and L/min";
 
 /// Quantity that a unit measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,55 +18,58 @@ pub(super) enum Quantity {
     /// A time in frames of unknown rate.
     Frames,
     Angle,
-    Speed,
-    AngularSpeed,
+    /// Any other quantity.
+    Other,
 }
 
-/// A unit that a file may use: the quantity that it measures and its size in SI units.
+/// A unit that a column may have: the quantity that it measures and its conversion to SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct FileUnit {
+pub(super) struct ColumnUnit {
     pub quantity: Quantity,
-    pub factor: f64,
+    pub conversion: FileUnit,
 }
 
-/// Accepted units with their spellings in lower case.
-const UNITS: [(Quantity, f64, &[&str]); 21] = [
-    (Quantity::Length, 1.0, &["m", "meter", "meters", "metre", "metres"]),
-    (Quantity::Length, 1e-1, &["dm"]),
-    (Quantity::Length, 1e-2, &["cm", "centimeter", "centimeters", "centimetre", "centimetres"]),
-    (Quantity::Length, 1e-3, &["mm", "millimeter", "millimeters", "millimetre", "millimetres"]),
-    (Quantity::Length, 1e-6, &["um", "µm", "μm", "micron", "microns"]),
-    (Quantity::Length, 0.0254, &["in", "inch", "inches"]),
-    (Quantity::Length, 0.3048, &["ft", "foot", "feet"]),
-    (Quantity::Pixels, 1.0, &["px", "pix", "pixel", "pixels"]),
-    (Quantity::Time, 1.0, &["s", "sec", "secs", "second", "seconds"]),
-    (Quantity::Time, 1e-3, &["ms", "msec", "millisecond", "milliseconds"]),
-    (Quantity::Time, 1e-6, &["us", "µs", "μs", "usec", "microsecond", "microseconds"]),
-    (Quantity::Time, 1e-9, &["ns", "nsec", "nanosecond", "nanoseconds"]),
-    (Quantity::Time, 60.0, &["min", "minute", "minutes"]),
-    (Quantity::Frames, 1.0, &["frame", "frames"]),
-    (Quantity::Angle, 1.0, &["rad", "radian", "radians"]),
-    (Quantity::Angle, std::f64::consts::PI / 180.0, &["deg", "°", "degree", "degrees", "grad"]),
-    (Quantity::Speed, 1.0, &["m/s", "m_s", "m s^-1", "ms-1"]),
-    (Quantity::Speed, 1e-2, &["cm/s", "cm_s"]),
-    (Quantity::Speed, 1e-3, &["mm/s", "mm_s"]),
-    (Quantity::AngularSpeed, 1.0, &["rad/s", "rad_s"]),
-    (Quantity::AngularSpeed, std::f64::consts::PI / 180.0, &["deg/s", "deg_s", "°/s"]),
-];
+impl ColumnUnit {
+    /// The unit of numbers of frames.
+    pub fn frames() -> ColumnUnit {
+        ColumnUnit { quantity: Quantity::Frames, conversion: FileUnit::scaled(Unit::DIMENSIONLESS, 1.0) }
+    }
 
-impl FileUnit {
-    /// The unit that a text names; brackets around it and upper case are ignored.
-    pub fn parse(text: &str) -> Option<FileUnit> {
-        let text = text.trim().trim_matches(|c| "()[]{}<>".contains(c)).trim().to_lowercase();
-        let entry = UNITS.iter().find(|(_, _, spellings)| spellings.contains(&text.as_str()));
-        entry.map(|&(quantity, factor, _)| FileUnit { quantity, factor })
+    /// The unit that a text names; brackets around it are ignored.
+    pub fn parse(text: &str) -> Option<ColumnUnit> {
+        let word = text.trim().trim_matches(|c| "()[]{}<>".contains(c)).trim().to_lowercase();
+        let pure = FileUnit::scaled(Unit::DIMENSIONLESS, 1.0);
+        match word.as_str() {
+            "px" | "pix" | "pixel" | "pixels" => {
+                return Some(ColumnUnit { quantity: Quantity::Pixels, conversion: pure });
+            }
+            "frame" | "frames" => return Some(ColumnUnit::frames()),
+            _ => {}
+        }
+        let conversion = FileUnit::parse(text)?;
+        let unit = conversion.unit();
+        let quantity = match () {
+            () if unit.dimensions() == Unit::METRE.dimensions() => Quantity::Length,
+            () if unit.dimensions() == Dimensions::TIME => Quantity::Time,
+            () if unit == Unit::RADIAN => Quantity::Angle,
+            () => Quantity::Other,
+        };
+        Some(ColumnUnit { quantity, conversion })
     }
 
     /// The unit that an option gives: a known one, or its size in metres as a number.
-    pub fn parse_option(text: &str) -> Option<FileUnit> {
+    pub fn parse_option(text: &str) -> Option<ColumnUnit> {
         let metres = || text.trim().parse::<f64>().ok().filter(|f| f.is_finite() && *f != 0.0);
-        FileUnit::parse(text)
-            .or_else(|| metres().map(|factor| FileUnit { quantity: Quantity::Length, factor }))
+        let of_size = |factor: f64| ColumnUnit {
+            quantity: Quantity::Length,
+            conversion: FileUnit::scaled(Unit::METRE, factor),
+        };
+        ColumnUnit::parse(text).or_else(|| metres().map(of_size))
+    }
+
+    /// Size of the unit in SI units.
+    pub fn factor(&self) -> f64 {
+        self.conversion.factor()
     }
 }
 
@@ -73,7 +80,7 @@ pub(super) struct Heading {
     pub raw: String,
     /// Its words in lower case, without the unit.
     pub words: Vec<String>,
-    pub unit: Option<FileUnit>,
+    pub unit: Option<ColumnUnit>,
     /// The text of the unit; empty without one.
     pub unit_text: String,
 }
@@ -84,14 +91,61 @@ impl Heading {
         let (name, unit_text) = split_unit(raw.trim());
         let unit_text = if unit_row.is_empty() { unit_text } else { unit_row };
         let unit_text = unit_text.trim().trim_matches(|c| "()[]{}<>".contains(c)).trim();
+        let bracketed = unit_text;
+        let unit = match bracketed {
+            // Where a name says temperature, C is the Celsius scale and not the coulomb.
+            "C" | "c" if is_temperature(name) => ColumnUnit::parse("degC"),
+            "F" | "f" if is_temperature(name) => ColumnUnit::parse("degF"),
+            text => ColumnUnit::parse(text),
+        };
         let name = split_case(name).to_lowercase();
         let words = name.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty());
         Heading {
             raw: raw.trim().to_owned(),
             words: words.map(str::to_owned).collect(),
-            unit: FileUnit::parse(unit_text),
+            unit,
             unit_text: unit_text.to_owned(),
         }
+    }
+}
+
+impl Heading {
+    /// The name without its unit, in the characters of a column name; case is kept.
+    pub fn base(&self) -> String {
+        let name = split_unit(&self.raw).0.trim();
+        let words = name.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty());
+        words.collect::<Vec<_>>().join("_")
+    }
+}
+
+/// Whether a name denotes a temperature: `T`, `T1`, `temp`, `Temperatur`.
+fn is_temperature(name: &str) -> bool {
+    let name = name.trim();
+    let is_symbol = name.strip_prefix('T').is_some_and(|rest| rest.chars().all(|c| c.is_ascii_digit()));
+    is_symbol || name.to_lowercase().contains("temp")
+}
+
+/// Whether `unit`, written after a separator, is a unit of `name` and not the last word of the name.
+///
+/// Words such as `in`, `h` and `min` are a unit only of a time or of a coordinate.
+fn is_unit_of(name: &str, unit: &str) -> bool {
+    let Some(found) = ColumnUnit::parse(unit) else { return false };
+    let words: Vec<String> =
+        name.to_lowercase().split(|c: char| !c.is_alphanumeric()).map(str::to_owned).collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).filter(|w| !w.is_empty()).collect();
+    let may_be_word =
+        FileUnit::is_ambiguous_ending(unit) || unit.chars().count() == 1 && unit != "m" && unit != "s";
+    match found.quantity {
+        Quantity::Time if may_be_word => words.iter().all(|w| is_time_word(w)),
+        Quantity::Length if may_be_word => {
+            let is_coordinate = |w: &str| matches!(w, "x" | "y" | "z" | "height" | "h" | "pos" | "position");
+            words.iter().any(|w| is_coordinate(w))
+        }
+        _ if unit == "C" => true,
+        _ if may_be_word => {
+            unit.chars().all(|c| c.is_ascii_uppercase()) && !FileUnit::is_ambiguous_ending(unit)
+        }
+        _ => true,
     }
 }
 
@@ -124,13 +178,13 @@ fn split_unit(raw: &str) -> (&str, &str) {
     for (offset, c) in separators {
         let (name, unit) = (&raw[..offset], &raw[offset + c.len_utf8()..]);
         let unit = unit.trim().trim_start_matches("in ");
-        if FileUnit::parse(unit).is_some() && !name.trim().is_empty() {
+        if !name.trim().is_empty() && is_unit_of(name, unit) {
             return (name, unit);
         }
     }
     // A slash divides by the unit, as in height/mm. The name ends at the first slash.
     if let Some((name, unit)) = raw.split_once('/')
-        && FileUnit::parse(unit).is_some()
+        && ColumnUnit::parse(unit).is_some()
         && !name.trim().is_empty()
     {
         return (name, unit);
@@ -145,26 +199,43 @@ mod tests {
 
     #[test]
     fn units_are_found_in_names() {
+        let deg = std::f64::consts::PI / 180.0;
         for (raw, words, quantity, factor) in [
             ("t (s)", "t", Quantity::Time, 1.0),
             ("time [ms]", "time", Quantity::Time, 1e-3),
+            ("time (hours)", "time", Quantity::Time, 3600.0),
+            ("t_h", "t", Quantity::Time, 3600.0),
+            ("t_d", "t", Quantity::Time, 86_400.0),
+            ("t_min", "t", Quantity::Time, 60.0),
             ("x_cm", "x", Quantity::Length, 1e-2),
+            ("x_in", "x", Quantity::Length, 0.0254),
             ("height/mm", "height", Quantity::Length, 1e-3),
             ("Ball Pos X {mm}", "ball pos x", Quantity::Length, 1e-3),
             ("ballX_mm", "ball x", Quantity::Length, 1e-3),
-            ("vx_m_s", "vx", Quantity::Speed, 1.0),
-            ("vx_cm/s", "vx", Quantity::Speed, 1e-2),
-            ("theta (deg)", "theta", Quantity::Angle, std::f64::consts::PI / 180.0),
+            ("vx_m_s", "vx", Quantity::Other, 1.0),
+            ("vx_cm/s", "vx", Quantity::Other, 1e-2),
+            ("speed_km_h", "speed", Quantity::Other, 1.0 / 3.6),
+            ("theta (deg)", "theta", Quantity::Angle, deg),
             ("y, px", "y", Quantity::Pixels, 1.0),
             ("Höhe in cm", "höhe", Quantity::Length, 1e-2),
+            ("force_N", "force", Quantity::Other, 1.0),
         ] {
             let heading = Heading::read(raw, "");
             assert_eq!(heading.words.join(" "), words, "{raw}");
-            assert_eq!(heading.unit, Some(FileUnit { quantity, factor }), "{raw}");
+            let unit = heading.unit.unwrap_or_else(|| panic!("{raw} has no unit"));
+            assert_eq!(unit.quantity, quantity, "{raw}");
+            assert!((unit.factor() / factor - 1.0).abs() < 1e-12, "{raw}");
         }
-        for raw in ["x", "m", "frame", "comment", "a/b"] {
+        for raw in ["x", "m", "frame", "comment", "a/b", "T_in", "x_d", "gain_h", "wheel_L", "k_w", "u_v"] {
             assert_eq!(Heading::read(raw, "").unit, None, "{raw}");
         }
-        assert_eq!(Heading::read("x", "mm").unit.map(|u| u.factor), Some(1e-3));
+        assert_eq!(Heading::read("x", "mm").unit.map(|u| u.factor()), Some(1e-3));
+    }
+
+    #[test]
+    fn c_is_celsius_where_a_name_says_temperature() {
+        for (raw, offset) in [("Temp (C)", 273.15), ("T [C]", 273.15), ("T_C", 273.15), ("charge (C)", 0.0)] {
+            assert_eq!(Heading::read(raw, "").unit.map(|u| u.conversion.offset()), Some(offset), "{raw}");
+        }
     }
 }

@@ -7,12 +7,15 @@
 //! 3. [`heading`] parses names and units.
 //! 4. [`roles`] assigns a role to each column.
 //! 5. [`rows`] groups the rows into trajectories.
-//! 6. [`scene`] infers time unit, unit of length and direction of up; where names do not state them, from
+//! 6. [`clock`] infers the unit of the time, with the words of [`calendar`].
+//! 7. [`scene`] infers unit of length and direction of up; where names do not state them, from
 //!    free [`fall`].
 //!
 //! A user overrides a wrong inference with [`RecognitionOptions`].
 
 mod assumptions;
+mod calendar;
+mod clock;
 mod dialect;
 mod fall;
 mod heading;
@@ -26,7 +29,7 @@ mod side_by_side;
 mod text;
 mod unrecognised;
 
-pub(crate) use named::in_long_form;
+pub(crate) use named::{LongForm, NamedUnit, in_long_form, units_of_header};
 pub use recognised::{RecognisedData, recognise};
 pub(crate) use recognised::{files_in, recognise_bytes, stem};
 pub use recording::RecordingKind;
@@ -85,7 +88,7 @@ impl std::str::FromStr for ColumnMapping {
         if from.is_empty() || to.is_empty() {
             return Err(wrong_form());
         }
-        if let Some(unknown) = unit.as_deref().filter(|u| heading::FileUnit::parse_option(u).is_none()) {
+        if let Some(unknown) = unit.as_deref().filter(|u| heading::ColumnUnit::parse_option(u).is_none()) {
             return Err(format!("`{unknown}` is not a known unit; {}", heading::KNOWN_UNITS));
         }
         crate::Column::new(&to).map_err(|e| e.to_string())?;

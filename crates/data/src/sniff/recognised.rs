@@ -269,13 +269,13 @@ fn keep_numbers(sheet: &Sheet, headings: &[Heading], roles: &mut [Role]) {
         if numbers <= texts {
             continue;
         }
-        let (mut name, factor) = column_name(h, c, "");
+        let (mut name, conversion) = column_name(h, c, "");
         // Two headings may lose their difference: `angle (deg)` and `angle (rad)`.
         if taken.iter().any(|(other, raw)| *other == name && *raw != h.raw) {
             (name, _) = column_name(h, c, &format!("_{}", c + 1));
         }
         taken.push((name.clone(), h.raw.clone()));
-        roles[c] = Role::Named(name, factor);
+        roles[c] = Role::Named(name, conversion);
     }
 }
 
@@ -309,7 +309,7 @@ fn dataset(
                     remedy: EVERY_VALUE_IS_NEEDED,
                 });
             }
-            values.push(samples.iter().map(|v| v * column.factor).collect());
+            values.push(samples.iter().map(|v| v * column.factor + column.offset).collect());
         }
         let mut trajectory = Trajectory::new(draft.id, draft.times, values)?;
         if let Some(group) = draft.group {

@@ -37,7 +37,7 @@ pub(super) struct RecordedFile {
     pub roles: Vec<Role>,
 }
 
-/// A column of the data set: its column in the file, its name, and the factor that converts it to SI.
+/// A column of the data set: its column in the file, its name, and the conversion to SI.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Target {
     /// Index among the columns of values of the drafts.
@@ -46,4 +46,6 @@ pub(super) struct Target {
     pub from: String,
     pub name: String,
     pub factor: f64,
+    /// Value of 0 in SI units; not 0 only for degC and degF.
+    pub offset: f64,
 }

@@ -1,9 +1,11 @@
 //! Infers the role of each column from its name.
 
 use super::RecognitionOptions;
-use super::heading::{FileUnit, Heading, Quantity};
+use super::calendar::{TIME_WORDS, calendar_unit, is_date};
+use super::heading::{ColumnUnit, Heading, Quantity};
 use super::unrecognised::Unrecognised;
 use crate::column::{Column, GROUP};
+use crate::unit::{FileUnit, Unit};
 
 /// A coordinate, before the direction of up is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -29,35 +31,17 @@ impl Axis {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Role {
     /// The time, with its unit where it is known.
-    Time(Option<FileUnit>),
+    Time(Option<ColumnUnit>),
     Trajectory,
     Group,
     /// A coordinate, with its unit where it is known.
-    Axis(Axis, Option<FileUnit>),
-    /// A column with this name in the data set, and the factor that converts it to SI.
-    Named(String, f64),
+    Axis(Axis, Option<ColumnUnit>),
+    /// A column with this name in the data set, and the conversion to SI.
+    Named(String, FileUnit),
     /// A column that is not used.
     Unused,
 }
 
-/// Words that name a time column.
-const TIME: [&str; 15] = [
-    "time",
-    "t",
-    "zeit",
-    "temps",
-    "tiempo",
-    "tempo",
-    "timestamp",
-    "timestamps",
-    "stamp",
-    "clock",
-    "sec",
-    "secs",
-    "seconds",
-    "elapsed",
-    "ms",
-];
 /// Words that name a column of frame numbers.
 const FRAME: [&str; 7] = ["frame", "frames", "index", "idx", "sample", "image", "bild"];
 /// Words that name a column of trajectory identifiers.
@@ -154,8 +138,13 @@ pub(super) fn assign_roles(
     };
     if let Some(time) = &reading.time {
         let (name, unit) = match time.rsplit_once(':') {
-            Some((name, unit)) if FileUnit::parse(unit).is_some() => (name, FileUnit::parse(unit)),
-            _ => (time.as_str(), None),
+            Some(_) if headings.iter().any(|h| h.raw == *time) => (time.as_str(), None),
+            Some((name, unit)) => {
+                let is_time = |u: &ColumnUnit| matches!(u.quantity, Quantity::Time | Quantity::Frames);
+                let known = ColumnUnit::parse(unit).filter(is_time);
+                (name, Some(known.ok_or_else(|| Unrecognised::UnknownTimeUnit { text: unit.to_owned() })?))
+            }
+            None => (time.as_str(), None),
         };
         let column = position(name, "--time")?;
         let written =
@@ -169,9 +158,12 @@ pub(super) fn assign_roles(
     }
     for renamed in &reading.columns {
         let column = position(&renamed.from, "--columns")?;
-        let unit = renamed.unit.as_deref().map_or(headings[column].unit, FileUnit::parse_option);
-        (roles[column], is_assigned[column]) =
-            (Role::Named(renamed.to.clone(), unit.map_or(1.0, |u| u.factor)), true);
+        let unit = renamed.unit.as_deref().map_or(headings[column].unit, ColumnUnit::parse_option);
+        let conversion = unit.map_or_else(|| FileUnit::scaled(Unit::DIMENSIONLESS, 1.0), |u| u.conversion);
+        if let Some(unit) = unit.filter(|u| !matches!(u.quantity, Quantity::Pixels | Quantity::Frames)) {
+            check_same_quantity(&renamed.to, unit.conversion)?;
+        }
+        (roles[column], is_assigned[column]) = (Role::Named(renamed.to.clone(), conversion), true);
     }
     let has = |roles: &[Role], role: &dyn Fn(&Role) -> bool| roles.iter().any(role);
     // Time columns come first, because frame numbers are the time only where there is no time column.
@@ -179,6 +171,14 @@ pub(super) fn assign_roles(
         let has_time = has(&roles, &|p| matches!(p, Role::Time(_)));
         if let Some(role) = time_role(h).filter(|_| !is_assigned[i] && !has_time) {
             (roles[i], is_assigned[i]) = (role, true);
+        }
+    }
+    if !has(&roles, &|p| matches!(p, Role::Time(_))) {
+        // Dates and counts of days or years come last, because they may be labels beside a time.
+        let unit = |h: &Heading| if is_date(h) { Some(None) } else { calendar_unit(h).map(Some) };
+        let free = |(i, h): (usize, &Heading)| Some((i, unit(h).filter(|_| !is_assigned[i])?));
+        if let Some((i, unit)) = headings.iter().enumerate().find_map(free) {
+            (roles[i], is_assigned[i]) = (Role::Time(unit), true);
         }
     }
     if !has(&roles, &|p| matches!(p, Role::Time(_))) {
@@ -204,11 +204,10 @@ pub(super) fn assign_roles(
 }
 
 /// The unit of frames where a heading names frame numbers.
-fn frames_unit(h: &Heading) -> Option<FileUnit> {
+fn frames_unit(h: &Heading) -> Option<ColumnUnit> {
     let words: Vec<&str> = h.words.iter().map(String::as_str).collect();
     let is_number = words.iter().all(|w| FRAME.contains(w) || COUNTING.contains(w));
-    (is_number && words.iter().any(|w| FRAME.contains(w)))
-        .then_some(FileUnit { quantity: Quantity::Frames, factor: 1.0 })
+    (is_number && words.iter().any(|w| FRAME.contains(w))).then(ColumnUnit::frames)
 }
 
 /// Whether a heading names the time.
@@ -219,12 +218,12 @@ pub(super) fn is_time(h: &Heading) -> bool {
 /// The role of the time where a heading names it.
 fn time_role(h: &Heading) -> Option<Role> {
     let words: Vec<&str> = h.words.iter().map(String::as_str).collect();
-    if !are_all_in(&words, &TIME) {
+    if !are_all_in(&words, &TIME_WORDS) || is_date(h) {
         return None;
     }
     let unit = match words[..] {
-        ["sec" | "secs" | "seconds"] => FileUnit::parse("s"),
-        ["ms"] => FileUnit::parse("ms"),
+        ["sec" | "secs" | "seconds"] => ColumnUnit::parse("s"),
+        ["ms"] => ColumnUnit::parse("ms"),
         _ => h.unit,
     };
     match unit {
@@ -266,8 +265,32 @@ fn value_role(h: &Heading, has_rod: bool, infer_axes: bool) -> Role {
         return Role::Axis(Axis::Theta, h.unit);
     }
     // Names of the long form keep their meaning, such as masses, radii, spins and flags.
-    match Column::new(&h.raw) {
-        Ok(column) => Role::Named(column.name().to_owned(), 1.0),
-        Err(_) => Role::Unused,
+    if let Ok(column) = Column::new(&h.raw) {
+        let is_celsius = h.unit.is_some_and(|u| u.conversion.offset() != 0.0);
+        if !is_celsius {
+            return Role::Named(column.name().to_owned(), FileUnit::scaled(column.unit(), 1.0));
+        }
+    }
+    match si_column(h) {
+        Some((name, conversion)) => Role::Named(name, conversion),
+        None => Role::Unused,
+    }
+}
+
+/// Name in SI units of a column that has a unit, and its conversion; `None` without a unit.
+pub(super) fn si_column(h: &Heading) -> Option<(String, FileUnit)> {
+    let unit = h.unit.filter(|u| !matches!(u.quantity, Quantity::Pixels | Quantity::Frames))?;
+    let base = h.base();
+    let name = unit.conversion.si_name(&base);
+    Column::new(&name).is_ok().then_some((name, unit.conversion))
+}
+
+/// Checks that a unit in the file and the name of the new column are of one quantity.
+fn check_same_quantity(to: &str, unit: FileUnit) -> Result<(), Unrecognised> {
+    match Column::new(to) {
+        Ok(column) if column.unit().dimensions() != unit.unit().dimensions() => {
+            Err(Unrecognised::OtherQuantity { column: to.to_owned(), unit: unit.unit().symbol() })
+        }
+        _ => Ok(()),
     }
 }

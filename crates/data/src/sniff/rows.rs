@@ -1,5 +1,7 @@
 //! Groups the rows of a file into trajectories, by identifier or at restarts of the clock.
 
+use super::calendar::Written;
+use super::clock::read_times;
 use super::dialect::number;
 use super::recording::RecordedFile;
 use super::roles::Role;
@@ -11,11 +13,13 @@ use std::path::PathBuf;
 const MAX_RESTART_SHARE: f64 = 0.05;
 
 /// A trajectory in the units of the file.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Draft {
     pub id: String,
     pub group: Option<String>,
     pub times: Vec<f64>,
+    /// Form of the times in the file.
+    pub written: Written,
     /// `values[column][sample]`, NaN where a value was not measured.
     pub values: Vec<Vec<f64>>,
     pub path: PathBuf,
@@ -68,7 +72,8 @@ pub(super) fn read_drafts(
     let has_ids = file.roles.contains(&Role::Trajectory);
     let path = || sheet.path.clone();
     let mut out = Vec::new();
-    for NamedRows { id, group, rows } in rows_by_id(file, stem, prefixed, changes)? {
+    let (named, written) = rows_by_id(file, stem, prefixed, changes)?;
+    for NamedRows { id, group, rows } in named {
         for (id, mut rows) in split_at_restarts(id, rows, !has_ids, changes) {
             if rows.windows(2).any(|w| w[1].time < w[0].time) {
                 rows.sort_by(|a, b| a.time.total_cmp(&b.time));
@@ -92,6 +97,7 @@ pub(super) fn read_drafts(
                 id,
                 group: group.clone(),
                 times: rows.iter().map(|s| s.time).collect(),
+                written,
                 values: (0..columns).map(|c| rows.iter().map(|s| s.values[c]).collect()).collect(),
                 path: path(),
                 lines: rows.iter().map(|s| s.line).collect(),
@@ -102,12 +108,14 @@ pub(super) fn read_drafts(
 }
 
 /// Reads all rows as numbers and groups them by identifier, in the order of first appearance.
+///
+/// Also returns the form of the times.
 fn rows_by_id(
     file: &RecordedFile,
     stem: &str,
     prefixed: bool,
     changes: &mut RowChanges,
-) -> Result<Vec<NamedRows>, DataError> {
+) -> Result<(Vec<NamedRows>, Written), DataError> {
     let RecordedFile { sheet, headings, roles } = file;
     let find = |is_wanted: &dyn Fn(&Role) -> bool| roles.iter().position(is_wanted);
     let time_cell = find(&|role| matches!(role, Role::Time(_)));
@@ -116,6 +124,8 @@ fn rows_by_id(
     let cells: Vec<usize> = (0..roles.len()).filter(|&i| is_value(&roles[i])).collect();
     let column = |cell: usize| headings[cell].raw.clone();
     let path = || sheet.path.clone();
+    let times = time_cell.map(|cell| read_times(sheet, cell, &headings[cell].raw)).transpose()?;
+    let written = times.as_ref().map_or(Written::Number, |times| times.written);
     let mut out: Vec<NamedRows> = Vec::new();
     let mut index_of_id: BTreeMap<String, usize> = BTreeMap::new();
     let mut row_count = 0;
@@ -133,9 +143,9 @@ fn rows_by_id(
             cells.iter().map(|&c| Ok(read(c)?.unwrap_or(f64::NAN))).collect::<Result<_, DataError>>()?;
         changes.has_gap_words |=
             cells.iter().zip(&values).any(|(&c, value)| value.is_nan() && !texts[c].is_empty());
-        let time = match time_cell {
+        let time = match time_cell.zip(times.as_ref()) {
             None => row_count as f64,
-            Some(cell) => match read(cell)? {
+            Some((cell, times)) => match times.values[row] {
                 Some(time) => time,
                 None if values.iter().all(|v| v.is_nan()) => continue,
                 None => {
@@ -166,7 +176,7 @@ fn rows_by_id(
         named.rows.push(SampledRow { line, time, values });
         row_count += 1;
     }
-    Ok(out)
+    Ok((out, written))
 }
 
 /// Whether two rows have the same values; two gaps are the same.

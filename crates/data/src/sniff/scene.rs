@@ -1,8 +1,10 @@
 //! Infers time unit, unit of length, direction of up and kind of recording, and converts to SI.
 
 use super::RecognitionOptions;
+use super::calendar::{Written, calendar_unit};
+use super::clock::Clock;
 use super::fall::{acceleration, is_fall, rate_of_fall, unit_of_fall};
-use super::heading::{FileUnit, Heading, Quantity};
+use super::heading::{ColumnUnit, Heading, Quantity};
 use super::recording::{RecordedFile, RecordingKind, Target};
 use super::roles::{Axis, Role};
 use super::rows::Draft;
@@ -12,10 +14,6 @@ use crate::escape_control_characters::escaped_short;
 use crate::statistics::{digits, median};
 use std::path::Path;
 
-/// Median time step below which times without a unit are in seconds.
-const MAX_STEP_S: f64 = 0.5;
-/// Median time step below which times without a unit, and not in seconds, are in milliseconds.
-const MAX_STEP_MS: f64 = 500.0;
 /// First time of a trajectory, in steps, above which its times are shifted to begin at 0.
 const MAX_FIRST_TIME: f64 = 1.5;
 /// Largest angle without a unit that is read as radians; 7 is a little more than one turn.
@@ -27,7 +25,7 @@ const LONG_FORM_POSITIONS: [&str; 4] = ["x_m", "y_m", "z_m", "height_m"];
 type Resolved = (Vec<Target>, RecordingKind, Vec<Draft>, Vec<String>);
 
 /// A coordinate: index of its column of values, axis, and unit where the file states it.
-type Coordinate = (usize, Axis, Option<FileUnit>);
+type Coordinate = (usize, Axis, Option<ColumnUnit>);
 
 /// Trajectories of all files while their units are inferred.
 pub(super) struct Scene<'a> {
@@ -82,41 +80,53 @@ impl<'a> Scene<'a> {
             _ => None,
         });
         let is_in_frames = column.is_none() || written.is_some_and(|u| u.quantity == Quantity::Frames);
-        let seconds = match written.filter(|_| !is_in_frames) {
-            Some(unit) => unit.factor,
-            None if is_in_frames || (is_whole && step == 1.0) => 1.0 / self.frame_rate(column.is_some())?,
-            None if step < MAX_STEP_S => 1.0,
-            None => {
-                let (unit, factor) = match step {
-                    s if s < MAX_STEP_MS => ("milliseconds", 1e-3),
-                    s if s < 1e3 * MAX_STEP_MS => ("microseconds", 1e-6),
-                    _ => ("nanoseconds", 1e-9),
-                };
-                self.notes.push(format!(
-                    "the time has no unit; with steps of {} it is read as {unit}",
-                    digits(step)
-                ));
-                factor
-            }
+        let mut clock = match is_in_frames {
+            true => Clock { unit_s: 1.0, is_absolute: false, note: None },
+            false => self.clock(column, written)?,
         };
+        // Whole numbers with steps of 1 may be frame numbers, of which a fall or a comment shows the rate.
+        let may_be_frames =
+            column.is_none() || written.is_none() && is_whole && step == 1.0 && !clock.is_absolute;
+        if is_in_frames || may_be_frames {
+            match self.frame_rate(column.is_some()) {
+                Ok(rate) => clock = Clock { unit_s: 1.0 / rate, is_absolute: false, note: None },
+                Err(cause) if is_in_frames => return Err(cause),
+                Err(_) => {}
+            }
+        }
+        self.notes.extend(clock.note.clone());
         let is_long_form = column.is_some_and(|i| self.first.headings[i].raw == crate::column::TIME);
         let mut shifted = false;
         for draft in &mut self.drafts {
             let first = draft.times.first().copied().unwrap_or(0.0);
             let is_late = !is_long_form && (first.abs() > MAX_FIRST_TIME * step || first < 0.0);
-            shifted |= is_late;
-            let zero = if is_late { first } else { 0.0 };
-            // Division by a whole rate gives the double nearest to the decimal number of seconds;
-            // multiplication by its rounded reciprocal would not.
-            let rate = (1.0 / seconds).round();
-            let is_whole_rate = rate > 1.0 && (rate * seconds - 1.0).abs() < 1e-12;
-            let to_s = |t: f64| if is_whole_rate { (t - zero) / rate } else { (t - zero) * seconds };
-            draft.times.iter_mut().for_each(|t| *t = to_s(*t));
+            shifted |= is_late && !clock.is_absolute;
+            let zero = if is_late || clock.is_absolute { first } else { 0.0 };
+            draft.times.iter_mut().for_each(|t| *t = clock.seconds(*t, zero));
         }
         if shifted {
             self.notes.push("times count from the first sample of each trajectory".to_owned());
         }
         Ok(())
+    }
+
+    /// The clock of the time column, in the unit that is stated or that its numbers show.
+    fn clock(&self, column: Option<usize>, unit: Option<ColumnUnit>) -> Result<Clock, DataError> {
+        let heading = column.map(|i| &self.first.headings[i]);
+        let name = match heading {
+            Some(h) if self.first.sheet.names.is_none() => format!("column {}", h.raw),
+            Some(h) => h.raw.clone(),
+            None => String::new(),
+        };
+        let runs: Vec<&[f64]> = self.drafts.iter().map(|d| d.times.as_slice()).collect();
+        let written = self.drafts.first().map_or(Written::Number, |d| d.written);
+        let unit_text = heading.map_or("", |h| h.unit_text.as_str());
+        let mut clock = match Clock::of_column((&name, unit_text), unit, written, &runs) {
+            Ok(clock) => clock,
+            Err(reason) => return self.refuse(reason),
+        };
+        clock.is_absolute |= heading.is_some_and(|h| calendar_unit(h).is_some());
+        Ok(clock)
     }
 
     /// Frame rate, Hz: from the option, from a comment in the file, or from free fall.
@@ -133,7 +143,7 @@ impl<'a> Scene<'a> {
         }
         let lengths = self.used.iter().enumerate().filter_map(|(i, (_, p))| match p {
             Role::Axis(a, Some(s)) if a.is_position() && s.quantity == Quantity::Length => {
-                Some((i, s.factor))
+                Some((i, s.factor()))
             }
             _ => None,
         });
@@ -156,8 +166,9 @@ impl<'a> Scene<'a> {
         for (value, (h, role)) in self.used.iter().enumerate() {
             match role {
                 Role::Axis(axis, unit) => axes.push((value, *axis, *unit)),
-                Role::Named(name, factor) => {
-                    out.push(Target { value, from: h.raw.clone(), name: name.clone(), factor: *factor });
+                Role::Named(name, conversion) => {
+                    let (factor, offset) = (conversion.factor(), conversion.offset());
+                    out.push(Target { value, from: h.raw.clone(), name: name.clone(), factor, offset });
                 }
                 _ => {}
             }
@@ -184,6 +195,7 @@ impl<'a> Scene<'a> {
                 from: raw(*value).to_owned(),
                 name: raw(*value).to_owned(),
                 factor: 1.0,
+                offset: 0.0,
             };
             axes.iter().map(unchanged).collect()
         } else {
@@ -216,14 +228,14 @@ impl<'a> Scene<'a> {
         }
         for (value, ..) in axes.drain(..) {
             let from = self.used[value].0.raw.clone();
-            out.push(Target { value, name: format!("column_{from}"), from, factor: 1.0 });
+            out.push(Target { value, name: format!("column_{from}"), from, factor: 1.0, offset: 0.0 });
         }
     }
 
     /// Factors that convert the coordinates to metres, from their units or from free fall.
     fn metres(&mut self, axes: &[Coordinate]) -> Vec<f64> {
         if axes.iter().all(|(_, _, unit)| unit.is_some()) {
-            return axes.iter().map(|(_, _, unit)| unit.map_or(1.0, |u| u.factor)).collect();
+            return axes.iter().map(|(_, _, unit)| unit.map_or(1.0, |u| u.factor())).collect();
         }
         let largest = axes
             .iter()
@@ -242,7 +254,7 @@ impl<'a> Scene<'a> {
                 1.0
             }
         };
-        axes.iter().map(|(_, _, unit)| unit.map_or(guess, |u| u.factor)).collect()
+        axes.iter().map(|(_, _, unit)| unit.map_or(guess, |u| u.factor())).collect()
     }
 
     /// Columns of positions in metres, the vertical one last and positive upwards.
@@ -279,12 +291,18 @@ impl<'a> Scene<'a> {
             let is_reversed = axes[vertical].1 == Axis::Y && *axis == Axis::Z;
             if let Some(to) = horizontal_names.next() {
                 let factor = if is_reversed { -factors[i] } else { factors[i] };
-                out.push(Target { value: *value, from: name(i), name: to.to_owned(), factor });
+                out.push(Target { value: *value, from: name(i), name: to.to_owned(), factor, offset: 0.0 });
             }
         }
         let factor = if is_downward { -factors[vertical] } else { factors[vertical] };
         let to = if out.is_empty() { "height_m" } else { "z_m" };
-        out.push(Target { value: axes[vertical].0, from: name(vertical), name: to.to_owned(), factor });
+        out.push(Target {
+            value: axes[vertical].0,
+            from: name(vertical),
+            name: to.to_owned(),
+            factor,
+            offset: 0.0,
+        });
         Ok(out)
     }
 
@@ -337,17 +355,17 @@ impl<'a> Scene<'a> {
             let largest =
                 self.drafts.iter().flat_map(|d| &d.values[*value]).fold(0.0, |m: f64, v| m.max(v.abs()));
             let factor = match (axis, unit) {
-                (_, Some(unit)) => unit.factor,
+                (_, Some(unit)) => unit.factor(),
                 (Axis::Theta, None) if largest > MAX_ANGLE_RAD => {
                     self.notes
                         .push(format!("angles have no unit; values up to {} imply degrees", digits(largest)));
                     std::f64::consts::PI / 180.0
                 }
                 (Axis::Theta, None) => 1.0,
-                (_, None) => known.map_or(1.0, |s| s.factor),
+                (_, None) => known.map_or(1.0, |s| s.factor()),
             };
             let from = self.used[*value].0.raw.clone();
-            out.push(Target { value: *value, from, name: name.to_owned(), factor });
+            out.push(Target { value: *value, from, name: name.to_owned(), factor, offset: 0.0 });
         }
         out
     }

@@ -84,6 +84,39 @@ pub enum Unrecognised {
         /// Names of the columns.
         columns: Vec<String>,
     },
+    /// The unit of the time column is not known.
+    #[error(
+        "`{}` is not a known unit of time; known are ns, us, ms, s, min, h, d, weeks, years and frames: give --time \
+         COLUMN:UNIT with one of them",
+        escaped_short(text)
+    )]
+    UnknownTimeUnit {
+        /// The unit as it is written.
+        text: String,
+    },
+    /// A cell of the time column is not a time.
+    #[error(
+        "line {line}, column `{}`: `{}` is not a time; write a number, an ISO 8601 date such as \
+         2024-05-31T13:05:09.5, or a clock time such as 13:05:09.5",
+        escaped_short(column),
+        escaped_short(cell)
+    )]
+    NotATime {
+        /// Line of the file, from 1.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// Text of the cell.
+        cell: String,
+    },
+    /// A column is renamed to a name of another quantity.
+    #[error("--columns: `{}` cannot hold values in {unit}; end the name in that unit", escaped_short(column))]
+    OtherQuantity {
+        /// The new name.
+        column: String,
+        /// SI unit of the values of the file.
+        unit: String,
+    },
     /// The columns have no names, and their roles cannot be inferred from their numbers.
     #[error(
         "the file has no header, and the meaning of its columns cannot be inferred; name them with --time 1 \

@@ -1,15 +1,18 @@
 //! Units of measure, read from the suffix of a column name or from a text.
 //!
-//! All units are SI and nothing is converted: a column in millimetres or degrees is refused, so that every
-//! number in the code has the unit that its name states. [`suffix`] reads the suffixes, [`text`] a text such
-//! as `V^0.5/s`.
+//! A [`Unit`] is SI, so that every number in the code has the unit that its name states. [`suffix`] reads the
+//! suffixes, [`text`] a text such as `V^0.5/s`. A [`FileUnit`] is any unit of a data file, with its conversion to
+//! SI.
 
 mod dimensions;
+mod file_symbol;
+mod file_unit;
 mod suffix;
 mod symbol;
 mod text;
 
 pub use dimensions::Dimensions;
+pub use file_unit::{FileUnit, NonSiEnding, non_si_ending};
 
 use dimensions::{TWELFTHS, quotient};
 use std::fmt;

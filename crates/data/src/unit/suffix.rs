@@ -62,6 +62,11 @@ impl Unit {
         (base.is_some() && begin < words.len()).then(|| unit_of(&words[begin..])).flatten()
     }
 
+    /// Whether `word`, as the last word of a name, denotes a pure number.
+    pub(crate) fn is_dimensionless_word(word: &str) -> bool {
+        DIMENSIONLESS_WORDS.contains(&word)
+    }
+
     /// The accepted suffixes as one line of text, for error messages.
     pub fn accepted_suffixes() -> String {
         format!(

@@ -5,7 +5,7 @@ use super::dimensions::whole_twelfths;
 use super::symbol::Symbol;
 
 /// Largest absolute exponent of a symbol.
-const MAX_EXPONENT: f64 = 9.0;
+pub(super) const MAX_EXPONENT: f64 = 9.0;
 
 impl Unit {
     /// Unit of `text` in the notation of [`Unit::symbol`]; `None` where the text is not a unit.

@@ -5,6 +5,7 @@
 mod shared_data;
 
 // Readers and writers.
+mod clocks_and_units;
 mod csv_errors;
 mod csv_round_trip;
 mod named_csv;
@@ -18,3 +19,4 @@ mod limits;
 mod logging_mistakes;
 mod scaling_and_summary;
 mod suspicious_data;
+mod wrapped_and_celsius;

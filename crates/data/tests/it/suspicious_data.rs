@@ -15,6 +15,8 @@ const BALL: ExpectedData = ExpectedData {
     angle_sd_rad: None,
     outputs: Vec::new(),
     inputs: Vec::new(),
+    periodic: Vec::new(),
+    temperatures_kelvin: Vec::new(),
 };
 const PUSH: ExpectedData = ExpectedData {
     gravity_m_s2: None,
@@ -22,6 +24,8 @@ const PUSH: ExpectedData = ExpectedData {
     angle_sd_rad: Some(2e-3),
     outputs: Vec::new(),
     inputs: Vec::new(),
+    periodic: Vec::new(),
+    temperatures_kelvin: Vec::new(),
 };
 
 /// Times and columns of a trajectory.

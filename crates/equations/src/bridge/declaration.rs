@@ -3,6 +3,7 @@
 use super::EquationSystem;
 use crate::error::ModelError;
 use crate::model::{Model, Parameter};
+use augsim_data::Unit;
 use augsim_data::checks::ExpectedData;
 use augsim_physics::system::{
     Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Objection, Record, RoundTripError,
@@ -125,9 +126,13 @@ fn set_fitted(p: &mut Parameter, fitted: &Fitted) {
 }
 
 impl Model {
-    /// Columns of the outputs and inputs, for the checks of suspicious data.
+    /// Columns of the outputs and inputs, periods and temperatures, for the checks of suspicious data.
     pub fn expected(&self) -> ExpectedData {
+        let kelvin = Unit::parse("K");
+        let temperatures = self.parameters.iter().filter(|p| p.unit.is_some() && p.unit == kelvin);
         ExpectedData {
+            periodic: self.outputs.iter().filter(|o| o.period.is_some()).map(|o| o.name.clone()).collect(),
+            temperatures_kelvin: temperatures.map(|p| p.nominal).collect(),
             outputs: self.outputs.iter().map(|o| o.name.clone()).collect(),
             inputs: self.inputs.iter().map(|i| i.name.clone()).collect(),
             ..ExpectedData::default()

@@ -3,7 +3,7 @@
 use super::Parameter;
 use super::toml_reader::Item;
 use crate::error::{Fault, ModelError};
-use augsim_data::{Unit, escaped_short};
+use augsim_data::{FileUnit, NonSiEnding, Unit, escaped_short, non_si_ending};
 
 /// Reads a parameter: a number, or a table with its bounds.
 pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, ModelError> {
@@ -38,15 +38,32 @@ pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, Mo
 }
 
 /// Reads the unit from the key `unit`, or else from the end of the name.
+///
+/// # Errors
+/// The name ends in a unit that is not SI. Its numbers would be read as those of the SI unit, or the units of the
+/// equations would not be checked.
 pub(super) fn unit(item: &Item<'_, '_>, name: &str) -> Result<Option<Unit>, ModelError> {
-    match item.entry("unit") {
-        Some(unit) => unit_of(&unit).map(Some),
-        None => Ok(Unit::from_column_name(name)),
+    let unit = match item.entry("unit") {
+        Some(unit) => Some(unit_of(&unit)?),
+        None => Unit::from_column_name(name),
+    };
+    match non_si_ending(name) {
+        Some(NonSiEnding { ending, si_name, dimensions })
+            if unit.is_none_or(|unit| unit.dimensions() == dimensions) =>
+        {
+            Err(item.error(Fault::NonSiEnding { ending, si_name }))
+        }
+        _ => Ok(unit),
     }
 }
 
 /// Reads a unit in quotes.
 pub(super) fn unit_of(unit: &Item<'_, '_>) -> Result<Unit, ModelError> {
     let text = unit.text("a unit in quotes, such as \"N/m\"")?;
-    Unit::parse(text).ok_or_else(|| unit.error(Fault::UnknownUnit { text: escaped_short(text) }))
+    Unit::parse(text).ok_or_else(|| {
+        unit.error(match FileUnit::parse(text) {
+            Some(si) => Fault::NonSiUnit { text: escaped_short(text), si: si.unit().symbol() },
+            None => Fault::UnknownUnit { text: escaped_short(text) },
+        })
+    })
 }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -74,9 +74,14 @@ class Model:
         """The text of the model file."""
         return self._inner.to_toml()
 
-    def fit(self, data: Any) -> Fit:
-        """Calibrates the declared parameters of a model of equations, as ``augsim fit`` does."""
-        fitted, found = self._inner.fit(source(data))
+    def fit(self, data: Any, accept: Sequence[str] = ()) -> Fit:
+        """Calibrates the declared parameters of a model of equations, as ``augsim fit`` does.
+
+        ``accept`` names data checks to ignore.
+        """
+        if isinstance(accept, str):
+            raise UsageError("accept is a list of names; write ['name'] for one")
+        fitted, found = self._inner.fit(source(data), accept=[str(check) for check in accept])
         return Fit(Model._of(fitted), found)
 
     def simulate(

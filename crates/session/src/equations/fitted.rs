@@ -4,6 +4,8 @@ use super::fit::{Fitted, fit, gauge_sentence};
 use super::{noise, records, unit_text};
 use crate::usage::ModelFault;
 use crate::{DataFrom, Subject, Usage};
+use augsim_data::DataError;
+use augsim_data::checks::{AcceptedChecks, CheckedData, Warning, check_data};
 use augsim_discovery::NoiseCause;
 use augsim_equations::Model;
 use serde::Serialize;
@@ -31,6 +33,12 @@ pub struct FitResult {
     pub noise: NoiseCause,
     /// Columns of the data that the model does not use.
     pub unnamed_columns: Vec<String>,
+    /// Warnings of the data checks.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<Warning>,
+    /// Conversions of the time and of the units of the data, one sentence each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reading: Vec<String>,
 }
 
 /// A declared parameter and its calibrated value.
@@ -89,16 +97,25 @@ pub struct TriedInterpolation {
 /// Calibrates an equation model; returns the model with the calibrated values, and the result.
 ///
 /// # Errors
-/// [`Usage`] for another kind of model; data that do not fit the model, or a model that cannot be simulated.
-pub fn calibrate(subject: &Subject, file: &str, data: &DataFrom) -> anyhow::Result<(Model, FitResult)> {
+/// [`Usage`] for another kind of model; data that do not fit the model or fail a check that is not in `accepted`, or a model that cannot be simulated.
+pub fn calibrate(
+    subject: &Subject,
+    file: &str,
+    data: &DataFrom,
+    accepted: AcceptedChecks,
+) -> anyhow::Result<(Model, FitResult)> {
     let Subject::Equations(model) = subject else {
         return Err(Usage::model(file, ModelFault::BuiltInFitted).into());
     };
     let measured = records::read(data, model)?;
-    let records = records::records(&measured.data, model, true)?;
+    let reading = measured.data.notes().to_vec();
+    let CheckedData { data, warnings } =
+        check_data(measured.data, &model.expected(), accepted).map_err(DataError::from)?;
+    let records = records::records(&data, model, true)?;
     let mut fitted = fit(model, &records)?;
     let noise = noise::find(&mut fitted.model, &records)?;
-    let answer = answer(model, &fitted, noise, measured.unnamed);
+    let mut answer = answer(model, &fitted, noise, measured.unnamed);
+    (answer.warnings, answer.reading) = (warnings, reading);
     Ok((fitted.model, answer))
 }
 
@@ -139,5 +156,7 @@ fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns:
         substeps: fitted.substeps,
         noise,
         unnamed_columns,
+        warnings: Vec::new(),
+        reading: Vec::new(),
     }
 }

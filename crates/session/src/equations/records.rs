@@ -26,6 +26,22 @@ struct NoColumn {
     header: Vec<String>,
 }
 
+/// A column of the model has no value in a trajectory.
+#[derive(Debug, Error)]
+#[error(
+    "{}, trajectory `{}`: column `{}`, {what} of {model}, has no value; export it again, or remove the trajectory",
+    escaped_short(data),
+    escaped_short(trajectory),
+    escaped_short(column)
+)]
+struct NoValues {
+    data: String,
+    trajectory: String,
+    column: String,
+    what: &'static str,
+    model: String,
+}
+
 /// Data in the columns of a model.
 #[derive(Debug)]
 pub struct ModelData {
@@ -35,32 +51,95 @@ pub struct ModelData {
     pub unnamed: Vec<String>,
 }
 
-/// Reads the columns of a model's inputs and outputs.
+/// Columns that a model reads with their units, and whether each is an input or an output.
+///
+/// A column that is both is listed once.
+fn columns_of(model: &Model) -> Vec<(&str, Option<Unit>, &'static str)> {
+    let inputs = model.inputs.iter().map(|i| (i.name.as_str(), i.unit, "an input"));
+    let outputs = model.outputs.iter().map(|o| (o.name.as_str(), o.unit, "an output"));
+    let mut columns: Vec<(&str, Option<Unit>, &'static str)> = Vec::new();
+    for column in inputs.chain(outputs) {
+        if !columns.iter().any(|(name, ..)| *name == column.0) {
+            columns.push(column);
+        }
+    }
+    columns
+}
+
+fn with_units<'m>(columns: &[(&'m str, Option<Unit>, &str)]) -> Vec<(&'m str, Unit)> {
+    columns.iter().map(|(name, unit, _)| (*name, unit.unwrap_or(Unit::DIMENSIONLESS))).collect()
+}
+
+/// What is taken for the time of the data, and the conversions of the columns of a model, one sentence each.
 ///
 /// # Errors
-/// A column is missing, or the file cannot be read.
+/// The file cannot be opened.
+pub fn reading(from: &DataFrom, model: &Model) -> anyhow::Result<Vec<String>> {
+    Ok(from.named()?.notes(&with_units(&columns_of(model))))
+}
+
+/// Reads the columns of a model's inputs and outputs.
+///
+/// The notes of the data set state the clock and the conversions of units.
+///
+/// # Errors
+/// A column is missing, an input or all outputs have no value in a trajectory, or the file cannot be read.
 pub fn read(from: impl Into<DataFrom>, model: &Model) -> anyhow::Result<ModelData> {
     let from = from.into();
     let csv = from.named()?;
-    let header = csv.header().to_vec();
-    let inputs = model.inputs.iter().map(|i| (i.name.as_str(), i.unit, "an input"));
-    let outputs = model.outputs.iter().map(|o| (o.name.as_str(), o.unit, "an output"));
-    let named: Vec<(&str, Option<Unit>, &'static str)> = inputs.chain(outputs).collect();
-    if let Some((column, _, what)) = named.iter().find(|(name, ..)| !header.iter().any(|h| h == name)) {
-        let (data, model) = (from.to_string(), model.file.clone());
+    let columns = columns_of(model);
+    if let Some((column, _, what)) = columns.iter().find(|(name, unit, _)| !csv.has_column(name, *unit)) {
+        let (data, model, header) = (from.to_string(), model.file.clone(), csv.header().to_vec());
         return Err(NoColumn { data, column: (*column).to_owned(), what, model, header }.into());
     }
-    let is_named = |h: &str| named.iter().any(|(name, ..)| *name == h) || FORMAT_COLUMNS.contains(&h);
-    let unnamed = header.iter().filter(|h| !is_named(h)).cloned().collect();
-    // A column may be both an input and an output; it is read once.
-    let mut wanted: Vec<(&str, Unit)> = Vec::new();
-    for (name, unit, _) in &named {
-        if !wanted.iter().any(|(other, _)| other == name) {
-            wanted.push((name, unit.unwrap_or(Unit::DIMENSIONLESS)));
+    let wanted = with_units(&columns);
+    let mut unnamed = csv.other_columns(&wanted);
+    unnamed.retain(|name| !FORMAT_COLUMNS.contains(&name.as_str()));
+    let data = csv.read(&wanted).with_context(|| format!("data of {}", model.file))?;
+    check_values(&from, model, &data)?;
+    Ok(ModelData { data, unnamed })
+}
+
+/// Checks that each trajectory has values of every input and of at least one output.
+fn check_values(from: &DataFrom, model: &Model, data: &Dataset) -> anyhow::Result<()> {
+    let has_values = |t: &Trajectory, name: &str| -> anyhow::Result<bool> {
+        Ok(t.column(data.column_index(name)?).iter().any(|v| v.is_finite()))
+    };
+    for t in data.trajectories() {
+        let no_values = |column: &str, what| NoValues {
+            data: from.to_string(),
+            trajectory: t.id().to_owned(),
+            column: column.to_owned(),
+            what,
+            model: model.file.clone(),
+        };
+        for input in &model.inputs {
+            if !has_values(t, &input.name)? {
+                return Err(no_values(&input.name, "an input").into());
+            }
+        }
+        // A sensor may be absent from a trajectory where another one measures it.
+        let mut is_measured = false;
+        for output in &model.outputs {
+            is_measured |= has_values(t, &output.name)?;
+        }
+        if let Some(output) = model.outputs.first().filter(|_| !is_measured) {
+            let what = if model.outputs.len() == 1 { "an output" } else { "as every output" };
+            return Err(no_values(&output.name, what).into());
         }
     }
-    let data = csv.read(&wanted).with_context(|| format!("data of {}", model.file))?;
-    Ok(ModelData { data, unnamed })
+    for output in &model.outputs {
+        let mut is_measured = false;
+        for t in data.trajectories() {
+            is_measured |= has_values(t, &output.name)?;
+        }
+        if let Some(t) = data.trajectories().first().filter(|_| !is_measured) {
+            let trajectory = format!("{} and all others", t.id());
+            let (data, column, model) = (from.to_string(), output.name.clone(), model.file.clone());
+            return Err(NoValues { data, trajectory, column, what: "an output", model }.into());
+        }
+    }
+    Ok(())
 }
 
 /// Converts trajectories to records of the model.

@@ -4,7 +4,6 @@
 use super::system::errors_text;
 use crate::args::{Evaluate, ProtocolArg};
 use augsim_discovery::PredictOptions;
-use augsim_session::DataFrom;
 use augsim_session::predict::{OutputScores, net_and_physics, scores};
 use augsim_session::usage::Inapplicable;
 use augsim_terminal::output::Output;
@@ -45,7 +44,7 @@ pub(super) fn run(args: &Evaluate, model: &NetModel, seed: u64, output: &Output)
         return Err(Usage::Inapplicable(Inapplicable::NoEquations).into());
     };
     let options = PredictOptions { seed, draws: SAMPLES, only: None };
-    let runs = net_and_physics(model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
+    let runs = net_and_physics(model, &args.time.of(&args.data), args.burn_in as usize, &options)?;
     let mut rows = scores("Physics", engine.equations(), &runs.physics);
     rows.extend(scores(model.name(), engine.equations(), &runs.net));
     let shrinkage = model.shrinkage().map(|t| CorrectionShrinkage {

@@ -10,7 +10,7 @@ use augsim_session::filtered::{
 };
 use augsim_session::run_dir::RunDir;
 use augsim_session::usage::Inapplicable;
-use augsim_session::{DataFrom, ModelOrRun, Subject, discovery_in, equations};
+use augsim_session::{ModelOrRun, Subject, discovery_in, equations};
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::filter::{
@@ -72,7 +72,7 @@ struct Scored {
 /// Scores the network or the models that were given.
 pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let prefixes = args.seen.iter().map(|word| word.parse()).collect::<Result<Vec<PrefixLength>, Usage>>()?;
-    let (from, view) = (DataFrom::from(&args.data), args.view.view());
+    let (from, view) = (args.time.of(&args.data), args.view.view());
     let mut rows = Vec::new();
     match ModelOrRun::from_path(&args.run)? {
         ModelOrRun::Net => {

@@ -2,10 +2,11 @@
 
 use super::compare::{ErrorReduction, verdict};
 use crate::args::Evaluate;
+use crate::commands::note_reading;
 use augsim_discovery::{PredictOptions, PredictionSet, rmse_reduction};
 use augsim_session::provenance::fingerprint;
 use augsim_session::usage::Inapplicable;
-use augsim_session::{DataFrom, Subject, discovery_in, equations, predict};
+use augsim_session::{Subject, discovery_in, equations, predict};
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
@@ -56,7 +57,7 @@ pub(super) fn run(
     let held_out = only.is_some();
     let fitted = !held_out && folder.is_some_and(|folder| is_data_of(folder, &args.data));
     let options = PredictOptions { seed, draws: predict::DRAWS, only };
-    let data = DataFrom::from(&args.data);
+    let data = args.time.of(&args.data);
     let score = |model: &Subject| predict::predict(model, &data, args.burn_in as usize, &options);
     let mut scored: Vec<(&'static str, PredictionSet)> = Vec::new();
     if let Some(found) = folder.and_then(discovery_in) {
@@ -66,7 +67,11 @@ pub(super) fn run(
         }
     }
     let name = if scored.is_empty() { "model" } else { "augmented" };
-    scored.push((name, score(&Subject::read(file)?)?));
+    let subject = Subject::read(file)?;
+    scored.push((name, score(&subject)?));
+    if let Subject::Equations(model) = &subject {
+        note_reading(&data, model, output)?;
+    }
     let rows = scored.iter().flat_map(|(name, f)| rows(name, f)).collect();
     let verdict = discovery_verdict(&scored, seed);
     let last = scored.last().map(|(_, f)| f);

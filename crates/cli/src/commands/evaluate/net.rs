@@ -8,8 +8,8 @@ use augsim_physics::model::ModelFile;
 use augsim_reproduce::experiment::layout::Layout;
 use augsim_reproduce::experiment::rows::{Row, table};
 use augsim_session::discovery_in;
-use augsim_session::run_data::load;
-use augsim_session::run_dir::{Config, DataSource, RunDir};
+use augsim_session::run_data::load_measured;
+use augsim_session::run_dir::{Config, RunDir};
 use augsim_session::usage::Inapplicable;
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
@@ -43,7 +43,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
     if settings.correction == Correction::Rollout && args.protocol == ProtocolArg::Reconstruction {
         return Err(Usage::Inapplicable(Inapplicable::ReconstructedPushes).into());
     }
-    let test = load(&DataSource::File(args.data.clone()), &settings.engine)?;
+    let test = load_measured(&args.time.of(&args.data), &settings.engine)?;
     let layout = Layout::for_engine(&settings.engine);
     let physics = physics(&run.read_config()?, &settings.engine, output)?;
     let mut rows = Vec::new();

@@ -1,6 +1,7 @@
 //! `augsim evaluate MODEL.toml`: scores the free run of a model of equations.
 
 use crate::args::Evaluate;
+use crate::commands::note_conversions;
 use augsim_session::equations::{self, forecast, records};
 use augsim_session::usage::Inapplicable;
 use augsim_terminal::output::Output;
@@ -21,7 +22,8 @@ pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
         return Err(Usage::Inapplicable(Inapplicable::PositionOfEquations).into());
     }
     let model = equations::read(&args.run)?;
-    let measured = records::read(&args.data, &model)?;
+    let measured = records::read(args.time.of(&args.data), &model)?;
+    note_conversions(args.data.display(), measured.data.notes(), output);
     let list = records::records(&measured.data, &model, false)?;
     let runs = forecast::free_runs(&model, &list, args.burn_in as usize)?;
     let rows = forecast::rows(&model, &runs);
@@ -46,7 +48,9 @@ fn system_score_text(score: &Score) -> String {
 /// Formats the errors of one output as a line.
 pub(super) fn errors_text(row: &forecast::Row) -> String {
     let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
-    let mut text = format!("{}: {:.4e}{unit}, R2 {:.4}", row.output, row.rmse, row.r2);
+    // The fit in % of system identification: 100 (1 - |y - y_model| / |y - mean|), 100 for a perfect model.
+    let fit = 100.0 * (1.0 - (1.0 - row.r2).max(0.0).sqrt());
+    let mut text = format!("{}: {:.4e}{unit}, fit {fit:.1} %, R2 {:.4}", row.output, row.rmse, row.r2);
     for h in &row.horizons {
         let _ = write!(text, "; to {} s {:.4e}{unit}", h.horizon_s, h.rmse);
     }

@@ -6,7 +6,7 @@ use augsim_session::filtered::{
     ObservedColumns, PARTICLES, PrefixLength, bands, net_on_prefix, system_on_prefix,
 };
 use augsim_session::run_dir::{FILES, RunDir};
-use augsim_session::{DataFrom, ModelOrRun, Subject};
+use augsim_session::{ModelOrRun, Subject};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;
@@ -37,7 +37,7 @@ impl ViewArgs {
 
 /// Forecasts the rows after the prefix `seen`.
 pub(super) fn run(args: &Predict, seen: PrefixLength, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
-    let (from, view) = (DataFrom::from(&args.data), args.view.view());
+    let (from, view) = (args.time.of(&args.data), args.view.view());
     let samples = args.samples.unwrap_or(DRAWS);
     let settings =
         FilterSettings { particles: PARTICLES, samples: samples as usize, seed, is_measured: true };

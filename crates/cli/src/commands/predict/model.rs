@@ -1,10 +1,11 @@
 //! `augsim predict MODEL`: forecasts of a model file.
 
 use crate::args::Predict;
+use crate::commands::note_reading;
 use augsim_data::write_dataset;
 use augsim_discovery::{PredictOptions, PredictionSet};
+use augsim_session::Subject;
 use augsim_session::predict::{self, table};
-use augsim_session::{DataFrom, Subject};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;
@@ -37,7 +38,11 @@ pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> an
     let model = Subject::read(file)?;
     let draws = args.samples.map_or(predict::DRAWS, |n| n as usize);
     let options = PredictOptions { seed, draws, only: None };
-    let all = predict::predict(&model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
+    let data = args.time.of(&args.data);
+    let all = predict::predict(&model, &data, args.burn_in as usize, &options)?;
+    if let Subject::Equations(model) = &model {
+        note_reading(&data, model, output)?;
+    }
     write_predictions(args, &all, draws, output)
 }
 

@@ -6,7 +6,7 @@ use augsim_data::write_dataset;
 use augsim_discovery::PredictOptions;
 use augsim_session::predict::predict_with_net;
 use augsim_session::run_dir::{FILES, RunDir};
-use augsim_session::{DataFrom, forecast, run_data};
+use augsim_session::{forecast, run_data};
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;
@@ -34,10 +34,10 @@ pub(super) fn run(args: &Predict, seed: u64, output: &Output) -> anyhow::Result<
     if model.state().settings.engine.equation_engine().is_some() {
         let draws = args.samples.unwrap_or(DRAWS) as usize;
         let options = PredictOptions { seed, draws, only: None };
-        let all = predict_with_net(&model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
+        let all = predict_with_net(&model, &args.time.of(&args.data), args.burn_in as usize, &options)?;
         return write_predictions(args, &all, draws, output);
     }
-    let (starts, times) = run_data::load_timed(&DataFrom::from(&args.data), &model.state().settings.engine)?;
+    let (starts, times) = run_data::load_timed(&args.time.of(&args.data), &model.state().settings.engine)?;
     let samples = args.samples.unwrap_or(DRAWS) as usize;
     let bands = forecast::bands(&model, &starts, &times, samples)?;
     write_dataset(&bands, &args.out)?;
