@@ -124,6 +124,14 @@ pub fn write_csv(dataset: &Dataset, path: &Path) -> Result<(), DataError> {
     Ok(())
 }
 
+/// CSV text of a data set in the long form.
+pub(crate) fn csv_text(dataset: &Dataset) -> Vec<u8> {
+    let mut out = Vec::new();
+    // Writing to a vector cannot fail.
+    let _ = write_rows(dataset, &mut out);
+    out
+}
+
 fn write_rows(dataset: &Dataset, out: &mut dyn Write) -> io::Result<()> {
     let has_groups = dataset.trajectories().iter().any(|t| t.group().is_some());
     let mut rows = csv::Writer::from_writer(out);

@@ -2,10 +2,13 @@
 
 use crate::assemble::Assembler;
 use crate::column::{Column, GROUP, TIME, TRAJECTORY};
+use crate::csv_long::MissingCells;
 use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
 use crate::error::{DataError, EVERY_SAMPLE_NEEDS_A_TIME};
 use crate::escape_control_characters::escaped_list;
+use crate::foreign::content;
+use crate::sniff::Unrecognised;
 use crate::sniff::{LongForm, NamedUnit, files_in, in_long_form, stem, units_of_header};
 use crate::source::Source;
 use crate::statistics::digits;
@@ -68,6 +71,21 @@ impl NamedCsv {
         }
         let files = files_in(path)?.into_iter().map(|file| open_file(&file, Some(stem(&file)), time));
         Ok(Self { path: path.to_owned(), files: files.collect::<Result<_, _>>()? })
+    }
+
+    /// Opens several files or folders as one set of recordings, each with the name of its file.
+    ///
+    /// # Errors
+    /// The errors of [`open_with_time`](Self::open_with_time).
+    pub fn open_files(paths: &[PathBuf], time: Option<&str>) -> Result<Self, DataError> {
+        let mut files = Vec::new();
+        for path in paths {
+            let inner = if path.is_dir() { files_in(path)? } else { vec![path.clone()] };
+            for file in inner {
+                files.push(open_file(&file, Some(stem(&file)), time)?);
+            }
+        }
+        Ok(Self { path: paths.first().cloned().unwrap_or_default(), files })
     }
 
     /// Opens a CSV text in memory; `name` stands for the file name in messages.
@@ -231,7 +249,7 @@ impl NamedFile {
 
 /// Opens a file in the long form, or in another layout whose time column can be inferred.
 fn open_file(path: &Path, recording: Option<String>, time: Option<&str>) -> Result<NamedFile, DataError> {
-    let bytes = read_whole(path)?;
+    let bytes = content(path, read_whole(path)?, MissingCells::AsGap)?.into_text();
     let strict = CsvSource::from_bytes(path, bytes.clone());
     let has_time = strict.as_ref().is_ok_and(|source| source.header().iter().any(|name| name == TIME));
     if has_time && time.is_none() {
@@ -241,6 +259,20 @@ fn open_file(path: &Path, recording: Option<String>, time: Option<&str>) -> Resu
         Some(LongForm { csv, units, notes }) => {
             Ok(NamedFile { recording, source: CsvSource::from_bytes(path, csv)?, units, notes })
         }
-        None => Ok(NamedFile::of_long_form(strict?, recording)),
+        None => {
+            let source = strict?;
+            // Without a header, the first row would be told as the names of the columns.
+            let is_header = |name: &String| name.parse::<f64>().is_err() && !name.starts_with(['#', '%']);
+            match source.header().first().is_none_or(is_header) {
+                true => Ok(NamedFile::of_long_form(source, recording)),
+                false => {
+                    let columns = source.header().to_vec();
+                    Err(DataError::NotRecognised {
+                        path: path.to_owned(),
+                        reason: Unrecognised::NoTimes { columns },
+                    })
+                }
+            }
+        }
     }
 }

@@ -91,6 +91,14 @@ pub(crate) const EVERY_VALUE_IS_NEEDED: &str =
 pub(crate) const NO_EMPTY_CELLS: &str =
     "this layout does not allow empty cells; fill it in, or remove the row";
 
+/// Reason why a file cannot be read, and the remedy.
+fn unreadable_text(cause: &std::io::Error) -> String {
+    match cause.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file or folder; check the path".to_owned(),
+        _ => format!("cannot read: {cause}; check that the path exists and may be read"),
+    }
+}
+
 /// Message text on one line, with control characters escaped.
 fn shown_text(text: &str) -> String {
     escape_control_characters(text).replace('\n', " ")
@@ -102,7 +110,7 @@ fn shown_text(text: &str) -> String {
 #[derive(Debug, Error)]
 pub enum DataError {
     /// The file could not be opened or read.
-    #[error("{}: cannot read: {cause}; check that the path exists and may be read", path.display())]
+    #[error("{}: {}", path.display(), unreadable_text(cause))]
     Unreadable {
         /// Path of the file.
         path: PathBuf,

@@ -5,20 +5,19 @@ use crate::csv_long::{MissingCells, read_long, write_csv};
 use crate::csv_source::CsvSource;
 use crate::dataset::Dataset;
 use crate::error::DataError;
+use crate::foreign::{Content, content};
 use crate::legacy_ball::read_ball;
-use crate::npz::{is_npz, read_npz_bytes, write_npz};
-use crate::push::{PushError, may_hold_trials, read_push_dataset, read_push_dataset_bytes};
+use crate::npz::write_npz;
+use crate::push::{PushError, read_push_dataset};
 use crate::sniff::{RecognitionOptions, recognise, recognise_bytes};
 use crate::whole_file::read_whole;
 use std::path::Path;
 
-/// Number of bytes at the beginning of a file by which the published push files are recognised.
-const HEAD_BYTES: usize = 64;
-
 /// Reads a data set in any layout that this crate knows.
 ///
 /// The layouts are CSV in long form or the ball layout `traj,step,t,height,velocity`, plain or gzip; NPZ; and
-/// the published push files (HDF5, JSON, a zip archive or a folder of them). Any other table of numbers is
+/// the published push files (HDF5, JSON, a zip archive or a folder of them). Spreadsheets (`.xlsx`), JSON,
+/// MATLAB, HDF5 and LabVIEW files are converted to a table of text first. Any other table of numbers is
 /// read by [`recognise`](crate::recognise), which infers the meaning of its columns; [`Dataset::notes`] then
 /// list the assumptions. `-` is standard input; a FIFO or `/dev/stdin` is read like any file.
 ///
@@ -49,13 +48,10 @@ pub fn read_dataset(path: &Path, missing: MissingCells) -> Result<Dataset, DataE
             result => result,
         };
     }
-    let bytes = read_whole(path)?;
-    if bytes.starts_with(b"PK") && is_npz(path, &bytes)? {
-        return read_npz_bytes(path, &bytes, missing);
-    }
-    if may_hold_trials(&bytes[..bytes.len().min(HEAD_BYTES)]) {
-        return read_push_dataset_bytes(path, bytes);
-    }
+    let bytes = match content(path, read_whole(path)?, missing)? {
+        Content::Text(bytes) => bytes,
+        Content::Data(data) => return Ok(data),
+    };
     match read_strictly(path, bytes.clone(), missing) {
         Err(Refused { cause, is_long_form }) if may_be_other_layout(&cause) => {
             let result = recognise_bytes(path, bytes, missing);

@@ -148,6 +148,9 @@ impl<'a> Array<'a> {
         })?;
         let file = NpyFile::new(Cursor::new(content)).map_err(|e| damaged(path, name, e))?;
         let array = Array { path, name, file };
+        if matches!(array.element_type(), Some((TypeChar::Object, _))) {
+            return Err(array.fault(ArrayFault::Objects));
+        }
         if array.file.shape().len() != 1 {
             let shape = array.file.shape().to_vec();
             return Err(array.fault(ArrayFault::Shape { shape }));

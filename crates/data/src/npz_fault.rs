@@ -19,6 +19,8 @@ pub enum ArrayFault {
     NotNumbers,
     /// The elements are neither texts nor whole numbers.
     NotTexts,
+    /// The elements are Python objects.
+    Objects,
     /// The header exceeds a limit.
     Limit(LimitExceeded),
     /// The bytes are not a complete array.
@@ -40,6 +42,9 @@ impl fmt::Display for ArrayFault {
             ArrayFault::Shape { shape } => write!(f, "has the shape {shape:?}; save it with one dimension"),
             ArrayFault::NotNumbers => f.write_str("is not an array of numbers; save it as float64"),
             ArrayFault::NotTexts => f.write_str("is not an array of texts or whole numbers; save it as str"),
+            ArrayFault::Objects => f.write_str(
+                "holds Python objects, as np.savez writes a column of texts; convert it first: np.asarray(a, dtype=str)",
+            ),
             ArrayFault::Limit(cause) => write!(f, "{cause}"),
             ArrayFault::Damaged(cause) => {
                 write!(f, "is damaged or cut off ({}); copy or save the file again", escaped_cause(cause))

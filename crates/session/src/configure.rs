@@ -97,6 +97,8 @@ pub fn configure(wanted: &TrainingRequest, data: &DataFrom) -> anyhow::Result<(C
     };
     let source = match data {
         DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => DataSource::File(path.clone()),
+        // A training reads one file or folder, with which it can be resumed.
+        DataFrom::Files { paths, .. } => DataSource::File(paths.first().cloned().unwrap_or_default()),
         DataFrom::Table { name, csv } => {
             DataSource::Table { name: name.clone(), content: fingerprint_of_bytes(csv) }
         }

@@ -20,6 +20,13 @@ pub enum DataFrom {
         /// Time column, with its unit after a colon.
         time: String,
     },
+    /// Several files or folders as one set of recordings.
+    Files {
+        /// Files or folders, at least one.
+        paths: Vec<PathBuf>,
+        /// Time column that the user names, with its unit after a colon.
+        time: Option<String>,
+    },
     /// A table in memory, stored as CSV so that it is read by the same code as files.
     Table {
         /// Name in messages.
@@ -52,6 +59,10 @@ impl fmt::Display for DataFrom {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => write!(f, "{}", path.display()),
+            DataFrom::Files { paths, .. } => {
+                let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
+                f.write_str(&names.join(", "))
+            }
             DataFrom::Table { name, .. } => f.write_str(name),
         }
     }
@@ -66,11 +77,19 @@ impl DataFrom {
         }
     }
 
-    /// The file or folder; `None` for a table in memory.
+    /// Files or folders, with the time column that the user names where there is one.
+    pub fn of_paths(paths: &[PathBuf], time: Option<&str>) -> Self {
+        match paths {
+            [one] => Self::with_time(one, time),
+            several => DataFrom::Files { paths: several.to_vec(), time: time.map(str::to_owned) },
+        }
+    }
+
+    /// The file or folder; `None` for several and for a table in memory.
     pub fn path(&self) -> Option<&Path> {
         match self {
             DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => Some(path),
-            DataFrom::Table { .. } => None,
+            DataFrom::Files { .. } | DataFrom::Table { .. } => None,
         }
     }
 
@@ -86,6 +105,10 @@ impl DataFrom {
                     RecognitionOptions { time: Some(time.clone()), ..RecognitionOptions::default() };
                 recognise(std::slice::from_ref(path), &reading, missing).map(|recognised| recognised.data)
             }
+            DataFrom::Files { paths, time } => {
+                let reading = RecognitionOptions { time: time.clone(), ..RecognitionOptions::default() };
+                recognise(paths, &reading, missing).map(|recognised| recognised.data)
+            }
             DataFrom::Table { name, csv } => read_csv_bytes(name, csv.to_vec(), missing),
         }
     }
@@ -98,6 +121,7 @@ impl DataFrom {
         match self {
             DataFrom::File(path) => NamedCsv::open(path),
             DataFrom::FileWithTime { path, time } => NamedCsv::open_with_time(path, Some(time)),
+            DataFrom::Files { paths, time } => NamedCsv::open_files(paths, time.as_deref()),
             DataFrom::Table { name, csv } => NamedCsv::from_csv(name, csv.to_vec()),
         }
     }
@@ -106,6 +130,9 @@ impl DataFrom {
     pub fn fingerprint(&self) -> String {
         match self {
             DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => fingerprint(path),
+            DataFrom::Files { paths, .. } => {
+                paths.iter().map(|path| fingerprint(path)).collect::<Vec<_>>().join(", ")
+            }
             DataFrom::Table { csv, .. } => fingerprint_of_bytes(csv),
         }
     }

@@ -5,7 +5,7 @@ use crate::equations::figures::Figures;
 use crate::provenance::{display_path, fingerprint};
 use crate::{DataFrom, DiscoverRequest};
 use augsim_report::page::DataSource;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Name, seed, sources, command line and figures of a discovery.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -34,8 +34,15 @@ impl ReportContext {
                 sources.push(source_of(path));
                 (
                     name_of(path),
-                    model.map_or_else(String::new, |model| command(model, data, path, wanted, out)),
+                    model
+                        .map_or_else(String::new, |model| command(model, data, &[path.clone()], wanted, out)),
                 )
+            }
+            DataFrom::Files { paths, .. } => {
+                sources.extend(paths.iter().map(|path| source_of(path)));
+                let name = paths.first().map_or_else(String::new, |path| name_of(path));
+                let repeat = |model| command(model, data, paths, wanted, out);
+                (format!("{name} and {} more", paths.len() - 1), model.map_or_else(String::new, repeat))
             }
             DataFrom::Table { name, .. } => {
                 sources.push(DataSource { path: name.clone(), hash: data.fingerprint() });
@@ -56,11 +63,12 @@ fn name_of(path: &Path) -> String {
 }
 
 /// The command that repeats the discovery. `--out DIR` is a placeholder: it does not change the results.
-fn command(model: &Path, from: &DataFrom, data: &Path, wanted: &DiscoverRequest, out: &Path) -> String {
+fn command(model: &Path, from: &DataFrom, data: &[PathBuf], wanted: &DiscoverRequest, out: &Path) -> String {
     let DiscoverRequest { groups, accept, options } = wanted;
     let mut words = vec!["augsim".to_owned(), "discover".to_owned()];
-    words.extend([model, data].map(|path| display_path(path, out)));
-    if let DataFrom::FileWithTime { time, .. } = from {
+    let paths = [model].into_iter().chain(data.iter().map(PathBuf::as_path));
+    words.extend(paths.map(|path| display_path(path, out)));
+    if let DataFrom::FileWithTime { time, .. } | DataFrom::Files { time: Some(time), .. } = from {
         words.extend(["--time".to_owned(), time.clone()]);
     }
     words.extend(["--null-runs".to_owned(), options.null_runs.to_string()]);

@@ -5,7 +5,7 @@
 
 use crate::Usage;
 use crate::record::{RECORD, Record};
-use augsim_data::{atomic_write, check_writable, remove_stale_temporaries};
+use augsim_data::{DataError, atomic_write, check_writable, remove_stale_temporaries};
 use augsim_session::RunLock;
 use augsim_session::folders;
 use augsim_session::run_dir;
@@ -15,6 +15,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+/// Name of standard input on the command line.
+const STANDARD_INPUT: &str = "-";
 /// Endings of data files.
 const DATA_ENDINGS: [&str; 3] = [".csv", ".csv.gz", ".npz"];
 
@@ -141,6 +143,11 @@ impl Results<'_> {
     /// is not writable.
     pub fn claim(self) -> anyhow::Result<Claim> {
         let Results { folder, files, inputs, record, force } = self;
+        // A missing input is reported first: any other message about the folder would follow from it.
+        for input in inputs.iter().filter(|input| **input != Path::new(STANDARD_INPUT)) {
+            std::fs::metadata(input)
+                .map_err(|cause| DataError::Unreadable { path: input.to_path_buf(), cause })?;
+        }
         for name in files.iter().chain(&[RECORD, TIMING]) {
             check_file(&folder.join(name), inputs)?;
         }
@@ -159,10 +166,12 @@ impl Results<'_> {
 }
 
 /// Checks that the folder is empty or has results of the same command on the same inputs.
+///
+/// An input that was edited in place is the same input.
 fn check_results(folder: &Path, files: &[&str], record: &Record) -> anyhow::Result<()> {
     let refused = |fault: PathFault| Err(Usage::path(folder, fault).into());
     if let Some(there) = Record::read(folder)? {
-        return match record.difference(&there) {
+        return match record.difference(&there, folder) {
             None => Ok(()),
             Some(difference) => refused(PathFault::OtherRun { difference }),
         };

@@ -11,8 +11,10 @@ use std::path::{Path, PathBuf};
 pub struct Discover {
     /// Model file (TOML) of the declared physics.
     pub model: PathBuf,
-    /// Measured trajectories: a CSV file, plain or gzip, or a folder with one file per recording.
-    pub data: PathBuf,
+    /// Measured trajectories: files in any layout that `start` reads, or folders with one file per
+    /// recording.
+    #[arg(required = true)]
+    pub data: Vec<PathBuf>,
     /// Output folder for `result.json`, `report.html` and the augmented `model.toml`.
     #[arg(long, default_value = "out/discover")]
     pub out: PathBuf,
@@ -54,6 +56,11 @@ impl TimeColumn {
     /// Returns the data in the file or folder `path`, read with this time column.
     pub fn of(&self, path: &Path) -> DataFrom {
         DataFrom::with_time(path, self.time.as_deref())
+    }
+
+    /// Returns the data in several files or folders, read with this time column.
+    pub fn of_all(&self, paths: &[PathBuf]) -> DataFrom {
+        DataFrom::of_paths(paths, self.time.as_deref())
     }
 }
 

@@ -13,6 +13,7 @@ use augsim_session::discovery_page::page;
 use augsim_session::equations::figures::figures;
 use augsim_session::equations::fit::OutOfTime;
 use augsim_session::{DiscoverRequest, ReportContext, Subject, discover};
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
 use std::time::Instant;
 
@@ -61,7 +62,7 @@ fn run(
     let options = Options { seed, null_runs: args.null_runs, accepted, library, until };
     let request = DiscoverRequest { groups: args.group.clone(), accept, options };
     let subject = Subject::read(&args.model)?;
-    let data = args.time.of(&args.data);
+    let data = args.time.of_all(&args.data);
     let steps = Steps::new(output);
     let mut show = |p: Progress| steps.show_part(p.describe(), p.fraction());
     let (own_subject, own_data, own_request) = (subject.clone(), data.clone(), request.clone());
@@ -148,7 +149,7 @@ fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
         .setting("group", args.group.join(", "))
         .setting("accept", args.accept.accept.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
         .input("model", &args.model)
-        .input("data", &args.data);
+        .inputs("data", &args.data);
     let record = match &args.time.time {
         Some(time) => record.setting("time", time),
         None => record,
@@ -157,6 +158,7 @@ fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
         Some(seconds) => record.setting("time-limit", seconds),
         None => record,
     };
-    let (files, inputs) = (&[RESULT, MODEL, REPORT], &[args.model.as_path(), &args.data]);
-    Results { folder: &args.out, files, inputs, record, force }.claim()
+    let inputs: Vec<&Path> = [&args.model].into_iter().chain(&args.data).map(PathBuf::as_path).collect();
+    let files = &[RESULT, MODEL, REPORT];
+    Results { folder: &args.out, files, inputs: &inputs, record, force }.claim()
 }

@@ -7,7 +7,7 @@ use augsim_session::usage::Difference;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Name of the record file.
 pub const RECORD: &str = "run.toml";
@@ -23,6 +23,12 @@ pub struct Record {
     pub settings: BTreeMap<String, String>,
     /// Fingerprints of the content of the inputs, independent of their paths.
     pub inputs: BTreeMap<String, String>,
+    /// Paths of the inputs relative to the folder of the record, by which a run knows an edited input again.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub paths: BTreeMap<String, String>,
+    /// Paths of the inputs as they were given.
+    #[serde(skip)]
+    given: BTreeMap<String, PathBuf>,
 }
 
 impl Record {
@@ -33,6 +39,8 @@ impl Record {
             command: command.to_owned(),
             settings: BTreeMap::new(),
             inputs: BTreeMap::new(),
+            paths: BTreeMap::new(),
+            given: BTreeMap::new(),
         }
     }
 
@@ -45,7 +53,19 @@ impl Record {
     /// Adds the fingerprint of an input: a file or a folder.
     pub fn input(mut self, name: &str, path: &Path) -> Self {
         self.inputs.insert(name.to_owned(), fingerprint(path));
+        self.given.insert(name.to_owned(), path.to_owned());
         self
+    }
+
+    /// Adds inputs of one kind: `name` for one, `name-1`, `name-2` and so on for several.
+    pub fn inputs(self, name: &str, paths: &[PathBuf]) -> Self {
+        match paths {
+            [one] => self.input(name, one),
+            several => {
+                let numbered = several.iter().enumerate();
+                numbered.fold(self, |record, (i, path)| record.input(&format!("{name}-{}", i + 1), path))
+            }
+        }
     }
 
     /// Reads the record in a folder; `None` if there is none.
@@ -68,13 +88,24 @@ impl Record {
     /// # Errors
     /// The file cannot be written.
     pub fn write(&self, folder: &Path) -> anyhow::Result<()> {
-        let text = toml::to_string_pretty(self)?;
+        let relative = |(name, path): (&String, &PathBuf)| Some((name.clone(), relative_path(folder, path)?));
+        let record = Record { paths: self.given.iter().filter_map(relative).collect(), ..self.clone() };
+        let text = toml::to_string_pretty(&record)?;
         atomic_write(&folder.join(RECORD), |w| w.write_all(text.as_bytes()))?;
         Ok(())
     }
 
-    /// Returns the first difference from the existing record; `None` if the results must be the same.
-    pub fn difference(&self, there: &Self) -> Option<Difference> {
+    /// Whether an input is the same file or folder as that of the existing record in `folder`.
+    fn is_same_input(&self, there: &Self, name: &str, folder: &Path) -> bool {
+        let canonical = |path: &Path| std::fs::canonicalize(path).ok();
+        let here = self.given.get(name).and_then(|path| canonical(path));
+        here.is_some() && here == there.paths.get(name).and_then(|path| canonical(&folder.join(path)))
+    }
+
+    /// Returns the first difference from the existing record in `folder`; `None` if it may be replaced.
+    ///
+    /// An input that was edited since is no difference.
+    pub fn difference(&self, there: &Self, folder: &Path) -> Option<Difference> {
         let differ = |name: &str, there: &str, here: &str| Difference {
             key: name.to_owned(),
             there: there.to_owned(),
@@ -90,6 +121,10 @@ impl Record {
             let mut names: Vec<&String> = ours.keys().chain(theirs.keys()).collect();
             names.sort_unstable();
             for name in names {
+                let is_input = !kind.is_empty();
+                if is_input && self.is_same_input(there, name, folder) {
+                    continue;
+                }
                 let [here, there] = [ours, theirs].map(|map| map.get(name).unwrap_or(&none));
                 if here != there || here == STREAM {
                     return Some(differ(&format!("{kind}{name}"), there, here));
@@ -98,4 +133,13 @@ impl Record {
         }
         (self.augsim != there.augsim).then(|| differ("the version of augsim", &there.augsim, &self.augsim))
     }
+}
+
+/// Path of a file or folder relative to `folder`; `None` where one of them does not exist.
+fn relative_path(folder: &Path, path: &Path) -> Option<String> {
+    let (folder, path) = (std::fs::canonicalize(folder).ok()?, std::fs::canonicalize(path).ok()?);
+    let common = folder.components().zip(path.components()).take_while(|(a, b)| a == b).count();
+    let up = folder.components().skip(common).map(|_| "..".to_owned());
+    let down = path.components().skip(common).map(|c| c.as_os_str().to_string_lossy().into_owned());
+    Some(up.chain(down).collect::<Vec<_>>().join("/"))
 }

@@ -38,9 +38,10 @@ fn templates() -> PossibleValuesParser {
 pub struct Fit {
     /// Model file (TOML) with `scenario = "system"`.
     pub model: PathBuf,
-    /// Measured trajectories with the inputs and outputs of the model: a CSV file, plain or gzip, or a
-    /// folder with one file per recording.
-    pub data: PathBuf,
+    /// Measured trajectories with the inputs and outputs of the model: files in any layout that `start`
+    /// reads, or folders with one file per recording.
+    #[arg(required = true)]
+    pub data: Vec<PathBuf>,
     /// Time column of the data.
     #[command(flatten)]
     pub time: TimeColumn,

@@ -35,7 +35,7 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
     output.note("First: throws of a ball. The model file lacks one effect, which augsim has to find:");
     let discover = Discover {
         model: out.join("declared.toml"),
-        data: out.join("bounces.csv"),
+        data: vec![out.join("bounces.csv")],
         out,
         null_runs: 19,
         library: Library::Generic,

@@ -15,6 +15,7 @@ use augsim_terminal::time_limit::TimeLimit;
 use augsim_terminal::watched::{Report, Stop, Watched, run_watched};
 use std::fmt::Write;
 use std::sync::mpsc::Sender;
+use std::path::{Path, PathBuf};
 
 /// Name of the file with the calibrated model.
 const MODEL: &str = "model.toml";
@@ -22,8 +23,8 @@ const MODEL: &str = "model.toml";
 /// Runs the subcommand.
 pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let subject = Subject::read(&args.model)?;
-    let inputs = [args.model.as_path(), args.data.as_path()];
-    let record = Record::new("fit").input("model", &args.model).input("data", &args.data);
+    let inputs: Vec<&Path> = [&args.model].into_iter().chain(&args.data).map(PathBuf::as_path).collect();
+    let record = Record::new("fit").input("model", &args.model).inputs("data", &args.data);
     let record = match &args.time.time {
         Some(time) => record.setting("time", time),
         None => record,
@@ -33,7 +34,8 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     let file = args.model.display().to_string();
     let accepted = args.accept.accept.iter().copied().collect();
     let limit = TimeLimit::from_now(args.time_limit)?;
-    let data = args.time.of(&args.data);
+    let data = args.time.of_all(&args.data);
+    let sources = data.clone();
     let steps = Steps::new(output);
     steps.show_step("fitting the parameters".to_owned());
     let work = move |reports: &Sender<Report<(), (Model, FitResult)>>| {
@@ -49,7 +51,7 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     steps.finish();
     let (fitted, answer) = result.ok_or(OutOfTime { calibrated: None })?;
     output.warn(&answer.warnings);
-    note_conversions(args.data.display(), &answer.reading, output);
+    note_conversions(&sources, &answer.reading, output);
     if let Some(stop) = stop {
         output.notice(format!(
             "the fit was stopped {}: the noise was not estimated, and intervals of the parameters are those of the fit",

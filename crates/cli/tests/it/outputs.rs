@@ -99,6 +99,15 @@ fn rejects_the_folder_of_another_run_without_force() {
         std::fs::read(d.join("found/result.json")).expect("a result") == first,
         "the same run may be repeated"
     );
+    // A missing file is told before any clash, and an edited input is the same input.
+    let missing = ["discover", "nope.toml", "bounces.csv", "--out", "found"];
+    let out = augsim(&missing, d);
+    let error = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(error.contains("nope.toml: there is no such file or folder"), "{error}");
+    let model = std::fs::read_to_string(d.join("model.toml")).expect("a model");
+    std::fs::write(d.join("model.toml"), format!("# edited\n{model}")).expect("a model");
+    succeed(&discover, d);
+    std::fs::write(d.join("model.toml"), model).expect("a model");
     succeed(&with(&["--seed", "2", "--force"]), d);
     refused(&discover, d, &["seed is 2 there and 1 here"]);
 

@@ -2,7 +2,7 @@
 //! most ten lines; data that are not of a ball end with exit code 1 and no effect; the library,
 //! templates, completions and manual pages come from the registry and the command definitions.
 
-use crate::command::augsim;
+use crate::command::{augsim, succeed, succeed_json};
 use std::path::Path;
 
 /// Returns the standard output of a command with this exit code.
@@ -103,8 +103,45 @@ fn suggests_equations_for_other_recordings() {
         .collect();
     std::fs::write(d.join("swing.csv"), format!("time;angle (rad);rate_rad_s\n{rows}")).expect("written");
     let text = printed(&["start", "swing.csv", "--out", "begun"], 0, d);
-    assert!(text.contains("augsim model new pendulum"), "{text}");
-    assert!(!d.join("begun/model.toml").exists() && d.join("begun/data.csv").exists());
+    assert!(text.contains("augsim fit begun/model.toml begun/data.csv"), "{text}");
+    assert!(text.lines().count() <= 10, "{text}");
+    // The draft runs as it is, and recovers a linear system: the swing has the frequency 3 rad/s.
+    let fitted = succeed_json(&["fit", "begun/model.toml", "begun/data.csv"], d);
+    let stiffness = fitted["parameters"].as_array().expect("parameters").iter();
+    let mut stiffness = stiffness.filter(|p| p["name"] == "stiffness_angle_rad_per_s2");
+    let value = stiffness.next().and_then(|p| p["value"].as_f64()).expect("a stiffness");
+    assert!((value - 9.0).abs() < 0.1, "{value}");
+}
+
+#[test]
+fn keeps_every_column_and_drafts_inputs_and_outputs() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let d = dir.path();
+    for (header, inputs, outputs) in [
+        ("run,time (s),voltage (V),encoder (rad)", &["voltage_V"][..], &["encoder_rad"][..]),
+        ("experiment,time_s,heater_cmd_W,plate", &["heater_cmd_W"], &["plate"]),
+        ("clip,time,angle (rad),speed (m/s)", &[], &["angle_rad", "speed_m_s"]),
+        ("run,t_s,tau1_Nm,q1_furlong", &["tau1_Nm"], &["q1_furlong"]),
+        ("lauf;zeit (s);Zufluss (m³/s);Füllhöhe (Skt)", &[], &["Zufluss_m3_per_s", "Fuellhoehe_Skt"]),
+    ] {
+        let separator = if header.contains(';') { ';' } else { ',' };
+        let rows: String = (0..2)
+            .flat_map(|run| (0..40).map(move |k| (run, f64::from(k) * 0.1)))
+            .map(|(run, t)| format!("{run},{t},{},{}\n", (1.7 * t).sin(), (2.0 * t).cos() * 0.5))
+            .collect();
+        let rows = rows.replace(',', &separator.to_string());
+        std::fs::write(d.join("log.csv"), format!("{header}\n{rows}")).expect("written");
+        let started = succeed_json(&["start", "log.csv", "--out", "begun", "--force"], d);
+        assert_eq!(started["inputs"], serde_json::json!(inputs), "{header}");
+        assert_eq!(started["outputs"], serde_json::json!(outputs), "{header}");
+        let shown = succeed(&["data", "inspect", "begun/data.csv"], d);
+        for column in inputs.iter().chain(outputs) {
+            assert!(shown.contains(column), "{column}: {shown}");
+        }
+        succeed(&["fit", "begun/model.toml", "begun/data.csv", "--force"], d);
+        // The recording itself is read with the same names.
+        succeed(&["fit", "begun/model.toml", "log.csv", "--force"], d);
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::archive::{is_zip, members, unpack};
 use super::error::PushError;
-use super::trial::{PushTrial, TRIAL_COLUMNS};
+use super::trial::{PushTrial, TRIAL_COLUMNS, is_named_like_a_trial};
 use crate::dataset::Dataset;
 use crate::error::DataError;
 use crate::source::Source;
@@ -108,7 +108,10 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
     for entry in entries {
         if entry.is_dir() {
             files.extend(files_below(&entry)?);
-        } else if has_trial_extension(&entry) {
+        } else if has_trial_extension(&entry)
+            && (is_named_like_a_trial(&entry)
+                || entry.extension().is_some_and(|e| e.eq_ignore_ascii_case("zip")))
+        {
             files.push(entry);
         }
     }

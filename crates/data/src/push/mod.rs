@@ -37,5 +37,5 @@ pub(crate) use resample::FRESH_SUFFIX;
 pub use resample::resample;
 pub use stream::Stream;
 pub use trial::PushTrial;
-pub(crate) use trial::{TRIAL_COLUMNS, may_hold_trials};
+pub(crate) use trial::{TRIAL_COLUMNS, holds_trials, is_hdf5, is_named_like_a_trial};
 pub use trial_name::{Block, Motion, PushShape, Surface, TrialName};

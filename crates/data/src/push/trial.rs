@@ -1,6 +1,5 @@
 //! One published trial of the MIT Push set, and its conversion to a trajectory.
 
-use super::archive::is_zip;
 use super::error::PushError;
 use super::frame::PlanarPose;
 use super::stream::Stream;
@@ -117,12 +116,21 @@ impl PushTrial {
     }
 }
 
-/// Whether a file with these first bytes may hold trials: HDF5, JSON or a zip archive.
-pub(crate) fn may_hold_trials(begin: &[u8]) -> bool {
-    is_hdf5(begin) || is_json(begin) || is_zip(begin)
+/// Whether the name of a file is that of a published trial.
+pub(crate) fn is_named_like_a_trial(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    name.starts_with("motion_") || name.starts_with("block=")
 }
 
-fn is_hdf5(bytes: &[u8]) -> bool {
+/// Whether a JSON file holds a published trial, by its name or by the names of its streams.
+pub(crate) fn holds_trials(path: &Path, json: &[u8]) -> bool {
+    let has = |key: &str| json.windows(key.len()).any(|w| w == key.as_bytes());
+    is_named_like_a_trial(path)
+        || ["\"tip_pose\"", "\"object_pose\"", "\"ft_wrench\""].iter().any(|key| has(key))
+}
+
+/// Whether the bytes begin with the magic number of HDF5.
+pub(crate) fn is_hdf5(bytes: &[u8]) -> bool {
     bytes.starts_with(b"\x89HDF\r\n\x1a\n")
 }
 

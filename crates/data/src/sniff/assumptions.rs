@@ -3,7 +3,10 @@
 use super::recording::{RecordedFile, Target};
 use super::roles::Role;
 use super::rows::{Draft, RowChanges};
+use crate::column::Column;
+use crate::error::ColumnError;
 use crate::escape_control_characters::{escaped_list, escaped_short};
+use crate::foreign::NOTE_MARK;
 use crate::statistics::digits;
 
 /// Note about separator, decimal mark, header and encoding.
@@ -12,6 +15,7 @@ pub(super) fn layout_note(file: &RecordedFile) -> String {
     let separator = match dialect.separator {
         ' ' => "spaces".to_owned(),
         '\t' => "tabs".to_owned(),
+        '\n' => "line ends".to_owned(),
         c => format!("`{c}`"),
     };
     let mark = if dialect.decimal == ',' { "commas" } else { "points" };
@@ -21,6 +25,9 @@ pub(super) fn layout_note(file: &RecordedFile) -> String {
     }
     if let Some(encoding) = file.sheet.comments.iter().find_map(|c| c.strip_prefix("encoding ")) {
         text += &format!(", the encoding is {encoding}");
+    }
+    for note in file.sheet.comments.iter().filter_map(|c| c.strip_prefix(NOTE_MARK)) {
+        text += &format!(", {}", escaped_short(note));
     }
     match file.sheet.skipped_lines {
         0 => {}
@@ -56,15 +63,18 @@ pub(super) fn column_notes(file: &RecordedFile, columns: &[Target]) -> Vec<Strin
         .filter(|(h, role)| **role == Role::Unused && !h.raw.is_empty())
         .map(|(h, _)| h.raw.as_str())
         .collect();
+    let is_unknown = |c: &&Target| matches!(Column::new(&c.name), Err(ColumnError::UnknownUnit { .. }));
+    let unknown: Vec<&str> = columns.iter().filter(is_unknown).map(|c| c.name.as_str()).collect();
     let mut out = Vec::new();
     if !pairs.is_empty() {
         out.push(pairs.join(", "));
     }
+    if !unknown.is_empty() {
+        let verb = if unknown.len() == 1 { "states" } else { "state" };
+        out.push(format!("{} {verb} no known unit; the values are kept as they are", escaped_list(&unknown)));
+    }
     if !unused.is_empty() {
-        out.push(format!(
-            "columns not used: {} (no unit, or none that is known: end the name in its unit, or give --columns)",
-            escaped_list(&unused)
-        ));
+        out.push(format!("columns not used: {} (no numbers)", escaped_list(&unused)));
     }
     out
 }

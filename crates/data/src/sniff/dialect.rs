@@ -57,6 +57,27 @@ impl Sheet {
         self.lines.len()
     }
 
+    /// A table without rows that has other columns.
+    pub fn emptied(&self, names: Vec<String>, units: Vec<String>) -> Sheet {
+        Sheet {
+            path: self.path.clone(),
+            dialect: self.dialect,
+            columns: names.len(),
+            names: Some(names),
+            units,
+            comments: self.comments.clone(),
+            skipped_lines: self.skipped_lines,
+            lines: Vec::new(),
+            cells: Vec::new(),
+        }
+    }
+
+    /// Adds a row with as many cells as there are columns.
+    pub fn append(&mut self, line: u64, cells: impl Iterator<Item = String>) {
+        self.lines.push(line);
+        self.cells.extend(cells);
+    }
+
     /// Adds a row of data without surplus empty cells at its end; `head` are the rows before the data.
     fn push_row(&mut self, line: u64, mut row: Vec<String>, head: &[Vec<String>]) -> Result<(), DataError> {
         while row.len() > self.columns && row.last().is_some_and(String::is_empty) {
@@ -212,6 +233,17 @@ fn infer_dialect(lines: &[&str], separator: Option<char>, decimal: Option<char>)
     best.filter(|(score, _)| *score > MIN_SCORE).map(|(_, dialect)| dialect)
 }
 
+/// Separator of a table with one column: no line contains it.
+const NO_SEPARATOR: char = '\n';
+
+/// The dialect of a table with one column; `None` where most lines are not numbers.
+fn single_column(lines: &[&str], decimal: Option<char>) -> Option<Dialect> {
+    let marks = ['.', ','].into_iter().filter(|mark| decimal.is_none_or(|wanted| wanted == *mark));
+    let count = |mark: char| lines.iter().filter(|line| is_number(line.trim(), mark)).count();
+    let best = marks.max_by_key(|mark| (count(*mark), *mark == '.'))?;
+    (2 * count(best) > lines.len()).then_some(Dialect { separator: NO_SEPARATOR, decimal: best })
+}
+
 /// Splits the text of a file into a table.
 ///
 /// `separator` and `decimal` are inferred where they are not given.
@@ -240,6 +272,7 @@ pub(super) fn read_table(
     let tail = &first_lines[first_lines.len().min(MAX_PREAMBLE_LINES) / 2..];
     let dialect =
         infer_dialect(tail, separator, decimal).or_else(|| infer_dialect(&first_lines, separator, decimal));
+    let dialect = dialect.or_else(|| single_column(&first_lines, decimal));
     let no_numbers = || DataError::NotRecognised { path: path.to_owned(), reason: Unrecognised::NotNumbers };
     let dialect = dialect.ok_or_else(no_numbers)?;
     let tail: Vec<Vec<String>> = tail.iter().map(|line| split_cells(line, dialect.separator)).collect();

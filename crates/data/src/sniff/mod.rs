@@ -25,6 +25,7 @@ mod recording;
 mod roles;
 mod rows;
 mod scene;
+mod side_by_side;
 mod text;
 mod unrecognised;
 
@@ -62,6 +63,14 @@ pub struct ColumnMapping {
     pub to: String,
     /// Unit in the file; by default the unit in the name `from`, or else that of `to`.
     pub unit: Option<String>,
+}
+
+/// Writes the mapping as it is on the command line.
+impl std::fmt::Display for ColumnMapping {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let unit = self.unit.as_ref().map_or(String::new(), |unit| format!(":{unit}"));
+        write!(f, "{}={}{unit}", self.from, self.to)
+    }
 }
 
 impl std::str::FromStr for ColumnMapping {

@@ -4,16 +4,16 @@ use super::RecognitionOptions;
 use super::calendar::calendar_unit;
 use super::clock::{Clock, TimeCells, read_times};
 use super::dialect::{Sheet, number, read_table};
-use super::heading::{Heading, Quantity};
+use super::heading::{ColumnUnit, Heading, Quantity};
 use super::roles::{Role, assign_roles, si_column};
+use super::side_by_side::stacked;
 use super::text::decode;
 use super::unrecognised::Unrecognised;
-use crate::column::{TIME, TRAJECTORY};
+use crate::column::{Column, TIME, TRAJECTORY};
 use crate::error::DataError;
 use crate::escape_control_characters::escaped_short;
 use crate::statistics::digits;
-use crate::unit::FileUnit;
-use crate::whole_file::{gunzip, is_gzip};
+use crate::unit::{FileUnit, Unit};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -62,10 +62,9 @@ pub(crate) fn in_long_form(
     bytes: &[u8],
     time: Option<&str>,
 ) -> Result<Option<LongForm>, DataError> {
-    let unpacked = if is_gzip(bytes) { gunzip(path, bytes)? } else { bytes.to_vec() };
-    let Some((text, _)) = decode(&unpacked) else { return Ok(None) };
+    let Some((text, _)) = decode(bytes) else { return Ok(None) };
     let sheet = match read_table(path, &text, None, None) {
-        Ok(sheet) => sheet,
+        Ok(sheet) => stacked(sheet),
         Err(cause) => return if time.is_some() { Err(cause) } else { Ok(None) },
     };
     let Some(names) = &sheet.names else { return Ok(None) };
@@ -81,11 +80,18 @@ pub(crate) fn in_long_form(
     };
     let id_column = roles.iter().position(|role| *role == Role::Trajectory);
     let (seconds, notes) = seconds(&sheet, &headings, &roles, (time_column, id_column))?;
-    let header = headings.iter().enumerate().map(|(i, h)| match i {
-        i if i == time_column => TIME,
-        i if Some(i) == id_column => TRAJECTORY,
-        _ => h.raw.as_str(),
-    });
+    let header: Vec<String> = headings
+        .iter()
+        .enumerate()
+        .map(|(i, h)| match i {
+            i if i == time_column => TIME.to_owned(),
+            i if Some(i) == id_column => TRAJECTORY.to_owned(),
+            // A name that is no name of a quantity gets the one that `start` gives it.
+            i if h.unit.is_none() && !h.raw.is_empty() => column_name(h, i, "").0,
+            _ => h.raw.clone(),
+        })
+        .collect();
+    let header = header.iter().map(String::as_str);
     let units = headings
         .iter()
         .enumerate()
@@ -168,4 +174,48 @@ fn csv_text<'a>(
         line += 1;
     }
     Some(out)
+}
+
+/// Name of a column in the data set, and the conversion of its values.
+///
+/// A name that is well formed and states no unit that is converted stays as it is. In others, words and unit
+/// are joined by underscores (`Ball speed (m/s)` becomes `Ball_speed_m_s`); `index` is the number of the
+/// column, for names without letters; `copy` follows the words, where the name is taken.
+pub(super) fn column_name(h: &Heading, index: usize, copy: &str) -> (String, FileUnit) {
+    let pure = FileUnit::scaled(Unit::DIMENSIONLESS, 1.0);
+    let is_well_formed = copy.is_empty() && Column::with_unit(&h.raw, Unit::DIMENSIONLESS).is_ok();
+    if is_well_formed && Column::new(&h.raw).is_ok() && h.unit.is_none_or(|u| u.conversion.offset() == 0.0) {
+        return (h.raw.clone(), pure);
+    }
+    if let Some((name, conversion)) = si_column(h).filter(|_| copy.is_empty()) {
+        return (name, conversion);
+    }
+    let words = ascii_words(&h.base(), index) + copy;
+    let is_converted = |u: &ColumnUnit| !matches!(u.quantity, Quantity::Pixels | Quantity::Frames);
+    if let Some(unit) = h.unit.filter(is_converted) {
+        return (unit.conversion.si_name(&words), unit.conversion);
+    }
+    if is_well_formed {
+        return (h.raw.clone(), pure);
+    }
+    let unit: String = h.unit_text.chars().filter(char::is_ascii_alphanumeric).collect();
+    let name = if unit.is_empty() { words } else { format!("{words}_{unit}") };
+    (name, pure)
+}
+
+/// Words joined by underscores, in ASCII letters; `column_3` where nothing remains.
+fn ascii_words(base: &str, index: usize) -> String {
+    let mut text = base.to_owned();
+    for (from, to) in
+        [("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("Ä", "Ae"), ("Ö", "Oe"), ("Ü", "Ue"), ("ß", "ss")]
+    {
+        text = text.replace(from, to);
+    }
+    let ascii = text.split('_').map(|w| w.chars().filter(char::is_ascii_alphanumeric).collect::<String>());
+    let joined = ascii.filter(|w| !w.is_empty()).collect::<Vec<_>>().join("_");
+    match joined.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        true => joined,
+        false if joined.chars().all(|c| c.is_ascii_digit()) => format!("column_{}", index + 1),
+        false => format!("column_{joined}"),
+    }
 }

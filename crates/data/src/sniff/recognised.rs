@@ -2,25 +2,32 @@
 
 use super::RecognitionOptions;
 use super::assumptions::{column_notes, layout_note, row_notes};
-use super::dialect::{Sheet, read_table};
+use super::dialect::{Sheet, number, read_table};
 use super::heading::Heading;
+use super::named::column_name;
 use super::recording::{RecordedFile, RecordingKind, Target};
 use super::roles::{Axis, Role, assign_roles};
 use super::rows::{Draft, RowChanges, read_drafts};
 use super::scene::Scene;
+use super::side_by_side::stacked;
 use super::text::decode;
 use super::unrecognised::Unrecognised;
 use crate::column::Column;
 use crate::csv_long::MissingCells;
 use crate::dataset::Dataset;
-use crate::error::{DataError, EVERY_VALUE_IS_NEEDED};
+use crate::error::{ColumnError, DataError, EVERY_VALUE_IS_NEEDED};
+use crate::foreign::{Content, content};
 use crate::source::Source;
 use crate::trajectory::Trajectory;
-use crate::whole_file::{gunzip, is_gzip, read_whole};
+use crate::unit::Unit;
+use crate::whole_file::read_whole;
 use std::path::{Path, PathBuf};
 
 /// Extensions of recordings in a folder.
-const EXTENSIONS: [&str; 6] = ["csv", "tsv", "txt", "dat", "csv.gz", "tsv.gz"];
+const EXTENSIONS: [&str; 11] =
+    ["csv", "tsv", "txt", "dat", "csv.gz", "tsv.gz", "txt.gz", "lvm", "xlsx", "mat", "jsonl"];
+/// Extensions of recordings that are read singly, because folders hold such files for other purposes.
+const SINGLE_EXTENSIONS: [&str; 8] = ["csv.zip", "zip", "json", "ndjson", "h5", "hdf5", "npz", "gz"];
 /// Identifier of the only trajectory of a file.
 const SINGLE_ID: &str = "run";
 
@@ -54,8 +61,20 @@ pub fn recognise(
             files.push(path.clone());
         }
     }
-    let sheets: Vec<Sheet> =
-        files.iter().map(|path| read_sheet(path, read_whole(path)?, reading)).collect::<Result<_, _>>()?;
+    let mut sheets: Vec<Sheet> = Vec::with_capacity(files.len());
+    for path in &files {
+        let text = match content(path, read_whole(path)?, missing)? {
+            Content::Data(data) if files.len() == 1 => {
+                return Ok(RecognisedData {
+                    recording: RecordingKind::of(&data),
+                    data,
+                    assumptions: Vec::new(),
+                });
+            }
+            content => content.into_text(),
+        };
+        sheets.push(read_sheet(path, text, reading)?);
+    }
     let origin = match paths {
         [one] => one.clone(),
         _ => files.first().cloned().unwrap_or_default(),
@@ -63,7 +82,7 @@ pub fn recognise(
     recognised(&origin, sheets, reading, missing)
 }
 
-/// [`recognise`] of one file whose bytes were read, without options.
+/// [`recognise`] of one file whose text was read, without options.
 pub(crate) fn recognise_bytes(
     path: &Path,
     bytes: Vec<u8>,
@@ -93,17 +112,14 @@ pub(crate) fn files_in(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
     Ok(files)
 }
 
-/// Decodes the bytes of a file, plain or gzip, and splits them into a table.
-fn read_sheet(path: &Path, mut bytes: Vec<u8>, reading: &RecognitionOptions) -> Result<Sheet, DataError> {
-    if is_gzip(&bytes) {
-        bytes = gunzip(path, &bytes)?;
-    }
+/// Decodes the bytes of a text and splits them into a table.
+fn read_sheet(path: &Path, bytes: Vec<u8>, reading: &RecognitionOptions) -> Result<Sheet, DataError> {
     if bytes.is_empty() {
         return Err(DataError::Empty { path: path.to_owned() });
     }
     let not_text = || DataError::NotRecognised { path: path.to_owned(), reason: Unrecognised::NotText };
     let (text, encoding) = decode(&bytes).ok_or_else(not_text)?;
-    let mut out = read_table(path, &text, reading.separator, reading.decimal)?;
+    let mut out = stacked(read_table(path, &text, reading.separator, reading.decimal)?);
     if let Some(encoding) = encoding {
         out.comments.push(format!("encoding {encoding}"));
     }
@@ -171,10 +187,10 @@ fn with_roles(sheets: Vec<Sheet>, reading: &RecognitionOptions) -> Result<Vec<Re
             Some(first) => first.roles.clone(),
             None => {
                 let mut roles = assign_roles(&headings, reading).map_err(refuse)?;
-                if sheet.names.is_none() && reading.columns.is_empty() {
-                    let no_header = || refuse(Unrecognised::NoHeader);
-                    roles = roles_without_names(&sheet, &roles).ok_or_else(no_header)?;
+                if sheet.names.is_none() {
+                    roles_without_names(&sheet, &mut roles, reading);
                 }
+                keep_numbers(&sheet, &headings, &mut roles);
                 roles
             }
         };
@@ -183,20 +199,21 @@ fn with_roles(sheets: Vec<Sheet>, reading: &RecognitionOptions) -> Result<Vec<Re
     Ok(out)
 }
 
-/// Roles of the columns of a table without a header, from their numbers; `None` where they do not fit.
+/// Infers the roles of the columns of a table without a header from their numbers.
 ///
-/// The columns are an optional trajectory number, the time, and one to three coordinates.
-fn roles_without_names(sheet: &Sheet, roles: &[Role]) -> Option<Vec<Role>> {
+/// The columns are an optional trajectory number, the time, and one to three coordinates; where these do not
+/// fit, columns keep no role. With a sample rate or named columns, only the time is inferred.
+fn roles_without_names(sheet: &Sheet, roles: &mut [Role], reading: &RecognitionOptions) {
     let column = |c: usize| -> Option<Vec<f64>> {
-        let value = |row: usize| super::dialect::number(&sheet.row(row)[c], sheet.dialect.decimal).ok()?;
+        let value = |row: usize| number(&sheet.row(row)[c], sheet.dialect.decimal).ok()?;
         (0..sheet.rows()).map(value).collect()
     };
-    let mut out = roles.to_vec();
     // A time grows from row to row, except where a new trajectory begins.
-    let check_time = |c: usize| {
-        let v = column(c)?;
-        let increases = v.windows(2).filter(|w| w[1] > w[0]).count();
-        (v.len() > 1 && 10 * increases > 9 * (v.len() - 1)).then_some(())
+    let is_time = |c: usize| {
+        column(c).is_some_and(|v| {
+            let increases = v.windows(2).filter(|w| w[1] > w[0]).count();
+            v.len() > 1 && 10 * increases > 9 * (v.len() - 1)
+        })
     };
     // A trajectory number is whole and changes rarely.
     let is_trajectory_number = |c: usize| {
@@ -206,32 +223,66 @@ fn roles_without_names(sheet: &Sheet, roles: &[Role]) -> Option<Vec<Role>> {
         })
     };
     let mut next = 0;
-    if out.contains(&Role::Trajectory) || is_trajectory_number(0) {
-        if !out.contains(&Role::Trajectory) {
-            out[0] = Role::Trajectory;
-        }
+    if roles.contains(&Role::Trajectory) {
         next = 1;
+    } else if roles[0] == Role::Unused && is_trajectory_number(0) && sheet.columns > 2 {
+        (roles[0], next) = (Role::Trajectory, 1);
     }
-    if !out.iter().any(|role| matches!(role, Role::Time(_))) {
-        check_time(next)?;
-        out[next] = Role::Time(None);
+    let has_time = roles.iter().any(|role| matches!(role, Role::Time(_)));
+    if !has_time && reading.rate_hz.is_none() {
+        if next >= sheet.columns || roles[next] != Role::Unused || !is_time(next) {
+            return;
+        }
+        roles[next] = Role::Time(None);
         next += 1;
     }
-    let coordinates: Vec<usize> = (next..sheet.columns).filter(|c| out[*c] == Role::Unused).collect();
+    if !reading.columns.is_empty() {
+        return;
+    }
+    let coordinates: Vec<usize> = (next..sheet.columns).filter(|c| roles[*c] == Role::Unused).collect();
     let axes: &[Axis] = match coordinates.len() {
         1 => &[Axis::Height],
         2 => &[Axis::X, Axis::Y],
         3 => &[Axis::X, Axis::Y, Axis::Z],
-        _ => return None,
+        _ => return,
     };
-    coordinates.into_iter().zip(axes).for_each(|(c, axis)| out[c] = Role::Axis(*axis, None));
-    Some(out)
+    coordinates.into_iter().zip(axes).for_each(|(c, axis)| roles[c] = Role::Axis(*axis, None));
+}
+
+/// Gives a name to every column of numbers that has no other role, so that no measurement is lost.
+///
+/// A column of which most filled cells are text, and a column without values, stay unused.
+fn keep_numbers(sheet: &Sheet, headings: &[Heading], roles: &mut [Role]) {
+    let mut taken: Vec<(String, String)> = Vec::new();
+    for (h, role) in headings.iter().zip(roles.iter()) {
+        if let Role::Named(name, _) = role {
+            taken.push((name.clone(), h.raw.clone()));
+        }
+    }
+    for (c, h) in headings.iter().enumerate().filter(|(_, h)| !h.raw.is_empty()) {
+        if roles[c] != Role::Unused {
+            continue;
+        }
+        let cells = || (0..sheet.rows()).map(|row| &sheet.row(row)[c]);
+        let numbers = cells().filter(|t| matches!(number(t, sheet.dialect.decimal), Ok(Some(_)))).count();
+        let texts = cells().filter(|t| number(t, sheet.dialect.decimal).is_err()).count();
+        if numbers <= texts {
+            continue;
+        }
+        let (mut name, conversion) = column_name(h, c, "");
+        // Two headings may lose their difference: `angle (deg)` and `angle (rad)`.
+        if taken.iter().any(|(other, raw)| *other == name && *raw != h.raw) {
+            (name, _) = column_name(h, c, &format!("_{}", c + 1));
+        }
+        taken.push((name.clone(), h.raw.clone()));
+        roles[c] = Role::Named(name, conversion);
+    }
 }
 
 /// Name of a file without its extension, for an identifier.
 pub(crate) fn stem(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let cut = EXTENSIONS.iter().find_map(|e| name.strip_suffix(&format!(".{e}")));
+    let cut = EXTENSIONS.iter().chain(&SINGLE_EXTENSIONS).find_map(|e| name.strip_suffix(&format!(".{e}")));
     let clean: String = cut.unwrap_or(&name).chars().filter(|c| !c.is_control()).collect();
     if clean.trim().is_empty() { SINGLE_ID.to_owned() } else { clean.trim().to_owned() }
 }
@@ -266,6 +317,11 @@ fn dataset(
         }
         trajectories.push(trajectory);
     }
-    let columns = columns.iter().map(|c| Column::new(&c.name)).collect::<Result<Vec<_>, _>>()?;
+    // A column whose name states no known unit is kept as a pure number, with a note.
+    let column = |c: &Target| match Column::new(&c.name) {
+        Err(ColumnError::UnknownUnit { .. }) => Column::with_unit(&c.name, Unit::DIMENSIONLESS),
+        column => column,
+    };
+    let columns = columns.iter().map(column).collect::<Result<Vec<_>, _>>()?;
     Dataset::with_origin(columns, trajectories, Source::File(origin.to_owned()))
 }

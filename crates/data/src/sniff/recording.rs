@@ -3,6 +3,7 @@
 use super::dialect::Sheet;
 use super::heading::Heading;
 use super::roles::Role;
+use crate::dataset::Dataset;
 
 /// Kind of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +16,18 @@ pub enum RecordingKind {
     Moves(Option<f64>),
     /// A recording without positions.
     Other,
+}
+
+impl RecordingKind {
+    /// Kind of a data set in the long form, from the names of its columns.
+    pub(crate) fn of(data: &Dataset) -> Self {
+        match (data.has_column("pusher_x_m"), data.has_column("x_m") && data.has_column("z_m")) {
+            (true, _) => RecordingKind::Pushes,
+            (_, true) => RecordingKind::Falls(if data.has_column("y_m") { 3 } else { 2 }),
+            _ if data.has_column("height_m") => RecordingKind::Falls(1),
+            _ => RecordingKind::Other,
+        }
+    }
 }
 
 /// One file: its table and the heading and role of each column.

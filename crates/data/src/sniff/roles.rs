@@ -210,6 +210,11 @@ fn frames_unit(h: &Heading) -> Option<ColumnUnit> {
     (is_number && words.iter().any(|w| FRAME.contains(w))).then(ColumnUnit::frames)
 }
 
+/// Whether a heading names the time.
+pub(super) fn is_time(h: &Heading) -> bool {
+    time_role(h).is_some()
+}
+
 /// The role of the time where a heading names it.
 fn time_role(h: &Heading) -> Option<Role> {
     let words: Vec<&str> = h.words.iter().map(String::as_str).collect();

@@ -178,6 +178,7 @@ impl<'a> Scene<'a> {
         {
             return self.refuse(Unrecognised::Pixels { column: self.used[*value].0.raw.clone() });
         }
+        self.drop_axes_without_fall(&mut axes, &mut out);
         let has = |axis: Axis| axes.iter().any(|(_, a, _)| *a == axis);
         if has(Axis::PusherX) && has(Axis::PusherY) && has(Axis::X) && has(Axis::Y) {
             out.splice(0..0, self.push_columns(&axes));
@@ -216,6 +217,19 @@ impl<'a> Scene<'a> {
             },
         };
         Ok((out, recording))
+    }
+
+    /// Columns of a table without a header are coordinates only if one of them falls freely.
+    fn drop_axes_without_fall(&mut self, axes: &mut Vec<Coordinate>, out: &mut Vec<Target>) {
+        let falls =
+            |value: usize| acceleration(&self.drafts, value).is_some_and(|a| unit_of_fall(a).is_some());
+        if self.first.sheet.names.is_some() || axes.iter().any(|(value, ..)| falls(*value)) {
+            return;
+        }
+        for (value, ..) in axes.drain(..) {
+            let from = self.used[value].0.raw.clone();
+            out.push(Target { value, name: format!("column_{from}"), from, factor: 1.0, offset: 0.0 });
+        }
     }
 
     /// Factors that convert the coordinates to metres, from their units or from free fall.

@@ -1,6 +1,7 @@
 //! Properties of a file that cannot be inferred, with the option that states them.
 
 use crate::escape_control_characters::{escaped_list, escaped_short};
+use crate::foreign::ForeignKind;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -19,6 +20,46 @@ pub enum Unrecognised {
     /// The bytes are not text.
     #[error("the file is not text; export the recording as CSV")]
     NotText,
+    /// The file is in a format that is not read.
+    #[error("{kind}")]
+    Format {
+        /// The format, with its conversion.
+        kind: ForeignKind,
+    },
+    /// The zip archive holds no recording, or several.
+    #[error(
+        "the archive does not hold one recording; it has {}; unpack it, and give the files or their folder",
+        escaped_list(files)
+    )]
+    Archive {
+        /// Names of the files in the archive.
+        files: Vec<String>,
+    },
+    /// The file is in a known format, and its content cannot be read.
+    #[error("this is {format} that cannot be read ({}); save it again, or as CSV", escaped_short(cause))]
+    Damaged {
+        /// The format.
+        format: &'static str,
+        /// Description of the fault.
+        cause: String,
+    },
+    /// The file has no vector of numbers.
+    #[error("this is {format} without a column of at least two numbers; it has {}", escaped_list(names))]
+    NoVectors {
+        /// The format.
+        format: &'static str,
+        /// Names of its variables or sheets.
+        names: Vec<String>,
+    },
+    /// The file is structured text, but not a table.
+    #[error(
+        "this is {format}, but not a table; write a list of records such as [{{\"t_s\": 0, \"angle_rad\": 0.4}}, …] \
+         or one list per column"
+    )]
+    NotATable {
+        /// The format.
+        format: &'static str,
+    },
     /// No separator and decimal mark split the lines into rows of numbers.
     #[error(
         "its lines are not rows of numbers; give the character between cells with --sep and the decimal mark with \

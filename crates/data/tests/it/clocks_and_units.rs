@@ -128,7 +128,7 @@ fn columns_are_converted_to_the_unit_of_the_model() {
 }
 
 #[test]
-fn a_data_set_without_a_model_keeps_columns_in_known_units() {
+fn a_data_set_without_a_model_keeps_every_column() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let read = |text: &str| {
         let file = folder.path().join("run.csv");
@@ -137,7 +137,7 @@ fn a_data_set_without_a_model_keeps_columns_in_known_units() {
     };
     let data = read("time (s),temperature_degC,speed_rpm,mood\n0,20,60,1\n0.1,21,60,2\n0.2,22,60,1\n");
     let names: Vec<&str> = data.columns().iter().map(|c| c.name()).collect();
-    assert_eq!(names, ["temperature_K", "speed_rad_s"]);
+    assert_eq!(names, ["temperature_K", "speed_rad_s", "mood"]);
     assert_eq!(data.trajectories()[0].column(0)[0], 293.15);
-    assert!(data.notes().iter().any(|n| n.contains("columns not used: mood (no unit")), "{:?}", data.notes());
+    assert!(data.notes().iter().any(|n| n.contains("mood states no known unit")), "{:?}", data.notes());
 }

@@ -96,7 +96,7 @@ pub fn discover_set(
     folders::make(&out)?;
     let args = Discover {
         model: out.join("declared.toml"),
-        data: out.join("data.csv.gz"),
+        data: vec![out.join("data.csv.gz")],
         out: out.clone(),
         null_runs: 19,
         group: Vec::new(),
@@ -117,7 +117,7 @@ pub fn discover_set(
                     .with_context(|| format!("{}: cannot remove it", result.display()))?;
             }
             atomic_write(&args.model, |w| w.write_all(model.as_bytes()))?;
-            write_dataset(data, &args.data)?;
+            write_dataset(data, &args.data[0])?;
             // The claim of the outer folder has already decided what may be overwritten.
             run_whole_discovery(&args, seed, true, output)?
         }
@@ -130,7 +130,7 @@ pub fn discover_set(
 /// Returns the result of an earlier run on the same model and data.
 fn earlier(args: &Discover, data: &Dataset, model: &str) -> Option<Discovery> {
     let same_model = std::fs::read_to_string(&args.model).ok()? == model;
-    let before = read_dataset(&args.data, MissingCells::AsGap).ok()?;
+    let before = read_dataset(args.data.first()?, MissingCells::AsGap).ok()?;
     let same =
         same_model && before.columns() == data.columns() && before.trajectories() == data.trajectories();
     let text = std::fs::read_to_string(args.out.join(RESULT)).ok()?;

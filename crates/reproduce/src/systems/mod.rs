@@ -137,7 +137,7 @@ fn one(
     let scored = |library: Library, sub: &Path, name: PathBuf| -> anyhow::Result<Scored> {
         let args = Discover {
             model: model_path.clone(),
-            data: train_path.clone(),
+            data: vec![train_path.clone()],
             out: sub.to_owned(),
             null_runs: 19,
             group: Vec::new(),

@@ -63,7 +63,9 @@ pub(super) fn errors_text(row: &forecast::Row) -> String {
         return format!("{}: no sample was measured after the first ones, so there is no error", row.output);
     }
     let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
-    let mut text = format!("{}: {:.4e}{unit}, R2 {:.4}", row.output, row.rmse, row.r2);
+    // The fit in % of system identification: 100 (1 - |y - y_model| / |y - mean|), 100 for a perfect model.
+    let fit = 100.0 * (1.0 - (1.0 - row.r2).max(0.0).sqrt());
+    let mut text = format!("{}: {:.4e}{unit}, fit {fit:.1} %, R2 {:.4}", row.output, row.rmse, row.r2);
     for h in &row.horizons {
         let _ = write!(text, "; to {} s {:.4e}{unit}", h.horizon_s, h.rmse);
     }

@@ -1,9 +1,11 @@
 //! `augsim start`: converts raw recordings into a data file and a starting model file.
 
+mod draft;
+
 use crate::args::Start;
 use augsim_data::{
     DataError, Dataset, MissingCells, RecognisedData, RecognitionOptions, RecordingKind, Summary,
-    read_dataset, recognise, write_dataset,
+    escaped_list, recognise, write_dataset,
 };
 use augsim_physics::ball::detected_floor_m;
 use augsim_physics::model::template;
@@ -13,13 +15,12 @@ use augsim_terminal::destination::Results;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
+use draft::draft;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 const DATA: &str = "data.csv";
 const MODEL: &str = "model.toml";
-/// Endings of published data formats, which are not read as text.
-const BINARY_ENDINGS: [&str; 4] = ["npz", "h5", "json", "zip"];
 /// Floor height in m above which the model declares it, larger than the radius of a ball.
 const MIN_DECLARED_FLOOR_M: f64 = 0.05;
 
@@ -34,6 +35,10 @@ struct StartResult {
     samples: usize,
     assumed: Vec<String>,
     floor_height_m: Option<f64>,
+    /// Columns that the drafted equations take as inputs.
+    inputs: Vec<String>,
+    /// Columns that the drafted equations take as outputs.
+    outputs: Vec<String>,
     next: String,
 }
 
@@ -45,7 +50,7 @@ pub fn run(args: &Start, force: bool, output: &Output) -> anyhow::Result<Outcome
     let mut record = Record::new("start")
         .setting("time", args.time.as_deref().unwrap_or("as found"))
         .setting("trajectory", args.trajectory.as_deref().unwrap_or("as found"))
-        .setting("columns", format!("{:?}", args.columns))
+        .setting("columns", args.columns.iter().map(ToString::to_string).collect::<Vec<_>>().join(","))
         .setting("up", args.up.as_deref().unwrap_or("as found"))
         .setting("sep", args.sep.map_or("as found".to_owned(), |c| c.to_string()))
         .setting("decimal", args.decimal.as_deref().unwrap_or("as found"))
@@ -62,12 +67,17 @@ pub fn run(args: &Start, force: bool, output: &Output) -> anyhow::Result<Outcome
         _ => None,
     };
     let source: Vec<String> = args.data.iter().map(|p| p.display().to_string()).collect();
-    let text = model(recording, floor, &source.join(" "));
+    let source = source.join(" ").replace(['\n', '\r'], " ");
+    let equations = match recording {
+        RecordingKind::Moves(_) | RecordingKind::Other => draft(&data, &system_name(&args.data), &source),
+        _ => None,
+    };
+    let text = equations.as_ref().map(|d| d.text.clone()).or_else(|| model(recording, floor, &source));
     claim.begin()?;
     let data_file = args.out.join(DATA);
     write_dataset(&data, &data_file)?;
     let model = text.map(|text| claim.write(MODEL, &text)).transpose()?;
-    let next = next(&recording, &data_file, model.as_deref());
+    let next = next(&recording, &data_file, model.as_deref(), equations.is_some());
     let result = StartResult {
         data: data_file,
         model,
@@ -76,28 +86,16 @@ pub fn run(args: &Start, force: bool, output: &Output) -> anyhow::Result<Outcome
         samples: data.trajectories().iter().map(|t| t.len()).sum(),
         assumed,
         floor_height_m: floor,
+        inputs: equations.as_ref().map_or_else(Vec::new, |d| d.inputs.clone()),
+        outputs: equations.map_or_else(Vec::new, |d| d.outputs),
         next,
     };
     output.result(&result, || start_text(&result, &data, &recording))?;
     Ok(Outcome::Done)
 }
 
-/// Reads published formats directly and recognises the layout of text files.
+/// Recognises the layout of the recordings.
 fn read(args: &Start) -> Result<RecognisedData, DataError> {
-    let is_binary = |path: &Path| path.extension().is_some_and(|e| BINARY_ENDINGS.iter().any(|k| e == *k));
-    if let [one] = &args.data[..]
-        && is_binary(one)
-    {
-        let data = read_dataset(one, MissingCells::AsGap)?;
-        let recording =
-            match (data.has_column("pusher_x_m"), data.has_column("x_m") && data.has_column("z_m")) {
-                (true, _) => RecordingKind::Pushes,
-                (_, true) => RecordingKind::Falls(if data.has_column("y_m") { 3 } else { 2 }),
-                _ if data.has_column("height_m") => RecordingKind::Falls(1),
-                _ => RecordingKind::Other,
-            };
-        return Ok(RecognisedData { data, recording, assumptions: Vec::new() });
-    }
     let reading = RecognitionOptions {
         separator: args.sep,
         decimal: args.decimal.as_ref().and_then(|d| d.chars().next()),
@@ -123,8 +121,7 @@ fn word(recording: &RecordingKind) -> &'static str {
 
 /// Returns the starting model file; `None` if no built-in model fits.
 fn model(recording: RecordingKind, floor: Option<f64>, source: &str) -> Option<String> {
-    let head =
-        |text: &str| format!("# Made by augsim start from {}.\n{text}", source.replace(['\n', '\r'], " "));
+    let head = |text: &str| format!("# Made by augsim start from {source}.\n{text}");
     match recording {
         RecordingKind::Falls(_) => {
             let mut text = template("ball")?.to_owned();
@@ -149,26 +146,36 @@ fn model(recording: RecordingKind, floor: Option<f64>, source: &str) -> Option<S
     }
 }
 
-fn next(recording: &RecordingKind, data: &Path, model: Option<&Path>) -> String {
+/// Name of the system in a drafted model: that of the first file, in letters and digits.
+fn system_name(files: &[PathBuf]) -> String {
+    let stem = files.first().and_then(|f| f.file_stem()).unwrap_or_default().to_string_lossy().into_owned();
+    let name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { ' ' }).collect();
+    let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
+    if name.is_empty() { "system".to_owned() } else { name }
+}
+
+/// The next commands; `is_draft` if the model is a draft of equations.
+fn next(recording: &RecordingKind, data: &Path, model: Option<&Path>, is_draft: bool) -> String {
     let words = |list: &[&str]| quoted(&list.iter().map(|w| (*w).to_owned()).collect::<Vec<_>>());
     let data = data.display().to_string();
-    match (recording, model) {
-        (RecordingKind::Pushes, Some(model)) => {
-            let model = model.display().to_string();
-            format!("set the object in {model}, then {}", words(&["augsim", "discover", &model, &data]))
+    let Some(model) = model.map(|m| m.display().to_string()) else {
+        return "no column varies, so there is nothing to model; check the columns with --columns".to_owned();
+    };
+    let command = |name: &str| words(&["augsim", name, &model, &data]);
+    match recording {
+        _ if is_draft => {
+            format!("fill in the equations in {model}, then\n  {}\n  {}", command("fit"), command("discover"))
         }
-        (_, Some(model)) => words(&["augsim", "discover", &model.display().to_string(), &data]),
-        (_, None) => format!(
-            "write a model of equations: augsim model new pendulum --out my.toml (docs/model-file.md), then {}",
-            words(&["augsim", "discover", "my.toml", &data])
-        ),
+        RecordingKind::Pushes => format!("set the object in {model}, then {}", command("discover")),
+        _ => command("discover"),
     }
 }
 
 /// Formats the interpretation of the recording and the next command in at most ten lines.
 fn start_text(result: &StartResult, data: &Dataset, recording: &RecordingKind) -> String {
     let mut lines = result.assumed.clone();
-    lines.truncate(5);
+    // Ten lines in all.
+    lines.truncate(if result.outputs.is_empty() { 5 } else { 3 });
     let summary = Summary::from_dataset(data);
     let mut what =
         format!("{}: {} trajectories, {} samples", result.recording, result.trajectories, result.samples);
@@ -199,6 +206,10 @@ fn start_text(result: &StartResult, data: &Dataset, recording: &RecordingKind) -
             "differences between trajectories cannot be estimated from one trajectory; record more"
                 .to_owned(),
         );
+    }
+    if !result.outputs.is_empty() {
+        let inputs = if result.inputs.is_empty() { "none".to_owned() } else { escaped_list(&result.inputs) };
+        lines.push(format!("drafted: inputs {inputs}; outputs {}", escaped_list(&result.outputs)));
     }
     let model = result.model.as_ref().map_or(String::new(), |m| format!(" and {}", m.display()));
     lines.push(format!("written: {}{model}", result.data.display()));
