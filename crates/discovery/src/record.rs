@@ -78,10 +78,7 @@ impl Measured {
             .map(|i| Ok((column_indices(&mut i.columns.iter())?, flag_index(&i.update_column))));
         let inputs = inputs.collect::<Result<Vec<_>, DiscoveryError>>()?;
         for (channel, &i) in schema.channels.iter().zip(&channels) {
-            let mut values =
-                data.trajectories().iter().flat_map(|t| t.column(i)).copied().filter(|v| v.is_finite());
-            let first = values.next();
-            if first.is_none() || values.all(|v| Some(v) == first) {
+            if is_constant(data, i) {
                 let column = channel.column.clone();
                 return Err(DiscoveryError::Constant { data: name, column });
             }
@@ -241,4 +238,11 @@ impl ChosenRecords<'_> {
         };
         self.records().map(range).collect()
     }
+}
+/// Whether a column has no measured value, or the same one everywhere.
+fn is_constant(data: &Dataset, column: usize) -> bool {
+    let mut values =
+        data.trajectories().iter().flat_map(|t| t.column(column)).copied().filter(|v| v.is_finite());
+    let first = values.next();
+    first.is_none() || values.all(|v| Some(v) == first)
 }

@@ -114,16 +114,19 @@ pub fn calibrate(
         stopped = Some("over longer windows the parameters compensate for what the model lacks");
     }
     stages.truncate(chosen + 1);
-    let mut best = fits.swap_remove(chosen);
-    // All lengths were fitted to the coarse tolerance; the chosen one is fitted to the final one.
-    let start = StartingPoint { values: &best.values, windows: &best.windows, scales: &best.scales };
-    if !problem.is_over()
-        && let Ok(fit) = problem.fit(&start, FINAL_TOLERANCE)
-    {
-        best = fit;
-        stages[chosen] = stage(&problem, &best);
-    }
+    let best = refined(&problem, fits.swap_remove(chosen), &mut stages[chosen]);
     Ok(calibration(&problem, best, stages, stopped))
+}
+
+/// The fit of the chosen length, which like all was made to the coarse tolerance, made to the final one.
+fn refined(problem: &Problem<'_>, coarse: Fit, of: &mut Stage) -> Fit {
+    let start = StartingPoint { values: &coarse.values, windows: &coarse.windows, scales: &coarse.scales };
+    if problem.is_over() {
+        return coarse;
+    }
+    let Ok(fit) = problem.fit(&start, FINAL_TOLERANCE) else { return coarse };
+    *of = stage(problem, &fit);
+    fit
 }
 
 /// Largest factor, over the channels, by which the RMSE has grown from one stage to the next.

@@ -14,8 +14,8 @@ use augsim_terminal::record::Record;
 use augsim_terminal::time_limit::TimeLimit;
 use augsim_terminal::watched::{Report, Stop, Watched, run_watched};
 use std::fmt::Write;
-use std::sync::mpsc::Sender;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::Sender;
 
 /// Name of the file with the calibrated model.
 const MODEL: &str = "model.toml";

@@ -12,11 +12,7 @@ const FORMAT: &str = "JSON";
 pub(super) fn is_json(bytes: &[u8]) -> bool {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut begin = bytes.iter().filter(|b| !b.is_ascii_whitespace());
-    match (begin.next(), begin.next()) {
-        (Some(b'{'), Some(b'"' | b'}')) => true,
-        (Some(b'['), Some(b'{' | b'[')) => true,
-        _ => false,
-    }
+    matches!((begin.next(), begin.next()), (Some(b'{'), Some(b'"' | b'}')) | (Some(b'['), Some(b'{' | b'[')))
 }
 
 /// CSV text of the table.

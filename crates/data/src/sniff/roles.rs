@@ -137,15 +137,7 @@ pub(super) fn assign_roles(
             })
     };
     if let Some(time) = &reading.time {
-        let (name, unit) = match time.rsplit_once(':') {
-            Some(_) if headings.iter().any(|h| h.raw == *time) => (time.as_str(), None),
-            Some((name, unit)) => {
-                let is_time = |u: &ColumnUnit| matches!(u.quantity, Quantity::Time | Quantity::Frames);
-                let known = ColumnUnit::parse(unit).filter(is_time);
-                (name, Some(known.ok_or_else(|| Unrecognised::UnknownTimeUnit { text: unit.to_owned() })?))
-            }
-            None => (time.as_str(), None),
-        };
+        let (name, unit) = name_and_unit(headings, time)?;
         let column = position(name, "--time")?;
         let written =
             headings[column].unit.filter(|u| matches!(u.quantity, Quantity::Time | Quantity::Frames));
@@ -201,6 +193,21 @@ pub(super) fn assign_roles(
         }
     }
     Ok(roles)
+}
+
+/// Splits the option `--time NAME:UNIT` into name and unit; a colon may also be part of the name.
+fn name_and_unit<'t>(
+    headings: &[Heading],
+    time: &'t str,
+) -> Result<(&'t str, Option<ColumnUnit>), Unrecognised> {
+    match time.rsplit_once(':') {
+        Some((name, unit)) if headings.iter().all(|h| h.raw != time) => {
+            let is_time = |u: &ColumnUnit| matches!(u.quantity, Quantity::Time | Quantity::Frames);
+            let known = ColumnUnit::parse(unit).filter(is_time);
+            Ok((name, Some(known.ok_or_else(|| Unrecognised::UnknownTimeUnit { text: unit.to_owned() })?)))
+        }
+        _ => Ok((time, None)),
+    }
 }
 
 /// The unit of frames where a heading names frame numbers.

@@ -91,7 +91,7 @@ fn needed_points(values: &[f64]) -> Vec<usize> {
         let error = |k: usize| (values[k] - values[from] - slope * (k - from) as f64).abs();
         let farthest = (from + 1..to).max_by(|a, b| error(*a).total_cmp(&error(*b)));
         // A value that is not finite has no line; its neighbours stay.
-        if let Some(middle) = farthest.filter(|k| !(error(*k) <= MAX_ERROR * range)) {
+        if let Some(middle) = farthest.filter(|k| error(*k) > MAX_ERROR * range || error(*k).is_nan()) {
             points.push(middle);
             open.extend([(from, middle), (middle, to)]);
         }
