@@ -35,7 +35,7 @@ impl ReportContext {
                 (
                     name_of(path),
                     model
-                        .map_or_else(String::new, |model| command(model, data, &[path.clone()], wanted, out)),
+                        .map_or_else(String::new, |model| command(model, data, std::slice::from_ref(path), wanted, out)),
                 )
             }
             DataFrom::Files { paths, .. } => {
