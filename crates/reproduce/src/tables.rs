@@ -7,7 +7,7 @@ use crate::experiment::data::Data;
 use crate::experiment::{Sizes, ball, push, runs_folder};
 use crate::filtered;
 use crate::league;
-use crate::reproduction::{ITERATIONS, claim, repeat};
+use crate::reproduction::{claim, drop_sources, iterations, record_sources, repeat};
 use crate::systems;
 use augsim_session::run_dir::DataSource;
 use augsim_session::usage::Inapplicable;
@@ -16,11 +16,6 @@ use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::Recipe;
 use std::path::{Path, PathBuf};
-
-/// Number of training trajectories of the paper.
-const TRAIN: usize = 800;
-/// Offset of the seed between training and test data, so that their random draws differ.
-const TEST_SEED_OFFSET: u64 = 1_000_000;
 
 /// Runs the subcommand.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
@@ -42,31 +37,18 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
 
 fn drops(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let out = args.out.clone().unwrap_or_else(|| "out/ball".into());
-    let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
+    let iterations = iterations(args);
     if let Some(dir) = args.data.as_ref().filter(|dir| !dir.is_dir()) {
         return Err(MissingData::Drops { folder: dir.clone() }.into());
     }
     let mut record = Record::new("reproduce ball").setting("seed", seed).setting("iterations", iterations);
     let mut words = words(&["ball", "--iterations", &iterations.to_string(), "--seed", &seed.to_string()]);
-    let (train, test, test_name) = match &args.data {
-        Some(dir) => (
-            DataSource::File(dir.join("train.csv.gz")),
-            DataSource::File(dir.join("test_1000.csv.gz")),
-            "test_1000".to_owned(),
-        ),
-        None => (
-            DataSource::DropDistribution { trajectories: TRAIN, seed },
-            DataSource::DropDistribution {
-                trajectories: args.test_drops as usize,
-                seed: seed.wrapping_add(TEST_SEED_OFFSET),
-            },
-            "generated".to_owned(),
-        ),
-    };
+    let (train, test) = drop_sources(args, args.data.as_deref(), seed);
+    let test_name = if args.data.is_some() { "test_1000" } else { "generated" };
+    record = record_sources(record, &train, &test);
     let mut inputs = Vec::new();
-    for (name, source) in [("train", &train), ("test", &test)] {
+    for source in [&train, &test] {
         if let DataSource::File(path) = source {
-            record = record.input(name, path);
             inputs.push(path.as_path());
         }
     }
@@ -81,7 +63,7 @@ fn drops(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::R
     let nets = [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus];
     let experiment = ball::experiment(
         "Bouncing ball: forecasts from the first state",
-        &test_name,
+        test_name,
         &nets.map(|recipe| (recipe, iterations)),
         (repeat(words), seed, args.resume),
     );

@@ -10,9 +10,8 @@ mod sets;
 use crate::args::Reproduce;
 use crate::experiment::Sizes;
 use crate::experiment::rows::{Row, table};
-use crate::reproduction::{ITERATIONS, claim, repeat_on_data};
+use crate::reproduction::{claim, finish, iterations, repeat_on_data};
 use augsim_session::usage::Missing;
-use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
@@ -41,7 +40,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
         return Err(Usage::Missing(Missing::MeasuredSets { scenario: "loop" }).into());
     };
-    let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
+    let iterations = iterations(args);
     let out_dir = args.out.clone().unwrap_or_else(|| "out/loop".into());
     let record = Record::new("reproduce loop")
         .setting("seed", seed)
@@ -67,12 +66,9 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let Some(pushing) = push::chain(&plan, runs, output)? else { return Ok(Outcome::Interrupted) };
     let result =
         ResultFile { schema: "augsim.reproduce/1", scenario: "loop", sets, chain, pushing, iterations, seed };
-    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-    let html = page::page(&result, data, &repeat_on_data("loop", args, data, seed)).render();
-    let report = claim.write(REPORT, &html)?;
-    claim.write_timing(())?;
-    output.result(&result, || format!("{}report: {}", text(&result), report.display()))?;
-    Ok(Outcome::Done)
+    let command = repeat_on_data("loop", args, data, seed);
+    let page = |result: &ResultFile| Ok(page::page(result, data, &command).render());
+    finish(&claim, &result, page, Some(()), text, output)
 }
 
 fn text(result: &ResultFile) -> String {

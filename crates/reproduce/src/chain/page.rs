@@ -3,8 +3,9 @@
 use super::ResultFile;
 use super::sets::SetRow;
 use crate::experiment::rows::{self, results};
+use crate::reproduction::{how_to_reproduce, provenance};
 use augsim_discovery::Rmse;
-use augsim_report::page::{Block, Cell, Column, Page, Provenance, Row, Section, Table};
+use augsim_report::page::{Block, Cell, Column, Page, Row, Section, Table};
 use std::path::Path;
 
 /// Makes the page; `command` repeats the run.
@@ -17,8 +18,7 @@ pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
     sections.push(found("Pushes of the virtual laboratory", std::slice::from_ref(&result.pushing.set)));
     let title = "Pushing: declared, calibrated and augmented physics, and networks";
     sections.push(chain(title, &result.pushing.chain, ""));
-    let code = Block::Code { caption: String::new(), text: command.to_owned() };
-    sections.push(Section { title: "How to reproduce".to_owned(), blocks: vec![code] });
+    sections.push(how_to_reproduce(command));
     Page {
         overline: "closing the loop".to_owned(),
         title: "Discovery on measured data sets".to_owned(),
@@ -27,12 +27,7 @@ pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
             result.sets.len()
         ),
         sections,
-        provenance: Provenance {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            seed: Some(result.seed),
-            more: vec![("data".to_owned(), data.display().to_string())],
-            ..Default::default()
-        },
+        provenance: provenance(result.seed, Some(data)),
         ..Default::default()
     }
 }

@@ -18,12 +18,13 @@ pub use result::table;
 pub use runs::folder as runs_folder;
 pub use sizes::Sizes;
 
+use crate::reproduction::write_results;
 use augsim_data::Dataset;
 use augsim_physics::ball::drop_distribution::DropDistribution;
 use augsim_physics::ball::floor::{ErrorFloorOptions, published_error_floor};
 use augsim_session::run_dir::{Config, RunDir};
 use augsim_session::training_run::Trained;
-use augsim_terminal::destination::{Claim, REPORT, RESULT};
+use augsim_terminal::destination::Claim;
 use augsim_terminal::output::Output;
 use augsim_terminal::training::{self, Times};
 use augsim_trainer::models::{ExactDistribution, Physics, Still, Zero};
@@ -109,19 +110,19 @@ impl Experiment {
             notes,
             seed: self.seed,
         };
-        claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-        let inputs = PageInputs {
-            losses: self.losses(claim, whole)?,
-            gp: gp.as_ref(),
-            scored,
-            data,
-            clouds: clouds.as_ref(),
-            nets: &nets,
+        let html = |result: &ResultFile| {
+            let inputs = PageInputs {
+                losses: self.losses(claim, whole)?,
+                gp: gp.as_ref(),
+                scored,
+                data,
+                clouds: clouds.as_ref(),
+                nets: &nets,
+            };
+            Ok(augsim_report::benchmark_report(&page::report(self, result, &inputs)?))
         };
-        let html = augsim_report::benchmark_report(&page::report(self, &result, &inputs)?);
-        let path = claim.write(REPORT, &html)?;
-        claim.write_timing(Times::from_trained(&nets))?;
-        Ok(Some(Finished { result, report: path }))
+        let report = write_results(claim, &result, html, Some(Times::from_trained(&nets)))?;
+        Ok(Some(Finished { result, report }))
     }
 
     /// Trains all networks; returns those trained on the whole set and the learning curve, or `None` if

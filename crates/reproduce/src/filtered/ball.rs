@@ -3,15 +3,14 @@
 use super::Plan;
 use super::page;
 use crate::experiment::data::Data;
-use crate::reproduction::{ITERATIONS, claim, repeat};
+use crate::reproduction::{claim, drop_sources, finish, iterations, record_sources, repeat};
 use anyhow::Context;
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::drop_distribution::{self, DropDistribution};
 use augsim_report::page::Block;
 use augsim_session::run_data::published_predictor;
-use augsim_session::run_dir::{Config, DataSource};
+use augsim_session::run_dir::Config;
 use augsim_terminal::Outcome;
-use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::training::{self, Times};
@@ -28,10 +27,6 @@ use std::path::Path;
 const PREFIX_LENGTHS: [usize; 9] = [1, 30, 55, 60, 65, 70, 90, 120, 200];
 /// Number of particles of each filter.
 const PARTICLES: usize = 256;
-/// Number of generated training drops.
-const TRAIN: usize = 800;
-/// Offset of the seed between training and test data, so that their random draws differ.
-const TEST_SEED_OFFSET: u64 = 1_000_000;
 /// Number of test drops with `--quick`.
 const QUICK_DROPS: usize = 100;
 
@@ -91,17 +86,13 @@ struct Errors {
 /// Runs this scenario.
 pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let Plan { args, seed, .. } = plan;
-    let iterations = args.iterations.unwrap_or(if args.quick { ITERATIONS / 10 } else { ITERATIONS });
-    let (train, test) = sources(plan);
-    let mut record = Record::new("reproduce filtered ball")
+    let iterations = iterations(args);
+    let (train, test) = drop_sources(args, plan.data, seed);
+    let record = Record::new("reproduce filtered ball")
         .setting("seed", seed)
         .setting("quick", args.quick)
         .setting("iterations", iterations);
-    for (name, source) in [("train", &train), ("test", &test)] {
-        if let DataSource::File(path) = source {
-            record = record.input(name, path);
-        }
-    }
+    let record = record_sources(record, &train, &test);
     let inputs: Vec<&Path> = plan.data.into_iter().collect();
     let claim = claim(plan.out, record, &inputs, args.resume, plan.force)?;
     claim.begin()?;
@@ -129,29 +120,9 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
         seed,
         command: repeat(command_words(plan, iterations)),
     };
-    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-    let fan = narrowing(&net.model, &start, &items, seed)?;
-    let path = claim.write(REPORT, &page_of(&result, fan).render())?;
-    claim.write_timing(Times::from_trained([&net]))?;
-    output.result(&result, || format!("{}report: {}", table(&result), path.display()))?;
-    Ok(Outcome::Done)
-}
-
-/// Sources of the training and test drops: files of the data folder, or generated drops.
-fn sources(Plan { data, args, seed, .. }: Plan<'_>) -> (DataSource, DataSource) {
-    match data {
-        Some(folder) => {
-            let file = |name: &str| DataSource::File(folder.join(name));
-            (file("train.csv.gz"), file("test_1000.csv.gz"))
-        }
-        None => (
-            DataSource::DropDistribution { trajectories: TRAIN, seed },
-            DataSource::DropDistribution {
-                trajectories: args.test_drops as usize,
-                seed: seed.wrapping_add(TEST_SEED_OFFSET),
-            },
-        ),
-    }
+    let page =
+        |result: &ResultFile| Ok(page_of(result, narrowing(&net.model, &start, &items, seed)?).render());
+    finish(&claim, &result, page, Some(Times::from_trained([&net])), table, output)
 }
 
 /// Arguments of the command that repeats the run.

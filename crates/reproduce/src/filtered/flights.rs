@@ -4,7 +4,7 @@
 use super::Plan;
 use super::believed::{self, Prefixes, score_measured};
 use super::page;
-use crate::reproduction::{claim, repeat};
+use crate::reproduction::{claim, finish, repeat};
 use anyhow::Context;
 use augsim_data::convert::CONVERTERS;
 use augsim_data::{Dataset, FrameClock, Trajectory, atomic_write, write_dataset};
@@ -14,7 +14,6 @@ use augsim_physics::model::{Model, ModelFile};
 use augsim_physics::system::{Seed, System};
 use augsim_session::filtered::{ObservedColumns, PrefixLength, SystemOnPrefix, built_in_on_prefix};
 use augsim_terminal::Outcome;
-use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_trainer::SAMPLES;
@@ -158,10 +157,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
         seed,
         command: repeat(words.into_iter().chain([data.display().to_string()]).collect()),
     };
-    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-    let path = claim.write(REPORT, &page_of(&result).render())?;
-    output.result(&result, || format!("{}report: {}", table(&result), path.display()))?;
-    Ok(Outcome::Done)
+    finish(&claim, &result, |result| Ok(page_of(result).render()), None::<()>, table, output)
 }
 
 /// Measured flights, on frames of the camera, and their declared model.

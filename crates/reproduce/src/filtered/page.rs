@@ -1,9 +1,8 @@
 //! Report pages of forecasts from a prefix: a forecast figure and tables.
 
+use crate::reproduction::{how_to_reproduce, provenance};
 use augsim_report::figure::{Axis, Event, Fan, Figure, Tone};
-use augsim_report::page::{
-    Block, Cell, Column, Columns, Grid, LegendEntry, Page, Provenance, Row, Section, Table,
-};
+use augsim_report::page::{Block, Cell, Column, Columns, Grid, LegendEntry, Page, Row, Section, Table};
 use augsim_trainer::Samples;
 
 /// Makes a page with a table for each view, after the given blocks.
@@ -21,18 +20,13 @@ pub fn page(
         "All models with the same prefixes",
         tables.into_iter().map(Block::Table).collect(),
     ));
-    let code = Block::Code { caption: String::new(), text: command.to_owned() };
-    sections.push(Section::new("How to reproduce", vec![code]));
+    sections.push(how_to_reproduce(command));
     Page {
         overline: "filtered forecasts".to_owned(),
         title: title.to_owned(),
         summary,
         sections,
-        provenance: Provenance {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            seed: Some(seed),
-            ..Default::default()
-        },
+        provenance: provenance(seed, None),
         ..Default::default()
     }
 }

@@ -4,14 +4,13 @@ use super::layout::{self, PARTICLES};
 use super::push_physics::{fitted, way};
 use super::push_row::Row;
 use super::{Plan, page};
-use crate::reproduction::{claim, repeat};
+use crate::reproduction::{claim, finish, repeat, test_seed};
 use anyhow::Context;
 use augsim_data::{Dataset, Trajectory};
 use augsim_physics::push::laboratory::{PushDesign, PushRecipe};
 use augsim_physics::system;
 use augsim_session::run_data::recipe;
 use augsim_terminal::Outcome;
-use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_trainer::Sequences;
@@ -30,8 +29,6 @@ const RATE_HZ: f64 = 20.0;
 const PUSHES: [[usize; 2]; 2] = [[4000, 1000], [600, 100]];
 /// Number of test pushes of models that simulate every draw, and with `--quick`.
 const SIMULATED_PUSHES: [usize; 2] = [200, 20];
-/// Offset of the seed between training and test pushes.
-const TEST_SEED_OFFSET: u64 = 1_000_000;
 /// Columns of a pose.
 const POSE: [&str; 3] = ["x_m", "y_m", "theta_rad"];
 
@@ -57,7 +54,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let measured = PushRecipe { rate_hz: RATE_HZ, ..recipe(PushDesign::Repeat, "rect1", "abs", train)? };
     let sd = [measured.position_sd_m, measured.position_sd_m, measured.angle_sd_rad];
     let exact = PushRecipe { pushes: test, position_sd_m: 0.0, angle_sd_rad: 0.0, ..measured.clone() };
-    let (measured, truth) = (measured.generate(seed)?, exact.generate(seed.wrapping_add(TEST_SEED_OFFSET))?);
+    let (measured, truth) = (measured.generate(seed)?, exact.generate(test_seed(seed))?);
     let (learned, scored) = (Sequences::new(&measured.data, &POSE)?, Sequences::new(&truth.data, &POSE)?);
     let times = measured.data.trajectories().first().context("a push was made")?.time_s();
     let lengths: Vec<usize> =
@@ -107,10 +104,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
         seed,
         command: repeat(words),
     };
-    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-    let path = claim.write(REPORT, &page_of(&result).render())?;
-    output.result(&result, || format!("{}report: {}", table(&result), path.display()))?;
-    Ok(Outcome::Done)
+    finish(&claim, &result, |result| Ok(page_of(result).render()), None::<()>, table, output)
 }
 
 /// Returns the pusher paths of the first pushes.

@@ -19,10 +19,10 @@ mod verdict;
 use crate::args::{LeagueScenario, Part, Reproduce};
 use crate::experiment::Sizes;
 use crate::experiment::data::{Data, Set, part};
-use crate::reproduction::{claim, repeat};
+use crate::reproduction::{claim, finish, repeat, test_seed};
 use augsim_session::run_dir::DataSource;
 use augsim_session::usage::Inapplicable;
-use augsim_terminal::destination::{Claim, REPORT, RESULT};
+use augsim_terminal::destination::Claim;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
@@ -32,9 +32,6 @@ use result::{League, ResultFile};
 use runs::{Effort, Runs};
 use sizes::Sizes as Curve;
 use std::path::Path;
-
-/// Offset of the seed between training and test data, so that their random draws differ.
-const TEST_SEED_OFFSET: u64 = 1_000_000;
 
 /// Runs the subcommand.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
@@ -73,11 +70,9 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         }
     }
     let result = ResultFile { schema: "augsim.league/1", leagues, seed, command: repeat(words) };
-    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-    let path = claim.write(REPORT, &page::page(&result).render())?;
-    claim.write_timing(table::Costs::from_result(&result))?;
-    output.result(&result, || format!("{}\nreport: {}", table::table(&result), path.display()))?;
-    Ok(Outcome::Done)
+    let page = |result: &ResultFile| Ok(page::page(result).render());
+    let costs = Some(table::Costs::from_result(&result));
+    finish(&claim, &result, page, costs, |result| table::table(result) + "\n", output)
 }
 
 /// Runs the comparison of one scenario; returns `None` if interrupted.
@@ -130,7 +125,7 @@ fn data(scenario: LeagueScenario, effort: &Effort, seed: u64) -> anyhow::Result<
     match scenario {
         LeagueScenario::Ball => {
             let set = |trajectories, seed| DataSource::DropDistribution { trajectories, seed };
-            let test = set(effort.test, seed.wrapping_add(TEST_SEED_OFFSET));
+            let test = set(effort.test, test_seed(seed));
             let data = Data::drops(&set(effort.train, seed), &test)?.0;
             let pool = data.train.clone();
             Ok((data, pool))

@@ -5,28 +5,22 @@ use super::measures::{Key, keys};
 use super::result::{League, ResultFile};
 use super::rows::Row as Result;
 use super::table::scenario_of;
+use crate::reproduction::{how_to_reproduce, provenance};
 use augsim_report::figure::{Axis, Bar, BarGroup, BarShape, Bars, Figure, Line, Series, Tone};
-use augsim_report::page::{
-    Best, Block, Cell, Column, Columns, Grid, Method, Page, Provenance, Row, Section, Table,
-};
+use augsim_report::page::{Best, Block, Cell, Column, Columns, Grid, Method, Page, Row, Section, Table};
 
 /// Makes the page.
 pub fn page(result: &ResultFile) -> Page {
     let mut sections: Vec<Section> = result.leagues.iter().map(section).collect();
     sections.push(Section::new("Methods", vec![Block::Methods(methods())]));
-    let code = Block::Code { caption: String::new(), text: result.command.clone() };
-    sections.push(Section::new("How to reproduce", vec![code]));
+    sections.push(how_to_reproduce(&result.command));
     let firsts = result.leagues.iter().filter_map(|l| l.verdicts.first().map(|v| v.sentence.clone()));
     Page {
         overline: "league of model classes".to_owned(),
         title: "Every model class under one protocol".to_owned(),
         summary: firsts.collect::<Vec<_>>().join(" "),
         sections,
-        provenance: Provenance {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            seed: Some(result.seed),
-            ..Default::default()
-        },
+        provenance: provenance(result.seed, None),
         ..Default::default()
     }
 }

@@ -7,7 +7,7 @@ mod sets;
 
 use crate::absent::MissingData;
 use crate::args::Reproduce;
-use crate::reproduction::{claim, repeat_on_data};
+use crate::reproduction::{claim, finish, repeat_on_data};
 use anyhow::Context;
 use augsim_data::{Dataset, atomic_write, write_dataset};
 use augsim_discovery::Discovery;
@@ -17,7 +17,7 @@ use augsim_session::equations::forecast::{free_runs, rows};
 use augsim_session::equations::records::records;
 use augsim_session::usage::Missing;
 use augsim_session::{equations, folders};
-use augsim_terminal::destination::{REPORT, RESULT};
+use augsim_terminal::destination::REPORT;
 use augsim_terminal::discover_args::{Accept, Discover, Library, TimeColumn};
 use augsim_terminal::discovery::run_whole_discovery;
 use augsim_terminal::output::Output;
@@ -99,12 +99,9 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         }
     }
     let result = ResultFile { schema: "augsim.reproduce/1", scenario: "systems", sets, seed };
-    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
-    let html = page::page(&result, data, &repeat_on_data("systems", args, data, seed)).render();
-    let report = claim.write(REPORT, &html)?;
-    claim.write_timing(())?;
-    output.result(&result, || format!("{}report: {}", text(&result), report.display()))?;
-    Ok(Outcome::Done)
+    let command = repeat_on_data("systems", args, data, seed);
+    let page = |result: &ResultFile| Ok(page::page(result, data, &command).render());
+    finish(&claim, &result, page, Some(()), text, output)
 }
 
 /// Declares, calibrates and augments the model on the training record of a set, and scores all models on

@@ -1,14 +1,14 @@
 //! Report page of `reproduce systems`.
 
 use super::{ResultFile, Scored, SetRow};
-use augsim_report::page::{Block, Cell, Column, Page, Provenance, Row, Section, Table};
+use crate::reproduction::{how_to_reproduce, provenance};
+use augsim_report::page::{Block, Cell, Column, Page, Row, Section, Table};
 use std::path::Path;
 
 /// Makes the page; `command` repeats the run.
 pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
     let mut sections: Vec<Section> = result.sets.iter().map(section).collect();
-    let code = Block::Code { caption: String::new(), text: command.to_owned() };
-    sections.push(Section::new("How to reproduce", vec![code]));
+    sections.push(how_to_reproduce(command));
     Page {
         overline: "systems of equations".to_owned(),
         title: "Benchmark sets with textbook models".to_owned(),
@@ -16,12 +16,7 @@ pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
                   the test record, in the benchmark's own metric, next to published results."
             .to_owned(),
         sections,
-        provenance: Provenance {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            seed: Some(result.seed),
-            more: vec![("data".to_owned(), data.display().to_string())],
-            ..Default::default()
-        },
+        provenance: provenance(result.seed, Some(data)),
         ..Default::default()
     }
 }
