@@ -34,8 +34,9 @@ impl ReportContext {
                 sources.push(source_of(path));
                 (
                     name_of(path),
-                    model
-                        .map_or_else(String::new, |model| command(model, data, std::slice::from_ref(path), wanted, out)),
+                    model.map_or_else(String::new, |model| {
+                        command(model, data, std::slice::from_ref(path), wanted, out)
+                    }),
                 )
             }
             DataFrom::Files { paths, .. } => {

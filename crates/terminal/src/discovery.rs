@@ -12,6 +12,7 @@ use augsim_discovery::{Discovery, Observer, Options, Progress};
 use augsim_session::discovery_page::page;
 use augsim_session::equations::figures::figures;
 use augsim_session::equations::fit::OutOfTime;
+use augsim_session::equations::records;
 use augsim_session::{DiscoverRequest, ReportContext, Subject, discover};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
@@ -63,6 +64,14 @@ fn run(
     let request = DiscoverRequest { groups: args.group.clone(), accept, options };
     let subject = Subject::read(&args.model)?;
     let data = args.time.of_all(&args.data);
+    // Before the search, so that one that fails on a wrong unit still says which unit was taken.
+    let reading = match &subject {
+        Subject::Equations(model) => records::reading(&data, model)?.join("; "),
+        Subject::BuiltIn(_) => String::new(),
+    };
+    if !reading.is_empty() {
+        output.note(format!("{data}: {reading}"));
+    }
     let steps = Steps::new(output);
     let mut show = |p: Progress| steps.show_part(p.describe(), p.fraction());
     let (own_subject, own_data, own_request) = (subject.clone(), data.clone(), request.clone());
@@ -82,7 +91,8 @@ fn run(
         found.mark_stopped(stop.cause(), start_time.elapsed().as_secs_f64());
     }
     output.warn(&found.warnings);
-    found.notes.iter().for_each(|note| output.note(note));
+    let is_new = |note: &&String| reading.is_empty() || !note.contains(&reading);
+    found.notes.iter().filter(is_new).for_each(|note| output.note(note));
 
     claim.begin()?;
     claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;

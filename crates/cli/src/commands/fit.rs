@@ -1,6 +1,6 @@
 //! `augsim fit`: calibrates the parameters of a model of equations.
 
-use super::note_conversions;
+use super::note_reading;
 use crate::args::Fit;
 use augsim_equations::Model;
 use augsim_session::Subject;
@@ -35,7 +35,10 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     let accepted = args.accept.accept.iter().copied().collect();
     let limit = TimeLimit::from_now(args.time_limit)?;
     let data = args.time.of_all(&args.data);
-    let sources = data.clone();
+    // Before the fit, so that a fit that fails on a wrong unit still says which unit was taken.
+    if let Subject::Equations(model) = &subject {
+        note_reading(&data, model, output)?;
+    }
     let steps = Steps::new(output);
     steps.show_step("fitting the parameters".to_owned());
     let work = move |reports: &Sender<Report<(), (Model, FitResult)>>| {
@@ -51,7 +54,6 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     steps.finish();
     let (fitted, answer) = result.ok_or(OutOfTime { calibrated: None })?;
     output.warn(&answer.warnings);
-    note_conversions(&sources, &answer.reading, output);
     if let Some(stop) = stop {
         output.notice(format!(
             "the fit was stopped {}: the noise was not estimated, and intervals of the parameters are those of the fit",

@@ -166,7 +166,7 @@ fn inspect_lists_every_check_with_its_outcome() {
     let out = augsim(&["data", "inspect", "bounces.csv", "--model", "model.toml", "--json"], dir.path());
     let json: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
     let checks = json["checks"].as_array().expect("a list");
-    assert_eq!((checks.len(), &checks[11]["outcome"]), (13, &"passed".into()), "{json}");
+    assert_eq!((checks.len(), &checks[11]["outcome"]), (15, &"passed".into()), "{json}");
     assert_eq!(json["trajectories"], 30);
 }
 
