@@ -172,6 +172,12 @@ fn every_part_of_a_model_is_exported() {
     for (name, text) in [("parts", MODEL), ("flow", FLOW)].into_iter().chain(augsim_equations::EXAMPLES) {
         let model = model::parse(text, "model.toml").expect("a model");
         assert!(follows_the_engine(&model, name, &dir), "the engine does not simulate {name}");
+        // Optimised code gives more warnings; without its program the file is a library.
+        for option in ["-DLAW_MAIN", "-DLAW_NO_MAIN"] {
+            let build =
+                ["-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", option, "-c", "law.c", "-o", "law.o"];
+            printed("cc", &build, &dir);
+        }
     }
     for (method, steps) in [("implicit", 3), ("explicit", 5)] {
         let text = format!(
