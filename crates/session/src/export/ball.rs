@@ -168,12 +168,15 @@ fn title(model: &Model) -> String {
 }
 
 fn latex(model: &Model) -> String {
-    let base = |name: &str| model.parameters.iter().find(|p| p.name == name).map_or(0.0, |p| p.nominal);
+    let value = |name: &str| match model.parameters.iter().find(|p| p.name == name) {
+        Some(p) if !p.groups.is_empty() => "\\text{by group}".to_owned(),
+        p => latex_number(p.map_or(0.0, |p| p.nominal)),
+    };
     let mut body = format!(
         "Flight and impact of a ball, whose lowest point is followed:\n\\begin{{align*}}\n\\ddot{{\\mathbf x}} &= -g\\,\\mathbf e_z \
          + \\mathbf a, & g &= {} \\,\\mathrm{{m/s^2}}\\\\\nv_n^+ &= e\\,v_n^-, & e_0 &= {}\n\\end{{align*}}\n",
-        latex_number(base("gravity_m_s2")),
-        latex_number(base("restitution"))
+        value("gravity_m_s2"),
+        value("restitution")
     );
     let grouped = model.parameters.iter().filter(|p| !p.groups.is_empty());
     body += &grouped.map(|p| parameter_paragraph(&latex_name(&p.name), p)).collect::<String>();

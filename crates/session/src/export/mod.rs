@@ -116,12 +116,15 @@ fn effect_paragraphs(effects: &[EffectBlock], formula: impl Fn(&str) -> Option<&
     text
 }
 
-/// The value of a parameter with its interval, and its values by group.
+/// The value of a parameter with its interval, or its values by group.
 fn parameter_paragraph(symbol: &str, p: &Parameter) -> String {
-    let interval = p.ci95.map_or(String::new(), |[low, high]| {
-        format!(" (95\\,\\% interval ${}$ to ${}$)", latex_number(low), latex_number(high))
-    });
-    let mut text = format!("\\noindent ${symbol} = {}${interval}\n\n", latex_number(p.nominal));
+    if p.groups.is_empty() {
+        let interval = p.ci95.map_or(String::new(), |[low, high]| {
+            format!(" (95\\,\\% interval ${}$ to ${}$)", latex_number(low), latex_number(high))
+        });
+        return format!("\\noindent ${symbol} = {}${interval}\n\n", latex_number(p.nominal));
+    }
+    let mut text = format!("\\noindent ${symbol}$ by group:\n\n");
     for (group, value) in &p.groups {
         let group = words::latex(group);
         text += &format!("\\noindent \\quad \\texttt{{{group}}}: ${}$\n\n", latex_number(*value));

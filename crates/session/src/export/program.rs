@@ -10,6 +10,7 @@ use augsim_equations::{Model, ModelError};
 
 const PYTHON: &str = include_str!("system.py.txt");
 const PYTHON_EVENTS: &str = include_str!("events.py.txt");
+const PYTHON_MAIN: &str = include_str!("replay.py.txt");
 const C: &str = include_str!("system.c.txt");
 const C_EVENTS: &str = include_str!("events.c.txt");
 const C_MAIN: &str = include_str!("replay.c.txt");
@@ -119,6 +120,7 @@ impl Program<'_> {
 
     fn text(&self) -> String {
         let mut values = self.descriptions();
+        values.extend(self.parameters());
         values.extend(self.settings());
         values.extend(self.equations());
         let has_events = self.has_events();
@@ -131,11 +133,9 @@ impl Program<'_> {
         values.push(("EVENT_CODE", events));
         let begin = if has_events { "    law_begin_events(state, signal, p);\n" } else { "" };
         values.push(("BEGIN_EVENTS", begin.to_owned()));
-        if !self.is_c() {
-            return fill(PYTHON, &values);
-        }
-        values.push(("MAIN", fill(C_MAIN, &values)));
-        fill(C, &values)
+        let (form, main) = if self.is_c() { (C, C_MAIN) } else { (PYTHON, PYTHON_MAIN) };
+        values.push(("MAIN", fill(main, &values)));
+        fill(form, &values)
     }
 
     /// Title, usage, and lists of quantities in comments.
@@ -168,16 +168,15 @@ impl Program<'_> {
         ]
     }
 
-    /// Sizes, names, parameter values and numerical settings.
-    fn settings(&self) -> Vec<(&'static str, String)> {
-        let (m, l, is_c) = (self.model, &self.listing, self.is_c());
-        let numerics = &m.numerics;
-        let fields = self.names.parameters.iter().zip(&m.parameters);
-        let fields = fields.map(|(field, p)| {
+    /// Fields and values of the parameters, and of the widths of smoothed discontinuities.
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        let (l, is_c) = (&self.listing, self.is_c());
+        let parameters = || self.names.parameters.iter().zip(&self.model.parameters);
+        let fields = parameters().map(|(field, p)| {
             let unit = p.unit.map_or_else(String::new, |unit| format!(" {}", comment(&unit.symbol())));
             format!("    double {field}; /* {}{unit} */\n", comment(&p.name))
         });
-        let set = self.names.parameters.iter().zip(&m.parameters).map(|(field, p)| match is_c {
+        let set = parameters().map(|(field, p)| match is_c {
             true => format!("    p.{field} = {};\n", number(p.nominal)),
             false => format!("    {}: {},\n", literal(&p.name, self.language), number(p.nominal)),
         });
@@ -186,6 +185,22 @@ impl Program<'_> {
             true => format!("    p.width[{i}] = {};\n", number(d.width)),
             false => String::new(),
         });
+        let lookup = parameters().map(|(field, p)| {
+            format!("    if (strcmp(name, {}) == 0) return &p->{field};\n", literal(&p.name, self.language))
+        });
+        vec![
+            ("PARAMETER_FIELDS", fields.collect::<String>().trim_end_matches('\n').to_owned()),
+            ("PARAMETER_VALUES", set.chain(set_widths).collect()),
+            ("PARAMETER_LOOKUP", lookup.collect()),
+            ("WIDTHS", self.list(l.discontinuities.iter().map(|d| number(d.width)))),
+            ("DECLARED_WIDTHS", self.list(l.discontinuities.iter().map(|d| self.flag(d.is_declared)))),
+        ]
+    }
+
+    /// Sizes, names, and numerical settings.
+    fn settings(&self) -> Vec<(&'static str, String)> {
+        let (m, l) = (self.model, &self.listing);
+        let numerics = &m.numerics;
         let hold = |hold: Option<Hold>| match hold.unwrap_or(Hold::Linear) {
             Hold::Zero => "0".to_owned(),
             Hold::Linear => "1".to_owned(),
@@ -194,12 +209,8 @@ impl Program<'_> {
         let range = |o: &augsim_equations::model::Output| {
             let [low, high] = o.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
             let (low, high) = (self.bound(low), self.bound(high));
-            if is_c { format!("{{{low}, {high}}}") } else { format!("({low}, {high})") }
+            if self.is_c() { format!("{{{low}, {high}}}") } else { format!("({low}, {high})") }
         };
-        let lookup = self.names.parameters.iter().zip(&m.parameters).map(|(field, p)| {
-            format!("    if (strcmp(name, {}) == 0) return &p->{field};\n", literal(&p.name, self.language))
-        });
-        let strings = |names: Vec<&str>| self.strings(names.into_iter());
         vec![
             ("N", m.states.len().to_string()),
             ("U", m.inputs.len().to_string()),
@@ -207,14 +218,9 @@ impl Program<'_> {
             ("E", m.events.len().to_string()),
             ("C", l.conditions.results.len().to_string()),
             ("W", l.discontinuities.len().to_string()),
-            ("STATE_NAMES", strings(m.states.iter().map(|s| s.name.as_str()).collect())),
-            ("INPUT_NAMES", strings(m.inputs.iter().map(|i| i.name.as_str()).collect())),
-            ("OUTPUT_NAMES", strings(m.outputs.iter().map(|o| o.name.as_str()).collect())),
-            ("PARAMETER_FIELDS", fields.collect::<String>().trim_end_matches('\n').to_owned()),
-            ("PARAMETER_VALUES", set.chain(set_widths).collect()),
-            ("PARAMETER_LOOKUP", lookup.collect()),
-            ("WIDTHS", self.list(l.discontinuities.iter().map(|d| number(d.width)))),
-            ("DECLARED_WIDTHS", self.list(l.discontinuities.iter().map(|d| self.flag(d.is_declared)))),
+            ("STATE_NAMES", self.strings(m.states.iter().map(|s| s.name.as_str()))),
+            ("INPUT_NAMES", self.strings(m.inputs.iter().map(|i| i.name.as_str()))),
+            ("OUTPUT_NAMES", self.strings(m.outputs.iter().map(|o| o.name.as_str()))),
             ("SUBSTEPS", numerics.substeps.unwrap_or(0).to_string()),
             ("IMPLICIT", self.flag(numerics.integrator == Integrator::Implicit)),
             ("DECLARED_METHOD", self.flag(numerics.integrator != Integrator::Automatic)),

@@ -40,7 +40,7 @@ pub(super) fn latex(text: &str) -> String {
             '<' => safe += "\\textless{}",
             '>' => safe += "\\textgreater{}",
             '|' => safe += "\\textbar{}",
-            '"' => safe += "\\textquotedbl{}",
+            '"' => safe += "\\symbol{34}",
             _ if c.is_control() => safe.push(' '),
             _ => safe.push(c),
         }
