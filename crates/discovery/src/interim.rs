@@ -68,6 +68,8 @@ pub(crate) fn interim(
         result.next_experiment.clear();
     }
     if prepared.held_out.is_empty() {
+        result.sentence =
+            result.sentence.replace("error on held-out trajectories", "error on the fitted trajectories");
         result.sentence += " Its errors are those on the trajectories that it was fitted to.";
     }
     result.notes.clone_from(&prepared.notes);

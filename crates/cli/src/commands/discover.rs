@@ -116,8 +116,10 @@ fn text(args: &Discover, d: &Discovery) -> String {
     let e = &d.error;
     let _ = writeln!(
         out,
-        "\n  error on {} held-out trajectories{}, {} (95 % interval)",
+        "\n  error on {} {} trajectories{}, {} (95 % interval)",
         e.heldout_trajectories,
+        // Without folds and held-out trajectories the run was stopped before its errors were measured on others.
+        if e.folds.is_none() && d.heldout.is_empty() { "fitted" } else { "held-out" },
         e.folds.map_or(String::new(), |n| format!(" ({n} folds)")),
         e.unit
     );
