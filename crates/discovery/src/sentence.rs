@@ -107,7 +107,8 @@ pub(crate) fn sentence(
     // Two decimals, or three digits of the smallest error where it is below 0.1.
     let least = rows.into_iter().filter(|x| *x > 0.0).fold(1.0, f64::min);
     let decimals = if least < 0.1 { (2.0 - least.log10().floor()) as usize } else { 2 };
-    let error_text = |error: f64| format!("{} {unit}", format_error(scale * error, decimals));
+    let error_text =
+        |error: f64| format!("{} {unit}", format_error(scale * error, decimals)).trim_end().to_owned();
     let describe = |effect: &&FoundEffect| describe_effect(effect, error.calibrated.rmse, &error_text);
     let list = |effects: &[&FoundEffect]| effects.iter().map(describe).collect::<Vec<_>>().join(" and ");
     let [large, small] = by_size(effects, error.calibrated.rmse - error.augmented.rmse);
@@ -116,8 +117,9 @@ pub(crate) fn sentence(
         small => format!(" Smaller effects: {}.", list(small)),
     };
     let [before, after, floor] = rows.map(|error| format_error(error, decimals));
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     let gain = format!(
-        "error on held-out {}: {before} {unit} for the calibrated model, {after} {unit} for the augmented model, noise floor {floor} {unit}",
+        "error on held-out {}: {before}{unit} for the calibrated model, {after}{unit} for the augmented model, noise floor {floor}{unit}",
         schema.record[1]
     );
     let rest = unexplained_structure(parts, unexplained);

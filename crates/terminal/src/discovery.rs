@@ -8,6 +8,7 @@ use crate::record::Record;
 use augsim_discovery::{Discovery, Options};
 use augsim_session::discovery_page::page;
 use augsim_session::equations::figures::figures;
+use augsim_session::equations::records;
 use augsim_session::usage::Takes;
 use augsim_session::{DiscoverRequest, ReportContext, Subject, Usage, discover};
 use std::path::{Path, PathBuf};
@@ -29,10 +30,19 @@ pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -
     let mut show = |p: augsim_discovery::Progress| steps.show_part(p.describe(), p.fraction());
     let subject = Subject::read(&args.model)?;
     let data = args.time.of_all(&args.data);
+    // Before the search, so that one that fails on a wrong unit still says which unit was taken.
+    let reading = match &subject {
+        Subject::Equations(model) => records::reading(&data, model)?.join("; "),
+        Subject::BuiltIn(_) => String::new(),
+    };
+    if !reading.is_empty() {
+        output.note(format!("{data}: {reading}"));
+    }
     let found = discover(&subject, &data, &request, &mut show)?;
     steps.finish();
     output.warn(&found.warnings);
-    found.notes.iter().for_each(|note| output.note(note));
+    let is_new = |note: &&String| reading.is_empty() || !note.contains(&reading);
+    found.notes.iter().filter(is_new).for_each(|note| output.note(note));
 
     claim.begin()?;
     claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;

@@ -1,6 +1,6 @@
 //! `augsim fit`: calibrates the parameters of a model of equations.
 
-use super::note_conversions;
+use super::note_reading;
 use crate::args::Fit;
 use augsim_session::Subject;
 use augsim_session::equations::fit::MIN_REPORTED_DIFFERENCE;
@@ -29,9 +29,12 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     let file = args.model.display().to_string();
     let accepted = args.accept.accept.iter().copied().collect();
     let data = args.time.of_all(&args.data);
+    // Before the fit, so that a fit that fails on a wrong unit still says which unit was taken.
+    if let Subject::Equations(model) = &subject {
+        note_reading(&data, model, output)?;
+    }
     let (fitted, answer) = calibrate(&subject, &file, &data, accepted)?;
     output.warn(&answer.warnings);
-    note_conversions(&data, &answer.reading, output);
     let text = fitted.to_toml()?;
     claim.begin()?;
     let path = claim.write(MODEL, &text)?;

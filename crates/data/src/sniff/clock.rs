@@ -111,6 +111,11 @@ impl Clock {
     ) -> Result<Clock, Unrecognised> {
         let first = runs.iter().find_map(|run| run.first().copied()).unwrap_or(0.0);
         let shown = escaped_short(name);
+        let title = if name.starts_with(|c: char| c.is_ascii_digit()) {
+            format!("column {shown}")
+        } else {
+            shown.clone()
+        };
         if written != Written::Number {
             let what = if written == Written::Date { "dates" } else { "clock times" };
             let note = Some(format!(
@@ -136,7 +141,7 @@ impl Clock {
         });
         if let Some((unit, size)) = since_1970 {
             let note = format!(
-                "{shown} has no unit; its numbers are read as {unit} since 1970, and times count from the first sample \
+                "{title} has no unit; its numbers are read as {unit} since 1970, and times count from the first sample \
                  of each trajectory; {remedy}"
             );
             return Ok(Clock { unit_s: *size, is_absolute: true, note: Some(note) });
@@ -149,7 +154,7 @@ impl Clock {
         };
         let whole = if unit_s < 1.0 { "whole numbers with " } else { "" };
         let note =
-            format!("{shown} has no unit; {whole}steps of {} are read as {unit}; {remedy}", digits(step));
+            format!("{title} has no unit; {whole}steps of {} are read as {unit}; {remedy}", digits(step));
         Ok(Clock { unit_s, is_absolute: false, note: Some(note) })
     }
 

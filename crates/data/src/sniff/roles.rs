@@ -160,7 +160,11 @@ pub(super) fn assign_roles(
         let column = position(&renamed.from, "--columns")?;
         let unit = renamed.unit.as_deref().map_or(headings[column].unit, ColumnUnit::parse_option);
         let conversion = unit.map_or_else(|| FileUnit::scaled(Unit::DIMENSIONLESS, 1.0), |u| u.conversion);
-        if let Some(unit) = unit.filter(|u| !matches!(u.quantity, Quantity::Pixels | Quantity::Frames)) {
+        // A number is the size of the unit of the file in the unit of the new name.
+        let is_number = renamed.unit.as_deref().is_some_and(|text| text.trim().parse::<f64>().is_ok());
+        let has_quantity =
+            |u: &ColumnUnit| !is_number && !matches!(u.quantity, Quantity::Pixels | Quantity::Frames);
+        if let Some(unit) = unit.filter(has_quantity) {
             check_same_quantity(&renamed.to, unit.conversion)?;
         }
         (roles[column], is_assigned[column]) = (Role::Named(renamed.to.clone(), conversion), true);

@@ -113,15 +113,11 @@ impl<'a> Scene<'a> {
     /// The clock of the time column, in the unit that is stated or that its numbers show.
     fn clock(&self, column: Option<usize>, unit: Option<ColumnUnit>) -> Result<Clock, DataError> {
         let heading = column.map(|i| &self.first.headings[i]);
-        let name = match heading {
-            Some(h) if self.first.sheet.names.is_none() => format!("column {}", h.raw),
-            Some(h) => h.raw.clone(),
-            None => String::new(),
-        };
+        let name = heading.map_or("", |h| h.raw.as_str());
         let runs: Vec<&[f64]> = self.drafts.iter().map(|d| d.times.as_slice()).collect();
         let written = self.drafts.first().map_or(Written::Number, |d| d.written);
         let unit_text = heading.map_or("", |h| h.unit_text.as_str());
-        let mut clock = match Clock::of_column((&name, unit_text), unit, written, &runs) {
+        let mut clock = match Clock::of_column((name, unit_text), unit, written, &runs) {
             Ok(clock) => clock,
             Err(reason) => return self.refuse(reason),
         };

@@ -145,7 +145,9 @@ impl FileUnit {
 
     /// Name of a column in SI units: `base` with the suffix of the SI unit.
     pub(crate) fn si_name(&self, base: &str) -> String {
-        format!("{base}_{}", self.unit.suffix().unwrap_or_else(|| "ratio".to_owned()))
+        // A unit without a suffix gives a name that is no column name, and so no column.
+        let suffix = self.unit.suffix().unwrap_or_else(|| self.unit.symbol());
+        format!("{base}_{}", if suffix.is_empty() { "ratio" } else { &suffix })
     }
 
     /// Product of two units, the second to the power `sign`; `None` for temperatures with an offset.
@@ -282,7 +284,8 @@ impl Unit {
         if self == Unit::DIMENSIONLESS {
             return None;
         }
-        text(self).or_else(|| text(Unit::from_dimensions(self.dimensions())?))
+        let coulomb = Unit::parse("C").filter(|coulomb| coulomb.dimensions() == self.dimensions());
+        text(self).or_else(|| text(coulomb.or_else(|| Unit::from_dimensions(self.dimensions()))?))
     }
 }
 
