@@ -1,6 +1,6 @@
 //! Properties of a file that cannot be inferred, with the option that states them.
 
-use crate::escape_control_characters::{escaped_list, escaped_short};
+use crate::escape_control_characters::{escaped_cause, escaped_list, escaped_short};
 use crate::foreign::ForeignKind;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -36,7 +36,7 @@ pub enum Unrecognised {
         files: Vec<String>,
     },
     /// The file is in a known format, and its content cannot be read.
-    #[error("this is {format} that cannot be read ({}); save it again, or as CSV", escaped_short(cause))]
+    #[error("this is {format} that cannot be read ({}); save it again, or as CSV", escaped_cause(cause))]
     Damaged {
         /// The format.
         format: &'static str,

@@ -8,6 +8,7 @@ mod shared_data;
 mod clocks_and_units;
 mod csv_errors;
 mod csv_round_trip;
+mod foreign_files;
 mod named_csv;
 mod push_errors;
 mod push_files;
