@@ -141,8 +141,12 @@ pub(super) fn assign_roles(
         let column = position(name, "--time")?;
         let written =
             headings[column].unit.filter(|u| matches!(u.quantity, Quantity::Time | Quantity::Frames));
-        (roles[column], is_assigned[column]) =
-            (Role::Time(unit.or(written).or(frames_unit(&headings[column]))), true);
+        (roles[column], is_assigned[column]) = (
+            Role::Time(
+                unit.or(written).or(calendar_unit(&headings[column])).or(frames_unit(&headings[column])),
+            ),
+            true,
+        );
     }
     if let Some(name) = &reading.trajectory {
         let column = position(name, "--trajectory")?;
