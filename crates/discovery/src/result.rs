@@ -2,6 +2,7 @@
 
 use crate::noise_cause::NoiseCause;
 use augsim_data::checks::Warning;
+use augsim_data::{digits, estimate_digits};
 use augsim_physics::system::TopView;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -41,15 +42,6 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Number of decimals that the interval supports: two digits of its half width, from 4 to 12.
-    pub fn decimals(&self) -> usize {
-        let half = 0.5 * (self.ci95[1] - self.ci95[0]);
-        if !(half > 0.0 && half.is_finite()) {
-            return 4;
-        }
-        (1.0 - half.log10().floor()).clamp(4.0, 12.0) as usize
-    }
-
     /// Text of the estimate in a sentence, for the parameter `name`.
     pub fn phrase(&self, name: &str) -> String {
         if self.groups.is_empty() {
@@ -59,15 +51,15 @@ impl Estimate {
             .groups
             .values()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v.value), high.max(v.value)));
-        format!("{name} between {low:.4} and {high:.4}, one value per group")
+        format!("{name} between {} and {}, one value per group", digits(low), digits(high))
     }
 }
 
 /// Displays value and interval: `0.00040 [0.00038, 0.00042]`.
 impl std::fmt::Display for Estimate {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let d = self.decimals();
-        write!(f, "{:.d$} [{:.d$}, {:.d$}]", self.value, self.ci95[0], self.ci95[1])
+        let [value, low, high] = estimate_digits(self.value, self.ci95);
+        write!(f, "{value} [{low}, {high}]")
     }
 }
 
@@ -511,8 +503,8 @@ mod tests {
             groups: BTreeMap::new(),
         };
         assert_eq!(e(4.042e-4, 2.1e-5).to_string(), "0.000404 [0.000383, 0.000425]");
-        assert_eq!(e(1.3, 0.02).to_string(), "1.3000 [1.2800, 1.3200]");
-        assert_eq!(e(1.3, 0.0).to_string(), "1.3000 [1.3000, 1.3000]");
-        assert_eq!(e(1.3, f64::NAN).decimals(), 4);
+        assert_eq!(e(1.3, 0.02).to_string(), "1.300 [1.280, 1.320]");
+        assert_eq!(e(1.3, 0.0).to_string(), "1.3 [1.3, 1.3]");
+        assert_eq!(e(4.042e-12, 2.1e-14).to_string(), "4.042e-12 [4.021e-12, 4.063e-12]");
     }
 }

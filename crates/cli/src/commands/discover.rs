@@ -1,5 +1,6 @@
 //! `augsim discover`: finds the effects that a model lacks and prints the result.
 
+use augsim_data::{digits, estimate_digits};
 use augsim_discovery::{Discovery, DiscoveryError, Rmse, SCHEMA, Verdict};
 use augsim_session::sentence;
 use augsim_terminal::Outcome;
@@ -41,12 +42,6 @@ struct Refusal {
 fn is_system_rejection(error: &anyhow::Error) -> bool {
     let is_rejection = |cause: &DiscoveryError| matches!(cause, DiscoveryError::Objection { .. });
     error.chain().filter_map(|cause| cause.downcast_ref()).any(is_rejection)
-}
-
-/// Number of decimals that shows three digits of the smallest error, at least five.
-fn decimals(errors: impl Iterator<Item = f64>) -> usize {
-    let least = errors.map(f64::abs).filter(|e| *e > 0.0).fold(1.0, f64::min);
-    (2.0 - least.log10().floor()).clamp(5.0, 12.0) as usize
 }
 
 /// Formats the support of the findings: inclusion in resamples, q-values, leads and the null rate.
@@ -96,12 +91,11 @@ fn text(args: &Discover, d: &Discovery) -> String {
     // Writing to a string cannot fail.
     for effect in &d.effects {
         for (name, e) in &effect.parameters {
-            let ([low, high], d) = (e.ci95, e.decimals());
+            let [value, low, high] = estimate_digits(e.value, e.ci95);
             let _ = writeln!(
                 out,
-                "  {}: {name} = {:.d$} {} (95 % interval {low:.d$} to {high:.d$}){}",
+                "  {}: {name} = {value} {} (95 % interval {low} to {high}){}",
                 effect.kind,
-                e.value,
                 e.unit,
                 if e.groups.is_empty() { "" } else { ", the mean over groups:" }
             );
@@ -126,15 +120,15 @@ fn text(args: &Discover, d: &Discovery) -> String {
         ("noise floor", e.noise_floor),
         ("reduction", e.reduction),
     ];
-    let d5 = decimals(rows.iter().map(|(_, r)| r.rmse));
     for (name, r) in
         rows.into_iter().filter(|(name, _)| d.has_additions() || !matches!(*name, "augmented" | "reduction"))
     {
-        let _ = writeln!(out, "  {name:<12} {:>10.d5$}  ({:.d5$} to {:.d5$})", r.rmse, r.ci95[0], r.ci95[1]);
+        let [value, low, high] = estimate_digits(r.rmse, r.ci95);
+        let _ = writeln!(out, "  {name:<12} {value:>10}  ({low} to {high})");
     }
     if let Some(run) = &e.free_run {
         let shown = |error: Option<f64>| match error {
-            Some(error) => format!("{error:.d5$} {}", run.unit).trim_end().to_owned(),
+            Some(error) => format!("{} {}", digits(error), run.unit).trim_end().to_owned(),
             None => "diverged".to_owned(),
         };
         let _ = writeln!(
@@ -147,11 +141,18 @@ fn text(args: &Discover, d: &Discovery) -> String {
     for (measure, e) in &d.errors {
         let _ = writeln!(
             out,
-            "  {measure}, {}: declared {:.3}, calibrated {:.3}, augmented {:.3}, noise floor {:.3}",
-            e.unit, e.declared.rmse, e.calibrated.rmse, e.augmented.rmse, e.noise_floor.rmse
+            "  {measure}, {}: declared {}, calibrated {}, augmented {}, noise floor {}",
+            e.unit,
+            digits(e.declared.rmse),
+            digits(e.calibrated.rmse),
+            digits(e.augmented.rmse),
+            digits(e.noise_floor.rmse)
         );
     }
-    let row = |r: &Rmse| format!("{:.3} ({:.3} to {:.3})", r.rmse, r.ci95[0], r.ci95[1]);
+    let row = |r: &Rmse| {
+        let [value, low, high] = estimate_digits(r.rmse, r.ci95);
+        format!("{value} ({low} to {high})")
+    };
     for h in &d.horizons {
         let _ = writeln!(out, "  after {} s, {} forecasts:", h.horizon_s, h.forecasts);
         for (measure, e) in &h.errors {
@@ -175,11 +176,8 @@ fn text(args: &Discover, d: &Discovery) -> String {
         );
     }
     for (name, e) in &d.parameters {
-        let _ = writeln!(
-            out,
-            "  {name} = {:.5} {} (95 % interval {:.5} to {:.5})",
-            e.value, e.unit, e.ci95[0], e.ci95[1]
-        );
+        let [value, low, high] = estimate_digits(e.value, e.ci95);
+        let _ = writeln!(out, "  {name} = {value} {} (95 % interval {low} to {high})", e.unit);
     }
     if let Some(share) = e.explained_share {
         let _ = writeln!(out, "  {:.1} % of the squared error above the noise floor removed", 100.0 * share);

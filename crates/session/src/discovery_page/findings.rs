@@ -343,7 +343,7 @@ fn noise_text(kind: &str, d: &Discovery) -> String {
         }
         "outliers" => n.outliers.map_or(String::new(), |count| format!("{count} outliers were removed")),
         "noise-scale" => {
-            format!("the standard deviation is {:.4} {}, different from the declared one", n.sd, n.unit)
+            format!("the standard deviation is {} {}, different from the declared one", significant(n.sd, 3), n.unit)
         }
         _ => String::new(),
     }

@@ -2,6 +2,7 @@
 
 use super::compare::{ErrorReduction, verdict};
 use crate::args::Evaluate;
+use augsim_data::estimate_digits;
 use augsim_discovery::{PredictOptions, PredictionSet, rmse_reduction};
 use augsim_session::provenance::fingerprint;
 use augsim_session::usage::Inapplicable;
@@ -140,14 +141,14 @@ fn model_score_text(all: &Scored) -> String {
     );
     for r in &all.rows {
         let (unit, scale) = if r.unit == "m" { ("mm", 1e3) } else { (r.unit.as_str(), 1.0) };
-        let [low, high] = r.ci95.map(|v| scale * v);
+        let [value, low, high] = estimate_digits(scale * r.rmse, r.ci95.map(|v| scale * v));
         let _ = write!(
             text,
             "\n  {:<12}{:<10}{:>14}  {:<28}{:>8.1}%{:>8.1}%",
             r.model,
             r.measure,
-            format!("{:.4} {unit}", scale * r.rmse),
-            format!("{low:.4} to {high:.4} {unit}"),
+            format!("{value} {unit}"),
+            format!("{low} to {high} {unit}"),
             100.0 * r.coverage50,
             100.0 * r.coverage90
         );
