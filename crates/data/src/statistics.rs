@@ -16,7 +16,9 @@ pub fn digits(value: f64) -> String {
     }
     let exponent = value.abs().log10().floor();
     if !(-4.0..6.0).contains(&exponent) {
-        return format!("{value:.4e}");
+        let text = format!("{value:.4e}");
+        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        return format!("{}e{exponent}", mantissa.trim_end_matches('0').trim_end_matches('.'));
     }
     let text = format!("{value:.*}", (4.0 - exponent).max(0.0) as usize);
     match text.contains('.') {
@@ -46,9 +48,12 @@ pub fn estimate_digits(value: f64, [low, high]: [f64; 2]) -> [String; 3] {
     let [least, most] = ESTIMATE_DIGITS.map(|n| exponent(size) - (n - 1));
     let last = (exponent(half) - half_digits).min(least).max(most);
     [value, low, high].map(|x| {
-        let rounds_to_zero = x != 0.0 && x.abs() < 0.5 * 10f64.powi(last);
-        // A limit that is zero to these digits is printed as such; a value never is.
-        if rounds_to_zero && x == value { with_significant(x, 3) } else { rounded(x, last, exponent(size)) }
+        // A limit that is zero to these digits is printed as such; a value has at least three digits.
+        if x == value && x != 0.0 && exponent(x.abs()) - 2 < last {
+            with_significant(x, 3)
+        } else {
+            rounded(x, last, exponent(size))
+        }
     })
 }
 
@@ -102,7 +107,8 @@ mod tests {
     #[test]
     fn no_value_is_printed_as_zero() {
         assert_eq!(text(1.5e-9, [-5000.0, 5000.0]), "1.50e-9 [-5000, 5000]");
-        assert_eq!(text(1.3e-12, [1.3e-12, 1.3e-12]), "1.3000e-12 [1.3000e-12, 1.3000e-12]");
+        assert_eq!(text(45.98, [-2399.6, 2491.6]), "46.0 [-2400, 2492]");
+        assert_eq!(text(1.3e-12, [1.3e-12, 1.3e-12]), "1.3e-12 [1.3e-12, 1.3e-12]");
         assert_eq!(text(0.0, [-1e-6, 1e-6]), "0 [-1.00e-6, 1.00e-6]");
     }
 }

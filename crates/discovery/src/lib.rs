@@ -44,6 +44,7 @@ mod random_effect;
 mod random_effect_test;
 mod record;
 mod records;
+mod replicate_noise;
 mod report;
 mod resampling;
 mod residual_structure;

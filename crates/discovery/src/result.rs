@@ -28,7 +28,7 @@ pub enum Verdict {
 
 /// A fitted value. For a parameter with one value per group, the mean over the groups; `groups` has the
 /// single values.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The value.
     pub value: f64,
@@ -39,9 +39,39 @@ pub struct Estimate {
     /// The estimate of each group.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub groups: BTreeMap<String, Estimate>,
+    /// Why the data do not determine the value, in words that follow it; `ci95` is then the range of the model
+    /// file, and is not displayed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_identified: Option<String>,
 }
 
 impl Estimate {
+    /// Marks the value as not determined by the data apart from the parameters `others`.
+    pub fn set_not_identified(&mut self, others: &[String]) {
+        let names: Vec<String> = others.iter().map(|name| format!("`{name}`")).collect();
+        self.not_identified = Some(match &names[..] {
+            [] => "not determined by these data".to_owned(),
+            names => format!("these data do not tell it from {}", names.join(", ")),
+        });
+    }
+
+    /// The interval, or why there is none, as text in brackets or parentheses.
+    pub fn interval_text(&self) -> String {
+        let [_, low, high] = estimate_digits(self.value, self.ci95);
+        match &self.not_identified {
+            Some(why) => format!("no interval: {why}"),
+            None => format!("95 % interval {low} to {high}"),
+        }
+    }
+
+    /// The value with the digits that its interval supports.
+    pub fn value_text(&self) -> String {
+        match self.not_identified {
+            Some(_) => digits(self.value),
+            None => estimate_digits(self.value, self.ci95)[0].clone(),
+        }
+    }
+
     /// Text of the estimate in a sentence, for the parameter `name`.
     pub fn phrase(&self, name: &str) -> String {
         if self.groups.is_empty() {
@@ -58,6 +88,9 @@ impl Estimate {
 /// Displays value and interval: `0.00040 [0.00038, 0.00042]`.
 impl std::fmt::Display for Estimate {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if let Some(why) = &self.not_identified {
+            return write!(f, "{} ({why})", digits(self.value));
+        }
         let [value, low, high] = estimate_digits(self.value, self.ci95);
         write!(f, "{value} [{low}, {high}]")
     }
@@ -207,6 +240,9 @@ pub struct Rmse {
 /// Prediction errors on held-out trajectories.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorTable {
+    /// Name of the measure, where there are several: an output, or `position`.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub measure: String,
     /// Unit.
     pub unit: String,
     /// Number of held-out trajectories.
@@ -221,12 +257,15 @@ pub struct ErrorTable {
     pub calibrated: Rmse,
     /// Errors of the model with the added effects.
     pub augmented: Rmse,
-    /// Error that measurement noise and random effects alone leave.
+    /// Estimate of the error that measurement noise and random effects alone leave.
+    ///
+    /// It includes the error of the initial states, which are estimated from noisy samples. A reached error can
+    /// be below it by chance.
     pub noise_floor: Rmse,
     /// Calibrated minus augmented error; a positive interval is a significant improvement.
     pub reduction: Rmse,
-    /// Removed share of the removable squared error, at most 1; absent where there was hardly any. It can
-    /// reach 1 where the data have less noise than the floor assumes.
+    /// Removed share of the squared error above the estimated noise floor, at most 1; absent where there was
+    /// hardly any.
     pub explained_share: Option<f64>,
     /// Gain in the log predictive density of left-out blocks, nats.
     pub heldout_gain: f64,
@@ -247,7 +286,21 @@ pub struct FreeRun {
     pub augmented: Option<f64>,
 }
 
+/// Share from which one decimal of a per cent would print as 100 %.
+const NEARLY_ALL: f64 = 0.9995;
+
 impl ErrorTable {
+    /// Text of [`explained_share`](Self::explained_share), such as `93.2 %`; never 100 % while the error is
+    /// above the noise floor.
+    pub fn explained_text(&self) -> Option<String> {
+        let share = self.explained_share?;
+        Some(match share {
+            _ if self.augmented.rmse <= self.noise_floor.rmse => "all".to_owned(),
+            share if share >= NEARLY_ALL => "more than 99.9 %".to_owned(),
+            share => format!("{:.1} %", 100.0 * share),
+        })
+    }
+
     /// Computes [`explained_share`](Self::explained_share) from root mean square errors.
     pub(crate) fn explained(calibrated: f64, augmented: f64, floor: f64) -> Option<f64> {
         let [calibrated, augmented, floor] = [calibrated, augmented, floor].map(|e| e * e);
@@ -501,6 +554,7 @@ mod tests {
             ci95: [value - half, value + half],
             unit: String::new(),
             groups: BTreeMap::new(),
+            not_identified: None,
         };
         assert_eq!(e(4.042e-4, 2.1e-5).to_string(), "0.000404 [0.000383, 0.000425]");
         assert_eq!(e(1.3, 0.02).to_string(), "1.300 [1.280, 1.320]");

@@ -118,8 +118,9 @@ pub(crate) fn sentence(
     };
     let [before, after, floor] = rows.map(|error| format_error(error, decimals));
     let gain = format!(
-        "error on held-out {}: {before} {unit} for the calibrated model, {after} {unit} for the augmented model, noise floor {floor} {unit}",
-        schema.record[1]
+        "error on held-out {}{}: {before} {unit} for the calibrated model, {after} {unit} for the augmented model, estimated noise floor {floor} {unit}",
+        schema.record[1],
+        if error.measure.is_empty() { String::new() } else { format!(" (`{}`)", error.measure) }
     );
     let rest = unexplained_structure(parts, unexplained);
     match parts.judged.verdict {

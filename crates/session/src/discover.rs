@@ -54,10 +54,11 @@ pub fn discover(
                 Ok(())
             };
             let calibrated = equations::discovery::calibrated_problem(model, data, &check)?;
+            let gauges = calibrated.gauges;
             let set = select_groups(groups, data, calibrated.data)?;
             let mut found = augsim_discovery::discover(&calibrated.declared, &set, options, report_progress)?;
             found.notes.splice(0..0, calibrated.notes);
-            equations::discovery::complete(&mut found, &model.file, &set)?;
+            equations::discovery::complete(&mut found, &model.file, &set, &gauges)?;
             Ok(found)
         }
         Subject::BuiltIn(model) => {

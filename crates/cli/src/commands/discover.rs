@@ -1,7 +1,7 @@
 //! `augsim discover`: finds the effects that a model lacks and prints the result.
 
 use augsim_data::{digits, estimate_digits};
-use augsim_discovery::{Discovery, DiscoveryError, Rmse, SCHEMA, Verdict};
+use augsim_discovery::{Discovery, DiscoveryError, ErrorTable, Rmse, SCHEMA, Verdict};
 use augsim_session::sentence;
 use augsim_terminal::Outcome;
 use augsim_terminal::discover_args::Discover;
@@ -85,33 +85,14 @@ fn probability(p: f64) -> String {
     if p < 0.001 { "< 0.001".to_owned() } else { format!("{p:.3}") }
 }
 
-/// Formats the result as a short text.
-fn text(args: &Discover, d: &Discovery) -> String {
-    let mut out = format!("{}\n\n", d.sentence);
-    // Writing to a string cannot fail.
-    for effect in &d.effects {
-        for (name, e) in &effect.parameters {
-            let [value, low, high] = estimate_digits(e.value, e.ci95);
-            let _ = writeln!(
-                out,
-                "  {}: {name} = {value} {} (95 % interval {low} to {high}){}",
-                effect.kind,
-                e.unit,
-                if e.groups.is_empty() { "" } else { ", the mean over groups:" }
-            );
-            for (group, e) in &e.groups {
-                let _ = writeln!(out, "    {group}: {e} {}", e.unit);
-            }
-        }
-    }
-    out += &confidence(d);
-    let e = &d.error;
-    let _ = writeln!(
-        out,
-        "\n  error on {} held-out trajectories{}, {} (95 % interval)",
+/// Formats the errors of one measure, a row for each model.
+fn error_rows(e: &ErrorTable, has_additions: bool) -> String {
+    let of = if e.measure.is_empty() { String::new() } else { format!(" of `{}`", e.measure) };
+    let mut out = format!(
+        "\n  error{of} on {} held-out trajectories{}{} (95 % interval)\n",
         e.heldout_trajectories,
         e.folds.map_or(String::new(), |n| format!(" ({n} folds)")),
-        e.unit
+        if e.unit.is_empty() { String::new() } else { format!(", {}", e.unit) }
     );
     let rows = [
         ("declared", e.declared),
@@ -121,11 +102,39 @@ fn text(args: &Discover, d: &Discovery) -> String {
         ("reduction", e.reduction),
     ];
     for (name, r) in
-        rows.into_iter().filter(|(name, _)| d.has_additions() || !matches!(*name, "augmented" | "reduction"))
+        rows.into_iter().filter(|(name, _)| has_additions || !matches!(*name, "augmented" | "reduction"))
     {
         let [value, low, high] = estimate_digits(r.rmse, r.ci95);
-        let _ = writeln!(out, "  {name:<12} {value:>10}  ({low} to {high})");
+        let note = if name == "noise floor" { ", estimate" } else { "" };
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "  {name:<12} {value:>10}  ({low} to {high}{note})");
     }
+    out
+}
+
+/// Formats the result as a short text.
+fn text(args: &Discover, d: &Discovery) -> String {
+    let mut out = format!("{}\n\n", d.sentence);
+    // Writing to a string cannot fail.
+    for effect in &d.effects {
+        for (name, e) in &effect.parameters {
+            let _ = writeln!(
+                out,
+                "  {}: {name} = {} {} ({}){}",
+                effect.kind,
+                e.value_text(),
+                e.unit,
+                e.interval_text(),
+                if e.groups.is_empty() { "" } else { ", the mean over groups:" }
+            );
+            for (group, e) in &e.groups {
+                let _ = writeln!(out, "    {group}: {e} {}", e.unit);
+            }
+        }
+    }
+    out += &confidence(d);
+    let e = &d.error;
+    out += &error_rows(e, d.has_additions());
     if let Some(run) = &e.free_run {
         let shown = |error: Option<f64>| match error {
             Some(error) => format!("{} {}", digits(error), run.unit).trim_end().to_owned(),
@@ -138,17 +147,7 @@ fn text(args: &Discover, d: &Discovery) -> String {
             shown(run.augmented)
         );
     }
-    for (measure, e) in &d.errors {
-        let _ = writeln!(
-            out,
-            "  {measure}, {}: declared {}, calibrated {}, augmented {}, noise floor {}",
-            e.unit,
-            digits(e.declared.rmse),
-            digits(e.calibrated.rmse),
-            digits(e.augmented.rmse),
-            digits(e.noise_floor.rmse)
-        );
-    }
+    d.errors.values().for_each(|table| out += &error_rows(table, d.has_additions()));
     let row = |r: &Rmse| {
         let [value, low, high] = estimate_digits(r.rmse, r.ci95);
         format!("{value} ({low} to {high})")
@@ -176,11 +175,10 @@ fn text(args: &Discover, d: &Discovery) -> String {
         );
     }
     for (name, e) in &d.parameters {
-        let [value, low, high] = estimate_digits(e.value, e.ci95);
-        let _ = writeln!(out, "  {name} = {value} {} (95 % interval {low} to {high})", e.unit);
+        let _ = writeln!(out, "  {name} = {} {} ({})", e.value_text(), e.unit, e.interval_text());
     }
-    if let Some(share) = e.explained_share {
-        let _ = writeln!(out, "  {:.1} % of the squared error above the noise floor removed", 100.0 * share);
+    if let Some(share) = e.explained_text() {
+        let _ = writeln!(out, "  {share} of the squared error above the estimated noise floor removed");
     }
     if !d.next_experiment.is_empty() {
         let _ = writeln!(out, "\n  next experiment: {}", d.next_experiment);

@@ -38,14 +38,13 @@ fn fit_text(answer: &FitResult) -> String {
     for p in answer.parameters.iter().filter(|p| !p.frozen) {
         let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
         let [value, low, high] = estimate_digits(p.value, p.ci95.unwrap_or([f64::NAN; 2]));
-        let interval = match (p.ci95, p.at_bound) {
-            (_, true) => "at its bound".to_owned(),
+        let interval = match (p.ci95, p.bound) {
+            (_, Some(bound)) => format!("at its {bound} bound"),
             (Some(_), _) => format!("95 %: {low} to {high}"),
             (None, _) => "no interval".to_owned(),
         };
         let declared = digits(p.declared);
-        let _ =
-            writeln!(text, "  {:<24} {value}{unit} (declared {declared}{unit}; {interval})", p.name);
+        let _ = writeln!(text, "  {:<24} {value}{unit} (declared {declared}{unit}; {interval})", p.name);
     }
     let stage = answer.windows.last();
     for row in &answer.rows {

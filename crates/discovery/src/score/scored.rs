@@ -86,6 +86,24 @@ impl Scored {
         (0..fit.theta.len()).map(one).collect()
     }
 
+    /// Whether each interval fills its bounds: the data do not determine the parameter.
+    pub fn fills_bounds(&self, ci95: &[[f64; 2]]) -> Vec<bool> {
+        let bounds = self.fit.hypothesis.result_bounds();
+        ci95.iter().zip(bounds).map(|([low, high], bounds)| *low <= bounds.0 && *high >= bounds.1).collect()
+    }
+
+    /// The 95 % intervals of theta, of no width where the data do not determine a parameter.
+    pub fn identified_ci95(&self) -> Vec<[f64; 2]> {
+        let mut ci95 = self.ci95();
+        let fills = self.fills_bounds(&ci95);
+        ci95.iter_mut()
+            .zip(fills)
+            .zip(&self.fit.theta)
+            .filter(|((_, fills), _)| *fills)
+            .for_each(|((interval, _), value)| *interval = [*value; 2]);
+        ci95
+    }
+
     /// 95 % interval of the scatter's standard deviation: an estimate from n draws is close to log-normal,
     /// and a symmetric interval would cover less.
     pub fn scatter_ci95(&self) -> Option<[f64; 2]> {

@@ -291,8 +291,7 @@ pub struct Model {
 impl Output {
     /// Residual (measured - predicted); for a wrapping quantity the smallest one modulo its period.
     pub fn error(&self, measured: f64, predicted: f64) -> f64 {
-        let error = measured - predicted;
-        self.period.map_or(error, |period| error - period * (error / period).round())
+        augsim_physics::system::shortest_difference(measured - predicted, self.period)
     }
 }
 
@@ -308,6 +307,17 @@ impl Model {
     /// Nominal values of all parameters.
     pub fn nominals(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.nominal).collect()
+    }
+
+    /// The state that an output equals; `None` if its value is an expression.
+    pub(crate) fn state_of_output(&self, output: usize) -> Option<usize> {
+        match &self.outputs.get(output)?.value.tree.nodes[..] {
+            [node] => match node.kind {
+                crate::text::Kind::Symbol(crate::text::Symbol::State(state)) => Some(state),
+                _ => None,
+            },
+            _ => None,
+        }
     }
 
     /// Index of the state with this name.

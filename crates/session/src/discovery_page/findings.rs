@@ -8,7 +8,10 @@ use augsim_report::page::{Block, Cell, Column, Columns, Grid, Row, Table, estima
 use std::collections::BTreeMap;
 
 fn value_cell(estimate: &Estimate) -> Cell {
-    Cell::estimate(estimate.value, Some(estimate.ci95))
+    match &estimate.not_identified {
+        Some(why) => Cell::text(format!("{} ({why})", significant(estimate.value, 3))),
+        None => Cell::estimate(estimate.value, Some(estimate.ci95)),
+    }
 }
 
 fn unit_cell(unit: &str) -> Cell {
@@ -250,8 +253,13 @@ pub(super) fn candidates(d: &Discovery) -> Vec<Block> {
             c.kinds.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(" + ")
         };
         let parameter_text = |(name, p): (String, &Estimate)| {
-            let (value, interval) = estimate_text(p.value, p.ci95);
-            let interval = if interval.is_empty() { interval } else { format!(" [{interval}]") };
+            let (value, interval) = match &p.not_identified {
+                Some(why) => (significant(p.value, 3), format!(" ({why})")),
+                None => {
+                    let (value, interval) = estimate_text(p.value, p.ci95);
+                    (value, format!(" [{interval}]"))
+                }
+            };
             let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
             format!("`{name}` = {value}{interval}{unit}")
         };
@@ -343,7 +351,11 @@ fn noise_text(kind: &str, d: &Discovery) -> String {
         }
         "outliers" => n.outliers.map_or(String::new(), |count| format!("{count} outliers were removed")),
         "noise-scale" => {
-            format!("the standard deviation is {} {}, different from the declared one", significant(n.sd, 3), n.unit)
+            format!(
+                "the standard deviation is {} {}, different from the declared one",
+                significant(n.sd, 3),
+                n.unit
+            )
         }
         _ => String::new(),
     }

@@ -19,18 +19,6 @@ pub(super) fn notes(d: &Discovery) -> Vec<String> {
             100.0 * share
         )
     }));
-    notes.extend(d.errors.iter().map(|(measure, e)| {
-        let (declared, calibrated) = (e.declared.rmse, e.calibrated.rmse);
-        let (augmented, floor) = (e.augmented.rmse, e.noise_floor.rmse);
-        format!(
-            "Error of {measure} on the same predictions, {}: declared {}, calibrated {}, augmented {}, noise floor {}.",
-            e.unit,
-            significant(declared, 3),
-            significant(calibrated, 3),
-            significant(augmented, 3),
-            significant(floor, 3)
-        )
-    }));
     notes.extend(d.horizons.iter().flat_map(|h| {
         h.errors.iter().map(|(measure, e)| {
             let (value, interval) = estimate_text(e.reduction.rmse, e.reduction.ci95);

@@ -160,6 +160,9 @@ fn write_values(model: &mut Model, calibration: &Calibration) {
         p.ci95 = error
             .filter(|e| e.is_finite() && *e > 0.0 && !in_gauge && !calibration.at_bound[index])
             .map(|error| [value - NORMAL_95 * error, value + NORMAL_95 * error])
+            // Values beyond the bounds are excluded by the model file; an interval that fills them says nothing.
+            .map(|[low, high]| [low.max(p.min), high.min(p.max)])
+            .filter(|[low, high]| *low > p.min || *high < p.max)
             // With noise-free data the interval may have zero width, which a model file cannot state.
             .filter(|[low, high]| low < high);
     }

@@ -39,7 +39,7 @@ impl RecordDraws {
         RecordDraws { id, times, measured, initial_sample_count: known, forecast, draws, noise }
     }
 
-    fn channel(&self, name: &str, o: usize) -> PredictedChannel {
+    fn channel(&self, name: &str, o: usize, period: Option<f64>) -> PredictedChannel {
         let mut mean = Vec::new();
         let mut quantiles: [Vec<f64>; PREDICTION_LEVELS.len()] = Default::default();
         for list in &self.draws[o] {
@@ -48,13 +48,15 @@ impl RecordDraws {
                 quantile.push(augsim_discovery::quantile_of_draws(list, level));
             }
         }
-        PredictedChannel {
+        let mut predicted = PredictedChannel {
             column: name.to_owned(),
             measured: self.measured[o].clone(),
             forecast: self.forecast[o].clone(),
             mean,
             quantiles,
-        }
+        };
+        predicted.move_to_measured_turn(period);
+        predicted
     }
 }
 
@@ -70,7 +72,7 @@ pub(super) fn prediction_set(model: &Model, list: &[RecordDraws], seed: u64) -> 
                 .outputs
                 .iter()
                 .enumerate()
-                .map(|(o, output)| drawn.channel(&output.name, o))
+                .map(|(o, output)| drawn.channel(&output.name, o, output.period))
                 .collect(),
         })
         .collect();
@@ -108,5 +110,5 @@ fn error(
     let (sum, count) = squares.iter().fold((0.0, 0.0), |a, s| (a.0 + s.0, a.1 + s.1));
     let unit = output.unit.map_or_else(String::new, |u| u.symbol());
     let rmse = (sum / f64::max(count, 1.0)).sqrt();
-    (PredictionError { measure: output.name.clone(), unit, rmse, ci95 }, squares)
+    (PredictionError { measure: output.name.clone(), unit, rmse, ci95, channels: vec![o] }, squares)
 }

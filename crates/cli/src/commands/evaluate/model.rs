@@ -2,13 +2,12 @@
 
 use super::compare::{ErrorReduction, verdict};
 use crate::args::Evaluate;
+use crate::commands::own_data::OwnData;
 use augsim_data::estimate_digits;
 use augsim_discovery::{PredictOptions, PredictionSet, rmse_reduction};
-use augsim_session::provenance::fingerprint;
 use augsim_session::usage::Inapplicable;
-use augsim_session::{DataFrom, Subject, discovery_in, equations, predict};
+use augsim_session::{DataFrom, Subject, discovery_in, predict};
 use augsim_terminal::output::Output;
-use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -23,7 +22,7 @@ struct Row {
     rmse: f64,
     ci95: [f64; 2],
     unit: String,
-    /// Share of the measured values in the 50 % band, over all measures.
+    /// Share of the measured values of this measure in the 50 % band.
     coverage50: f64,
     coverage90: f64,
 }
@@ -50,12 +49,10 @@ pub(super) fn run(
     seed: u64,
     output: &Output,
 ) -> anyhow::Result<Outcome> {
-    // Discoveries hold out segments of long recordings of equations, but free runs cover whole
-    // recordings.
-    let whole = !equations::is_model(file);
-    let only = folder.filter(|_| whole).and_then(|folder| held_out(folder, &args.data));
+    let own_data = OwnData::find(file, &args.data);
+    let fitted = own_data.as_ref().is_some_and(|own| own.held_out.is_empty());
+    let only = own_data.map(|own| own.held_out).filter(|ids| !ids.is_empty());
     let held_out = only.is_some();
-    let fitted = !held_out && folder.is_some_and(|folder| is_data_of(folder, &args.data));
     let options = PredictOptions { seed, draws: predict::DRAWS, only };
     let data = DataFrom::from(&args.data);
     let score = |model: &Subject| predict::predict(model, &data, args.burn_in as usize, &options);
@@ -88,30 +85,23 @@ fn check_criterion(args: &Evaluate, scored: Option<&PredictionSet>) -> anyhow::R
     Ok(if position.rmse < limit { Outcome::Done } else { Outcome::CriterionNotMet })
 }
 
-/// Whether the discovery in `folder` used `data`.
-fn is_data_of(folder: &Path, data: &Path) -> bool {
-    let record = Record::read(folder).ok().flatten();
-    record.is_some_and(|record| record.inputs.get("data") == Some(&fingerprint(data)))
-}
-
 /// Returns the held-out trajectories if `data` belong to the discovery in `folder` and it held some out.
 pub(super) fn held_out(folder: &Path, data: &Path) -> Option<BTreeSet<String>> {
-    if !is_data_of(folder, data) {
-        return None;
-    }
-    Some(discovery_in(folder)?.heldout.into_iter().collect()).filter(|ids: &BTreeSet<String>| !ids.is_empty())
+    OwnData::find(folder, data).map(|own| own.held_out).filter(|ids| !ids.is_empty())
 }
 
 fn rows(model: &'static str, scored: &PredictionSet) -> Vec<Row> {
-    let [coverage50, coverage90] = [0.5, 0.9].map(|level| scored.coverage(level).0);
-    let rows = scored.errors.iter().map(|e| Row {
-        model,
-        measure: e.measure.clone(),
-        rmse: e.rmse,
-        ci95: e.ci95,
-        unit: e.unit.clone(),
-        coverage50,
-        coverage90,
+    let rows = scored.errors.iter().map(|e| {
+        let [coverage50, coverage90] = [0.5, 0.9].map(|level| scored.coverage(level, &e.channels).0);
+        Row {
+            model,
+            measure: e.measure.clone(),
+            rmse: e.rmse,
+            ci95: e.ci95,
+            unit: e.unit.clone(),
+            coverage50,
+            coverage90,
+        }
     });
     rows.collect()
 }
@@ -129,7 +119,9 @@ fn discovery_verdict(scored: &[(&'static str, PredictionSet)], seed: u64) -> Opt
 fn model_score_text(all: &Scored) -> String {
     let which = match (all.held_out, all.fitted) {
         (true, _) => "trajectories that the discovery kept out of all fits",
-        (false, true) => "trajectories that the models were fitted to",
+        (false, true) => {
+            "trajectories that the models were fitted to (none was held out: errors on new data are larger)"
+        }
         (false, false) => "trajectories",
     };
     let mut text = format!("forecasts of {} {which} from {}", all.trajectories, all.start);

@@ -1,6 +1,7 @@
 //! `augsim evaluate MODEL.toml`: scores the free run of a model of equations.
 
 use crate::args::Evaluate;
+use crate::commands::own_data::OwnData;
 use augsim_session::equations::{self, forecast, records};
 use augsim_session::usage::Inapplicable;
 use augsim_terminal::output::Output;
@@ -12,6 +13,10 @@ use std::fmt::Write;
 struct Score {
     trajectories: usize,
     burn_in: u32,
+    /// Whether these are the trajectories that the discovery held out of its own data.
+    held_out: bool,
+    /// Whether the model was fitted to these trajectories.
+    fitted: bool,
     rows: Vec<forecast::Row>,
 }
 
@@ -22,18 +27,29 @@ pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
     }
     let model = equations::read(&args.run)?;
     let measured = records::read(&args.data, &model)?;
-    let list = records::records(&measured.data, &model, false)?;
+    let mut list = records::records(&measured.data, &model, false)?;
+    let own_data = OwnData::find(&args.run, &args.data);
+    if let Some(own) = own_data.as_ref().filter(|own| !own.held_out.is_empty()) {
+        list.retain(|record| own.held_out.contains(&record.id));
+    }
+    let held_out = own_data.as_ref().is_some_and(|own| !own.held_out.is_empty());
+    let fitted = own_data.is_some() && !held_out;
     let runs = forecast::free_runs(&model, &list, args.burn_in as usize)?;
     let rows = forecast::rows(&model, &runs);
-    let score = Score { trajectories: runs.len(), burn_in: args.burn_in, rows };
+    let score = Score { trajectories: runs.len(), burn_in: args.burn_in, held_out, fitted, rows };
     output.result(&score, || system_score_text(&score))?;
     Ok(Outcome::Done)
 }
 
 fn system_score_text(score: &Score) -> String {
     let trajectories = if score.trajectories == 1 { "trajectory" } else { "trajectories" };
+    let which = match (score.held_out, score.fitted) {
+        (true, _) => " that the discovery kept out of all fits",
+        (_, true) => " that the model was fitted to (errors on new data are larger)",
+        _ => "",
+    };
     let mut text = format!(
-        "free run of {} {trajectories}, initial state estimated from the first {} samples",
+        "free run of {} {trajectories}{which}, initial state estimated from the first {} samples",
         score.trajectories, score.burn_in
     );
     for row in &score.rows {

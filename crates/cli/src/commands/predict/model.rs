@@ -1,7 +1,8 @@
 //! `augsim predict MODEL`: forecasts of a model file.
 
 use crate::args::Predict;
-use augsim_data::write_dataset;
+use crate::commands::own_data::OwnData;
+use augsim_data::{estimate_digits, write_dataset};
 use augsim_discovery::{PredictOptions, PredictionSet};
 use augsim_session::predict::{self, table};
 use augsim_session::{DataFrom, Subject};
@@ -19,6 +20,9 @@ struct Written {
     /// Description of the samples that the initial state was estimated from.
     start: String,
     errors: Vec<Error>,
+    /// Whether the model was fitted to these data, or to most of them.
+    fitted: bool,
+    /// Share of the measured values of all columns in the 50 % band.
     coverage50: f64,
     coverage90: f64,
 }
@@ -29,6 +33,9 @@ struct Error {
     rmse: f64,
     ci95: [f64; 2],
     unit: String,
+    /// Share of the measured values of this measure in the 50 % band.
+    coverage50: f64,
+    coverage90: f64,
 }
 
 /// Forecasts with the model in `file`.
@@ -38,7 +45,12 @@ pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> an
     let draws = args.samples.map_or(predict::DRAWS, |n| n as usize);
     let options = PredictOptions { seed, draws, only: None };
     let all = predict::predict(&model, &DataFrom::from(&args.data), args.burn_in as usize, &options)?;
-    write_predictions(args, &all, draws, output)
+    let own_data = OwnData::find(file, &args.data);
+    write_predictions(args, &all, draws, own_data.is_some(), output)?;
+    if let Some(own_data) = own_data {
+        output.note(own_data.sentence("predict"));
+    }
+    Ok(Outcome::Done)
 }
 
 /// Writes the bands and prints the errors.
@@ -46,29 +58,34 @@ pub(super) fn write_predictions(
     args: &Predict,
     all: &PredictionSet,
     draws: usize,
+    fitted: bool,
     output: &Output,
 ) -> anyhow::Result<Outcome> {
     write_dataset(&table::bands(all)?, &args.out)?;
-    let written = summary(args, all, draws);
+    let written = summary(args, all, draws, fitted);
     output.result(&written, || forecast_text(&written))?;
     Ok(Outcome::Done)
 }
 
-fn summary(args: &Predict, all: &PredictionSet, draws: usize) -> Written {
+fn summary(args: &Predict, all: &PredictionSet, draws: usize, fitted: bool) -> Written {
     let errors = all.errors.iter().map(|e| Error {
         measure: e.measure.clone(),
         rmse: e.rmse,
         ci95: e.ci95,
         unit: e.unit.clone(),
+        coverage50: all.coverage(0.5, &e.channels).0,
+        coverage90: all.coverage(0.9, &e.channels).0,
     });
+    let columns: Vec<usize> = (0..all.records.first().map_or(0, |r| r.channels.len())).collect();
     Written {
         forecast: args.out.clone(),
         trajectories: all.records.len(),
         samples: draws,
         start: all.start.clone(),
         errors: errors.collect(),
-        coverage50: all.coverage(0.5).0,
-        coverage90: all.coverage(0.9).0,
+        fitted,
+        coverage50: all.coverage(0.5, &columns).0,
+        coverage90: all.coverage(0.9, &columns).0,
     }
 }
 
@@ -83,10 +100,12 @@ fn forecast_text(w: &Written) -> String {
     );
     for e in &w.errors {
         let unit = if e.unit.is_empty() { String::new() } else { format!(" {}", e.unit) };
-        let [low, high] = e.ci95;
+        let [rmse, low, high] = estimate_digits(e.rmse, e.ci95);
         text += &format!(
-            "\n  {}: root mean square error {:.4e}{unit} (95 % interval {low:.4e} to {high:.4e})",
-            e.measure, e.rmse
+            "\n  {}: root mean square error {rmse}{unit} (95 % interval {low} to {high}); {:.1} % of its measured values in the 50 % band, {:.1} % in the 90 % band",
+            e.measure,
+            100.0 * e.coverage50,
+            100.0 * e.coverage90
         );
     }
     text + &format!(
