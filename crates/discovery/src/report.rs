@@ -350,7 +350,8 @@ impl AnswerParts<'_> {
     fn model_toml(&self) -> Result<String, DiscoveryError> {
         let (full, data) = (self.full, &self.prepared.data);
         let h = &full.fit.hypothesis;
-        let mut augmentation = h.augmentation(data, &full.fit.theta, &full.identified_ci95());
+        let mut augmentation =
+            h.augmentation(data, &full.fit.theta, &full.identified_ci95(), &full.covariance());
         augmentation.scatter_ci95 = full.scatter_ci95();
         if let Some(sd) = self.random_effect_sd.as_ref().filter(|_| self.judged.withdrawal_reason.is_none()) {
             let is_declared = self.judged.random_effect.as_ref().is_some_and(|s| s.is_declared);
@@ -364,7 +365,12 @@ impl AnswerParts<'_> {
     /// The declared and the calibrated model file.
     fn models(&self) -> Result<Models, DiscoveryError> {
         let (base, data) = (self.base, &self.prepared.data);
-        let mut calibrated = base.fit.hypothesis.augmentation(data, &base.fit.theta, &base.identified_ci95());
+        let mut calibrated = base.fit.hypothesis.augmentation(
+            data,
+            &base.fit.theta,
+            &base.identified_ci95(),
+            &base.covariance(),
+        );
         calibrated.scatter_ci95 = base.scatter_ci95();
         Ok(Models {
             declared_toml: self.model.augmented(&Augmentation::default())?,

@@ -155,7 +155,11 @@ fn calibration(
         .map(|start| (start.clone(), vec![0.0; start.len()]))
         .collect();
     let information = Information::of_fit(problem, &fit, variance);
+    let mut covariance = vec![vec![0.0; declared.len()]; declared.len()];
     if let Some(information) = &information {
+        for (i, row) in problem.free_parameters.iter().zip(&information.covariance) {
+            problem.free_parameters.iter().zip(row).for_each(|(j, value)| covariance[*i][*j] = *value);
+        }
         for (parameter, error) in problem.free_parameters.iter().zip(&information.standard_errors) {
             standard_errors[*parameter] = Some(*error);
         }
@@ -180,6 +184,7 @@ fn calibration(
     Calibration {
         values: fit.values,
         standard_errors,
+        covariance,
         at_bound,
         initial_states: starts,
         stages,

@@ -28,6 +28,8 @@ const MIN_GAUGE_SHIFT: f64 = 1.0;
 pub(crate) struct Information {
     /// Standard error of each free parameter, within the identifiable combinations.
     pub standard_errors: Vec<f64>,
+    /// Covariance of the free parameters, within the identifiable combinations.
+    pub covariance: Vec<Vec<f64>>,
     /// Directions in which the free parameters can move without a change of the outputs.
     free_directions: Vec<Vec<f64>>,
 }
@@ -51,13 +53,14 @@ impl Information {
         let largest = (0..p).map(|k| values[k]).fold(0.0, f64::max);
         let is_identifiable = |k: &usize| values[*k] > IDENTIFIABILITY_CUTOFF * largest;
         let (known, unknown): (Vec<usize>, Vec<usize>) = (0..p).partition(is_identifiable);
-        let error = |i: usize| {
-            let sum: f64 = known.iter().map(|k| vectors[(i, *k)].powi(2) / values[*k]).sum();
-            (variance * sum).sqrt() / sizes[i]
+        let covariance = |i: usize, j: usize| {
+            let sum: f64 = known.iter().map(|k| vectors[(i, *k)] * vectors[(j, *k)] / values[*k]).sum();
+            variance * sum / (sizes[i] * sizes[j])
         };
         let direction = |k: &usize| (0..p).map(|i| vectors[(i, *k)] / sizes[i]).collect();
         Some(Self {
-            standard_errors: (0..p).map(error).collect(),
+            standard_errors: (0..p).map(|i| covariance(i, i).sqrt()).collect(),
+            covariance: (0..p).map(|i| (0..p).map(|j| covariance(i, j)).collect()).collect(),
             free_directions: unknown.iter().map(direction).collect(),
         })
     }

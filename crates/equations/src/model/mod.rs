@@ -2,6 +2,7 @@
 
 mod addition;
 mod check;
+mod covariance;
 mod effects;
 mod entries;
 mod equations;
@@ -17,6 +18,7 @@ mod write;
 use crate::text::Tree;
 pub use addition::{Addition, Change, Draft, DraftState, DraftTarget, How, Target};
 use augsim_data::{Dimensions, Unit};
+pub use covariance::Covariance;
 pub use read::{parse, read};
 pub(crate) use row::read_all;
 pub use row::{Row, RowParameter};
@@ -282,6 +284,8 @@ pub struct Model {
     pub numerics: Numerics,
     /// Effects that change the equations, in the order in which they are applied.
     pub additions: Vec<Addition>,
+    /// Joint uncertainty of the fitted parameters, if a fit has written it.
+    pub covariance: Option<Covariance>,
     /// Effects of the file that discovery may try.
     pub candidates: Vec<Row>,
     /// Text of the file, so that it can be written back with its comments.

@@ -77,6 +77,8 @@ fn mark_gauges(found: &mut Discovery, model: &mut Model, gauges: &[Vec<String>])
         }
         let is_part = |p: &&mut augsim_equations::model::Parameter| names.contains(&p.name);
         model.parameters.iter_mut().filter(is_part).for_each(|p| p.ci95 = None);
+        // What is known relative to the parameter that was fixed is not known apart from it.
+        model.covariance = None;
     }
 }
 

@@ -1,6 +1,7 @@
 //! Free runs of an equation model with prediction bands.
 
 use super::draws::{RecordDraws, prediction_set};
+use super::parameter_uncertainty::ParameterUncertainty;
 use super::process_noise::{ProcessNoise, next_value};
 use crate::DataFrom;
 use crate::equations::fit::prepare_records;
@@ -18,7 +19,7 @@ use rayon::prelude::*;
 
 /// Free runs of all records, from initial states fitted to the first `burn_in` samples.
 ///
-/// The bands come from draws. Each draw has parameters drawn within their 95 % intervals, an initial state
+/// The bands come from draws. Each draw has parameters from their joint distribution, an initial state
 /// refitted with these to perturbed first samples, process noise if the model has it, and measurement noise:
 /// as declared, as fitted, or else as estimated from the residual of the first samples.
 ///
@@ -52,7 +53,8 @@ pub(super) fn run_all(
     options: &PredictOptions,
 ) -> anyhow::Result<Vec<RecordDraws>> {
     let process_noise = ProcessNoise::for_system(system)?;
-    let run = Prediction { model, system, process_noise, burn_in: burn_in.max(1), options };
+    let uncertainty = ParameterUncertainty::new(model);
+    let run = Prediction { model, system, uncertainty, process_noise, burn_in: burn_in.max(1), options };
     collect_in_order(records.par_iter().enumerate().map(|(i, record)| run.predict(record, i as u64)))
 }
 
@@ -125,6 +127,8 @@ fn draw_errors(noise: &[SensorNoise], times: &[f64], normal: &mut dyn FnMut() ->
 struct Prediction<'a> {
     model: &'a Model,
     system: &'a EquationSystem,
+    /// Uncertainty of the parameters.
+    uncertainty: ParameterUncertainty,
     /// Process noise, if the model has any.
     process_noise: Option<ProcessNoise>,
     burn_in: usize,
@@ -144,12 +148,7 @@ impl Prediction<'_> {
         let samples = record.times.len();
         let mut draws = vec![vec![Vec::with_capacity(self.options.draws); samples]; outputs];
         for _ in 0..self.options.draws {
-            let parameters: Vec<f64> = (self.system.parameters().iter().zip(&values))
-                .map(|(p, v)| {
-                    let sd = p.standard_deviation().unwrap_or(0.0);
-                    (v + sd * normal()).clamp(p.min.min(*v), p.max.max(*v))
-                })
-                .collect();
+            let parameters = self.uncertainty.draw(self.system, &values, &mut normal);
             // Subtracting drawn errors from the first samples gives the uncertainty of the initial state. The
             // same error path is added to the outputs below, so that autocorrelated errors continue from the
             // first samples into the prediction.
