@@ -13,6 +13,7 @@ mod discover;
 mod distinguish;
 mod error;
 mod error_table;
+mod estimate;
 mod evaluate;
 mod event_offsets;
 mod examples;

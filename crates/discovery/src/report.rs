@@ -88,12 +88,12 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
     out
 }
 
-/// Correlation of two estimates from which one of them is named as what the other cannot be told from.
+/// Correlation of two estimates from which they are not distinguishable.
 ///
 /// Beyond it the other one explains more than half of the variance.
 const INSEPARABLE_CORRELATION: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Names of the parameters that an entry of theta, whose interval fills its bounds, cannot be told from.
+/// Names of the parameters that are not distinguishable from an entry of theta whose interval fills its bounds.
 fn inseparable(set: &Scored, fills_bounds: &[bool], entry: usize, axis: &[String]) -> Vec<String> {
     let correlations = set.correlations();
     let is_inseparable = |j: &usize| {
