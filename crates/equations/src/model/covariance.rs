@@ -30,7 +30,7 @@ impl Covariance {
         let mut factor = vec![vec![0.0; n]; n];
         for j in 0..n {
             let left = self.rows[j][j] - (0..j).map(|k| factor[j][k] * factor[j][k]).sum::<f64>();
-            if !(left > ROUNDING_RATIO * self.rows[j][j]) {
+            if left.is_nan() || left <= ROUNDING_RATIO * self.rows[j][j] {
                 continue;
             }
             let diagonal = left.sqrt();
