@@ -53,7 +53,7 @@ pub use random_stream::random_stream;
 pub use sniff::{ColumnMapping, RecognisedData, RecognitionOptions, RecordingKind, Unrecognised, recognise};
 pub use source::Source;
 pub use split::{Split, SplitSize};
-pub use statistics::digits;
+pub use statistics::{digits, estimate_digits, with_significant};
 pub use stream_summary::{PushSummary, StreamSummary};
 pub use summary::{ColumnSummary, LengthSummary, SamplingSummary, Statistics, Summary};
 pub use trajectory::Trajectory;

@@ -124,7 +124,10 @@ impl ForecastErrors {
 
     /// Table of the deciding measure, the first of the schema, in the unit of its channels.
     pub fn first(&self, schema: &Schema, seed: u64, heldout_gain: f64) -> ErrorTable {
-        self.table(0, 1.0, &deciding_measure(schema).0, seed, heldout_gain)
+        let table = self.table(0, 1.0, &deciding_measure(schema).0, seed, heldout_gain);
+        let names = &schema.error_figures;
+        let measure = if names.len() > 1 { names[0].name.clone() } else { String::new() };
+        ErrorTable { measure, ..table }
     }
 
     /// Tables of the other measures by name, in their display units.
@@ -136,7 +139,8 @@ impl ForecastErrors {
     ) -> BTreeMap<String, ErrorTable> {
         let table = |(i, measure): (usize, &ErrorFigure)| {
             let (unit, scale) = &measure.unit;
-            (measure.name.clone(), self.table(i, *scale, unit, seed, heldout_gain))
+            let table = self.table(i, *scale, unit, seed, heldout_gain);
+            (measure.name.clone(), ErrorTable { measure: measure.name.clone(), ..table })
         };
         schema.error_figures.iter().enumerate().skip(1).map(table).collect()
     }
@@ -145,6 +149,7 @@ impl ForecastErrors {
         let [declared, calibrated, augmented] = [0, 1, 2].map(|i| self.whole.row(i, measure, scale, seed));
         let noise_floor = row(&self.whole.records, &self.floor, measure, scale, seed);
         ErrorTable {
+            measure: String::new(),
             unit: unit.into(),
             heldout_trajectories: self.heldout,
             folds: None,

@@ -514,6 +514,12 @@ pub(crate) fn nuisance_priors(point: &Point<'_>, lanes: &Lanes, window: RecordWi
     let states = &point.system.schema().states;
     let start = |&state: &usize| match states[state].initial {
         InitialValue::Prior(mean, sd) if begins => (mean, sd.powi(-2)),
+        InitialValue::PriorAboutExpression(sd) if begins => {
+            // The rough initial state is the value of the expression at the declared parameters and the first
+            // readings; a constant mean keeps the gradient of the cost exact.
+            let rough = window.record.data.windows.first().and_then(|w| w.start.get(state));
+            rough.map_or((0.0, 0.0), |mean| (*mean, sd.powi(-2)))
+        }
         _ => (0.0, 0.0),
     };
     let starts = lanes.start.iter().map(start);

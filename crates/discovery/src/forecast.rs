@@ -7,12 +7,14 @@ use crate::evaluate::{Lanes, Point};
 use crate::fit::{ChosenRecords, Fit, fit_nuisance};
 use crate::hypothesis::Hypothesis;
 use crate::record::{Measured, Record, RecordWindow};
+use crate::replicate_noise::ReplicateNoise;
 use crate::statistics::{median, quantile};
 use augsim_data::random_stream;
 use augsim_physics::model::Per;
 use augsim_physics::system::Record as SystemRecord;
 use augsim_physics::system::{
-    ErrorFigure, InitialValue, ScatterPer, Simulated, State, Window, channel_sd, split_by_duration,
+    ErrorFigure, InitialValue, ScatterPer, Simulated, State, Window, channel_sd, shortest_difference,
+    split_by_duration,
 };
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
@@ -147,7 +149,7 @@ fn measured_at(data: &Measured, record: &Record, sample: usize) -> Vec<f64> {
             record.data.values[channel][sample..].iter().copied().find(|v| v.is_finite()).unwrap_or(0.0)
         }
         InitialValue::Fixed(value) | InitialValue::Prior(value, _) => value,
-        InitialValue::Free => 0.0,
+        InitialValue::Free | InitialValue::PriorAboutExpression(_) => 0.0,
     };
     data.system.schema().states.iter().map(measured).collect()
 }
@@ -240,8 +242,9 @@ pub(crate) fn squares(
         let (mut s, mut n) = (0.0, 0.0);
         for &c in &measure.channels {
             let most = MAX_ERROR * channel_sd(std::slice::from_ref(&record.data), c);
+            let period = data.system.schema().channels[c].period;
             for k in counted.clone().filter(|&k| record.weight[c][k] > 0.0) {
-                let error = record.data.values[c][k] - run.value(k - first, c);
+                let error = shortest_difference(record.data.values[c][k] - run.value(k - first, c), period);
                 // `f64::min` returns the limit if the error is NaN.
                 s += error.abs().min(most).powi(2);
                 n += 1.0;
@@ -327,8 +330,11 @@ pub(crate) fn first_rmse(sample: &ChosenRecords<'_>, training: &Fit) -> f64 {
     )
 }
 
-/// Noise floor: errors of the same predictions on replicates simulated by the fitted model with its noise
-/// and scatter, the least that any model can reach. `fit` has the nuisances of the sample.
+/// Noise floor, an estimate: errors of the same predictions on replicates simulated by the fitted model with
+/// its noise and scatter.
+///
+/// It includes the error of the initial states, which are estimated from the same noisy first samples as in
+/// the predictions. `fit` has the nuisances of the sample.
 pub(crate) fn noise_floor(
     sample: &ChosenRecords<'_>,
     pieces: &[ForecastSpan],
@@ -337,6 +343,7 @@ pub(crate) fn noise_floor(
     seed: u64,
 ) -> Errors {
     let h = predictor(training);
+    let noise = ReplicateNoise::of_residuals(sample, fit);
     let windows = sample.windows_by_record();
     let one = |(i, piece): (usize, &ForecastSpan)| {
         let record = &sample.data.records[sample.chosen[piece.chosen]];
@@ -344,7 +351,7 @@ pub(crate) fn noise_floor(
         let mut sum = vec![(0.0, 0.0); sample.data.system.schema().error_figures.len()];
         for replicate in 0..REPLICATES {
             let rng = random_stream(seed, "floor", i as u64 * REPLICATES + replicate);
-            let copy = replicated(sample, fit, record, piece, nuisance, rng);
+            let copy = replicated(sample, fit, record, piece, (nuisance, &noise), rng);
             let errors = prediction_errors(sample.data, &copy, piece, &h, &fit.theta, sample.correlation);
             sum.iter_mut().zip(errors).for_each(|(a, b)| *a = (a.0 + b.0, a.1 + b.1));
         }
@@ -360,7 +367,7 @@ fn replicated(
     fit: &Fit,
     record: &Record,
     piece: &ForecastSpan,
-    nuisance: &[Vec<f64>],
+    (nuisance, noise): (&[Vec<f64>], &ReplicateNoise),
     mut rng: impl Rng,
 ) -> Record {
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -394,10 +401,10 @@ fn replicated(
                 continue;
             }
             let linked = before.is_some_and(|b| record.data.is_correlated_with(b, k));
-            let rho = if linked { sample.correlation } else { 0.0 };
+            let rho = if linked { noise.correlation } else { 0.0 };
             last = rho * last + (1.0 - rho * rho).sqrt() * normal();
             before = Some(k);
-            copy.data.values[c][k] = run.value(k - begin, c) + last / w;
+            copy.data.values[c][k] = run.value(k - begin, c) + noise.factors[c] * last / w;
         }
     }
     copy

@@ -7,6 +7,7 @@ use crate::fit::{ChosenRecords, Fit, fit_nuisance};
 use crate::forecast::{beginning, predictor, simulate_from};
 use crate::record::{Measured, Record};
 use crate::records::parts::{as_single_window, known_samples};
+use augsim_physics::system::shortest_difference;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -64,8 +65,10 @@ impl FreeRuns {
             let out = simulate_from(first, &run.judged, everything, &h, &fit.theta, &start.nuisance[0]);
             let in_channel = |c: usize, stretch: &Range<usize>| {
                 let counted = stretch.clone().filter(|&k| run.judged.weight[c][k] > 0.0);
+                let period = h.system.schema().channels[c].period;
                 counted.fold((0.0, 0.0), |(sum, count), k| {
-                    (sum + (run.judged.data.values[c][k] - out.value(k, c)).powi(2), count + 1.0)
+                    let error = shortest_difference(run.judged.data.values[c][k] - out.value(k, c), period);
+                    (sum + error.powi(2), count + 1.0)
                 })
             };
             let of_stretch = |s: &Range<usize>| (0..out.channels()).map(|c| in_channel(c, s)).collect();

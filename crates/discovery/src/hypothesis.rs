@@ -1,6 +1,7 @@
 //! A hypothesis: the declared model with additions, and its free parameters.
 
 use crate::addition::Addition;
+use crate::linear::Square;
 use crate::record::Measured;
 use augsim_physics::effects::Polar;
 use augsim_physics::model::{Parameter, Per};
@@ -271,8 +272,15 @@ impl Hypothesis {
         self.free.iter().flat_map(|f| std::iter::repeat_n(f.fit_range, self.width(f))).collect()
     }
 
-    /// Contents of the augmented model file: values `theta` with 95 % intervals `ci95`, and the additions.
-    pub fn augmentation(&self, data: &Measured, theta: &[f64], ci95: &[[f64; 2]]) -> Augmentation {
+    /// Contents of the augmented model file: values `theta` with 95 % intervals `ci95` and their `covariance`,
+    /// and the additions.
+    pub fn augmentation(
+        &self,
+        data: &Measured,
+        theta: &[f64],
+        ci95: &[[f64; 2]],
+        covariance: &Square,
+    ) -> Augmentation {
         let mut out = Augmentation {
             clock_reference_s: data.clock_reference_s,
             scatter_sd: self.scatter.map(|s| s.sd),
@@ -295,6 +303,15 @@ impl Hypothesis {
                     Some(number) => fitted[number].push(one),
                 }
             }
+        }
+        let declared = self.entries().filter(|(f, _)| f.addition.is_none()).map(|(_, range)| range);
+        let terms = (0..self.additions.len()).filter(|n| self.additions[*n].term().is_some());
+        let ranges: Vec<Range<usize>> = declared.chain(terms.map(|n| self.entries_of_addition(n))).collect();
+        // Values by group are written as their mean, which this matrix does not describe.
+        if self.entries().all(|(f, _)| f.per == Per::All) {
+            let entries: Vec<usize> = ranges.into_iter().flatten().collect();
+            let row = |i: &usize| entries.iter().map(|j| covariance.at(*i, *j)).collect();
+            out.covariance = entries.iter().map(row).collect();
         }
         for (addition, values) in self.additions.iter().zip(fitted) {
             out.additions.extend(match (addition, addition.term()) {

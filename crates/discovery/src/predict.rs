@@ -71,7 +71,8 @@ pub fn predict_records(
         };
         let list = listed(m);
         let ci95 = forecast::bootstrap(&clusters, &[&list], options.seed, |r| scale * r[0]);
-        PredictionError { measure: measure.name.clone(), unit, rmse: scale * rmse(&list), ci95 }
+        let channels = measure.channels.clone();
+        PredictionError { measure: measure.name.clone(), unit, rmse: scale * rmse(&list), ci95, channels }
     };
     let record = &schema.record[0];
     let start = match &schema.event {
@@ -198,13 +199,15 @@ impl Predictor<'_> {
                 .samples
                 .clone()
                 .map(|k| if record.weight[c][k] > 0.0 { record.data.values[c][k] } else { f64::NAN });
-            PredictedChannel {
+            let mut predicted = PredictedChannel {
                 column: schema.channels[c].column.clone(),
                 measured: measured.collect(),
                 forecast: (0..samples).map(|k| run.value(k, c)).collect(),
                 mean,
                 quantiles,
-            }
+            };
+            predicted.move_to_measured_turn(schema.channels[c].period);
+            predicted
         });
         let channels = channels.collect();
         let times = record.data.times[piece.samples.clone()].to_vec();

@@ -40,6 +40,28 @@ pub struct PredictedChannel {
     pub quantiles: [Vec<f64>; 5],
 }
 
+impl PredictedChannel {
+    /// Moves the predictions of a quantity with a period, such as an angle, to the turn of the measured values.
+    ///
+    /// Without a measured value they are moved into the turn about the middle of the measured range.
+    pub fn move_to_measured_turn(&mut self, period: Option<f64>) {
+        let Some(period) = period else { return };
+        let finite = || self.measured.iter().copied().filter(|v| v.is_finite());
+        let [low, high] =
+            [finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max)];
+        let middle = if low <= high { 0.5 * (low + high) } else { 0.0 };
+        for k in 0..self.measured.len() {
+            let target = if self.measured[k].is_finite() { self.measured[k] } else { middle };
+            let turns = |value: f64| period * ((value - target) / period).round();
+            // The band moves as a whole, with its median; the prediction without noise moves alone.
+            let by = turns(self.quantiles[2][k]);
+            self.mean[k] -= by;
+            self.quantiles.iter_mut().for_each(|q| q[k] -= by);
+            self.forecast[k] -= turns(self.forecast[k]);
+        }
+    }
+}
+
 /// Prediction of one record, or of a part of a long one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictedRecord {
@@ -64,6 +86,8 @@ pub struct PredictionError {
     pub rmse: f64,
     /// 95 % interval.
     pub ci95: [f64; 2],
+    /// The channels that the measure combines, by index.
+    pub channels: Vec<usize>,
 }
 
 /// Predictions of all records.
@@ -82,12 +106,19 @@ pub struct PredictionSet {
 }
 
 impl PredictionSet {
-    /// Share of the predicted samples within the central band of probability 0.5 or 0.9, and their number.
-    pub fn coverage(&self, level: f64) -> (f64, usize) {
+    /// [`coverage`](Self::coverage) of all channels together.
+    pub fn total_coverage(&self, level: f64) -> (f64, usize) {
+        let channels = self.records.first().map_or(0, |r| r.channels.len());
+        self.coverage(level, &(0..channels).collect::<Vec<_>>())
+    }
+
+    /// Share of the predicted samples of some channels within the central band of probability 0.5 or 0.9, and
+    /// their number.
+    pub fn coverage(&self, level: f64, channels: &[usize]) -> (f64, usize) {
         let [low, high] = if level < 0.7 { [1, 3] } else { [0, 4] };
         let (mut inside, mut count) = (0_usize, 0_usize);
         for r in &self.records {
-            for c in &r.channels {
+            for c in channels.iter().filter_map(|c| r.channels.get(*c)) {
                 for k in (r.initial_sample_count..r.times.len()).filter(|&k| c.measured[k].is_finite()) {
                     count += 1;
                     let band = c.quantiles[low][k]..=c.quantiles[high][k];
@@ -182,5 +213,35 @@ mod tests {
         [1.0, f64::NAN, 3.0].into_iter().for_each(|v| draws.push(0, 0, v));
         let (mean, quantiles) = draws.summary(0);
         assert_eq!((mean[0], quantiles[2][0]), (2.0, 2.0));
+    }
+
+    #[test]
+    fn bands_of_an_angle_follow_the_turn_of_the_measured_values() {
+        let tau = std::f64::consts::TAU;
+        let quantiles = [-0.2, -0.1, 0.0, 0.1, 0.2].map(|d| vec![3.2 + d, 9.5 + d, 0.1 + d]);
+        let mut channel = PredictedChannel {
+            column: "angle_rad".into(),
+            measured: vec![-3.1, 3.1, f64::NAN],
+            forecast: vec![3.2, 9.5, 0.1 - tau],
+            mean: vec![3.2, 9.5, 0.1],
+            quantiles,
+        };
+        channel.move_to_measured_turn(Some(tau));
+        for (k, expected) in [3.2 - tau, 9.5 - tau, 0.1].into_iter().enumerate() {
+            assert!(
+                (channel.mean[k] - expected).abs() < 1e-12 && (channel.forecast[k] - expected).abs() < 1e-12
+            );
+        }
+        let (times, channels) = (vec![0.0, 1.0, 2.0], vec![channel]);
+        let record = PredictedRecord { id: "1".into(), times, initial_sample_count: 0, channels };
+        let set = PredictionSet {
+            records: vec![record],
+            errors: Vec::new(),
+            squares: Vec::new(),
+            noise_sd: Vec::new(),
+            start: String::new(),
+        };
+        assert_eq!(set.coverage(0.9, &[0]), (1.0, 2));
+        assert_eq!(set.coverage(0.5, &[0]), (0.5, 2));
     }
 }

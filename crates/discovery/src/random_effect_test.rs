@@ -6,7 +6,6 @@ use crate::result::Estimate;
 use crate::score::Scored;
 use crate::search::{Penalty, Search};
 use augsim_physics::system::RecordRandomEffect;
-use std::collections::BTreeMap;
 
 /// A random effect that the records support.
 pub(crate) struct RandomEffectEstimate {
@@ -66,5 +65,5 @@ pub(crate) fn size(sample: &ChosenRecords<'_>, fit: &Fit) -> Option<Estimate> {
     let drawn = varying_parameters(sample)?;
     let (_, found) = estimated(sample, drawn, fit)?;
     let unit = drawn.scatter.parameters.first().map_or_else(String::new, |p| p.unit.clone());
-    Some(Estimate { value: found.sd, ci95: found.ci95, unit, groups: BTreeMap::new() })
+    Some(Estimate { value: found.sd, ci95: found.ci95, unit, ..Estimate::default() })
 }

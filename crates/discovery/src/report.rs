@@ -45,6 +45,8 @@ fn names(h: &Hypothesis) -> Vec<(String, String)> {
 fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> BTreeMap<String, Estimate> {
     let (fit, h) = (&set.fit, &set.fit.hypothesis);
     let (ci, names_and_units, intervals) = (set.ci95(), names(h), set.intervals());
+    let fills_bounds = set.fills_bounds(&ci);
+    let axis = axis(h, &parts.prepared.data.groups);
     let mut out = BTreeMap::new();
     // The parameters of groupwise values are declared ones.
     let split = addition.and_then(|n| match &h.additions[n] {
@@ -56,7 +58,7 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
         let is_same = split.map_or(f.addition == addition, |index| f.index == index);
         if is_same && width > 0 {
             let (name, unit) = name_and_unit.clone();
-            let mut e = Estimate { value: fit.theta[next], ci95: ci[next], unit, groups: BTreeMap::new() };
+            let mut e = Estimate { value: fit.theta[next], ci95: ci[next], unit, ..Estimate::default() };
             if f.per == Per::Group {
                 let values = &fit.theta[range.clone()];
                 let n = width as f64;
@@ -67,10 +69,12 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
                 e.ci95 = [mean - half, mean + half];
                 let names = parts.prepared.data.groups.iter();
                 let each = range.clone().map(|i| {
-                    let (unit, groups) = (e.unit.clone(), BTreeMap::new());
-                    Estimate { value: fit.theta[i], ci95: ci[i], unit, groups }
+                    let unit = e.unit.clone();
+                    Estimate { value: fit.theta[i], ci95: ci[i], unit, ..Estimate::default() }
                 });
                 e.groups = names.cloned().zip(each).collect();
+            } else if fills_bounds[next] {
+                e.set_not_identified(&inseparable(set, &fills_bounds, next, &axis));
             }
             out.insert(name, e);
         }
@@ -79,9 +83,23 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
         && matches!(h.additions[number], Addition::Scatter(_))
     {
         let (value, ci95) = (scatter.sd, set.scatter_ci95().unwrap_or([scatter.sd; 2]));
-        out.insert("sd".into(), Estimate { value, ci95, unit: String::new(), groups: BTreeMap::new() });
+        out.insert("sd".into(), Estimate { value, ci95, ..Estimate::default() });
     }
     out
+}
+
+/// Correlation of two estimates from which they are not distinguishable.
+///
+/// Beyond it the other one explains more than half of the variance.
+const INSEPARABLE_CORRELATION: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Names of the parameters that are not distinguishable from an entry of theta whose interval fills its bounds.
+fn inseparable(set: &Scored, fills_bounds: &[bool], entry: usize, axis: &[String]) -> Vec<String> {
+    let correlations = set.correlations();
+    let is_inseparable = |j: &usize| {
+        *j != entry && (fills_bounds[*j] || correlations.at(entry, *j).abs() > INSEPARABLE_CORRELATION)
+    };
+    (0..axis.len()).filter(is_inseparable).map(|j| axis[j].clone()).collect()
 }
 
 /// Fitted sets, each once, by their gain over the chosen set, with the reason why each is chosen or not.
@@ -260,15 +278,7 @@ impl AnswerParts<'_> {
         let free_run = self.errors.free_run.and_then(|[calibrated, augmented]| {
             FreeRun::from_errors(&*data.system, Some(calibrated), Some(augmented))
         });
-        self.bounded(ErrorTable { folds, free_run, ..table })
-    }
-
-    /// Lowers the noise floor to the reached error where the noise is only an upper bound.
-    fn bounded(&self, mut table: ErrorTable) -> ErrorTable {
-        if self.prepared.is_noise_bounded() && table.noise_floor.rmse > table.augmented.rmse {
-            table.noise_floor = table.augmented;
-        }
-        table
+        ErrorTable { folds, free_run, ..table }
     }
 
     /// Error tables of the other measures.
@@ -276,7 +286,7 @@ impl AnswerParts<'_> {
         let schema = self.prepared.data.system.schema();
         let folds = Some(self.errors.folds.len()).filter(|n| *n > 0);
         let all = self.errors.lists.other_figures(schema, self.seed, self.gain());
-        all.into_iter().map(|(name, table)| (name, self.bounded(ErrorTable { folds, ..table }))).collect()
+        all.into_iter().map(|(name, table)| (name, ErrorTable { folds, ..table })).collect()
     }
 
     /// Residual tests of the result.
@@ -343,7 +353,8 @@ impl AnswerParts<'_> {
     fn model_toml(&self) -> Result<String, DiscoveryError> {
         let (full, data) = (self.full, &self.prepared.data);
         let h = &full.fit.hypothesis;
-        let mut augmentation = h.augmentation(data, &full.fit.theta, &full.ci95());
+        let mut augmentation =
+            h.augmentation(data, &full.fit.theta, &full.identified_ci95(), &full.covariance());
         augmentation.scatter_ci95 = full.scatter_ci95();
         if let Some(sd) = self.random_effect_sd.as_ref().filter(|_| self.judged.withdrawal_reason.is_none()) {
             let is_declared = self.judged.random_effect.as_ref().is_some_and(|s| s.is_declared);
@@ -357,7 +368,12 @@ impl AnswerParts<'_> {
     /// The declared and the calibrated model file.
     fn models(&self) -> Result<Models, DiscoveryError> {
         let (base, data) = (self.base, &self.prepared.data);
-        let mut calibrated = base.fit.hypothesis.augmentation(data, &base.fit.theta, &base.ci95());
+        let mut calibrated = base.fit.hypothesis.augmentation(
+            data,
+            &base.fit.theta,
+            &base.identified_ci95(),
+            &base.covariance(),
+        );
         calibrated.scatter_ci95 = base.scatter_ci95();
         Ok(Models {
             declared_toml: self.model.augmented(&Augmentation::default())?,

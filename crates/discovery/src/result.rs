@@ -1,5 +1,6 @@
 //! Result of a discovery run, in the format of `result.json`.
 
+pub use crate::estimate::Estimate;
 use crate::noise_cause::NoiseCause;
 use augsim_data::checks::Warning;
 use augsim_physics::system::TopView;
@@ -23,52 +24,6 @@ pub enum Verdict {
     Unknown,
     /// The data are not from the declared system, or not in its units; nothing was added.
     NotThisSystem,
-}
-
-/// A fitted value. For a parameter with one value per group, the mean over the groups; `groups` has the
-/// single values.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
-    /// The value.
-    pub value: f64,
-    /// 95 % interval.
-    pub ci95: [f64; 2],
-    /// Unit; empty for a pure number.
-    pub unit: String,
-    /// The estimate of each group.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub groups: BTreeMap<String, Estimate>,
-}
-
-impl Estimate {
-    /// Number of decimals that the interval supports: two digits of its half width, from 4 to 12.
-    pub fn decimals(&self) -> usize {
-        let half = 0.5 * (self.ci95[1] - self.ci95[0]);
-        if !(half > 0.0 && half.is_finite()) {
-            return 4;
-        }
-        (1.0 - half.log10().floor()).clamp(4.0, 12.0) as usize
-    }
-
-    /// Text of the estimate in a sentence, for the parameter `name`.
-    pub fn phrase(&self, name: &str) -> String {
-        if self.groups.is_empty() {
-            return format!("{name} = {self}");
-        }
-        let (low, high) = self
-            .groups
-            .values()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v.value), high.max(v.value)));
-        format!("{name} between {low:.4} and {high:.4}, one value per group")
-    }
-}
-
-/// Displays value and interval: `0.00040 [0.00038, 0.00042]`.
-impl std::fmt::Display for Estimate {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let d = self.decimals();
-        write!(f, "{:.d$} [{:.d$}, {:.d$}]", self.value, self.ci95[0], self.ci95[1])
-    }
 }
 
 /// An effect that was added to the model.
@@ -219,6 +174,9 @@ pub struct Rmse {
 /// Prediction errors on held-out trajectories.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorTable {
+    /// Name of the measure, where there are several: an output, or `position`.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub measure: String,
     /// Unit.
     pub unit: String,
     /// Number of held-out trajectories.
@@ -233,12 +191,15 @@ pub struct ErrorTable {
     pub calibrated: Rmse,
     /// Errors of the model with the added effects.
     pub augmented: Rmse,
-    /// Error that measurement noise and random effects alone leave.
+    /// Estimate of the error that measurement noise and random effects alone leave.
+    ///
+    /// It includes the error of the initial states, which are estimated from noisy samples. A reached error can
+    /// be below it by chance.
     pub noise_floor: Rmse,
     /// Calibrated minus augmented error; a positive interval is a significant improvement.
     pub reduction: Rmse,
-    /// Removed share of the removable squared error, at most 1; absent where there was hardly any. It can
-    /// reach 1 where the data have less noise than the floor assumes.
+    /// Removed share of the squared error above the estimated noise floor, at most 1; absent where there was
+    /// hardly any.
     pub explained_share: Option<f64>,
     /// Gain in the log predictive density of left-out blocks, nats.
     pub heldout_gain: f64,
@@ -259,7 +220,21 @@ pub struct FreeRun {
     pub augmented: Option<f64>,
 }
 
+/// Share from which one decimal of a per cent would print as 100 %.
+const NEARLY_ALL: f64 = 0.9995;
+
 impl ErrorTable {
+    /// Text of [`explained_share`](Self::explained_share), such as `93.2 %`; never 100 % while the error is
+    /// above the noise floor.
+    pub fn explained_text(&self) -> Option<String> {
+        let share = self.explained_share?;
+        Some(match share {
+            _ if self.augmented.rmse <= self.noise_floor.rmse => "all".to_owned(),
+            share if share >= NEARLY_ALL => "more than 99.9 %".to_owned(),
+            share => format!("{:.1} %", 100.0 * share),
+        })
+    }
+
     /// Computes [`explained_share`](Self::explained_share) from root mean square errors.
     pub(crate) fn explained(calibrated: f64, augmented: f64, floor: f64) -> Option<f64> {
         let [calibrated, augmented, floor] = [calibrated, augmented, floor].map(|e| e * e);
@@ -498,25 +473,5 @@ impl Discovery {
     /// Whether anything was added to the declared model.
     pub fn has_additions(&self) -> bool {
         !self.effects.is_empty() || self.unexplained.is_some()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    //! Contract: an estimate is displayed with the digits that its interval supports.
-    use super::*;
-
-    #[test]
-    fn small_values_are_displayed_with_all_supported_digits() {
-        let e = |value: f64, half: f64| Estimate {
-            value,
-            ci95: [value - half, value + half],
-            unit: String::new(),
-            groups: BTreeMap::new(),
-        };
-        assert_eq!(e(4.042e-4, 2.1e-5).to_string(), "0.000404 [0.000383, 0.000425]");
-        assert_eq!(e(1.3, 0.02).to_string(), "1.3000 [1.2800, 1.3200]");
-        assert_eq!(e(1.3, 0.0).to_string(), "1.3000 [1.3000, 1.3000]");
-        assert_eq!(e(1.3, f64::NAN).decimals(), 4);
     }
 }

@@ -5,6 +5,7 @@ use crate::answer::AnswerParts;
 use crate::judge::record_name;
 use crate::result::{ErrorTable, FoundEffect, Unexplained, Verdict};
 use crate::search::ALPHA;
+use augsim_data::digits;
 
 /// Increase of the error without an effect, relative to the calibrated model, above which predictions
 /// diverge. The number then has no meaning.
@@ -88,7 +89,7 @@ fn describe_effect(effect: &FoundEffect, calibrated: f64, error_text: &dyn Fn(f6
         None => format!("{}{per} ({details})", effect.kind),
         Some(f) => {
             let [low, high] = f.range;
-            let range = format!("observed for {} from {low:.3} to {high:.3} {}", f.of, f.unit);
+            let range = format!("observed for {} from {} to {} {}", f.of, digits(low), digits(high), f.unit);
             format!("a term of the fitted form {} ({details}; {})", f.text, range.trim_end())
         }
     }
@@ -121,8 +122,9 @@ pub(crate) fn sentence(
     let [before, after, floor] = rows.map(|error| format_error(error, decimals));
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     let gain = format!(
-        "error on held-out {}: {before}{unit} for the calibrated model, {after}{unit} for the augmented model, noise floor {floor}{unit}",
-        schema.record[1]
+        "error on held-out {}{}: {before}{unit} for the calibrated model, {after}{unit} for the augmented model, estimated noise floor {floor}{unit}",
+        schema.record[1],
+        if error.measure.is_empty() { String::new() } else { format!(" (`{}`)", error.measure) }
     );
     let rest = unexplained_structure(parts, unexplained);
     match parts.judged.verdict {

@@ -4,12 +4,12 @@
 //! windows determine small parameters more precisely. The fit therefore begins with short windows and doubles
 //! them for as long as the model follows the data.
 
+use crate::identifiability::Information;
 use crate::lengths::select_window_length;
 use crate::minima::best_of_multistart;
-use crate::outcome::{Calibration, CalibrationError, Gauge, Stage};
+use crate::outcome::{Calibration, CalibrationError, Stage};
 use crate::steps::{COARSE_TOLERANCE, FINAL_TOLERANCE, Fit, ReducedEquations, StartingPoint};
 use crate::windows::{NEGLIGIBLE_RMSE, Problem, ShootingWindow, merge_pairs};
-use augsim_linear::{SymmetricEigen, symmetric_eigen};
 use augsim_physics::system::{Record, System};
 use std::time::Instant;
 
@@ -24,13 +24,6 @@ const MAX_RMSE_GROWTH: f64 = 4.0;
 const MIN_EFFICIENT_WINDOWS: usize = 64;
 /// Number of successive lengths worse than a shorter one after which no longer one is tried.
 const MAX_WORSE_LENGTHS: usize = 3;
-/// Share of the largest eigenvalue of the scaled normal equations below which others count as 0.
-///
-/// Their eigenvectors are combinations of parameters that are not identifiable from the data.
-const IDENTIFIABILITY_CUTOFF: f64 = 1e-9;
-/// Weight in the unidentifiable combinations above which a parameter counts as part of them.
-const MIN_GAUGE_WEIGHT: f64 = 0.01;
-
 /// Reason for shorter windows than the data allow: the deadline passed.
 const TIME_LIMIT: &str = "the time limit was reached";
 
@@ -157,41 +150,9 @@ fn stage(problem: &Problem<'_>, fit: &Fit) -> Stage {
     }
 }
 
-/// Structural non-identifiability of the free parameters; `None` where the data determine each of them.
-///
-/// The priors of initial states are taken out of the equations: they would hide that a scale is free.
-fn gauge(problem: &Problem<'_>, fit: &Fit) -> Option<Gauge> {
-    let (p, n) = (problem.free_parameters.len(), problem.free_states.len());
-    let mut normal = fit.normal.clone();
-    for (equations, window) in normal.windows.iter_mut().zip(&fit.windows) {
-        for (index, state) in problem.free_states.iter().enumerate() {
-            if let Some((_, sd)) = problem.prior(window, *state) {
-                equations.c[index * n + index] -= 1.0 / (sd * sd);
-            }
-        }
-    }
-    if p == 0 {
-        return None;
-    }
-    let reduced = ReducedEquations::eliminate_states(problem, &normal, 0.0)?;
-    let SymmetricEigen { values, vectors } = symmetric_eigen(&reduced.scaled_matrix().0)?;
-    let largest = (0..p).map(|k| values[k]).fold(0.0, f64::max);
-    let unidentifiable: Vec<usize> =
-        (0..p).filter(|k| values[*k] <= IDENTIFIABILITY_CUTOFF * largest).collect();
-    if unidentifiable.is_empty() {
-        return None;
-    }
-    let weight = |i: usize| unidentifiable.iter().map(|k| vectors[(i, *k)].powi(2)).sum::<f64>();
-    let parameters: Vec<usize> = (0..p).filter(|i| weight(*i) > MIN_GAUGE_WEIGHT).collect();
-    let combinations = parameters.len().saturating_sub(unidentifiable.len());
-    let parameters = parameters.into_iter().map(|i| problem.free_parameters[i]).collect();
-    Some(Gauge { parameters, combinations })
-}
-
 /// Parameter values with their standard errors, initial states, and gauges of the final fit.
 ///
-/// The covariance of the parameters is σ² S⁻¹ with S of `steps.rs`, restricted to the identifiable
-/// combinations. The initial states have the covariance σ² C_i⁻¹, at fixed parameters.
+/// The initial states have the covariance σ² C_i⁻¹, at fixed parameters.
 fn calibration(
     problem: &Problem<'_>,
     fit: Fit,
@@ -213,19 +174,17 @@ fn calibration(
         .map(|r| r.windows.first().map(|w| w.start.clone()).unwrap_or_default())
         .map(|start| (start.clone(), vec![0.0; start.len()]))
         .collect();
-    if let Some(reduced) = ReducedEquations::eliminate_states(problem, &fit.normal, 0.0) {
-        let (scaled, sizes) = reduced.scaled_matrix();
-        if p > 0
-            && let Some(SymmetricEigen { values, vectors }) = symmetric_eigen(&scaled)
-        {
-            let largest = (0..p).map(|k| values[k]).fold(0.0, f64::max);
-            let identifiable: Vec<usize> =
-                (0..p).filter(|k| values[*k] > IDENTIFIABILITY_CUTOFF * largest).collect();
-            for i in 0..p {
-                let sum: f64 = identifiable.iter().map(|k| vectors[(i, *k)].powi(2) / values[*k]).sum();
-                standard_errors[problem.free_parameters[i]] = Some((variance * sum).sqrt() / sizes[i]);
-            }
+    let information = Information::of_fit(problem, &fit, variance);
+    let mut covariance = vec![vec![0.0; declared.len()]; declared.len()];
+    if let Some(information) = &information {
+        for (i, row) in problem.free_parameters.iter().zip(&information.covariance) {
+            problem.free_parameters.iter().zip(row).for_each(|(j, value)| covariance[*i][*j] = *value);
         }
+        for (parameter, error) in problem.free_parameters.iter().zip(&information.standard_errors) {
+            standard_errors[*parameter] = Some(*error);
+        }
+    }
+    if let Some(reduced) = ReducedEquations::eliminate_states(problem, &fit.normal, 0.0) {
         for (window, inverse) in fit.windows.iter().zip(&reduced.state_inverses) {
             if window.samples.start == 0 {
                 let (start, errors) = &mut starts[window.record];
@@ -236,7 +195,7 @@ fn calibration(
             }
         }
     }
-    let gauges = gauge(problem, &fit).into_iter().collect();
+    let gauges = information.and_then(|i| i.gauge(problem, &fit.values)).into_iter().collect();
     let at_bound = declared
         .iter()
         .zip(&fit.values)
@@ -245,6 +204,7 @@ fn calibration(
     Calibration {
         values: fit.values,
         standard_errors,
+        covariance,
         at_bound,
         initial_states: starts,
         stages,

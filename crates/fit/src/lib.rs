@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod growth;
+mod identifiability;
 mod kalman;
 mod lengths;
 mod linearise;

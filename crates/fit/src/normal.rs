@@ -20,7 +20,7 @@
 //! ```
 //!
 //! A normal prior of an initial state adds one more squared residual, ((mean - x) / sd)², to the first
-//! window.
+//! window. The mean may depend on the parameters and on the other initial states.
 
 use crate::windows::{Problem, ShootingWindow};
 use augsim_physics::system::{Offsets, Seed, Simulated, SimulationError, Task};
@@ -153,7 +153,7 @@ impl Problem<'_> {
                 .zip(batch)
                 .zip(&simulated)
                 .map(|((result, (point, window)), simulated)| {
-                    result.map(|()| self.window_equations(window, simulated, point.scales))
+                    result.map(|()| self.window_equations(point, window, simulated))
                 })
                 .collect()
         };
@@ -178,10 +178,11 @@ impl Problem<'_> {
     /// Contribution of one simulated window to the cost (1) and the normal equations (2).
     fn window_equations(
         &self,
+        point: &EvaluationPoint<'_>,
         window: &ShootingWindow,
         simulated: &Simulated,
-        scales: &[f64],
     ) -> WindowEquations {
+        let scales = point.scales;
         let (p, n) = (self.free_parameters.len(), self.free_states.len());
         let channels = self.schema().channels.len();
         let mut equations = WindowEquations {
@@ -231,14 +232,11 @@ impl Problem<'_> {
                 }
             }
         }
-        for (index, state) in self.free_states.iter().enumerate() {
-            if let Some((mean, sd)) = self.prior(window, *state) {
-                let scaled = (mean - window.initial_state[*state]) / sd;
+        for state in &self.free_states {
+            if let Some(prior) = self.prior(point.values, window, *state) {
+                let scaled = prior.deviation / prior.sd;
                 equations.cost += scaled * scaled;
-                if n > 0 {
-                    equations.c[index * n + index] += 1.0 / (sd * sd);
-                    equations.h[index] += scaled / sd;
-                }
+                equations.add_row(&prior.row, (p, n), 1.0 / prior.sd, scaled / prior.sd, prior.sd);
             }
         }
         equations

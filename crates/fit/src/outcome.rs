@@ -41,6 +41,9 @@ pub struct Calibration {
     ///
     /// They come from the curvature of the cost and are widened for the correlation of successive residuals.
     pub standard_errors: Vec<Option<f64>>,
+    /// Covariance of the estimated parameters, `[parameter][parameter]` in the order of all parameters, with rows
+    /// and columns of 0 for frozen ones.
+    pub covariance: Vec<Vec<f64>>,
     /// Whether each parameter is estimated and lies at one of its bounds.
     pub at_bound: Vec<bool>,
     /// Initial state of each record and its standard errors, in the order of the schema.

@@ -367,13 +367,6 @@ impl ReducedEquations {
         let step: Vec<f64> = (0..moving.len()).map(|i| solution[(i, 0)] / size(moving[i])).collect();
         step.iter().all(|x| x.is_finite()).then_some(step)
     }
-
-    /// S scaled to a unit diagonal, and the divisor of each row and column.
-    pub fn scaled_matrix(&self) -> (Mat<f64>, Vec<f64>) {
-        let p = self.right.len();
-        let sizes: Vec<f64> = (0..p).map(|i| self.matrix[(i, i)].max(f64::MIN_POSITIVE).sqrt()).collect();
-        (Mat::from_fn(p, p, |i, j| self.matrix[(i, j)] / (sizes[i] * sizes[j])), sizes)
-    }
 }
 
 /// Inverse of C_i of a window with `n` free states, damped.

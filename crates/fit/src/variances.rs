@@ -134,7 +134,7 @@ impl<'a> NoiseProblem<'a> {
         let states = &self.system.system.schema().states;
         let added = states.iter().skip(start.len()).map(|state| match state.initial {
             InitialValue::Fixed(value) | InitialValue::Prior(value, _) => value,
-            InitialValue::Free | InitialValue::Measured(_) => 0.0,
+            InitialValue::Free | InitialValue::Measured(_) | InitialValue::PriorAboutExpression(_) => 0.0,
         });
         start.iter().copied().chain(added).collect()
     }
@@ -154,7 +154,7 @@ impl<'a> NoiseProblem<'a> {
         let schema = self.system.system.schema();
         let initial = schema.states.iter().zip(&self.state_rms).map(|(state, rms)| match state.initial {
             InitialValue::Fixed(_) => 0.0,
-            InitialValue::Prior(_, sd) => sd * sd,
+            InitialValue::Prior(_, sd) | InitialValue::PriorAboutExpression(sd) => sd * sd,
             InitialValue::Free | InitialValue::Measured(_) => rms * rms,
         });
         let initial: Vec<f64> = initial.collect();

@@ -15,6 +15,28 @@ pub(crate) struct ShootingWindow {
     pub initial_state: Vec<f64>,
 }
 
+/// Relative step of the differences with which the mean of a start expression is differentiated.
+///
+/// The cube root of the rounding error of `f64` minimises the error of a central difference.
+const START_SLOPE_STEP: f64 = 6e-6;
+
+/// An unknown that the mean of a start expression may depend on.
+#[derive(Clone, Copy)]
+enum Unknown {
+    Parameter(usize),
+    State(usize),
+}
+
+/// Prior of an initial state: one more squared residual, (deviation / sd)².
+#[derive(Clone, Debug)]
+pub(crate) struct StartPrior {
+    /// Mean of the prior less the initial state.
+    pub deviation: f64,
+    pub sd: f64,
+    /// Derivatives of the initial state less the mean: free parameters, then free states.
+    pub row: Vec<f64>,
+}
+
 /// The parameters and initial states to estimate, and the records that they are fitted to.
 #[derive(Debug)]
 pub(crate) struct Problem<'a> {
@@ -53,12 +75,46 @@ impl<'a> Problem<'a> {
         self.system.schema()
     }
 
-    /// Mean and standard deviation of the prior of an initial state; `None` if it has no prior.
+    /// Prior of an initial state at these values of all parameters; `None` if it has no prior.
     ///
     /// Only a window at the start of a record has priors.
-    pub fn prior(&self, window: &ShootingWindow, state: usize) -> Option<(f64, f64)> {
+    pub fn prior(&self, values: &[f64], window: &ShootingWindow, state: usize) -> Option<StartPrior> {
+        if window.samples.start != 0 {
+            return None;
+        }
+        let unknowns = self.free_parameters.len() + self.free_states.len();
+        let own = self.free_parameters.len() + self.free_states.iter().position(|s| *s == state)?;
+        let mut row = vec![0.0; unknowns];
+        row[own] = 1.0;
         match self.schema().states.get(state)?.initial {
-            InitialValue::Prior(mean, sd) if window.samples.start == 0 => Some((mean, sd)),
+            InitialValue::Prior(mean, sd) => {
+                Some(StartPrior { deviation: mean - window.initial_state[state], sd, row })
+            }
+            InitialValue::PriorAboutExpression(sd) => {
+                let record = &self.records[window.record];
+                let (mut values, mut start) = (values.to_vec(), window.initial_state.clone());
+                let mean = self.system.start_mean(record, state, &values, &start);
+                let slope = |values: &mut [f64], start: &mut [f64], of: Unknown| {
+                    let place = |values: &mut [f64], start: &mut [f64], x: f64| match of {
+                        Unknown::Parameter(i) => std::mem::replace(&mut values[i], x),
+                        Unknown::State(i) => std::mem::replace(&mut start[i], x),
+                    };
+                    let x = place(values, start, 0.0);
+                    let step = START_SLOPE_STEP * x.abs().max(1.0);
+                    let ends = [x + step, x - step].map(|x| {
+                        place(values, start, x);
+                        self.system.start_mean(record, state, values, start)
+                    });
+                    place(values, start, x);
+                    (ends[0] - ends[1]) / (2.0 * step)
+                };
+                let parameters = self.free_parameters.iter().map(|i| Unknown::Parameter(*i));
+                let unknowns = parameters.chain(self.free_states.iter().map(|i| Unknown::State(*i)));
+                for (entry, of) in row.iter_mut().zip(unknowns) {
+                    *entry -= slope(&mut values, &mut start, of);
+                }
+                Some(StartPrior { deviation: mean - window.initial_state[state], sd, row })
+            }
             _ => None,
         }
     }

@@ -62,11 +62,12 @@ pub fn discover(
                 .until
                 .map(|until| now + until.saturating_duration_since(now).mul_f64(CALIBRATION_SHARE));
             let calibrated = equations::discovery::calibrated_problem(model, data, &check, until, observer)?;
+            let gauges = calibrated.gauges;
             let set = select_groups(groups, data, calibrated.data)?;
             let mut observer = WithNotes { inner: observer, notes: calibrated.notes.clone() };
             let mut found = augsim_discovery::discover(&calibrated.declared, &set, options, &mut observer)?;
             found.notes.splice(0..0, calibrated.notes);
-            equations::discovery::complete(&mut found, &model.file, &set)?;
+            equations::discovery::complete(&mut found, &model.file, &set, &gauges)?;
             Ok(found)
         }
         Subject::BuiltIn(model) => {

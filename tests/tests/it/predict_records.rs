@@ -48,7 +48,7 @@ fn bands_hold_what_nobody_has_seen() {
     for (name, scene, effects) in sets {
         let (found, _, unseen) = twice(name, scene, effects);
         let told = run(&found, &unseen, &OPTIONS);
-        let ((half, _), (most, count)) = (told.coverage(0.5), told.coverage(0.9));
+        let ((half, _), (most, count)) = (told.total_coverage(0.5), told.total_coverage(0.9));
         eprintln!("{name}: {:.1} % and {:.1} % of {count}; {}", 100.0 * half, 100.0 * most, found.sentence);
         assert!((0.75..=0.99).contains(&most), "{name}: {most}");
         inside += most * count as f64;
@@ -67,7 +67,7 @@ fn bands_of_a_scatter_hold_what_nobody_has_seen() {
         let (mut inside, mut of, mut explained) = (0.0, 0.0, 0);
         for set in 0..6 {
             let (found, _, unseen) = twice(&format!("scatter by {name}, set {set}"), SCENE, &[kind]);
-            let (most, count) = run(&found, &unseen, &OPTIONS).coverage(0.9);
+            let (most, count) = run(&found, &unseen, &OPTIONS).total_coverage(0.9);
             eprintln!("{name} {set}: {:.1} % of {count}; {}", 100.0 * most, found.sentence);
             if found.verdict != Verdict::Explained {
                 // The report says itself that something is left, of which the bands know nothing.
@@ -149,7 +149,7 @@ fn pushes_are_foretold_from_their_first_pose() {
     let ratio = error(&found.model_toml) / found.error.augmented.rmse;
     assert!((0.6..=1.1).contains(&ratio), "{ratio} of {:?}", found.error.augmented);
     let told = predict_records(&model, &second.data, &OPTIONS).expect("a forecast");
-    let (share, count) = told.coverage(0.9);
+    let (share, count) = told.total_coverage(0.9);
     eprintln!("pushes: {:.1} % of {count}", 100.0 * share);
     assert!((0.85..=0.95).contains(&share), "{share} of {count} samples");
     let shown = &found.examples[0];

@@ -69,7 +69,8 @@ pub struct Evaluate {
     #[arg(value_name = "MODEL|RUN")]
     pub run: PathBuf,
     /// Trajectories that were not used for fitting. If you give the output folder of a discovery and its
-    /// own data, only the held-out trajectories are scored, or all if none were held out.
+    /// own data, only the held-out trajectories are scored, or all, with a note, if none were held out (a
+    /// discovery holds some out of 20 or more).
     #[arg(long)]
     pub data: PathBuf,
     /// Time column of the data.

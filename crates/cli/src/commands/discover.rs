@@ -1,6 +1,7 @@
 //! `augsim discover`: finds the effects that a model lacks and prints the result.
 
-use augsim_discovery::{Discovery, DiscoveryError, Rmse, SCHEMA, Verdict};
+use augsim_data::{digits, estimate_digits};
+use augsim_discovery::{Discovery, DiscoveryError, ErrorTable, Rmse, SCHEMA, Verdict};
 use augsim_session::sentence;
 use augsim_terminal::Outcome;
 use augsim_terminal::discover_args::Discover;
@@ -45,12 +46,6 @@ fn is_system_rejection(error: &anyhow::Error) -> bool {
     error.chain().filter_map(|cause| cause.downcast_ref()).any(is_rejection)
 }
 
-/// Number of decimals that shows three digits of the smallest error, at least five.
-fn decimals(errors: impl Iterator<Item = f64>) -> usize {
-    let least = errors.map(f64::abs).filter(|e| *e > 0.0).fold(1.0, f64::min);
-    (2.0 - least.log10().floor()).clamp(5.0, 12.0) as usize
-}
-
 /// Formats the support of the findings: inclusion in resamples, q-values, leads and the null rate.
 fn confidence(d: &Discovery) -> String {
     let mut out = String::new();
@@ -92,19 +87,52 @@ fn probability(p: f64) -> String {
     if p < 0.001 { "< 0.001".to_owned() } else { format!("{p:.3}") }
 }
 
+/// Whether a run was stopped before its errors were measured on other data than the fitted ones.
+fn is_fitted(d: &Discovery) -> bool {
+    d.error.folds.is_none() && d.heldout.is_empty()
+}
+
+/// Formats the errors of one measure, a row for each model. `fitted`: measured on the fitted data.
+fn error_rows(e: &ErrorTable, fitted: bool, has_additions: bool) -> String {
+    let of = if e.measure.is_empty() { String::new() } else { format!(" of `{}`", e.measure) };
+    let mut out = format!(
+        "\n  error{of} on {} {} trajectories{}{} (95 % interval)\n",
+        e.heldout_trajectories,
+        if fitted { "fitted" } else { "held-out" },
+        e.folds.map_or(String::new(), |n| format!(" ({n} folds)")),
+        if e.unit.is_empty() { String::new() } else { format!(", {}", e.unit) }
+    );
+    let rows = [
+        ("declared", e.declared),
+        ("calibrated", e.calibrated),
+        ("augmented", e.augmented),
+        ("noise floor", e.noise_floor),
+        ("reduction", e.reduction),
+    ];
+    for (name, r) in
+        rows.into_iter().filter(|(name, _)| has_additions || !matches!(*name, "augmented" | "reduction"))
+    {
+        let [value, low, high] = estimate_digits(r.rmse, r.ci95);
+        let note = if name == "noise floor" { ", estimate" } else { "" };
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "  {name:<12} {value:>10}  ({low} to {high}{note})");
+    }
+    out
+}
+
 /// Formats the result as a short text.
 fn text(args: &Discover, d: &Discovery) -> String {
     let mut out = format!("{}\n\n", d.sentence);
     // Writing to a string cannot fail.
     for effect in &d.effects {
         for (name, e) in &effect.parameters {
-            let ([low, high], d) = (e.ci95, e.decimals());
             let _ = writeln!(
                 out,
-                "  {}: {name} = {:.d$} {} (95 % interval {low:.d$} to {high:.d$}){}",
+                "  {}: {name} = {} {} ({}){}",
                 effect.kind,
-                e.value,
+                e.value_text(),
                 e.unit,
+                e.interval_text(),
                 if e.groups.is_empty() { "" } else { ", the mean over groups:" }
             );
             for (group, e) in &e.groups {
@@ -114,31 +142,10 @@ fn text(args: &Discover, d: &Discovery) -> String {
     }
     out += &confidence(d);
     let e = &d.error;
-    let _ = writeln!(
-        out,
-        "\n  error on {} {} trajectories{}, {} (95 % interval)",
-        e.heldout_trajectories,
-        // Without folds and held-out trajectories the run was stopped before its errors were measured on others.
-        if e.folds.is_none() && d.heldout.is_empty() { "fitted" } else { "held-out" },
-        e.folds.map_or(String::new(), |n| format!(" ({n} folds)")),
-        e.unit
-    );
-    let rows = [
-        ("declared", e.declared),
-        ("calibrated", e.calibrated),
-        ("augmented", e.augmented),
-        ("noise floor", e.noise_floor),
-        ("reduction", e.reduction),
-    ];
-    let d5 = decimals(rows.iter().map(|(_, r)| r.rmse));
-    for (name, r) in
-        rows.into_iter().filter(|(name, _)| d.has_additions() || !matches!(*name, "augmented" | "reduction"))
-    {
-        let _ = writeln!(out, "  {name:<12} {:>10.d5$}  ({:.d5$} to {:.d5$})", r.rmse, r.ci95[0], r.ci95[1]);
-    }
+    out += &error_rows(e, is_fitted(d), d.has_additions());
     if let Some(run) = &e.free_run {
         let shown = |error: Option<f64>| match error {
-            Some(error) => format!("{error:.d5$} {}", run.unit).trim_end().to_owned(),
+            Some(error) => format!("{} {}", digits(error), run.unit).trim_end().to_owned(),
             None => "diverged".to_owned(),
         };
         let _ = writeln!(
@@ -148,14 +155,11 @@ fn text(args: &Discover, d: &Discovery) -> String {
             shown(run.augmented)
         );
     }
-    for (measure, e) in &d.errors {
-        let _ = writeln!(
-            out,
-            "  {measure}, {}: declared {:.3}, calibrated {:.3}, augmented {:.3}, noise floor {:.3}",
-            e.unit, e.declared.rmse, e.calibrated.rmse, e.augmented.rmse, e.noise_floor.rmse
-        );
-    }
-    let row = |r: &Rmse| format!("{:.3} ({:.3} to {:.3})", r.rmse, r.ci95[0], r.ci95[1]);
+    d.errors.values().for_each(|table| out += &error_rows(table, is_fitted(d), d.has_additions()));
+    let row = |r: &Rmse| {
+        let [value, low, high] = estimate_digits(r.rmse, r.ci95);
+        format!("{value} ({low} to {high})")
+    };
     for h in &d.horizons {
         let _ = writeln!(out, "  after {} s, {} forecasts:", h.horizon_s, h.forecasts);
         for (measure, e) in &h.errors {
@@ -179,14 +183,10 @@ fn text(args: &Discover, d: &Discovery) -> String {
         );
     }
     for (name, e) in &d.parameters {
-        let _ = writeln!(
-            out,
-            "  {name} = {:.5} {} (95 % interval {:.5} to {:.5})",
-            e.value, e.unit, e.ci95[0], e.ci95[1]
-        );
+        let _ = writeln!(out, "  {name} = {} {} ({})", e.value_text(), e.unit, e.interval_text());
     }
-    if let Some(share) = e.explained_share {
-        let _ = writeln!(out, "  {:.1} % of the squared error above the noise floor removed", 100.0 * share);
+    if let Some(share) = e.explained_text() {
+        let _ = writeln!(out, "  {share} of the squared error above the estimated noise floor removed");
     }
     if !d.next_experiment.is_empty() {
         let _ = writeln!(out, "\n  next experiment: {}", d.next_experiment);

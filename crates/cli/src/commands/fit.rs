@@ -2,6 +2,7 @@
 
 use super::note_reading;
 use crate::args::Fit;
+use augsim_data::{digits, estimate_digits};
 use augsim_equations::Model;
 use augsim_session::Subject;
 use augsim_session::equations::fit::{MIN_REPORTED_DIFFERENCE, OutOfTime};
@@ -74,16 +75,14 @@ fn fit_text(answer: &FitResult) -> String {
     // Writing to a string cannot fail.
     for p in answer.parameters.iter().filter(|p| !p.frozen) {
         let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
-        let interval = match (p.ci95, p.at_bound) {
-            (_, true) => "at its bound".to_owned(),
-            (Some([low, high]), _) => format!("95 %: {low:.5} to {high:.5}"),
+        let [value, low, high] = estimate_digits(p.value, p.ci95.unwrap_or([f64::NAN; 2]));
+        let interval = match (p.ci95, p.bound) {
+            (_, Some(bound)) => format!("at its {bound} bound"),
+            (Some(_), _) => format!("95 %: {low} to {high}"),
             (None, _) => "no interval".to_owned(),
         };
-        let _ = writeln!(
-            text,
-            "  {:<24} {:.6}{unit} (declared {}{unit}; {interval})",
-            p.name, p.value, p.declared
-        );
+        let declared = digits(p.declared);
+        let _ = writeln!(text, "  {:<24} {value}{unit} (declared {declared}{unit}; {interval})", p.name);
     }
     let stage = answer.windows.last();
     for row in &answer.rows {

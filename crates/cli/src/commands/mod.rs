@@ -11,6 +11,7 @@ mod fit;
 mod inspect;
 mod inspect_system;
 mod model;
+mod own_data;
 mod predict;
 mod reference;
 pub mod report;

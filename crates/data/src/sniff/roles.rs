@@ -1,9 +1,9 @@
 //! Infers the role of each column from its name.
 
-use super::RecognitionOptions;
 use super::calendar::{TIME_WORDS, calendar_unit, is_date};
 use super::heading::{ColumnUnit, Heading, Quantity};
 use super::unrecognised::Unrecognised;
+use super::{ColumnMapping, RecognitionOptions};
 use crate::column::{Column, GROUP};
 use crate::unit::{FileUnit, Unit};
 
@@ -154,15 +154,7 @@ pub(super) fn assign_roles(
     }
     for renamed in &reading.columns {
         let column = position(&renamed.from, "--columns")?;
-        let unit = renamed.unit.as_deref().map_or(headings[column].unit, ColumnUnit::parse_option);
-        let conversion = unit.map_or_else(|| FileUnit::scaled(Unit::DIMENSIONLESS, 1.0), |u| u.conversion);
-        // A number is the size of the unit of the file in the unit of the new name.
-        let is_number = renamed.unit.as_deref().is_some_and(|text| text.trim().parse::<f64>().is_ok());
-        let has_quantity =
-            |u: &ColumnUnit| !is_number && !matches!(u.quantity, Quantity::Pixels | Quantity::Frames);
-        if let Some(unit) = unit.filter(has_quantity) {
-            check_same_quantity(&renamed.to, unit.conversion)?;
-        }
+        let conversion = conversion_of(renamed, headings[column].unit)?;
         (roles[column], is_assigned[column]) = (Role::Named(renamed.to.clone(), conversion), true);
     }
     let has = |roles: &[Role], role: &dyn Fn(&Role) -> bool| roles.iter().any(role);
@@ -201,6 +193,19 @@ pub(super) fn assign_roles(
         }
     }
     Ok(roles)
+}
+
+/// The conversion of a renamed column: from the unit of the option, or else that of its heading.
+fn conversion_of(renamed: &ColumnMapping, heading: Option<ColumnUnit>) -> Result<FileUnit, Unrecognised> {
+    let unit = renamed.unit.as_deref().map_or(heading, ColumnUnit::parse_option);
+    // A number is the size of the unit of the file in the unit of the new name.
+    let is_number = renamed.unit.as_deref().is_some_and(|text| text.trim().parse::<f64>().is_ok());
+    let has_quantity =
+        |u: &ColumnUnit| !is_number && !matches!(u.quantity, Quantity::Pixels | Quantity::Frames);
+    if let Some(unit) = unit.filter(has_quantity) {
+        check_same_quantity(&renamed.to, unit.conversion)?;
+    }
+    Ok(unit.map_or_else(|| FileUnit::scaled(Unit::DIMENSIONLESS, 1.0), |u| u.conversion))
 }
 
 /// Splits the option `--time NAME:UNIT` into name and unit; a colon may also be part of the name.

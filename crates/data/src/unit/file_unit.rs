@@ -301,7 +301,7 @@ mod tests {
             ("°C", -40.0, 233.15, "q_K"),
             ("degF", 32.0, 273.15, "q_K"),
             ("km/h", 36.0, 10.0, "q_m_s"),
-            ("rpm", 60.0, 6.283185307, "q_rad_s"),
+            ("rpm", 60.0, std::f64::consts::TAU, "q_rad_s"),
             ("1/min", 60.0, 1.0, "q_per_s"),
             ("mrad", 5.0, 0.005, "q_rad"),
             ("deg", 180.0, std::f64::consts::PI, "q_rad"),

@@ -5,6 +5,7 @@ use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
 use crate::prepare::Prepared;
 use crate::result::{ErrorTable, Verdict};
+use augsim_data::with_significant;
 use augsim_physics::model::Per;
 
 /// Share of a parameter's range within which it counts as at a bound.
@@ -75,10 +76,10 @@ pub(crate) fn reason_from_errors(
         if has_additions { error.augmented.rmse.min(error.calibrated.rmse) } else { error.calibrated.rmse };
     if best > spread && best > error.noise_floor.rmse {
         return Some(WithdrawalReason::NotThisSystem(format!(
-            "the calibrated model predicts the records worse than their mean does: its error is {:.3} {unit}, their standard deviation \
-             {:.3} {unit}; check the units, the signs, and that the recording is of the declared system",
-            scale * error.calibrated.rmse,
-            scale * spread
+            "the calibrated model predicts the records worse than their mean does: its error is {} {unit}, their standard deviation \
+             {} {unit}; check the units, the signs, and that the recording is of the declared system",
+            with_significant(scale * error.calibrated.rmse, 4),
+            with_significant(scale * spread, 4)
         )));
     }
     // An interval below 0 is a significant increase of the error.

@@ -9,7 +9,8 @@ use crate::identifiability::unidentifiable;
 use crate::interval::{Intervals, MIN_FREEDOM};
 use crate::linear::Square;
 use crate::record::ChosenRecords;
-use crate::statistics::hotelling_tail;
+use crate::statistics::{hotelling_tail, median};
+use augsim_physics::model::NORMAL_95;
 use augsim_physics::system::Effect;
 
 /// A fitted set of additions.
@@ -84,6 +85,53 @@ impl Scored {
             [(fit.theta[i] - half).max(low), (fit.theta[i] + half).min(high)]
         };
         (0..fit.theta.len()).map(one).collect()
+    }
+
+    /// Whether each interval fills its bounds: the data do not determine the parameter.
+    pub fn fills_bounds(&self, ci95: &[[f64; 2]]) -> Vec<bool> {
+        let bounds = self.fit.hypothesis.result_bounds();
+        ci95.iter().zip(bounds).map(|([low, high], bounds)| *low <= bounds.0 && *high >= bounds.1).collect()
+    }
+
+    /// The 95 % intervals of theta, of no width where the data do not determine a parameter.
+    pub fn identified_ci95(&self) -> Vec<[f64; 2]> {
+        let mut ci95 = self.ci95();
+        let fills = self.fills_bounds(&ci95);
+        ci95.iter_mut()
+            .zip(fills)
+            .zip(&self.fit.theta)
+            .filter(|((_, fills), _)| *fills)
+            .for_each(|((interval, _), value)| *interval = [*value; 2]);
+        ci95
+    }
+
+    /// Covariance of theta, with rows and columns of 0 for entries that the data do not determine.
+    ///
+    /// The covariance under white noise, widened by one factor, the median one of the intervals. A factor for
+    /// each entry would give combinations that are known precisely the uncertainty of their parts.
+    pub fn covariance(&self) -> Square {
+        let (fit, intervals) = (&self.fit, self.intervals());
+        let fills = self.fills_bounds(&self.ci95());
+        let known: Vec<usize> = (0..fit.theta.len()).filter(|i| !fills[*i]).collect();
+        let white = fit.information.sub(&known).cholesky().inverse();
+        let mut factors: Vec<f64> = known
+            .iter()
+            .enumerate()
+            .map(|(k, i)| {
+                let unit: Vec<f64> = (0..fit.theta.len()).map(|j| f64::from(u8::from(*i == j))).collect();
+                (intervals.half_width(&unit) / NORMAL_95).powi(2) / white.at(k, k)
+            })
+            .filter(|f| f.is_finite())
+            .collect();
+        let factor = if factors.is_empty() { 1.0 } else { median(&mut factors) };
+        let mut covariance = Square::zero(fit.theta.len());
+        for (k, i) in known.iter().enumerate() {
+            for (l, j) in known.iter().enumerate() {
+                let value = factor * white.at(k, l);
+                *covariance.at_mut(*i, *j) = if value.is_finite() { value } else { 0.0 };
+            }
+        }
+        covariance
     }
 
     /// 95 % interval of the scatter's standard deviation: an estimate from n draws is close to log-normal,

@@ -2,7 +2,7 @@
 
 use super::EquationSystem;
 use crate::error::ModelError;
-use crate::model::{Model, Parameter};
+use crate::model::{Covariance, Model, Parameter};
 use augsim_data::Unit;
 use augsim_data::checks::ExpectedData;
 use augsim_physics::system::{
@@ -84,6 +84,10 @@ impl CalibratedModel {
             let place = *places.get(index).ok_or(Difference::Place)?;
             set_fitted(model.parameters.get_mut(place).ok_or(Difference::Place)?, fitted);
         }
+        let indices = found.declared.iter().map(|(index, _)| *index).chain(self.model.parameters.len()..);
+        let fitted: Vec<usize> =
+            indices.take(found.covariance.len()).filter_map(|i| places.get(i).copied()).collect();
+        model.covariance = covariance_of(&fitted, &found.covariance);
         let text = model.to_toml()?;
         let again = crate::model::parse(&text, &model.file)?;
         if again.additions.len() != model.additions.len() {
@@ -105,6 +109,14 @@ impl CalibratedModel {
         }
         Ok(text)
     }
+}
+
+/// Covariance of the parameters at `places`, without those of no variance; `None` if no other is left.
+fn covariance_of(places: &[usize], matrix: &[Vec<f64>]) -> Option<Covariance> {
+    let known: Vec<usize> = (0..places.len()).filter(|i| matrix[*i][*i] > 0.0).collect();
+    let rows = known.iter().map(|i| known.iter().map(|j| matrix[*i][*j]).collect()).collect();
+    let parameters = known.iter().map(|i| places[*i]).collect();
+    (places.len() == matrix.len() && !known.is_empty()).then_some(Covariance { parameters, rows })
 }
 
 /// Share by which a fitted value may exceed a bound and still be set to it: a few roundings.

@@ -276,6 +276,10 @@ impl System for EquationSystem {
         &self.schema
     }
 
+    fn start_mean(&self, record: &Record, state: usize, parameters: &[f64], start: &[f64]) -> f64 {
+        self.mean_of_start(record, state, parameters, start)
+    }
+
     fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }

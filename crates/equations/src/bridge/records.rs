@@ -93,6 +93,32 @@ impl EquationSystem {
 
     /// Start state from the model's `start` expressions, with the samples from number `first` on.
     fn guess(&self, record: &Record, first: usize, parameters: &[f64]) -> Vec<f64> {
+        self.with_first_samples(record, first, parameters, |samples| self.model().guess_start(samples))
+    }
+
+    /// Mean of the prior of an initial state at the beginning of a record, from its `start` expression.
+    ///
+    /// `values` are those of the parameters of the system.
+    pub(super) fn mean_of_start(&self, record: &Record, state: usize, values: &[f64], start: &[f64]) -> f64 {
+        let mut parameters = self.model().nominals();
+        for (place, value) in self.places.iter().zip(values) {
+            parameters[*place] = *value;
+        }
+        let mean = self.with_first_samples(record, 0, &parameters, |samples| {
+            self.model().start_mean(state, samples, start)
+        });
+        // Without a reading the rough initial state, in which such a start is 0, is all that is known.
+        if mean.is_finite() { mean } else { 0.0 }
+    }
+
+    /// Calls `evaluate` with the measured samples of a record from number `first` on.
+    fn with_first_samples<T>(
+        &self,
+        record: &Record,
+        first: usize,
+        parameters: &[f64],
+        evaluate: impl FnOnce(&FirstSamples<'_>) -> T,
+    ) -> T {
         let model = self.model();
         let times = record.times.get(first..).unwrap_or(&[]);
         let outputs: Vec<&[f64]> =
@@ -100,7 +126,7 @@ impl EquationSystem {
         let time = times.first().copied().unwrap_or(0.0);
         let inputs: Vec<f64> =
             model.inputs.iter().zip(record.inputs.iter()).map(|(i, s)| input_value(i, s, time)).collect();
-        model.guess_start(&FirstSamples { times, outputs: &outputs, inputs: &inputs, parameters })
+        evaluate(&FirstSamples { times, outputs: &outputs, inputs: &inputs, parameters })
     }
 
     /// Prepares a record: drops saturated readings, converts inputs to cubics, and cuts it into windows.

@@ -78,12 +78,15 @@ pub(super) fn states(model: &Model) -> Vec<State> {
             _ if index >= declared => InitialValue::Fixed(0.0),
             ([node], sd) => match (&node.kind, sd) {
                 (Kind::Number(mean), Some(sd)) => InitialValue::Prior(*mean, sd),
-                // Only a state that is itself an output is measured; other outputs only help to guess it.
+                // Only a state that is itself an output is measured; other outputs only help to guess it. A
+                // prior about its own reading would count that reading twice.
                 (Kind::Symbol(Symbol::Output(output)), _) if equals_state(model, *output, index) => {
                     InitialValue::Measured(*output)
                 }
+                (_, Some(sd)) => InitialValue::PriorAboutExpression(sd),
                 _ => InitialValue::Free,
             },
+            (_, Some(sd)) => InitialValue::PriorAboutExpression(sd),
             _ => InitialValue::Free,
         }
     };
@@ -96,7 +99,7 @@ pub(super) fn states(model: &Model) -> Vec<State> {
 
 /// Whether an output equals a state.
 fn equals_state(model: &Model, output: usize, state: usize) -> bool {
-    matches!(&model.outputs[output].value.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(state)))
+    model.state_of_output(output) == Some(state)
 }
 
 /// The shortest symbol of a unit with these dimensions.

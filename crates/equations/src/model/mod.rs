@@ -2,6 +2,7 @@
 
 mod addition;
 mod check;
+mod covariance;
 mod effects;
 mod entries;
 mod equations;
@@ -17,6 +18,7 @@ mod write;
 use crate::text::Tree;
 pub use addition::{Addition, Change, Draft, DraftState, DraftTarget, How, Target};
 use augsim_data::{Dimensions, Unit};
+pub use covariance::Covariance;
 pub use read::{parse, read};
 pub(crate) use row::read_all;
 pub use row::{Row, RowParameter};
@@ -282,6 +284,8 @@ pub struct Model {
     pub numerics: Numerics,
     /// Effects that change the equations, in the order in which they are applied.
     pub additions: Vec<Addition>,
+    /// Joint uncertainty of the fitted parameters, if a fit has written it.
+    pub covariance: Option<Covariance>,
     /// Effects of the file that discovery may try.
     pub candidates: Vec<Row>,
     /// Text of the file, so that it can be written back with its comments.
@@ -291,8 +295,7 @@ pub struct Model {
 impl Output {
     /// Residual (measured - predicted); for a wrapping quantity the smallest one modulo its period.
     pub fn error(&self, measured: f64, predicted: f64) -> f64 {
-        let error = measured - predicted;
-        self.period.map_or(error, |period| error - period * (error / period).round())
+        augsim_physics::system::shortest_difference(measured - predicted, self.period)
     }
 }
 
@@ -308,6 +311,17 @@ impl Model {
     /// Nominal values of all parameters.
     pub fn nominals(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.nominal).collect()
+    }
+
+    /// The state that an output equals; `None` if its value is an expression.
+    pub(crate) fn state_of_output(&self, output: usize) -> Option<usize> {
+        match &self.outputs.get(output)?.value.tree.nodes[..] {
+            [node] => match node.kind {
+                crate::text::Kind::Symbol(crate::text::Symbol::State(state)) => Some(state),
+                _ => None,
+            },
+            _ => None,
+        }
     }
 
     /// Index of the state with this name.

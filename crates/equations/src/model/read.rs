@@ -6,7 +6,8 @@ use super::quantity::{parameter, unit, unit_of};
 use super::scope::Names;
 use super::toml_reader::{Item, Reader};
 use super::{
-    Expression, Hold, Input, Model, Numerics, Output, RateNoise, SensorNoise, State, Table, check, effects,
+    Expression, Hold, Input, Model, Numerics, Output, RateNoise, SensorNoise, State, Table, check,
+    covariance, effects,
 };
 use crate::error::{Fault, ModelError, ReadFault};
 use crate::limits;
@@ -60,18 +61,20 @@ pub fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
         tables: Vec::new(),
         numerics: Numerics::default(),
         additions: Vec::new(),
+        covariance: None,
         candidates: Vec::new(),
         text: text.into(),
     };
     declare(&file, &mut model, &mut names)?;
     Equations::new(&names).read(&file, &mut model)?;
     effects::read(&file, &mut model)?;
+    model.covariance = covariance::read(&file, &model)?;
     check::check(&model, reader)?;
     Ok(model)
 }
 
 /// Keys that a model file may have at its top level.
-const TOP_LEVEL_KEYS: [&str; 13] = [
+const TOP_LEVEL_KEYS: [&str; 14] = [
     "scenario",
     "name",
     "states",
@@ -85,6 +88,7 @@ const TOP_LEVEL_KEYS: [&str; 13] = [
     "numerics",
     "effect",
     "candidate",
+    "covariance",
 ];
 
 /// Reads all names with their numbers in a first pass.

@@ -26,6 +26,40 @@ impl Model {
     }
 }
 
+impl Model {
+    /// Value of the `start` expression of a state, where an output that equals a state has the value of that
+    /// state in `start` instead of its first reading, which has measurement noise.
+    pub(crate) fn start_mean(&self, state: usize, samples: &FirstSamples<'_>, start: &[f64]) -> f64 {
+        self.states[state].start.tree.value(&StartMean { model: self, samples, start })
+    }
+}
+
+/// First samples, with the initial states in the place of the outputs that equal them.
+struct StartMean<'a> {
+    model: &'a Model,
+    samples: &'a FirstSamples<'a>,
+    start: &'a [f64],
+}
+
+impl Bindings for StartMean<'_> {
+    fn symbol(&self, symbol: Symbol) -> f64 {
+        let state = match symbol {
+            Symbol::Output(output) => self.model.state_of_output(output),
+            _ => None,
+        };
+        let known = state.and_then(|state| self.start.get(state));
+        known.copied().unwrap_or_else(|| self.samples.symbol(symbol))
+    }
+
+    fn table(&self, table: usize, at: f64) -> f64 {
+        self.samples.table(table, at)
+    }
+
+    fn slope(&self, output: usize) -> f64 {
+        self.samples.slope(output)
+    }
+}
+
 impl Bindings for FirstSamples<'_> {
     fn symbol(&self, symbol: Symbol) -> f64 {
         let found = match symbol {

@@ -69,6 +69,15 @@ impl Model {
                 set_process_noise(entry, state.process_noise);
             }
         }
+        document.remove("covariance");
+        if let Some(covariance) = &self.covariance {
+            let mut table = Table::new();
+            for (parameter, row) in covariance.parameters.iter().zip(&covariance.rows) {
+                let name = &self.parameters[*parameter].name;
+                table.insert(name, value(row.iter().copied().collect::<Array>()));
+            }
+            document.insert("covariance", Item::Table(table));
+        }
         document.remove("effect");
         if !self.additions.is_empty() {
             let mut blocks = ArrayOfTables::new();

@@ -90,6 +90,82 @@ fn parameters_that_act_only_as_a_product_are_a_gauge() {
     assert!(calibrate_drift(&drift_model("a_m_s", SLOPE), &record(|t, _| t), None).gauges.is_empty());
 }
 
+/// A free oscillation, by its closed form, with noise of 2 mm.
+fn free_oscillation() -> Record {
+    let times: Vec<f64> = (0..400).map(|k| 0.01 * f64::from(k)).collect();
+    let exact = |t: f64| 0.2 * (-0.45 * t).exp() * (8.5 * t).cos();
+    let values = times.iter().enumerate().map(|(k, t)| exact(*t) + 0.002 * pseudo_random(k)).collect();
+    Record { id: "1".into(), times, values: vec![values], ..Record::default() }
+}
+
+#[test]
+fn a_gauge_names_every_parameter_that_it_moves() {
+    // Mass, stiffness and damping scale together; the data depend on the damping much less than on the others.
+    let text = "scenario = \"system\"\n[states]\nx_m = { start = \"position_m\" }\n\
+                v_m_s = { start = \"slope(position_m)\" }\n[parameters]\n\
+                mass_kg = { nominal = 1.0, min = 0.1, max = 10.0 }\n\
+                stiffness_N_per_m = { nominal = 80.0, min = 0.0, max = 1e4 }\n\
+                damping_N_s_per_m = { nominal = 1.0, min = 0.0, max = 100.0 }\n[rates]\nx_m = \"v_m_s\"\n\
+                v_m_s = \"-(stiffness_N_per_m * x_m + damping_N_s_per_m * v_m_s) / mass_kg\"\n\
+                [outputs]\nposition_m = { value = \"x_m\", sd = \"estimate\" }\n";
+    let found = calibrate_drift(text, &free_oscillation(), None);
+    assert_eq!(found.gauges.len(), 1);
+    assert_eq!((&found.gauges[0].parameters[..], found.gauges[0].combinations), (&[0, 1, 2][..], 2));
+    let frozen = text.replace("min = 0.1, max = 10.0 }", "frozen = true }");
+    let found = calibrate_drift(&frozen, &free_oscillation(), None);
+    assert!(found.gauges.is_empty(), "{:?}", found.gauges);
+    let [value, error] = [found.values[2], found.standard_errors[2].expect("an error")];
+    assert!((value - 0.9).abs() < 3.0 * error && error < 0.05, "{value} +- {error}");
+}
+
+/// A bead between a block and a room, simulated with small Euler steps; bead and block begin equal.
+fn bead() -> Record {
+    let (mut bead, mut block, mut values) = (2.0, 2.0, Vec::new());
+    for k in 0..160 {
+        values.push(bead + 0.01 * pseudo_random(k));
+        for _ in 0..2000 {
+            let (a, b) = ((24.0 - bead) / 4.5 + (block - bead) / 6.0, (24.0 - block) / 26.0);
+            (bead, block) = (bead + 0.1 / 2000.0 * a, block + 0.1 / 2000.0 * b);
+        }
+    }
+    let times = (0..160).map(|k| 0.1 * f64::from(k)).collect();
+    Record { id: "1".into(), times, values: vec![values], ..Record::default() }
+}
+
+fn calibrate_bead(start_of_block: &str) -> Calibration {
+    let text = format!(
+        "scenario = \"system\"\n[states]\ntemp_K = {{ start = \"temp_K\" }}\nblock_K = {{ {start_of_block} }}\n\
+         [parameters]\nta_s = {{ nominal = 5.0, min = 0.1, max = 300.0 }}\n\
+         tb_s = {{ nominal = 5.0, min = 0.1, max = 300.0 }}\ntc_s = {{ nominal = 30.0, min = 0.1, max = 300.0 }}\n\
+         room_K = {{ nominal = 22.0, min = 0.0, max = 60.0 }}\n[rates]\n\
+         temp_K = \"(room_K - temp_K) / tb_s + (block_K - temp_K) / ta_s\"\n\
+         block_K = \"(room_K - block_K) / tc_s\"\n\
+         [outputs]\ntemp_K = {{ value = \"temp_K\", sd = \"estimate\" }}\n"
+    );
+    calibrate_drift(&text, &bead(), None)
+}
+
+#[test]
+fn a_prior_of_a_start_identifies_what_depends_on_it() {
+    let free = calibrate_bead("start = \"temp_K\"");
+    assert_eq!(free.gauges.first().map(|g| &g.parameters[..]), Some(&[0, 1][..]), "{:?}", free.gauges);
+    let priors = ["start = 2.0, sd = 0.001", "start = \"temp_K\", sd = 0.001", "start = 2.0, sd = 1e-6"];
+    for start in priors.into_iter().chain(["start = \"1.0 * temp_K\", sd = 0.001"]) {
+        let found = calibrate_bead(start);
+        assert!(found.gauges.is_empty(), "{start}: {:?}", found.gauges);
+        let [value, error] = [found.values[0], found.standard_errors[0].expect("an error")];
+        assert!((value - 6.0).abs() < 4.0 * error && error < 0.5, "{start}: {value} +- {error}");
+    }
+}
+
+#[test]
+fn a_prior_about_a_parameter_moves_with_the_parameter() {
+    // The block begins at the temperature of the room, which is declared 2 K too low.
+    let found = calibrate_bead("start = \"room_K - 22.0\", sd = 0.001");
+    let [room, start] = [found.values[3], found.initial_states[0].0[1]];
+    assert!((room - 22.0 - start).abs() < 0.01 && (room - 24.0).abs() < 0.5, "{room} {start}");
+}
+
 #[test]
 fn parameters_stay_within_their_bounds() {
     let bounded = "a_m_s = { nominal = 0.1, min = 0.0, max = 0.5 }";

@@ -43,6 +43,10 @@ pub struct Augmentation {
     pub declared: Vec<(usize, Fitted)>,
     /// Effects in the order in which they were added.
     pub additions: Vec<Addition>,
+    /// Covariance of the fitted values: of the declared parameters, then of those of the effects, in their order.
+    ///
+    /// Zero in the row and column of a value that the data do not determine; empty where it is not known.
+    pub covariance: Vec<Vec<f64>>,
     /// Standard deviation of the random effect, declared or added.
     pub scatter_sd: Option<f64>,
     /// 95 % interval of that standard deviation, where it is known.

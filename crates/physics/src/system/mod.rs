@@ -44,7 +44,7 @@ pub use record::{
 pub use scatter::{Scatter, ScatterPer};
 pub use schema::{
     Channel, ErrorFigure, EventSchema, InitialValue, Input, InputInterpolation, RecordRandomEffect, Schema,
-    State, Target,
+    State, Target, shortest_difference,
 };
 pub use simulated::{Event, Simulated};
 pub use task::{Offsets, Seed, Task};
@@ -117,6 +117,14 @@ pub trait System: Debug + Send + Sync {
     /// threshold is scanned over the range of the quantity that it limits.
     fn scan_points(&self, _effect: usize) -> Vec<Vec<f64>> {
         Vec::new()
+    }
+
+    /// Mean of the prior of a state with [`InitialValue::PriorAboutExpression`], at the beginning of a record.
+    ///
+    /// It may depend on the parameters and on the initial values `start` of the other states. The default is the
+    /// rough initial state of the record.
+    fn start_mean(&self, record: &Record, state: usize, _parameters: &[f64], _start: &[f64]) -> f64 {
+        record.windows.first().and_then(|w| w.start.get(state)).copied().unwrap_or(f64::NAN)
     }
 
     /// Name and unit under which results list a parameter.

@@ -92,7 +92,7 @@ impl Record {
             values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0)
         };
         let start = schema.states.iter().map(|state| match state.initial {
-            InitialValue::Free => 0.0,
+            InitialValue::Free | InitialValue::PriorAboutExpression(_) => 0.0,
             InitialValue::Fixed(value) | InitialValue::Prior(value, _) => value,
             InitialValue::Measured(channel) => first_value(channel),
         });

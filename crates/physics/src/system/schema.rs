@@ -16,6 +16,9 @@ pub enum InitialValue {
     Measured(usize),
     /// Estimated, with a normal prior of this mean and standard deviation.
     Prior(f64, f64),
+    /// Estimated, with a normal prior of this standard deviation about
+    /// [`System::start_mean`](super::System::start_mean).
+    PriorAboutExpression(f64),
 }
 
 /// A state variable.
@@ -47,6 +50,11 @@ pub struct Channel {
     pub min_sd: Option<f64>,
     /// Column that marks (above 0.5) the rows with a new measurement of the channel, if there is one.
     pub update_column: Option<String>,
+}
+
+/// A difference of two values; for a quantity with a period the shortest one, from -period/2 to period/2.
+pub fn shortest_difference(difference: f64, period: Option<f64>) -> f64 {
+    period.map_or(difference, |period| difference - period * (difference / period).round())
 }
 
 /// Interpolation of an input between its samples.

@@ -46,7 +46,7 @@ pub(super) fn errors(report: &BenchmarkReport, tones: &Tones) -> Vec<Block> {
             figures.push(Figure::from(line));
         }
     }
-    let mut caption = "Mean absolute error over the test trajectories at each time after the start. The floor is the smallest possible error of a prediction from the initial state.".to_owned();
+    let mut caption = "Mean absolute error over the test trajectories at each time after the start. The floor is an estimate of the smallest error of a prediction from the initial state.".to_owned();
     if is_cut {
         caption.push_str(" The curve of one model, with a much larger error, is cut off at the top.");
     }

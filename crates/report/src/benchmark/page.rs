@@ -3,7 +3,7 @@
 use super::curves::{errors, learning, parts, sizes};
 use super::sections::{clouds, parameters};
 use super::tones::{Tones, distinct};
-use super::{BenchmarkReport, Forecast, ResultRow, Results};
+use super::{BenchmarkReport, Forecast, Protocol, ResultRow, Results};
 use crate::figure::{Axis, Fan, Figure, Tone};
 use crate::page::{Block, Cell, Column, Columns, Grid, LegendEntry, Page, Row, Section, Table};
 use crate::plot::scale::extent;
@@ -39,7 +39,7 @@ fn results(report: &BenchmarkReport) -> Vec<Block> {
     if report.results.iter().all(|r| r.rows.is_empty()) {
         return vec![Block::Prose("No model was evaluated.".to_owned())];
     }
-    let mut blocks: Vec<Block> = report.results.iter().map(|r| Block::Table(r.table())).collect();
+    let mut blocks: Vec<Block> = report.results.iter().flat_map(Results::tables).map(Block::Table).collect();
     if report.results.iter().any(names_protocols) {
         blocks.push(Block::Heading("What the protocols mean".to_owned()));
         blocks.push(Block::Definitions(protocols()));
@@ -52,9 +52,21 @@ fn names_protocols(results: &Results) -> bool {
 }
 
 impl Results {
-    /// The table of the results, with rows sorted by protocol.
+    /// The tables of the results, one per protocol: their errors are not comparable.
     #[must_use]
-    pub fn table(&self) -> Table {
+    pub fn tables(&self) -> Vec<Table> {
+        let mut protocols: Vec<Protocol> = self.rows.iter().map(|r| r.protocol).collect();
+        protocols.sort();
+        protocols.dedup();
+        let caption = |protocol: &Protocol| match protocols.len() {
+            0 | 1 => self.caption.clone(),
+            _ => format!("{}: {}", self.caption, protocol.name()),
+        };
+        protocols.iter().map(|protocol| self.table(*protocol, caption(protocol))).collect()
+    }
+
+    /// The table of the rows of one protocol.
+    fn table(&self, protocol: Protocol, caption: String) -> Table {
         let named = names_protocols(self);
         let mut columns = vec![Column::text("model")];
         if named {
@@ -70,12 +82,10 @@ impl Results {
             cells.extend(r.values.iter().map(|v| Cell::number(*v)));
             Row { cells, compare: Some(r.protocol.name().to_owned()), strong: false }
         };
-        let mut sorted: Vec<&ResultRow> = self.rows.iter().collect();
-        sorted.sort_by_key(|r| r.protocol);
         Table {
-            caption: self.caption.clone(),
+            caption,
             columns,
-            rows: sorted.into_iter().map(row).collect(),
+            rows: self.rows.iter().filter(|r| r.protocol == protocol).map(row).collect(),
             footnotes: self.footnotes.clone(),
         }
     }
@@ -85,7 +95,7 @@ fn protocols() -> Vec<(String, String)> {
     [
         ("forecast", "The model is given only the initial state, draws samples from its prior, and is scored on the whole trajectory. This is a prediction."),
         ("reconstruction", "The encoder is given the trajectory that is then decoded. This shows how much information the latent variables carry. It is not a prediction, and its error is not attainable by a forecast."),
-        ("floor", "The smallest possible error of a prediction from the initial state, computed by Monte Carlo simulation of the known equations. Quantities that are drawn per trajectory and not measurable at its start, such as the restitution, are unknown to every model: a forecast below the floor would be chance or an error."),
+        ("floor", "An estimate of the smallest error that a prediction from the initial state can have, by Monte Carlo simulation of the known equations. Quantities that are drawn per trajectory and not measurable at its start, such as the restitution, are unknown to every model. It is the mean over the test trajectories, so a forecast that is as good as possible can lie slightly above or below it by chance."),
     ]
     .map(|(term, meaning)| (term.to_owned(), meaning.to_owned()))
     .to_vec()

@@ -4,7 +4,8 @@ use maud::{Markup, html};
 use serde::{Deserialize, Serialize};
 
 use super::rich;
-use crate::plot::text::{decimals_for, fixed, significant};
+use crate::plot::text::{fixed, significant, typographic};
+use augsim_data::estimate_digits;
 
 /// A table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -159,19 +160,14 @@ impl Cell {
     }
 }
 
-/// Formats an estimate and its interval, with decimals chosen by the half-width of the interval.
+/// An estimate and its interval with the digits of [`estimate_digits`], in the typography of a page.
 pub fn estimate_text(value: f64, [low, high]: [f64; 2]) -> (String, String) {
-    let half = (high - low).abs() / 2.0;
-    let size = value.abs().max(low.abs()).max(high.abs());
-    if !half.is_finite() || half == 0.0 || !value.is_finite() || !(1e-4..1e6).contains(&size) {
+    let half = 0.5 * (high - low).abs();
+    if !(half > 0.0 && half.is_finite() && value.is_finite()) {
         return (significant(value, 3), format!("{}, {}", significant(low, 3), significant(high, 3)));
     }
-    // Two digits of the half-width if it begins with 1 to 4, otherwise one; but at least three, at most six
-    // digits of the value.
-    let mantissa = half / 10f64.powf(half.log10().floor());
-    let digits = if mantissa < 4.95 { 2 } else { 1 };
-    let decimals = decimals_for(half, digits).max(decimals_for(size, 3)).min(decimals_for(size, 6));
-    (fixed(value, decimals), format!("{}, {}", fixed(low, decimals), fixed(high, decimals)))
+    let [value, low, high] = estimate_digits(value, [low, high]).map(|text| typographic(&text));
+    (value, format!("{low}, {high}"))
 }
 
 impl Table {

@@ -97,6 +97,17 @@ pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     out
 }
 
+/// A number that is already text, such as `-1.5e-7`, with a true minus sign, thin spaces and a power of ten.
+pub(crate) fn typographic(number: &str) -> String {
+    let (mantissa, exponent) = number.split_once('e').map_or((number, None), |(m, e)| (m, Some(e)));
+    let decimals = mantissa.split_once('.').map_or(0, |(_, fraction)| fraction.len());
+    let head = mantissa.parse().map_or_else(|_| number.to_owned(), |value| fixed(value, decimals));
+    match exponent.and_then(|e| e.parse().ok()) {
+        Some(exponent) => format!("{head}·10{}", superscript(exponent)),
+        None => head,
+    }
+}
+
 /// A number with `digits` significant digits; as a power of ten outside 10⁻³ to 10⁶.
 #[must_use]
 pub fn significant(value: f64, digits: usize) -> String {

@@ -69,6 +69,6 @@ fn found(title: &str, sets: &[SetRow]) -> Section {
 
 /// Makes the table of models; `set` names the test set if the rows do not.
 fn chain(title: &str, rows: &[rows::Row], set: &str) -> Section {
-    let tables = results(rows, set).iter().map(|r| Block::Table(r.table())).collect();
+    let tables = results(rows, set).iter().flat_map(|r| r.tables()).map(Block::Table).collect();
     Section { title: title.to_owned(), blocks: tables }
 }

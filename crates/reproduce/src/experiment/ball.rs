@@ -63,7 +63,7 @@ fn key_figures(result: &ResultFile) -> Vec<KeyFigure> {
         unit: unit.to_owned(),
         label: label.to_owned(),
         note: floor.map_or(String::new(), |floor| {
-            format!("floor {}\u{202f}{unit}", significant(floor.number(name), 3))
+            format!("estimated floor {}\u{202f}{unit}", significant(floor.number(name), 3))
         }),
     };
     let covered = row.coverage90.map(|share| KeyFigure {

@@ -155,7 +155,7 @@ impl Row {
                 Protocol::Forecast => self.layout.sees,
                 Protocol::Reconstruction => "the encoder uses the whole trajectory: not a prediction",
                 Protocol::Floor => {
-                    "the lowest possible error from the first state, computed from the generating model"
+                    "estimate of the lowest error from the first state, by simulation of the generating model"
                 }
             };
             format!("{} ({explanation})", self.protocol.label())

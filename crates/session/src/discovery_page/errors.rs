@@ -1,7 +1,7 @@
 //! Error before and after: the key figures at the top of the page, and its section on errors.
 
 use super::{AFTER, BEFORE, display_unit};
-use augsim_discovery::{Discovery, Rmse, Verdict};
+use augsim_discovery::{Discovery, ErrorTable, Rmse, Verdict};
 use augsim_report::figure::{Axis, Bar, BarGroup, BarShape, Bars, Tone};
 use augsim_report::page::{Block, Cell, Column, FigureBlock, KeyFigure, Row, Table, significant};
 
@@ -14,7 +14,7 @@ pub(super) fn key_figures(d: &Discovery) -> Vec<KeyFigure> {
         label: label.to_owned(),
         note,
     };
-    let floor = format!("noise floor {}\u{202f}{unit}", significant(scale * e.noise_floor.rmse, 3));
+    let floor = format!("estimated noise floor {}\u{202f}{unit}", significant(scale * e.noise_floor.rmse, 3));
     let after_label =
         if d.effects.is_empty() { "error after calibration" } else { "error with the effects added" };
     let after = if d.has_additions() { e.augmented } else { e.calibrated };
@@ -26,14 +26,28 @@ pub(super) fn key_figures(d: &Discovery) -> Vec<KeyFigure> {
         figure("error as declared", scale * e.declared.rmse, unit, "root mean square".to_owned()),
         figure(after_label, scale * after.rmse, unit, floor),
     ];
-    let share = e.explained_share;
-    figures.extend(share.map(|s| figure("removable error removed", s * 100.0, "%", share_note.to_owned())));
+    let share = e.explained_text().map(|text| KeyFigure {
+        value: text.trim_end_matches(" %").replace("more than ", "> "),
+        unit: if text.ends_with('%') { "%".to_owned() } else { String::new() },
+        label: "removable error removed".to_owned(),
+        note: share_note.to_owned(),
+    });
+    figures.extend(share);
     figures
 }
 
-/// Errors of the declared, the calibrated and the augmented model, as a table and as bars.
+/// Errors of the declared, the calibrated and the augmented model: of every measure, as a table and as bars.
 pub(super) fn blocks(d: &Discovery, quantity: &str) -> Vec<Block> {
-    let (e, (unit, scale)) = (&d.error, display_unit(&d.error.unit));
+    let several = !d.errors.is_empty() && !d.error.measure.is_empty();
+    let first = if several { format!("`{}`", d.error.measure) } else { quantity.to_owned() };
+    let mut blocks = blocks_of(d, &d.error, &first);
+    blocks.extend(d.errors.iter().flat_map(|(name, table)| blocks_of(d, table, &format!("`{name}`"))));
+    blocks
+}
+
+/// Errors of one measure.
+fn blocks_of(d: &Discovery, e: &ErrorTable, quantity: &str) -> Vec<Block> {
+    let (unit, scale) = display_unit(&e.unit);
     let scaled = |r: Rmse| (scale * r.rmse, r.ci95.map(|v| scale * v));
     let mut stages = vec![
         ("declared", e.declared, BEFORE, "the model file as it is"),
@@ -42,13 +56,22 @@ pub(super) fn blocks(d: &Discovery, quantity: &str) -> Vec<Block> {
     if d.has_additions() {
         stages.push(("augmented", e.augmented, AFTER, "with the effects added"));
     }
-    stages.push(("noise floor", e.noise_floor, Tone::Muted, "error from measurement noise alone"));
+    stages.push((
+        "noise floor",
+        e.noise_floor,
+        Tone::Muted,
+        "estimate: error from measurement noise alone, with initial states estimated from noisy samples",
+    ));
     let bar = |(name, error, tone, _): &(&str, Rmse, Tone, &str)| {
         let (value, interval) = scaled(*error);
         Bar { name: (*name).to_owned(), tone: *tone, value: Some(value), interval: Some(interval) }
     };
     let figure = Bars {
-        title: format!("Error on {} held-out trajectories: {quantity}", e.heldout_trajectories),
+        title: format!(
+            "Error on {} held-out trajectories: {}",
+            e.heldout_trajectories,
+            quantity.replace('`', "")
+        ),
         value: Axis::linear("root mean square error", unit),
         groups: vec![BarGroup { label: String::new(), bars: stages.iter().map(bar).collect() }],
         references: Vec::new(),
@@ -83,10 +106,9 @@ pub(super) fn blocks(d: &Discovery, quantity: &str) -> Vec<Block> {
             ),
         }],
     };
-    let share = e.explained_share.map(|s| {
+    let share = e.explained_text().map(|share| {
         Block::Prose(format!(
-            "The added effects and the calibration removed {} % of the error that noise does not explain.",
-            significant(s * 100.0, 3)
+            "The added effects and the calibration removed {share} of the squared error above the estimated noise floor."
         ))
     });
     let mut blocks: Vec<Block> = share.into_iter().collect();

@@ -9,7 +9,10 @@ use augsim_report::page::{Block, Cell, Column, Columns, Grid, Row, Table, signif
 use std::collections::BTreeMap;
 
 fn value_cell(estimate: &Estimate) -> Cell {
-    Cell::estimate(estimate.value, Some(estimate.ci95))
+    match &estimate.not_identified {
+        Some(why) => Cell::text(format!("{} ({why})", significant(estimate.value, 3))),
+        None => Cell::estimate(estimate.value, Some(estimate.ci95)),
+    }
 }
 
 fn unit_cell(unit: &str) -> Cell {
@@ -357,7 +360,11 @@ fn noise_text(kind: &str, d: &Discovery) -> String {
         }
         "outliers" => n.outliers.map_or(String::new(), |count| format!("{count} outliers were removed")),
         "noise-scale" => {
-            format!("the standard deviation is {:.4} {}, different from the declared one", n.sd, n.unit)
+            format!(
+                "the standard deviation is {} {}, different from the declared one",
+                significant(n.sd, 3),
+                n.unit
+            )
         }
         "noise-differs" => {
             "the noise of the recordings differs in size, and each has its own standard deviation".to_owned()

@@ -1,7 +1,7 @@
 //! Remarks at the end of a page, and the methods used with their references.
 
 use augsim_discovery::Discovery;
-use augsim_report::page::Method;
+use augsim_report::page::{Method, estimate_text, significant};
 
 /// Remarks: windows left out, autocorrelated residuals, further measured quantities, prediction horizons.
 pub(super) fn notes(d: &Discovery) -> Vec<String> {
@@ -19,21 +19,17 @@ pub(super) fn notes(d: &Discovery) -> Vec<String> {
             100.0 * share
         )
     }));
-    notes.extend(d.errors.iter().map(|(measure, e)| {
-        let (declared, calibrated) = (e.declared.rmse, e.calibrated.rmse);
-        let (augmented, floor) = (e.augmented.rmse, e.noise_floor.rmse);
-        format!(
-            "Error of {measure} on the same predictions, {}: declared {declared:.3}, calibrated {calibrated:.3}, augmented {augmented:.3}, noise floor {floor:.3}.",
-            e.unit
-        )
-    }));
     notes.extend(d.horizons.iter().flat_map(|h| {
         h.errors.iter().map(|(measure, e)| {
-            let gain = e.reduction;
+            let (value, interval) = estimate_text(e.reduction.rmse, e.reduction.ci95);
             format!(
-                "Error {} s after a measured state ({} predictions), {measure}, {}: declared {:.3}, calibrated {:.3}, augmented {:.3}; gain over calibration {:.3}, 95 % interval {:.3} to {:.3}.",
-                h.horizon_s, h.forecasts, e.unit, e.declared.rmse, e.calibrated.rmse, e.augmented.rmse, gain.rmse,
-                gain.ci95[0], gain.ci95[1]
+                "Error {} s after a measured state ({} predictions), {measure}, {}: declared {}, calibrated {}, augmented {}; gain over calibration {value} [{interval}].",
+                h.horizon_s,
+                h.forecasts,
+                e.unit,
+                significant(e.declared.rmse, 3),
+                significant(e.calibrated.rmse, 3),
+                significant(e.augmented.rmse, 3)
             )
         })
     }));

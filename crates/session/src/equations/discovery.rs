@@ -20,12 +20,19 @@ const MIN_WINDOWS: f64 = 8.0;
 /// The engine simulates many windows in one pass of SIMD lanes, and a few long windows leave lanes unused.
 const MAX_WINDOW_SAMPLES: f64 = 500.0;
 
-/// Adds to a result the initial states shared by all trajectories and the noise of the augmented model.
+/// Adds to a result the initial states shared by all trajectories and the noise of the augmented model, and
+/// takes the intervals from the parameters of `gauges`.
 ///
 /// # Errors
 /// The model cannot be simulated over the shortest windows.
-pub fn complete(found: &mut Discovery, file: &str, data: &Dataset) -> anyhow::Result<()> {
+pub fn complete(
+    found: &mut Discovery,
+    file: &str,
+    data: &Dataset,
+    gauges: &[Vec<String>],
+) -> anyhow::Result<()> {
     let mut model = augsim_equations::model::parse(&found.model_toml, file)?;
+    mark_gauges(found, &mut model, gauges);
     let records = records::records(data, &model, true)?;
     estimate_shared_starts(&mut model, &records)?;
     if found.verdict != Verdict::NotThisSystem {
@@ -56,6 +63,24 @@ pub struct CalibratedProblem {
     pub data: Dataset,
     /// Notes for the user on what was fixed or downsampled, one sentence each.
     pub notes: Vec<String>,
+    /// Names of the parameters of each gauge freedom, of which one was fixed.
+    pub gauges: Vec<Vec<String>>,
+}
+
+/// Marks the parameters of gauges, which have no intervals: one of them was fixed at an arbitrary value.
+fn mark_gauges(found: &mut Discovery, model: &mut Model, gauges: &[Vec<String>]) {
+    for names in gauges {
+        for name in names {
+            let others: Vec<String> = names.iter().filter(|n| *n != name).cloned().collect();
+            for list in [&mut found.parameters, &mut found.calibrated] {
+                list.get_mut(name).into_iter().for_each(|e| e.set_not_identified(&others));
+            }
+        }
+        let is_part = |p: &&mut augsim_equations::model::Parameter| names.contains(&p.name);
+        model.parameters.iter_mut().filter(is_part).for_each(|p| p.ci95 = None);
+        // What is known relative to the parameter that was fixed is not known apart from it.
+        model.covariance = None;
+    }
 }
 
 /// Calibrates a model on data, and prepares both for the search for missing effects.
@@ -77,9 +102,11 @@ pub fn calibrated_problem(
     let records = records::records(&data, model, true)?;
     let fitted = fit(model, &records, until)?;
     let gauges = &fitted.calibration.gauges;
-    if let Some((reduced, sentence)) = gauges.iter().find_map(|gauge| fix_gauge(model, gauge)) {
+    let fixed = gauges.iter().find_map(|gauge| Some((gauge, fix_gauge(model, gauge)?)));
+    if let Some((gauge, (reduced, sentence))) = fixed {
         let mut calibrated = calibrated_problem(&reduced, source, check, until, observer)?;
         calibrated.notes.insert(0, sentence);
+        calibrated.gauges.push(gauge.parameters.iter().map(|p| model.parameters[*p].name.clone()).collect());
         return Ok(calibrated);
     }
     if observer.takes_interim() {
@@ -112,7 +139,7 @@ pub fn calibrated_problem(
     }
     let declared = found.measured(declared, &windows)?;
     let declared = declared.calibrated(fitted.calibration.values, &shortest_window_noise);
-    Ok(CalibratedProblem { declared, data, notes })
+    Ok(CalibratedProblem { declared, data, notes, gauges: Vec::new() })
 }
 
 /// Removes a gauge freedom: fixes its last parameter at the declared value.
@@ -128,7 +155,13 @@ fn fix_gauge(model: &Model, gauge: &Gauge) -> Option<(Model, String)> {
     let p = reduced.parameters.get_mut(last)?;
     p.frozen = true;
     let (name, value, unit) = (p.name.clone(), p.nominal, unit_text(p.unit));
-    Some((reduced, format!("{}: `{name}` is fixed at {value}{unit}", gauge_finding(model, gauge))))
+    Some((
+        reduced,
+        format!(
+            "{}: `{name}` is fixed at {value}{unit}, and the others are relative to it",
+            gauge_finding(model, gauge)
+        ),
+    ))
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use augsim_data::Dataset;
 use augsim_discovery::Discovery;
 use augsim_equations::library::curves;
 use augsim_equations::{EquationSystem, Model};
-use augsim_physics::system::{Record, typical_step};
+use augsim_physics::system::{Record, shortest_difference, typical_step};
 
 /// Maximum number of plotted points of a curve.
 const MAX_POINTS: usize = 600;
@@ -76,13 +76,15 @@ fn draw(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<F
         let thinned =
             |values: &[f64]| values.iter().copied().step_by(stride).take(MAX_POINTS).collect::<Vec<_>>();
         for (output, column) in declared.outputs.iter().enumerate() {
-            let predicted = |run: &FreeRun| thinned(&run.predicted[output]);
+            let measured = continuous(&before.measured[output], column.period);
+            let predicted =
+                |run: &FreeRun| thinned(&on_measured_turn(&run.predicted[output], &measured, column.period));
             examples.push(Example {
                 trajectory: format!("trajectory {}", record.id),
                 channel: column.name.clone(),
                 unit: super::unit_text(column.unit).trim().to_owned(),
                 t_s: thinned(&before.times),
-                measured: thinned(&before.measured[output]),
+                measured: thinned(&measured),
                 before: predicted(before),
                 after: after.get(index).map_or_else(Vec::new, predicted),
                 ..Example::default()
@@ -90,6 +92,34 @@ fn draw(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<F
         }
     }
     Ok(Figures { examples, curves })
+}
+
+/// Values of a quantity with a period without its jumps: each is moved to the turn of its predecessor.
+fn continuous(values: &[f64], period: Option<f64>) -> Vec<f64> {
+    let mut previous = f64::NAN;
+    let follow = |value: &f64| {
+        let value = if previous.is_finite() {
+            previous + shortest_difference(value - previous, period)
+        } else {
+            *value
+        };
+        previous = if value.is_finite() { value } else { previous };
+        value
+    };
+    values.iter().map(follow).collect()
+}
+
+/// Predictions of a quantity with a period, moved to the turn of the measured values, or of the last of them.
+fn on_measured_turn(predicted: &[f64], measured: &[f64], period: Option<f64>) -> Vec<f64> {
+    let mut shift = 0.0;
+    let follow = |(predicted, measured): (&f64, &f64)| {
+        let difference = predicted - measured;
+        if difference.is_finite() {
+            shift = shortest_difference(difference, period) - difference;
+        }
+        predicted + shift
+    };
+    predicted.iter().zip(measured).map(follow).collect()
 }
 
 /// Free runs of the calibrated and of the augmented model; the latter are empty if no effect was added.
@@ -166,6 +196,20 @@ mod tests {
         let fast = stride(&[&wave(24_000, 40.0)]);
         assert!((2..8).contains(&fast), "{fast} samples apart");
         assert_eq!(stride(&[&wave(24_000, 5_000.0), &wave(24_000, 40.0)]), fast, "all outputs");
+    }
+
+    #[test]
+    fn predictions_of_a_wrapped_angle_lie_on_the_measured_curve() {
+        let tau = std::f64::consts::TAU;
+        let angle: Vec<f64> = (0..20).map(|k| 0.5 * f64::from(k)).collect();
+        let mut wrapped: Vec<f64> = angle.iter().map(|a| shortest_difference(*a, Some(tau))).collect();
+        wrapped[7] = f64::NAN;
+        let measured = continuous(&wrapped, Some(tau));
+        let predicted: Vec<f64> = angle.iter().map(|a| a + 0.1 + tau).collect();
+        for (k, p) in on_measured_turn(&predicted, &measured, Some(tau)).into_iter().enumerate() {
+            assert!((p - angle[k] - 0.1).abs() < 1e-12, "{k}: {p}");
+        }
+        assert_eq!(continuous(&wrapped, None)[8], wrapped[8]);
     }
 
     #[test]

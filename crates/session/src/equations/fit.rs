@@ -1,6 +1,6 @@
 //! Calibration of an equation model: input interpolation (hold), parameters, initial states.
 
-use augsim_equations::model::Hold;
+use augsim_equations::model::{Covariance, Hold};
 use augsim_equations::{EquationSystem, Model};
 use augsim_fit::{Calibration, Gauge, calibrate};
 use augsim_physics::model::NORMAL_95;
@@ -207,10 +207,22 @@ fn write_values(model: &mut Model, calibration: &Calibration) {
         p.ci95 = error
             .filter(|e| e.is_finite() && *e > 0.0 && !in_gauge && !calibration.at_bound[index])
             .map(|error| [value - NORMAL_95 * error, value + NORMAL_95 * error])
+            // Values beyond the bounds are excluded by the model file; an interval that fills them says nothing.
+            .map(|[low, high]| [low.max(p.min), high.min(p.max)])
+            .filter(|[low, high]| *low > p.min || *high < p.max)
             // With noise-free data the interval may have zero width, which a model file cannot state.
             .filter(|[low, high]| low < high);
     }
+    let known: Vec<usize> = (0..model.parameters.len()).filter(|i| has_fitted_interval(model, *i)).collect();
+    let row = |i: &usize| known.iter().map(|j| calibration.covariance[*i][*j]).collect();
+    let rows: Vec<Vec<f64>> = known.iter().map(row).collect();
+    model.covariance = (!known.is_empty()).then_some(Covariance { parameters: known, rows });
     write_shared_starts(model, calibration);
+}
+
+/// Whether a parameter is estimated and has an interval.
+fn has_fitted_interval(model: &Model, index: usize) -> bool {
+    !model.parameters[index].frozen && model.parameters[index].ci95.is_some()
 }
 
 /// Writes the initial states shared by all trajectories into the model.

@@ -59,6 +59,9 @@ pub struct Parameter {
     pub frozen: bool,
     /// Whether the fit ended at one of its bounds.
     pub at_bound: bool,
+    /// The bound at which the fit ended: `lower` or `upper`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<&'static str>,
 }
 
 /// Residual of an output.
@@ -144,6 +147,7 @@ fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns:
         ci95: p.ci95,
         frozen: p.frozen,
         at_bound: calibration.at_bound[index],
+        bound: calibration.at_bound[index].then_some(if p.nominal <= p.min { "lower" } else { "upper" }),
     };
     let row = |(output, rmse): (&augsim_equations::model::Output, &f64)| Row {
         output: output.name.clone(),

@@ -43,7 +43,7 @@ impl RecordDraws {
     /// Mean and bands of every output.
     pub(super) fn predicted(&self, model: &Model) -> PredictedRecord {
         let channel = |(o, output): (usize, &Output)| {
-            Bands::of_draws(&self.draws[o]).channel(&output.name, &self.measured[o], &self.forecast[o])
+            Bands::of_draws(&self.draws[o]).channel(output, &self.measured[o], &self.forecast[o])
         };
         PredictedRecord {
             id: self.id.clone(),
@@ -84,15 +84,17 @@ impl Bands {
         joined
     }
 
-    /// The output with its measured values and its prediction without noise.
-    pub fn channel(self, name: &str, measured: &[f64], forecast: &[f64]) -> PredictedChannel {
-        PredictedChannel {
-            column: name.to_owned(),
+    /// The output with its measured values and its prediction without noise, moved to the turn of the measured values if it has a period.
+    pub fn channel(self, output: &Output, measured: &[f64], forecast: &[f64]) -> PredictedChannel {
+        let mut predicted = PredictedChannel {
+            column: output.name.clone(),
             measured: measured.to_vec(),
             forecast: forecast.to_vec(),
             mean: self.mean,
             quantiles: self.quantiles,
-        }
+        };
+        predicted.move_to_measured_turn(output.period);
+        predicted
     }
 }
 
@@ -138,5 +140,5 @@ fn error(
     let unit = output.unit.map_or_else(String::new, |u| u.symbol());
     // NaN where nothing was measured after the burn-in.
     let rmse = (sum / count).sqrt();
-    (PredictionError { measure: output.name.clone(), unit, rmse, ci95 }, squares)
+    (PredictionError { measure: output.name.clone(), unit, rmse, ci95, channels: vec![o] }, squares)
 }

@@ -1,6 +1,7 @@
 //! Free runs of an equation model with prediction bands.
 
 use super::draws::{Bands, RecordDraws, prediction_set};
+use super::parameter_uncertainty::ParameterUncertainty;
 use super::process_noise::{ProcessNoise, next_value};
 use crate::DataFrom;
 use crate::equations::fit::prepare_records;
@@ -22,7 +23,7 @@ const MAX_DRAW_BYTES: usize = 1 << 30;
 
 /// Free runs of all records, from initial states fitted to the first `burn_in` samples.
 ///
-/// The bands come from draws. Each draw has parameters drawn within their 95 % intervals, an initial state
+/// The bands come from draws. Each draw has parameters from their joint distribution, an initial state
 /// refitted with these to perturbed first samples, process noise if the model has it, and measurement noise:
 /// as declared, as fitted, or else as estimated from the residual of the first samples.
 ///
@@ -41,7 +42,9 @@ pub(super) fn predict(
     let list = prepare_records(&system, &list)?;
     let system = system.tuned(&list)?;
     let process_noise = ProcessNoise::for_system(&system)?;
-    let run = Prediction { model, system: &system, process_noise, burn_in: burn_in.max(1), options };
+    let uncertainty = ParameterUncertainty::new(model);
+    let run =
+        Prediction { model, system: &system, uncertainty, process_noise, burn_in: burn_in.max(1), options };
     let block_rows = block_rows(list.len(), options.draws, model.outputs.len());
     let rows = list.par_iter().enumerate();
     let bands = rows.map(|(i, record)| run.summarise(record, i as u64, block_rows));
@@ -68,7 +71,8 @@ pub(super) fn run_all(
     options: &PredictOptions,
 ) -> anyhow::Result<Vec<RecordDraws>> {
     let process_noise = ProcessNoise::for_system(system)?;
-    let run = Prediction { model, system, process_noise, burn_in: burn_in.max(1), options };
+    let uncertainty = ParameterUncertainty::new(model);
+    let run = Prediction { model, system, uncertainty, process_noise, burn_in: burn_in.max(1), options };
     collect_in_order(records.par_iter().enumerate().map(|(i, record)| run.predict(record, i as u64)))
 }
 
@@ -161,6 +165,8 @@ struct Drawn {
 struct Prediction<'a> {
     model: &'a Model,
     system: &'a EquationSystem,
+    /// Uncertainty of the parameters.
+    uncertainty: ParameterUncertainty,
     /// Process noise, if the model has any.
     process_noise: Option<ProcessNoise>,
     burn_in: usize,
@@ -213,7 +219,7 @@ impl Prediction<'_> {
         let Started { fitted, forecast, .. } = started;
         let channel = |(o, output): (usize, &Output)| {
             let parts = blocks.iter().map(|block| &block[o]);
-            Bands::joined(parts).channel(&output.name, &record.values[o], &forecast[o])
+            Bands::joined(parts).channel(output, &record.values[o], &forecast[o])
         };
         let predicted = PredictedRecord {
             id: record.id.clone(),
@@ -274,12 +280,7 @@ impl Prediction<'_> {
     /// with these parameters.
     fn draw(&self, record: &Record, started: &Started, normal: &mut dyn FnMut() -> f64) -> Option<Drawn> {
         let FittedInitialState { known, early_part, initial_state, noise, known_sd } = &started.fitted;
-        let parameters: Vec<f64> = (self.system.parameters().iter().zip(&started.values))
-            .map(|(p, v)| {
-                let sd = p.standard_deviation().unwrap_or(0.0);
-                (v + sd * normal()).clamp(p.min.min(*v), p.max.max(*v))
-            })
-            .collect();
+        let parameters = self.uncertainty.draw(self.system, &started.values, normal);
         // Subtracting drawn errors from the first samples gives the uncertainty of the initial state. The
         // same error path is added to the outputs, so that autocorrelated errors continue from the first
         // samples into the prediction.
@@ -344,8 +345,15 @@ mod tests {
         let list = prepare_records(&system, &[record]).expect("prepared");
         let system = system.tuned(&list).expect("tuned");
         let options = PredictOptions { seed: 1, draws: 40, only: None };
-        let run =
-            Prediction { model: &model, system: &system, process_noise: None, burn_in: 5, options: &options };
+        let uncertainty = ParameterUncertainty::new(&model);
+        let run = Prediction {
+            model: &model,
+            system: &system,
+            uncertainty,
+            process_noise: None,
+            burn_in: 5,
+            options: &options,
+        };
         let whole = run.summarise(&list[0], 0, 50).expect("bands");
         for block_rows in [1, 7, 49] {
             assert_eq!(run.summarise(&list[0], 0, block_rows).expect("bands"), whole, "{block_rows}");

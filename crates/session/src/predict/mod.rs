@@ -3,6 +3,7 @@
 mod draws;
 mod equations;
 mod net;
+mod parameter_uncertainty;
 mod process_noise;
 mod scores;
 pub mod table;

@@ -111,3 +111,34 @@ fn estimated_process_noise_gives_bands_with_nominal_coverage() {
     let wide = coverage(&model, &table(2, 20));
     assert!(narrow < 0.6 && (0.85..0.95).contains(&wide), "{narrow} without, {wide} with");
 }
+
+/// Two losses that the data determine only as their sum, with a covariance that says so or without it.
+fn two_losses(covariance: &str) -> Model {
+    let rate = "excess_K = \"-(first_per_s + second_per_s) * excess_K\"";
+    let text = MODEL
+        .replace(
+            "loss_per_s = { nominal = 0.2, frozen = true }",
+            "first_per_s = { nominal = 0.12, min = 0.0, max = 1.0, ci95 = [0.04, 0.2] }\n\
+             second_per_s = { nominal = 0.08, min = 0.0, max = 1.0, ci95 = [0.0, 0.16] }",
+        )
+        .replace("excess_K = \"-loss_per_s * excess_K\"", rate)
+        .replace("sd = \"estimate\"", "sd = 0.1");
+    model::parse(&format!("{text}{covariance}"), "losses.toml").expect("a model")
+}
+
+#[test]
+fn parameters_that_compensate_for_each_other_do_not_widen_the_bands() {
+    let width = |model: &Model| {
+        let options = PredictOptions { draws: 200, seed: 3, ..PredictOptions::default() };
+        let subject = Subject::Equations(Box::new(model.clone()));
+        let found = predict(&subject, &quiet(5, 3, false), 20, &options).expect("forecasts");
+        let channel = &found.records[0].channels[0];
+        channel.quantiles[4][30] - channel.quantiles[0][30]
+    };
+    // The variance of an interval of 0.16 is (0.16 / 3.92)^2 = 0.001666.
+    let covariance =
+        "[covariance]\nfirst_per_s = [0.001666, -0.001665]\nsecond_per_s = [-0.001665, 0.001666]\n";
+    let [joint, independent] = [two_losses(covariance), two_losses("")].map(|model| width(&model));
+    // White noise of 0.1 K alone has a 90 % band of 0.33 K.
+    assert!((0.25..0.5).contains(&joint) && independent > 2.0 * joint, "{joint} {independent}");
+}

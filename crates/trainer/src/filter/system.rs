@@ -125,7 +125,9 @@ impl SystemFilter {
             let prior = match state.initial {
                 InitialValue::Fixed(_) => continue,
                 InitialValue::Prior(mean, sd) => Some((mean, sd)),
-                InitialValue::Free | InitialValue::Measured(_) => None,
+                InitialValue::Free | InitialValue::Measured(_) | InitialValue::PriorAboutExpression(_) => {
+                    None
+                }
             };
             self.unknowns.push(Unknown { seed: Seed::Start(i), prior, bounds: unbounded });
         }

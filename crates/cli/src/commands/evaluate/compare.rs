@@ -1,5 +1,7 @@
 //! Compares the forecast errors of two models and states the verdict in one sentence.
 
+use augsim_data::estimate_digits;
+
 /// Root mean square errors of two models on the same trajectories, and the 95 % interval of their
 /// difference.
 #[derive(Debug, Clone, Copy)]
@@ -13,26 +15,29 @@ pub(super) struct ErrorReduction {
 /// unit of the data.
 pub(super) fn verdict(what: &str, than: &str, reduction: ErrorReduction, unit: &str, scale: f64) -> String {
     let ErrorReduction { before, after, ci95: [low, high] } = reduction;
-    let display = |v: f64| format!("{:.3}", scale * v);
+    let digits = |v: f64, ends: [f64; 2]| estimate_digits(scale * v, ends.map(|end| scale * end));
+    // Both errors are printed to the digits in which they can differ.
+    let [difference, low_text, high_text] = digits(before - after, [low, high]);
+    let half = 0.5 * (high - low);
+    let display = |v: f64| digits(v, [v - half, v + half])[0].clone();
     let figures = format!("{} {unit} against {} {unit}", display(after), display(before));
-    let interval = |[a, b]: [f64; 2]| format!("95 % interval {} to {} {unit}", display(a), display(b));
+    let interval = |[a, b]: [&str; 2]| format!("95 % interval {a} to {b} {unit}");
     if low > 0.0 {
         format!(
             "{what} improves the forecasts: {figures} for {than}, {} less ({})",
-            display(before - after),
-            interval([low, high])
+            difference,
+            interval([&low_text, &high_text])
         )
     } else if high < 0.0 {
-        let (worse, bounds) = (after - before, [-high, -low]);
+        let [worse, low, high] = digits(after - before, [-high, -low]);
         format!(
-            "{what} makes the forecasts worse: {figures} for {than}, {} more ({})",
-            display(worse),
-            interval(bounds)
+            "{what} makes the forecasts worse: {figures} for {than}, {worse} more ({})",
+            interval([&low, &high])
         )
     } else {
         format!(
             "{what} does not change the forecasts significantly: {figures} for {than} ({} of the difference)",
-            interval([low, high])
+            interval([&low_text, &high_text])
         )
     }
 }
@@ -49,7 +54,7 @@ mod tests {
         };
         assert!(
             sentence(0.02, 0.01, [0.005, 0.015])
-                .starts_with("the net improves the forecasts: 10.000 mm against 20.000 mm")
+                .starts_with("the net improves the forecasts: 10.0 mm against 20.0 mm")
         );
         assert!(
             sentence(0.02, 0.019, [-0.001, 0.003])

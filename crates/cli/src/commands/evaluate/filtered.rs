@@ -4,7 +4,7 @@
 use super::model::held_out;
 use super::net::physics;
 use crate::args::Evaluate;
-use augsim_data::Column;
+use augsim_data::{Column, digits};
 use augsim_session::filtered::{
     PARTICLES, PrefixLength, SystemOnPrefix, TimedSequences, net_on_prefix, system_on_prefix,
 };
@@ -191,7 +191,7 @@ fn table_of_scores(all: &Scored) -> String {
     for r in &all.rows {
         for (k, m) in r.measures.iter().enumerate() {
             let figure =
-                |v: f64| if m.unit.is_empty() { format!("{v:.4}") } else { format!("{v:.4} {}", m.unit) };
+                |v: f64| if m.unit.is_empty() { digits(v) } else { format!("{} {}", digits(v), m.unit) };
             let share = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{:.1}", 100.0 * v));
             let once = |text: String| if k == 0 { text } else { String::new() };
             let _ = write!(

@@ -3,14 +3,14 @@
 use super::compare::{ErrorReduction, verdict};
 use crate::args::Evaluate;
 use crate::commands::note_reading;
+use crate::commands::own_data::OwnData;
+use augsim_data::estimate_digits;
 use augsim_discovery::{PredictOptions, PredictionSet, rmse_reduction};
 use augsim_session::equations::forecast::NothingToScore;
-use augsim_session::provenance::fingerprint;
 use augsim_session::usage::Inapplicable;
-use augsim_session::{Subject, discovery_in, equations, predict};
+use augsim_session::{Subject, discovery_in, predict};
 use augsim_terminal::output::Output;
 use augsim_terminal::progress::Steps;
-use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -25,7 +25,7 @@ struct Row {
     rmse: f64,
     ci95: [f64; 2],
     unit: String,
-    /// Share of the measured values in the 50 % band, over all measures.
+    /// Share of the measured values of this measure in the 50 % band.
     coverage50: f64,
     coverage90: f64,
 }
@@ -52,12 +52,10 @@ pub(super) fn run(
     seed: u64,
     output: &Output,
 ) -> anyhow::Result<Outcome> {
-    // Discoveries hold out segments of long recordings of equations, but free runs cover whole
-    // recordings.
-    let whole = !equations::is_model(file);
-    let only = folder.filter(|_| whole).and_then(|folder| held_out(folder, &args.data));
+    let own_data = OwnData::find(file, &args.data);
+    let fitted = own_data.as_ref().is_some_and(|own| own.held_out.is_empty());
+    let only = own_data.map(|own| own.held_out).filter(|ids| !ids.is_empty());
     let held_out = only.is_some();
-    let fitted = !held_out && folder.is_some_and(|folder| is_data_of(folder, &args.data));
     let options = PredictOptions { seed, draws: predict::DRAWS, only };
     let data = args.time.of(&args.data);
     let score = |model: &Subject| predict::predict(model, &data, args.burn_in as usize, &options);
@@ -77,7 +75,7 @@ pub(super) fn run(
     if let Subject::Equations(model) = &subject {
         note_reading(&data, model, output)?;
     }
-    if scored.iter().all(|(_, f)| f.coverage(0.5).1 == 0) {
+    if scored.iter().all(|(_, f)| f.total_coverage(0.5).1 == 0) {
         let (data, burn_in) = (args.data.display().to_string(), args.burn_in as usize);
         return Err(NothingToScore { data, burn_in }.into());
     }
@@ -101,30 +99,23 @@ fn check_criterion(args: &Evaluate, scored: Option<&PredictionSet>) -> anyhow::R
     Ok(if position.rmse < limit { Outcome::Done } else { Outcome::CriterionNotMet })
 }
 
-/// Whether the discovery in `folder` used `data`.
-fn is_data_of(folder: &Path, data: &Path) -> bool {
-    let record = Record::read(folder).ok().flatten();
-    record.is_some_and(|record| record.inputs.get("data") == Some(&fingerprint(data)))
-}
-
 /// Returns the held-out trajectories if `data` belong to the discovery in `folder` and it held some out.
 pub(super) fn held_out(folder: &Path, data: &Path) -> Option<BTreeSet<String>> {
-    if !is_data_of(folder, data) {
-        return None;
-    }
-    Some(discovery_in(folder)?.heldout.into_iter().collect()).filter(|ids: &BTreeSet<String>| !ids.is_empty())
+    OwnData::find(folder, data).map(|own| own.held_out).filter(|ids| !ids.is_empty())
 }
 
 fn rows(model: &'static str, scored: &PredictionSet) -> Vec<Row> {
-    let [coverage50, coverage90] = [0.5, 0.9].map(|level| scored.coverage(level).0);
-    let rows = scored.errors.iter().filter(|e| e.rmse.is_finite()).map(|e| Row {
-        model,
-        measure: e.measure.clone(),
-        rmse: e.rmse,
-        ci95: e.ci95,
-        unit: e.unit.clone(),
-        coverage50,
-        coverage90,
+    let rows = scored.errors.iter().filter(|e| e.rmse.is_finite()).map(|e| {
+        let [coverage50, coverage90] = [0.5, 0.9].map(|level| scored.coverage(level, &e.channels).0);
+        Row {
+            model,
+            measure: e.measure.clone(),
+            rmse: e.rmse,
+            ci95: e.ci95,
+            unit: e.unit.clone(),
+            coverage50,
+            coverage90,
+        }
     });
     rows.collect()
 }
@@ -142,7 +133,9 @@ fn discovery_verdict(scored: &[(&'static str, PredictionSet)], seed: u64) -> Opt
 fn model_score_text(all: &Scored) -> String {
     let which = match (all.held_out, all.fitted) {
         (true, _) => "trajectories that the discovery kept out of all fits",
-        (false, true) => "trajectories that the models were fitted to",
+        (false, true) => {
+            "trajectories that the models were fitted to (none was held out: errors on new data are larger)"
+        }
         (false, false) => "trajectories",
     };
     let mut text = format!("forecasts of {} {which} from {}", all.trajectories, all.start);
@@ -154,14 +147,14 @@ fn model_score_text(all: &Scored) -> String {
     );
     for r in &all.rows {
         let (unit, scale) = if r.unit == "m" { ("mm", 1e3) } else { (r.unit.as_str(), 1.0) };
-        let [low, high] = r.ci95.map(|v| scale * v);
+        let [value, low, high] = estimate_digits(scale * r.rmse, r.ci95.map(|v| scale * v));
         let _ = write!(
             text,
             "\n  {:<12}{:<10}{:>14}  {:<28}{:>8.1}%{:>8.1}%",
             r.model,
             r.measure,
-            format!("{:.4} {unit}", scale * r.rmse),
-            format!("{low:.4} to {high:.4} {unit}"),
+            format!("{value} {unit}"),
+            format!("{low} to {high} {unit}"),
             100.0 * r.coverage50,
             100.0 * r.coverage90
         );

@@ -2,6 +2,7 @@
 
 use crate::args::Evaluate;
 use crate::commands::note_conversions;
+use crate::commands::own_data::OwnData;
 use augsim_session::equations::{self, forecast, records};
 use augsim_session::usage::Inapplicable;
 use augsim_terminal::output::Output;
@@ -14,6 +15,10 @@ use std::fmt::Write;
 struct Score {
     trajectories: usize,
     burn_in: u32,
+    /// Whether these are the trajectories that the discovery held out of its own data.
+    held_out: bool,
+    /// Whether the model was fitted to these trajectories.
+    fitted: bool,
     rows: Vec<forecast::Row>,
 }
 
@@ -25,7 +30,13 @@ pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
     let model = equations::read(&args.run)?;
     let measured = records::read(args.time.of(&args.data), &model)?;
     note_conversions(args.data.display(), measured.data.notes(), output);
-    let list = records::records(&measured.data, &model, false)?;
+    let mut list = records::records(&measured.data, &model, false)?;
+    let own_data = OwnData::find(&args.run, &args.data);
+    if let Some(own) = own_data.as_ref().filter(|own| !own.held_out.is_empty()) {
+        list.retain(|record| own.held_out.contains(&record.id));
+    }
+    let held_out = own_data.as_ref().is_some_and(|own| !own.held_out.is_empty());
+    let fitted = own_data.is_some() && !held_out;
     let steps = Steps::new(output);
     steps.show_step(format!("simulating {} trajectories", list.len()));
     let burn_in = args.burn_in as usize;
@@ -39,15 +50,20 @@ pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
     let runs = forecast::free_runs(&model, &list, burn_in)?;
     steps.finish();
     let rows = forecast::rows(&model, &runs);
-    let score = Score { trajectories: runs.len(), burn_in: args.burn_in, rows };
+    let score = Score { trajectories: runs.len(), burn_in: args.burn_in, held_out, fitted, rows };
     output.result(&score, || system_score_text(&score))?;
     Ok(Outcome::Done)
 }
 
 fn system_score_text(score: &Score) -> String {
     let trajectories = if score.trajectories == 1 { "trajectory" } else { "trajectories" };
+    let which = match (score.held_out, score.fitted) {
+        (true, _) => " that the discovery kept out of all fits",
+        (_, true) => " that the model was fitted to (errors on new data are larger)",
+        _ => "",
+    };
     let mut text = format!(
-        "free run of {} {trajectories}, initial state estimated from the first {} samples",
+        "free run of {} {trajectories}{which}, initial state estimated from the first {} samples",
         score.trajectories, score.burn_in
     );
     for row in &score.rows {

@@ -2,7 +2,8 @@
 
 use crate::args::Predict;
 use crate::commands::note_reading;
-use augsim_data::write_dataset;
+use crate::commands::own_data::OwnData;
+use augsim_data::{estimate_digits, write_dataset};
 use augsim_discovery::{PredictOptions, PredictionSet};
 use augsim_session::Subject;
 use augsim_session::predict::{self, table};
@@ -21,7 +22,9 @@ struct Written {
     /// Description of the samples that the initial state was estimated from.
     start: String,
     errors: Vec<Error>,
-    /// Share of the measured values after the initial samples in the 50 % band; absent if there are none.
+    /// Whether the model was fitted to these data, or to most of them.
+    fitted: bool,
+    /// Share of the measured values of all columns after the initial samples in the 50 % band; absent if there are none.
     coverage50: Option<f64>,
     coverage90: Option<f64>,
 }
@@ -32,6 +35,9 @@ struct Error {
     rmse: f64,
     ci95: [f64; 2],
     unit: String,
+    /// Share of the measured values of this measure in the 50 % band.
+    coverage50: f64,
+    coverage90: f64,
 }
 
 /// Forecasts with the model in `file`.
@@ -48,7 +54,12 @@ pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> an
     if let Subject::Equations(model) = &model {
         note_reading(&data, model, output)?;
     }
-    write_predictions(args, &all, draws, output)
+    let own_data = OwnData::find(file, &args.data);
+    write_predictions(args, &all, draws, own_data.is_some(), output)?;
+    if let Some(own_data) = own_data {
+        output.note(own_data.sentence("predict"));
+    }
+    Ok(Outcome::Done)
 }
 
 /// Writes the bands and prints the errors.
@@ -56,31 +67,35 @@ pub(super) fn write_predictions(
     args: &Predict,
     all: &PredictionSet,
     draws: usize,
+    fitted: bool,
     output: &Output,
 ) -> anyhow::Result<Outcome> {
     write_dataset(&table::bands(all)?, &args.out)?;
-    let written = summary(args, all, draws);
+    let written = summary(args, all, draws, fitted);
     output.result(&written, || forecast_text(&written))?;
     Ok(Outcome::Done)
 }
 
-fn summary(args: &Predict, all: &PredictionSet, draws: usize) -> Written {
-    let has_samples = all.coverage(0.5).1 > 0;
+fn summary(args: &Predict, all: &PredictionSet, draws: usize, fitted: bool) -> Written {
     let measured = all.errors.iter().filter(|e| e.rmse.is_finite());
     let errors = measured.map(|e| Error {
         measure: e.measure.clone(),
         rmse: e.rmse,
         ci95: e.ci95,
         unit: e.unit.clone(),
+        coverage50: all.coverage(0.5, &e.channels).0,
+        coverage90: all.coverage(0.9, &e.channels).0,
     });
+    let has_samples = all.total_coverage(0.5).1 > 0;
     Written {
         forecast: args.out.clone(),
         trajectories: all.records.len(),
         samples: draws,
         start: all.start.clone(),
         errors: errors.collect(),
-        coverage50: has_samples.then(|| all.coverage(0.5).0),
-        coverage90: has_samples.then(|| all.coverage(0.9).0),
+        fitted,
+        coverage50: has_samples.then(|| all.total_coverage(0.5).0),
+        coverage90: has_samples.then(|| all.total_coverage(0.9).0),
     }
 }
 
@@ -95,10 +110,12 @@ fn forecast_text(w: &Written) -> String {
     );
     for e in &w.errors {
         let unit = if e.unit.is_empty() { String::new() } else { format!(" {}", e.unit) };
-        let [low, high] = e.ci95;
+        let [rmse, low, high] = estimate_digits(e.rmse, e.ci95);
         text += &format!(
-            "\n  {}: root mean square error {:.4e}{unit} (95 % interval {low:.4e} to {high:.4e})",
-            e.measure, e.rmse
+            "\n  {}: root mean square error {rmse}{unit} (95 % interval {low} to {high}); {:.1} % of its measured values in the 50 % band, {:.1} % in the 90 % band",
+            e.measure,
+            100.0 * e.coverage50,
+            100.0 * e.coverage90
         );
     }
     let (Some(coverage50), Some(coverage90)) = (w.coverage50, w.coverage90) else {

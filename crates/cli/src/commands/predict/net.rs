@@ -35,7 +35,7 @@ pub(super) fn run(args: &Predict, seed: u64, output: &Output) -> anyhow::Result<
         let draws = args.samples.unwrap_or(DRAWS) as usize;
         let options = PredictOptions { seed, draws, only: None };
         let all = predict_with_net(&model, &args.time.of(&args.data), args.burn_in as usize, &options)?;
-        return write_predictions(args, &all, draws, output);
+        return write_predictions(args, &all, draws, false, output);
     }
     let (starts, times) = run_data::load_timed(&args.time.of(&args.data), &model.state().settings.engine)?;
     let samples = args.samples.unwrap_or(DRAWS) as usize;

@@ -1,0 +1,96 @@
+//! Estimates of parameters, and their text with the digits that their intervals support.
+
+use augsim_data::{digits, estimate_digits};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A fitted value. For a parameter with one value per group, the mean over the groups; `groups` has the
+/// single values.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// The value.
+    pub value: f64,
+    /// 95 % interval.
+    pub ci95: [f64; 2],
+    /// Unit; empty for a pure number.
+    pub unit: String,
+    /// The estimate of each group.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub groups: BTreeMap<String, Estimate>,
+    /// Why the data do not determine the value, in words that follow it; `ci95` is then the range of the model
+    /// file, and is not displayed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_identified: Option<String>,
+}
+
+impl Estimate {
+    /// Marks the value as not determined by the data apart from the parameters `others`.
+    pub fn set_not_identified(&mut self, others: &[String]) {
+        let names: Vec<String> = others.iter().map(|name| format!("`{name}`")).collect();
+        self.not_identified = Some(match &names[..] {
+            [] => "not determined by these data".to_owned(),
+            names => format!("these data do not distinguish it from {}", names.join(", ")),
+        });
+    }
+
+    /// The interval, or why there is none, as text in brackets or parentheses.
+    pub fn interval_text(&self) -> String {
+        let [_, low, high] = estimate_digits(self.value, self.ci95);
+        match &self.not_identified {
+            Some(why) => format!("no interval: {why}"),
+            None => format!("95 % interval {low} to {high}"),
+        }
+    }
+
+    /// The value with the digits that its interval supports.
+    pub fn value_text(&self) -> String {
+        match self.not_identified {
+            Some(_) => digits(self.value),
+            None => estimate_digits(self.value, self.ci95)[0].clone(),
+        }
+    }
+
+    /// Text of the estimate in a sentence, for the parameter `name`.
+    pub fn phrase(&self, name: &str) -> String {
+        if self.groups.is_empty() {
+            return format!("{name} = {self}");
+        }
+        let (low, high) = self
+            .groups
+            .values()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v.value), high.max(v.value)));
+        format!("{name} between {} and {}, one value per group", digits(low), digits(high))
+    }
+}
+
+/// Displays value and interval: `0.00040 [0.00038, 0.00042]`.
+impl std::fmt::Display for Estimate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if let Some(why) = &self.not_identified {
+            return write!(f, "{} ({why})", digits(self.value));
+        }
+        let [value, low, high] = estimate_digits(self.value, self.ci95);
+        write!(f, "{value} [{low}, {high}]")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: an estimate is displayed with the digits that its interval supports.
+    use super::*;
+
+    #[test]
+    fn small_values_are_displayed_with_all_supported_digits() {
+        let e = |value: f64, half: f64| Estimate {
+            value,
+            ci95: [value - half, value + half],
+            unit: String::new(),
+            groups: BTreeMap::new(),
+            not_identified: None,
+        };
+        assert_eq!(e(4.042e-4, 2.1e-5).to_string(), "0.000404 [0.000383, 0.000425]");
+        assert_eq!(e(1.3, 0.02).to_string(), "1.300 [1.280, 1.320]");
+        assert_eq!(e(1.3, 0.0).to_string(), "1.3 [1.3, 1.3]");
+        assert_eq!(e(4.042e-12, 2.1e-14).to_string(), "4.042e-12 [4.021e-12, 4.063e-12]");
+    }
+}
