@@ -1,7 +1,7 @@
 //! Noise estimated from differences of neighbouring samples: a first estimate before the motion is known,
 //! and the only one where the motion has corners that the system does not name.
 
-use crate::noise::Noise;
+use crate::noise_estimate::Noise;
 use crate::record::{Measured, Record};
 use crate::statistics::median;
 

@@ -36,6 +36,7 @@ mod linear;
 mod linear_toy;
 mod noise;
 mod noise_cause;
+mod noise_estimate;
 mod noise_verdict;
 mod nuisance_fit;
 mod options;

@@ -7,13 +7,11 @@
 
 use crate::arc::Arc;
 use crate::difference_noise::rough_noise_of;
+use crate::noise_estimate::{JITTER, Noise};
 use crate::record::Measured;
 use crate::statistics::{chi2_tail, median};
-use augsim_data::FrameClock;
 use rayon::prelude::*;
 
-/// Kind of the finding that the time stamps jitter.
-const JITTER: &str = "timing-jitter";
 /// Reduction of -2 ln of the restricted likelihood that a further noise parameter must bring.
 const MIN_LIKELIHOOD_GAIN: f64 = 16.0;
 /// Residuals beyond this many standard deviations are masked as outliers.
@@ -29,42 +27,6 @@ const MAX_P_NOISE_DIFFERS: f64 = 1e-6;
 const COMMON_NOISE_FREEDOM: f64 = 6.0;
 /// Number of samples that suffices to estimate the correlation; more cost time without changing the result.
 const MAX_SAMPLES: usize = 8000;
-
-/// Noise estimate of a data set.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Noise {
-    /// Standard deviation by channel, in the unit of each.
-    pub sd: Vec<f64>,
-    /// The same from differences of neighbouring samples, where the declared accuracy of the instrument is
-    /// far larger.
-    pub white: Vec<f64>,
-    /// Correlation of neighbouring samples.
-    pub correlation: f64,
-    /// Standard deviation of the time stamps, s.
-    pub jitter_s: f64,
-    /// Frame period, s, where samples were moved to the frames about which their time stamps jitter.
-    pub frame_s: Option<f64>,
-    /// Findings by kind.
-    pub findings: Vec<&'static str>,
-    /// Number of masked samples.
-    pub outliers: usize,
-}
-
-impl Noise {
-    /// Stores the frame clock to which the samples were moved.
-    pub fn set_frame_clock(&mut self, FrameClock { period_s, jitter_s }: FrameClock) {
-        (self.frame_s, self.jitter_s) = (Some(period_s), jitter_s);
-        if !self.findings.contains(&JITTER) {
-            self.findings.push(JITTER);
-        }
-    }
-
-    /// White share of the variance used in fits, at most 1: a lower bound of the residual variance.
-    pub fn white_share(&self) -> f64 {
-        let shares = self.white.iter().zip(&self.sd).map(|(white, sd)| (white / sd).powi(2));
-        (shares.sum::<f64>() / self.sd.len().max(1) as f64).min(1.0)
-    }
-}
 
 /// -2 ln of the restricted likelihood, with the scale of each channel profiled out.
 fn restricted_deviance(arcs: &[&Arc], channels: usize, rho: f64, growth: f64) -> f64 {

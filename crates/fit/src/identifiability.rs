@@ -32,6 +32,9 @@ pub(crate) struct Information {
     pub covariance: Vec<Vec<f64>>,
     /// Directions in which the free parameters can move without a change of the outputs.
     free_directions: Vec<Vec<f64>>,
+    /// Error of the components of these directions: an error of the normal equations of the size of the cutoff turns them
+    /// towards the identifiable eigenvectors, the more the smaller their eigenvalues.
+    direction_errors: Vec<f64>,
 }
 
 impl Information {
@@ -57,11 +60,16 @@ impl Information {
             let sum: f64 = known.iter().map(|k| vectors[(i, *k)] * vectors[(j, *k)] / values[*k]).sum();
             variance * sum / (sizes[i] * sizes[j])
         };
+        let direction_error = |i: usize| {
+            let turns: f64 = known.iter().map(|k| vectors[(i, *k)].abs() / values[*k]).sum();
+            IDENTIFIABILITY_CUTOFF * largest * turns / sizes[i]
+        };
         let direction = |k: &usize| (0..p).map(|i| vectors[(i, *k)] / sizes[i]).collect();
         Some(Self {
             standard_errors: (0..p).map(|i| covariance(i, i).sqrt()).collect(),
             covariance: (0..p).map(|i| (0..p).map(|j| covariance(i, j)).collect()).collect(),
             free_directions: unknown.iter().map(direction).collect(),
+            direction_errors: (0..p).map(direction_error).collect(),
         })
     }
 
@@ -82,8 +90,8 @@ impl Information {
                 size / d.abs()
             });
             let far = room.filter(|r| *r > 0.0).fold(f64::INFINITY, f64::min);
-            for ((takes_part, d), error) in takes_part.iter_mut().zip(direction).zip(&self.standard_errors) {
-                *takes_part |= far.is_finite() && d.abs() * far > MIN_GAUGE_SHIFT * error;
+            for (i, d) in direction.iter().enumerate().filter(|(i, d)| d.abs() > self.direction_errors[*i]) {
+                takes_part[i] |= far.is_finite() && d.abs() * far > MIN_GAUGE_SHIFT * self.standard_errors[i];
             }
         }
         let parameters: Vec<usize> = (0..free.len()).filter(|i| takes_part[*i]).map(|i| free[i]).collect();

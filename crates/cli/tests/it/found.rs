@@ -222,7 +222,7 @@ fn writes_single_figures_of_a_report() {
     fail(2, &["report", "found", "--figure", "worst", "--out", "worst.gif"], d, &[".svg"]);
     let page = std::fs::read_to_string(d.join("found/report.html")).expect("a page");
     let first = |text: &str| page.find(text).unwrap_or_else(|| panic!("`{text}` is not on the page"));
-    assert!(first("Held-out trajectories") < first("What was found"), "what was measured is drawn first");
+    assert!(first("What was found") < first("Held-out trajectories"), "the findings come first");
     assert!(
         page.contains("augsim predict model.toml --data DATA") && page.contains("throws: what"),
         "names of commands, of data"

@@ -32,7 +32,14 @@ fn writes_the_same(args: &[&str], dir: &Path) -> PathBuf {
     assert_eq!(all, files(&other));
     assert!(all.len() > 2, "{all:?}");
     for file in all.iter().filter(|file| !file.ends_with("timing.json")) {
-        let [a, b] = [&one, &other].map(|folder| std::fs::read(folder.join(file)).expect("a file"));
+        // The record of a run ends with the paths of its inputs as seen from its folder.
+        let read = |folder: &PathBuf| {
+            let bytes = std::fs::read(folder.join(file)).expect("a file");
+            let paths =
+                String::from_utf8_lossy(&bytes).find("[paths]").filter(|_| file.ends_with("run.toml"));
+            bytes[..paths.unwrap_or(bytes.len())].to_vec()
+        };
+        let [a, b] = [&one, &other].map(read);
         assert!(a == b, "{args:?}: {} differs", file.display());
     }
     one

@@ -121,7 +121,7 @@ fn keeps_every_column_and_drafts_inputs_and_outputs() {
         ("run,time (s),voltage (V),encoder (rad)", &["voltage_V"][..], &["encoder_rad"][..]),
         ("experiment,time_s,heater_cmd_W,plate", &["heater_cmd_W"], &["plate"]),
         ("clip,time,angle (rad),speed (m/s)", &[], &["angle_rad", "speed_m_s"]),
-        ("run,t_s,tau1_Nm,q1_furlong", &["tau1_Nm"], &["q1_furlong"]),
+        ("run,t_s,tau1_Nm,q1_furlong", &["tau1_N_m"], &["q1_furlong"]),
         ("lauf;zeit (s);Zufluss (m³/s);Füllhöhe (Skt)", &[], &["Zufluss_m3_per_s", "Fuellhoehe_Skt"]),
     ] {
         let separator = if header.contains(';') { ';' } else { ',' };

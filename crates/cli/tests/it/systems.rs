@@ -349,7 +349,8 @@ fn tanks_have_an_unidentifiable_scale_and_an_overflow() {
     // The textbook model: the gain of the pump and the unmeasured level share a scale, which is not
     // identifiable.
     let model = include_str!("../../../reproduce/models/cascaded-tanks.toml");
-    let free = model.replacen("frozen = true", "min = 0.0, max = 1.0", 1);
+    // The declared standard deviation of the first upper level would determine the scale, if roughly.
+    let free = model.replacen("frozen = true", "min = 0.0, max = 1.0", 1).replacen("sd = 4.0", "sd = 1e6", 1);
     assert_ne!(free, model);
     std::fs::write(d.join("tanks.toml"), free).unwrap();
     let found = json(&["discover", "tanks.toml", "tanks.csv", "--out", "found", "--json"], d);

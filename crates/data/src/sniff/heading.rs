@@ -1,6 +1,6 @@
 //! Parses column names with units, such as `t (s)`, `time [ms]`, `x_cm` or `height/mm`.
 
-use super::calendar::is_time_word;
+use super::time_words::is_time_word;
 use crate::unit::{Dimensions, FileUnit, Unit};
 
 /// Accepted units, for messages.

@@ -27,6 +27,7 @@ mod rows;
 mod scene;
 mod side_by_side;
 mod text;
+mod time_words;
 mod unrecognised;
 
 pub(crate) use named::{LongForm, NamedUnit, in_long_form, units_of_header};

@@ -1,7 +1,8 @@
 //! Infers the role of each column from its name.
 
-use super::calendar::{TIME_WORDS, calendar_unit, is_date};
+use super::calendar::{calendar_unit, is_date};
 use super::heading::{ColumnUnit, Heading, Quantity};
+use super::time_words::TIME_WORDS;
 use super::unrecognised::Unrecognised;
 use super::{ColumnMapping, RecognitionOptions};
 use crate::column::{Column, GROUP};
@@ -45,7 +46,7 @@ pub(super) enum Role {
 /// Words that name a column of frame numbers.
 const FRAME: [&str; 7] = ["frame", "frames", "index", "idx", "sample", "image", "bild"];
 /// Words that name a column of trajectory identifiers.
-const TRAJECTORY: [&str; 28] = [
+const TRAJECTORY: [&str; 29] = [
     "trajectory",
     "traj",
     "run",
@@ -58,6 +59,7 @@ const TRAJECTORY: [&str; 28] = [
     "track",
     "test",
     "take",
+    "clip",
     "rep",
     "repetition",
     "shot",

@@ -71,7 +71,7 @@ impl FileUnit {
     /// assert_eq!(FileUnit::parse("furlong"), None);
     /// ```
     pub fn parse(text: &str) -> Option<FileUnit> {
-        let text = text.trim().trim_matches(|c| "()[]{}<>".contains(c)).trim();
+        let text = without_brackets(text);
         let plain = text
             .replace(['µ', 'μ'], "u")
             .replace('Ω', "Ohm")
@@ -195,6 +195,16 @@ pub fn non_si_ending(name: &str) -> Option<NonSiEnding> {
         si_name,
         dimensions: unit.unit.dimensions(),
     })
+}
+
+/// A text without the brackets around it; those of a part, as in `W/(m^2 K)`, stay.
+fn without_brackets(text: &str) -> &str {
+    let text = text.trim();
+    let inner = ["()", "[]", "{}", "<>"].iter().find_map(|pair| {
+        let (open, close) = pair.split_at(1);
+        text.strip_prefix(open)?.strip_suffix(close)
+    });
+    inner.map_or(text, without_brackets)
 }
 
 /// A word with a power at its end, such as `s2` or `mm^2`.

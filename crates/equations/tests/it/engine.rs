@@ -433,7 +433,7 @@ fn a_pause_that_is_too_long_to_simulate_is_named() {
         whole(&system, &record, (&[1.0, 0.0], &[4.0, 1.0]), &[], &steps(1)).expect_err("a long pause");
     assert_eq!(
         error.to_string(),
-        "trajectory 3: the pause from t = 0.95 s to 1.0000e6 s is too long to simulate across (the \
+        "trajectory 3: the pause from t = 0.95 s to 1e6 s is too long to simulate across (the \
          fastest rate of rates.y_m is 4.0e0 per second); give the rows after it a `trajectory` of their own"
     );
 }

@@ -2,10 +2,10 @@
 
 use super::routine::Names;
 use super::words::latex as latex_text;
-use super::{Language, latex_document, latex_name, latex_number, latex_unit, number, program};
+use super::{Language, latex_document, latex_name, latex_number, latex_unit, number};
+use augsim_equations::Model;
 use augsim_equations::model::{Direction, Event, How, Target};
 use augsim_equations::text::{Comparison, Function, Kind, Symbol, Tree};
-use augsim_equations::{Model, ModelError};
 
 /// What an expression is written for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,15 +25,9 @@ pub(super) struct Writer<'a> {
     pub purpose: Use,
 }
 
-/// The text of the model in the language.
-///
-/// # Errors
-/// A model that cannot be compiled.
-pub(super) fn export(model: &Model, language: Language) -> Result<String, ModelError> {
-    if language != Language::Latex {
-        return program::program(model, language);
-    }
-    Ok(Writer { model, language, names: None, purpose: Use::Formula }.document())
+/// The model as a LaTeX document.
+pub(super) fn document(model: &Model) -> String {
+    Writer { model, language: Language::Latex, names: None, purpose: Use::Formula }.document()
 }
 
 impl Writer<'_> {

@@ -32,7 +32,8 @@ pub enum Language {
 /// equations that cannot be compiled gives the error of the compiler.
 pub fn export(subject: &Subject, language: Language) -> anyhow::Result<String> {
     Ok(match subject {
-        Subject::Equations(model) => equations::export(model, language)?,
+        Subject::Equations(model) if language == Language::Latex => equations::document(model),
+        Subject::Equations(model) => program::program(model, language)?,
         Subject::BuiltIn(model) => match &**model {
             ModelFile::Ball(model) => ball::export(model, language)?,
             ModelFile::Push(model) => push::export(model, language)?,
