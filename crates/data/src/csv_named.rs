@@ -9,7 +9,7 @@ use crate::error::{DataError, EVERY_SAMPLE_NEEDS_A_TIME};
 use crate::escape_control_characters::escaped_list;
 use crate::foreign::content;
 use crate::sniff::Unrecognised;
-use crate::sniff::{LongForm, NamedUnit, files_in, in_long_form, stem, units_of_header};
+use crate::sniff::{LongForm, NamedUnit, files_in, in_long_form, names_trajectories, stem, units_of_header};
 use crate::source::Source;
 use crate::statistics::digits;
 use crate::trajectory::Trajectory;
@@ -251,8 +251,12 @@ impl NamedFile {
 fn open_file(path: &Path, recording: Option<String>, time: Option<&str>) -> Result<NamedFile, DataError> {
     let bytes = content(path, read_whole(path)?, MissingCells::AsGap)?.into_text();
     let strict = CsvSource::from_bytes(path, bytes.clone());
-    let has_time = strict.as_ref().is_ok_and(|source| source.header().iter().any(|name| name == TIME));
-    if has_time && time.is_none() {
+    // A file in the long form has its trajectories in the column of that name, and not in one called `run`.
+    let is_long_form = strict.as_ref().is_ok_and(|source| {
+        let has = |column: &str| source.header().iter().any(|name| name == column);
+        has(TIME) && (has(TRAJECTORY) || !source.header().iter().any(|name| names_trajectories(name)))
+    });
+    if is_long_form && time.is_none() {
         return Ok(NamedFile::of_long_form(strict?, recording));
     }
     match in_long_form(path, &bytes, time)? {

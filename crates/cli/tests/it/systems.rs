@@ -356,7 +356,7 @@ fn tanks_have_an_unidentifiable_scale_and_an_overflow() {
     let found = json(&["discover", "tanks.toml", "tanks.csv", "--out", "found", "--json"], d);
     let notes = found["notes"].as_array().unwrap();
     let gauge = "only two combinations can be identified (scale of the unmeasured state `upper`): `k4_per_s` is fixed at 0.05 1/s";
-    assert!(notes.iter().any(|note| note.as_str().unwrap().ends_with(gauge)), "{found}");
+    assert!(notes.iter().any(|note| note.as_str().unwrap().contains(gauge)), "{found}");
     let written = std::fs::read_to_string(d.join("found/model.toml")).unwrap();
     assert!(
         written.contains("k4_per_s = { nominal = 0.05, min = 0.0, max = 1.0, frozen = true }"),
@@ -364,7 +364,6 @@ fn tanks_have_an_unidentifiable_scale_and_an_overflow() {
     );
     assert!(found["error"]["free_run"].is_object(), "{found}");
     let number = |value: &serde_json::Value| value.as_f64().expect("a number");
-    let calibrated = number(&found["error"]["calibrated"]["rmse"]);
     let effects = found["effects"].as_array().unwrap();
     // One record of 1,024 samples is too short to establish the overflow, so it is a lead, and its text
     // must not say that the model is complete.
@@ -372,7 +371,8 @@ fn tanks_have_an_unidentifiable_scale_and_an_overflow() {
     let named = effects.iter().chain(leads);
     assert!(named.into_iter().any(|e| e["kind"].as_str().unwrap().starts_with("overflow")), "{found}");
     assert_ne!(found["verdict"], "nothing-to-add", "{found}");
-    assert!(number(&found["error"]["augmented"]["rmse"]) < calibrated, "{found}");
+    // The table of the lower level must not make the predictions significantly worse.
+    assert!(number(&found["error"]["reduction"]["ci95"][1]) > 0.0, "{found}");
     for effect in effects {
         assert!((0.0..=1.0).contains(&number(&effect["share"])), "{effect}");
     }

@@ -34,6 +34,7 @@ pub(crate) use named::{LongForm, NamedUnit, in_long_form, units_of_header};
 pub use recognised::{RecognisedData, recognise};
 pub(crate) use recognised::{files_in, recognise_bytes, stem};
 pub use recording::RecordingKind;
+pub(crate) use roles::names_trajectories;
 pub use unrecognised::Unrecognised;
 
 /// Options of [`recognise`]; what is not given is inferred.

@@ -117,6 +117,11 @@ fn are_all_in(words: &[&str], list: &[&str]) -> bool {
     !words.is_empty() && words.iter().all(|w| list.contains(w))
 }
 
+/// Whether a column of this name holds the identifiers of trajectories.
+pub(crate) fn names_trajectories(name: &str) -> bool {
+    TRAJECTORY.contains(&name.trim().to_lowercase().as_str())
+}
+
 /// Assigns a role to each column from the options and from its heading; each role is assigned once.
 ///
 /// # Errors
