@@ -219,7 +219,7 @@ fn score(
             && let (Some(low), Some(high)) = (ci[0].as_f64(), ci[1].as_f64())
             && let Some(value) = super::simulate::coefficient(plant, &truth[0].0, amounts[0], seed)
         {
-            interval = format!(", coefficient {value:.4} in [{low:.4}, {high:.4}]");
+            interval = format!(", coefficient {value:.4e} in [{low:.4e}, {high:.4e}]");
             summary.covered.1 += 1;
             summary.covered.0 += usize::from((low..=high).contains(&value));
         }
