@@ -11,7 +11,7 @@
 //! 2. `r h <= 2.5`
 
 use super::block::{Block, StepInputs};
-use super::{Method, SimulationError, Window};
+use super::{Method, Point, SimulationError, Window};
 use crate::limits::{MAX_STABLE_SUBSTEPS, MAX_SUBSTEPS};
 use crate::system::{Column, System};
 
@@ -83,16 +83,21 @@ pub(super) fn fastest_modes<const L: usize>(
     block.evaluate(system, &gradient.section, step_inputs, &times);
     let mut jacobian = vec![0.0; n * n];
     for (lane, window) in windows.iter().enumerate() {
-        let times = &window.record.times[window.first..=window.last];
-        let longest = times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
         for entry in &gradient.entries {
             if let Column::State(state) = entry.column {
                 jacobian[entry.row * n + state] = block.registers[entry.register][lane];
             }
         }
-        modes[lane] = limiting_mode(&jacobian, n, STABILITY_LIMIT * substeps as f64 / longest);
+        modes[lane] =
+            limiting_mode(&jacobian, n, STABILITY_LIMIT * substeps as f64 / longest_interval_s(window));
     }
     modes
+}
+
+/// Length of the longest sample interval of a window, s.
+fn longest_interval_s(window: &Window<'_>) -> f64 {
+    let times = &window.record.times[window.first..=window.last];
+    times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
 }
 
 /// The errors of windows whose fastest mode needs too many explicit steps.
@@ -108,18 +113,12 @@ impl System {
     /// Whether the fastest mode at the start of a window needs more explicit steps per sample interval than the choice of steps tries.
     pub(super) fn is_stiff(&self, windows: &[Window<'_>]) -> bool {
         windows.iter().any(|window| {
-            let mut block = Block::<1>::new(self, 0);
-            block.set_parameters(self, 0, window.parameters);
-            block.prepare(self);
-            block.x.iter_mut().zip(window.start).for_each(|(to, x)| to[0] = *x);
-            let mut step_inputs = StepInputs::<1>::new(self.model.inputs.len());
             let time = window.record.times[window.first];
-            step_inputs.begin[0] = time;
-            for (c, signal) in step_inputs.coefficients.iter_mut().zip(&window.record.inputs) {
-                c[0][0] = signal.at(time);
-            }
-            let modes = fastest_modes(self, &mut block, &step_inputs, &[window], (Method::RungeKutta, 1));
-            matches!(modes[0].check(self, window, MAX_SUBSTEPS), Some(SimulationError::Stiff { .. }))
+            let inputs: Vec<f64> = window.record.inputs.iter().map(|signal| signal.at(time)).collect();
+            let (state, parameters) = (window.start, window.parameters);
+            let by_state = self.linearise(&Point { state, inputs: &inputs, parameters, time }).by_state;
+            let mode = limiting_mode(&by_state, self.states(), STABILITY_LIMIT / longest_interval_s(window));
+            matches!(mode.check(self, window, MAX_SUBSTEPS), Some(SimulationError::Stiff { .. }))
         })
     }
 }
