@@ -148,7 +148,7 @@ fn read_guarded(reader: &Reader, path: &Path) -> (Result<bool, (Class, String)>,
     set_input_start(None);
     let outcome = match answer {
         Ok(_) if !is_limited => Err((Class::Abort, "memory of earlier inputs was not freed".to_owned())),
-        Ok(Verdict::AcceptedChecks) => Ok(true),
+        Ok(Verdict::Accepted) => Ok(true),
         Ok(Verdict::Refused) => Ok(false),
         Ok(Verdict::Broken(what)) => Err((Class::Broken, what)),
         Err(_) => Err((Class::Panic, PANIC.lock().map(|text| text.clone()).unwrap_or_default())),

@@ -86,7 +86,7 @@ pub fn deliberate() -> [Reader; 5] {
             }
         }),
         reader("deliberate-flood", |_| match vec![1_u8; 1 << 30].iter().all(|b| *b == 1) {
-            true => Verdict::AcceptedChecks,
+            true => Verdict::Accepted,
             false => Verdict::Refused,
         }),
         reader("deliberate-escape", |path| crate::verdict::refusal(path, &"a cell holds \u{1b}[31m")),

@@ -80,7 +80,7 @@ fn examine(path: &Path, read: Result<Dataset, DataError>) -> Verdict {
     };
     drop(Summary::from_dataset(&data));
     if data.trajectories().is_empty() {
-        return Verdict::AcceptedChecks;
+        return Verdict::Accepted;
     }
     let copy = path.with_file_name("written-again.csv");
     if let Err(e) = write_csv(&data, &copy) {
@@ -90,14 +90,14 @@ fn examine(path: &Path, read: Result<Dataset, DataError>) -> Verdict {
         Ok(again) => again,
         // The strict reader refuses columns without a unit. The reader of any layout keeps them, but may call them otherwise.
         Err(_) => match read_dataset(&copy, MissingCells::AsGap) {
-            Ok(_) => return Verdict::AcceptedChecks,
+            Ok(_) => return Verdict::Accepted,
             Err(e) => {
                 return Verdict::Broken(format!("accepted and written, but cannot be read again: {e}"));
             }
         },
     };
     match same(&data, &again) {
-        true => Verdict::AcceptedChecks,
+        true => Verdict::Accepted,
         false => Verdict::Broken("it differs after writing and reading it again".into()),
     }
 }
@@ -135,7 +135,7 @@ fn model(path: &Path) -> Verdict {
         Ok(again) if again != model => {
             Verdict::Broken("it differs after writing and reading it again".into())
         }
-        Ok(_) => Verdict::AcceptedChecks,
+        Ok(_) => Verdict::Accepted,
     }
 }
 
@@ -182,7 +182,7 @@ fn written_model(path: &Path) -> Verdict {
         {
             Verdict::Broken("it differs after writing and reading it again".into())
         }
-        Ok(_) => Verdict::AcceptedChecks,
+        Ok(_) => Verdict::Accepted,
     }
 }
 
@@ -194,7 +194,7 @@ fn written_data(path: &Path) -> Verdict {
         Err(e) => refusal(path, &e),
         Ok(data) => {
             drop(Summary::from_dataset(&data));
-            Verdict::AcceptedChecks
+            Verdict::Accepted
         }
     }
 }
@@ -205,7 +205,7 @@ fn training_state(path: &Path) -> Verdict {
         Err(e) => refusal(path, &e),
         Ok(state) => match NetModel::new(state) {
             Err(e) => refusal(path, &e),
-            Ok(_) => Verdict::AcceptedChecks,
+            Ok(_) => Verdict::Accepted,
         },
     }
 }
@@ -214,7 +214,7 @@ fn training_state(path: &Path) -> Verdict {
 fn safetensors(path: &Path) -> Verdict {
     match weights::import(path, &mut seeds::small_net()) {
         Err(e) => refusal(path, &e),
-        Ok(()) => Verdict::AcceptedChecks,
+        Ok(()) => Verdict::Accepted,
     }
 }
 
@@ -234,6 +234,6 @@ fn config(path: &Path) -> Verdict {
     let Ok(Config { settings }) = toml::from_str(&text) else { return Verdict::Refused };
     match Training::new(settings, seeds::short_drops()) {
         Err(e) => refusal(path, &e),
-        Ok(_) => Verdict::AcceptedChecks,
+        Ok(_) => Verdict::Accepted,
     }
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
     /// The input was read, and all guarantees about the result hold.
-    AcceptedChecks,
+    Accepted,
     /// The reader rejected the input with a valid message.
     Refused,
     /// The reader returned, but a guarantee does not hold.
