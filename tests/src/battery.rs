@@ -5,7 +5,7 @@ use crate::sealed::{Kind, Scene, Sealed, Truth, draw, seal};
 use augsim_data::random_stream;
 use augsim_discovery::{Discovery, Options, Unexplained, Verdict, assess, discover};
 use augsim_physics::model::Model;
-use augsim_physics::system::ScatterPer;
+use augsim_system::ScatterPer;
 use std::fmt;
 use std::time::Instant;
 

@@ -8,10 +8,9 @@
 //! the initial level of each record, and ξ are changes of slope at fixed times τ. The derivatives of y form
 //! the design matrix.
 
-use augsim_physics::model::Parameter;
-use augsim_physics::system::{
-    Channel, Effect, EffectParameter, ErrorFigure, EventSchema, InitialValue, ModelTerm, Offsets, Quantity,
-    Schema, Seed, Simulated, SimulationError, State, System, SystemError, Task,
+use augsim_system::{
+    Channel, Effect, EffectParameter, ErrorFigure, EventSchema, InitialValue, ModelTerm, Offsets, Parameter,
+    Quantity, Schema, Seed, Simulated, SimulationError, State, System, SystemError, Task,
 };
 use std::sync::Arc;
 

@@ -5,7 +5,7 @@ use crate::sealed_push::{PushKind, SealedPushes, draw_push, seal_pushes};
 use augsim_data::random_stream;
 use augsim_discovery::{Discovery, Options, assess, discover};
 use augsim_physics::model::PushModel;
-use augsim_physics::system::ScatterPer;
+use augsim_system::ScatterPer;
 use std::time::Instant;
 
 /// Runs the sets with seeds `first .. first + count`, of `pushes` each, with one effect or none.

@@ -1,5 +1,5 @@
 //! Contract: the code that `docs/recipes` hands to a newcomer compiles and does what the recipe says. The files are included
-//! from there by path, and stand in this crate as they will in the crate that they are copied to: `effects`, `convert` and
+//! from there by path, and stand in this crate as they will in the crate that they are copied to: `ball::effects`, `library`, `convert` and
 //! the names at the root are those of `augsim-physics` and `augsim-data`. What needs no code of Rust is followed by
 //! `crates/cli/tests/it/readme.rs`. A binary of its own, because the
 //! code of the recipes names modules at the root of the crate that it is copied to.
@@ -9,7 +9,7 @@ use augsim_data::{DataError, Dataset, Trajectory, random_stream, read_text};
 use augsim_discovery::Verdict;
 use augsim_nn::{Bound, Params};
 use augsim_physics::ball::Covariates;
-use augsim_physics::effects::{Effect, Flight, Law};
+use augsim_physics::ball::effects::{Effect, Flight, Law};
 use augsim_physics::{Dual, Scalar};
 use augsim_tensor::Tape;
 use augsim_tests::characterisation::{Answer, Answers};
@@ -18,9 +18,14 @@ use height_spring::HeightSpring;
 use own_net::{TinyNet, oscillations, train};
 use std::collections::BTreeMap;
 
-/// The module that effects are copied into.
-mod effects {
-    pub use augsim_physics::effects::*;
+/// The modules that effects of the ball are copied into and import.
+mod ball {
+    pub mod effects {
+        pub use augsim_physics::ball::effects::*;
+    }
+}
+mod library {
+    pub use augsim_physics::library::*;
 }
 
 #[path = "../../docs/recipes/code/height_spring.rs"]
@@ -56,7 +61,7 @@ fn effect_pulls_to_its_height_vanishes_at_its_null_and_has_exact_derivatives() {
 
 #[test]
 fn effect_is_not_in_the_library_yet() {
-    let kinds = augsim_physics::effects::all::<f64>().map(|e| e.spec().kind);
+    let kinds = augsim_physics::ball::effects::all::<f64>().map(|e| e.spec().kind);
     let spec = Effect::<f64>::spec(&HeightSpring);
     assert!(!kinds.contains(&spec.kind), "the recipe adds an effect that is there: choose another for it");
 }

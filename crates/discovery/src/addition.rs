@@ -1,9 +1,6 @@
 //! Effects added to a declared model, and names of sets of them.
 
-use augsim_physics::model::Per;
-use augsim_physics::system::{
-    Effect, EffectParameter, ModelTerm, Quantity, ScatterPer, System, Table, Target,
-};
+use augsim_system::{Effect, EffectParameter, ModelTerm, Per, Quantity, ScatterPer, System, Table, Target};
 use std::sync::Arc;
 
 /// Kind of a tabulated effect, which is not in the library.

@@ -7,7 +7,7 @@ use crate::random_effect_test;
 use crate::search::{InitialValues, Search, calibrate_windows};
 use crate::{DiscoveryError, Options, forecast};
 use augsim_data::Dataset;
-use augsim_physics::system::{Declaration, ScatterPer, System};
+use augsim_system::{Declaration, ScatterPer, System};
 
 /// A given set of effects compared with the calibrated model.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use crate::addition::{Addition, Tabulated};
 use crate::answer::AnswerParts;
 use crate::result::Unexplained;
 use crate::sentence::with_three_digits;
-use augsim_physics::model::NORMAL_95;
+use augsim_system::NORMAL_95;
 
 /// Closed-form term nearest to a table, by least squares over the knots with their precisions.
 fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {

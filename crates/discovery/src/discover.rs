@@ -23,7 +23,7 @@ use crate::search::{
 use crate::stages::{Judged, SearchStage, search_in};
 use augsim_data::checks::{CheckedData, check_data};
 use augsim_data::{DataError, Dataset};
-use augsim_physics::system::Declaration;
+use augsim_system::Declaration;
 use std::time::Instant;
 
 /// Repetitions of the search if the best window length, or the noise, changes with the effects that were

@@ -6,7 +6,7 @@ use crate::fit::{ChosenRecords, Fit};
 use crate::linear::Square;
 use crate::record::Record;
 use crate::statistics::median;
-use augsim_physics::system::Design;
+use augsim_system::Design;
 
 /// Twice the logarithm of odds of 1000 to 1.
 const LOG_ODDS: f64 = 13.8;

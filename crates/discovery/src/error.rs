@@ -1,7 +1,6 @@
 //! Errors of a discovery run.
 
-use augsim_physics::model::UnknownGroup;
-use augsim_physics::system::{Objection, RoundTripError};
+use augsim_system::{Objection, RoundTripError, UnknownGroup};
 use std::fmt;
 use thiserror::Error;
 

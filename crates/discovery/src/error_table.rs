@@ -4,7 +4,7 @@ use crate::fit::{ChosenRecords, Fit};
 use crate::forecast::{self, Errors, ForecastSpan};
 use crate::hypothesis::Hypothesis;
 use crate::result::{ErrorTable, FreeRun, Horizon, HorizonErrors, Rmse};
-use augsim_physics::system::{ErrorFigure, Schema, System};
+use augsim_system::{ErrorFigure, Schema, System};
 use std::collections::BTreeMap;
 
 /// Minimum number of predictions for a horizon.

@@ -8,9 +8,8 @@ use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
 use crate::record::{Record, RecordWindow};
 use crate::statistics::median;
-use augsim_physics::model::Per;
-use augsim_physics::system::{
-    Event, InitialValue, Offsets, ScatterPer, Seed, Simulated, SimulationError, System, Task,
+use augsim_system::{
+    Event, InitialValue, Offsets, Per, ScatterPer, Seed, Simulated, SimulationError, System, Task,
 };
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -185,7 +184,7 @@ impl<'a> Point<'a> {
         let schema = self.system.schema();
         let (samples, channels) = (window.window.samples.len(), schema.channels.len());
         out.reset(samples, channels, seeds, schema.features.len());
-        (0..samples).for_each(|k| (0..channels).for_each(|c| out.set(k, c, f64::NAN)));
+        (0..samples).for_each(|k| (0..channels).for_each(|c| out.set_row(k, c, f64::NAN, [])));
     }
 
     /// Simulates the samples of a window without derivatives.

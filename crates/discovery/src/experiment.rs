@@ -5,8 +5,7 @@ use crate::answer::AnswerParts;
 use crate::distinguish::separation;
 use crate::result::{Unexplained, Verdict};
 use crate::score::Scored;
-use augsim_physics::model::Per;
-use augsim_physics::system::{Effect, Schema, known_distinguishing_experiment};
+use augsim_system::{Effect, Per, Schema, known_distinguishing_experiment};
 
 /// Number of records above which an experiment is not recommended.
 const MAX_RECORDS: f64 = 300.0;

@@ -11,7 +11,7 @@ use crate::linear::{Square, eliminate};
 use crate::nuisance_fit::{WindowState, fit_nuisances_from};
 pub(crate) use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
-use augsim_physics::system::{Event, Scatter};
+use augsim_system::{Event, Scatter};
 use std::collections::BTreeMap;
 
 /// Weight of a window at or below which its initial state may be wrong.

@@ -10,11 +10,9 @@ use crate::record::{Measured, Record, RecordWindow};
 use crate::replicate_noise::ReplicateNoise;
 use crate::statistics::{median, quantile};
 use augsim_data::random_stream;
-use augsim_physics::model::Per;
-use augsim_physics::system::Record as SystemRecord;
-use augsim_physics::system::{
-    ErrorFigure, InitialValue, ScatterPer, Simulated, State, Window, channel_sd, shortest_difference,
-    split_by_duration,
+use augsim_system::{
+    ErrorFigure, InitialValue, Per, Record as SystemRecord, ScatterPer, Simulated, State, Window, channel_sd,
+    shortest_difference, split_by_duration,
 };
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};

@@ -9,7 +9,7 @@ use crate::difference_noise::rough_noise;
 use crate::record::{Measured, Record};
 use crate::statistics::median;
 use augsim_data::{Dataset, FrameClock};
-use augsim_physics::system::Declaration;
+use augsim_system::Declaration;
 
 /// Number of trajectories used to detect the clock.
 const MAX_TRAJECTORIES: usize = 40;

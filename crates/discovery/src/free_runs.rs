@@ -7,7 +7,7 @@ use crate::fit::{ChosenRecords, Fit, fit_nuisance};
 use crate::forecast::{beginning, predictor, simulate_from};
 use crate::record::{Measured, Record};
 use crate::records::parts::{as_single_window, known_samples};
-use augsim_physics::system::shortest_difference;
+use augsim_system::shortest_difference;
 use rayon::prelude::*;
 use std::ops::Range;
 

@@ -8,7 +8,7 @@ use crate::hypothesis::Hypothesis;
 use crate::nuisance_fit::{WindowState, fit_nuisances_from};
 use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
-use augsim_physics::system::Window;
+use augsim_system::Window;
 
 /// Samples of the first beginning.
 const FIRST_SAMPLES: usize = 8;

@@ -3,10 +3,9 @@
 use crate::addition::Addition;
 use crate::linear::Square;
 use crate::record::Measured;
-use augsim_physics::effects::Polar;
-use augsim_physics::model::{Parameter, Per};
-use augsim_physics::system::{
-    Addition as Added, Augmentation, Effect, Fitted, FittedValues, ModelTerm, Scatter, System,
+use augsim_system::{
+    Addition as Added, Augmentation, Effect, Fitted, FittedValues, ModelTerm, Parameter, Per, Polar, Scatter,
+    System,
 };
 use std::ops::Range;
 use std::sync::Arc;

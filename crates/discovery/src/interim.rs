@@ -13,7 +13,7 @@ use crate::report::report;
 use crate::result::{Discovery, Verdict};
 use crate::search::Search;
 use crate::stages::{Judged, SearchStage};
-use augsim_physics::system::Declaration;
+use augsim_system::Declaration;
 use std::sync::Arc;
 
 /// The best result so far. Without `judged`, effects of the best set are stated as untested.

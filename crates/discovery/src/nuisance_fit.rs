@@ -282,7 +282,7 @@ mod tests {
     use super::*;
     use crate::linear::Square;
     use crate::record::Record;
-    use augsim_physics::system::Window;
+    use augsim_system::Window;
 
     /// Normal equations at a start `x` with residual `-atan(5 x)`, for which Gauss-Newton steps from afar
     /// fail.

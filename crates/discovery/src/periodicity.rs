@@ -2,7 +2,7 @@
 
 use crate::evaluate::Lanes;
 use crate::fit::{ChosenRecords, Fit};
-use augsim_physics::system::ScatterPer;
+use augsim_system::ScatterPer;
 use rayon::prelude::*;
 
 /// Number of slow frequencies: multiples of 1/(2 T) for offsets over a time T.

@@ -16,8 +16,7 @@ use crate::spikes::{mask, spikes};
 use crate::statistics::median;
 use crate::{DiscoveryError, Options};
 use augsim_data::Dataset;
-use augsim_physics::model::unknown_group;
-use augsim_physics::system::{Declaration, Record as SystemRecord, channel_sd};
+use augsim_system::{Declaration, Record as SystemRecord, channel_sd, unknown_group};
 
 /// Data ready for fits.
 #[derive(Clone)]

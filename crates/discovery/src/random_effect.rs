@@ -27,8 +27,7 @@ use crate::hypothesis::{FreeParameter, Hypothesis};
 use crate::linear::{Square, eliminate};
 use crate::nuisance_fit::nuisance_step;
 use crate::statistics::{chi2_quantile, median};
-use augsim_physics::model::Per;
-use augsim_physics::system::RecordRandomEffect;
+use augsim_system::{Per, RecordRandomEffect};
 use rayon::prelude::*;
 use std::ops::Range;
 

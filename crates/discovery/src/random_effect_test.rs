@@ -5,7 +5,7 @@ use crate::random_effect::{CommonFit, ScatterEstimate};
 use crate::result::Estimate;
 use crate::score::Scored;
 use crate::search::{Penalty, Search};
-use augsim_physics::system::RecordRandomEffect;
+use augsim_system::RecordRandomEffect;
 
 /// A random effect that the records support.
 pub(crate) struct RandomEffectEstimate {

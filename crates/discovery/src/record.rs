@@ -4,7 +4,7 @@ use crate::DiscoveryError;
 use crate::options::Clock;
 use crate::work_counter::WorkCounter;
 use augsim_data::{Dataset, Trajectory};
-use augsim_physics::system::{Declaration, Record as SystemRecord, Stream, System, Window};
+use augsim_system::{Declaration, Record as SystemRecord, Stream, System, Window};
 use std::ops::Range;
 use std::sync::Arc;
 

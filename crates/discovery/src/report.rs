@@ -17,8 +17,7 @@ use crate::result::*;
 use crate::score::Scored;
 use crate::search::without;
 use crate::sentence::{order, sentence};
-use augsim_physics::model::Per;
-use augsim_physics::system::{Addition as Added, Augmentation, ScatterPer};
+use augsim_system::{Addition as Added, Augmentation, Per, ScatterPer};
 use std::collections::BTreeMap;
 
 /// Name and unit of each free parameter; parameters of additions without the kind.

@@ -11,7 +11,7 @@ use crate::linear::Square;
 use crate::prepare::{PreparedRecords, load_records};
 use crate::record::Record;
 use augsim_data::Dataset;
-use augsim_physics::system::Declaration;
+use augsim_system::Declaration;
 use std::ops::Range;
 
 /// Samples per coefficient of a polynomial.
@@ -147,7 +147,7 @@ mod tests {
     //! Contract: between events values and rates are those of the motion; nothing is extrapolated where
     //! nothing was measured.
     use super::*;
-    use augsim_physics::system::{DetectedEvent, Record as SystemRecord};
+    use augsim_system::{DetectedEvent, Record as SystemRecord};
 
     /// Falls from 1 m, turns at 0.4 s, sampled every 9 to 13 ms; the samples `missing` have no measurement.
     fn record(missing: Range<usize>) -> Record {

@@ -3,7 +3,7 @@
 use crate::evaluate::{Lanes, Point};
 use crate::fit::{ChosenRecords, Fit};
 use crate::statistics::median;
-use augsim_physics::system::Event;
+use augsim_system::Event;
 
 /// Residuals of a fit in one record.
 pub(crate) struct RecordResiduals {

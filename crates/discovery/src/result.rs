@@ -3,7 +3,7 @@
 pub use crate::estimate::Estimate;
 use crate::noise_cause::NoiseCause;
 use augsim_data::checks::Warning;
-use augsim_physics::system::TopView;
+use augsim_system::TopView;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -1,7 +1,7 @@
 //! Split of a single record into two parts that predict each other.
 
 use crate::record::Record;
-use augsim_physics::system::{InitialValue, System};
+use augsim_system::{InitialValue, System};
 
 /// The two parts of a record, split in the middle of a smooth segment near its middle, and the time of the
 /// split, s. `None` where the system names no smooth segments or has a fixed initial state.

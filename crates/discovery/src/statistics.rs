@@ -1,7 +1,7 @@
 //! Distribution functions and quantiles of the tests.
 
-use augsim_physics::model::NORMAL_95;
-pub(crate) use augsim_physics::statistics::{median, quantile};
+use augsim_system::NORMAL_95;
+pub(crate) use augsim_system::statistics::{median, quantile};
 
 /// Logarithm of the gamma function (Lanczos, g = 7).
 fn ln_gamma(x: f64) -> f64 {

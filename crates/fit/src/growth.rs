@@ -10,7 +10,7 @@ use crate::minima::best_of_multistart;
 use crate::outcome::{Calibration, CalibrationError, Stage};
 use crate::steps::{COARSE_TOLERANCE, FINAL_TOLERANCE, Fit, ReducedEquations, StartingPoint};
 use crate::windows::{NEGLIGIBLE_RMSE, Problem, ShootingWindow, merge_pairs};
-use augsim_physics::system::{Record, System};
+use augsim_system::{Record, System};
 use std::time::Instant;
 
 /// Growth of the RMSE, when windows double in length, above which the model does not follow the data.

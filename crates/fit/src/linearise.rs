@@ -1,7 +1,7 @@
 //! Linearisation of a system along a path of its states, one sample interval at a time.
 
 use crate::kalman::{Reading, Sample};
-use augsim_physics::system::{Channel, Offsets, Record, Seed, Simulated, SimulationError, System, Task};
+use augsim_system::{Channel, Offsets, Record, Seed, Simulated, SimulationError, System, Task};
 use rayon::prelude::*;
 
 /// Sample intervals of one parallel task, in batches of the system's SIMD lanes.

@@ -2,7 +2,7 @@
 
 use crate::steps::{COARSE_TOLERANCE, Fit, StartingPoint};
 use crate::windows::{Problem, ShootingWindow};
-use augsim_physics::model::Parameter;
+use augsim_system::Parameter;
 
 /// Number of starting points beside the declared values.
 const MULTISTARTS: u32 = 6;

@@ -23,7 +23,7 @@
 //! window. The mean may depend on the parameters and on the other initial states.
 
 use crate::windows::{Problem, ShootingWindow};
-use augsim_physics::system::{Offsets, Seed, Simulated, SimulationError, Task};
+use augsim_system::{Offsets, Seed, Simulated, SimulationError, Task};
 use rayon::prelude::*;
 
 /// Scaled residual k beyond which Huber's cost grows linearly instead of quadratically.

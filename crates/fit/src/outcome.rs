@@ -1,6 +1,6 @@
 //! Results of a calibration: parameter values, standard errors, initial states, window lengths.
 
-use augsim_physics::system::SimulationError;
+use augsim_system::SimulationError;
 use thiserror::Error;
 
 /// The fit over windows of one length.

@@ -15,7 +15,7 @@
 use crate::linearise::{Disturbance, LinearisedInterval};
 use crate::outcome::CalibrationError;
 use crate::variances::{NoiseModel, NoiseProblem};
-use augsim_physics::system::{Record, System};
+use augsim_system::{Record, System};
 use rayon::prelude::*;
 
 /// Grid of correlation times of a disturbance, in sample steps; white noise is tried in addition.

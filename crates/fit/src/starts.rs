@@ -3,7 +3,7 @@
 use crate::outcome::CalibrationError;
 use crate::steps::{FINAL_TOLERANCE, StartingPoint};
 use crate::windows::{Problem, ShootingWindow};
-use augsim_physics::system::{Record, System};
+use augsim_system::{Record, System};
 
 /// Samples of the first of the fits over ever longer beginnings of a record.
 const FIRST_FIT_SAMPLES: usize = 8;

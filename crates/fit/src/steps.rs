@@ -14,7 +14,7 @@
 use crate::normal::{EvaluationPoint, NormalEquations, WindowEquations};
 use crate::windows::{Problem, ShootingWindow};
 use augsim_linear::{Mat, solve_positive_definite};
-use augsim_physics::system::SimulationError;
+use augsim_system::SimulationError;
 
 /// Maximum number of steps of one fit, accepted or rejected.
 const MAX_STEPS: usize = 60;
@@ -393,7 +393,7 @@ mod tests {
     //! the others.
     use super::*;
     use augsim_equations::{EquationSystem, model};
-    use augsim_physics::system::{Record, System};
+    use augsim_system::{Record, System};
 
     /// An exponential decay, measured with small errors, in windows of 1 s.
     fn decay_problem() -> (EquationSystem, Vec<Record>) {

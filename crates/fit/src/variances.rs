@@ -14,9 +14,7 @@ use crate::kalman::{Filter, Noise, Sample, Smoothing, VarianceBalance, diagonal,
 use crate::linearise::{Disturbance, Layout, LinearisedInterval, SystemWithStates};
 use crate::outcome::CalibrationError;
 use crate::starts::estimate_initial_state;
-use augsim_physics::system::{
-    InitialValue, Offsets, Record, Simulated, SimulationError, System, Task, channel_sd,
-};
+use augsim_system::{InitialValue, Offsets, Record, Simulated, SimulationError, System, Task, channel_sd};
 use rayon::prelude::*;
 
 /// Maximum number of iterations of the variances.

@@ -1,6 +1,6 @@
 //! Multiple-shooting windows of records, and the estimation problem that they belong to.
 
-use augsim_physics::system::{InitialValue, Record, Schema, System, channel_sd};
+use augsim_system::{InitialValue, Record, Schema, System, channel_sd};
 use std::ops::Range;
 use std::time::Instant;
 

@@ -2,13 +2,12 @@
 
 pub mod ball;
 mod dual;
-pub mod effects;
+mod lanes;
+pub mod library;
 pub mod model;
 pub mod ode;
 pub mod push;
 pub mod scalar;
-pub mod statistics;
-pub mod system;
 
 pub use dual::Dual;
 pub use scalar::Scalar;

@@ -9,11 +9,10 @@ use augsim_data::checks::ExpectedData;
 use augsim_data::{Dataset, Trajectory, random_stream};
 use augsim_discovery::{Discovery, Options, discover};
 use augsim_physics::Scalar;
-use augsim_physics::model::Parameter;
 use augsim_physics::ode::{At, Equations, Ode};
-use augsim_physics::system::{
+use augsim_system::{
     Addition, Augmentation, Channel, Declaration, Effect, EffectParameter, ErrorFigure, InitialValue,
-    Objection, Quantity, RoundTripError, Schema, State, System,
+    Objection, Parameter, Quantity, RoundTripError, Schema, State, System,
 };
 use rand_distr::{Distribution, Normal};
 use std::sync::Arc;

@@ -5,9 +5,10 @@ use crate::{Subject, Usage, equations};
 use augsim_data::{Limit, random_stream};
 use augsim_equations::EquationSystem;
 use augsim_equations::model::Hold;
-use augsim_physics::model::{ModelFile, Parameter};
-use augsim_physics::system::{
-    Declaration, InitialValue, Offsets, Record, ScatterPer, Schema, Simulated, Stream, System, Task,
+use augsim_physics::model::ModelFile;
+use augsim_system::{
+    Declaration, InitialValue, Offsets, Parameter, Record, ScatterPer, Schema, Simulated, Stream, System,
+    Task,
 };
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -274,7 +275,7 @@ fn draw_parameter(p: &Parameter, normal: &mut dyn FnMut() -> f64) -> f64 {
 /// `velocity_m_s` if there is only one position.
 fn built_in_states(schema: &Schema) -> Vec<String> {
     let has_one_channel = schema.channels.len() == 1;
-    let name = |state: &augsim_physics::system::State| match state.initial {
+    let name = |state: &augsim_system::State| match state.initial {
         InitialValue::Measured(channel) => schema.channels[channel].column.clone(),
         _ => match state.quantity.name.strip_prefix("velocity of ") {
             Some(_) if has_one_channel => "velocity_m_s".to_owned(),
@@ -308,7 +309,7 @@ fn streams(schema: &Schema, plan: &Plan) -> Result<Vec<Stream>, Usage> {
             None => Ok(values.clone()),
         }
     };
-    let stream = |input: &augsim_physics::system::Input| {
+    let stream = |input: &augsim_system::Input| {
         let values = input.columns.iter().map(values).collect::<Result<Vec<_>, _>>()?;
         Ok(Stream { times: plan.times.clone(), values })
     };

@@ -1,7 +1,8 @@
 //! A model file of any kind.
 
 use crate::equations;
-use augsim_physics::model::{ModelFile, Parameter};
+use augsim_physics::model::ModelFile;
+use augsim_system::Parameter;
 use std::path::Path;
 
 /// A model file of any kind.

@@ -1,7 +1,8 @@
 //! A weak spring between the ball and a height.
 
 use crate::Scalar;
-use crate::effects::{Effect, EffectSpec, Flight, Law, Location, ParameterSpec};
+use crate::ball::effects::{Effect, Flight, Law};
+use crate::library::{EffectSpec, Location, ParameterSpec};
 
 /// The law is a_z = f - k z.
 pub struct HeightSpring;

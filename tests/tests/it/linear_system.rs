@@ -2,7 +2,7 @@
 //! on it can be held against a formula. Also the parts of the trait that every system inherits: a record as one window, the
 //! places of added laws.
 
-use augsim_physics::system::{InitialValue, ModelTerm, Offsets, Record, Seed, Simulated, System, Task};
+use augsim_system::{InitialValue, ModelTerm, Offsets, Record, Seed, Simulated, System, Task};
 use augsim_tests::linear::{EVENTS_S, Linear};
 
 fn record() -> Record {

@@ -3,7 +3,7 @@
 use crate::args::Effects;
 use augsim_equations::library::{Candidate, CandidateParameter, candidates, is_a_kind, similar_kinds};
 use augsim_equations::{EquationSystem, Model};
-use augsim_physics::effects::EffectSpec;
+use augsim_physics::library::EffectSpec;
 use augsim_physics::model::ModelFile;
 use augsim_session::equations::{self, fit, records, unit_text};
 use augsim_session::usage::{Inapplicable, UnknownName};
@@ -64,7 +64,8 @@ pub fn run(args: &Effects, output: &Output) -> anyhow::Result<Outcome> {
 
 /// Effects of the built-in systems, including the random effects per event.
 fn libraries() -> [(&'static str, Vec<&'static EffectSpec>); 2] {
-    use augsim_physics::{effects, push::effects as push};
+    use augsim_physics::ball::effects;
+    use augsim_physics::push::effects as push;
     [
         ("ball", effects::all::<f64>().iter().map(|e| e.spec()).chain([&effects::SCATTER_SPEC]).collect()),
         ("push", push::all::<f64>().iter().map(|e| e.spec()).chain([&push::SCATTER_SPEC]).collect()),
@@ -83,7 +84,7 @@ fn list_libraries(kind: Option<&str>) -> anyhow::Result<List> {
     if chosen.is_empty() {
         let kind = kind.unwrap_or_default();
         let nearest = [
-            augsim_physics::effects::similar_kinds(kind),
+            augsim_physics::ball::effects::similar_kinds(kind),
             augsim_physics::push::effects::similar_kinds(kind),
         ];
         let nearest = nearest.concat();
@@ -113,7 +114,7 @@ fn list_for_model(path: &Path, kind: Option<&str>, data: Option<&Path>) -> anyho
 /// Lists the effects for a model of a ball or of pushing.
 fn list_for_built_in_model(path: &Path, kind: Option<&str>) -> anyhow::Result<Vec<Listed>> {
     let (library, similar_kinds): (_, fn(&str) -> Vec<&'static str>) = match ModelFile::read(path)? {
-        ModelFile::Ball(_) => ("ball", augsim_physics::effects::similar_kinds),
+        ModelFile::Ball(_) => ("ball", augsim_physics::ball::effects::similar_kinds),
         ModelFile::Push(_) => ("push", augsim_physics::push::effects::similar_kinds),
     };
     let specs = libraries().into_iter().filter(|(name, _)| *name == library).flat_map(|(_, specs)| specs);
@@ -165,8 +166,8 @@ fn measured_candidates(model: &Model, data: &Path) -> anyhow::Result<Vec<Candida
 }
 
 fn from_built_in(spec: &EffectSpec) -> Listed {
-    let effect = augsim_physics::system::Effect::from(spec);
-    let parameter = |p: &augsim_physics::system::EffectParameter| Parameter {
+    let effect = augsim_system::Effect::from(spec);
+    let parameter = |p: &augsim_system::EffectParameter| Parameter {
         name: p.name.clone(),
         unit: p.unit.clone(),
         typical: Some(p.typical),

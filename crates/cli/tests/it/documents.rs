@@ -7,7 +7,8 @@
 //! ```
 
 use crate::documents_on_disk::{root, words};
-use augsim_physics::effects::{EffectSpec, SCATTER_SPEC};
+use augsim_physics::ball::effects::SCATTER_SPEC;
+use augsim_physics::library::EffectSpec;
 use augsim_report::figure::{Axis, BarShape, Bars, Figure};
 use std::fmt::Write;
 use std::process::Command;
@@ -117,7 +118,7 @@ fn candidate(page: &mut String, entry: &toml::Table) {
 fn effects_page_matches_the_registries() {
     let mut page = EFFECTS.to_owned();
     heading(&mut page, "Of the ball", COLUMNS);
-    let ball = augsim_physics::effects::all::<f64>();
+    let ball = augsim_physics::ball::effects::all::<f64>();
     ball.iter().map(|e| e.spec()).chain([&SCATTER_SPEC]).for_each(|spec| effect(&mut page, spec));
     heading(&mut page, "Of pushing", COLUMNS);
     let push = augsim_physics::push::effects::all::<f64>();

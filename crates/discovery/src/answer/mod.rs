@@ -9,7 +9,7 @@ use crate::result::Estimate;
 use crate::score::Scored;
 use crate::search::{Search, SearchResult};
 use crate::stages::Judged;
-use augsim_physics::system::Declaration;
+use augsim_system::Declaration;
 pub(crate) use errors::{Errors, errors_of_fits, forecast_limit, measure_errors, nuisances_of_all};
 
 /// Everything that the result is computed from.

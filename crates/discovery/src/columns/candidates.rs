@@ -3,8 +3,7 @@
 use crate::addition::Addition;
 use crate::hypothesis::Hypothesis;
 use crate::record::Measured;
-use augsim_physics::model::Per;
-use augsim_physics::system::Event;
+use augsim_system::{Event, Per};
 
 /// Maximum number of groups for which an effect is offered with one value per group; more would be a
 /// description, not an effect.

@@ -2,9 +2,7 @@
 //! parameters.
 
 use crate::addition::Addition;
-use augsim_physics::effects::Polar;
-use augsim_physics::model::Per;
-use augsim_physics::system::{Start, System};
+use augsim_system::{Per, Polar, Start, System};
 use std::ops::Range;
 
 /// An addition at one grid point of its shape parameters (widths, thresholds, delays, periods).
@@ -107,7 +105,7 @@ pub(crate) fn acting_points(system: &dyn System, addition: &Addition) -> Vec<Vec
 }
 
 /// Values at which an effect is first simulated: its nulls, or near them where it is singular there.
-pub(crate) fn probe(effect: &augsim_physics::system::Effect) -> Vec<f64> {
+pub(crate) fn probe(effect: &augsim_system::Effect) -> Vec<f64> {
     if effect.first_simulated_at.is_empty() {
         effect.parameters.iter().map(|p| p.null).collect()
     } else {

@@ -11,8 +11,7 @@ use crate::linear::Square;
 use crate::record::ChosenRecords;
 use crate::score::{Blocks, FitWindows, Rows, Scored, distances_from_nulls};
 use augsim_linear::gram_of_rows;
-use augsim_physics::model::Per;
-use augsim_physics::system::ModelTerm;
+use augsim_system::{ModelTerm, Per};
 use rayon::prelude::*;
 
 /// Columns per simulation: more share the cost of the motion, but a SIMD pass has 32 lanes.

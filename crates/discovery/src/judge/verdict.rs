@@ -6,7 +6,7 @@ use crate::hypothesis::Hypothesis;
 use crate::prepare::Prepared;
 use crate::result::{ErrorTable, Verdict};
 use augsim_data::with_significant;
-use augsim_physics::model::Per;
+use augsim_system::Per;
 
 /// Share of a parameter's range within which it counts as at a bound.
 const BOUND_SHARE: f64 = 1e-6;

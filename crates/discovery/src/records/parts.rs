@@ -4,7 +4,7 @@
 //! cross-validation, Burman, Chow and Nolan 1994), each of which is predicted from its own first samples.
 
 use crate::record::{Measured, Record, Recording};
-use augsim_physics::system::{Record as SystemRecord, Window};
+use augsim_system::{Record as SystemRecord, Window};
 use std::ops::Range;
 
 /// Number of records from which on they are kept whole.

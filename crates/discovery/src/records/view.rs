@@ -6,7 +6,7 @@ use crate::record::ChosenRecords;
 use crate::record::{Measured, Record};
 use crate::records::parts::{windows_as_record, with_part_weights};
 use crate::score::Blocks;
-use augsim_physics::system::Window;
+use augsim_system::Window;
 use std::sync::Arc;
 
 /// Records in windows of one length.

@@ -12,7 +12,7 @@ use crate::fit::Fit;
 use crate::linear::{Cholesky, Square};
 use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
-use augsim_physics::system::{Seed, System};
+use augsim_system::{Seed, System};
 
 /// Rows of one window.
 #[derive(Clone, Debug)]

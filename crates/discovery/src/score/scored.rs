@@ -10,8 +10,7 @@ use crate::interval::{Intervals, MIN_FREEDOM};
 use crate::linear::Square;
 use crate::record::ChosenRecords;
 use crate::statistics::{hotelling_tail, median};
-use augsim_physics::model::NORMAL_95;
-use augsim_physics::system::Effect;
+use augsim_system::{Effect, NORMAL_95};
 
 /// A fitted set of additions.
 #[derive(Clone, Debug)]

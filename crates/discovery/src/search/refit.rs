@@ -11,8 +11,7 @@ use crate::records::View;
 use crate::score::Scored;
 use crate::search::heterogeneity::heterogeneity;
 use crate::statistics::chi2_tail;
-use augsim_physics::model::Per;
-use augsim_physics::system::{ScatterPer, System};
+use augsim_system::{Per, ScatterPer, System};
 
 /// Level of the whole procedure: probability that data of a complete model name an effect.
 pub(crate) const ALPHA: f64 = 0.01;

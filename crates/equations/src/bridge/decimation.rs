@@ -4,7 +4,7 @@ use super::EquationSystem;
 use super::records::{EngineTask, signal};
 use super::tuning::windows;
 use crate::engine::{OutputChange, Record as EngineRecord, Signal};
-use augsim_physics::system::Record;
+use augsim_system::Record;
 
 /// Maximum ratio of the interpolation errors over long and over the shortest intervals.
 ///

@@ -5,7 +5,7 @@ use crate::error::ModelError;
 use crate::model::{Covariance, Model, Parameter};
 use augsim_data::Unit;
 use augsim_data::checks::ExpectedData;
-use augsim_physics::system::{
+use augsim_system::{
     Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Objection, Record, RoundTripError,
     System,
 };

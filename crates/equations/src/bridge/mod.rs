@@ -1,6 +1,6 @@
 //! Implements the system interface of calibration and discovery for systems of equations.
 //!
-//! The interface is [`augsim_physics::system::System`].
+//! The interface is [`augsim_system::System`].
 
 mod decimation;
 mod declaration;
@@ -16,10 +16,9 @@ use crate::error::ModelError;
 use crate::library::{Candidate, Scales, candidates, formulas, table_draft};
 use crate::model::{Model, Target as ModelTarget};
 use crate::system::System as Compiled;
-use augsim_physics::model::Parameter;
-use augsim_physics::system::{
-    Effect, Event, ModelTerm, Objection, Quantity, Record, Schema, Seed, Simulated, SimulationError, System,
-    SystemError, Table, Task,
+use augsim_system::{
+    Effect, Event, ModelTerm, Objection, Parameter, Quantity, Record, Schema, Seed, Simulated,
+    SimulationError, System, SystemError, Table, Task,
 };
 pub use declaration::CalibratedModel;
 use rayon::prelude::*;

@@ -4,7 +4,7 @@ use super::{EquationSystem, START_SAMPLES};
 use crate::engine::{Record as EngineRecord, Signal, Window as EngineWindow};
 use crate::model::{FirstSamples, Hold, Input};
 use crate::text::Symbol;
-use augsim_physics::system::{Record, SimulationError, Stream, Task, Window};
+use augsim_system::{Record, SimulationError, Stream, Task, Window};
 use std::sync::Arc;
 
 /// A task in the form of the engine.

@@ -4,10 +4,9 @@ use crate::library::{Candidate, Kinematics, Scales, size_unit};
 use crate::model::{Hold, Model, Parameter as ModelParameter};
 use crate::text::{Kind, Lexer, Symbol, Token};
 use augsim_data::{Dimensions, Unit};
-use augsim_physics::model::Parameter;
-use augsim_physics::system::{
+use augsim_system::{
     Channel, Effect, EffectParameter, ErrorFigure, FormulaDomain, InitialValue, Input, InputInterpolation,
-    Quantity, Schema, State, Target,
+    Parameter, Quantity, Schema, State, Target,
 };
 
 /// Bound of a parameter without bounds, as a multiple of its nominal value (or of 1 if larger).

@@ -2,7 +2,7 @@
 
 use crate::library::{Kinematics, Scales};
 use crate::model::Model;
-use augsim_physics::system::{Schema, Table};
+use augsim_system::{Schema, Table};
 
 /// Number of knots of a table.
 const KNOT_COUNT: usize = 8;

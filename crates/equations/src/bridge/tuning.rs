@@ -6,7 +6,7 @@ use crate::engine::{
     Method, Options, Point, SimulationError as EngineError, TRIAL_SUBSTEPS, Window, fastest_mode,
 };
 use crate::library::Scales;
-use augsim_physics::system::{Offsets, Record, SimulationError, Task, channel_sd};
+use augsim_system::{Offsets, Record, SimulationError, Task, channel_sd};
 use std::sync::Arc;
 
 /// Maximum number of windows, spread over the records, that settings are chosen from.
@@ -98,7 +98,7 @@ impl EquationSystem {
         let record_windows = records.iter().flat_map(|r| r.windows.iter().map(move |w| (r, w)));
         let window_count = total.div_ceil(stride).max(1);
         let samples = MAX_WINDOWS * SAMPLES_PER_WINDOW / window_count;
-        let to_engine_task = |(record, window): (&Record, &augsim_physics::system::Window)| {
+        let to_engine_task = |(record, window): (&Record, &augsim_system::Window)| {
             let window_samples = window.samples.clone();
             let end = window_samples.end.min(window_samples.start + samples);
             let task = Task {

@@ -295,7 +295,7 @@ pub struct Model {
 impl Output {
     /// Residual (measured - predicted); for a wrapping quantity the smallest one modulo its period.
     pub fn error(&self, measured: f64, predicted: f64) -> f64 {
-        augsim_physics::system::shortest_difference(measured - predicted, self.period)
+        augsim_system::shortest_difference(measured - predicted, self.period)
     }
 }
 

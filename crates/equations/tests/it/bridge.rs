@@ -13,11 +13,10 @@ use augsim_equations::library::Scales;
 use augsim_equations::model::{self, Model};
 use augsim_equations::{CalibratedModel, EquationSystem, example};
 use augsim_physics::Scalar;
-use augsim_physics::model::Parameter;
 use augsim_physics::ode::{At, Equations, Ode};
-use augsim_physics::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Offsets, Record, Schema, Seed,
-    Simulated, Stream, System, Table, Task,
+use augsim_system::{
+    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Offsets, Parameter, Record, Schema,
+    Seed, Simulated, Stream, System, Table, Task,
 };
 
 fn model(name: &str) -> Model {

@@ -1,7 +1,7 @@
 //! Covariates of a throw: session time at the start, spin, size and mass.
 
 use super::Covariates;
-use crate::system::{Quantity, Record};
+use augsim_system::{Quantity, Record};
 use std::f64::consts::PI;
 
 /// Name and unit of the covariates, in order.

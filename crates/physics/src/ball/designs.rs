@@ -1,7 +1,7 @@
 //! Candidate throws for experiment design.
 
 use super::covariates::{has_spin, with_spin};
-use crate::system::{Design, Designs, Record, Window};
+use augsim_system::{Design, Designs, Record, Window};
 
 /// Duration of a candidate record, s.
 const DURATION_S: f64 = 2.5;

@@ -7,12 +7,12 @@
 //! avoided by a rest condition: a ball that leaves the ground slower than [`REST_SPEED`] stays on it.
 
 use super::contact::Contact;
+use super::effects::{Flight, Law, Measurement};
 use super::flight::{Step, parabola, time_to_contact};
 use super::{
     Covariates, FLOOR, GRAVITY, INERTIA_RATIO, Impact, ImpactRecord, RADIUS, RESTITUTION, State, World,
 };
 use crate::Scalar;
-use crate::effects::{Flight, Law, Measurement};
 use crate::scalar::{axpy, cross, dot};
 
 /// Normal speed after an impact below which the ball stays on the ground, m/s; a bounce of 0.5 nm.

@@ -1,6 +1,6 @@
 //! A ball that falls, flies and bounces on flat ground.
 //!
-//! [`simulate`] is the event-driven engine, [`Ball`] wraps it as a [`System`](crate::system::System).
+//! [`simulate`] is the event-driven engine, [`Ball`] wraps it as a [`System`](augsim_system::System).
 //! [`bullet`] is PyBullet's time-stepping scheme, [`drop_distribution`] and [`floor`] reproduce a published data set
 //! and its best possible prediction errors.
 
@@ -9,6 +9,7 @@ mod contact;
 mod covariates;
 mod designs;
 pub mod drop_distribution;
+pub mod effects;
 mod engine;
 mod ensemble;
 mod flight;

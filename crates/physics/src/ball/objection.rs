@@ -1,9 +1,8 @@
 //! Checks that recorded throws can be calibrated at all, and the messages for those that cannot.
 
 use super::{GRAVITY, RESTITUTION};
-use crate::model::Parameter;
-use crate::statistics::median;
-use crate::system::{Objection, Record};
+use augsim_system::statistics::median;
+use augsim_system::{Objection, Parameter, Record};
 use thiserror::Error;
 
 /// Largest accepted residual norm of a free fall in the first flight, relative to the spread of its heights.

@@ -5,9 +5,8 @@
 
 use super::scene::impact_heights;
 use super::{GRAVITY, RESTITUTION};
-use crate::model::Parameter;
-use crate::statistics::median;
-use crate::system::{Objection, Record};
+use augsim_system::statistics::median;
+use augsim_system::{Objection, Parameter, Record};
 use thiserror::Error;
 
 /// Gravity on Earth, m/s².

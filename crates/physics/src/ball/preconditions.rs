@@ -2,9 +2,9 @@
 
 use super::Axes;
 use super::covariates::{area_per_mass_varies, has_spin, has_start_time, radius_m};
-use crate::effects::{Location, Needs, all};
-use crate::model::Parameter;
-use crate::system::Record;
+use super::effects::all;
+use crate::library::{Location, Needs};
+use augsim_system::{Parameter, Record};
 
 /// Properties of the declared model that decide which effects can be searched for.
 pub(super) struct Preconditions<'a> {

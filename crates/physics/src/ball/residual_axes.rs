@@ -1,6 +1,6 @@
 //! Quantities against which the residuals of throws are plotted.
 
-use crate::system::{Event, Record};
+use augsim_system::{Event, Record};
 
 /// Time, height, speed and number of preceding impacts (of the simulated `events`) at each sample.
 ///

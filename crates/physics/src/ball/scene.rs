@@ -1,9 +1,9 @@
 //! Height of the floor, estimated from the data before any model is fitted.
 
 use super::segmentation::{fit_free_fall, segment};
-use crate::statistics::median;
-use crate::system::{DetectedEvent, Record};
 use augsim_data::Dataset;
+use augsim_system::statistics::median;
+use augsim_system::{DetectedEvent, Record};
 
 /// Gravity that is assumed for data without a model, m/s².
 const ASSUMED_GRAVITY: f64 = 9.81;

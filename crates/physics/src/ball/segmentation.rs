@@ -4,7 +4,7 @@
 //! height. The threshold depends on the noise. Bounces below the threshold are not detected; the record is
 //! cut before them, because an arc with a hidden bounce would look like an arc with coloured noise.
 
-use crate::system::{CORRELATION_STEPS, DetectedEvent, Record, Window, typical_step};
+use augsim_system::{CORRELATION_STEPS, DetectedEvent, Record, Window, typical_step};
 use std::ops::Range;
 
 /// Lag of the second difference, s.

@@ -2,6 +2,7 @@
 
 use super::covariates;
 use super::designs::designs;
+use super::effects::{self, Feature, SCATTER_SPEC, Table as TableLaw, Target as TableTarget};
 use super::objection::{objection, too_few_heights};
 use super::plausibility::{foreign_records_objection, implausible};
 use super::preconditions::Preconditions;
@@ -11,12 +12,13 @@ use super::segmentation::segment;
 use super::tables::tables;
 use super::{Axes, FLOOR, GRAVITY, LawRef, Offsets, RADIUS, RESTITUTION, Run, State, Throw, World, simulate};
 use crate::Scalar;
-use crate::effects::{self, Feature, Location, SCATTER_SPEC, Table as TableLaw, Target as TableTarget};
-use crate::model::{Parameter, Release};
-use crate::system::{
-    Channel, Designs, Effect, ErrorFigure, Event, EventSchema, InitialValue, ModelTerm, Objection, Quantity,
-    Record, Scatter, Schema, Seed, Simulated, SimulationError, State as StateSchema, System, SystemError,
-    Table, Target, Task, in_blocks, seeded, with_lanes,
+use crate::lanes::{seeded, store, with_lanes};
+use crate::library::Location;
+use crate::model::Release;
+use augsim_system::{
+    Channel, Designs, Effect, ErrorFigure, Event, EventSchema, InitialValue, ModelTerm, Objection, Parameter,
+    Quantity, Record, Scatter, Schema, Seed, Simulated, SimulationError, State as StateSchema, System,
+    SystemError, Table, Target, Task, in_blocks,
 };
 use std::sync::Arc;
 
@@ -129,13 +131,13 @@ impl Ball {
         }
         let offset = |s: Seed| if let Seed::Offset(i) = s { Some(i) } else { None };
         let xi: Vec<S> = match task.offsets {
-            crate::system::Offsets::None => Vec::new(),
-            crate::system::Offsets::Shared(x) => seeded(&[x], task.seeds, offset),
-            crate::system::Offsets::PerEvent(list) => seeded(list, task.seeds, offset),
+            augsim_system::Offsets::None => Vec::new(),
+            augsim_system::Offsets::Shared(x) => seeded(&[x], task.seeds, offset),
+            augsim_system::Offsets::PerEvent(list) => seeded(list, task.seeds, offset),
         };
         let offsets = match (task.offsets, xi.first()) {
             (_, None) => Offsets::None,
-            (crate::system::Offsets::Shared(_), Some(&x)) => Offsets::Shared(x),
+            (augsim_system::Offsets::Shared(_), Some(&x)) => Offsets::Shared(x),
             (_, Some(_)) => Offsets::PerImpact(&xi),
         };
         let mut run = Run {
@@ -155,7 +157,7 @@ impl Ball {
         simulate(&throw, times, &mut run);
         out.reset(times.len(), axes.len(), task.seeds.len(), Feature::ALL.len());
         for (k, position) in run.positions.iter().enumerate() {
-            axes.iter().enumerate().for_each(|(c, &axis)| out.set(k, c, position[axis]));
+            axes.iter().enumerate().for_each(|(c, &axis)| store(out, k, c, position[axis]));
         }
         for (index, impact) in run.impacts.iter().enumerate() {
             let length = |v: [S; 3]| v.iter().map(|x| x.value() * x.value()).sum::<f64>().sqrt();

@@ -2,9 +2,10 @@
 
 use super::Axes;
 use super::covariates::{clock_s, has_spin, has_start_time};
-use crate::effects::{Feature, Location, Target};
-use crate::statistics::quantile;
-use crate::system::{Event, Record, Table};
+use super::effects::{Feature, Target};
+use crate::library::Location;
+use augsim_system::statistics::quantile;
+use augsim_system::{Event, Record, Table};
 
 /// Number of knots of a table.
 const KNOTS: usize = 8;

@@ -1,8 +1,8 @@
 //! The set of active effects, and the position of their parameters in the parameter vector.
 
 use super::Axes;
+use super::effects::{self, Law, TABLE_KIND, Table};
 use crate::Scalar;
-use crate::effects::{self, Law, TABLE_KIND, Table};
 
 /// Names of the base parameters, in the order of the parameter vector; those of effects follow.
 pub const BASE_PARAMETERS: [&str; 5] =

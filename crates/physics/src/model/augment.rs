@@ -1,14 +1,15 @@
 //! Models with the results of a fit, and the implementation of [`Declaration`].
 
-use super::{EffectBlock, Model, ModelFile, Parameter, Per, PushModel};
+use super::{EffectBlock, Model, ModelFile, PushModel};
 use crate::ball::Axes;
-use crate::effects::{self, Feature, SCATTER_KIND, TABLE_KIND, Table, Target};
+use crate::ball::effects::{self, Feature, SCATTER_KIND, TABLE_KIND, Table, Target};
+use crate::library::ParameterSpec;
 use crate::push;
-use crate::system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Objection, RoundTripError,
-    ScatterPer, System,
-};
 use augsim_data::checks::ExpectedData;
+use augsim_system::{
+    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Objection, Parameter, Per,
+    RoundTripError, ScatterPer, System,
+};
 use std::error::Error as StdError;
 use std::sync::Arc;
 use thiserror::Error;
@@ -24,18 +25,16 @@ enum MissingColumns {
     Push(String),
 }
 
-impl Fitted {
-    /// Stores the values in a parameter.
-    fn store(&self, p: &mut Parameter) {
-        match &self.values {
-            FittedValues::One(value) => (p.nominal, p.ci95) = (*value, self.ci95),
-            FittedValues::ByGroup(groups) => {
-                p.per = Per::Group;
-                p.groups = groups.clone();
-                let mean = groups.iter().map(|(_, v)| v).sum::<f64>() / groups.len() as f64;
-                // The mean of values that are all at a bound may exceed it by rounding.
-                p.nominal = mean.clamp(p.min, p.max);
-            }
+/// Stores fitted values in a parameter.
+fn store(fitted: &Fitted, p: &mut Parameter) {
+    match &fitted.values {
+        FittedValues::One(value) => (p.nominal, p.ci95) = (*value, fitted.ci95),
+        FittedValues::ByGroup(groups) => {
+            p.per = Per::Group;
+            p.groups = groups.clone();
+            let mean = groups.iter().map(|(_, v)| v).sum::<f64>() / groups.len() as f64;
+            // The mean of values that are all at a bound may exceed it by rounding.
+            p.nominal = mean.clamp(p.min, p.max);
         }
     }
 }
@@ -43,17 +42,17 @@ impl Fitted {
 /// The block of an effect with fitted values.
 fn block(kind: &str, parameters: Vec<Parameter>, values: &[Fitted]) -> EffectBlock {
     let mut block = EffectBlock { kind: kind.into(), scatter: None, table: None, parameters };
-    block.parameters.iter_mut().zip(values).for_each(|(p, v)| v.store(p));
+    block.parameters.iter_mut().zip(values).for_each(|(p, v)| store(v, p));
     block
 }
 
 /// Calibrated parameters of an effect, at 0.
-fn blank(specs: &[effects::ParameterSpec]) -> Vec<Parameter> {
+fn blank(specs: &[ParameterSpec]) -> Vec<Parameter> {
     specs.iter().map(|s| Parameter::free(s.name.into(), 0.0, s.min, s.max)).collect()
 }
 
 /// The block of a ball table with fitted values; `None` if target or feature is out of range.
-fn tabulated(table: &crate::system::Table, values: &[Fitted]) -> Option<EffectBlock> {
+fn tabulated(table: &augsim_system::Table, values: &[Fitted]) -> Option<EffectBlock> {
     let (target, against) = (*Target::ALL.get(table.target)?, *Feature::ALL.get(table.feature)?);
     let mut block = block(TABLE_KIND, (0..table.knots).map(Parameter::knot).collect(), values);
     block.parameters.iter_mut().for_each(|p| p.ci95 = None);
@@ -68,7 +67,7 @@ fn store_declared(found: &Augmentation, base: &mut [Parameter], effects: &mut [E
         base.iter_mut().chain(laws.flat_map(|b| &mut b.parameters)).collect();
     for (index, fitted) in &found.declared {
         if let Some(p) = slots.get_mut(*index) {
-            fitted.store(p);
+            store(fitted, p);
         }
     }
     // The format of a table is a list of values without intervals.

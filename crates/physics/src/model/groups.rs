@@ -1,34 +1,7 @@
 //! Parameter values by group: matching the groups of a model file to those of the data.
 
-use super::{Model, ModelFile, Parameter, Per, PushModel};
-
-/// A parameter value for a group that the data do not have.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UnknownGroup {
-    /// The parameter.
-    pub parameter: String,
-    /// The unknown group.
-    pub group: String,
-}
-
-impl Parameter {
-    /// Values for `groups` in order; a group without a value gets the nominal one.
-    pub fn values_of(&self, groups: &[String]) -> Vec<f64> {
-        let entry = |name: &String| self.groups.iter().find(|(n, _)| n == name);
-        groups.iter().map(|name| entry(name).map_or(self.nominal, |(_, v)| *v)).collect()
-    }
-}
-
-/// The first group value of these parameters whose group is not in `groups`.
-pub fn unknown_group<'p>(
-    mut parameters: impl Iterator<Item = &'p Parameter>,
-    groups: &[&str],
-) -> Option<UnknownGroup> {
-    parameters.find_map(|p| {
-        let (group, _) = p.groups.iter().find(|(name, _)| !groups.contains(&name.as_str()))?;
-        Some(UnknownGroup { parameter: p.name.clone(), group: group.clone() })
-    })
-}
+use super::{Model, ModelFile, PushModel};
+use augsim_system::{Parameter, Per, UnknownGroup, unknown_group};
 
 impl Model {
     /// The first group value whose group is not in `groups`.

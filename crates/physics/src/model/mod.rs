@@ -5,7 +5,6 @@ mod error;
 mod expected;
 mod groups;
 mod open;
-pub(crate) mod parameter;
 mod parse;
 mod push;
 mod rule;
@@ -13,15 +12,12 @@ mod scenario;
 mod template;
 mod write;
 
+use crate::ball::effects::{Table, index_of};
 use crate::ball::{Axes, BASE_PARAMETERS, LawRef, World};
-use crate::effects::{Table, index_of};
-use crate::system::ScatterPer;
+use augsim_system::{Parameter, ScatterPer};
 use std::path::Path;
 
 pub use error::{KnownKeys, ModelError};
-pub use groups::{UnknownGroup, unknown_group};
-pub use parameter::{NORMAL_95, Parameter, Per};
-pub(crate) use parse::edit_distance;
 pub use push::PushModel;
 pub use rule::{Place, Rule};
 pub use scenario::ModelFile;

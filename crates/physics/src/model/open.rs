@@ -1,10 +1,10 @@
 //! Construction of a system from a model file.
 
-use super::{EffectBlock, Model, Parameter, PushModel};
+use super::{EffectBlock, Model, PushModel};
 use crate::ball::{Axes, Ball, BallDeclaration};
 use crate::push::effects::{SCATTER_KIND, index_of};
 use crate::push::{PushDeclaration, Pushing};
-use crate::system::Scatter;
+use augsim_system::{Parameter, Scatter};
 
 impl Model {
     /// Builds the ball, observed along `axes`; the random scatter is not among the system's parameters.

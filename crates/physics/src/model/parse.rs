@@ -1,30 +1,15 @@
 //! Parser of model files; unknown keys are errors that name the line.
 
-use super::{EffectBlock, KnownKeys, Model, ModelError, Parameter, Per, Place, Release, Rule};
+use super::{EffectBlock, KnownKeys, Model, ModelError, Place, Release, Rule};
 use crate::ball::BASE_PARAMETERS;
-use crate::effects::{self, EffectSpec, Feature, ParameterSpec, SCATTER_KIND, TABLE_KIND, Table, Target};
-use crate::system::ScatterPer;
+use crate::ball::effects::{self, Feature, SCATTER_KIND, TABLE_KIND, Table, Target};
+use crate::library::{EffectSpec, ParameterSpec, edit_distance};
+use augsim_system::{Parameter, Per, ScatterPer};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 pub(super) type Value<'a> = Spanned<DeValue<'a>>;
-
-/// Levenshtein distance, for "did you mean".
-pub(crate) fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let change = diagonal + usize::from(ca != *cb);
-            diagonal = row[j + 1];
-            row[j + 1] = change.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
 
 /// Default of a base parameter that a file does not declare: frozen at its nominal value.
 pub(super) fn base_default(name: &str) -> Parameter {

@@ -1,10 +1,10 @@
 //! Model files of planar pushing: `scenario = "push"`.
 
 use super::parse::{Library, Reader, Value};
-use super::{EffectBlock, ModelError, Parameter, Per, Place, Rule, read, write};
+use super::{EffectBlock, ModelError, Place, Rule, read, write};
 use crate::push::effects::{self, SCATTER_KIND, index_of};
 use crate::push::{BASE_PARAMETERS, Object, World};
-use crate::system::ScatterPer;
+use augsim_system::{Parameter, Per, ScatterPer};
 use std::fmt::Write as _;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};

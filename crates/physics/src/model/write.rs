@@ -1,7 +1,8 @@
 //! Writer of model files; the `toml` crate formats and escapes all values and user-defined names.
 
-use super::{Model, Parameter, Per, Release};
-use crate::effects::scatter_word;
+use super::{Model, Release};
+use crate::ball::effects::scatter_word;
+use augsim_system::{Parameter, Per};
 use serde::{Serialize, Serializer};
 use std::fmt::Write;
 

@@ -1,8 +1,7 @@
 //! State equations in Rust: the small way in, for people who do not want to know records.
 
 use crate::Scalar;
-use crate::model::Parameter;
-use crate::system::{Effect, Schema};
+use augsim_system::{Effect, Parameter, Schema};
 use std::fmt::Debug;
 
 /// The instant at which equations are evaluated.
@@ -20,7 +19,7 @@ pub struct At<'a, S> {
     pub covariates: &'a [f64],
 }
 
-/// State equations with events, over any scalar. [`Ode`](super::Ode) makes a [`System`](crate::system::System) of them.
+/// State equations with events, over any scalar. [`Ode`](super::Ode) makes a [`System`](augsim_system::System) of them.
 ///
 /// The equations hold every candidate effect from the beginning: its parameters stand behind the declared ones and are at
 /// their null until the effect is in the model.

@@ -1,7 +1,7 @@
 //! Recorded inputs between their samples.
 
 use crate::Scalar;
-use crate::system::{InputInterpolation, Record, Schema};
+use augsim_system::{InputInterpolation, Record, Schema};
 
 /// The inputs of a record, each on the piece between two of its samples that holds a time.
 #[derive(Clone, Debug)]

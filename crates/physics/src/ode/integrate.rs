@@ -10,8 +10,9 @@ use super::equations::{At, Equations};
 use super::inputs::Inputs;
 use super::limits::{MAX_EVENTS, MAX_STEPS, Tolerance};
 use super::step::Step;
-use crate::system::{Offsets, Seed, Simulated, SimulationError, Task, seeded};
+use crate::lanes::{seeded, store};
 use crate::{Dual, Scalar};
+use augsim_system::{Offsets, Seed, Simulated, SimulationError, Task};
 
 /// Smallest step, as a share of the time that has passed or of a second, whichever is more.
 const SMALLEST_STEP: f64 = 1e-14;
@@ -359,7 +360,7 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
             let covariates = &self.task.record.covariates;
             let at = At { time, states: &states, inputs: &u, parameters, covariates };
             self.equations.output(&at, &mut channels);
-            channels.iter().enumerate().for_each(|(c, &y)| out.set(self.emitted, c, y));
+            channels.iter().enumerate().for_each(|(c, &y)| store(out, self.emitted, c, y));
             self.emitted += 1;
         }
     }

@@ -4,11 +4,8 @@
 //! located, carry their derivatives, and may reset the states or bring the system to rest.
 //!
 //! ```
-//! use augsim_physics::model::Parameter;
+//! use augsim_system::{Channel, ErrorFigure, InitialValue, Offsets, Parameter, Quantity, Record, Schema, Seed, Simulated, State, System, Task};
 //! use augsim_physics::ode::{At, Equations, Ode};
-//! use augsim_physics::system::{
-//!     InitialValue, Channel, ErrorFigure, Offsets, Quantity, Record, Schema, Seed, Simulated, State, System, Task,
-//! };
 //! use augsim_physics::Scalar;
 //!
 //! /// A pendulum of one metre with viscous friction.
@@ -66,9 +63,9 @@ mod step;
 mod tableau;
 
 use crate::Scalar;
-use crate::model::Parameter;
-use crate::system::{
-    Effect, ModelTerm, Schema, Simulated, SimulationError, System, SystemError, Task, in_blocks, with_lanes,
+use crate::lanes::with_lanes;
+use augsim_system::{
+    Effect, ModelTerm, Parameter, Schema, Simulated, SimulationError, System, SystemError, Task, in_blocks,
 };
 use integrate::Integration;
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! Quantities against which the residuals of pushes are plotted.
 
 use super::path::{Motion, Path, Recorded};
-use crate::system::Record;
+use augsim_system::Record;
 
 /// Time since the start, heading and speed of the rod at each sample; NaN for the latter two if the rod
 /// rests.

@@ -2,8 +2,7 @@
 
 use super::path::{Motion, Path, Recorded};
 use super::{PushDeclaration, ROD_RADIUS_INDEX, World};
-use crate::model::Parameter;
-use crate::system::{Objection, Record};
+use augsim_system::{Objection, Parameter, Record};
 use thiserror::Error;
 
 /// Largest gap between rod and outline, m, that counts as contact.

@@ -3,10 +3,9 @@
 use super::effects::all;
 use super::setting::GRAVITY_M_S2;
 use super::{PushDeclaration, SUPPORT_FRICTION_INDEX};
-use crate::effects::Needs;
-use crate::model::Parameter;
-use crate::statistics::{median, quantile};
-use crate::system::Record;
+use crate::library::Needs;
+use augsim_system::statistics::{median, quantile};
+use augsim_system::{Parameter, Record};
 
 /// Smallest coasting distance, in standard deviations of the measured position, at which inertia is
 /// detectable.

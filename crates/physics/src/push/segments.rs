@@ -1,7 +1,7 @@
 //! Division of a push into windows for fits (by travel of the rod) and segments for forecasts (by time).
 
 use super::path::simplify_path;
-use crate::system::{CORRELATION_STEPS, Record, Window, split_by_duration};
+use augsim_system::{CORRELATION_STEPS, Record, Window, split_by_duration};
 use std::ops::Range;
 use std::sync::Arc;
 

@@ -12,12 +12,11 @@ use super::segments;
 use super::top_view::top_view;
 use super::world::World;
 use crate::Scalar;
-use crate::effects::Polar;
-use crate::model::Parameter;
-use crate::system::{
+use crate::lanes::{seeded, store, with_lanes};
+use augsim_system::{
     Channel, Effect, ErrorFigure, Event, InitialValue, Input, InputInterpolation, ModelTerm, Objection,
-    Quantity, Record, RecordRandomEffect, Schema, Seed, Simulated, SimulationError, State, System,
-    SystemError, Task, TopView, in_blocks, seeded, with_lanes,
+    Parameter, Polar, Quantity, Record, RecordRandomEffect, Schema, Seed, Simulated, SimulationError, State,
+    System, SystemError, Task, TopView, in_blocks,
 };
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
@@ -102,9 +101,9 @@ impl Pushing {
             .map_err(|e| SimulationError::Engine(Box::new(e)))?;
         out.reset(task.window.len(), 3, task.seeds.len(), 0);
         for (k, pose) in poses.iter().enumerate() {
-            out.set(k, 0, pose.position[0]);
-            out.set(k, 1, pose.position[1]);
-            out.set(k, 2, pose.angle);
+            store(out, k, 0, pose.position[0]);
+            store(out, k, 1, pose.position[1]);
+            store(out, k, 2, pose.angle);
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use super::ROD_RADIUS_INDEX;
 use super::world::World;
-use crate::system::{Record, TopView};
+use augsim_system::{Record, TopView};
 
 /// Number of sides with which an ellipse is drawn.
 const ELLIPSE_SIDES: usize = 48;

@@ -4,8 +4,8 @@
 //! differences with a step of 1e-6 are accurate to about 1e-8 of the scale of a smooth function; through five
 //! bounces derivatives reach 1e2, hence the relative tolerance of 1e-6.
 
+use augsim_physics::ball::effects::all;
 use augsim_physics::ball::{Axes, Covariates, FLOOR, Offsets, Run, State, Throw, World, simulate};
-use augsim_physics::effects::all;
 use augsim_physics::{Dual, Scalar};
 
 const G: f64 = 9.81;

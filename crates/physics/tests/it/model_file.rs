@@ -1,6 +1,7 @@
 //! Model files are parsed or refused with file, line and remedy; a written file parses to the same model.
 
-use augsim_physics::model::{Model, ModelFile, Per, Release};
+use augsim_physics::model::{Model, ModelFile, Release};
+use augsim_system::Per;
 
 const GOOD: &str = r#"scenario = "ball"
 [parameters]

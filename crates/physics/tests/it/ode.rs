@@ -6,12 +6,11 @@
 //! (rest and release). The tolerance of 1e-9 a step leaves a few times that after a hundred steps.
 
 use augsim_physics::Scalar;
-use augsim_physics::model::Parameter;
 use augsim_physics::ode::{At, Equations, Ode, Tolerance};
-use augsim_physics::system::{
+use augsim_system::{
     Channel, Effect, EffectParameter, ErrorFigure, EventSchema, InitialValue, Input, InputInterpolation,
-    ModelTerm, Offsets, Quantity, Record, Schema, Seed, Simulated, SimulationError, State, Stream, System,
-    Task,
+    ModelTerm, Offsets, Parameter, Quantity, Record, Schema, Seed, Simulated, SimulationError, State, Stream,
+    System, Task,
 };
 
 fn schema(system: &str, states: usize, inputs: &[InputInterpolation]) -> Schema {

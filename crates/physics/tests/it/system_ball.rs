@@ -4,13 +4,13 @@
 //! This holds for any number of seeds and for added effects. Calibration and discovery use the trait only, so
 //! that a difference in the last bit could change their results.
 
+use augsim_physics::ball::effects::{Feature, Target};
 use augsim_physics::ball::{Axes, Ball, Covariates, Run, State, Throw};
-use augsim_physics::effects::{Feature, Target};
 use augsim_physics::model::Model;
-use augsim_physics::system::{
+use augsim_physics::{Dual, Scalar, ball};
+use augsim_system::{
     InitialValue, ModelTerm, Offsets, Record, Seed, Simulated, System, SystemError, Table, Task,
 };
-use augsim_physics::{Dual, Scalar, ball};
 use std::sync::Arc;
 
 const PARAMETERS: [f64; 5] = [9.81, 0.8, 0.02, 0.4, 0.0];
@@ -90,7 +90,7 @@ fn trait_and_engine_give_bit_identical_throws() {
     for kind in ["quadratic-drag", "wind", "coulomb-friction"] {
         world.add_kind(kind).expect("in the library");
     }
-    let shape = augsim_physics::effects::Table {
+    let shape = augsim_physics::ball::effects::Table {
         target: Target::Restitution,
         feature: Feature::NormalSpeed,
         first: 0.5,

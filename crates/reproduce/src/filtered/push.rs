@@ -8,8 +8,8 @@ use crate::reproduction::{claim, finish, repeat, test_seed};
 use anyhow::Context;
 use augsim_data::{Dataset, Trajectory};
 use augsim_physics::push::laboratory::{PushDesign, PushRecipe};
-use augsim_physics::system;
 use augsim_session::run_data::recipe;
+use augsim_system::Record as SystemRecord;
 use augsim_terminal::Outcome;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
@@ -108,7 +108,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
 }
 
 /// Returns the pusher paths of the first pushes.
-fn pusher_paths(data: &Dataset, pushes: usize) -> anyhow::Result<Vec<system::Record>> {
+fn pusher_paths(data: &Dataset, pushes: usize) -> anyhow::Result<Vec<SystemRecord>> {
     let [x, y] = ["pusher_x_m", "pusher_y_m"].map(|c| data.column_index(c));
     let (x, y) = (x?, y?);
     let of = |t: &Trajectory| way(t.id(), t.time_s().to_vec(), [x, y].map(|c| t.column(c).to_vec()));

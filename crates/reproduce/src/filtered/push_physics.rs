@@ -2,7 +2,7 @@
 
 use augsim_physics::model::PushModel;
 use augsim_physics::push::{C_INDEX, CONTACT_FRICTION_INDEX};
-use augsim_physics::system::{Record, Stream, System};
+use augsim_system::{Record, Stream, System};
 use augsim_trainer::filter::SystemFilter;
 use std::sync::Arc;
 

@@ -3,10 +3,10 @@
 use super::residuals::quantity_of;
 use super::{AFTER, BEFORE, display_unit};
 use augsim_discovery::{Discovery, ExampleChannel};
-use augsim_physics::system::TopView as Scene;
 use augsim_report::capitalised;
 use augsim_report::figure::{Axis, Event, Figure, Line, Mark, Series, Tone};
 use augsim_report::page::{Block, Columns, Grid, LegendEntry};
+use augsim_system::TopView as Scene;
 
 const MEASURED: &str = "measured";
 const DECLARED: &str = "declared model";

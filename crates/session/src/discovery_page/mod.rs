@@ -11,9 +11,10 @@ pub use residuals::EffectCurve;
 
 use crate::{ReportContext, Subject};
 use augsim_discovery::{Discovery, Verdict};
-use augsim_physics::model::{ModelFile, Parameter};
+use augsim_physics::model::ModelFile;
 use augsim_report::figure::Tone;
 use augsim_report::page::{Block, Page, Provenance, Section};
+use augsim_system::Parameter;
 
 /// Colours of the models before and after the effects were added, the same on the whole page.
 const BEFORE: Tone = Tone::Series(1);

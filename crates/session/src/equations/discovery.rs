@@ -8,7 +8,7 @@ use augsim_data::Dataset;
 use augsim_discovery::{Discovery, Observer, Verdict};
 use augsim_equations::{CalibratedModel, EquationSystem, Model};
 use augsim_fit::Gauge;
-use augsim_physics::system::Record;
+use augsim_system::Record;
 use std::time::Instant;
 
 /// Minimum number of windows over all records, if these are long enough.

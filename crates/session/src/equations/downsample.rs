@@ -3,7 +3,7 @@
 use anyhow::Context;
 use augsim_data::{Dataset, Trajectory};
 use augsim_equations::EquationSystem;
-use augsim_physics::system::Record;
+use augsim_system::Record;
 
 /// Maximum downsampling factor.
 const MAX_FACTOR: usize = 8;

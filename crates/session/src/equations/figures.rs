@@ -9,7 +9,7 @@ use augsim_data::Dataset;
 use augsim_discovery::Discovery;
 use augsim_equations::library::curves;
 use augsim_equations::{EquationSystem, Model};
-use augsim_physics::system::{Record, shortest_difference, typical_step};
+use augsim_system::{Record, shortest_difference, typical_step};
 
 /// Maximum number of plotted points of a curve.
 const MAX_POINTS: usize = 600;

@@ -3,8 +3,7 @@
 use augsim_equations::model::{Covariance, Hold};
 use augsim_equations::{EquationSystem, Model};
 use augsim_fit::{Calibration, Gauge, calibrate};
-use augsim_physics::model::NORMAL_95;
-use augsim_physics::system::{Record, System};
+use augsim_system::{NORMAL_95, Record, System};
 use std::path::PathBuf;
 use std::time::Instant;
 use thiserror::Error;

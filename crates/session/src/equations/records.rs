@@ -4,7 +4,7 @@ use crate::DataFrom;
 use anyhow::Context;
 use augsim_data::{Dataset, Trajectory, Unit, escaped_list, escaped_short};
 use augsim_equations::Model;
-use augsim_physics::system::{Record, Stream};
+use augsim_system::{Record, Stream};
 use thiserror::Error;
 
 /// Columns of the long data format that are not model quantities.

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::Usage;
 use crate::usage::ModelFault;
-use augsim_physics::effects::{SCATTER_KIND, index_of, spec_of};
+use augsim_physics::ball::effects::{SCATTER_KIND, index_of, spec_of};
 use augsim_physics::model::{EffectBlock, Model};
 
 const PYTHON: &str = include_str!("ball.py.txt");

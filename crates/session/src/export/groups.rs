@@ -2,7 +2,7 @@
 
 use super::words::{comment, literal};
 use super::{Language, number};
-use augsim_physics::model::Parameter;
+use augsim_system::Parameter;
 
 /// The parameters of a model that have values by group.
 pub(super) struct Groups {

@@ -12,7 +12,8 @@ mod words;
 
 use crate::Subject;
 use augsim_data::Unit;
-use augsim_physics::model::{EffectBlock, ModelFile, Parameter};
+use augsim_physics::model::{EffectBlock, ModelFile};
+use augsim_system::Parameter;
 
 /// Languages that a model can be exported to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -9,7 +9,7 @@ use augsim_data::{Dataset, MissingCells, Trajectory};
 use augsim_equations::EquationSystem;
 use augsim_physics::model::{ModelFile, PushModel};
 use augsim_physics::push::effects::{SCATTER_KIND, index_of};
-use augsim_physics::system::{Declaration, ModelTerm, Record, Stream, System};
+use augsim_system::{Declaration, ModelTerm, Record, Stream, System};
 use augsim_trainer::filter::{InitialStatePrior, Sensor, SystemFilter};
 use augsim_trainer::{Sequence, Sequences};
 use std::collections::BTreeSet;

@@ -5,7 +5,7 @@ use augsim_discovery::{
 };
 use augsim_equations::Model;
 use augsim_equations::model::Output;
-use augsim_physics::system::Record;
+use augsim_system::Record;
 
 /// Draws of a record from an initial state fitted to its first samples.
 #[derive(Debug)]

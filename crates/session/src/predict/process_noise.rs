@@ -7,7 +7,7 @@
 
 use augsim_equations::model::RateNoise;
 use augsim_equations::{EquationSystem, ModelError};
-use augsim_physics::system::{Record, Stream};
+use augsim_system::{Record, Stream};
 use std::sync::Arc;
 
 /// A system with additional inputs for process noise, and the parameters of the noise.

@@ -2,7 +2,7 @@
 
 use super::unknown::names_or_none;
 use augsim_data::{escaped_list, escaped_short};
-use augsim_physics::system::Objection;
+use augsim_system::Objection;
 use std::fmt;
 
 /// Why a simulation plan does not fit the model.

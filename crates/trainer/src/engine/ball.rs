@@ -3,10 +3,11 @@
 use super::error::EngineError;
 use super::motion::EngineModel;
 use augsim_data::checks::ExpectedData;
+use augsim_physics::ball::effects::{Feature, SCATTER_KIND, spec_of};
 use augsim_physics::ball::{
     Axes, Covariates, FLOOR, GRAVITY, Offsets, RESTITUTION, Run, State, Throw, World, simulate,
 };
-use augsim_physics::effects::{Feature, Location, Needs, SCATTER_KIND, spec_of};
+use augsim_physics::library::{Location, Needs};
 use augsim_physics::model::{EffectBlock, Model};
 
 /// Kind of the effect of contacts with a duration.

@@ -27,7 +27,7 @@ use crate::tiles::{TileContext, Workspace, clip, sum_gradients};
 use crate::{Samples, Sequence, Sequences, TrainerError, collect_in_order};
 use augsim_data::random_stream;
 use augsim_nn::{Adam, AdamState, Params, StepDecay};
-use augsim_physics::statistics::median;
+use augsim_system::statistics::median;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 

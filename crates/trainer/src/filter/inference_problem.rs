@@ -1,6 +1,6 @@
 //! Bayesian estimation of the unknowns of one trajectory from its observed rows.
 
-use augsim_physics::system::{Offsets, Record, Seed, Simulated, System, Task};
+use augsim_system::{Offsets, Record, Seed, Simulated, System, Task};
 
 /// A scalar that is estimated for each trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -16,8 +16,8 @@ use super::prefix::Prefix;
 use super::system::SystemFilter;
 use super::{InitialStatePrior, Sensor};
 use crate::{Sequences, TrainerError};
-use augsim_physics::statistics::median;
-use augsim_physics::system::Seed;
+use augsim_system::Seed;
+use augsim_system::statistics::median;
 use rayon::prelude::*;
 
 /// Number of expectation-maximisation rounds.

@@ -11,7 +11,7 @@
 
 use super::inference_problem::InferenceProblem;
 use augsim_linear::{Mat, solve_positive_definite};
-use augsim_physics::system::{Seed, Simulated};
+use augsim_system::{Seed, Simulated};
 
 /// Maximum number of Levenberg-Marquardt iterations, accepted or not.
 const MAX_ITERATIONS: usize = 60;

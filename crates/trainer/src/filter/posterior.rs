@@ -14,7 +14,7 @@ use super::mode::Mode;
 use super::moments::weighted;
 use super::weights::{effective_size, largest_increment, resample, shares};
 use crate::latent::{cholesky, whiten};
-use augsim_physics::system::Simulated;
+use augsim_system::Simulated;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;

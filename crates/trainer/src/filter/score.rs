@@ -7,7 +7,7 @@
 
 use crate::Samples;
 use crate::score::{Scoring, crps_from_samples, length, quantile};
-use augsim_physics::statistics::median;
+use augsim_system::statistics::median;
 use std::ops::Range;
 
 /// Minimum width of a 90 % band that counts for the coverage, in the column's unit.

@@ -9,8 +9,7 @@ use super::prefix::{FilterSettings, Prefix, PrefixForecaster, add_measurement_no
 use super::weights::resample;
 use crate::{Samples, TrainerError};
 use augsim_data::random_stream;
-use augsim_physics::model::{Parameter, Per};
-use augsim_physics::system::{InitialValue, Record, Scatter, ScatterPer, Seed, Simulated, System};
+use augsim_system::{InitialValue, Parameter, Per, Record, Scatter, ScatterPer, Seed, Simulated, System};
 use std::sync::Arc;
 
 /// Number of events of a trajectory with an offset of their own; later events have none.

@@ -3,7 +3,7 @@
 use crate::{Engine, Forecaster, Samples, Task, TrainerError};
 use augsim_data::random_stream;
 use augsim_physics::ball::bullet::BulletBall;
-use augsim_physics::system::ScatterPer;
+use augsim_system::ScatterPer;
 use rand_distr::{Distribution, StandardNormal};
 
 /// Forecasts with PyBullet's time stepping and a normally distributed restitution, cut off at 0.

@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, Rival};
+use crate::library::{EffectSpec, Location, Needs, Rival};
 use crate::push::setting::{Friction, Setting};
 
 /// Limit surface with the dissipation `D = <|v + w x rho|>` over the footprint.

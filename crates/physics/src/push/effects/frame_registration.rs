@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
+use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::{Registration, Setting};
 
 /// The true rod position is `(1 + scale) R(angle)` times the reported one, plus `(dx, dy)`, in the world.

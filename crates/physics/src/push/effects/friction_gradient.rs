@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
+use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
 /// Friction `mu = mu0 (1 + g.x)`, which moves the centre of friction by `<rho rho'> g`.

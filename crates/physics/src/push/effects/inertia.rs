@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, Rival};
+use crate::library::{EffectSpec, Location, Needs, Rival};
 use crate::push::setting::Setting;
 
 /// Equation of motion `M d(twist)/dt = contact - friction`.

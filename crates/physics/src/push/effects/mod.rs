@@ -25,8 +25,8 @@ mod tip_offset;
 
 use super::setting::Setting;
 use crate::Scalar;
-use crate::effects::EffectSpec;
-use crate::effects::registry::registry;
+use crate::library::EffectSpec;
+use crate::library::registry::registry;
 
 pub use scatter::{SCATTER_KIND, SCATTER_SPEC};
 

@@ -2,8 +2,9 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Polar};
+use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::{Anisotropy, Setting};
+use augsim_system::Polar;
 
 /// Dissipation `D = |A^(1/2) v|`, `A = R diag(ratio, 1/ratio) R'`, `R` by `angle` in the body frame.
 pub struct ObjectAnisotropy;

@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::Setting;
 
 /// The reported pose is the true one moved by `(dx, dy)` in the body frame and rotated by `dtheta`.

@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
+use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
 /// Friction acts about the point `(dx, dy)` of the body.

@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
+use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
 /// The centre of pressure moves by `z f / (m g)` along the force `f` of the rod.

@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Rival};
+use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
 /// The true rod position is the reported one minus `c F`, with `F` the force on the object.

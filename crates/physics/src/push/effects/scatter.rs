@@ -3,7 +3,7 @@
 //! This is not an [`Effect`](super::Effect), because its parameter is the standard deviation of a random
 //! draw. All that poses show of such a friction map is a centre of friction that differs between pushes.
 
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 
 /// Kind of the scatter of friction.
 pub const SCATTER_KIND: &str = "friction-scatter";

@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::Setting;
 use crate::push::surface::patches::SpeedLaw;
 

@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec};
+use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::{Friction, Setting};
 
 /// Limit surface `|f|^p + |m/c|^p = 1`.

@@ -2,8 +2,9 @@
 
 use super::Effect;
 use crate::Scalar;
-use crate::effects::{EffectSpec, Location, Needs, ParameterSpec, Polar};
+use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::Setting;
+use augsim_system::Polar;
 
 /// A load `m g sin(theta)` acts at the centre of mass, downhill along `direction`.
 pub struct TableTilt;

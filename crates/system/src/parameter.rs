@@ -1,0 +1,99 @@
+//! A model parameter: value, bounds, scope and fitted interval.
+
+use crate::effect::EffectParameter;
+
+/// Scope of a parameter's value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Per {
+    /// One value for all trajectories.
+    #[default]
+    All,
+    /// One value per `group` (object) in the data.
+    Group,
+    /// One value per trajectory: a nuisance parameter, estimated but not reported.
+    Trajectory,
+}
+
+/// Half width of the 95 % interval of a normal distribution, in standard deviations.
+pub const NORMAL_95: f64 = 1.959_963_984_540_054;
+
+/// A parameter of a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name with the unit as suffix.
+    pub name: String,
+    /// Declared (or fitted) value.
+    pub nominal: f64,
+    /// Lower bound.
+    pub min: f64,
+    /// Upper bound.
+    pub max: f64,
+    /// Whether it is fixed at its nominal value, not calibrated.
+    pub frozen: bool,
+    /// Scope of its value.
+    pub per: Per,
+    /// 95 % interval from a fit.
+    pub ci95: Option<[f64; 2]>,
+    /// Values by group from a fit with `per = "group"`.
+    pub groups: Vec<(String, f64)>,
+}
+
+impl Parameter {
+    /// Standard deviation from the 95 % interval; `None` if frozen or without a finite interval.
+    pub fn standard_deviation(&self) -> Option<f64> {
+        let [low, high] = self.ci95.filter(|_| !self.frozen)?;
+        let sd = (high - low) / (2.0 * NORMAL_95);
+        sd.is_finite().then_some(sd)
+    }
+
+    /// Values for `groups` in order; a group without a value gets the nominal one.
+    pub fn values_of(&self, groups: &[String]) -> Vec<f64> {
+        let entry = |name: &String| self.groups.iter().find(|(n, _)| n == name);
+        groups.iter().map(|name| entry(name).map_or(self.nominal, |(_, v)| *v)).collect()
+    }
+
+    /// Parameter of an added effect, at its null value.
+    pub fn added(p: &EffectParameter) -> Self {
+        Self::free(p.name.clone(), p.null, p.min, p.max)
+    }
+
+    /// Value of a table at knot `i`, counted from 0; null value 0.
+    pub fn knot(i: usize) -> Self {
+        Self::free(format!("knot{i}"), 0.0, -MAX_KNOT_VALUE, MAX_KNOT_VALUE)
+    }
+
+    /// A parameter that is calibrated, with one value for all records.
+    ///
+    /// ```
+    /// use augsim_system::Parameter;
+    /// let p = Parameter::free("b_per_s".into(), 0.1, 0.0, 5.0);
+    /// assert!(!p.frozen && (p.min..=p.max).contains(&p.nominal));
+    /// ```
+    pub fn free(name: String, nominal: f64, min: f64, max: f64) -> Self {
+        let (frozen, per) = (false, Per::All);
+        Self { name, nominal, min, max, frozen, per, ci95: None, groups: Vec::new() }
+    }
+}
+
+/// Bound of the magnitude of table values, in the unit of the table's target.
+const MAX_KNOT_VALUE: f64 = 100.0;
+
+/// A parameter value for a group that the data do not have.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownGroup {
+    /// The parameter.
+    pub parameter: String,
+    /// The unknown group.
+    pub group: String,
+}
+
+/// The first group value of these parameters whose group is not in `groups`.
+pub fn unknown_group<'p>(
+    mut parameters: impl Iterator<Item = &'p Parameter>,
+    groups: &[&str],
+) -> Option<UnknownGroup> {
+    parameters.find_map(|p| {
+        let (group, _) = p.groups.iter().find(|(name, _)| !groups.contains(&name.as_str()))?;
+        Some(UnknownGroup { parameter: p.name.clone(), group: group.clone() })
+    })
+}
