@@ -9,8 +9,9 @@
 //! the design matrix.
 
 use augsim_system::{
-    Channel, Effect, EffectParameter, ErrorFigure, EventSchema, InitialValue, ModelTerm, Offsets, Parameter,
-    Quantity, Schema, Seed, Simulated, SimulationError, State, System, SystemError, Task,
+    Augment, Channel, Describe, Effect, EffectParameter, ErrorFigure, EventSchema, InitialValue, ModelTerm,
+    Offsets, Parameter, Prepare, Quantity, Schema, Seed, Simulate, Simulated, SimulationError, State, System,
+    SystemError, Task,
 };
 use std::sync::Arc;
 
@@ -106,38 +107,13 @@ fn scatter() -> Effect {
     }
 }
 
-impl System for Linear {
+impl Simulate for Linear {
     fn schema(&self) -> &Schema {
         &self.schema
     }
 
     fn parameters(&self) -> &[Parameter] {
         &self.parameters
-    }
-
-    fn library(&self) -> &[Effect] {
-        &self.library
-    }
-
-    fn terms(&self) -> &[ModelTerm] {
-        &self.laws
-    }
-
-    fn augmented(&self, laws: &[ModelTerm]) -> Result<Arc<dyn System>, SystemError> {
-        let mut system = self.clone();
-        for law in laws {
-            let index = match law {
-                ModelTerm::Effect(index) => *index,
-                ModelTerm::Table(t) => {
-                    return Err(SystemError::Table { target: t.target, against: t.feature });
-                }
-            };
-            let count = self.library.len();
-            let effect = self.library.get(index).ok_or(SystemError::Effect { index, count })?;
-            system.parameters.extend(effect.parameters.iter().map(Parameter::added));
-            system.laws.push(law.clone());
-        }
-        Ok(Arc::new(system))
     }
 
     fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
@@ -173,3 +149,34 @@ impl System for Linear {
         Ok(())
     }
 }
+
+impl Augment for Linear {
+    fn library(&self) -> &[Effect] {
+        &self.library
+    }
+
+    fn terms(&self) -> &[ModelTerm] {
+        &self.laws
+    }
+
+    fn augmented(&self, laws: &[ModelTerm]) -> Result<Arc<dyn System>, SystemError> {
+        let mut system = self.clone();
+        for law in laws {
+            let index = match law {
+                ModelTerm::Effect(index) => *index,
+                ModelTerm::Table(t) => {
+                    return Err(SystemError::Table { target: t.target, against: t.feature });
+                }
+            };
+            let count = self.library.len();
+            let effect = self.library.get(index).ok_or(SystemError::Effect { index, count })?;
+            system.parameters.extend(effect.parameters.iter().map(Parameter::added));
+            system.laws.push(law.clone());
+        }
+        Ok(Arc::new(system))
+    }
+}
+
+impl Prepare for Linear {}
+
+impl Describe for Linear {}

@@ -1,6 +1,8 @@
 //! Effects added to a declared model, and names of sets of them.
 
-use augsim_system::{Effect, EffectParameter, ModelTerm, Per, Quantity, ScatterPer, System, Table, Target};
+use augsim_system::{
+    Augment, Describe, Effect, EffectParameter, ModelTerm, Per, Quantity, ScatterPer, Simulate, Table, Target,
+};
 use std::sync::Arc;
 
 /// Kind of a tabulated effect, which is not in the library.
@@ -55,26 +57,26 @@ pub(crate) enum Addition {
 
 impl Addition {
     /// The declared parameter `index` with one value per group.
-    pub fn split(system: &dyn System, index: usize) -> Self {
+    pub fn split(system: &dyn Describe, index: usize) -> Self {
         let kind = format!("{} per group", system.quantity(index).name);
         Addition::Split(Arc::new(Split { index, kind }))
     }
 
     /// The effect of index `index` in a system's library.
-    pub fn effect(system: &dyn System, index: usize, per: Per) -> Option<Self> {
+    pub fn effect(system: &dyn Augment, index: usize, per: Per) -> Option<Self> {
         let effect = system.library().get(index)?.clone();
         let points = system.null_points(index).len() + system.scan_points(index).len();
         Some(Addition::Effect(Arc::new(Listed { index, effect, points }), per))
     }
 
     /// The library effect of a kind, with one value for all records.
-    pub fn with_kind(system: &dyn System, kind: &str) -> Option<Self> {
+    pub fn with_kind(system: &dyn Augment, kind: &str) -> Option<Self> {
         let index = system.library().iter().position(|e| e.kind == kind)?;
         Self::effect(system, index, Per::All)
     }
 
     /// The random effect of a system's events; `None` for a system without events.
-    pub fn scatter(system: &dyn System, per: ScatterPer) -> Option<Self> {
+    pub fn scatter(system: &dyn Simulate, per: ScatterPer) -> Option<Self> {
         let schema = system.schema();
         let effect = schema.event.as_ref()?.scatter.clone();
         Some(Addition::Scatter(Arc::new(RandomEffect {
@@ -85,7 +87,7 @@ impl Addition {
     }
 
     /// A tabulated function of one feature.
-    pub fn table(system: &dyn System, table: Table) -> Option<Self> {
+    pub fn table(system: &dyn Simulate, table: Table) -> Option<Self> {
         let schema = system.schema();
         let (target, against) =
             (schema.targets.get(table.target)?.clone(), schema.features.get(table.feature)?.clone());

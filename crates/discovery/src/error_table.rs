@@ -4,7 +4,7 @@ use crate::fit::{ChosenRecords, Fit};
 use crate::forecast::{self, Errors, ForecastSpan};
 use crate::hypothesis::Hypothesis;
 use crate::result::{ErrorTable, FreeRun, Horizon, HorizonErrors, Rmse};
-use augsim_system::{ErrorFigure, Schema, System};
+use augsim_system::{ErrorFigure, Schema, Simulate};
 use std::collections::BTreeMap;
 
 /// Minimum number of predictions for a horizon.
@@ -192,7 +192,7 @@ impl ForecastErrors {
 impl FreeRun {
     /// Errors of free runs of the calibrated and the augmented model; `None` without free runs.
     pub(crate) fn from_errors(
-        system: &dyn System,
+        system: &dyn Simulate,
         calibrated: Option<f64>,
         augmented: Option<f64>,
     ) -> Option<Self> {

@@ -9,7 +9,7 @@ use crate::linear::Square;
 use crate::record::{Record, RecordWindow};
 use crate::statistics::median;
 use augsim_system::{
-    Event, InitialValue, Offsets, Per, ScatterPer, Seed, Simulated, SimulationError, System, Task,
+    Event, InitialValue, Offsets, Per, ScatterPer, Seed, Simulate, Simulated, SimulationError, Task,
 };
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -97,7 +97,7 @@ pub(crate) fn rough_event_value(record: &Record) -> f64 {
 
 /// The values at which a window is simulated.
 pub(crate) struct Point<'a> {
-    system: &'a dyn System,
+    system: &'a dyn Simulate,
     /// The system's parameters at theta, with those of the record.
     values: Vec<f64>,
     /// Initial state.
@@ -116,7 +116,7 @@ impl<'a> Point<'a> {
     /// hypothesis, or an extension of it by further effects, which start at their nominal values.
     pub fn new(
         h: &'a Hypothesis,
-        system: &'a dyn System,
+        system: &'a dyn Simulate,
         lanes: &Lanes,
         record: &Record,
         theta: &[f64],

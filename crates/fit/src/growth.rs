@@ -10,7 +10,7 @@ use crate::minima::best_of_multistart;
 use crate::outcome::{Calibration, CalibrationError, Stage};
 use crate::steps::{COARSE_TOLERANCE, FINAL_TOLERANCE, Fit, ReducedEquations, StartingPoint};
 use crate::windows::{NEGLIGIBLE_RMSE, Problem, ShootingWindow, merge_pairs};
-use augsim_system::{Record, System};
+use augsim_system::{Record, Simulate};
 use std::time::Instant;
 
 /// Growth of the RMSE, when windows double in length, above which the model does not follow the data.
@@ -37,7 +37,7 @@ const TIME_LIMIT: &str = "the time limit was reached";
 /// [`CalibrationError`]: nothing was measured, or the declared model cannot be simulated over its shortest
 /// windows.
 pub fn calibrate(
-    system: &dyn System,
+    system: &dyn Simulate,
     records: &[Record],
     longest_s: Option<f64>,
     until: Option<Instant>,

@@ -1,7 +1,7 @@
 //! Linearisation of a system along a path of its states, one sample interval at a time.
 
 use crate::kalman::{Reading, Sample};
-use augsim_system::{Channel, Offsets, Record, Seed, Simulated, SimulationError, System, Task};
+use augsim_system::{Channel, Offsets, Record, Seed, Simulate, Simulated, SimulationError, Task};
 use rayon::prelude::*;
 
 /// Sample intervals of one parallel task, in batches of the system's SIMD lanes.
@@ -10,7 +10,7 @@ const BATCHES_PER_TASK: usize = 16;
 /// A system whose channels are its outputs followed by its states.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SystemWithStates<'a> {
-    pub system: &'a dyn System,
+    pub system: &'a dyn Simulate,
     /// Number of outputs: channels that a sensor reads.
     pub outputs: usize,
     /// Number of states.

@@ -15,7 +15,7 @@
 use crate::linearise::{Disturbance, LinearisedInterval};
 use crate::outcome::CalibrationError;
 use crate::variances::{NoiseModel, NoiseProblem};
-use augsim_system::{Record, System};
+use augsim_system::{Record, Simulate};
 use rayon::prelude::*;
 
 /// Grid of correlation times of a disturbance, in sample steps; white noise is tried in addition.
@@ -91,7 +91,7 @@ struct FittedCause {
 /// # Errors
 /// [`CalibrationError`]: nothing was measured, or an interval cannot be simulated.
 pub fn smooth(
-    system: &dyn System,
+    system: &dyn Simulate,
     outputs: usize,
     records: &[Record],
     values: &[f64],

@@ -3,7 +3,7 @@
 use crate::outcome::CalibrationError;
 use crate::steps::{FINAL_TOLERANCE, StartingPoint};
 use crate::windows::{Problem, ShootingWindow};
-use augsim_system::{Record, System};
+use augsim_system::{Record, Simulate};
 
 /// Samples of the first of the fits over ever longer beginnings of a record.
 const FIRST_FIT_SAMPLES: usize = 8;
@@ -25,7 +25,7 @@ pub struct InitialStateEstimate {
 /// # Errors
 /// [`CalibrationError`]: no output is measured in these samples, or they cannot be simulated.
 pub fn estimate_initial_state(
-    system: &dyn System,
+    system: &dyn Simulate,
     record: &Record,
     samples: usize,
     values: &[f64],

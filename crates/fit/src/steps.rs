@@ -393,7 +393,7 @@ mod tests {
     //! the others.
     use super::*;
     use augsim_equations::{EquationSystem, model};
-    use augsim_system::{Record, System};
+    use augsim_system::{Prepare, Record};
 
     /// An exponential decay, measured with small errors, in windows of 1 s.
     fn decay_problem() -> (EquationSystem, Vec<Record>) {

@@ -14,7 +14,7 @@ use crate::kalman::{Filter, Noise, Sample, Smoothing, VarianceBalance, diagonal,
 use crate::linearise::{Disturbance, Layout, LinearisedInterval, SystemWithStates};
 use crate::outcome::CalibrationError;
 use crate::starts::estimate_initial_state;
-use augsim_system::{InitialValue, Offsets, Record, Simulated, SimulationError, System, Task, channel_sd};
+use augsim_system::{InitialValue, Offsets, Record, Simulate, Simulated, SimulationError, Task, channel_sd};
 use rayon::prelude::*;
 
 /// Maximum number of iterations of the variances.
@@ -67,7 +67,7 @@ impl<'a> NoiseProblem<'a> {
     /// # Errors
     /// [`CalibrationError::NothingMeasured`].
     pub fn new(
-        system: &'a dyn System,
+        system: &'a dyn Simulate,
         outputs: usize,
         records: &'a [Record],
         values: &[f64],

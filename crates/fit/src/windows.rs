@@ -1,6 +1,6 @@
 //! Multiple-shooting windows of records, and the estimation problem that they belong to.
 
-use augsim_system::{InitialValue, Record, Schema, System, channel_sd};
+use augsim_system::{InitialValue, Record, Schema, Simulate, channel_sd};
 use std::ops::Range;
 use std::time::Instant;
 
@@ -40,7 +40,7 @@ pub(crate) struct StartPrior {
 /// The parameters and initial states to estimate, and the records that they are fitted to.
 #[derive(Debug)]
 pub(crate) struct Problem<'a> {
-    pub system: &'a dyn System,
+    pub system: &'a dyn Simulate,
     pub records: &'a [Record],
     /// Indices of the estimated parameters.
     pub free_parameters: Vec<usize>,
@@ -51,7 +51,7 @@ pub(crate) struct Problem<'a> {
 }
 
 impl<'a> Problem<'a> {
-    pub fn new(system: &'a dyn System, records: &'a [Record], fit_parameters: bool) -> Self {
+    pub fn new(system: &'a dyn Simulate, records: &'a [Record], fit_parameters: bool) -> Self {
         let parameters = system.parameters().iter().enumerate();
         let free_parameters =
             parameters.filter(|(_, p)| fit_parameters && !p.frozen).map(|(i, _)| i).collect();

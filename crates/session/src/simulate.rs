@@ -7,8 +7,8 @@ use augsim_equations::EquationSystem;
 use augsim_equations::model::Hold;
 use augsim_physics::model::ModelFile;
 use augsim_system::{
-    Declaration, InitialValue, Offsets, Parameter, Record, ScatterPer, Schema, Simulated, Stream, System,
-    Task,
+    Declaration, InitialValue, Offsets, Parameter, Prepare, Record, ScatterPer, Schema, Simulate, Simulated,
+    Stream, Task,
 };
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -122,7 +122,7 @@ fn check_times(times: &[f64]) -> Result<(), Usage> {
 
 /// A model with the records and initial states to simulate.
 struct Simulation {
-    system: Arc<dyn System>,
+    system: Arc<dyn Prepare>,
     /// One record for each trajectory: times, inputs and covariates.
     records: Vec<Record>,
     /// Initial states, `[trajectory][state]`.
@@ -163,7 +163,7 @@ impl Simulation {
     }
 
     fn with_system(
-        system: Arc<dyn System>,
+        system: Arc<dyn Prepare>,
         names: &[String],
         plan: &Plan,
         batch: usize,

@@ -36,6 +36,6 @@ pub use schema::{
 };
 pub use seed_blocks::in_blocks;
 pub use simulated::{Event, Simulated};
-pub use system::System;
+pub use system::{Augment, Describe, Prepare, Simulate, System};
 pub use task::{Offsets, Seed, Task};
 pub use top_view::TopView;

@@ -17,7 +17,7 @@ pub enum InitialValue {
     /// Estimated, with a normal prior of this mean and standard deviation.
     Prior(f64, f64),
     /// Estimated, with a normal prior of this standard deviation about
-    /// [`System::start_mean`](crate::System::start_mean).
+    /// [`Simulate::start_mean`](crate::Simulate::start_mean).
     PriorAboutExpression(f64),
 }
 

@@ -1,13 +1,12 @@
-//! The trait [`System`]: the interface between calibration or discovery and any simulated system.
+//! The roles of a system: [`Simulate`], [`Prepare`], [`Augment`] and [`Describe`], and all four as [`System`].
 //!
-//! A [`System`] describes its states, channels and inputs in a [`Schema`], has declared parameters and a
-//! library of candidate effects, and simulates windows of records together with any number of derivatives.
-//! The trait is object-safe: discovery is compiled once, and dual numbers stay behind [`System::simulate`].
-//! [`System::augmented`] returns a new system with more effects. A system of equations is therefore
-//! compiled once per model structure, not once per simulation.
+//! A system describes its states, channels and inputs in a [`Schema`] and simulates windows of records together
+//! with any number of derivatives. The traits are object-safe: their users are compiled once, and how derivatives
+//! are computed stays behind [`Simulate::simulate`]. [`Augment::augmented`] returns a new system with more effects,
+//! so that a system of equations is compiled once per model structure, not once per simulation.
 //!
-//! To add a system, implement the methods that have no default; [`in_blocks`] and `with_lanes` choose the
-//! number of derivative lanes.
+//! To add a system, implement the methods that have no default (the roles [`Prepare`] and [`Describe`] have none
+//! without); [`in_blocks`](crate::in_blocks) splits the derivatives of a task among runs of a limited width.
 
 use crate::design::Designs;
 use crate::effect::Effect;
@@ -24,25 +23,13 @@ use std::fmt::Debug;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A dynamic system with a measured output and a model that may lack effects.
-pub trait System: Debug + Send + Sync {
+/// Simulates windows of records, with derivatives: all that a fit, a filter or a forecast needs of a system.
+pub trait Simulate: Debug + Send + Sync {
     /// Describes states, channels, inputs, covariates, features and targets with their units.
     fn schema(&self) -> &Schema;
 
     /// Parameters in the order of the parameter vector: declared ones, then those of added effects.
     fn parameters(&self) -> &[Parameter];
-
-    /// Candidate effects, in the order in which they are applied; augmentation does not change the list.
-    fn library(&self) -> &[Effect];
-
-    /// Effects that [`augmented`](System::augmented) has added, in the order of their parameters.
-    fn terms(&self) -> &[ModelTerm];
-
-    /// Returns this system with further effects; their parameters are appended in the order of `laws`.
-    ///
-    /// # Errors
-    /// [`SystemError`] if the system does not have one of the effects.
-    fn augmented(&self, laws: &[ModelTerm]) -> Result<Arc<dyn System>, SystemError>;
 
     /// Simulates one window: the channels and their derivatives with respect to the task's seeds.
     ///
@@ -52,9 +39,9 @@ pub trait System: Debug + Send + Sync {
 
     /// Simulates many windows: element `i` of the result and of `out` belongs to task `i`.
     ///
-    /// Each result is bit-identical to that of [`simulate`](System::simulate), whatever the other tasks are.
+    /// Each result is bit-identical to that of [`simulate`](Simulate::simulate), whatever the other tasks are.
     /// Runs on the calling thread; a caller with several threads splits its list, preferably into multiples
-    /// of [`simd_batch_size`](System::simd_batch_size). The default simulates one window after the other; a system
+    /// of [`simd_batch_size`](Simulate::simd_batch_size). The default simulates one window after the other; a system
     /// that batches windows in SIMD lanes overrides it.
     ///
     /// # Errors
@@ -70,10 +57,42 @@ pub trait System: Debug + Send + Sync {
         tasks.iter().map(simulate).collect()
     }
 
-    /// Batch size of [`simulate_batch`](System::simulate_batch): windows with equal seeds in one pass.
+    /// Batch size of [`simulate_batch`](Simulate::simulate_batch): windows with equal seeds in one pass.
     fn simd_batch_size(&self) -> usize {
         1
     }
+
+    /// Mean of the prior of an initial state at the beginning of a record.
+    ///
+    /// For states with [`PriorAboutExpression`](crate::InitialValue::PriorAboutExpression).
+    /// It may depend on the parameters and on the initial values `start` of the other states. The default is the
+    /// rough initial state of the record.
+    fn start_mean(&self, record: &Record, state: usize, _parameters: &[f64], _start: &[f64]) -> f64 {
+        record.windows.first().and_then(|w| w.start.get(state)).copied().unwrap_or(f64::NAN)
+    }
+
+    /// Accuracy of the engine in a channel, in its unit; effects smaller than this are not considered.
+    ///
+    /// Where it is not 0, the model is an idealisation and always leaves smooth residuals: gains are then
+    /// divided by a dispersion factor estimated from the residuals.
+    fn resolution(&self, _channel: usize) -> f64 {
+        0.0
+    }
+}
+
+/// Candidate effects, and the same system with some of them: what a search for missing effects varies.
+pub trait Augment: Simulate {
+    /// Candidate effects, in the order in which they are applied; augmentation does not change the list.
+    fn library(&self) -> &[Effect];
+
+    /// Effects that [`augmented`](Augment::augmented) has added, in the order of their parameters.
+    fn terms(&self) -> &[ModelTerm];
+
+    /// Returns this system with further effects; their parameters are appended in the order of `laws`.
+    ///
+    /// # Errors
+    /// [`SystemError`] if the system does not have one of the effects.
+    fn augmented(&self, laws: &[ModelTerm]) -> Result<Arc<dyn System>, SystemError>;
 
     /// Parameter values at which an effect vanishes: points of its score test, start values of its fit.
     ///
@@ -91,79 +110,6 @@ pub trait System: Debug + Send + Sync {
     /// threshold is scanned over the range of the quantity that it limits.
     fn scan_points(&self, _effect: usize) -> Vec<Vec<f64>> {
         Vec::new()
-    }
-
-    /// Mean of the prior of a state with [`InitialValue::PriorAboutExpression`], at the beginning of a record.
-    ///
-    /// It may depend on the parameters and on the initial values `start` of the other states. The default is the
-    /// rough initial state of the record.
-    fn start_mean(&self, record: &Record, state: usize, _parameters: &[f64], _start: &[f64]) -> f64 {
-        record.windows.first().and_then(|w| w.start.get(state)).copied().unwrap_or(f64::NAN)
-    }
-
-    /// Name and unit under which results list a parameter.
-    fn quantity(&self, parameter: usize) -> Quantity {
-        let name = self.parameters().get(parameter).map_or("", |p| &p.name);
-        Quantity::new(name, "")
-    }
-
-    /// Start value for fitting a declared parameter, if there is a better one than the nominal value.
-    fn start_value(&self, _parameter: usize) -> Option<f64> {
-        None
-    }
-
-    /// Covariates of a record from its constant columns, in schema order; NaN where not recorded.
-    ///
-    /// The default reads the column that has the covariate's name.
-    fn covariates(&self, constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
-        self.schema().covariates.iter().map(|c| constant(&c.name).unwrap_or(f64::NAN)).collect()
-    }
-
-    /// Completes a record after reading: events, smooth segments, windows and rough initial states.
-    ///
-    /// `sd` is a rough noise standard deviation of each channel, in its unit. The default takes the whole
-    /// record as one window without segments; see [`Record::use_as_one_window`] for the initial state.
-    ///
-    /// # Errors
-    /// [`Objection`] if the record is unusable.
-    fn prepare(&self, record: &mut Record, sd: &[f64]) -> Result<(), Objection> {
-        let _ = sd;
-        record.use_as_one_window(self.schema());
-        Ok(())
-    }
-
-    /// Whether the rough initial states of windows come from their first samples alone.
-    ///
-    /// Such a start may be poor; the caller then refines it by fitting longer and longer first parts of the
-    /// window. The default is false: a system that detects events uses them for its initial states.
-    fn starts_from_first_samples(&self) -> bool {
-        false
-    }
-
-    /// This system with scene parameters, such as the floor height, estimated from data and calibrated.
-    ///
-    /// `None` where the declared scene agrees with the records.
-    fn with_scene_from_data(&self, _records: &[&Record]) -> Option<Arc<dyn System>> {
-        None
-    }
-
-    /// Why these prepared records cannot be used, as an error that says what to do; `None` if they can.
-    ///
-    /// Rejected samples are NaN; `sd` is the noise standard deviation of each channel, in its unit.
-    fn objection(&self, _records: &[Record], _sd: &[f64]) -> Option<Objection> {
-        None
-    }
-
-    /// Why these records cannot come from such a system, at any parameter values; with a remedy.
-    fn foreign_records_objection(&self, _records: &[&Record], _sd: &[f64]) -> Option<Objection> {
-        None
-    }
-
-    /// Why calibrated parameter values are implausible for such a system, with the most likely remedy.
-    ///
-    /// `values` are in the order of [`parameters`](System::parameters).
-    fn implausible_values_objection(&self, _values: &[f64]) -> Option<Objection> {
-        None
     }
 
     /// Whether an effect of the library can be searched for in these records.
@@ -185,33 +131,6 @@ pub trait System: Debug + Send + Sync {
         Vec::new()
     }
 
-    /// Quantities against which residuals are plotted: name and one value per sample, NaN if undefined.
-    ///
-    /// `events` are the simulated events.
-    fn residual_axes(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
-        let channels = self.schema().channels.iter().zip(&record.values);
-        let time = ("time_s".to_string(), record.times.clone());
-        std::iter::once(time).chain(channels.map(|(c, values)| (c.column.clone(), values.clone()))).collect()
-    }
-
-    /// Data for a top view at these times, with parameter `values`; `None` if there is no such view.
-    fn scene(&self, _record: &Record, _times: &[f64], _values: &[f64]) -> Option<TopView> {
-        None
-    }
-
-    /// Candidate experiments for experiment design, sampled every `step_s` seconds.
-    fn candidate_experiments(&self, _records: &[&Record], _step_s: f64) -> Designs {
-        Designs::default()
-    }
-
-    /// Accuracy of the engine in a channel, in its unit; effects smaller than this are not considered.
-    ///
-    /// Where it is not 0, the model is an idealisation and always leaves smooth residuals: gains are then
-    /// divided by a dispersion factor estimated from the residuals.
-    fn resolution(&self, _channel: usize) -> f64 {
-        0.0
-    }
-
     /// Number of declared parameters, that is without those of the added effects.
     fn declared_count(&self) -> usize {
         let added: usize = self.terms().iter().map(|law| law.size(self.library())).sum();
@@ -231,3 +150,100 @@ pub trait System: Debug + Send + Sync {
             .collect()
     }
 }
+
+/// Prepares measured records for fits: covariates, events, windows, rough values; and refuses unusable records.
+pub trait Prepare: Simulate {
+    /// Covariates of a record from its constant columns, in schema order; NaN where not recorded.
+    ///
+    /// The default reads the column that has the covariate's name.
+    fn covariates(&self, constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
+        self.schema().covariates.iter().map(|c| constant(&c.name).unwrap_or(f64::NAN)).collect()
+    }
+
+    /// Completes a record after reading: events, smooth segments, windows and rough initial states.
+    ///
+    /// `sd` is a rough noise standard deviation of each channel, in its unit. The default takes the whole
+    /// record as one window without segments; see [`Record::use_as_one_window`] for the initial state.
+    ///
+    /// # Errors
+    /// [`Objection`] if the record is unusable.
+    fn prepare(&self, record: &mut Record, sd: &[f64]) -> Result<(), Objection> {
+        let _ = sd;
+        record.use_as_one_window(self.schema());
+        Ok(())
+    }
+
+    /// This system with scene parameters, such as the floor height, estimated from data and calibrated.
+    ///
+    /// `None` where the declared scene agrees with the records.
+    fn with_scene_from_data(&self, _records: &[&Record]) -> Option<Arc<dyn System>> {
+        None
+    }
+
+    /// Whether the rough initial states of windows come from their first samples alone.
+    ///
+    /// Such a start may be poor; the caller then refines it by fitting longer and longer first parts of the
+    /// window. The default is false: a system that detects events uses them for its initial states.
+    fn starts_from_first_samples(&self) -> bool {
+        false
+    }
+
+    /// Start value for fitting a declared parameter, if there is a better one than the nominal value.
+    fn start_value(&self, _parameter: usize) -> Option<f64> {
+        None
+    }
+
+    /// Why these prepared records cannot be used, as an error that says what to do; `None` if they can.
+    ///
+    /// Rejected samples are NaN; `sd` is the noise standard deviation of each channel, in its unit.
+    fn objection(&self, _records: &[Record], _sd: &[f64]) -> Option<Objection> {
+        None
+    }
+}
+
+/// Describes results and judges them: names, axes of residuals, drawings, further experiments, plausibility.
+pub trait Describe: Simulate {
+    /// Name and unit under which results list a parameter.
+    fn quantity(&self, parameter: usize) -> Quantity {
+        let name = self.parameters().get(parameter).map_or("", |p| &p.name);
+        Quantity::new(name, "")
+    }
+
+    /// Quantities against which residuals are plotted: name and one value per sample, NaN if undefined.
+    ///
+    /// `events` are the simulated events.
+    fn residual_axes(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
+        let channels = self.schema().channels.iter().zip(&record.values);
+        let time = ("time_s".to_string(), record.times.clone());
+        std::iter::once(time).chain(channels.map(|(c, values)| (c.column.clone(), values.clone()))).collect()
+    }
+
+    /// Data for a top view at these times, with parameter `values`; `None` if there is no such view.
+    fn scene(&self, _record: &Record, _times: &[f64], _values: &[f64]) -> Option<TopView> {
+        None
+    }
+
+    /// Candidate experiments for experiment design, sampled every `step_s` seconds.
+    fn candidate_experiments(&self, _records: &[&Record], _step_s: f64) -> Designs {
+        Designs::default()
+    }
+
+    /// Why these records cannot come from such a system, at any parameter values; with a remedy.
+    fn foreign_records_objection(&self, _records: &[&Record], _sd: &[f64]) -> Option<Objection> {
+        None
+    }
+
+    /// Why calibrated parameter values are implausible for such a system, with the most likely remedy.
+    ///
+    /// `values` are in the order of [`parameters`](Simulate::parameters).
+    fn implausible_values_objection(&self, _values: &[f64]) -> Option<Objection> {
+        None
+    }
+}
+
+/// A dynamic system with a measured output and a model that may lack effects: all four roles.
+///
+/// A function takes the narrowest role that it needs; a `&dyn System` converts to each.
+pub trait System: Simulate + Augment + Prepare + Describe {}
+
+impl<T: Simulate + Augment + Prepare + Describe> System for T {}

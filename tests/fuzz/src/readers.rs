@@ -14,7 +14,7 @@ use augsim_data::{
 use augsim_nn::{checkpoint, weights};
 use augsim_physics::ball::Axes;
 use augsim_physics::model::ModelFile;
-use augsim_system::{Offsets, Record, Seed, Simulated, Stream, System, Task};
+use augsim_system::{Offsets, Prepare, Record, Seed, Simulate, Simulated, Stream, Task};
 use augsim_trainer::{NetModel, Settings, Training, TrainingState};
 use serde::Deserialize;
 use std::path::Path;

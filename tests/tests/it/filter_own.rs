@@ -3,7 +3,7 @@
 use augsim_data::random_stream;
 use augsim_physics::ball::Axes;
 use augsim_physics::model::Model;
-use augsim_system::{Record, Seed, System};
+use augsim_system::{Record, Seed, Simulate};
 use augsim_trainer::filter::{
     FilterSettings, FilteredScore, InitialStatePrior, LearnedPriors, Sensor, SystemFilter, evaluate_filtered,
     same_prefix_lengths,

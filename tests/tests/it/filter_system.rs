@@ -2,7 +2,7 @@
 //! as well as its readings say, before it as well as its law; a prefix that says too little is refused.
 use augsim_physics::ball::Axes;
 use augsim_physics::model::Model;
-use augsim_system::{Record, System};
+use augsim_system::{Record, Simulate};
 use augsim_trainer::filter::{
     FilterSettings, InitialStatePrior, Prefix, PrefixForecaster, Sensor, SystemFilter,
 };

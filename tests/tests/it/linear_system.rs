@@ -2,7 +2,9 @@
 //! on it can be held against a formula. Also the parts of the trait that every system inherits: a record as one window, the
 //! places of added laws.
 
-use augsim_system::{InitialValue, ModelTerm, Offsets, Record, Seed, Simulated, System, Task};
+use augsim_system::{
+    Augment, InitialValue, ModelTerm, Offsets, Prepare, Record, Seed, Simulate, Simulated, Task,
+};
 use augsim_tests::linear::{EVENTS_S, Linear};
 
 fn record() -> Record {

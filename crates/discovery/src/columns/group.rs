@@ -2,7 +2,7 @@
 //! parameters.
 
 use crate::addition::Addition;
-use augsim_system::{Per, Polar, Start, System};
+use augsim_system::{Augment, Per, Polar, Start};
 use std::ops::Range;
 
 /// An addition at one grid point of its shape parameters (widths, thresholds, delays, periods).
@@ -85,7 +85,7 @@ impl ColumnGroup {
 }
 
 /// Points at which an addition is linearised: its nulls, with the shape parameters on their grids.
-pub(crate) fn null_points(system: &dyn System, addition: &Addition) -> Vec<Vec<f64>> {
+pub(crate) fn null_points(system: &dyn Augment, addition: &Addition) -> Vec<Vec<f64>> {
     match addition {
         Addition::Effect(listed, _) if !addition.is_structural() => system.null_points(listed.index),
         Addition::Table(_) => vec![vec![0.0; addition.size()]],
@@ -95,7 +95,7 @@ pub(crate) fn null_points(system: &dyn System, addition: &Addition) -> Vec<Vec<f
 
 /// Points at which an addition acts and its change is computed as a whole: thresholds, and effects that are
 /// singular at their null.
-pub(crate) fn acting_points(system: &dyn System, addition: &Addition) -> Vec<Vec<f64>> {
+pub(crate) fn acting_points(system: &dyn Augment, addition: &Addition) -> Vec<Vec<f64>> {
     let Addition::Effect(listed, Per::All) = addition else { return Vec::new() };
     let effect = &listed.effect;
     if addition.is_structural() {

@@ -17,8 +17,8 @@ use crate::library::{Candidate, Scales, candidates, formulas, table_draft};
 use crate::model::{Model, Target as ModelTarget};
 use crate::system::System as Compiled;
 use augsim_system::{
-    Effect, Event, ModelTerm, Objection, Parameter, Quantity, Record, Schema, Seed, Simulated,
-    SimulationError, System, SystemError, Table, Task,
+    Augment, Describe, Effect, Event, ModelTerm, Objection, Parameter, Prepare, Quantity, Record, Schema,
+    Seed, Simulate, Simulated, SimulationError, System, SystemError, Table, Task,
 };
 pub use declaration::CalibratedModel;
 use rayon::prelude::*;
@@ -270,48 +270,13 @@ fn copy_result(lanes: &Lanes, channels: usize, seeds: usize, out: &mut Simulated
     lanes.events.iter().for_each(|event| out.push_event(event.time, []));
 }
 
-impl System for EquationSystem {
+impl Simulate for EquationSystem {
     fn schema(&self) -> &Schema {
         &self.schema
     }
 
-    fn start_mean(&self, record: &Record, state: usize, parameters: &[f64], start: &[f64]) -> f64 {
-        self.mean_of_start(record, state, parameters, start)
-    }
-
     fn parameters(&self) -> &[Parameter] {
         &self.parameters
-    }
-
-    fn library(&self) -> &[Effect] {
-        &self.library
-    }
-
-    fn terms(&self) -> &[ModelTerm] {
-        &self.laws
-    }
-
-    fn augmented(&self, laws: &[ModelTerm]) -> Result<Arc<dyn System>, SystemError> {
-        let mut model = self.model().clone();
-        let mut system = self.clone();
-        for law in laws {
-            for (parameter, place) in self.add(&mut model, law)? {
-                system.parameters.push(parameter);
-                system.places.push(place);
-            }
-            system.laws.push(law.clone());
-        }
-        let mut active = schema::active(&model);
-        active.extend(system.places.iter().filter(|p| **p >= self.model().parameters.len()));
-        active.sort_unstable();
-        active.dedup();
-        let compiled = Compiled::compile(&model, &active).map_err(|_| SystemError::Full)?;
-        let mut schema = (*self.schema).clone();
-        schema.states = schema::states(&model);
-        system.schema = Arc::new(schema);
-        system.compiled = Arc::new(compiled.with_widths_of(&self.compiled));
-        system.complete = Arc::default();
-        Ok(Arc::new(system))
     }
 
     fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
@@ -348,6 +313,43 @@ impl System for EquationSystem {
         BATCH_WINDOWS
     }
 
+    fn start_mean(&self, record: &Record, state: usize, parameters: &[f64], start: &[f64]) -> f64 {
+        self.mean_of_start(record, state, parameters, start)
+    }
+}
+
+impl Augment for EquationSystem {
+    fn library(&self) -> &[Effect] {
+        &self.library
+    }
+
+    fn terms(&self) -> &[ModelTerm] {
+        &self.laws
+    }
+
+    fn augmented(&self, laws: &[ModelTerm]) -> Result<Arc<dyn System>, SystemError> {
+        let mut model = self.model().clone();
+        let mut system = self.clone();
+        for law in laws {
+            for (parameter, place) in self.add(&mut model, law)? {
+                system.parameters.push(parameter);
+                system.places.push(place);
+            }
+            system.laws.push(law.clone());
+        }
+        let mut active = schema::active(&model);
+        active.extend(system.places.iter().filter(|p| **p >= self.model().parameters.len()));
+        active.sort_unstable();
+        active.dedup();
+        let compiled = Compiled::compile(&model, &active).map_err(|_| SystemError::Full)?;
+        let mut schema = (*self.schema).clone();
+        schema.states = schema::states(&model);
+        system.schema = Arc::new(schema);
+        system.compiled = Arc::new(compiled.with_widths_of(&self.compiled));
+        system.complete = Arc::default();
+        Ok(Arc::new(system))
+    }
+
     fn null_points(&self, effect: usize) -> Vec<Vec<f64>> {
         self.free_points(effect, Candidate::null_points)
     }
@@ -356,16 +358,12 @@ impl System for EquationSystem {
         self.free_points(effect, Candidate::scan_points)
     }
 
-    fn start_value(&self, parameter: usize) -> Option<f64> {
-        self.start_value.get(parameter).copied()
+    fn candidate_tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
+        self.tables.to_vec()
     }
+}
 
-    fn quantity(&self, parameter: usize) -> Quantity {
-        let unit = self.model_parameter(parameter).and_then(|place| self.model().parameters.get(place)?.unit);
-        let name = self.parameters.get(parameter).map_or("", |p| &p.name);
-        Quantity::new(name, &unit.map_or_else(String::new, |unit| unit.symbol()))
-    }
-
+impl Prepare for EquationSystem {
     fn prepare(&self, record: &mut Record, _sd: &[f64]) -> Result<(), Objection> {
         self.prepare_record(record);
         Ok(())
@@ -375,8 +373,16 @@ impl System for EquationSystem {
         true
     }
 
-    fn candidate_tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
-        self.tables.to_vec()
+    fn start_value(&self, parameter: usize) -> Option<f64> {
+        self.start_value.get(parameter).copied()
+    }
+}
+
+impl Describe for EquationSystem {
+    fn quantity(&self, parameter: usize) -> Quantity {
+        let unit = self.model_parameter(parameter).and_then(|place| self.model().parameters.get(place)?.unit);
+        let name = self.parameters.get(parameter).map_or("", |p| &p.name);
+        Quantity::new(name, &unit.map_or_else(String::new, |unit| unit.symbol()))
     }
 
     /// Time, outputs and inputs, against which residuals are plotted.

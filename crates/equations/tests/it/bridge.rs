@@ -15,8 +15,8 @@ use augsim_equations::{CalibratedModel, EquationSystem, example};
 use augsim_physics::Scalar;
 use augsim_physics::ode::{At, Equations, Ode};
 use augsim_system::{
-    Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Offsets, Parameter, Record, Schema,
-    Seed, Simulated, Stream, System, Table, Task,
+    Addition, Augment, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Offsets, Parameter,
+    Prepare, Record, Schema, Seed, Simulate, Simulated, Stream, System, Table, Task,
 };
 
 fn model(name: &str) -> Model {

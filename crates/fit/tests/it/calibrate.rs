@@ -5,7 +5,7 @@
 
 use augsim_equations::{EquationSystem, model};
 use augsim_fit::{Calibration, calibrate, estimate_initial_state};
-use augsim_system::{Record, System};
+use augsim_system::{Prepare, Record};
 
 fn drift_model(rate: &str, parameters: &str) -> String {
     format!(

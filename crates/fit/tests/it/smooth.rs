@@ -5,7 +5,7 @@
 
 use augsim_equations::{EquationSystem, model};
 use augsim_fit::{CalibrationError, Cause, Smoothed, smooth};
-use augsim_system::{Offsets, Record, Simulated, System, Task};
+use augsim_system::{Offsets, Prepare, Record, Simulate, Simulated, Task};
 
 const MODEL: &str = "scenario = \"system\"\n[states]\nx_m = { start = \"y_m\" }\nv_m_s = { start = \"slope(y_m)\" }\n\
     [parameters]\nstiffness_per_s2 = { nominal = 40.0, frozen = true }\ndamping_per_s = { nominal = 0.1, frozen = true }\n\

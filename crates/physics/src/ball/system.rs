@@ -16,9 +16,9 @@ use crate::lanes::{seeded, store, with_lanes};
 use crate::library::Location;
 use crate::model::Release;
 use augsim_system::{
-    Channel, Designs, Effect, ErrorFigure, Event, EventSchema, InitialValue, ModelTerm, Objection, Parameter,
-    Quantity, Record, Scatter, Schema, Seed, Simulated, SimulationError, State as StateSchema, System,
-    SystemError, Table, Target, Task, in_blocks,
+    Augment, Channel, Describe, Designs, Effect, ErrorFigure, Event, EventSchema, InitialValue, ModelTerm,
+    Objection, Parameter, Prepare, Quantity, Record, Scatter, Schema, Seed, Simulate, Simulated,
+    SimulationError, State as StateSchema, System, SystemError, Table, Target, Task, in_blocks,
 };
 use std::sync::Arc;
 
@@ -180,7 +180,7 @@ impl Ball {
     }
 }
 
-impl System for Ball {
+impl Simulate for Ball {
     fn schema(&self) -> &Schema {
         &self.schema
     }
@@ -189,6 +189,16 @@ impl System for Ball {
         &self.parameters
     }
 
+    fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
+        task.check(&self.schema, self.parameters.len())?;
+        in_blocks(task, MAX_LANES, out, |task, out| {
+            with_lanes!(task.seeds.len(), [4, 8, 12, 16, 24; 40], S => self.run::<S>(task, out));
+            Ok(())
+        })
+    }
+}
+
+impl Augment for Ball {
     fn library(&self) -> &[Effect] {
         &self.library
     }
@@ -222,33 +232,24 @@ impl System for Ball {
         Ok(Arc::new(ball))
     }
 
-    fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
-        task.check(&self.schema, self.parameters.len())?;
-        in_blocks(task, MAX_LANES, out, |task, out| {
-            with_lanes!(task.seeds.len(), [4, 8, 12, 16, 24; 40], S => self.run::<S>(task, out));
-            Ok(())
-        })
+    fn can_search_effect(&self, effect: usize, records: &[&Record]) -> bool {
+        let preconditions = Preconditions {
+            axes: self.world.axes,
+            released_at_rest: self.released_at_rest,
+            has_radius: self.has_radius,
+            parameters: &self.parameters,
+            kinds: &self.declaration.kinds,
+        };
+        preconditions.allows(effect, records)
     }
 
-    fn quantity(&self, parameter: usize) -> Quantity {
-        let Some(p) = self.parameters.get(parameter) else { return Quantity::new("", "") };
-        match self.world.owner(parameter) {
-            Some(kind) => {
-                let spec =
-                    effects::spec_of(kind).and_then(|s| s.parameters.iter().find(|q| q.name == p.name));
-                Quantity::new(&format!("{kind}.{}", p.name), spec.map_or("", |q| q.unit))
-            }
-            None => {
-                let unit = match p.name.as_str() {
-                    "gravity_m_s2" => "m/s²",
-                    "radius_m" | "floor_height_m" => "m",
-                    _ => "",
-                };
-                Quantity::new(&p.name, unit)
-            }
-        }
+    fn candidate_tables(&self, records: &[&Record], events: &[Vec<Event>]) -> Vec<Table> {
+        let floor_m = self.floor_m();
+        tables(self.world.axes, floor_m, !self.parameters[RESTITUTION].frozen, records, events)
     }
+}
 
+impl Prepare for Ball {
     fn covariates(&self, constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
         covariates::from_columns(constant)
     }
@@ -288,29 +289,26 @@ impl System for Ball {
     fn objection(&self, records: &[Record], sd: &[f64]) -> Option<Objection> {
         objection(&self.parameters, records, sd.last().copied().unwrap_or(0.0))
     }
+}
 
-    fn foreign_records_objection(&self, records: &[&Record], sd: &[f64]) -> Option<Objection> {
-        foreign_records_objection(&self.parameters, records, sd.last().copied().unwrap_or(0.0))
-    }
-
-    fn implausible_values_objection(&self, values: &[f64]) -> Option<Objection> {
-        implausible(&self.parameters, values)
-    }
-
-    fn can_search_effect(&self, effect: usize, records: &[&Record]) -> bool {
-        let preconditions = Preconditions {
-            axes: self.world.axes,
-            released_at_rest: self.released_at_rest,
-            has_radius: self.has_radius,
-            parameters: &self.parameters,
-            kinds: &self.declaration.kinds,
-        };
-        preconditions.allows(effect, records)
-    }
-
-    fn candidate_tables(&self, records: &[&Record], events: &[Vec<Event>]) -> Vec<Table> {
-        let floor_m = self.floor_m();
-        tables(self.world.axes, floor_m, !self.parameters[RESTITUTION].frozen, records, events)
+impl Describe for Ball {
+    fn quantity(&self, parameter: usize) -> Quantity {
+        let Some(p) = self.parameters.get(parameter) else { return Quantity::new("", "") };
+        match self.world.owner(parameter) {
+            Some(kind) => {
+                let spec =
+                    effects::spec_of(kind).and_then(|s| s.parameters.iter().find(|q| q.name == p.name));
+                Quantity::new(&format!("{kind}.{}", p.name), spec.map_or("", |q| q.unit))
+            }
+            None => {
+                let unit = match p.name.as_str() {
+                    "gravity_m_s2" => "m/s²",
+                    "radius_m" | "floor_height_m" => "m",
+                    _ => "",
+                };
+                Quantity::new(&p.name, unit)
+            }
+        }
     }
 
     fn residual_axes(&self, record: &Record, events: &[Event]) -> Vec<(String, Vec<f64>)> {
@@ -319,6 +317,14 @@ impl System for Ball {
 
     fn candidate_experiments(&self, records: &[&Record], step_s: f64) -> Designs {
         designs(self.schema.channels.len(), self.floor_m(), self.released_at_rest, records, step_s)
+    }
+
+    fn foreign_records_objection(&self, records: &[&Record], sd: &[f64]) -> Option<Objection> {
+        foreign_records_objection(&self.parameters, records, sd.last().copied().unwrap_or(0.0))
+    }
+
+    fn implausible_values_objection(&self, values: &[f64]) -> Option<Objection> {
+        implausible(&self.parameters, values)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::push;
 use augsim_data::checks::ExpectedData;
 use augsim_system::{
     Addition, Augmentation, Declaration, Fitted, FittedValues, ModelTerm, Objection, Parameter, Per,
-    RoundTripError, ScatterPer, System,
+    RoundTripError, ScatterPer, Simulate, System,
 };
 use std::error::Error as StdError;
 use std::sync::Arc;

@@ -4,9 +4,12 @@
 //! located, carry their derivatives, and may reset the states or bring the system to rest.
 //!
 //! ```
-//! use augsim_system::{Channel, ErrorFigure, InitialValue, Offsets, Parameter, Quantity, Record, Schema, Seed, Simulated, State, System, Task};
-//! use augsim_physics::ode::{At, Equations, Ode};
 //! use augsim_physics::Scalar;
+//! use augsim_physics::ode::{At, Equations, Ode};
+//! use augsim_system::{
+//!     Channel, ErrorFigure, InitialValue, Offsets, Parameter, Quantity, Record, Schema, Seed, Simulate, Simulated, State,
+//!     Task,
+//! };
 //!
 //! /// A pendulum of one metre with viscous friction.
 //! #[derive(Debug)]
@@ -65,7 +68,8 @@ mod tableau;
 use crate::Scalar;
 use crate::lanes::with_lanes;
 use augsim_system::{
-    Effect, ModelTerm, Parameter, Schema, Simulated, SimulationError, System, SystemError, Task, in_blocks,
+    Augment, Describe, Effect, ModelTerm, Parameter, Prepare, Schema, Simulate, Simulated, SimulationError,
+    System, SystemError, Task, in_blocks,
 };
 use integrate::Integration;
 use std::sync::Arc;
@@ -113,7 +117,7 @@ impl<E: Equations> Ode<E> {
     }
 }
 
-impl<E: Equations> System for Ode<E> {
+impl<E: Equations> Simulate for Ode<E> {
     fn schema(&self) -> &Schema {
         self.equations.schema()
     }
@@ -122,6 +126,18 @@ impl<E: Equations> System for Ode<E> {
         &self.parameters
     }
 
+    fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
+        task.check(self.schema(), self.parameters.len())?;
+        in_blocks(
+            task,
+            WIDEST,
+            out,
+            |task, out| with_lanes!(task.seeds.len(), [4, 8, 16; 24], S => self.run::<S>(task, out)),
+        )
+    }
+}
+
+impl<E: Equations> Augment for Ode<E> {
     fn library(&self) -> &[Effect] {
         self.equations.library()
     }
@@ -151,14 +167,8 @@ impl<E: Equations> System for Ode<E> {
         let (equations, values) = (self.equations.clone(), self.values.clone());
         Ok(Arc::new(Self { equations, tolerance: self.tolerance, parameters, laws: all, values, places }))
     }
-
-    fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
-        task.check(self.schema(), self.parameters.len())?;
-        in_blocks(
-            task,
-            WIDEST,
-            out,
-            |task, out| with_lanes!(task.seeds.len(), [4, 8, 16; 24], S => self.run::<S>(task, out)),
-        )
-    }
 }
+
+impl<E: Equations> Prepare for Ode<E> {}
+
+impl<E: Equations> Describe for Ode<E> {}

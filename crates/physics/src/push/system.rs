@@ -14,9 +14,9 @@ use super::world::World;
 use crate::Scalar;
 use crate::lanes::{seeded, store, with_lanes};
 use augsim_system::{
-    Channel, Effect, ErrorFigure, Event, InitialValue, Input, InputInterpolation, ModelTerm, Objection,
-    Parameter, Polar, Quantity, Record, RecordRandomEffect, Schema, Seed, Simulated, SimulationError, State,
-    System, SystemError, Task, TopView, in_blocks,
+    Augment, Channel, Describe, Effect, ErrorFigure, Event, InitialValue, Input, InputInterpolation,
+    ModelTerm, Objection, Parameter, Polar, Prepare, Quantity, Record, RecordRandomEffect, Schema, Seed,
+    Simulate, Simulated, SimulationError, State, System, SystemError, Task, TopView, in_blocks,
 };
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
@@ -109,7 +109,7 @@ impl Pushing {
     }
 }
 
-impl System for Pushing {
+impl Simulate for Pushing {
     fn schema(&self) -> &Schema {
         &self.schema
     }
@@ -118,6 +118,22 @@ impl System for Pushing {
         &self.parameters
     }
 
+    fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
+        task.check(&self.schema, self.parameters.len())?;
+        in_blocks(
+            task,
+            MAX_LANES,
+            out,
+            |task, out| with_lanes!(task.seeds.len(), [8; 16], S => self.run::<S>(task, out)),
+        )
+    }
+
+    fn resolution(&self, _channel: usize) -> f64 {
+        RESOLUTION
+    }
+}
+
+impl Augment for Pushing {
     fn library(&self) -> &[Effect] {
         &self.library
     }
@@ -145,16 +161,6 @@ impl System for Pushing {
         Ok(Arc::new(pushing))
     }
 
-    fn simulate(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
-        task.check(&self.schema, self.parameters.len())?;
-        in_blocks(
-            task,
-            MAX_LANES,
-            out,
-            |task, out| with_lanes!(task.seeds.len(), [8; 16], S => self.run::<S>(task, out)),
-        )
-    }
-
     fn null_points(&self, effect: usize) -> Vec<Vec<f64>> {
         let Some(effect) = self.library.get(effect) else { return Vec::new() };
         let nulls: Vec<f64> = effect.parameters.iter().map(|p| p.null).collect();
@@ -170,6 +176,29 @@ impl System for Pushing {
         }
     }
 
+    fn can_search_effect(&self, effect: usize, records: &[&Record]) -> bool {
+        can_search_effect(effect, &self.parameters, &self.declares, records)
+    }
+
+    /// False: model files of pushing give an effect one value for all groups.
+    fn can_vary_by_group(&self, _effect: usize) -> bool {
+        false
+    }
+}
+
+impl Prepare for Pushing {
+    fn prepare(&self, record: &mut Record, sd: &[f64]) -> Result<(), Objection> {
+        let estimated_sd = sd.iter().take(2).fold(0.0_f64, |a, b| a.max(*b));
+        let position_sd_m = self.declares.position_sd_m.unwrap_or(0.0).max(estimated_sd);
+        if segments::split(record, position_sd_m) { Ok(()) } else { Err(too_short()) }
+    }
+
+    fn objection(&self, records: &[Record], _sd: &[f64]) -> Option<Objection> {
+        objection(&self.world, &self.parameters, &self.declares, records)
+    }
+}
+
+impl Describe for Pushing {
     fn quantity(&self, parameter: usize) -> Quantity {
         let Some(p) = self.parameters.get(parameter) else { return Quantity::new("", "") };
         let owner = self.world.terms().iter().find(|t| (t.first..t.first + t.count).contains(&parameter));
@@ -189,35 +218,12 @@ impl System for Pushing {
         }
     }
 
-    fn prepare(&self, record: &mut Record, sd: &[f64]) -> Result<(), Objection> {
-        let estimated_sd = sd.iter().take(2).fold(0.0_f64, |a, b| a.max(*b));
-        let position_sd_m = self.declares.position_sd_m.unwrap_or(0.0).max(estimated_sd);
-        if segments::split(record, position_sd_m) { Ok(()) } else { Err(too_short()) }
-    }
-
-    fn objection(&self, records: &[Record], _sd: &[f64]) -> Option<Objection> {
-        objection(&self.world, &self.parameters, &self.declares, records)
-    }
-
-    fn can_search_effect(&self, effect: usize, records: &[&Record]) -> bool {
-        can_search_effect(effect, &self.parameters, &self.declares, records)
-    }
-
-    /// False: model files of pushing give an effect one value for all groups.
-    fn can_vary_by_group(&self, _effect: usize) -> bool {
-        false
-    }
-
     fn residual_axes(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
         residual_axes(record)
     }
 
     fn scene(&self, record: &Record, times: &[f64], values: &[f64]) -> Option<TopView> {
         top_view(&self.world, record, times, values)
-    }
-
-    fn resolution(&self, _channel: usize) -> f64 {
-        RESOLUTION
     }
 }
 

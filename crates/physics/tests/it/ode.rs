@@ -8,9 +8,9 @@
 use augsim_physics::Scalar;
 use augsim_physics::ode::{At, Equations, Ode, Tolerance};
 use augsim_system::{
-    Channel, Effect, EffectParameter, ErrorFigure, EventSchema, InitialValue, Input, InputInterpolation,
-    ModelTerm, Offsets, Parameter, Quantity, Record, Schema, Seed, Simulated, SimulationError, State, Stream,
-    System, Task,
+    Augment, Channel, Effect, EffectParameter, ErrorFigure, EventSchema, InitialValue, Input,
+    InputInterpolation, ModelTerm, Offsets, Parameter, Quantity, Record, Schema, Seed, Simulate, Simulated,
+    SimulationError, State, Stream, System, Task,
 };
 
 fn schema(system: &str, states: usize, inputs: &[InputInterpolation]) -> Schema {

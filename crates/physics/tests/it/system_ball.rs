@@ -9,7 +9,8 @@ use augsim_physics::ball::{Axes, Ball, Covariates, Run, State, Throw};
 use augsim_physics::model::Model;
 use augsim_physics::{Dual, Scalar, ball};
 use augsim_system::{
-    InitialValue, ModelTerm, Offsets, Record, Seed, Simulated, System, SystemError, Table, Task,
+    Augment, InitialValue, ModelTerm, Offsets, Record, Seed, Simulate, Simulated, System, SystemError, Table,
+    Task,
 };
 use std::sync::Arc;
 

@@ -8,7 +8,7 @@
 use augsim_physics::Dual;
 use augsim_physics::model::PushModel;
 use augsim_physics::push::{Pose, Push, Pushing, Recorded, Steps, effects, simulate_poses};
-use augsim_system::{ModelTerm, Offsets, Record, Seed, Simulated, Stream, System, Task};
+use augsim_system::{Augment, ModelTerm, Offsets, Record, Seed, Simulate, Simulated, Stream, Task};
 
 const TEXT: &str = "scenario = \"push\"\nobject = \"rect1\"\n[[effect]]\nkind = \"frame-registration\"\nscale = 0.004\nangle_rad = 0.01\ndx_m = 1e-4\ndy_m = -2e-4\n";
 

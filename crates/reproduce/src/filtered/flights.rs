@@ -12,7 +12,7 @@ use augsim_discovery::Options;
 use augsim_physics::ball::{Axes, FLOOR};
 use augsim_physics::model::{Model, ModelFile};
 use augsim_session::filtered::{ObservedColumns, PrefixLength, SystemOnPrefix, built_in_on_prefix};
-use augsim_system::{Seed, System};
+use augsim_system::{Describe, Seed};
 use augsim_terminal::Outcome;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;

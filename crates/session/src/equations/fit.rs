@@ -3,7 +3,7 @@
 use augsim_equations::model::{Covariance, Hold};
 use augsim_equations::{EquationSystem, Model};
 use augsim_fit::{Calibration, Gauge, calibrate};
-use augsim_system::{NORMAL_95, Record, System};
+use augsim_system::{NORMAL_95, Prepare, Record, Simulate};
 use std::path::PathBuf;
 use std::time::Instant;
 use thiserror::Error;

@@ -3,7 +3,7 @@
 use super::fit::prepare_records;
 use augsim_equations::{EquationSystem, Model};
 use augsim_fit::estimate_initial_state;
-use augsim_system::{Offsets, Record, Simulated, System, Task};
+use augsim_system::{Offsets, Prepare, Record, Simulate, Simulated, Task};
 use serde::Serialize;
 use thiserror::Error;
 

@@ -5,7 +5,7 @@ use augsim_discovery::{NoiseCause, NoiseRow, NoiseSource};
 use augsim_equations::model::{RateNoise, SensorNoise};
 use augsim_equations::{EquationSystem, Model};
 use augsim_fit::{Cause, Smoothed, smooth};
-use augsim_system::{Record, System};
+use augsim_system::{Record, Simulate};
 
 /// Maximum number of samples from which the noise is estimated.
 const MAX_SAMPLES: usize = 6_000;

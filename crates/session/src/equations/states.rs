@@ -8,7 +8,7 @@ use augsim_equations::EquationSystem;
 use augsim_equations::engine::Signal;
 use augsim_equations::model::{Hold, Model};
 use augsim_fit::estimate_initial_state;
-use augsim_system::{Record, System};
+use augsim_system::{Prepare, Record};
 use augsim_trainer::{Engine, EquationEngine, Sequence, Sequences};
 use rayon::prelude::*;
 use thiserror::Error;

@@ -9,7 +9,7 @@ use augsim_data::{Dataset, MissingCells, Trajectory};
 use augsim_equations::EquationSystem;
 use augsim_physics::model::{ModelFile, PushModel};
 use augsim_physics::push::effects::{SCATTER_KIND, index_of};
-use augsim_system::{Declaration, ModelTerm, Record, Stream, System};
+use augsim_system::{Declaration, ModelTerm, Prepare, Record, Stream, System};
 use augsim_trainer::filter::{InitialStatePrior, Sensor, SystemFilter};
 use augsim_trainer::{Sequence, Sequences};
 use std::collections::BTreeSet;
@@ -127,7 +127,7 @@ fn pushing(model: &PushModel) -> anyhow::Result<(Arc<dyn System>, RandomEffects)
 }
 
 /// Records with the channels and inputs of a system, and the group of each.
-fn read(system: &dyn System, data: &Dataset) -> anyhow::Result<(Vec<Record>, Vec<Option<String>>)> {
+fn read(system: &dyn Prepare, data: &Dataset) -> anyhow::Result<(Vec<Record>, Vec<Option<String>>)> {
     let schema = system.schema();
     let places = |columns: &mut dyn Iterator<Item = &String>| {
         columns.map(|c| data.column_index(c)).collect::<Result<Vec<_>, _>>()
@@ -178,7 +178,7 @@ fn shift_clocks(list: &mut [Record], clock: usize, reference: Option<f64>) {
 
 /// Builds the particle filter of a system and the trajectories that it observes.
 fn with_filter(
-    system: Arc<dyn System>,
+    system: Arc<dyn Prepare>,
     mut list: Vec<Record>,
     groups: &[Option<&str>],
     view: &ObservedColumns,

@@ -12,7 +12,7 @@ use augsim_discovery::{PredictOptions, PredictedRecord, PredictionSet};
 use augsim_equations::model::{Output, SensorNoise};
 use augsim_equations::{EquationSystem, Model};
 use augsim_fit::{InitialStateEstimate, estimate_initial_state};
-use augsim_system::{Offsets, Record, Simulated, System, Task};
+use augsim_system::{Offsets, Prepare, Record, Simulate, Simulated, Task};
 use augsim_trainer::collect_in_order;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;

@@ -23,7 +23,7 @@ use augsim_data::random_stream;
 use augsim_discovery::{PredictOptions, PredictionSet};
 use augsim_equations::{EquationSystem, Model};
 use augsim_fit::estimate_initial_state;
-use augsim_system::{Record, System};
+use augsim_system::{Record, Simulate};
 use augsim_trainer::{EquationEngine, Forecaster, NetModel, Task, collect_in_order};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! Draws of the parameters of an equation model from their joint distribution.
 
 use augsim_equations::{EquationSystem, Model};
-use augsim_system::System;
+use augsim_system::Simulate;
 
 /// Joint normal distribution of the parameters that a fit has determined.
 ///

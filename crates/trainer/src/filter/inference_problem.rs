@@ -1,6 +1,6 @@
 //! Bayesian estimation of the unknowns of one trajectory from its observed rows.
 
-use augsim_system::{Offsets, Record, Seed, Simulated, System, Task};
+use augsim_system::{Offsets, Record, Seed, Simulate, Simulated, Task};
 
 /// A scalar that is estimated for each trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,7 +15,7 @@ pub(super) struct Unknown {
 
 /// The estimation problem of one trajectory: its unknowns, observed rows and noise levels.
 pub(super) struct InferenceProblem<'a> {
-    pub system: &'a dyn System,
+    pub system: &'a dyn Simulate,
     pub unknowns: &'a [Unknown],
     /// Parameter values of the system, in its order.
     pub parameters: &'a [f64],

@@ -9,7 +9,7 @@ use super::prefix::{FilterSettings, Prefix, PrefixForecaster, add_measurement_no
 use super::weights::resample;
 use crate::{Samples, TrainerError};
 use augsim_data::random_stream;
-use augsim_system::{InitialValue, Parameter, Per, Record, Scatter, ScatterPer, Seed, Simulated, System};
+use augsim_system::{InitialValue, Parameter, Per, Prepare, Record, Scatter, ScatterPer, Seed, Simulated};
 use std::sync::Arc;
 
 /// Number of events of a trajectory with an offset of their own; later events have none.
@@ -19,10 +19,10 @@ const MIN_SD: f64 = 1e-6;
 /// Number of measurements beyond the unknowns that an estimate of the noise needs.
 const MIN_SPARE_READINGS: usize = 8;
 
-/// A forecaster after observed prefixes that samples the posterior of a [`System`]'s unknowns.
+/// A forecaster after observed prefixes that samples the posterior of a system's unknowns.
 #[derive(Debug, Clone)]
 pub struct SystemFilter {
-    system: Arc<dyn System>,
+    system: Arc<dyn Prepare>,
     /// Parameter values, `[trajectory][parameter]`.
     parameters: Vec<Vec<f64>>,
     unknowns: Vec<Unknown>,
@@ -38,7 +38,7 @@ impl SystemFilter {
     /// the declared value and the spread of their bounds), parameters with a 95 % interval, and event
     /// offsets where the model declares them random. Of `records`, one per trajectory, times, inputs and
     /// covariates are used; `groups` names the group of each trajectory, if it has one.
-    pub fn new(system: Arc<dyn System>, records: &[Record], groups: &[Option<&str>]) -> Self {
+    pub fn new(system: Arc<dyn Prepare>, records: &[Record], groups: &[Option<&str>]) -> Self {
         let value = |p: &Parameter, group: Option<&str>| {
             let group_value = p.groups.iter().find(|(name, _)| Some(name.as_str()) == group);
             group_value.map_or(p.nominal, |(_, value)| *value)

@@ -6,7 +6,7 @@ use augsim_equations::model::{FirstSamples, Hold};
 use augsim_equations::{EquationSystem, Model, Waveform};
 use augsim_session::equations::{self, fit, records, unit_text};
 use augsim_session::usage::{ModelFault, Takes, UnknownName};
-use augsim_system::{Offsets, Record, Simulated, Stream, System, Task};
+use augsim_system::{Describe, Offsets, Record, Simulate as _, Simulated, Stream, Task};
 use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
