@@ -4,7 +4,9 @@ use crate::DiscoveryError;
 use crate::options::Clock;
 use crate::work_counter::WorkCounter;
 use augsim_data::{Dataset, Trajectory};
-use augsim_system::{Declaration, Record as SystemRecord, Stream, System, Window};
+use augsim_system::{
+    Declaration, Record as SystemRecord, RecordReader, System, Window, shift_session_clocks,
+};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -64,21 +66,9 @@ impl Measured {
             DiscoveryError::Objection { data: name.clone(), model: model.file().into(), objection }
         })?;
         let schema = system.schema();
-        let column_indices = |columns: &mut dyn Iterator<Item = &String>| {
-            columns.map(|c| data.column_index(c)).collect::<Result<Vec<_>, _>>()
-        };
-        let channels = column_indices(&mut schema.channels.iter().map(|c| &c.column))?;
-        let flag_index =
-            |fresh: &Option<String>| fresh.as_deref().and_then(|name| data.column_index(name).ok());
-        let flags: Vec<Option<usize>> =
-            schema.channels.iter().map(|c| flag_index(&c.update_column)).collect();
-        let inputs = schema
-            .inputs
-            .iter()
-            .map(|i| Ok((column_indices(&mut i.columns.iter())?, flag_index(&i.update_column))));
-        let inputs = inputs.collect::<Result<Vec<_>, DiscoveryError>>()?;
-        for (channel, &i) in schema.channels.iter().zip(&channels) {
-            if is_constant(data, i) {
+        let reader = RecordReader::new(schema, data)?;
+        for channel in &schema.channels {
+            if is_constant(data, data.column_index(&channel.column)?) {
                 let column = channel.column.clone();
                 return Err(DiscoveryError::Constant { data: name, column });
             }
@@ -87,39 +77,20 @@ impl Measured {
             data.trajectories().iter().filter_map(|t| t.group().map(String::from)).collect();
         groups.sort();
         groups.dedup();
-        let mut records: Vec<SystemRecord> = Vec::new();
-        for t in data.trajectories() {
-            let first_value = |column: &str| {
-                let i = data.column_index(column).ok()?;
-                t.column(i).iter().copied().find(|v| v.is_finite())
-            };
-            let (times, mut values) = measured(t, &channels, &flags);
-            for (channel, values) in schema.channels.iter().zip(&mut values) {
-                channel.period.into_iter().for_each(|period| unwrap(values, period));
-            }
-            let group = t.group().and_then(|g| groups.iter().position(|x| x == g));
-            records.push(SystemRecord {
-                id: t.id().to_string(),
-                group: group.unwrap_or(0),
-                times,
-                values,
-                inputs: inputs.iter().map(|(columns, fresh)| stream(t, columns, *fresh)).collect(),
-                covariates: system.covariates(&first_value),
-                ..SystemRecord::default()
-            });
-        }
+        let read = |t: &Trajectory| {
+            let mut record = reader.read(t);
+            record.unwrap_angles(schema);
+            record.group = t.group().and_then(|g| groups.iter().position(|x| x == g)).unwrap_or(0);
+            record.covariates = system.covariates(&|column| reader.first_value(t, column));
+            record
+        };
+        let mut records: Vec<SystemRecord> = data.trajectories().iter().map(read).collect();
         if groups.is_empty() {
             groups.push(String::new());
         }
-        let clock_reference_s = schema.clock.and_then(|clock| {
-            let starts: Option<Vec<f64>> = records.iter().map(|r| r.covariate(clock)).collect();
-            let starts = starts.filter(|s| !s.is_empty())?;
-            let mean = starts.iter().sum::<f64>() / starts.len() as f64;
-            Some(model.clock_reference_s().unwrap_or(mean))
-        });
-        if let (Some(clock), Some(reference)) = (schema.clock, clock_reference_s) {
-            records.iter_mut().for_each(|r| r.covariates[clock] -= reference);
-        }
+        let clock_reference_s = schema
+            .clock
+            .and_then(|clock| shift_session_clocks(&mut records, clock, model.clock_reference_s()));
         let records = records
             .into_iter()
             .map(|data| Record { data, weight: Vec::new(), is_tolerance: false })
@@ -161,43 +132,6 @@ impl Measured {
             clock_reference_s: self.clock_reference_s,
         }
     }
-}
-
-/// Times and `[channel][sample]` of the rows in which any channel has a value. Where `flags` names a column,
-/// only rows in which it is set count as measured.
-fn measured(t: &Trajectory, channels: &[usize], flags: &[Option<usize>]) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let value = |k: usize, (&i, flag): (&usize, &Option<usize>)| {
-        if is_fresh(t, k, *flag) { t.column(i)[k] } else { f64::NAN }
-    };
-    let rows: Vec<usize> =
-        (0..t.len()).filter(|&k| channels.iter().zip(flags).any(|c| value(k, c).is_finite())).collect();
-    let times = rows.iter().map(|&k| t.time_s()[k]).collect();
-    let values = channels.iter().zip(flags).map(|c| rows.iter().map(|&k| value(k, c)).collect());
-    (times, values.collect())
-}
-
-/// Whether the flag column marks row `k` as a new measurement; true without a flag column.
-fn is_fresh(t: &Trajectory, k: usize, flag: Option<usize>) -> bool {
-    flag.is_none_or(|f| t.column(f)[k] > 0.5)
-}
-
-/// Removes jumps by a period from an angle: shifts each value to the one nearest to its predecessor.
-fn unwrap(values: &mut [f64], period: f64) {
-    let mut previous: Option<f64> = None;
-    for v in values.iter_mut().filter(|v| v.is_finite()) {
-        if let Some(previous) = previous {
-            *v -= ((*v - previous) / period).round() * period;
-        }
-        previous = Some(*v);
-    }
-}
-
-/// An input on its own clock: the rows in which all of its columns have a recorded value.
-fn stream(t: &Trajectory, columns: &[usize], fresh: Option<usize>) -> Stream {
-    let complete = |k: usize| columns.iter().all(|&i| t.column(i)[k].is_finite());
-    let rows: Vec<usize> = (0..t.len()).filter(|&k| is_fresh(t, k, fresh) && complete(k)).collect();
-    let at = |column: &[f64]| rows.iter().map(|&k| column[k]).collect::<Vec<_>>();
-    Stream { times: at(t.time_s()), values: columns.iter().map(|&i| at(t.column(i))).collect() }
 }
 
 /// A recording (or a long part of one) that is fitted in several windows, with the records that its parts

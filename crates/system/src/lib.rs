@@ -8,6 +8,7 @@ mod model_term;
 mod parameter;
 mod quantity;
 mod record;
+mod record_reader;
 mod scatter;
 mod schema;
 mod seed_blocks;
@@ -29,6 +30,7 @@ pub use quantity::Quantity;
 pub use record::{
     CORRELATION_STEPS, DetectedEvent, Record, Stream, Window, channel_sd, split_by_duration, typical_step,
 };
+pub use record_reader::{RecordReader, shift_session_clocks};
 pub use scatter::{Scatter, ScatterPer};
 pub use schema::{
     Channel, ErrorFigure, EventSchema, InitialValue, Input, InputInterpolation, RecordRandomEffect, Schema,

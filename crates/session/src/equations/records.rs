@@ -4,7 +4,7 @@ use crate::DataFrom;
 use anyhow::Context;
 use augsim_data::{Dataset, Trajectory, Unit, escaped_list, escaped_short};
 use augsim_equations::Model;
-use augsim_system::{Record, Stream};
+use augsim_system::{Record, RecordReader};
 use thiserror::Error;
 
 /// Columns of the long data format that are not model quantities.
@@ -147,39 +147,16 @@ fn check_values(from: &DataFrom, model: &Model, data: &Dataset) -> anyhow::Resul
 /// With `within_range`, readings at or beyond the sensor range of their output become gaps, since the true
 /// value is unknown: use it for fits. Scores compare such readings with predictions clipped to the range.
 pub fn records(data: &Dataset, model: &Model, within_range: bool) -> anyhow::Result<Vec<Record>> {
-    let mut list = Vec::with_capacity(data.trajectories().len());
-    let indices = |names: Vec<&str>| -> anyhow::Result<Vec<usize>> {
-        names.into_iter().map(|name| Ok(data.column_index(name)?)).collect()
-    };
-    let outputs = indices(model.outputs.iter().map(|o| o.name.as_str()).collect())?;
-    let inputs = indices(model.inputs.iter().map(|i| i.name.as_str()).collect())?;
-    for trajectory in data.trajectories() {
-        // Rows without an output are dropped here; their inputs are kept, since inputs have their own clock.
-        let rows: Vec<usize> = (0..trajectory.len())
-            .filter(|&k| outputs.iter().any(|&o| trajectory.column(o)[k].is_finite()))
-            .collect();
-        let at = |column: &[f64]| -> Vec<f64> { rows.iter().map(|&k| column[k]).collect() };
-        let values = outputs.iter().zip(&model.outputs).map(|(&o, declared)| {
-            let mut values = at(trajectory.column(o));
-            if let Some([low, high]) = declared.range.filter(|_| within_range) {
+    let channels = model.outputs.iter().map(|o| o.name.as_str());
+    let reader = RecordReader::with_columns(channels, model.inputs.iter().map(|i| i.name.as_str()), data)?;
+    let mut records: Vec<Record> = data.trajectories().iter().map(|t| reader.read(t)).collect();
+    if within_range {
+        for record in &mut records {
+            for (values, output) in record.values.iter_mut().zip(&model.outputs) {
+                let Some([low, high]) = output.range else { continue };
                 values.iter_mut().filter(|v| **v <= low || **v >= high).for_each(|v| *v = f64::NAN);
             }
-            values
-        });
-        list.push(Record {
-            id: trajectory.id().to_owned(),
-            times: at(trajectory.time_s()),
-            values: values.collect(),
-            inputs: inputs.iter().map(|&i| stream(trajectory, i)).collect(),
-            ..Record::default()
-        });
+        }
     }
-    Ok(list)
-}
-
-/// An input on its own clock: the rows in which it has a value.
-fn stream(trajectory: &Trajectory, column: usize) -> Stream {
-    let samples = trajectory.time_s().iter().zip(trajectory.column(column)).filter(|(_, v)| v.is_finite());
-    let (times, values) = samples.map(|(t, v)| (*t, *v)).unzip();
-    Stream { times, values: vec![values] }
+    Ok(records)
 }

@@ -9,7 +9,7 @@ use augsim_data::{Dataset, MissingCells, Trajectory};
 use augsim_equations::EquationSystem;
 use augsim_physics::model::{ModelFile, PushModel};
 use augsim_physics::push::effects::{SCATTER_KIND, index_of};
-use augsim_system::{Declaration, ModelTerm, Prepare, Record, Stream, System};
+use augsim_system::{Declaration, ModelTerm, Prepare, Record, RecordReader, System, shift_session_clocks};
 use augsim_trainer::filter::{InitialStatePrior, Sensor, SystemFilter};
 use augsim_trainer::{Sequence, Sequences};
 use std::collections::BTreeSet;
@@ -95,7 +95,7 @@ pub fn built_in_on_prefix(
     let selected = list.into_iter().zip(&groups).filter(|(r, _)| is_selected(r));
     let (mut list, groups): (Vec<Record>, Vec<_>) = selected.unzip();
     if let (Some(reference), Some(clock)) = (reference, system.schema().clock) {
-        shift_clocks(&mut list, clock, reference);
+        shift_session_clocks(&mut list, clock, reference);
     }
     let groups: Vec<Option<&str>> = groups.into_iter().map(|g| g.as_deref()).collect();
     let mut prepared = with_filter(system, list, &groups, view)?;
@@ -128,52 +128,15 @@ fn pushing(model: &PushModel) -> anyhow::Result<(Arc<dyn System>, RandomEffects)
 
 /// Records with the channels and inputs of a system, and the group of each.
 fn read(system: &dyn Prepare, data: &Dataset) -> anyhow::Result<(Vec<Record>, Vec<Option<String>>)> {
-    let schema = system.schema();
-    let places = |columns: &mut dyn Iterator<Item = &String>| {
-        columns.map(|c| data.column_index(c)).collect::<Result<Vec<_>, _>>()
-    };
-    let channels = places(&mut schema.channels.iter().map(|c| &c.column))?;
-    let inputs = schema.inputs.iter().map(|input| places(&mut input.columns.iter()));
-    let inputs = inputs.collect::<Result<Vec<_>, _>>()?;
+    // The filter observes every row, also those that only repeat the last measurement.
+    let reader = RecordReader::new(system.schema(), data)?.with_every_row();
     let record = |t: &Trajectory| {
-        let constant = |column: &str| {
-            let i = data.column_index(column).ok()?;
-            t.column(i).iter().copied().find(|v| v.is_finite())
-        };
-        // Rows without a measurement are dropped here; their inputs are kept, since inputs have their own
-        // clock.
-        let rows: Vec<usize> =
-            (0..t.len()).filter(|&k| channels.iter().any(|&i| t.column(i)[k].is_finite())).collect();
-        let at = |column: &[f64]| rows.iter().map(|&k| column[k]).collect::<Vec<_>>();
-        Record {
-            id: t.id().to_owned(),
-            times: at(t.time_s()),
-            values: channels.iter().map(|&i| at(t.column(i))).collect(),
-            inputs: inputs.iter().map(|columns| stream(t, columns)).collect(),
-            covariates: system.covariates(&constant),
-            ..Record::default()
-        }
+        let covariates = system.covariates(&|column| reader.first_value(t, column));
+        Record { covariates, ..reader.read(t) }
     };
     let records = data.trajectories().iter().map(record).collect();
     let groups = data.trajectories().iter().map(|t| t.group().map(str::to_owned)).collect();
     Ok((records, groups))
-}
-
-/// An input on its own clock: the rows in which all its columns have a value.
-fn stream(t: &Trajectory, columns: &[usize]) -> Stream {
-    let rows: Vec<usize> =
-        (0..t.len()).filter(|&k| columns.iter().all(|&i| t.column(i)[k].is_finite())).collect();
-    let at = |column: &[f64]| rows.iter().map(|&k| column[k]).collect::<Vec<_>>();
-    Stream { times: at(t.time_s()), values: columns.iter().map(|&i| at(t.column(i))).collect() }
-}
-
-/// Shifts the session clocks of the records so that the model's reference, or else their mean, is 0.
-fn shift_clocks(list: &mut [Record], clock: usize, reference: Option<f64>) {
-    let starts: Option<Vec<f64>> = list.iter().map(|r| r.covariate(clock)).collect();
-    let Some(starts) = starts.filter(|s| !s.is_empty()) else { return };
-    let mean = starts.iter().sum::<f64>() / starts.len() as f64;
-    let reference = reference.unwrap_or(mean);
-    list.iter_mut().for_each(|r| r.covariates[clock] -= reference);
 }
 
 /// Builds the particle filter of a system and the trajectories that it observes.
@@ -184,11 +147,7 @@ fn with_filter(
     view: &ObservedColumns,
 ) -> anyhow::Result<SystemOnPrefix> {
     let schema = system.schema();
-    for record in &mut list {
-        for (channel, values) in schema.channels.iter().zip(&mut record.values) {
-            channel.period.into_iter().for_each(|period| unwrap(values, period));
-        }
-    }
+    list.iter_mut().for_each(|record| record.unwrap_angles(schema));
     let columns: Vec<String> = schema.channels.iter().map(|c| c.column.clone()).collect();
     let sensor = view.sensor(&columns)?;
     let item = |record: &Record| {
@@ -206,15 +165,4 @@ fn with_filter(
     let set = Sequences { columns, action_columns: Vec::new(), items };
     let filter = SystemFilter::new(system, &list, groups);
     Ok(SystemOnPrefix { filter, data: TimedSequences { set, times }, sensor, start })
-}
-
-/// Unwraps an angle: moves each value by whole periods to the one nearest to the previous measured value.
-fn unwrap(values: &mut [f64], period: f64) {
-    let mut before: Option<f64> = None;
-    for v in values.iter_mut().filter(|v| v.is_finite()) {
-        if let Some(before) = before {
-            *v -= ((*v - before) / period).round() * period;
-        }
-        before = Some(*v);
-    }
 }
