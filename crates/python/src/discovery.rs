@@ -7,6 +7,7 @@ use crate::source::{Source, accepted};
 use augsim_discovery::Options;
 use augsim_report::page::Page;
 use augsim_session::discovery_page::page;
+use augsim_session::provenance::fingerprint;
 use augsim_session::{DataFrom, DiscoverRequest, ReportContext, Subject};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
@@ -55,7 +56,8 @@ pub fn discover(
 
 impl Discovery {
     fn report(&self, folder: &Path) -> Page {
-        let context = ReportContext::new(self.model.as_deref(), &self.data, &self.request, folder);
+        let context =
+            ReportContext::new(self.model.as_deref(), &self.data, &self.request, folder, &fingerprint);
         page(&context, &self.subject, &self.found)
     }
 }

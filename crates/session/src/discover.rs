@@ -1,10 +1,12 @@
 //! Discovery: calibrates a model on data and finds the effects that it lacks.
 
+use crate::equations::records::{OpenTable, open};
 use crate::usage::{Inapplicable, Takes, UnknownName};
 use crate::{DataFrom, Subject, Usage, equations};
 use augsim_data::checks::{Check, check_data};
 use augsim_data::{DataError, Dataset, MissingCells, Trajectory};
 use augsim_discovery::{Discovery, Observer, Options, Progress};
+use augsim_equations::Model;
 use augsim_physics::model::ModelFile;
 use std::collections::BTreeSet;
 use std::time::Instant;
@@ -28,6 +30,52 @@ const MAX_NULL_RUNS: usize = 1000;
 /// Share of the time until the deadline of a search for the first calibration; the search fits the parameters again.
 const CALIBRATION_SHARE: f64 = 0.5;
 
+/// Data of a discovery, opened and not yet read.
+#[derive(Debug)]
+pub struct OpenData {
+    from: DataFrom,
+    /// The opened table, for a model that names columns.
+    table: Option<OpenTable>,
+}
+
+impl OpenData {
+    /// Opens the data of a discovery; for a built-in scenario they are opened when they are read.
+    ///
+    /// # Errors
+    /// The file cannot be opened.
+    pub fn open(subject: &Subject, from: &DataFrom) -> anyhow::Result<Self> {
+        let table = match subject {
+            Subject::Equations(_) => Some(open(from)?),
+            Subject::BuiltIn(_) => None,
+        };
+        Ok(Self { from: from.clone(), table })
+    }
+
+    /// What is taken for the time, and the conversions of the columns, one sentence each; empty for a built-in scenario.
+    pub fn reading(&self, subject: &Subject) -> Vec<String> {
+        match (subject, &self.table) {
+            (Subject::Equations(model), Some(table)) => table.reading(model),
+            _ => Vec::new(),
+        }
+    }
+
+    fn read(self, subject: &Subject) -> anyhow::Result<Dataset> {
+        match (subject, self.table) {
+            (Subject::Equations(model), Some(table)) => Ok(table.read(model)?.data),
+            _ => Ok(self.from.read(MissingCells::AsGap)?),
+        }
+    }
+}
+
+/// A discovery, and the data that it read.
+#[derive(Debug)]
+pub struct Discovered {
+    /// The result.
+    pub found: Discovery,
+    /// All groups of the data, in the columns of the model.
+    pub data: Dataset,
+}
+
 /// Finds the effects that the model lacks; reports each stage, and the best result so far, to `observer`.
 ///
 /// # Errors
@@ -39,47 +87,77 @@ pub fn discover(
     wanted: &DiscoverRequest,
     observer: &mut dyn Observer,
 ) -> anyhow::Result<Discovery> {
+    check_request(subject, wanted)?;
+    Ok(discover_in(subject, OpenData::open(subject, data)?, wanted, observer)?.found)
+}
+
+/// As [`discover`], in data that were opened before; also returns the data.
+///
+/// # Errors
+/// As [`discover`].
+pub fn discover_in(
+    subject: &Subject,
+    data: OpenData,
+    wanted: &DiscoverRequest,
+    observer: &mut dyn Observer,
+) -> anyhow::Result<Discovered> {
+    check_request(subject, wanted)?;
+    let from = data.from.clone();
+    if matches!(subject, Subject::Equations(_)) {
+        observer.report(Progress::Calibration);
+    }
+    let data = data.read(subject)?;
+    let found = match subject {
+        Subject::Equations(model) => in_columns(model, &from, &data, wanted, observer)?,
+        Subject::BuiltIn(model) => {
+            let set = select_groups(&wanted.groups, &from, data.clone())?;
+            let mut model = ModelFile::clone(model);
+            if !wanted.groups.is_empty() {
+                // The model may have parameter values for groups that were not requested.
+                model.keep_groups(&wanted.groups);
+            }
+            augsim_discovery::discover(model.declaration(), &set, &wanted.options, observer)?
+        }
+    };
+    Ok(Discovered { found, data })
+}
+
+/// Checks the options of a request.
+fn check_request(subject: &Subject, wanted: &DiscoverRequest) -> Result<(), Usage> {
     if wanted.options.null_runs > MAX_NULL_RUNS {
         let takes = Takes::AtMost { most: MAX_NULL_RUNS };
-        return Err(Usage::option("--null-runs", wanted.options.null_runs, takes).into());
+        return Err(Usage::option("--null-runs", wanted.options.null_runs, takes));
     }
     if !wanted.options.library && matches!(subject, Subject::BuiltIn(_)) {
-        return Err(Usage::Inapplicable(Inapplicable::FormulasOfBuiltIn).into());
+        return Err(Usage::Inapplicable(Inapplicable::FormulasOfBuiltIn));
     }
+    Ok(())
+}
+
+/// Finds the effects that an equation model lacks, in data with its columns.
+fn in_columns(
+    model: &Model,
+    from: &DataFrom,
+    data: &Dataset,
+    wanted: &DiscoverRequest,
+    observer: &mut dyn Observer,
+) -> anyhow::Result<Discovery> {
     let DiscoverRequest { groups, options, .. } = wanted;
-    match subject {
-        Subject::Equations(model) => {
-            observer.report(Progress::Calibration);
-            // Check the data before the fit: a clock in milliseconds, for example, would make the equations
-            // stiff and the fit slow.
-            let check = |read: &Dataset| -> anyhow::Result<()> {
-                let set = select_groups(groups, data, read.clone())?;
-                check_data(set, &model.expected(), options.accepted).map_err(DataError::from)?;
-                Ok(())
-            };
-            let now = Instant::now();
-            let until = options
-                .until
-                .map(|until| now + until.saturating_duration_since(now).mul_f64(CALIBRATION_SHARE));
-            let calibrated = equations::discovery::calibrated_problem(model, data, &check, until, observer)?;
-            let gauges = calibrated.gauges;
-            let set = select_groups(groups, data, calibrated.data)?;
-            let mut observer = WithNotes { inner: observer, notes: calibrated.notes.clone() };
-            let mut found = augsim_discovery::discover(&calibrated.declared, &set, options, &mut observer)?;
-            found.notes.splice(0..0, calibrated.notes);
-            equations::discovery::complete(&mut found, &model.file, &set, &gauges)?;
-            Ok(found)
-        }
-        Subject::BuiltIn(model) => {
-            let set = select_groups(groups, data, data.read(MissingCells::AsGap)?)?;
-            let mut model = ModelFile::clone(model);
-            if !groups.is_empty() {
-                // The model may have parameter values for groups that were not requested.
-                model.keep_groups(groups);
-            }
-            Ok(augsim_discovery::discover(model.declaration(), &set, options, observer)?)
-        }
-    }
+    // Check the data before the fit: a clock in milliseconds, for example, would make the equations stiff and
+    // the fit slow.
+    check_data(select_groups(groups, from, data.clone())?, &model.expected(), options.accepted)
+        .map_err(DataError::from)?;
+    let now = Instant::now();
+    let until =
+        options.until.map(|until| now + until.saturating_duration_since(now).mul_f64(CALIBRATION_SHARE));
+    let calibrated = equations::discovery::calibrated_problem(model, data, until, observer)?;
+    let gauges = calibrated.gauges;
+    let set = select_groups(groups, from, calibrated.data)?;
+    let mut observer = WithNotes { inner: observer, notes: calibrated.notes.clone() };
+    let mut found = augsim_discovery::discover(&calibrated.declared, &set, options, &mut observer)?;
+    found.notes.splice(0..0, calibrated.notes);
+    equations::discovery::complete(&mut found, &model.file, &set, &gauges)?;
+    Ok(found)
 }
 
 /// Adds the notes of the calibration to interim results.

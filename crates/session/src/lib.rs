@@ -28,7 +28,7 @@ pub mod training_run;
 pub mod usage;
 
 pub use data_from::DataFrom;
-pub use discover::{DiscoverRequest, discover};
+pub use discover::{DiscoverRequest, Discovered, OpenData, discover, discover_in};
 pub use failure::{Failure, sentence};
 pub use model_or_run::{ModelOrRun, discovery_in};
 pub use report_context::ReportContext;

@@ -2,7 +2,7 @@
 
 use crate::command_line::quoted;
 use crate::equations::figures::Figures;
-use crate::provenance::{display_path, fingerprint};
+use crate::provenance::display_path;
 use crate::{DataFrom, DiscoverRequest};
 use augsim_report::page::DataSource;
 use std::path::{Path, PathBuf};
@@ -25,8 +25,14 @@ pub struct ReportContext {
 impl ReportContext {
     /// Collects them for a discovery whose page is written to the folder `out`.
     ///
-    /// `model` is `None` if it is not a file.
-    pub fn new(model: Option<&Path>, data: &DataFrom, wanted: &DiscoverRequest, out: &Path) -> Self {
+    /// `model` is `None` if it is not a file. `fingerprint` returns the checksum of an input file or folder.
+    pub fn new(
+        model: Option<&Path>,
+        data: &DataFrom,
+        wanted: &DiscoverRequest,
+        out: &Path,
+        fingerprint: &dyn Fn(&Path) -> String,
+    ) -> Self {
         let source_of = |path: &Path| DataSource { path: display_path(path, out), hash: fingerprint(path) };
         let mut sources: Vec<DataSource> = model.map(source_of).into_iter().collect();
         let (name, reproduce) = match data {

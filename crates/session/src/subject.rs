@@ -20,9 +20,11 @@ impl Subject {
     /// # Errors
     /// The first mistake, with file, line and remedy.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
-        match equations::is_model(path) {
-            true => Ok(Subject::Equations(Box::new(equations::read(path)?))),
-            false => Ok(Subject::BuiltIn(Box::new(ModelFile::read(path)?))),
+        // A pipe can be read only once, so the text decides the kind and is parsed as that kind.
+        match augsim_data::read_text(path) {
+            Ok(text) => Self::parse(&text, &path.display().to_string()),
+            // This reader has the message for a file that cannot be read.
+            Err(_) => Ok(Subject::BuiltIn(Box::new(ModelFile::read(path)?))),
         }
     }
 

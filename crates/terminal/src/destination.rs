@@ -196,6 +196,11 @@ impl Claim {
         &self.folder
     }
 
+    /// The record of the command that claimed the folder.
+    pub fn record(&self) -> &Record {
+        &self.record
+    }
+
     /// Writes `run.toml`. Call it after all input checks and before the first result.
     ///
     /// # Errors

@@ -8,12 +8,12 @@ use crate::progress::Steps;
 use crate::record::Record;
 use crate::time_limit::TimeLimit;
 use crate::watched::{Report, Stop, Watched, run_watched};
+use augsim_data::Dataset;
 use augsim_discovery::{Discovery, Observer, Options, Progress};
 use augsim_session::discovery_page::page;
 use augsim_session::equations::figures::figures;
 use augsim_session::equations::fit::OutOfTime;
-use augsim_session::equations::records;
-use augsim_session::{DiscoverRequest, ReportContext, Subject, discover};
+use augsim_session::{DiscoverRequest, Discovered, OpenData, ReportContext, Subject, discover_in};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
 use std::time::Instant;
@@ -65,25 +65,23 @@ fn run(
     let subject = Subject::read(&args.model)?;
     let data = args.time.of_all(&args.data);
     // Before the search, so that one that fails on a wrong unit still says which unit was taken.
-    let reading = match &subject {
-        Subject::Equations(model) => records::reading(&data, model)?.join("; "),
-        Subject::BuiltIn(_) => String::new(),
-    };
+    let open_data = OpenData::open(&subject, &data)?;
+    let reading = open_data.reading(&subject).join("; ");
     if !reading.is_empty() {
         output.note(format!("{data}: {reading}"));
     }
     let steps = Steps::new(output);
     let mut show = |p: Progress| steps.show_part(p.describe(), p.fraction());
-    let (own_subject, own_data, own_request) = (subject.clone(), data.clone(), request.clone());
+    let (own_subject, own_request) = (subject.clone(), request.clone());
     let work = move |reports: &Sender<Report<Progress, BestSoFar>>| {
         let mut relay = Relay { reports, takes_interim };
-        let found = discover(&own_subject, &own_data, &own_request, &mut relay)?;
-        Ok(BestSoFar::Found(Box::new(found)))
+        let Discovered { found, data } = discover_in(&own_subject, open_data, &own_request, &mut relay)?;
+        Ok(BestSoFar::Found(Box::new(found), Some(data)))
     };
     let Watched { result, stop } = run_watched(limit.map(|limit| limit.end), &mut show, work)?;
     steps.finish();
-    let mut found = match result {
-        Some(BestSoFar::Found(found)) => *found,
+    let (mut found, read) = match result {
+        Some(BestSoFar::Found(found, read)) => (*found, read),
         Some(BestSoFar::Calibrated(model)) => return Err(write_calibrated(&claim, &model, stop)?),
         None => return Err(OutOfTime { calibrated: None }.into()),
     };
@@ -97,10 +95,12 @@ fn run(
     claim.begin()?;
     claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
     claim.write(MODEL, &found.model_toml)?;
-    let mut context = ReportContext::new(Some(&args.model), &data, &request, &args.out);
-    if stop.is_none() {
+    let mut context = ReportContext::new(Some(&args.model), &data, &request, &args.out, &|path| {
+        claim.record().fingerprint_of(path)
+    });
+    if let Some(read) = read.filter(|_| stop.is_none()) {
         // These figures take simulations, for which a stopped run has no time.
-        context.figures = figures(&subject, &found, &data);
+        context.figures = figures(&subject, &found, &read);
     }
     claim.write(REPORT, &page(&context, &subject, &found).render())?;
     claim.write_timing(())?;
@@ -121,8 +121,8 @@ fn write_calibrated(claim: &Claim, model: &str, stop: Option<Stop>) -> anyhow::R
 enum BestSoFar {
     /// A model file with calibrated values.
     Calibrated(String),
-    /// A result.
-    Found(Box<Discovery>),
+    /// A result, with the data that it was found in if the discovery came to its end.
+    Found(Box<Discovery>, Option<Dataset>),
 }
 
 /// Sends the reports of a discovery to the thread that waits for it.
@@ -142,7 +142,7 @@ impl Observer for Relay<'_> {
     }
 
     fn interim(&mut self, best_so_far: Discovery) {
-        let _ = self.reports.send(Report::Interim(BestSoFar::Found(Box::new(best_so_far))));
+        let _ = self.reports.send(Report::Interim(BestSoFar::Found(Box::new(best_so_far), None)));
     }
 
     fn calibrated(&mut self, model_toml: String) {

@@ -68,6 +68,13 @@ impl Record {
         }
     }
 
+    /// The fingerprint of an input when it was added, or its present one if it is not in the record.
+    pub fn fingerprint_of(&self, path: &Path) -> String {
+        let name = self.given.iter().find(|(_, given)| *given == path).map(|(name, _)| name);
+        let found = name.and_then(|name| self.inputs.get(name));
+        found.cloned().unwrap_or_else(|| fingerprint(path))
+    }
+
     /// Reads the record in a folder; `None` if there is none.
     ///
     /// # Errors

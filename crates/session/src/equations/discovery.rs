@@ -3,7 +3,6 @@
 use super::downsample::downsample;
 use super::fit::{estimate_shared_starts, fit, gauge_finding, gauge_sentence, prepare_records};
 use super::{noise, records, unit_text};
-use crate::DataFrom;
 use augsim_data::Dataset;
 use augsim_discovery::{Discovery, Observer, Verdict};
 use augsim_equations::{CalibratedModel, EquationSystem, Model};
@@ -85,26 +84,23 @@ fn mark_gauges(found: &mut Discovery, model: &mut Model, gauges: &[Vec<String>])
 
 /// Calibrates a model on data, and prepares both for the search for missing effects.
 ///
-/// Data that are sampled more finely than needed are downsampled. `check` refuses invalid data before the
-/// fit. After `until` the best values so far are taken. `observer` receives the calibrated model file.
+/// Data that are sampled more finely than needed are downsampled. After `until` the best values so far are taken.
+/// `observer` receives the calibrated model file.
 ///
 /// # Errors
-/// A column is missing, `check` refuses the data, or the declared model cannot be simulated.
+/// The data lack a column of the model, or the declared model cannot be simulated.
 pub fn calibrated_problem(
     model: &Model,
-    source: &DataFrom,
-    check: &dyn Fn(&Dataset) -> anyhow::Result<()>,
+    data: &Dataset,
     until: Option<Instant>,
     observer: &mut dyn Observer,
 ) -> anyhow::Result<CalibratedProblem> {
-    let mut data = records::read(source, model)?.data;
-    check(&data)?;
-    let records = records::records(&data, model, true)?;
+    let records = records::records(data, model, true)?;
     let fitted = fit(model, &records, until)?;
     let gauges = &fitted.calibration.gauges;
     let fixed = gauges.iter().find_map(|gauge| Some((gauge, fix_gauge(model, gauge)?)));
     if let Some((gauge, (reduced, sentence))) = fixed {
-        let mut calibrated = calibrated_problem(&reduced, source, check, until, observer)?;
+        let mut calibrated = calibrated_problem(&reduced, data, until, observer)?;
         calibrated.notes.insert(0, sentence);
         calibrated.gauges.push(gauge.parameters.iter().map(|p| model.parameters[*p].name.clone()).collect());
         return Ok(calibrated);
@@ -127,12 +123,13 @@ pub fn calibrated_problem(
     let found = EquationSystem::declared_only(&fitted.model)?.with_windows(window_s);
     let mut windows = prepare_records(&found, &records)?;
     let mut found = found.tuned(&windows)?;
-    if let Some(downsampled) = downsample(&found, &data, &windows)? {
-        notes.push(downsampled.sentence());
-        data = downsampled.data;
-        windows = prepare_records(&found, &records::records(&data, model, true)?)?;
+    let downsampled = downsample(&found, data, &windows)?;
+    if let Some(fewer) = &downsampled {
+        notes.push(fewer.sentence());
+        windows = prepare_records(&found, &records::records(&fewer.data, model, true)?)?;
         found = found.tuned(&windows)?;
     }
+    let data = downsampled.map_or_else(|| data.clone(), |fewer| fewer.data);
     let mut declared = model.clone();
     for (input, found) in declared.inputs.iter_mut().zip(&fitted.model.inputs) {
         input.hold = found.hold;

@@ -3,8 +3,8 @@
 use super::fit::prepare_records;
 use super::forecast::{FreeRun, free_runs};
 use super::records;
+use crate::Subject;
 use crate::discovery_page::{EffectCurve, Example};
-use crate::{DataFrom, Subject};
 use augsim_data::Dataset;
 use augsim_discovery::Discovery;
 use augsim_equations::library::curves;
@@ -33,13 +33,11 @@ pub struct Figures {
     pub curves: Vec<EffectCurve>,
 }
 
-/// The figures of a discovery on `data`; empty for a built-in scenario, or if a model cannot be simulated.
-pub fn figures(subject: &Subject, found: &Discovery, data: &DataFrom) -> Figures {
+/// The figures of a discovery in `data`, which have the columns of the model; empty for a built-in scenario, or if a model cannot be simulated.
+pub fn figures(subject: &Subject, found: &Discovery, data: &Dataset) -> Figures {
     match subject {
         Subject::BuiltIn(_) => Figures::default(),
-        Subject::Equations(model) => records::read(data, model)
-            .and_then(|measured| draw(model, found, &measured.data))
-            .unwrap_or_default(),
+        Subject::Equations(model) => draw(model, found, data).unwrap_or_default(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::DataFrom;
 use anyhow::Context;
-use augsim_data::{Dataset, Trajectory, Unit, escaped_list, escaped_short};
+use augsim_data::{Dataset, NamedCsv, Trajectory, Unit, escaped_list, escaped_short};
 use augsim_equations::Model;
 use augsim_system::{Record, RecordReader};
 use thiserror::Error;
@@ -70,12 +70,55 @@ fn with_units<'m>(columns: &[(&'m str, Option<Unit>, &str)]) -> Vec<(&'m str, Un
     columns.iter().map(|(name, unit, _)| (*name, unit.unwrap_or(Unit::DIMENSIONLESS))).collect()
 }
 
+/// Data of which the header was read, so that the conversions are known before the rows are read.
+#[derive(Debug)]
+pub struct OpenTable {
+    from: DataFrom,
+    csv: NamedCsv,
+}
+
+/// Opens data in the columns of a model.
+///
+/// # Errors
+/// The file cannot be opened.
+pub fn open(from: impl Into<DataFrom>) -> anyhow::Result<OpenTable> {
+    let from = from.into();
+    let csv = from.named()?;
+    Ok(OpenTable { from, csv })
+}
+
+impl OpenTable {
+    /// What is taken for the time of the data, and the conversions of the columns of a model, one sentence each.
+    pub fn reading(&self, model: &Model) -> Vec<String> {
+        self.csv.notes(&with_units(&columns_of(model)))
+    }
+
+    /// Reads the columns of a model's inputs and outputs.
+    ///
+    /// # Errors
+    /// As [`read`].
+    pub fn read(self, model: &Model) -> anyhow::Result<ModelData> {
+        let Self { from, csv } = self;
+        let columns = columns_of(model);
+        if let Some((column, _, what)) = columns.iter().find(|(name, unit, _)| !csv.has_column(name, *unit)) {
+            let (data, model, header) = (from.to_string(), model.file.clone(), csv.header().to_vec());
+            return Err(NoColumn { data, column: (*column).to_owned(), what, model, header }.into());
+        }
+        let wanted = with_units(&columns);
+        let mut unnamed = csv.other_columns(&wanted);
+        unnamed.retain(|name| !FORMAT_COLUMNS.contains(&name.as_str()));
+        let data = csv.read(&wanted).with_context(|| format!("data of {}", model.file))?;
+        check_values(&from, model, &data)?;
+        Ok(ModelData { data, unnamed })
+    }
+}
+
 /// What is taken for the time of the data, and the conversions of the columns of a model, one sentence each.
 ///
 /// # Errors
 /// The file cannot be opened.
 pub fn reading(from: &DataFrom, model: &Model) -> anyhow::Result<Vec<String>> {
-    Ok(from.named()?.notes(&with_units(&columns_of(model))))
+    Ok(open(from)?.reading(model))
 }
 
 /// Reads the columns of a model's inputs and outputs.
@@ -85,19 +128,7 @@ pub fn reading(from: &DataFrom, model: &Model) -> anyhow::Result<Vec<String>> {
 /// # Errors
 /// A column is missing, an input or all outputs have no value in a trajectory, or the file cannot be read.
 pub fn read(from: impl Into<DataFrom>, model: &Model) -> anyhow::Result<ModelData> {
-    let from = from.into();
-    let csv = from.named()?;
-    let columns = columns_of(model);
-    if let Some((column, _, what)) = columns.iter().find(|(name, unit, _)| !csv.has_column(name, *unit)) {
-        let (data, model, header) = (from.to_string(), model.file.clone(), csv.header().to_vec());
-        return Err(NoColumn { data, column: (*column).to_owned(), what, model, header }.into());
-    }
-    let wanted = with_units(&columns);
-    let mut unnamed = csv.other_columns(&wanted);
-    unnamed.retain(|name| !FORMAT_COLUMNS.contains(&name.as_str()));
-    let data = csv.read(&wanted).with_context(|| format!("data of {}", model.file))?;
-    check_values(&from, model, &data)?;
-    Ok(ModelData { data, unnamed })
+    open(from)?.read(model)
 }
 
 /// Checks that each trajectory has values of every input and of at least one output.
