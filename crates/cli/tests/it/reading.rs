@@ -1,7 +1,7 @@
 //! Contract (issue 13, items 11 and 12): a file gives the same data from a path, standard input and a
-//! FIFO; its content cannot send terminal escapes; and errors name the fault and a working remedy. The
-//! texts of single faults are tested in `crates/data/tests/it/csv_errors.rs`; these tests cover texts
-//! that were wrong.
+//! FIFO, and a discovery opens its model and its data once; the content of a file cannot send terminal
+//! escapes; and errors name the fault and a working remedy. The texts of single faults are tested in
+//! `crates/data/tests/it/csv_errors.rs`; these tests cover texts that were wrong.
 
 use std::io::Write;
 use std::path::Path;
@@ -66,6 +66,52 @@ fn reads_standard_input_and_fifos_from_the_first_byte() {
         std::fs::write(&fifo, GOOD).expect("a reader waits");
         let out = child.wait_with_output().unwrap();
         assert_eq!(String::from_utf8(out.stdout).unwrap(), expected.replace("good.csv", "fifo"));
+    }
+}
+
+const SWING: &str = r#"
+scenario = "system"
+name = "pendulum"
+[states]
+theta_rad = { start = "angle_rad" }
+omega_rad_s = { start = "slope(angle_rad)" }
+[parameters]
+stiffness_per_s2 = { nominal = 30.0, min = 1.0, max = 100.0 }
+[rates]
+theta_rad = "omega_rad_s"
+omega_rad_s = "-stiffness_per_s2 * sin(theta_rad)"
+[outputs]
+angle_rad = { value = "theta_rad", sd = "estimate" }
+"#;
+
+#[test]
+fn discover_opens_a_model_of_equations_and_its_data_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let swings = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/recipes/data/swings.csv");
+    let swings = std::fs::read(swings).expect("a file of the documents");
+    write(dir.path(), "swing.toml", SWING);
+    write(dir.path(), "swings.csv", &swings);
+    let discover = |model: &str, data: &str, out: &str| {
+        command(dir.path(), &["discover", model, data, "--out", out])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the binary runs")
+    };
+    let found = |mut child: std::process::Child, out: &str, input: &[u8]| {
+        child.stdin.take().expect("a pipe").write_all(input).expect("it is read");
+        let status = child.wait_with_output().expect("it ends").status;
+        assert_eq!(status.code(), Some(0), "{out}");
+        std::fs::read_to_string(dir.path().join(out).join("model.toml")).expect("written")
+    };
+    let from_files = found(discover("swing.toml", "swings.csv", "files"), "files", b"");
+    let from_input = found(discover("swing.toml", "-", "input"), "input", &swings);
+    assert_eq!(from_input, from_files);
+    let fifo = dir.path().join("fifo");
+    if Command::new("mkfifo").arg(&fifo).status().is_ok_and(|status| status.success()) {
+        let child = discover("fifo", "swings.csv", "pipe");
+        std::fs::write(&fifo, SWING).expect("a reader waits");
+        assert_eq!(found(child, "pipe", b""), from_files);
     }
 }
 
