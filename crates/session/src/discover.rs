@@ -61,7 +61,14 @@ pub fn discover(
             let until = options
                 .until
                 .map(|until| now + until.saturating_duration_since(now).mul_f64(CALIBRATION_SHARE));
-            let calibrated = equations::discovery::calibrated_problem(model, data, &check, until, observer)?;
+            let calibrated = equations::discovery::calibrated_problem(
+                model,
+                data,
+                options.accepted,
+                &check,
+                until,
+                observer,
+            )?;
             let gauges = calibrated.gauges;
             let set = select_groups(groups, data, calibrated.data)?;
             let mut observer = WithNotes { inner: observer, notes: calibrated.notes.clone() };

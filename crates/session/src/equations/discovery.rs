@@ -2,9 +2,10 @@
 
 use super::downsample::downsample;
 use super::fit::{estimate_shared_starts, fit, gauge_finding, gauge_sentence, prepare_records};
-use super::{noise, records, unit_text};
+use super::{degrees, noise, records, unit_text};
 use crate::DataFrom;
 use augsim_data::Dataset;
+use augsim_data::checks::AcceptedChecks;
 use augsim_discovery::{Discovery, Observer, Verdict};
 use augsim_equations::{CalibratedModel, EquationSystem, Model};
 use augsim_fit::Gauge;
@@ -93,6 +94,7 @@ fn mark_gauges(found: &mut Discovery, model: &mut Model, gauges: &[Vec<String>])
 pub fn calibrated_problem(
     model: &Model,
     source: &DataFrom,
+    accepted: AcceptedChecks,
     check: &dyn Fn(&Dataset) -> anyhow::Result<()>,
     until: Option<Instant>,
     observer: &mut dyn Observer,
@@ -100,11 +102,12 @@ pub fn calibrated_problem(
     let mut data = records::read(source, model)?.data;
     check(&data)?;
     let records = records::records(&data, model, true)?;
+    degrees::check(model, &data, &records, accepted)?;
     let fitted = fit(model, &records, until)?;
     let gauges = &fitted.calibration.gauges;
     let fixed = gauges.iter().find_map(|gauge| Some((gauge, fix_gauge(model, gauge)?)));
     if let Some((gauge, (reduced, sentence))) = fixed {
-        let mut calibrated = calibrated_problem(&reduced, source, check, until, observer)?;
+        let mut calibrated = calibrated_problem(&reduced, source, accepted, check, until, observer)?;
         calibrated.notes.insert(0, sentence);
         calibrated.gauges.push(gauge.parameters.iter().map(|p| model.parameters[*p].name.clone()).collect());
         return Ok(calibrated);
