@@ -18,6 +18,7 @@ use crate::{DiscoveryError, Options};
 use augsim_data::Dataset;
 use augsim_physics::model::unknown_group;
 use augsim_physics::system::{Declaration, Record as SystemRecord, channel_sd};
+use std::sync::Arc;
 
 /// Data ready for fits.
 #[derive(Clone)]
@@ -142,6 +143,7 @@ pub(crate) fn prepare(
     let (searched, held_out) = held_out(&data);
     let clock = Clock::new(options);
     data.clock = clock.clone();
+    data.effects = Arc::new(options.effects.clone());
     Ok(Prepared { data, noise, is_smooth, searched, held_out, notes, clock })
 }
 

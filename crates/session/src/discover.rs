@@ -1,7 +1,7 @@
 //! Discovery: calibrates a model on data and finds the effects that it lacks.
 
 use crate::usage::{Inapplicable, Takes, UnknownName};
-use crate::{DataFrom, Subject, Usage, equations};
+use crate::{DataFrom, Subject, Usage, allowed_effects, equations};
 use augsim_data::checks::{Check, check_data};
 use augsim_data::{DataError, Dataset, MissingCells, Trajectory};
 use augsim_discovery::{Discovery, Observer, Options, Progress};
@@ -46,7 +46,9 @@ pub fn discover(
     if !wanted.options.library && matches!(subject, Subject::BuiltIn(_)) {
         return Err(Usage::Inapplicable(Inapplicable::FormulasOfBuiltIn).into());
     }
-    let DiscoverRequest { groups, options, .. } = wanted;
+    let groups = &wanted.groups;
+    let effects = allowed_effects::resolve(subject, &wanted.options)?;
+    let options = &Options { effects, ..wanted.options.clone() };
     match subject {
         Subject::Equations(model) => {
             observer.report(Progress::Calibration);

@@ -6,7 +6,7 @@ use augsim_data::{Dataset, MissingCells, atomic_write, read_dataset, write_datas
 use augsim_discovery::Discovery;
 use augsim_session::folders;
 use augsim_terminal::destination::{REPORT, RESULT};
-use augsim_terminal::discover_args::{Accept, Discover, Library, TimeColumn};
+use augsim_terminal::discover_args::{Accept, Discover, EffectNames, Library, TimeColumn};
 use augsim_terminal::discovery::run_whole_discovery;
 use augsim_terminal::output::Output;
 use serde::Serialize;
@@ -103,6 +103,7 @@ pub fn discover_set(
         library: Library::Generic,
         time_limit: None,
         time: TimeColumn::default(),
+        effects: EffectNames::default(),
         accept: Accept::default(),
     };
     output.note(format!("{set}: {} trajectories", data.trajectories().len()));
