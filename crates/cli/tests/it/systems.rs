@@ -340,7 +340,8 @@ fn two_models_are_compared_on_several_files() {
         let alone = alone(model);
         for key in ["rmse", "r2"] {
             let (a, b) = (number(&row[key][index]), number(&alone[key]));
-            assert!((a - b).abs() < 1e-9 * b.abs(), "{model} {key}: {a} {b}");
+            // The initial states are fitted from other first guesses, to a tolerance.
+            assert!((a - b).abs() < 1e-6 * b.abs(), "{model} {key}: {a} {b}");
         }
     }
     assert_eq!(both["trajectories"], 10);

@@ -158,8 +158,17 @@ fn a_fit_that_is_worse_than_the_mean_ends_with_the_remedy() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();
     // A time constant of 4 h, of which the model allows no more than 100 s.
-    write(d, "narrow.toml", &DECAY.replace("max = 100000.0", "max = 100.0"));
-    write(d, "hours.csv", &decay("t_h,pos_m", |t| t.to_string()));
+    write(
+        d,
+        "narrow.toml",
+        &DECAY.replace("max = 100000.0", "max = 100.0").replace("nominal = 2.0", "nominal = 3.0"),
+    );
+    let mut noisy = "t_h,pos_m\n".to_owned();
+    for k in 0..80 {
+        let t = 0.1 * f64::from(k);
+        let _ = writeln!(noisy, "{t},{:.5}", 100.0 * (-t / 4.0).exp() + [0.5, -0.4, 0.1][k as usize % 3]);
+    }
+    write(d, "hours.csv", &noisy);
     let out = augsim(&["fit", "narrow.toml", "hours.csv"], d);
     let text = String::from_utf8_lossy(&out.stdout);
     assert_eq!(out.status.code(), Some(1), "{text}");
@@ -172,6 +181,10 @@ fn a_fit_that_is_worse_than_the_mean_ends_with_the_remedy() {
     }
     let result = std::fs::read_to_string(d.join("out/fit/result.json")).expect("a result");
     assert!(result.contains("\"rejection\": \"Not this system"), "{result}");
+    // Without noise the fit makes the model faster and faster instead.
+    write(d, "exact.csv", &decay("t_h,pos_m", |t| t.to_string()));
+    let texts = ["ever faster than the data", "--time COLUMN:UNIT", "bounds of the parameters"];
+    fail(3, &["fit", "narrow.toml", "exact.csv", "--out", "exact"], d, &texts);
 }
 
 #[test]

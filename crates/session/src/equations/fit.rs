@@ -58,6 +58,26 @@ pub struct Fitted {
 /// # Errors
 /// The declared model cannot be compiled, or cannot be simulated over the shortest windows.
 pub fn fit(model: &Model, records: &[Record], until: Option<Instant>) -> anyhow::Result<Fitted> {
+    fit_with_holds(model, records, until).map_err(|error| match slow_clock(model, records) {
+        Some(cause) if !error.is::<TooFast>() => error.context(cause),
+        _ => error,
+    })
+}
+
+/// A probable cause of the failure of a fit: samples that are further apart than the fastest time constant.
+fn slow_clock(model: &Model, records: &[Record]) -> Option<String> {
+    let (constant_s, step_s) = (fastest_time_constant_s(model, records)?, shortest_step_s(records));
+    (constant_s < step_s).then(|| {
+        format!(
+            "the samples are {} s apart, but the fastest time constant of the declared model is {} s: check the unit of time, which --time COLUMN:UNIT \
+             names, and the nominal values",
+            digits(step_s),
+            digits(constant_s)
+        )
+    })
+}
+
+fn fit_with_holds(model: &Model, records: &[Record], until: Option<Instant>) -> anyhow::Result<Fitted> {
     let ChosenHold { mut model, holds, calibration } = choose_hold(model, records, until)?;
     let (calibration, substeps) = match calibration {
         // There is no time left for another fit.
