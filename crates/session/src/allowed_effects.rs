@@ -16,7 +16,8 @@ use augsim_physics::{effects, model::ModelFile, push};
 /// library is not used at all.
 pub(crate) fn resolve(subject: &Subject, options: &Options) -> anyhow::Result<AllowedEffects> {
     let AllowedEffects { only, exclude } = &options.effects;
-    if !options.library && !(only.is_empty() && exclude.is_empty()) {
+    let has_names = !only.is_empty() || !exclude.is_empty();
+    if has_names && !options.library {
         return Err(Usage::Inapplicable(Inapplicable::EffectsWithoutLibrary).into());
     }
     let library = Library::of(subject)?;

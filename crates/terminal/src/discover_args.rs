@@ -7,7 +7,7 @@ use clap::{Args as ClapArgs, ValueEnum};
 use std::path::{Path, PathBuf};
 
 /// Options of `discover`.
-#[derive(Debug, ClapArgs)]
+#[derive(Debug, Default, ClapArgs)]
 pub struct Discover {
     /// Model file (TOML) of the declared physics.
     pub model: PathBuf,

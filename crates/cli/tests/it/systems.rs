@@ -277,6 +277,12 @@ fn finds_and_simulates_the_missing_effect_of_a_pendulum() {
         json(&args, d)["rows"][0]["rmse"].as_f64().expect("a number")
     };
     assert!(rmse("found/model.toml") < 0.2 * rmse("pendulum.toml"));
+    // The figures of the report are those of the page, for as long as the data are the same.
+    let page = std::fs::read_to_string(d.join("found/report.html")).unwrap();
+    let listed = |args: &[&str]| succeed(args, d).lines().count();
+    assert_eq!(listed(&["report", "found"]), page.matches("<svg").count());
+    edit(&d.join("drag.csv"), "0.00,", "0.0,");
+    assert!(listed(&["report", "found"]) < page.matches("<svg").count());
 }
 
 #[test]
