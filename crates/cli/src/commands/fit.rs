@@ -115,6 +115,9 @@ fn fit_text(answer: &FitResult) -> String {
     if let Some(noise) = answer.noise.sentence() {
         let _ = writeln!(text, "{noise}");
     }
+    if let Some(failure) = &answer.noise_failure {
+        let _ = writeln!(text, "process noise and measurement noise could not be estimated: {failure}");
+    }
     for gauge in &answer.gauges {
         let _ = writeln!(text, "{gauge}");
     }

@@ -59,9 +59,14 @@ pub struct Fitted {
 /// The declared model cannot be compiled, or cannot be simulated over the shortest windows.
 pub fn fit(model: &Model, records: &[Record], until: Option<Instant>) -> anyhow::Result<Fitted> {
     fit_with_holds(model, records, until).map_err(|error| match slow_clock(model, records) {
-        Some(cause) if !error.is::<TooFast>() => error.context(cause),
+        Some(cause) if !names_clock(&error) => error.context(cause),
         _ => error,
     })
+}
+
+/// Whether a message names the unit of time already.
+fn names_clock(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| cause.to_string().contains("unit of time"))
 }
 
 /// A probable cause of the failure of a fit: samples that are further apart than the fastest time constant.

@@ -36,6 +36,9 @@ pub struct FitResult {
     pub substeps: usize,
     /// Process noise and measurement noise of the calibrated model.
     pub noise: NoiseCause,
+    /// Why the noise could not be estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_failure: Option<String>,
     /// Columns of the data that the model does not use.
     pub unnamed_columns: Vec<String>,
     /// Warnings of the data checks.
@@ -141,7 +144,11 @@ pub fn calibrate(
         return Ok((fitted.model, so_far));
     }
     interim(fitted.model.clone(), so_far.clone());
-    so_far.noise = noise::find(&mut fitted.model, &records)?;
+    // A model that diverges over a whole record has no noise estimate, but its values remain.
+    match noise::find(&mut fitted.model, &records) {
+        Ok(noise) => so_far.noise = noise,
+        Err(error) => so_far.noise_failure = Some(crate::sentence(&error)),
+    }
     Ok((fitted.model, so_far))
 }
 
@@ -183,6 +190,7 @@ fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns:
             .collect(),
         substeps: fitted.substeps,
         noise,
+        noise_failure: None,
         unnamed_columns,
         warnings: Vec::new(),
         reading: Vec::new(),
