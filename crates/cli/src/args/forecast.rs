@@ -70,7 +70,7 @@ pub struct Evaluate {
     /// Model file (TOML), output folder of `discover`, or run directory of `train`. Two of them are compared
     /// side by side.
     #[arg(value_name = "MODEL|RUN", required = true, num_args = 1..=2)]
-    pub models: Vec<PathBuf>,
+    pub run: Vec<PathBuf>,
     /// Trajectories that were not used for fitting. If you give the output folder of a discovery and its
     /// own data, only the held-out trajectories are scored, or all, with a note, if none were held out (a
     /// discovery holds some out of 20 or more). Several files, or folders with one file per recording, are
@@ -120,6 +120,6 @@ impl Evaluate {
 
     /// The model that is scored, or the first of two.
     pub fn model(&self) -> &Path {
-        self.models.first().map_or(Path::new(""), PathBuf::as_path)
+        self.run.first().map_or(Path::new(""), PathBuf::as_path)
     }
 }

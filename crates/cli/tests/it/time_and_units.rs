@@ -183,6 +183,7 @@ fn a_fit_that_is_worse_than_the_mean_ends_with_the_remedy() {
     assert!(result.contains("\"rejection\": \"Not this system"), "{result}");
     // Without noise the fit makes the model faster and faster instead.
     write(d, "exact.csv", &decay("t_h,pos_m", |t| t.to_string()));
+    write(d, "narrow.toml", &DECAY.replace("max = 100000.0", "max = 100.0"));
     let texts = ["ever faster than the data", "--time COLUMN:UNIT", "bounds of the parameters"];
     fail(3, &["fit", "narrow.toml", "exact.csv", "--out", "exact"], d, &texts);
 }

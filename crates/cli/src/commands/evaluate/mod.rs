@@ -16,7 +16,7 @@ use augsim_terminal::{Outcome, Usage};
 
 /// Runs the subcommand.
 pub fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
-    if let [a, b] = &args.models[..] {
+    if let [a, b] = &args.run[..] {
         return side_by_side::run(args, [a, b], seed, output);
     }
     match (args.protocol, args.seen.is_empty()) {
