@@ -49,7 +49,8 @@ pub struct Discover {
 #[derive(Debug, Clone, Default, ClapArgs)]
 pub struct EffectNames {
     /// Try these effects of the library only (`augsim effects --for MODEL` lists all), without formulas and
-    /// without values by group; separated by commas. With `--exclude`, the ones that it does not name.
+    /// without values by group; separated by commas. With `--exclude`, the ones that it does not name. An
+    /// effect that acts through another, as `wind` through `quadratic-drag`, is tried only with it.
     #[arg(long, value_name = "EFFECT,…", value_delimiter = ',')]
     pub only: Vec<String>,
     /// Do not try these effects of the library; separated by commas.

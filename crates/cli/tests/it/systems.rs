@@ -310,6 +310,13 @@ fn tries_the_allowed_effects_only() {
     let without = discover(&["--exclude", "quadratic-damping"], "without");
     assert!(!kinds(&without).iter().any(|kind| kind == "quadratic-damping"), "{}", without["sentence"]);
 
+    // Wind acts through the drag that is excluded, and must not bring it in.
+    let sealed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/sealed");
+    let [model, data] = ["model.toml", "bounces.csv"].map(|name| sealed.join(name).display().to_string());
+    let excluded = ["--exclude", "quadratic-drag", "--null-runs", "0", "--json", "--out", "ball"];
+    let found = json(&[&["discover", &model, &data][..], &excluded].concat(), d);
+    assert!(!kinds(&found).iter().any(|kind| kind == "quadratic-drag"), "{}", found["sentence"]);
+
     let command = ["discover", "pendulum.toml", "drag.csv", "--out", "wrong"];
     for (names, code, text) in [
         (&["--only", "coulom"][..], 2, "is called `coulom`; did you mean coulomb?"),

@@ -27,9 +27,13 @@ pub(crate) fn library_candidates(data: &Measured, family: Family) -> Vec<Additio
     let mut out = Vec::new();
     let is_of_family =
         |i: &usize| system.library()[*i].formula_domain.is_some() == (family == Family::Grammar);
-    let indices = (0..system.library().len())
-        .filter(is_of_family)
-        .filter(|i| data.effects.allows(&system.library()[*i].kind));
+    // An effect that acts through a carrier is tried together with it, so the carrier has to be allowed too.
+    let is_allowed = |i: &usize| {
+        let effect = &system.library()[*i];
+        let carrier = effect.joins.as_ref().map(|join| join.kind.as_str());
+        [Some(effect.kind.as_str()), carrier].into_iter().flatten().all(|kind| data.effects.allows(kind))
+    };
+    let indices = (0..system.library().len()).filter(is_of_family).filter(is_allowed);
     for index in indices.filter(|&i| system.can_search_effect(i, &records)) {
         out.extend(Addition::effect(system, index, Per::All));
         if grouped && system.can_vary_by_group(index) {
