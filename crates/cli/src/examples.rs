@@ -15,7 +15,8 @@ examples! {
     FIT: "fit my.toml swings.csv --out out/fit";
     EFFECTS: "effects", "effects ball", "effects quadratic-drag", "effects --for my.toml",
         "effects coulomb --for my.toml --data swings.csv";
-    DISCOVER: "discover out/start/model.toml out/start/data.csv", "discover model.toml throws.csv --group golf --out out/golf";
+    DISCOVER: "discover out/start/model.toml out/start/data.csv", "discover model.toml throws.csv --group golf --out out/golf",
+        "discover motor.toml runs/ --exclude ripple,stribeck";
     TRAIN: "train --data drops.csv --pybullet-ball --out out/run",
         "train --data throws.csv --residual-of out/discover --out out/run",
         "train --out out/run --resume";
@@ -25,6 +26,7 @@ examples! {
     EXPORT: "export out/discover --as python --out law.py", "export model.toml --as c --out law.c",
         "export model.toml --as latex";
     EVALUATE: "evaluate out/run --data new.csv", "evaluate out/discover --data recordings.csv",
+        "evaluate out/first out/second --data a.csv b.csv",
         "evaluate out/run --data new.csv --require-pos-m 0.1",
         "evaluate out/discover --data recordings.csv --protocol filtered --seen 0.1s,0.2s";
     REPRODUCE: "reproduce ball --quick", "reproduce league --scenario push --quick", "reproduce loop --data ../shared/data";

@@ -92,7 +92,7 @@ pub(crate) const NO_EMPTY_CELLS: &str =
     "this layout does not allow empty cells; fill it in, or remove the row";
 
 /// Reason why a file cannot be read, and the remedy.
-fn unreadable_text(cause: &std::io::Error) -> String {
+pub fn unreadable_text(cause: &std::io::Error) -> String {
     match cause.kind() {
         std::io::ErrorKind::NotFound => "there is no such file or folder; check the path".to_owned(),
         _ => format!("cannot read: {cause}; check that the path exists and may be read"),

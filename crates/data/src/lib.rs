@@ -39,7 +39,7 @@ pub use column::{Column, GROUP, TIME, TRAJECTORY};
 pub use csv_long::{MissingCells, read_csv, write_csv};
 pub use csv_named::NamedCsv;
 pub use dataset::Dataset;
-pub use error::{ColumnError, DataError, RowRemedy};
+pub use error::{ColumnError, DataError, RowRemedy, unreadable_text};
 pub use escape_control_characters::{escape_control_characters, escaped_cause, escaped_list, escaped_short};
 pub use foreign::ForeignKind;
 pub use format::{read_csv_bytes, read_dataset, write_dataset};

@@ -75,7 +75,7 @@ pub fn discover(
     }
     observer.report(Progress::ResidualTests);
     // The test on null records would take longer than the time that is left.
-    let options = &Options { null_runs: if was_cut { 0 } else { options.null_runs }, ..*options };
+    let options = &Options { null_runs: if was_cut { 0 } else { options.null_runs }, ..options.clone() };
     let mut judged = judge(&prepared, &mut searched, rejection, options);
     report_interim(model, &prepared, &searched, Some(&judged), options, observer);
     observer.report(Progress::Errors);

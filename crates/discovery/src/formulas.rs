@@ -25,6 +25,7 @@ pub(crate) fn search_formulas(
     };
     let system = &*prepared.data.system;
     if !options.library
+        || options.effects.is_closed()
         || !system.library().iter().any(|effect| effect.formula_domain.is_some())
         || prepared.clock.is_over()
         || !exceeds_noise()

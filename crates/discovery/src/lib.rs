@@ -69,7 +69,7 @@ pub use assess::{Assessment, assess};
 pub use discover::discover;
 pub use error::{DiscoveryError, Groups};
 pub use noise_cause::{NoiseCause, NoiseRow, NoiseSource};
-pub use options::{Observer, Options, Progress};
+pub use options::{AllowedEffects, Observer, Options, Progress};
 pub use predict::predict_records;
 pub use prediction::{
     PREDICTION_LEVELS, PredictOptions, PredictedChannel, PredictedRecord, PredictionError, PredictionSet,

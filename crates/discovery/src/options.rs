@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::Instant;
 
 /// Options of a discovery run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Seed of the resamples and noise replicates; with 20,000 resamples its influence is small.
     pub seed: u64,
@@ -18,6 +18,8 @@ pub struct Options {
     /// Whether effects of the library are tried; without them only formulas are searched, if the system has
     /// a grammar.
     pub library: bool,
+    /// Which effects of the library are tried.
+    pub effects: AllowedEffects,
     /// Deadline of calibration and search: fits stop there, and the best set so far is judged. `None` for no
     /// deadline. Searches that end before it do not depend on it.
     pub until: Option<Instant>,
@@ -25,7 +27,36 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 0, null_runs: 19, accepted: AcceptedChecks::default(), library: true, until: None }
+        Self {
+            seed: 0,
+            null_runs: 19,
+            accepted: AcceptedChecks::default(),
+            library: true,
+            effects: AllowedEffects::default(),
+            until: None,
+        }
+    }
+}
+
+/// Which effects of the library a search tries, by the names under which the library lists them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AllowedEffects {
+    /// The only effects that are tried; empty for all. Formulas and values by group are then not tried either.
+    pub only: Vec<String>,
+    /// Effects that are not tried, even if `only` names them.
+    pub exclude: Vec<String>,
+}
+
+impl AllowedEffects {
+    /// Whether the effect of this name is tried.
+    pub fn allows(&self, kind: &str) -> bool {
+        let is_kind = |name: &String| name == kind;
+        (self.only.is_empty() || self.only.iter().any(is_kind)) && !self.exclude.iter().any(is_kind)
+    }
+
+    /// Whether only named effects are tried.
+    pub fn is_closed(&self) -> bool {
+        !self.only.is_empty()
     }
 }
 
@@ -182,7 +213,8 @@ impl Discovery {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the reported progress never decreases.
+    //! Contract: the reported progress never decreases, a deadline ends the search only, and an effect is tried
+    //! only if the user allows it.
     use super::*;
 
     #[test]
@@ -195,6 +227,17 @@ mod tests {
         [Noise, Calibration, Search(700)].into_iter().chain(second).for_each(|p| step.report(p));
         [Formulas].into_iter().chain(second).chain([ResidualTests, Errors]).for_each(|p| step.report(p));
         assert!(shares.is_sorted() && shares.len() == 6, "{shares:?}");
+    }
+
+    #[test]
+    fn an_effect_is_tried_if_only_names_it_and_exclude_does_not() {
+        let names = |list: &[&str]| list.iter().map(|s| (*s).to_owned()).collect::<Vec<_>>();
+        let all = AllowedEffects::default();
+        assert!(all.allows("drag") && !all.is_closed());
+        let without = AllowedEffects { exclude: names(&["drag"]), ..AllowedEffects::default() };
+        assert!(!without.allows("drag") && without.allows("magnus") && !without.is_closed());
+        let both = AllowedEffects { only: names(&["drag", "magnus"]), exclude: names(&["drag"]) };
+        assert!(!both.allows("drag") && both.allows("magnus") && !both.allows("wind") && both.is_closed());
     }
 
     #[test]

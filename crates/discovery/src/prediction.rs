@@ -112,6 +112,24 @@ impl PredictionSet {
         self.coverage(level, &(0..channels).collect::<Vec<_>>())
     }
 
+    /// Coefficient of determination of the predictions of some channels: 1 less the ratio of the squared errors to the
+    /// squared deviations from the mean of each channel. NaN without deviations.
+    pub fn r2(&self, channels: &[usize]) -> f64 {
+        let (mut errors, mut deviations) = (0.0, 0.0);
+        for index in channels {
+            let list = self.records.iter().filter_map(|r| Some((r, r.channels.get(*index)?)));
+            let pairs: Vec<(f64, f64)> = list
+                .flat_map(|(r, c)| c.measured.iter().zip(&c.forecast).skip(r.initial_sample_count))
+                .map(|(measured, forecast)| (*measured, *forecast))
+                .filter(|(measured, _)| measured.is_finite())
+                .collect();
+            let mean = pairs.iter().map(|(y, _)| y).sum::<f64>() / pairs.len() as f64;
+            errors += pairs.iter().map(|(y, f)| (y - f) * (y - f)).sum::<f64>();
+            deviations += pairs.iter().map(|(y, _)| (y - mean) * (y - mean)).sum::<f64>();
+        }
+        1.0 - errors / deviations
+    }
+
     /// Share of the predicted samples of some channels within the central band of probability 0.5 or 0.9, and
     /// their number.
     pub fn coverage(&self, level: f64, channels: &[usize]) -> (f64, usize) {
@@ -243,5 +261,9 @@ mod tests {
         };
         assert_eq!(set.coverage(0.9, &[0]), (1.0, 2));
         assert_eq!(set.coverage(0.5, &[0]), (0.5, 2));
+        // Errors of 0.017 and 0.117 rad; deviations of 3.1 rad from the mean of 0.
+        let [first, second] = [3.2 - tau + 3.1, 9.5 - tau - 3.1];
+        let expected = 1.0 - (first * first + second * second) / (2.0 * 3.1 * 3.1);
+        assert!((set.r2(&[0]) - expected).abs() < 1e-12, "{} and {expected}", set.r2(&[0]));
     }
 }

@@ -17,6 +17,7 @@ use crate::statistics::median;
 use crate::{DiscoveryError, Options};
 use augsim_data::Dataset;
 use augsim_system::{Declaration, Record as SystemRecord, channel_sd, unknown_group};
+use std::sync::Arc;
 
 /// Data ready for fits.
 #[derive(Clone)]
@@ -141,6 +142,7 @@ pub(crate) fn prepare(
     let (searched, held_out) = held_out(&data);
     let clock = Clock::new(options);
     data.clock = clock.clone();
+    data.effects = Arc::new(options.effects.clone());
     Ok(Prepared { data, noise, is_smooth, searched, held_out, notes, clock })
 }
 

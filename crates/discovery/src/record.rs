@@ -1,7 +1,7 @@
 //! Measured records, ready for fits, and the records and windows that a fit uses.
 
 use crate::DiscoveryError;
-use crate::options::Clock;
+use crate::options::{AllowedEffects, Clock};
 use crate::work_counter::WorkCounter;
 use augsim_data::{Dataset, Trajectory};
 use augsim_system::{
@@ -55,6 +55,8 @@ pub(crate) struct Measured {
     pub work: Arc<WorkCounter>,
     /// Deadline of the fits to these records.
     pub clock: Clock,
+    /// Effects that a search on these records tries.
+    pub effects: Arc<AllowedEffects>,
 }
 
 impl Measured {
@@ -105,6 +107,7 @@ impl Measured {
             white_share: 1.0,
             work: Arc::default(),
             clock: Clock::default(),
+            effects: Arc::default(),
         })
     }
 
@@ -128,6 +131,7 @@ impl Measured {
             white_share: self.white_share,
             work: self.work.clone(),
             clock: self.clock.clone(),
+            effects: self.effects.clone(),
             system: self.system.clone(),
             clock_reference_s: self.clock_reference_s,
         }

@@ -101,6 +101,9 @@ fn inseparable(set: &Scored, fills_bounds: &[bool], entry: usize, axis: &[String
     (0..axis.len()).filter(is_inseparable).map(|j| axis[j].clone()).collect()
 }
 
+/// Last digit of the gains in the list of candidates, nats; a smaller difference is shown as 0.0.
+const SHOWN_STEP: f64 = 0.1;
+
 /// Fitted sets, each once, by their gain over the chosen set, with the reason why each is chosen or not.
 fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
     let (found, best) = (parts.found, parts.best);
@@ -127,6 +130,8 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
             "contains an effect that is not significant among this many candidates".to_owned()
         } else if over_chosen > 0.0 {
             "its advantage over the chosen set is within the scatter over blocks, and it is larger or less stable".to_owned()
+        } else if over_chosen > -0.5 * SHOWN_STEP {
+            "predicts as well as the chosen set".to_owned()
         } else {
             format!("predicts worse than the chosen set by {:.1} nats", -over_chosen)
         };

@@ -160,6 +160,10 @@ pub enum Fault {
     #[error("the parameter is not used anywhere; remove it or set frozen = true")]
     Unused,
     #[error(
+        "the parameter is used only in the start of `{state}`, and a fit estimates the initial state itself; set frozen = true, or write the number there"
+    )]
+    UsedInStart { state: String },
+    #[error(
         "the output does not depend on any state, so nothing can be fitted to it; use a state in its value"
     )]
     NeverChanges,

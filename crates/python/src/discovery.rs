@@ -4,7 +4,7 @@ use crate::background;
 use crate::error::{raised, unlocked};
 use crate::model::Model;
 use crate::source::{Source, accepted};
-use augsim_discovery::Options;
+use augsim_discovery::{AllowedEffects, Options};
 use augsim_report::page::Page;
 use augsim_session::discovery_page::page;
 use augsim_session::provenance::fingerprint;
@@ -27,7 +27,7 @@ pub struct Discovery {
 
 /// Searches for the effects that a model lacks.
 #[pyfunction]
-#[pyo3(signature = (model, data, *, seed, groups, null_runs, accept, progress))]
+#[pyo3(signature = (model, data, *, seed, groups, null_runs, only, exclude, accept, progress))]
 #[expect(clippy::too_many_arguments, reason = "all but two are keywords of Python")]
 pub fn discover(
     py: Python<'_>,
@@ -36,12 +36,15 @@ pub fn discover(
     seed: u64,
     groups: Vec<String>,
     null_runs: usize,
+    only: Vec<String>,
+    exclude: Vec<String>,
     accept: Vec<String>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Discovery> {
     let accept = accepted(&accept).map_err(|e| raised(py, &e))?;
-    let options =
-        Options { seed, null_runs, accepted: accept.iter().copied().collect(), ..Options::default() };
+    let accepted = accept.iter().copied().collect();
+    let effects = AllowedEffects { only, exclude };
+    let options = Options { seed, null_runs, accepted, effects, ..Options::default() };
     let request = DiscoverRequest { groups, accept, options };
     let (subject, path, data) = (model.subject.clone(), model.path.clone(), data.from.clone());
     background::run(py, progress.as_ref(), move |line| {

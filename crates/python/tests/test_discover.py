@@ -136,6 +136,21 @@ def test_an_interrupted_search_comes_back_at_once_and_ends_soon(sealed):
         assert time.monotonic() - begun < 60, "the search still runs"
 
 
+def test_effects_are_allowed_and_excluded_by_name(sealed):
+    def effects(**choice):
+        found = augsim.discover(sealed / "model.toml", sealed / "bounces.csv", null_runs=0, progress=False, **choice)
+        return [effect["kind"] for effect in found.effects]
+
+    assert effects(only=["quadratic-drag", "linear-drag"]) == ["quadratic-drag"]
+    assert "quadratic-drag" not in effects(exclude=["quadratic-drag"])
+    with pytest.raises(augsim.UsageError, match="is called `quadratic-drak`; did you mean quadratic-drag"):
+        effects(only=["quadratic-drak"])
+    with pytest.raises(augsim.UsageError, match="no effect is left"):
+        effects(only=["magnus"], exclude=["magnus"])
+    with pytest.raises(augsim.UsageError, match="lists of names"):
+        effects(only="magnus")
+
+
 def test_groups_are_asked_for_by_name(sealed):
     with pytest.raises(augsim.UsageError, match="--group A: no trajectory is in this group"):
         augsim.discover(sealed / "model.toml", sealed / "bounces.csv", groups=["A"], progress=False)

@@ -131,7 +131,7 @@ def test_a_wrong_model_names_its_line(tmp_path):
     with pytest.raises(augsim.ModelError, match="model:3"):
         augsim.Model('scenario = "ball"\n[parameters]\ngravity = 9.81\n')
     path = tmp_path / "absent.toml"
-    with pytest.raises(augsim.ModelError, match="absent.toml: cannot be read"):
+    with pytest.raises(augsim.ModelError, match="absent.toml: there is no such file"):
         augsim.Model(path)
     with pytest.raises(augsim.UsageError, match="a model of type int"):
         augsim.Model(3)

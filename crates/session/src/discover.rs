@@ -2,7 +2,7 @@
 
 use crate::equations::records::{OpenTable, open};
 use crate::usage::{Inapplicable, Takes, UnknownName};
-use crate::{DataFrom, Subject, Usage, equations};
+use crate::{DataFrom, Subject, Usage, allowed_effects, equations};
 use augsim_data::checks::{Check, check_data};
 use augsim_data::{DataError, Dataset, MissingCells, Trajectory};
 use augsim_discovery::{Discovery, Observer, Options, Progress};
@@ -59,7 +59,10 @@ impl OpenData {
         }
     }
 
-    fn read(self, subject: &Subject) -> anyhow::Result<Dataset> {
+    ///
+    /// # Errors
+    /// The data cannot be read.
+    pub fn read(self, subject: &Subject) -> anyhow::Result<Dataset> {
         match (subject, self.table) {
             (Subject::Equations(model), Some(table)) => Ok(table.read(model)?.data),
             _ => Ok(self.from.read(MissingCells::AsGap)?),
@@ -102,13 +105,15 @@ pub fn discover_in(
     observer: &mut dyn Observer,
 ) -> anyhow::Result<Discovered> {
     check_request(subject, wanted)?;
+    let effects = allowed_effects::resolve(subject, &wanted.options)?;
+    let options = &Options { effects, ..wanted.options.clone() };
     let from = data.from.clone();
     if matches!(subject, Subject::Equations(_)) {
         observer.report(Progress::Calibration);
     }
     let data = data.read(subject)?;
     let found = match subject {
-        Subject::Equations(model) => in_columns(model, &from, &data, wanted, observer)?,
+        Subject::Equations(model) => in_columns(model, &from, &data, (&wanted.groups, options), observer)?,
         Subject::BuiltIn(model) => {
             let set = select_groups(&wanted.groups, &from, data.clone())?;
             let mut model = ModelFile::clone(model);
@@ -116,7 +121,7 @@ pub fn discover_in(
                 // The model may have parameter values for groups that were not requested.
                 model.keep_groups(&wanted.groups);
             }
-            augsim_discovery::discover(model.declaration(), &set, &wanted.options, observer)?
+            augsim_discovery::discover(model.declaration(), &set, options, observer)?
         }
     };
     Ok(Discovered { found, data })
@@ -139,10 +144,9 @@ fn in_columns(
     model: &Model,
     from: &DataFrom,
     data: &Dataset,
-    wanted: &DiscoverRequest,
+    (groups, options): (&[String], &Options),
     observer: &mut dyn Observer,
 ) -> anyhow::Result<Discovery> {
-    let DiscoverRequest { groups, options, .. } = wanted;
     // Check the data before the fit: a clock in milliseconds, for example, would make the equations stiff and
     // the fit slow.
     check_data(select_groups(groups, from, data.clone())?, &model.expected(), options.accepted)
@@ -150,7 +154,8 @@ fn in_columns(
     let now = Instant::now();
     let until =
         options.until.map(|until| now + until.saturating_duration_since(now).mul_f64(CALIBRATION_SHARE));
-    let calibrated = equations::discovery::calibrated_problem(model, data, until, observer)?;
+    let calibrated =
+        equations::discovery::calibrated_problem(model, data, options.accepted, until, observer)?;
     let gauges = calibrated.gauges;
     let set = select_groups(groups, from, calibrated.data)?;
     let mut observer = WithNotes { inner: observer, notes: calibrated.notes.clone() };

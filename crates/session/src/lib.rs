@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod allowed_effects;
 pub mod command_line;
 pub mod configure;
 mod data_from;

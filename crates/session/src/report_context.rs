@@ -82,6 +82,11 @@ fn command(model: &Path, from: &DataFrom, data: &[PathBuf], wanted: &DiscoverReq
     if !options.library {
         words.extend(["--library", "none"].map(str::to_owned));
     }
+    for (option, names) in [("--only", &options.effects.only), ("--exclude", &options.effects.exclude)] {
+        if !names.is_empty() {
+            words.extend([option.to_owned(), names.join(",")]);
+        }
+    }
     words.extend(groups.iter().flat_map(|group| ["--group".to_owned(), group.clone()]));
     words.extend(accept.iter().flat_map(|check| ["--accept".to_owned(), check.to_string()]));
     words.extend(["--seed".to_owned(), options.seed.to_string(), "--out".to_owned(), "DIR".to_owned()]);

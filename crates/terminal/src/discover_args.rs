@@ -7,7 +7,7 @@ use clap::{Args as ClapArgs, ValueEnum};
 use std::path::{Path, PathBuf};
 
 /// Options of `discover`.
-#[derive(Debug, ClapArgs)]
+#[derive(Debug, Default, ClapArgs)]
 pub struct Discover {
     /// Model file (TOML) of the declared physics.
     pub model: PathBuf,
@@ -29,6 +29,9 @@ pub struct Discover {
     /// equations).
     #[arg(long, value_enum, default_value_t = Library::Generic)]
     pub library: Library,
+    /// Effects of the library to try.
+    #[command(flatten)]
+    pub effects: EffectNames,
     /// End after this time in seconds with the best model so far: half of it is for fits and search, the
     /// rest for judging the findings. A search that was cut short, or effects that were not tested yet, are
     /// stated in the result; the test on null recordings is then left out.
@@ -40,6 +43,19 @@ pub struct Discover {
     /// Data checks to ignore because the user knows that the data are right.
     #[command(flatten)]
     pub accept: Accept,
+}
+
+/// Effects of the library that a discovery tries.
+#[derive(Debug, Clone, Default, ClapArgs)]
+pub struct EffectNames {
+    /// Try these effects of the library only (`augsim effects --for MODEL` lists all), without formulas and
+    /// without values by group; separated by commas. With `--exclude`, the ones that it does not name. An
+    /// effect that acts through another, as `wind` through `quadratic-drag`, is tried only with it.
+    #[arg(long, value_name = "EFFECT,…", value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// Do not try these effects of the library; separated by commas.
+    #[arg(long, value_name = "EFFECT,…", value_delimiter = ',')]
+    pub exclude: Vec<String>,
 }
 
 /// The time column of a file, where the reader does not find it or its unit.

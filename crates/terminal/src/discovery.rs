@@ -9,7 +9,7 @@ use crate::record::Record;
 use crate::time_limit::TimeLimit;
 use crate::watched::{Report, Stop, Watched, run_watched};
 use augsim_data::Dataset;
-use augsim_discovery::{Discovery, Observer, Options, Progress};
+use augsim_discovery::{AllowedEffects, Discovery, Observer, Options, Progress};
 use augsim_session::discovery_page::page;
 use augsim_session::equations::figures::figures;
 use augsim_session::equations::fit::OutOfTime;
@@ -54,15 +54,17 @@ fn run(
     takes_interim: bool,
 ) -> anyhow::Result<Ended> {
     let start_time = Instant::now();
+    // Before the claim, so that a file that is no model is not reported as the input of another run.
+    let subject = Subject::read(&args.model)?;
     let claim = claim(args, seed, force)?;
     let accept = args.accept.accept.clone();
     let accepted = accept.iter().copied().collect();
     let library = args.library == Library::Generic;
     let limit = TimeLimit::from_now(args.time_limit)?;
     let until = limit.map(|limit| limit.search);
-    let options = Options { seed, null_runs: args.null_runs, accepted, library, until };
+    let effects = AllowedEffects { only: args.effects.only.clone(), exclude: args.effects.exclude.clone() };
+    let options = Options { seed, null_runs: args.null_runs, accepted, library, effects, until };
     let request = DiscoverRequest { groups: args.group.clone(), accept, options };
-    let subject = Subject::read(&args.model)?;
     let data = args.time.of_all(&args.data);
     // Before the search, so that one that fails on a wrong unit still says which unit was taken.
     let open_data = OpenData::open(&subject, &data)?;
@@ -168,6 +170,11 @@ fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
         Some(seconds) => record.setting("time-limit", seconds),
         None => record,
     };
+    let lists = [("only", &args.effects.only), ("exclude", &args.effects.exclude)];
+    let record = lists
+        .into_iter()
+        .filter(|(_, names)| !names.is_empty())
+        .fold(record, |record, (name, names)| record.setting(name, names.join(",")));
     let inputs: Vec<&Path> = [&args.model].into_iter().chain(&args.data).map(PathBuf::as_path).collect();
     let files = &[RESULT, MODEL, REPORT];
     Results { folder: &args.out, files, inputs: &inputs, record, force }.claim()

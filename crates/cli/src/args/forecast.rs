@@ -1,8 +1,9 @@
 //! Options of `predict` and `evaluate`.
 
+use augsim_session::DataFrom;
 use augsim_terminal::discover_args::TimeColumn;
 use clap::{Args as ClapArgs, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `predict`.
 #[derive(Debug, ClapArgs)]
@@ -12,9 +13,10 @@ pub struct Predict {
     pub run: PathBuf,
     /// Trajectories to forecast. Only the beginning of each trajectory is used: the first state by a
     /// network, the samples before the first impact by a ball model, the first pose and the pusher
-    /// motion by a push model, the first samples and the inputs by a model of equations.
-    #[arg(long)]
-    pub data: PathBuf,
+    /// motion by a push model, the first samples and the inputs by a model of equations. Several files, or
+    /// folders with one file per recording, are one set.
+    #[arg(long, value_name = "DATA", required = true, num_args = 1..)]
+    pub data: Vec<PathBuf>,
     /// Time column of the data.
     #[command(flatten)]
     pub time: TimeColumn,
@@ -65,14 +67,16 @@ pub enum ProtocolArg {
 /// Options of `evaluate`.
 #[derive(Debug, ClapArgs)]
 pub struct Evaluate {
-    /// Model file (TOML), output folder of `discover`, or run directory of `train`.
-    #[arg(value_name = "MODEL|RUN")]
-    pub run: PathBuf,
+    /// Model file (TOML), output folder of `discover`, or run directory of `train`. Two of them are compared
+    /// side by side.
+    #[arg(value_name = "MODEL|RUN", required = true, num_args = 1..=2)]
+    pub run: Vec<PathBuf>,
     /// Trajectories that were not used for fitting. If you give the output folder of a discovery and its
     /// own data, only the held-out trajectories are scored, or all, with a note, if none were held out (a
-    /// discovery holds some out of 20 or more).
-    #[arg(long)]
-    pub data: PathBuf,
+    /// discovery holds some out of 20 or more). Several files, or folders with one file per recording, are
+    /// one set.
+    #[arg(long, value_name = "DATA", required = true, num_args = 1..)]
+    pub data: Vec<PathBuf>,
     /// Time column of the data.
     #[command(flatten)]
     pub time: TimeColumn,
@@ -94,4 +98,28 @@ pub struct Evaluate {
     /// this value in m (mean over 10 samples).
     #[arg(long)]
     pub require_pos_m: Option<f64>,
+}
+
+impl Predict {
+    /// The measured data.
+    pub fn measured(&self) -> DataFrom {
+        self.time.of_all(&self.data)
+    }
+
+    /// The paths that the output must not overwrite: these and those of the data.
+    pub fn inputs<'a>(&'a self, others: impl IntoIterator<Item = &'a Path>) -> Vec<&'a Path> {
+        others.into_iter().chain(self.data.iter().map(PathBuf::as_path)).collect()
+    }
+}
+
+impl Evaluate {
+    /// The measured data.
+    pub fn measured(&self) -> DataFrom {
+        self.time.of_all(&self.data)
+    }
+
+    /// The model that is scored, or the first of two.
+    pub fn model(&self) -> &Path {
+        self.run.first().map_or(Path::new(""), PathBuf::as_path)
+    }
 }

@@ -8,7 +8,7 @@ use augsim_session::folders;
 use augsim_session::run_dir::DataSource;
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{REPORT, RESULT, Results};
-use augsim_terminal::discover_args::{Accept, Discover, Library, TimeColumn};
+use augsim_terminal::discover_args::Discover;
 use augsim_terminal::discovery::run_whole_discovery;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
@@ -41,11 +41,7 @@ pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Resu
         data: vec![out.join("bounces.csv")],
         out,
         null_runs: 19,
-        library: Library::Generic,
-        group: Vec::new(),
-        time_limit: None,
-        time: TimeColumn::default(),
-        accept: Accept::default(),
+        ..Discover::default()
     };
     let found = run_whole_discovery(&discover, seed, true, output)?;
     output.note(format!("  {}\n  report: {}\n", found.sentence, discover.out.join("report.html").display()));

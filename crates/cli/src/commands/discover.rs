@@ -178,7 +178,7 @@ fn text(args: &Discover, d: &Discovery) -> String {
         let ([train, test], [a, b]) = (windows.fitted, windows.excluded);
         let _ = writeln!(
             out,
-            "  windows: {train} fitted, {test} predicted; of these {a} and {b} {}",
+            "  windows: {train} fitted, {test} predicted; of these {a} and {b} were excluded: {}",
             windows.rule
         );
     }

@@ -67,11 +67,15 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     claim.write(RESULT, &serde_json::to_string_pretty(&answer)?)?;
     claim.write_timing(())?;
     output.result(&answer, || format!("{}\ncalibrated model: {}", fit_text(&answer), path.display()))?;
-    Ok(if stop == Some(Stop::Signal) { Outcome::Interrupted } else { Outcome::Done })
+    Ok(match (stop, &answer.rejection) {
+        (Some(Stop::Signal), _) => Outcome::Interrupted,
+        (_, Some(_)) => Outcome::CriterionNotMet,
+        _ => Outcome::Done,
+    })
 }
 
 fn fit_text(answer: &FitResult) -> String {
-    let mut text = String::new();
+    let mut text = answer.rejection.as_ref().map_or_else(String::new, |sentence| format!("{sentence}\n\n"));
     // Writing to a string cannot fail.
     for p in answer.parameters.iter().filter(|p| !p.frozen) {
         let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
@@ -110,6 +114,9 @@ fn fit_text(answer: &FitResult) -> String {
     }
     if let Some(noise) = answer.noise.sentence() {
         let _ = writeln!(text, "{noise}");
+    }
+    if let Some(failure) = &answer.noise_failure {
+        let _ = writeln!(text, "process noise and measurement noise could not be estimated: {failure}");
     }
     for gauge in &answer.gauges {
         let _ = writeln!(text, "{gauge}");

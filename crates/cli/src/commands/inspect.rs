@@ -1,6 +1,6 @@
 //! `augsim data inspect`: contents of a data set and the results of all data checks.
 
-use augsim_data::checks::{Check, ExpectedData, Severity, run_checks};
+use augsim_data::checks::{Check, ExpectedData, Finding, Severity, run_checks};
 use augsim_data::{Dataset, MissingCells, Summary};
 use augsim_physics::model::ModelFile;
 use augsim_session::DataFrom;
@@ -49,9 +49,16 @@ impl CheckOutcome {
 }
 
 impl Checked {
-    /// Runs all checks; `has_model` states whether `expected` comes from a model file.
-    pub fn run_all(data: &Dataset, expected: &ExpectedData, has_model: bool) -> Vec<Checked> {
-        let checked = |result: augsim_data::checks::Outcome| {
+    /// Runs all checks; `has_model` states whether `expected` comes from a model file, and `further` is a finding of
+    /// that model.
+    pub fn run_all(
+        data: &Dataset,
+        expected: &ExpectedData,
+        has_model: bool,
+        further: Option<Finding>,
+    ) -> Vec<Checked> {
+        let checked = |mut result: augsim_data::checks::Outcome| {
+            result.findings.extend(further.clone().filter(|f| f.check() == result.check));
             let refused = result.findings.iter().any(|f| f.severity() == Severity::Refused);
             let outcome = match (result.findings.is_empty(), refused) {
                 (true, _) if !has_model && result.check.needs_model() => CheckOutcome::NoModel,
@@ -88,7 +95,7 @@ pub fn inspect(from: &DataFrom, model: Option<&Path>, output: &Output) -> anyhow
         Some(path) => ModelFile::read(path)?.expected(),
         None => ExpectedData::default(),
     };
-    let checks = Checked::run_all(&data, &expected, model.is_some());
+    let checks = Checked::run_all(&data, &expected, model.is_some(), None);
     Ok(Inspection { checks, summary: Summary::from_dataset(&data) })
 }
 

@@ -2,8 +2,11 @@
 
 use super::inspect::Checked;
 use super::note_conversions;
+use augsim_data::Dataset;
+use augsim_data::checks::Finding;
+use augsim_equations::Model;
 use augsim_session::DataFrom;
-use augsim_session::equations::{self, records};
+use augsim_session::equations::{self, degrees, records};
 use augsim_terminal::output::Output;
 use serde::Serialize;
 use std::fmt;
@@ -91,8 +94,13 @@ pub fn inspect(from: &DataFrom, model: &Path, output: &Output) -> anyhow::Result
         duration_s: data.trajectories().iter().filter_map(duration).fold(0.0, f64::max),
         columns: data.columns().iter().enumerate().map(column).collect(),
         unnamed_columns: measured.unnamed,
-        checks: Checked::run_all(data, &model.expected(), true),
+        checks: Checked::run_all(data, &model.expected(), true, degree_finding(&model, data)?),
     })
+}
+
+/// Finds angles in degrees by short fits of the model, which the checks of the data alone cannot do.
+fn degree_finding(model: &Model, data: &Dataset) -> anyhow::Result<Option<Finding>> {
+    Ok(degrees::find(model, &records::records(data, model, true)?))
 }
 
 /// Returns the quantisation step if all differences of values are multiples of it and values repeat

@@ -4,7 +4,7 @@ use augsim_session::discovery_in;
 use augsim_session::provenance::fingerprint;
 use augsim_terminal::record::Record;
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The data of a command are those that the model was found on.
 #[derive(Debug)]
@@ -14,14 +14,22 @@ pub(super) struct OwnData {
 }
 
 impl OwnData {
-    /// Compares `data` with the data from which the folder of the model file was made; `None` if they differ.
-    pub fn find(model: &Path, data: &Path) -> Option<Self> {
+    /// Compares `data` with the data from which the folder of the model file was made; `None` if no file or folder is
+    /// the same.
+    ///
+    /// The held-out trajectories are known only if all data are the same: their names depend on the set.
+    pub fn find(model: &Path, data: &[PathBuf]) -> Option<Self> {
         let folder = if model.is_dir() { model } else { model.parent()? };
         let record = Record::read(folder).ok().flatten()?;
-        if record.inputs.get("data") != Some(&fingerprint(data)) {
+        let is_data = |name: &str| name == "data" || name.starts_with("data-");
+        let own: BTreeSet<&String> =
+            record.inputs.iter().filter(|(name, _)| is_data(name)).map(|(_, print)| print).collect();
+        let given: BTreeSet<String> = data.iter().map(|path| fingerprint(path)).collect();
+        if !given.iter().any(|print| own.contains(print)) {
             return None;
         }
-        let held_out = discovery_in(folder).map_or_else(Vec::new, |found| found.heldout);
+        let is_same = own.into_iter().eq(&given);
+        let held_out = discovery_in(folder).filter(|_| is_same).map_or_else(Vec::new, |found| found.heldout);
         Some(Self { held_out: held_out.into_iter().collect() })
     }
 
@@ -29,7 +37,9 @@ impl OwnData {
     pub fn sentence(&self, command: &str) -> String {
         match self.held_out.len() {
             0 => {
-                format!("{command}: the model was fitted to these data, so its errors on new data are larger")
+                format!(
+                    "{command}: the model was fitted to these data, or to a part of them, so its errors on new data are larger"
+                )
             }
             n => format!(
                 "{command}: the model was fitted to these data except for {n} held-out trajectories; `augsim evaluate` scores these alone"

@@ -3,14 +3,17 @@
 use augsim_data::atomic_write;
 use augsim_report::page::figure_names;
 use augsim_session::discovery_page::page;
+use augsim_session::equations::figures::figures;
+use augsim_session::provenance::fingerprint;
 use augsim_session::usage::{PathFault, UnknownName};
-use augsim_session::{ReportContext, Subject, discovery_in, folders};
+use augsim_session::{DataFrom, OpenData, ReportContext, Subject, discovery_in, folders};
 use augsim_terminal::destination::check_file;
 use augsim_terminal::output::Output;
+use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `report`.
 #[derive(Debug, clap::Args)]
@@ -52,7 +55,19 @@ pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
         return Err(Usage::path(&args.folder, PathFault::NoDiscovery).into());
     };
     let subject = Subject::parse(&found.models.declared_toml, "the declared model")?;
-    let figures = page(&ReportContext::default(), &subject, &found).into_figures();
+    let mut context = ReportContext::default();
+    match data_of(&args.folder) {
+        Some(data) => {
+            let read = OpenData::open(&subject, &data).and_then(|data| data.read(&subject));
+            context.figures = read.map(|data| figures(&subject, &found, &data)).unwrap_or_default();
+        }
+        None if matches!(subject, Subject::Equations(_)) => output.note(format!(
+            "{}: the data of this discovery were moved or changed, so figures that need them are left out",
+            args.folder.display()
+        )),
+        None => {}
+    }
+    let figures = page(&context, &subject, &found).into_figures();
     let names = figure_names(&figures);
     let Some(wanted) = &args.figure else {
         let listed = Listed { figures: names, written: None };
@@ -74,4 +89,19 @@ pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
     let listed = Listed { figures: vec![wanted.clone()], written: Some(out.clone()) };
     output.result(&listed, || format!("figure: {}", out.display()))?;
     Ok(Outcome::Done)
+}
+
+/// The data that the discovery in `folder` was made from; `None` where they are no longer the same.
+fn data_of(folder: &Path) -> Option<DataFrom> {
+    let record = Record::read(folder).ok().flatten()?;
+    let names = |name: &&String| *name == "data" || name.starts_with("data-");
+    let mut names: Vec<&String> = record.inputs.keys().filter(names).collect();
+    // `data-10` comes after `data-9`.
+    names.sort_by_key(|name| (name.len(), (*name).clone()));
+    let path = |name: &String| -> Option<PathBuf> {
+        let path = folder.join(record.paths.get(name)?);
+        (record.inputs.get(name) == Some(&fingerprint(&path))).then_some(path)
+    };
+    let paths: Vec<PathBuf> = names.into_iter().map(path).collect::<Option<_>>()?;
+    (!paths.is_empty()).then(|| DataFrom::of_paths(&paths, record.settings.get("time").map(String::as_str)))
 }

@@ -150,6 +150,16 @@ fn rejects_wrong_columns_and_commands() {
     std::fs::write(d.join("ball.toml"), "scenario = \"ball\"\n[parameters]\nrestitution = 0.6\n").unwrap();
     let text = refused(&["fit", "ball.toml", "data.csv"], 2, d);
     assert!(text.contains("fit needs an equation model"), "{text}");
+    // Swapped arguments are an error of the model file, also where another run's results are.
+    std::fs::create_dir(d.join("out")).unwrap();
+    std::fs::create_dir(d.join("out/discover")).unwrap();
+    std::fs::write(
+        d.join("out/discover/run.toml"),
+        "augsim = \"0\"\ncommand = \"discover\"\n[settings]\n[inputs]\n",
+    )
+    .unwrap();
+    let text = refused(&["discover", "data.csv", "mass.toml"], 3, d);
+    assert!(text.contains("data.csv") && !text.contains("another run"), "{text}");
 }
 
 #[test]
@@ -267,6 +277,100 @@ fn finds_and_simulates_the_missing_effect_of_a_pendulum() {
         json(&args, d)["rows"][0]["rmse"].as_f64().expect("a number")
     };
     assert!(rmse("found/model.toml") < 0.2 * rmse("pendulum.toml"));
+    // The figures of the report are the runs and curves of the page, for as long as the data are the same.
+    let listed = || -> Vec<String> { succeed(&["report", "found"], d).lines().map(str::to_owned).collect() };
+    let has = |name: &str| listed().iter().any(|figure| figure == name);
+    assert!(has("quadratic-damping") && has("trajectory-0") && !has("best"), "{:?}", listed());
+    edit(&d.join("drag.csv"), "0.00,", "0.0,");
+    assert!(!has("quadratic-damping") && has("best"), "{:?}", listed());
+}
+
+#[test]
+fn tries_the_allowed_effects_only() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    succeed(&["model", "new", "pendulum"], d);
+    std::fs::write(d.join("drag.csv"), swings(0.02)).unwrap();
+    let discover = |names: &[&str], out: &str| {
+        let common = ["discover", "pendulum.toml", "drag.csv", "--null-runs", "0", "--json", "--out", out];
+        json(&[&common, names].concat(), d)
+    };
+    let kinds = |found: &serde_json::Value| -> Vec<String> {
+        let effects = found["effects"].as_array().expect("effects");
+        effects.iter().map(|e| e["kind"].as_str().expect("a name").to_owned()).collect()
+    };
+    let only = discover(&["--only", "coulomb,quadratic-damping"], "only");
+    assert_eq!(kinds(&only), ["quadratic-damping"], "{}", only["sentence"]);
+    let page = std::fs::read_to_string(d.join("only/report.html")).unwrap();
+    assert!(page.contains("--only 'coulomb,quadratic-damping'"));
+    // Neither the excluded effect nor a formula for it.
+    let both = ["--only", "coulomb,quadratic-damping", "--exclude", "quadratic-damping"];
+    let both = discover(&both, "both");
+    assert!(kinds(&both).iter().all(|kind| kind == "coulomb"), "{}", both["sentence"]);
+    let without = discover(&["--exclude", "quadratic-damping"], "without");
+    assert!(!kinds(&without).iter().any(|kind| kind == "quadratic-damping"), "{}", without["sentence"]);
+
+    // Wind acts through the drag that is excluded, and must not bring it in.
+    let sealed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/sealed");
+    let [model, data] = ["model.toml", "bounces.csv"].map(|name| sealed.join(name).display().to_string());
+    let excluded = ["--exclude", "quadratic-drag", "--null-runs", "0", "--json", "--out", "ball"];
+    let found = json(&[&["discover", &model, &data][..], &excluded].concat(), d);
+    assert!(!kinds(&found).iter().any(|kind| kind == "quadratic-drag"), "{}", found["sentence"]);
+
+    let command = ["discover", "pendulum.toml", "drag.csv", "--out", "wrong"];
+    for (names, code, text) in [
+        (&["--only", "coulom"][..], 2, "is called `coulom`; did you mean coulomb?"),
+        (&["--exclude", "xyzzy"], 2, "is called `xyzzy`; augsim effects --for pendulum.toml lists all"),
+        (&["--only", "coulomb", "--exclude", "coulomb"], 2, "no effect is left"),
+        (&["--only", "coulomb", "--library", "none"], 2, "leave one of these options out"),
+    ] {
+        let error = refused(&[&command, names].concat(), code, d);
+        assert!(error.contains(text), "{names:?}: {error}");
+    }
+}
+
+#[test]
+fn two_models_are_compared_on_several_files() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    succeed(&["model", "new", "pendulum"], d);
+    let text = swings(0.0);
+    let (header, rows) = text.split_once('\n').expect("rows");
+    let part = |keep: fn(u32) -> bool| -> String {
+        let is_kept = |row: &&str| keep(row.split(',').next().and_then(|n| n.parse().ok()).unwrap_or(0));
+        rows.lines().filter(is_kept).fold(format!("{header}\n"), |text, row| text + row + "\n")
+    };
+    edit(&d.join("pendulum.toml"), "nominal = 0.153", "nominal = 0.17");
+    std::fs::write(d.join("all.csv"), &text).unwrap();
+    std::fs::create_dir(d.join("runs")).unwrap();
+    std::fs::write(d.join("runs/a.csv"), part(|n| n < 6)).unwrap();
+    std::fs::write(d.join("b.csv"), part(|n| n >= 6)).unwrap();
+    succeed(&["fit", "pendulum.toml", "all.csv", "--out", "fitted"], d);
+    let both = json(&["evaluate", "pendulum.toml", "fitted", "--data", "runs", "b.csv", "--json"], d);
+    let alone = |model: &str| json(&["evaluate", model, "--data", "all.csv", "--json"], d)["rows"][0].clone();
+    let row = &both["rows"][0];
+    let number = |value: &serde_json::Value| value.as_f64().expect("a number");
+    for (index, model) in ["pendulum.toml", "fitted/model.toml"].into_iter().enumerate() {
+        let alone = alone(model);
+        for key in ["rmse", "r2"] {
+            let (a, b) = (number(&row[key][index]), number(&alone[key]));
+            // The initial states are fitted from other first guesses, to a tolerance.
+            assert!((a - b).abs() < 1e-6 * b.abs(), "{model} {key}: {a} {b}");
+        }
+    }
+    assert_eq!(both["trajectories"], 10);
+    assert!((number(&row["ratio"]) - number(&row["rmse"][1]) / number(&row["rmse"][0])).abs() < 1e-12);
+    let fit = 100.0 * (1.0 - (1.0 - number(&row["r2"][1])).sqrt());
+    assert!((number(&row["fit_percent"][1]) - fit).abs() < 1e-9 && number(&row["ratio"]) < 0.5);
+    let verdict = both["verdict"].as_str().expect("a sentence");
+    assert!(verdict.starts_with("angle_rad: fitted improves the forecasts"), "{verdict}");
+    // Several files are one set for predictions too, and a part of the data that a model was fitted to is named.
+    let whole = succeed(&["predict", "fitted", "--data", "all.csv", "--out", "whole.csv"], d);
+    let parts = succeed(&["predict", "fitted", "--data", "runs", "b.csv", "--out", "parts.csv"], d);
+    let error = |text: &str| text.lines().nth(1).map(|l| l.split(" (").next().unwrap_or(l).to_owned());
+    assert_eq!(error(&whole), error(&parts));
+    let options = ["evaluate", "pendulum.toml", "fitted", "--data", "b.csv", "--require-pos-m", "1"];
+    assert!(refused(&options, 2, d).contains("are for one model"));
 }
 
 #[test]

@@ -154,6 +154,65 @@ fn a_wrapped_angle_and_degrees_celsius_are_refused_with_the_remedy() {
 }
 
 #[test]
+fn a_fit_that_is_worse_than_the_mean_ends_with_the_remedy() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    // A time constant of 4 h, of which the model allows no more than 100 s.
+    write(
+        d,
+        "narrow.toml",
+        &DECAY.replace("max = 100000.0", "max = 100.0").replace("nominal = 2.0", "nominal = 3.0"),
+    );
+    let mut noisy = "t_h,pos_m\n".to_owned();
+    for k in 0..80 {
+        let t = 0.1 * f64::from(k);
+        let _ = writeln!(noisy, "{t},{:.5}", 100.0 * (-t / 4.0).exp() + [0.5, -0.4, 0.1][k as usize % 3]);
+    }
+    write(d, "hours.csv", &noisy);
+    let out = augsim(&["fit", "narrow.toml", "hours.csv"], d);
+    let text = String::from_utf8_lossy(&out.stdout);
+    assert_eq!(out.status.code(), Some(1), "{text}");
+    for part in [
+        "Not this system: the calibrated model predicts `pos_m` worse than its mean does",
+        "--time COLUMN:UNIT",
+        "bounds of the parameters",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let result = std::fs::read_to_string(d.join("out/fit/result.json")).expect("a result");
+    assert!(result.contains("\"rejection\": \"Not this system"), "{result}");
+    // Without noise the fit makes the model faster and faster instead.
+    write(d, "exact.csv", &decay("t_h,pos_m", |t| t.to_string()));
+    write(d, "narrow.toml", &DECAY.replace("max = 100000.0", "max = 100.0"));
+    let texts = ["ever faster than the data", "--time COLUMN:UNIT", "bounds of the parameters"];
+    fail(3, &["fit", "narrow.toml", "exact.csv", "--out", "exact"], d, &texts);
+}
+
+#[test]
+fn degrees_in_a_column_of_radians_are_found_by_the_model() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    succeed(&["model", "new", "pendulum"], d);
+    let start = ["simulate", "pendulum.toml", "--duration-s", "4", "--start", "theta_rad=0.6"];
+    succeed(&[&start[..], &["--out", "swing.csv"]].concat(), d);
+    let text = std::fs::read_to_string(d.join("swing.csv")).expect("a swing");
+    let mut degrees = "trajectory,t_s,angle_rad\n".to_owned();
+    for row in text.lines().skip(1) {
+        let cells: Vec<&str> = row.split(',').collect();
+        let angle: f64 = cells[2].parse().expect("a number");
+        let _ = writeln!(degrees, "{},{},{:.3}", cells[0], cells[1], angle.to_degrees());
+    }
+    write(d, "degrees.csv", &degrees);
+    let texts = ["angle-in-degrees", "`angle_rad` reaches 34", "call the column `angle_deg`"];
+    fail(3, &["fit", "pendulum.toml", "degrees.csv"], d, &texts);
+    fail(3, &["discover", "pendulum.toml", "degrees.csv"], d, &texts);
+    let inspected = succeed(&["data", "inspect", "degrees.csv", "--model", "pendulum.toml"], d);
+    assert!(inspected.contains("call the column `angle_deg`"), "{inspected}");
+    write(d, "named.csv", &degrees.replace("angle_rad", "angle_deg"));
+    succeed(&["fit", "pendulum.toml", "named.csv"], d);
+}
+
+#[test]
 fn a_model_in_other_units_than_si_is_refused_with_the_name_to_write() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();

@@ -276,6 +276,20 @@ pub enum Finding {
         /// Largest angle of the set as written in the file.
         largest_rad: f64,
     },
+    /// A model of equations fits columns of radians only as degrees.
+    #[error(
+        "column {} reaches {} rad, and the model fits short windows of the data with 1/{ratio:.0} of the residual if the values are \
+         degrees: call the column {}, which is converted",
+        quoted(columns, str::to_owned), digits(*largest_rad), quoted(columns, degree_name)
+    )]
+    AngleOfModelInDegrees {
+        /// Names of the columns, the angles first.
+        columns: Vec<String>,
+        /// Largest value of the first one, as written in the file.
+        largest_rad: f64,
+        /// Ratio of the residuals in radians and in degrees.
+        ratio: f64,
+    },
     /// An angle jumps by a full turn.
     #[error(
         "trajectory `{trajectory}`, t_s = {time_s} s: column `{column}` jumps by a full turn, as at {jumps} place(s) of the \
@@ -406,6 +420,19 @@ fn wrap_remedy(is_output: bool) -> &'static str {
     }
 }
 
+/// The name of a column of radians as one of degrees.
+fn degree_name(column: &str) -> String {
+    match (column.strip_suffix("_rad_s"), column.strip_suffix("_rad")) {
+        (Some(name), _) => format!("{name}_deg_s"),
+        (None, name) => format!("{}_deg", name.unwrap_or(column)),
+    }
+}
+
+/// Names in quotes, joined by commas.
+fn quoted(columns: &[String], name: impl Fn(&str) -> String) -> String {
+    columns.iter().map(|column| format!("`{}`", name(column))).collect::<Vec<_>>().join(", ")
+}
+
 /// The name of a column of kelvins as one of degrees Celsius.
 fn celsius_name(column: &str) -> String {
     format!("{}_degC", column.strip_suffix("_K").unwrap_or(column))
@@ -459,7 +486,7 @@ impl Finding {
             Finding::ColumnScale { .. } | Finding::ObjectOutrunsRod { .. } => Check::ColumnScale,
             Finding::ShiftedColumn { .. } | Finding::ShiftedVelocity { .. } => Check::ShiftedColumn,
             Finding::VelocityDisagrees { .. } => Check::VelocityDisagrees,
-            Finding::AngleInDegrees { .. } => Check::AngleInDegrees,
+            Finding::AngleInDegrees { .. } | Finding::AngleOfModelInDegrees { .. } => Check::AngleInDegrees,
             Finding::AngleWrap { .. } => Check::AngleWrap,
             Finding::CelsiusInKelvin { .. } => Check::CelsiusInKelvin,
             Finding::GravityDisagrees { .. }

@@ -89,7 +89,8 @@ fn zipped(path: &Path, bytes: Vec<u8>, missing: MissingCells) -> Result<Content,
         return read_npz_bytes(path, &bytes, missing).map(Content::Data);
     }
     let names = members(path, &bytes)?;
-    if names.iter().any(|name| name == "xl/workbook.xml") {
+    let is_sheet = |name: &String| name.starts_with("xl/worksheets/") && name.ends_with(".xml");
+    if names.iter().any(|name| name == "xl/workbook.xml" || is_sheet(name)) {
         return spreadsheet::text(path, bytes, &names).map(Content::Text);
     }
     if names.iter().any(|name| name == "xl/workbook.bin" || name == "content.xml") {

@@ -19,7 +19,7 @@ use crate::error::{ColumnError, DataError, EVERY_VALUE_IS_NEEDED};
 use crate::foreign::{Content, content};
 use crate::source::Source;
 use crate::trajectory::Trajectory;
-use crate::unit::Unit;
+use crate::unit::{Unit, to_si};
 use crate::whole_file::read_whole;
 use std::path::{Path, PathBuf};
 
@@ -309,7 +309,7 @@ fn dataset(
                     remedy: EVERY_VALUE_IS_NEEDED,
                 });
             }
-            values.push(samples.iter().map(|v| v * column.factor + column.offset).collect());
+            values.push(samples.iter().map(|v| to_si(*v, column.factor, column.offset)).collect());
         }
         let mut trajectory = Trajectory::new(draft.id, draft.times, values)?;
         if let Some(group) = draft.group {

@@ -26,6 +26,22 @@ const AMBIGUOUS_ENDINGS: [&str; 28] = [
     "weeks", "year", "years", "rev", "turn", "mi", "kn", "kt", "bar", "lb", "month",
 ];
 
+/// Resolution of a temperature after the conversion to kelvins, 1/K; no thermometer is as fine.
+const TEMPERATURE_STEPS_PER_KELVIN: f64 = 1e9;
+
+/// `factor * value + offset`, without the digits that binary numbers add to decimal ones.
+///
+/// 245.53 mm times the binary number next to 0.001 is 0.24553000000000003 m. A division by 1000, which is exact, rounds once: the
+/// result is the binary number next to 0.24553. A temperature is rounded because 273.15 is no binary number either.
+pub(crate) fn to_si(value: f64, factor: f64, offset: f64) -> f64 {
+    let divisor = (1.0 / factor).round();
+    let scaled = if divisor > 1.0 && 1.0 / divisor == factor { value / divisor } else { value * factor };
+    if offset == 0.0 {
+        return scaled;
+    }
+    ((scaled + offset) * TEMPERATURE_STEPS_PER_KELVIN).round() / TEMPERATURE_STEPS_PER_KELVIN
+}
+
 impl FileUnit {
     /// SI unit after the conversion.
     pub fn unit(&self) -> Unit {
@@ -44,7 +60,7 @@ impl FileUnit {
 
     /// `value` in SI units.
     pub fn to_si(&self, value: f64) -> f64 {
-        value * self.factor + self.offset
+        to_si(value, self.factor, self.offset)
     }
 
     /// Whether values are already in SI units.
@@ -303,6 +319,21 @@ impl Unit {
 mod tests {
     //! Contract: every usual spelling of a unit converts to SI, and a text that is not a unit has none.
     use super::*;
+
+    #[test]
+    fn decimal_numbers_stay_decimal() {
+        for (value, factor, offset, expected) in [
+            (245.53, 1e-3, 0.0, 0.24553),
+            (22.14, 1.0, 273.15, 295.29),
+            (0.3, 1e3, 0.0, 300.0),
+            (41.0, 1e-6, 0.0, 41e-6),
+            (17.1, 1e-2, 0.0, 0.171),
+        ] {
+            assert_eq!(to_si(value, factor, offset), expected, "{value} {factor} {offset}");
+        }
+        // A factor that is no decimal fraction multiplies.
+        assert_eq!(to_si(3.0, std::f64::consts::PI / 180.0, 0.0), 3.0 * (std::f64::consts::PI / 180.0));
+    }
 
     #[test]
     fn units_convert_to_si() {

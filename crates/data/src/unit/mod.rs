@@ -12,6 +12,7 @@ mod symbol;
 mod text;
 
 pub use dimensions::Dimensions;
+pub(crate) use file_unit::to_si;
 pub use file_unit::{FileUnit, NonSiEnding, non_si_ending};
 
 use dimensions::{TWELFTHS, quotient};

@@ -187,6 +187,9 @@ fn a_format_that_is_not_read_is_named() {
     }
     let two = zip(&[("a.csv", b"t_s,x_m\n0,1\n"), ("b.csv", b"t_s,x_m\n0,1\n")]);
     assert!(error("two.zip", &two).contains("unpack it"));
+    // A workbook without its list of sheets, as a log of some instruments.
+    let part = zip(&[("[Content_Types].xml", b"<Types/>"), ("xl/worksheets/sheet1.xml", b"<worksheet/>")]);
+    assert!(error("part.xlsx", &part).contains("an Excel workbook"), "{}", error("part.xlsx", &part));
 }
 
 #[test]

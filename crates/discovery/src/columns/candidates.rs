@@ -19,21 +19,27 @@ pub(crate) enum Family {
 }
 
 /// Candidates of a family that the data can support: each effect, with several groups also with one value
-/// per group, and groupwise values of declared parameters. Random effects are added by the search itself.
+/// per group, and, unless the user allows named effects only, groupwise values of declared parameters. Random effects are added by the search itself.
 pub(crate) fn library_candidates(data: &Measured, family: Family) -> Vec<Addition> {
     let (system, records) = (&*data.system, data.system_records());
     let grouped = (2..=MAX_GROUPS).contains(&data.groups.len()) && data.groups.len() < data.records.len();
     let mut out = Vec::new();
     let is_of_family =
         |i: &usize| system.library()[*i].formula_domain.is_some() == (family == Family::Grammar);
-    let indices = (0..system.library().len()).filter(is_of_family);
+    // An effect that acts through a carrier is tried together with it, so the carrier has to be allowed too.
+    let is_allowed = |i: &usize| {
+        let effect = &system.library()[*i];
+        let carrier = effect.joins.as_ref().map(|join| join.kind.as_str());
+        [Some(effect.kind.as_str()), carrier].into_iter().flatten().all(|kind| data.effects.allows(kind))
+    };
+    let indices = (0..system.library().len()).filter(is_of_family).filter(is_allowed);
     for index in indices.filter(|&i| system.can_search_effect(i, &records)) {
         out.extend(Addition::effect(system, index, Per::All));
         if grouped && system.can_vary_by_group(index) {
             out.extend(Addition::effect(system, index, Per::Group));
         }
     }
-    if grouped {
+    if grouped && !data.effects.is_closed() {
         let declared = system.parameters().iter().take(system.declared_count()).enumerate();
         let single = declared.filter(|(_, p)| !p.frozen && p.per == Per::All);
         out.extend(single.map(|(index, _)| Addition::split(system, index)));

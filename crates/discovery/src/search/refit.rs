@@ -206,7 +206,8 @@ impl<'a> Search<'a> {
     /// The random effects that the events' parameter may have; none for a system without events.
     pub fn scatters(&self) -> Vec<Addition> {
         let ways = [ScatterPer::Event, ScatterPer::Record];
-        ways.iter().filter_map(|&per| Addition::scatter(self.system(), per)).collect()
+        let random_effects = ways.iter().filter_map(|&per| Addition::scatter(self.system(), per));
+        random_effects.filter(|a| self.view.sample().data.effects.allows(a.kind())).collect()
     }
 
     /// Whether the events' parameter differs between records with a p-value below `p`.

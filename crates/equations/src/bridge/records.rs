@@ -197,12 +197,19 @@ impl EquationSystem {
         let parts = (duration / seconds).round().max(1.0);
         let mut cuts = Vec::new();
         let mut from = 0;
-        for signal_part in 1..=parts as usize {
-            let end = times[0] + duration * signal_part as f64 / parts;
+        let mut part = 0;
+        while part < parts as usize {
+            part += 1;
+            let end = times[0] + duration * part as f64 / parts;
             let to = times.partition_point(|t| *t <= end * (1.0 + 1e-12)).clamp(1, count) - 1;
             if to > from + 1 {
                 cuts.push(from..to + 1);
                 from = to;
+            }
+            // Parts that end within a pause contain no further sample. A pause of 1e9 s has as many of them.
+            if let Some(next) = times.get(to + 1) {
+                let before_next = (parts * (next - times[0]) / duration).floor() as usize;
+                part = part.max(before_next.saturating_sub(1));
             }
         }
         match cuts.last_mut() {

@@ -18,7 +18,7 @@ pub enum SimulationError {
     )]
     Zeno { record: String, time: f64, event: String },
     #[error(
-        "rates.{state} is stiff: its fastest rate is {rate:.1e} per second, {ratio:.0} times the sample rate; set [numerics] integrator = \"implicit\", or increase sign_width"
+        "rates.{state} is stiff: its fastest rate is {rate:.1e} per second, {ratio:.0} times the sample rate; check the unit of time (--time COLUMN:UNIT) and the values of the parameters; if both are right, set [numerics] integrator = \"implicit\", or increase sign_width"
     )]
     Stiff { state: String, rate: f64, ratio: f64 },
     #[error(

@@ -1,7 +1,7 @@
 //! Checks that parameters are used, outputs depend on the state, and declared widths apply.
 
 use super::toml_reader::Reader;
-use super::{Expression, Model};
+use super::{Expression, Model, State};
 use crate::error::{Fault, ModelError};
 use crate::text::{Kind, Symbol};
 
@@ -14,9 +14,16 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
         }
     }
     model.inputs.iter().filter_map(|i| i.delay).for_each(|delay| used[delay] = true);
-    if let Some(p) = model.parameters.iter().zip(used).find_map(|(p, used)| (!used && !p.frozen).then_some(p))
-    {
-        return Err(reader.error(p.line, &format!("parameters.{}", p.name), Fault::Unused));
+    let is_unused = |i: &usize| !used[*i] && !model.parameters[*i].frozen;
+    if let Some(index) = (0..model.parameters.len()).find(is_unused) {
+        let p = &model.parameters[index];
+        let has_parameter =
+            |s: &&State| s.start.tree.symbols().any(|s| matches!(s, Symbol::Parameter(i) if i == index));
+        let fault = match model.states.iter().find(has_parameter) {
+            Some(state) => Fault::UsedInStart { state: state.name.clone() },
+            None => Fault::Unused,
+        };
+        return Err(reader.error(p.line, &format!("parameters.{}", p.name), fault));
     }
     let mut state_dependent = Vec::with_capacity(model.lets.len());
     for value in &model.lets {

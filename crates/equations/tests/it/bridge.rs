@@ -400,3 +400,24 @@ fn states_are_channels_after_the_outputs() {
     }
     assert_eq!(cart.process_noise_states(), [1, 3], "positions have speeds as their rates");
 }
+
+#[test]
+fn a_pause_of_any_length_costs_no_time_when_windows_are_cut() {
+    let text = "scenario = \"system\"\nname = \"decay\"\n[states]\nx_m = { start = \"pos_m\" }\n[parameters]\n\
+        k_per_s = { nominal = 1.0, min = 0.0, max = 10.0 }\n[rates]\nx_m = \"-k_per_s * x_m\"\n[outputs]\npos_m = \"x_m\"\n";
+    let model = augsim_equations::model::parse(text, "decay.toml").expect("a model");
+    let system = EquationSystem::declared_only(&model).expect("a system").with_windows(Some(1.0));
+    let windows = |pause_s: f64| {
+        let times: Vec<f64> =
+            (0..60).map(|k| 0.1 * f64::from(k) + if k < 30 { 0.0 } else { pause_s }).collect();
+        let values = vec![times.iter().map(|t| (-t).exp()).collect()];
+        let mut record = Record { id: "1".into(), times, values, ..Record::default() };
+        system.prepare(&mut record, &[]).expect("prepared");
+        record.windows.into_iter().map(|w| w.samples).collect::<Vec<_>>()
+    };
+    // A loop over all seconds of the pause would take hours.
+    let cut = windows(1e13);
+    assert_eq!((cut[0].start, cut[cut.len() - 1].end), (0, 60), "{cut:?}");
+    assert!(cut.len() >= 4 && cut.windows(2).all(|w| w[0].end == w[1].start + 1), "{cut:?}");
+    assert_eq!(windows(0.0), [0..10, 9..20, 19..30, 29..40, 39..50, 49..60]);
+}

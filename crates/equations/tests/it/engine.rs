@@ -397,8 +397,8 @@ fn a_system_that_is_too_stiff_for_declared_explicit_steps_is_refused() {
     let error = system.choose_steps(&[window], &[0.001]).expect_err("too stiff for explicit steps");
     assert!(
         error.to_string().starts_with(
-            "rates.y_m is stiff: its fastest rate is 3.1e5 per second, 15500 times the sample rate; set [numerics] \
-             integrator = \"implicit\", or increase sign_width"
+            "rates.y_m is stiff: its fastest rate is 3.1e5 per second, 15500 times the sample rate; check the unit of time \
+             (--time COLUMN:UNIT) and the values of the parameters; if both are right, set [numerics] integrator = \"implicit\", or increase sign_width"
         ),
         "{error}"
     );

@@ -198,6 +198,17 @@ fn parameters_must_lie_within_their_bounds_and_be_used() {
         with("length_m = {", "mass_kg = { nominal = 1.0 }\nlength_m = {"),
         "pendulum.toml:17: parameters.mass_kg: the parameter is not used anywhere; remove it or set frozen = true"
     );
+    assert_eq!(
+        changed(
+            "pendulum",
+            &[
+                ("start = \"angle_rad\"", "start = \"angle_rad + off_rad\""),
+                ("length_m = {", "off_rad = { nominal = 0.1 }\nlength_m = {")
+            ]
+        ),
+        "pendulum.toml:17: parameters.off_rad: the parameter is used only in the start of `theta_rad`, and a fit estimates the initial \
+         state itself; set frozen = true, or write the number there"
+    );
     assert!(
         with("nominal = 0.153, ", "")
             .contains("parameters.length_m: the key `nominal` is missing; add nominal = 1.0")

@@ -1,7 +1,7 @@
 //! Errors in model files, each with file, line and remedy.
 
 use super::{Place, Rule};
-use augsim_data::{escaped_cause, escaped_short};
+use augsim_data::{escaped_cause, escaped_short, unreadable_text};
 use std::fmt;
 use thiserror::Error;
 
@@ -9,7 +9,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum ModelError {
     /// The file cannot be read.
-    #[error("{file}: cannot be read: {cause}; check the path")]
+    #[error("{file}: {}", unreadable_text(cause))]
     Read {
         /// The file.
         file: String,

@@ -115,7 +115,7 @@ fn wrong_types_missing_keys_and_conflicts_are_refused() {
 #[test]
 fn a_missing_file_is_named() {
     let text = Model::read(std::path::Path::new("nowhere/ball.toml")).expect_err("refused").to_string();
-    assert!(text.starts_with("nowhere/ball.toml: cannot be read"), "{text}");
+    assert!(text.starts_with("nowhere/ball.toml: there is no such file or folder; check the path"), "{text}");
 }
 
 #[test]

@@ -103,6 +103,8 @@ def discover(
     seed: int,
     groups: list[str],
     null_runs: int,
+    only: list[str],
+    exclude: list[str],
     accept: list[str],
     progress: Callable[[str, float | None], Any] | None,
 ) -> Discovery: ...

@@ -136,6 +136,8 @@ def discover(
     seed: int = 1,
     groups: Sequence[str] | None = None,
     null_runs: int = 19,
+    only: Sequence[str] = (),
+    exclude: Sequence[str] = (),
     accept: Sequence[str] = (),
     progress: bool | _progress.Progress = True,
 ) -> Discovery:
@@ -143,14 +145,16 @@ def discover(
 
     ``model`` is a path, the text of a model file or a :class:`Model`; ``data`` is any argument of :func:`read`. ``groups`` selects
     the trajectories of these groups, ``null_runs`` is the number of simulated recordings without a missing effect on which the
-    selection is repeated (at most 1000), ``accept`` names data checks to ignore. ``progress`` shows the step in a terminal or a
+    selection is repeated (at most 1000). ``only`` names the effects of the library to try, without formulas and values by group,
+    and ``exclude`` those not to try; with both, the effects of ``only`` that ``exclude`` does not name are tried. ``accept`` names
+    data checks to ignore. ``progress`` shows the step in a terminal or a
     notebook; a callable gets the text of the step and the completed fraction (or ``None``). Other Python threads continue to run,
     and Ctrl-C stops the search.
 
     Raises :class:`augsim.DataError`, :class:`augsim.ModelError`, :class:`augsim.NumericalError` or :class:`augsim.UsageError`.
     """
-    if isinstance(groups, str) or isinstance(accept, str):
-        raise UsageError("groups and accept are lists of names; write ['name'] for one")
+    if any(isinstance(names, str) for names in (groups, only, exclude, accept)):
+        raise UsageError("groups, only, exclude and accept are lists of names; write ['name'] for one")
     reporter = _progress.reporter_for(progress)
     try:
         found = _augsim.discover(
@@ -159,6 +163,8 @@ def discover(
             seed=whole("seed", seed),
             groups=[str(group) for group in groups or ()],
             null_runs=whole("null_runs", null_runs),
+            only=[str(effect) for effect in only],
+            exclude=[str(effect) for effect in exclude],
             accept=[str(check) for check in accept],
             progress=reporter,
         )

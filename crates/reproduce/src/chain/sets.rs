@@ -6,7 +6,7 @@ use augsim_data::{Dataset, MissingCells, atomic_write, read_dataset, write_datas
 use augsim_discovery::Discovery;
 use augsim_session::folders;
 use augsim_terminal::destination::{REPORT, RESULT};
-use augsim_terminal::discover_args::{Accept, Discover, Library, TimeColumn};
+use augsim_terminal::discover_args::Discover;
 use augsim_terminal::discovery::run_whole_discovery;
 use augsim_terminal::output::Output;
 use serde::Serialize;
@@ -99,11 +99,7 @@ pub fn discover_set(
         data: vec![out.join("data.csv.gz")],
         out: out.clone(),
         null_runs: 19,
-        group: Vec::new(),
-        library: Library::Generic,
-        time_limit: None,
-        time: TimeColumn::default(),
-        accept: Accept::default(),
+        ..Discover::default()
     };
     output.note(format!("{set}: {} trajectories", data.trajectories().len()));
     let found = match resume.then(|| earlier(&args, data, model)).flatten() {

@@ -18,7 +18,7 @@ use augsim_session::equations::records::records;
 use augsim_session::usage::Missing;
 use augsim_session::{equations, folders};
 use augsim_terminal::destination::REPORT;
-use augsim_terminal::discover_args::{Accept, Discover, Library, TimeColumn};
+use augsim_terminal::discover_args::{Discover, Library};
 use augsim_terminal::discovery::run_whole_discovery;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
@@ -137,11 +137,8 @@ fn one(
             data: vec![train_path.clone()],
             out: sub.to_owned(),
             null_runs: 19,
-            group: Vec::new(),
-            time_limit: None,
             library,
-            time: TimeColumn::default(),
-            accept: Accept::default(),
+            ..Discover::default()
         };
         // The claim of the outer folder has already decided what may be overwritten.
         let found: Discovery = run_whole_discovery(&args, plan.seed, true, output)?;

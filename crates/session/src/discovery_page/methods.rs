@@ -8,9 +8,9 @@ pub(super) fn notes(d: &Discovery) -> Vec<String> {
     let mut notes = Vec::new();
     if let Some(windows) = &d.windows {
         let ([train, test], [a, b]) = (windows.fitted, windows.excluded);
-        let rule = &windows.rule;
         notes.push(format!(
-            "{train} windows were fitted and {test} predicted; {a} and {b} of them were {rule}."
+            "{train} windows were fitted and {test} predicted; {a} and {b} of them were excluded: {}.",
+            windows.rule
         ));
     }
     notes.extend(d.independent.map(|share| {

@@ -2,8 +2,9 @@
 
 use super::downsample::downsample;
 use super::fit::{estimate_shared_starts, fit, gauge_finding, gauge_sentence, prepare_records};
-use super::{noise, records, unit_text};
+use super::{degrees, noise, records, unit_text};
 use augsim_data::Dataset;
+use augsim_data::checks::AcceptedChecks;
 use augsim_discovery::{Discovery, Observer, Verdict};
 use augsim_equations::{CalibratedModel, EquationSystem, Model};
 use augsim_fit::Gauge;
@@ -92,15 +93,17 @@ fn mark_gauges(found: &mut Discovery, model: &mut Model, gauges: &[Vec<String>])
 pub fn calibrated_problem(
     model: &Model,
     data: &Dataset,
+    accepted: AcceptedChecks,
     until: Option<Instant>,
     observer: &mut dyn Observer,
 ) -> anyhow::Result<CalibratedProblem> {
     let records = records::records(data, model, true)?;
+    degrees::check(model, data, &records, accepted)?;
     let fitted = fit(model, &records, until)?;
     let gauges = &fitted.calibration.gauges;
     let fixed = gauges.iter().find_map(|gauge| Some((gauge, fix_gauge(model, gauge)?)));
     if let Some((gauge, (reduced, sentence))) = fixed {
-        let mut calibrated = calibrated_problem(&reduced, data, until, observer)?;
+        let mut calibrated = calibrated_problem(&reduced, data, accepted, until, observer)?;
         calibrated.notes.insert(0, sentence);
         calibrated.gauges.push(gauge.parameters.iter().map(|p| model.parameters[*p].name.clone()).collect());
         return Ok(calibrated);

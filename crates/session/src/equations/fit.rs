@@ -1,5 +1,6 @@
 //! Calibration of an equation model: input interpolation (hold), parameters, initial states.
 
+use augsim_data::digits;
 use augsim_equations::model::{Covariance, Hold};
 use augsim_equations::{EquationSystem, Model};
 use augsim_fit::{Calibration, Gauge, calibrate};
@@ -56,6 +57,31 @@ pub struct Fitted {
 /// # Errors
 /// The declared model cannot be compiled, or cannot be simulated over the shortest windows.
 pub fn fit(model: &Model, records: &[Record], until: Option<Instant>) -> anyhow::Result<Fitted> {
+    fit_with_holds(model, records, until).map_err(|error| match slow_clock(model, records) {
+        Some(cause) if !names_clock(&error) => error.context(cause),
+        _ => error,
+    })
+}
+
+/// Whether a message names the unit of time already.
+fn names_clock(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| cause.to_string().contains("unit of time"))
+}
+
+/// A probable cause of the failure of a fit: samples that are further apart than the fastest time constant.
+fn slow_clock(model: &Model, records: &[Record]) -> Option<String> {
+    let (constant_s, step_s) = (fastest_time_constant_s(model, records)?, shortest_step_s(records));
+    (constant_s < step_s).then(|| {
+        format!(
+            "the samples are {} s apart, but the fastest time constant of the declared model is {} s: check the unit of time, which --time COLUMN:UNIT \
+             names, and the nominal values",
+            digits(step_s),
+            digits(constant_s)
+        )
+    })
+}
+
+fn fit_with_holds(model: &Model, records: &[Record], until: Option<Instant>) -> anyhow::Result<Fitted> {
     let ChosenHold { mut model, holds, calibration } = choose_hold(model, records, until)?;
     let (calibration, substeps) = match calibration {
         // There is no time left for another fit.
@@ -108,6 +134,18 @@ struct ChosenHold {
     calibration: Option<(Calibration, usize)>,
 }
 
+/// Residual of each output over the shortest windows of a model whose inputs, unless declared otherwise, are linear
+/// between samples.
+///
+/// # Errors
+/// As [`fit`].
+pub(super) fn short_fit(model: &Model, records: &[Record]) -> anyhow::Result<Vec<f64>> {
+    let mut model = model.clone();
+    model.inputs.iter_mut().for_each(|input| input.hold = input.hold.or(Some(Hold::Linear)));
+    let (tuned, short_windows) = tuned_on_short_windows(&model, records)?;
+    Ok(calibrate_tuned(tuned, &short_windows, records, Some(0), None)?.rmse().to_vec())
+}
+
 /// Whether a deadline has passed.
 fn is_past(until: Option<Instant>) -> bool {
     until.is_some_and(|until| Instant::now() >= until)
@@ -143,9 +181,19 @@ fn with_hold(
         }
         tuned = tuned.with_options(needed.clone());
     }
-    anyhow::bail!(
-        "the calibrated values need finer and finer integration steps; declare integrator = \"implicit\" under [numerics], or bounds of the parameters that keep the rates slow"
-    )
+    Err(TooFast { step_s: shortest_step_s(records) }.into())
+}
+
+/// After each of [`MAX_STEP_ROUNDS`] fits the calibrated values needed finer integration steps.
+#[derive(Debug, Error)]
+#[error(
+    "the fitted values make the model ever faster than the data, whose samples are {} s apart: each fit needs finer integration steps than the one \
+     before; check the unit of time, which --time COLUMN:UNIT names, and whether the bounds of the parameters in the model file contain the true values; \
+     if both are right, declare integrator = \"implicit\" under [numerics]",
+    digits(*step_s)
+)]
+struct TooFast {
+    step_s: f64,
 }
 
 /// The system with steps and smoothing widths for short windows all over the records, and these windows.
@@ -176,8 +224,15 @@ fn calibrate_tuned(
     Ok(calibrate(&system, &records, longest_s, until)?)
 }
 
+/// Time constant of the fastest mode of a model over its records, s; `None` if there is none.
+pub(super) fn fastest_time_constant_s(model: &Model, records: &[Record]) -> Option<f64> {
+    let system = EquationSystem::declared_only(model).ok()?;
+    let records = prepare_records(&system, records).ok()?;
+    system.fastest_time_constant_s(&records)
+}
+
 /// The shortest typical sample interval of the records, s.
-fn shortest_step_s(records: &[Record]) -> f64 {
+pub(super) fn shortest_step_s(records: &[Record]) -> f64 {
     records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min)
 }
 

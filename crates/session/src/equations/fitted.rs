@@ -1,7 +1,8 @@
 //! The `fit` command: calibration of an equation model, with its result in the format of `result.json`.
 
 use super::fit::{Fitted, fit, gauge_sentence};
-use super::{noise, records, unit_text};
+use super::rejection::worse_than_mean;
+use super::{degrees, noise, records, unit_text};
 use crate::usage::ModelFault;
 use crate::{DataFrom, Subject, Usage};
 use augsim_data::DataError;
@@ -12,10 +13,13 @@ use serde::Serialize;
 use std::time::Instant;
 
 /// Result of `fit`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct FitResult {
     /// Version of the format.
     pub schema: &'static str,
+    /// Sentence that rejects the model, with the remedy, if it predicts an output worse than the mean of the output does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rejection: Option<String>,
     /// Declared parameters.
     pub parameters: Vec<Parameter>,
     /// Residual of each output over the longest windows.
@@ -32,6 +36,9 @@ pub struct FitResult {
     pub substeps: usize,
     /// Process noise and measurement noise of the calibrated model.
     pub noise: NoiseCause,
+    /// Why the noise could not be estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_failure: Option<String>,
     /// Columns of the data that the model does not use.
     pub unnamed_columns: Vec<String>,
     /// Warnings of the data checks.
@@ -43,7 +50,7 @@ pub struct FitResult {
 }
 
 /// A declared parameter and its calibrated value.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Parameter {
     /// Name.
     pub name: String,
@@ -65,7 +72,7 @@ pub struct Parameter {
 }
 
 /// Residual of an output.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Row {
     /// Name of the output.
     pub output: String,
@@ -76,7 +83,7 @@ pub struct Row {
 }
 
 /// Fit with windows of one length.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Stage {
     /// Length of the windows, s.
     pub window_s: f64,
@@ -89,7 +96,7 @@ pub struct Stage {
 }
 
 /// An input interpolation that was tried.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct TriedInterpolation {
     /// Name of the interpolation: `zero`, `linear` or `spline`.
     pub hold: &'static str,
@@ -121,20 +128,28 @@ pub fn calibrate(
     let CheckedData { data, warnings } =
         check_data(measured.data, &model.expected(), accepted).map_err(DataError::from)?;
     let records = records::records(&data, model, true)?;
+    degrees::check(model, &data, &records, accepted)?;
     let mut fitted = fit(model, &records, until)?;
+    let rejection = worse_than_mean(&fitted.model, fitted.calibration.rmse(), &records);
     let not_estimated = NoiseCause {
         source: NoiseSource::Sensor,
         disturbances: Vec::new(),
         correlation_time_s: 0.0,
         white_noise: Vec::new(),
     };
-    let mut so_far = answer(model, &fitted, not_estimated, measured.unnamed.clone());
-    (so_far.warnings, so_far.reading) = (warnings.clone(), reading.clone());
-    interim(fitted.model.clone(), so_far);
-    let noise = noise::find(&mut fitted.model, &records)?;
-    let mut answer = answer(model, &fitted, noise, measured.unnamed);
-    (answer.warnings, answer.reading) = (warnings, reading);
-    Ok((fitted.model, answer))
+    let mut so_far =
+        FitResult { rejection, warnings, reading, ..answer(model, &fitted, not_estimated, measured.unnamed) };
+    // Process noise of a model that misses the motion has no meaning.
+    if so_far.rejection.is_some() {
+        return Ok((fitted.model, so_far));
+    }
+    interim(fitted.model.clone(), so_far.clone());
+    // A model that diverges over a whole record has no noise estimate, but its values remain.
+    match noise::find(&mut fitted.model, &records) {
+        Ok(noise) => so_far.noise = noise,
+        Err(error) => so_far.noise_failure = Some(crate::sentence(&error)),
+    }
+    Ok((fitted.model, so_far))
 }
 
 fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns: Vec<String>) -> FitResult {
@@ -162,6 +177,7 @@ fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns:
     });
     FitResult {
         schema: "augsim.fit/1",
+        rejection: None,
         parameters: fitted.model.parameters.iter().enumerate().map(parameter).collect(),
         rows: fitted.model.outputs.iter().zip(calibration.rmse()).map(row).collect(),
         windows: stages.collect(),
@@ -174,6 +190,7 @@ fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns:
             .collect(),
         substeps: fitted.substeps,
         noise,
+        noise_failure: None,
         unnamed_columns,
         warnings: Vec::new(),
         reading: Vec::new(),

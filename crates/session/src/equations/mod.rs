@@ -1,5 +1,6 @@
 //! Equation models written by users: model files, data, calibration and predictions.
 
+pub mod degrees;
 pub mod discovery;
 mod downsample;
 pub mod figures;
@@ -8,6 +9,7 @@ pub mod fitted;
 pub mod forecast;
 pub mod noise;
 pub mod records;
+mod rejection;
 pub mod states;
 
 use augsim_equations::{Model, ModelError};

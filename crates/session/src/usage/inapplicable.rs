@@ -30,6 +30,16 @@ pub enum Inapplicable {
     StartOfBuiltIn,
     /// `--library none` for a ball or a push.
     FormulasOfBuiltIn,
+    /// `evaluate A B` with an option for one model.
+    OptionOfTwoModels,
+    /// `evaluate A B` with a net of a ball or of pushes.
+    NetBesideModel,
+    /// `evaluate A B` with models that predict no quantity in common.
+    NothingInCommon,
+    /// `--only` or `--exclude` with `--library none`.
+    EffectsWithoutLibrary,
+    /// `--exclude` names every effect of `--only`.
+    EveryEffectExcluded,
     /// `--residual-of` for a recipe that uses no physics.
     PhysicsOfPlainNet { recipe: &'static str },
     /// `--sensor-sd` of a column that `--seen-columns` leaves out.
@@ -70,6 +80,21 @@ impl fmt::Display for Inapplicable {
             }
             Inapplicable::FormulasOfBuiltIn => {
                 "--library none: formulas are searched for equation models only; leave it out"
+            }
+            Inapplicable::OptionOfTwoModels => {
+                "--protocol and --require-pos-m are for one model; leave them out, or score the models one after the other"
+            }
+            Inapplicable::NetBesideModel => {
+                "a net of a ball or of pushes starts from other samples than a model file; score the two one after the other"
+            }
+            Inapplicable::NothingInCommon => {
+                "the two models predict no quantity of the same name and unit, so they cannot be compared"
+            }
+            Inapplicable::EffectsWithoutLibrary => {
+                "--only and --exclude choose effects of the library, and --library none tries none of them; leave one of these options out"
+            }
+            Inapplicable::EveryEffectExcluded => {
+                "--exclude names every effect that --only names, so no effect is left; leave one of these options out, or name other effects"
             }
             Inapplicable::NoEquations => {
                 "this net was not trained on an equation model, so it needs measured initial states"

@@ -44,7 +44,7 @@ pub(super) fn run(args: &Evaluate, model: &NetModel, seed: u64, output: &Output)
         return Err(Usage::Inapplicable(Inapplicable::NoEquations).into());
     };
     let options = PredictOptions { seed, draws: SAMPLES, only: None };
-    let runs = net_and_physics(model, &args.time.of(&args.data), args.burn_in as usize, &options)?;
+    let runs = net_and_physics(model, &args.measured(), args.burn_in as usize, &options)?;
     let mut rows = scores("Physics", engine.equations(), &runs.physics);
     rows.extend(scores(model.name(), engine.equations(), &runs.net));
     let shrinkage = model.shrinkage().map(|t| CorrectionShrinkage {

@@ -72,11 +72,11 @@ struct Scored {
 /// Scores the network or the models that were given.
 pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let prefixes = args.seen.iter().map(|word| word.parse()).collect::<Result<Vec<PrefixLength>, Usage>>()?;
-    let (from, view) = (args.time.of(&args.data), args.view.view());
+    let (from, view) = (args.measured(), args.view.view());
     let mut rows = Vec::new();
-    match ModelOrRun::from_path(&args.run)? {
+    match ModelOrRun::from_path(args.model())? {
         ModelOrRun::Net => {
-            let run = RunDir::open(&args.run);
+            let run = RunDir::open(args.model());
             let net = net_on_prefix(&run, &from, &view)?;
             let known = (&net.sensor, &net.start);
             for (name, engine) in physics(&run.read_config()?, &net.model.state().settings.engine, output)? {

@@ -5,6 +5,7 @@ mod equation_net;
 mod filtered;
 mod model;
 mod net;
+mod side_by_side;
 mod system;
 
 use crate::args::{Evaluate, ProtocolArg};
@@ -15,6 +16,9 @@ use augsim_terminal::{Outcome, Usage};
 
 /// Runs the subcommand.
 pub fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
+    if let [a, b] = &args.run[..] {
+        return side_by_side::run(args, [a, b], seed, output);
+    }
     match (args.protocol, args.seen.is_empty()) {
         (ProtocolArg::Filtered, _) => return filtered::run(args, seed, output),
         (_, false) => {
@@ -22,9 +26,16 @@ pub fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcom
         }
         (_, true) => {}
     }
-    match ModelOrRun::from_path(&args.run)? {
+    match ModelOrRun::from_path(args.model())? {
         ModelOrRun::Net => net::run(args, seed, output),
         ModelOrRun::Model { folder: None, file } if equations::is_model(&file) => system::run(args, output),
         ModelOrRun::Model { folder, file } => model::run(args, &file, folder.as_deref(), seed, output),
     }
+}
+
+/// Fit in % of system identification, 100 (1 - |y - y_model| / |y - mean|), from the coefficient of determination.
+///
+/// It is 100 for a perfect model and 0 for one that predicts as well as the mean.
+fn fit_percent(r2: f64) -> f64 {
+    100.0 * (1.0 - (1.0 - r2).max(0.0).sqrt())
 }

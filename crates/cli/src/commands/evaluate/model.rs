@@ -1,6 +1,7 @@
 //! `augsim evaluate MODEL` for balls and pushes, and for discovery folders: a table of all their models.
 
 use super::compare::{ErrorReduction, verdict};
+use super::fit_percent;
 use crate::args::Evaluate;
 use crate::commands::note_reading;
 use crate::commands::own_data::OwnData;
@@ -15,7 +16,7 @@ use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Score of one model in one measure.
 #[derive(Debug, Serialize)]
@@ -25,6 +26,9 @@ struct Row {
     rmse: f64,
     ci95: [f64; 2],
     unit: String,
+    /// Fit, 100 (1 - error / standard deviation), %.
+    fit_percent: f64,
+    r2: f64,
     /// Share of the measured values of this measure in the 50 % band.
     coverage50: f64,
     coverage90: f64,
@@ -57,7 +61,7 @@ pub(super) fn run(
     let only = own_data.map(|own| own.held_out).filter(|ids| !ids.is_empty());
     let held_out = only.is_some();
     let options = PredictOptions { seed, draws: predict::DRAWS, only };
-    let data = args.time.of(&args.data);
+    let data = args.measured();
     let score = |model: &Subject| predict::predict(model, &data, args.burn_in as usize, &options);
     let steps = Steps::new(output);
     steps.show_step(format!("forecasting with {} draws of each trajectory", predict::DRAWS));
@@ -76,7 +80,7 @@ pub(super) fn run(
         note_reading(&data, model, output)?;
     }
     if scored.iter().all(|(_, f)| f.total_coverage(0.5).1 == 0) {
-        let (data, burn_in) = (args.data.display().to_string(), args.burn_in as usize);
+        let (data, burn_in) = (data.to_string(), args.burn_in as usize);
         return Err(NothingToScore { data, burn_in }.into());
     }
     let rows = scored.iter().flat_map(|(name, f)| rows(name, f)).collect();
@@ -100,7 +104,7 @@ fn check_criterion(args: &Evaluate, scored: Option<&PredictionSet>) -> anyhow::R
 }
 
 /// Returns the held-out trajectories if `data` belong to the discovery in `folder` and it held some out.
-pub(super) fn held_out(folder: &Path, data: &Path) -> Option<BTreeSet<String>> {
+pub(super) fn held_out(folder: &Path, data: &[PathBuf]) -> Option<BTreeSet<String>> {
     OwnData::find(folder, data).map(|own| own.held_out).filter(|ids| !ids.is_empty())
 }
 
@@ -113,6 +117,8 @@ fn rows(model: &'static str, scored: &PredictionSet) -> Vec<Row> {
             rmse: e.rmse,
             ci95: e.ci95,
             unit: e.unit.clone(),
+            fit_percent: fit_percent(scored.r2(&e.channels)),
+            r2: scored.r2(&e.channels),
             coverage50,
             coverage90,
         }
@@ -142,19 +148,21 @@ fn model_score_text(all: &Scored) -> String {
     // Writing to a string cannot fail.
     let _ = write!(
         text,
-        "\n  {:<12}{:<10}{:>14}  {:<28}{:>9}{:>9}",
-        "model", "of", "error", "95 % interval", "in 50 %", "in 90 %"
+        "\n  {:<12}{:<10}{:>14}  {:<28}{:>9}{:>9}{:>9}{:>9}",
+        "model", "of", "error", "95 % interval", "fit", "R2", "in 50 %", "in 90 %"
     );
     for r in &all.rows {
         let (unit, scale) = if r.unit == "m" { ("mm", 1e3) } else { (r.unit.as_str(), 1.0) };
         let [value, low, high] = estimate_digits(scale * r.rmse, r.ci95.map(|v| scale * v));
         let _ = write!(
             text,
-            "\n  {:<12}{:<10}{:>14}  {:<28}{:>8.1}%{:>8.1}%",
+            "\n  {:<12}{:<10}{:>14}  {:<28}{:>8.1}%{:>9.4}{:>8.1}%{:>8.1}%",
             r.model,
             r.measure,
             format!("{value} {unit}"),
             format!("{low} to {high} {unit}"),
+            r.fit_percent,
+            r.r2,
             100.0 * r.coverage50,
             100.0 * r.coverage90
         );

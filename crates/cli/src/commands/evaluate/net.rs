@@ -34,7 +34,7 @@ struct Scored<'a> {
 
 /// Scores the network.
 pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
-    let run = RunDir::open(&args.run);
+    let run = RunDir::open(args.model());
     let model = NetModel::new(run.read_model()?)?;
     let settings = &model.state().settings;
     if settings.engine.equation_engine().is_some() {
@@ -43,7 +43,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
     if settings.correction == Correction::Rollout && args.protocol == ProtocolArg::Reconstruction {
         return Err(Usage::Inapplicable(Inapplicable::ReconstructedPushes).into());
     }
-    let test = load_measured(&args.time.of(&args.data), &settings.engine)?;
+    let test = load_measured(&args.measured(), &settings.engine)?;
     let layout = Layout::for_engine(&settings.engine);
     let physics = physics(&run.read_config()?, &settings.engine, output)?;
     let mut rows = Vec::new();

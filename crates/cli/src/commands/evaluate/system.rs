@@ -1,5 +1,6 @@
 //! `augsim evaluate MODEL.toml`: scores the free run of a model of equations.
 
+use super::fit_percent;
 use crate::args::Evaluate;
 use crate::commands::note_conversions;
 use crate::commands::own_data::OwnData;
@@ -27,11 +28,12 @@ pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
     if args.require_pos_m.is_some() {
         return Err(Usage::Inapplicable(Inapplicable::PositionOfEquations).into());
     }
-    let model = equations::read(&args.run)?;
-    let measured = records::read(args.time.of(&args.data), &model)?;
-    note_conversions(args.data.display(), measured.data.notes(), output);
+    let model = equations::read(args.model())?;
+    let data = args.measured();
+    let measured = records::read(&data, &model)?;
+    note_conversions(&data, measured.data.notes(), output);
     let mut list = records::records(&measured.data, &model, false)?;
-    let own_data = OwnData::find(&args.run, &args.data);
+    let own_data = OwnData::find(args.model(), &args.data);
     if let Some(own) = own_data.as_ref().filter(|own| !own.held_out.is_empty()) {
         list.retain(|record| own.held_out.contains(&record.id));
     }
@@ -40,7 +42,7 @@ pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
     let steps = Steps::new(output);
     steps.show_step(format!("simulating {} trajectories", list.len()));
     let burn_in = args.burn_in as usize;
-    let unscored = forecast::unscored(&list, burn_in, &args.data.display().to_string())?;
+    let unscored = forecast::unscored(&list, burn_in, &data.to_string())?;
     if !unscored.is_empty() {
         output.notice(format!(
             "not scored, because nothing was measured after the first {burn_in} samples: {}",
@@ -79,8 +81,7 @@ pub(super) fn errors_text(row: &forecast::Row) -> String {
         return format!("{}: no sample was measured after the first ones, so there is no error", row.output);
     }
     let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
-    // The fit in % of system identification: 100 (1 - |y - y_model| / |y - mean|), 100 for a perfect model.
-    let fit = 100.0 * (1.0 - (1.0 - row.r2).max(0.0).sqrt());
+    let fit = fit_percent(row.r2);
     let mut text = format!("{}: {:.4e}{unit}, fit {fit:.1} %, R2 {:.4}", row.output, row.rmse, row.r2);
     for h in &row.horizons {
         let _ = write!(text, "; to {} s {:.4e}{unit}", h.horizon_s, h.rmse);

@@ -12,7 +12,7 @@ use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;
 use augsim_trainer::filter::FilterSettings;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Default number of random draws per trajectory.
 const DRAWS: u32 = 100;
@@ -37,7 +37,7 @@ impl ViewArgs {
 
 /// Forecasts the rows after the prefix `seen`.
 pub(super) fn run(args: &Predict, seen: PrefixLength, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
-    let (from, view) = (args.time.of(&args.data), args.view.view());
+    let (from, view) = (args.measured(), args.view.view());
     let samples = args.samples.unwrap_or(DRAWS);
     let settings =
         FilterSettings { particles: PARTICLES, samples: samples as usize, seed, is_measured: true };
@@ -45,13 +45,13 @@ pub(super) fn run(args: &Predict, seen: PrefixLength, seed: u64, output: &Output
         ModelOrRun::Net => {
             let run = RunDir::open(&args.run);
             let trained = FILES.map(|name| run.file(name));
-            let inputs: Vec<&Path> = trained.iter().chain([&args.data]).map(PathBuf::as_path).collect();
+            let inputs = args.inputs(trained.iter().map(PathBuf::as_path));
             data_file(&args.out, &[], &inputs)?;
             let net = net_on_prefix(&run, &from, &view)?;
             bands(&net.model, &net.data, (&net.sensor, &net.start), seen, settings)?
         }
         ModelOrRun::Model { file, .. } => {
-            data_file(&args.out, &[], &[&file, &args.data])?;
+            data_file(&args.out, &[], &args.inputs([file.as_path()]))?;
             let system = system_on_prefix(&Subject::read(&file)?, &from, &view, None)?;
             bands(&system.filter, &system.data, (&system.sensor, &system.start), seen, settings)?
         }

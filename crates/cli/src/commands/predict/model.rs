@@ -42,11 +42,11 @@ struct Error {
 
 /// Forecasts with the model in `file`.
 pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
-    data_file(&args.out, &[], &[file, &args.data])?;
+    data_file(&args.out, &[], &args.inputs([file]))?;
     let model = Subject::read(file)?;
     let draws = args.samples.map_or(predict::DRAWS, |n| n as usize);
     let options = PredictOptions { seed, draws, only: None };
-    let data = args.time.of(&args.data);
+    let data = args.measured();
     let steps = Steps::new(output);
     steps.show_step(format!("forecasting with {draws} draws of each trajectory"));
     let all = predict::predict(&model, &data, args.burn_in as usize, &options)?;

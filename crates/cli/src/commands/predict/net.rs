@@ -12,7 +12,7 @@ use augsim_terminal::destination::data_file;
 use augsim_terminal::output::Output;
 use augsim_trainer::NetModel;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Default number of random draws per trajectory.
 const DRAWS: u32 = 100;
@@ -28,16 +28,16 @@ struct Written {
 pub(super) fn run(args: &Predict, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let run = RunDir::open(&args.run);
     let trained = FILES.map(|name| run.file(name));
-    let inputs: Vec<&Path> = trained.iter().chain([&args.data]).map(PathBuf::as_path).collect();
+    let inputs = args.inputs(trained.iter().map(PathBuf::as_path));
     data_file(&args.out, &[], &inputs)?;
     let model = NetModel::new(run.read_model()?)?;
     if model.state().settings.engine.equation_engine().is_some() {
         let draws = args.samples.unwrap_or(DRAWS) as usize;
         let options = PredictOptions { seed, draws, only: None };
-        let all = predict_with_net(&model, &args.time.of(&args.data), args.burn_in as usize, &options)?;
+        let all = predict_with_net(&model, &args.measured(), args.burn_in as usize, &options)?;
         return write_predictions(args, &all, draws, false, output);
     }
-    let (starts, times) = run_data::load_timed(&args.time.of(&args.data), &model.state().settings.engine)?;
+    let (starts, times) = run_data::load_timed(&args.measured(), &model.state().settings.engine)?;
     let samples = args.samples.unwrap_or(DRAWS) as usize;
     let bands = forecast::bands(&model, &starts, &times, samples)?;
     write_dataset(&bands, &args.out)?;
