@@ -7,24 +7,20 @@
 //! H_b = J'J   g_b = J'r   H = sum H_b
 //! (1) without block b the parameters move by  d_b = -(H - H_b)^-1 g_b
 //! (2) its squared prediction error is         r'r - 2 d_b'g_b + d_b'H_b d_b
-//! (3) covariance of the parameters            (B - 1)/B sum (d_b - mean)(d_b - mean)'
 //! ```
 //!
-//! (1) is one Gauss-Newton step (approximate leave-one-out: Beirami et al. 2017; Giordano et al. 2019), (3)
-//! the block jackknife (Kuensch 1989).
+//! (1) is one Gauss-Newton step (approximate leave-one-out: Beirami et al. 2017; Giordano et al. 2019).
 
 use super::blocks::Blocks;
+use super::clusters::{Clusters, sum};
 use super::independence::Independence;
-use super::jackknife::{covariance, distance, freedom, step_without_block};
+use super::jackknife::step_without_block;
 use super::rows::{Rows, WindowRows};
-use crate::evaluate::{cost_and_weight, softening};
+use crate::evaluate::cost_and_weight;
 use crate::linear::Square;
 use crate::statistics::f_tail;
 use augsim_linear::gram_of_rows;
 use rayon::prelude::*;
-
-/// Neighbouring blocks to each side whose leave-one-out steps are taken as correlated.
-const NEIGHBOUR_LAGS: usize = 2;
 
 /// Number of independent residuals that a block must have where windows extend over several blocks. With a
 /// correlation time of T samples one residual in 2 T is independent, and blocks of L samples understate a
@@ -35,23 +31,23 @@ const MIN_INDEPENDENT_PER_BLOCK: f64 = 7.0;
 
 /// The part of one window in one block.
 #[derive(Clone, Debug)]
-struct Cell {
-    window: usize,
-    block: usize,
-    is_prior: bool,
+pub(super) struct Cell {
+    pub window: usize,
+    pub block: usize,
+    pub is_prior: bool,
     /// `J'J` of the part, without the window's weight.
-    h: Square,
+    pub h: Square,
     /// `J'r`.
-    g: Vec<f64>,
+    pub g: Vec<f64>,
     /// `r'r`.
     c: f64,
 }
 
 /// Terms of the cost of a window.
 #[derive(Clone, Copy, Debug)]
-struct Scale {
-    weight: f64,
-    degrees_of_freedom: f64,
+pub(super) struct Scale {
+    pub weight: f64,
+    pub degrees_of_freedom: f64,
     is_tolerance: bool,
     constant: f64,
 }
@@ -64,12 +60,8 @@ pub(crate) struct Evidence {
     are_adjacent: bool,
     cells: Vec<Cell>,
     scales: Vec<Scale>,
-    /// Entries of theta that are not at a bound.
-    free: Vec<usize>,
-    /// `H_b` of the free entries.
-    curvatures: Vec<Square>,
-    /// Steps (1) of theta for each block that is left out; entries at a bound do not move.
-    pub moves: Vec<Vec<f64>>,
+    /// Independent parts of the data, for the covariance of theta.
+    pub clusters: Clusters,
     /// Squared prediction error of each cell by the parameters without its block.
     predicted: Vec<f64>,
     /// Minus twice the log predictive density of the left-out blocks.
@@ -101,14 +93,13 @@ impl Evidence {
         let moves = moves(&curvatures, &gradients, &free, off);
         let after = |cell: &Cell| cell.c - cell.h.cost_decrease(&cell.g, &moves[cell.block]);
         let predicted = cells.iter().map(after).collect();
+        let clusters = Clusters::new(&cells, &scales, partition, &free, off);
         let mut found = Self {
             blocks,
             are_adjacent,
             cells,
             scales,
-            free,
-            curvatures,
-            moves,
+            clusters,
             predicted,
             cost: 0.0,
             independence: Independence::from_rows(rows),
@@ -190,14 +181,6 @@ impl Evidence {
         (n / (n - 1.0) * gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>()).sqrt()
     }
 
-    /// Squared distance of the parameters `entries` from values that they are `off` by, in their covariance
-    /// (3). Where blocks are adjacent, the covariance with neighbours (Newey and West 1987) is computed as
-    /// well and the smaller distance is returned.
-    pub fn distance(&self, entries: &[usize], off: &[f64]) -> f64 {
-        let with_lags = |lags: usize| distance(&self.moves, entries, off, lags);
-        if self.are_adjacent { with_lags(0).min(with_lags(NEIGHBOUR_LAGS)) } else { with_lags(0) }
-    }
-
     /// Whether windows extend over several blocks with residuals so strongly correlated that the blocks are
     /// not independent. Windows within one block have their own initial states and share nothing.
     pub fn blocks_share_residuals(&self) -> bool {
@@ -206,44 +189,6 @@ impl Evidence {
             && spans_blocks
             && self.independence.share * self.independence.samples / (self.blocks as f64)
                 < MIN_INDEPENDENT_PER_BLOCK
-    }
-
-    /// Degrees of freedom of the covariance (3) of the parameters `entries`, which are free.
-    pub fn freedom(&self, entries: &[usize]) -> f64 {
-        let positions: Vec<usize> =
-            entries.iter().filter_map(|entry| self.free.iter().position(|i| i == entry)).collect();
-        freedom(&sum(&self.curvatures), self.curvatures.iter(), &positions)
-    }
-
-    /// Variance of a parameter; of the two covariances in [`distance`](Self::distance) the larger.
-    pub fn variance(&self, entry: usize) -> f64 {
-        let with_lags = |lags: usize| covariance(&self.moves, &[entry], lags).at(0, 0);
-        if self.are_adjacent { with_lags(0).max(with_lags(NEIGHBOUR_LAGS)) } else { with_lags(0) }
-    }
-
-    /// Curvature and gradient of the cost of each block. For a window in a single block the curvature
-    /// includes the derivative of its weight: without it sandwich intervals cover 75 % under a smooth model error
-    /// of two standard deviations, with it 95 %.
-    pub fn clusters(&self) -> Vec<(Square, Vec<f64>)> {
-        let p = self.moves.first().map_or(0, Vec::len);
-        let mut parts = vec![0; self.scales.len()];
-        self.cells.iter().filter(|c| !c.is_prior).for_each(|c| parts[c.window] += 1);
-        let mut clusters = vec![(Square::zero(p), vec![0.0; p]); self.blocks];
-        for cell in &self.cells {
-            let scale = &self.scales[cell.window];
-            let weight = if cell.is_prior { 1.0 } else { scale.weight };
-            let is_whole = !cell.is_prior && parts[cell.window] == 1;
-            let softening = if is_whole { softening(scale.degrees_of_freedom) } else { 0.0 };
-            let (h, g) = &mut clusters[cell.block];
-            for (i, gradient) in g.iter_mut().enumerate() {
-                *gradient += weight * cell.g[i];
-                for j in 0..p {
-                    let curved = softening * weight * weight * cell.g[i] * cell.g[j];
-                    *h.at_mut(i, j) += weight * cell.h.at(i, j) - curved;
-                }
-            }
-        }
-        clusters
     }
 }
 
@@ -285,7 +230,7 @@ fn by_block(cells: &[Cell], scales: &[Scale], blocks: usize, free: &[usize]) -> 
 
 /// Steps (1) of all entries for every block.
 fn moves(curvatures: &[Square], gradients: &[Vec<f64>], free: &[usize], off: &[f64]) -> Vec<Vec<f64>> {
-    let sum = sum(curvatures);
+    let sum = sum(curvatures.iter(), free.len());
     let from_null: Vec<f64> = free.iter().map(|&i| off[i]).collect();
     let without = |(h, g): (&Square, &Vec<f64>)| {
         let mut step = vec![0.0; off.len()];
@@ -293,13 +238,6 @@ fn moves(curvatures: &[Square], gradients: &[Vec<f64>], free: &[usize], off: &[f
         step
     };
     curvatures.iter().zip(gradients).map(without).collect()
-}
-
-/// Sum of matrices of equal size.
-fn sum(all: &[Square]) -> Square {
-    let mut sum = Square::zero(all.first().map_or(0, |h| h.n));
-    all.iter().for_each(|h| sum.a.iter_mut().zip(&h.a).for_each(|(a, x)| *a += x));
-    sum
 }
 
 #[cfg(test)]
@@ -350,7 +288,12 @@ mod tests {
         let theta = fitted(rows, |_| true);
         let left = |(x, r, b): &Row| (x.clone(), r - x[0] * theta[0] - x[1] * theta[1], *b);
         let rows: Vec<Row> = rows.iter().map(left).collect();
-        Evidence::new(&Rows::of_linear_model(&rows), &Blocks::without_samples(BLOCKS), &[false; 2], &[0.0; 2])
+        Evidence::new(
+            &Rows::of_linear_windows(&[rows]),
+            &Blocks::without_samples(BLOCKS),
+            &[false; 2],
+            &[0.0; 2],
+        )
     }
 
     #[test]
@@ -359,7 +302,9 @@ mod tests {
         let (found, all) = (evidence(&rows), fitted(&rows, |_| true));
         for block in 0..BLOCKS {
             let without = fitted(&rows, |b| usize::from(b) != block);
-            (0..2).for_each(|i| assert!((found.moves[block][i] - (without[i] - all[i])).abs() < 1e-10));
+            (0..2).for_each(|i| {
+                assert!((found.clusters.moves[block][i] - (without[i] - all[i])).abs() < 1e-10)
+            });
             let block_rows = rows.iter().filter(|r| usize::from(r.2) == block);
             let error: f64 =
                 block_rows.map(|(x, r, _)| (r - x[0] * without[0] - x[1] * without[1]).powi(2)).sum();
@@ -375,7 +320,7 @@ mod tests {
         for seed in 0..repetitions {
             let rows = draw(seed, 0.5);
             squares += fitted(&rows, |_| true)[0].powi(2);
-            variances += evidence(&rows).variance(0);
+            variances += evidence(&rows).clusters.variance(0);
         }
         // Independent noise alone would give a sixth of it.
         let ratio = variances / squares;
@@ -390,7 +335,7 @@ mod tests {
             let mut rows = draw(*seed, 0.0);
             rows.iter_mut().filter(|r| r.2 >= 4).for_each(|r| r.0[1] *= 0.1);
             let (found, value) = (evidence(&rows), fitted(&rows, |_| true)[1]);
-            hotelling_tail(found.distance(&[1], &[value]), 1, freedom(&found)) < 0.01
+            hotelling_tail(found.clusters.distance(&[1], &[value]), 1, freedom(&found)) < 0.01
         });
         found.count() as f64 / draws as f64
     }
@@ -398,7 +343,7 @@ mod tests {
     #[test]
     fn effective_freedom_keeps_the_false_positive_rate_with_few_informative_blocks() {
         let (effective, nominal) =
-            (false_findings(|e| e.freedom(&[1])), false_findings(|_| BLOCKS as f64 - 1.0));
+            (false_findings(|e| e.clusters.freedom(&[1])), false_findings(|_| BLOCKS as f64 - 1.0));
         assert!(effective < 0.015 && nominal > 0.02, "{effective} {nominal}");
     }
 

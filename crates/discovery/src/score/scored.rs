@@ -66,7 +66,7 @@ impl Scored {
 
     /// The 95 % intervals of theta and of linear combinations of its entries.
     pub fn intervals(&self) -> Intervals {
-        Intervals::new(&self.fit.information, self.evidence.clusters())
+        Intervals::new(&self.fit.information, &self.evidence.clusters)
     }
 
     /// 95 % intervals of theta, clipped to the bounds; the bounds themselves for entries that are not
@@ -168,8 +168,9 @@ impl Scored {
         let is_free: Vec<usize> = (0..entries.len()).filter(|k| !held[entries[*k]]).collect();
         let free: Vec<usize> = is_free.iter().map(|&i| entries[i]).collect();
         let x: Vec<f64> = is_free.iter().map(|&i| off[i]).collect();
-        let freedom = self.evidence.freedom(&free);
-        let p_value = hotelling_tail(self.evidence.distance(&free, &x), free.len(), freedom.max(MIN_FREEDOM));
+        let freedom = self.evidence.clusters.freedom(&free);
+        let p_value =
+            hotelling_tail(self.evidence.clusters.distance(&free, &x), free.len(), freedom.max(MIN_FREEDOM));
         if freedom < MIN_FREEDOM {
             p_value.max(without.map_or(1.0, |less| self.evidence.p_value_bound(less)))
         } else {
