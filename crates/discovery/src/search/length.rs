@@ -93,8 +93,7 @@ fn mean_log_variance(scored: &Scored) -> f64 {
     }
     let held = entries_at_bounds(&scored.fit);
     let free = (0..held.len()).filter(|i| !held[*i]);
-    let logs: Vec<f64> =
-        free.map(|i| scored.evidence.clusters.variance(i).max(f64::MIN_POSITIVE).ln()).collect();
+    let logs: Vec<f64> = free.map(|i| scored.evidence.variance(i).max(f64::MIN_POSITIVE).ln()).collect();
     let at_bound = held.iter().filter(|h| **h).count() as f64;
     let mean = logs.iter().sum::<f64>() / logs.len().max(1) as f64 + BOUND_PENALTY * at_bound;
     if mean.is_nan() { f64::INFINITY } else { mean }
