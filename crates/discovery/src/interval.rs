@@ -9,6 +9,7 @@
 //! effective number of informative records less one as degrees of freedom.
 
 use crate::linear::{Square, dot};
+use crate::score::Clusters;
 use crate::statistics::student_quantile;
 
 /// Normal quantile of a two-sided 95 % interval.
@@ -29,12 +30,20 @@ pub(crate) struct Intervals {
     /// Steps of the parameters when a cluster is left out: with the curvature of all clusters, and with that
     /// of the others.
     moves: Vec<[Vec<f64>; 2]>,
+    /// Neighbours to each side whose steps may be correlated.
+    lags: usize,
 }
 
 impl Intervals {
+    /// Intervals from the clusters of a fit; `information` is the sum of their curvatures with constant
+    /// weights.
+    pub fn new(information: &Square, clusters: &Clusters) -> Self {
+        Self::from_parts(information, &clusters.parts, clusters.lags)
+    }
+
     /// `clusters` are the curvature (with the derivative of the weights) and the gradient of the cost of
-    /// each cluster at the minimum; `information` is the sum of the curvatures without that derivative.
-    pub fn new(information: &Square, clusters: Vec<Quadratic>) -> Self {
+    /// each cluster at the minimum, of which up to `lags` neighbours to each side may be correlated.
+    fn from_parts(information: &Square, clusters: &[Quadratic], lags: usize) -> Self {
         let white_factor = information.cholesky();
         let white = white_factor.inverse();
         let minus = |from: &Square, by: &Square| {
@@ -42,7 +51,7 @@ impl Intervals {
             Square { n: from.n, a }
         };
         let mut bread = Square::zero(information.n);
-        for (s, _) in &clusters {
+        for (s, _) in clusters {
             bread.a.iter_mut().zip(&s.a).for_each(|(a, b)| *a += b);
         }
         let bread_factor = bread.cholesky();
@@ -58,7 +67,7 @@ impl Intervals {
             })
         };
         let moves = clusters.iter().map(left_out).collect();
-        Self { white, moves, curvatures: clusters.into_iter().map(|(s, _)| s).collect() }
+        Self { white, moves, lags, curvatures: clusters.iter().map(|(s, _)| s.clone()).collect() }
     }
 
     /// Half width of the 95 % interval of a linear combination of parameters: the larger of that under white
@@ -76,10 +85,23 @@ impl Intervals {
         });
         let (sum, squares) = shares.fold((0.0, 0.0), |(sum, squares), v| (sum + v, squares + v * v));
         let records = if squares > 0.0 { sum * sum / squares } else { 0.0 };
-        let moved = self.moves.iter().flatten().map(|m| dot(m, factors).powi(2)).sum::<f64>() / 2.0;
+        let moved = [0, 1].map(|kind| {
+            let steps: Vec<f64> = self.moves.iter().map(|m| dot(&m[kind], factors)).collect();
+            scatter(&steps, 0).max(scatter(&steps, self.lags))
+        });
+        let moved = 0.5 * (moved[0] + moved[1]);
         let student = student_quantile((records - 1.0).max(MIN_FREEDOM));
         (NORMAL_QUANTILE * white.sqrt()).max(student * moved.sqrt())
     }
+}
+
+/// Sum of the products of steps of up to `lags` neighbours, with the weights of Newey and West (1987).
+fn scatter(steps: &[f64], lags: usize) -> f64 {
+    let of_lag = |lag: usize| {
+        let weight = (1.0 - lag as f64 / (lags + 1) as f64) * if lag > 0 { 2.0 } else { 1.0 };
+        weight * steps.iter().skip(lag).zip(steps).map(|(a, b)| a * b).sum::<f64>()
+    };
+    (0..=lags).map(of_lag).sum()
 }
 
 #[cfg(test)]
@@ -102,7 +124,7 @@ mod tests {
     }
 
     fn windows_by_record(fit: &ToyFit) -> [f64; 2] {
-        let intervals = Intervals::new(&fit.information, fit.softened.clone());
+        let intervals = Intervals::from_parts(&fit.information, &fit.softened, 0);
         [intervals.half_width(&[1.0, 0.0]), intervals.half_width(&[0.0, 1.0])]
     }
 
@@ -126,8 +148,8 @@ mod tests {
             .iter()
             .map(|(s, u)| (turned(s), vec![0.5 * (u[0] + u[1]), 0.5 * (u[0] - u[1])]))
             .collect();
-        let direct = Intervals::new(&fit.information, clusters).half_width(&[1.0, 0.0]);
-        let by_sum = Intervals::new(&turned(&fit.information), other).half_width(&[0.5, 0.5]);
+        let direct = Intervals::from_parts(&fit.information, &clusters, 0).half_width(&[1.0, 0.0]);
+        let by_sum = Intervals::from_parts(&turned(&fit.information), &other, 0).half_width(&[0.5, 0.5]);
         assert!((direct / by_sum - 1.0).abs() < 1e-9, "{direct} {by_sum}");
     }
 }

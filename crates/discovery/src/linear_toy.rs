@@ -67,6 +67,18 @@ impl Toy {
         }
     }
 
+    /// Rows of each window at some parameters: sensitivities, residual, and one of `blocks` equal blocks of
+    /// all rows.
+    pub fn rows(&self, theta: &[f64], blocks: usize) -> Vec<Vec<(Vec<f64>, f64, u16)>> {
+        let total = self.y.len() * RESIDUALS;
+        let row = |w: usize, k: usize| {
+            let x: Vec<f64> = self.columns[w].iter().map(|column| column[k]).collect();
+            let residual = self.y[w][k] - dot(&x, theta);
+            (x, residual, ((w * RESIDUALS + k) * blocks / total) as u16)
+        };
+        (0..self.y.len()).map(|w| (0..RESIDUALS).map(|k| row(w, k)).collect()).collect()
+    }
+
     fn at(&self, theta: &[f64]) -> ToyFit {
         let p = theta.len();
         let n = STUDENT_FREEDOM + RESIDUALS as f64;

@@ -14,17 +14,15 @@
 //! the block jackknife (Kuensch 1989).
 
 use super::blocks::Blocks;
+use super::clusters::{Clusters, NEIGHBOUR_LAGS};
 use super::independence::Independence;
 use super::jackknife::{covariance, distance, freedom, step_without_block};
 use super::rows::{Rows, WindowRows};
-use crate::evaluate::{cost_and_weight, softening};
+use crate::evaluate::cost_and_weight;
 use crate::linear::Square;
 use crate::statistics::f_tail;
 use augsim_linear::gram_of_rows;
 use rayon::prelude::*;
-
-/// Neighbouring blocks to each side whose leave-one-out steps are taken as correlated.
-const NEIGHBOUR_LAGS: usize = 2;
 
 /// Number of independent residuals that a block must have where windows extend over several blocks. With a
 /// correlation time of T samples one residual in 2 T is independent, and blocks of L samples understate a
@@ -35,23 +33,23 @@ const MIN_INDEPENDENT_PER_BLOCK: f64 = 7.0;
 
 /// The part of one window in one block.
 #[derive(Clone, Debug)]
-struct Cell {
-    window: usize,
-    block: usize,
-    is_prior: bool,
+pub(super) struct Cell {
+    pub window: usize,
+    pub block: usize,
+    pub is_prior: bool,
     /// `J'J` of the part, without the window's weight.
-    h: Square,
+    pub h: Square,
     /// `J'r`.
-    g: Vec<f64>,
+    pub g: Vec<f64>,
     /// `r'r`.
     c: f64,
 }
 
 /// Terms of the cost of a window.
 #[derive(Clone, Copy, Debug)]
-struct Scale {
-    weight: f64,
-    degrees_of_freedom: f64,
+pub(super) struct Scale {
+    pub weight: f64,
+    pub degrees_of_freedom: f64,
     is_tolerance: bool,
     constant: f64,
 }
@@ -221,29 +219,10 @@ impl Evidence {
         if self.are_adjacent { with_lags(0).max(with_lags(NEIGHBOUR_LAGS)) } else { with_lags(0) }
     }
 
-    /// Curvature and gradient of the cost of each block. For a window in a single block the curvature
-    /// includes the derivative of its weight: without it sandwich intervals cover 75 % under a smooth model error
-    /// of two standard deviations, with it 95 %.
-    pub fn clusters(&self) -> Vec<(Square, Vec<f64>)> {
-        let p = self.moves.first().map_or(0, Vec::len);
-        let mut parts = vec![0; self.scales.len()];
-        self.cells.iter().filter(|c| !c.is_prior).for_each(|c| parts[c.window] += 1);
-        let mut clusters = vec![(Square::zero(p), vec![0.0; p]); self.blocks];
-        for cell in &self.cells {
-            let scale = &self.scales[cell.window];
-            let weight = if cell.is_prior { 1.0 } else { scale.weight };
-            let is_whole = !cell.is_prior && parts[cell.window] == 1;
-            let softening = if is_whole { softening(scale.degrees_of_freedom) } else { 0.0 };
-            let (h, g) = &mut clusters[cell.block];
-            for (i, gradient) in g.iter_mut().enumerate() {
-                *gradient += weight * cell.g[i];
-                for j in 0..p {
-                    let curved = softening * weight * weight * cell.g[i] * cell.g[j];
-                    *h.at_mut(i, j) += weight * cell.h.at(i, j) - curved;
-                }
-            }
-        }
-        clusters
+    /// Parts of the data whose errors are independent.
+    pub fn clusters(&self) -> Clusters {
+        let entries = self.moves.first().map_or(0, Vec::len);
+        Clusters::new(&self.cells, &self.scales, self.blocks, entries)
     }
 }
 
@@ -350,7 +329,12 @@ mod tests {
         let theta = fitted(rows, |_| true);
         let left = |(x, r, b): &Row| (x.clone(), r - x[0] * theta[0] - x[1] * theta[1], *b);
         let rows: Vec<Row> = rows.iter().map(left).collect();
-        Evidence::new(&Rows::of_linear_model(&rows), &Blocks::without_samples(BLOCKS), &[false; 2], &[0.0; 2])
+        Evidence::new(
+            &Rows::of_linear_windows(&[rows]),
+            &Blocks::without_samples(BLOCKS),
+            &[false; 2],
+            &[0.0; 2],
+        )
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Scores of fitted sets of effects, computed over blocks of the data.
 
 mod blocks;
+mod clusters;
 mod evidence;
 mod independence;
 mod jackknife;
@@ -8,6 +9,7 @@ mod rows;
 mod scored;
 
 pub(crate) use blocks::{BLOCKS, Blocks};
+pub(crate) use clusters::Clusters;
 pub(crate) use evidence::Evidence;
 pub(crate) use jackknife::{distance, freedom, step_without_block};
 pub(crate) use rows::{FitWindows, Rows, WindowRows};

@@ -254,12 +254,14 @@ impl<'a> FitWindows<'a> {
 
 #[cfg(test)]
 impl Rows {
-    /// Rows of one window of a linear model without nuisances: sensitivities, residual and block of each
-    /// row.
-    pub fn of_linear_model(rows: &[(Vec<f64>, f64, u16)]) -> Self {
-        let width = rows.first().map_or(1, |r| r.0.len() + 1);
-        let window = WindowRows {
-            weight: 1.0,
+    /// Rows of windows of a linear model without nuisances: sensitivities, residual and block of each row.
+    pub fn of_linear_windows(windows: &[Vec<(Vec<f64>, f64, u16)>]) -> Self {
+        let width = windows.first().and_then(|rows| rows.first()).map_or(1, |r| r.0.len() + 1);
+        let window = |rows: &Vec<(Vec<f64>, f64, u16)>| WindowRows {
+            weight: match windows.len() {
+                1 => 1.0,
+                _ => cost_and_weight(rows.iter().map(|r| r.1 * r.1).sum(), rows.len() as f64, false).1,
+            },
             degrees_of_freedom: rows.len() as f64,
             is_tolerance: false,
             values: rows.iter().flat_map(|(x, r, _)| x.iter().copied().chain([*r])).collect(),
@@ -269,6 +271,6 @@ impl Rows {
             projection: Projection::new(Vec::new(), Vec::new(), 1.0),
             plain: Vec::new(),
         };
-        Self { width, windows: vec![window] }
+        Self { width, windows: windows.iter().map(window).collect() }
     }
 }

@@ -12,6 +12,9 @@ use crate::record::ChosenRecords;
 use crate::statistics::{hotelling_tail, median};
 use augsim_system::{Effect, NORMAL_95};
 
+/// Probability that a 95 % interval does not contain the truth.
+const OUTSIDE_95: f64 = 0.05;
+
 /// A fitted set of additions.
 #[derive(Clone, Debug)]
 pub(crate) struct Scored {
@@ -65,7 +68,12 @@ impl Scored {
 
     /// The 95 % intervals of theta and of linear combinations of its entries.
     pub fn intervals(&self) -> Intervals {
-        Intervals::new(&self.fit.information, self.evidence.clusters())
+        Intervals::new(&self.fit.information, &self.evidence.clusters())
+    }
+
+    /// The linear combination that is the entry `i` of theta.
+    fn unit(&self, i: usize) -> Vec<f64> {
+        (0..self.fit.theta.len()).map(|j| f64::from(u8::from(i == j))).collect()
     }
 
     /// 95 % intervals of theta, clipped to the bounds; the bounds themselves for entries that are not
@@ -79,8 +87,7 @@ impl Scored {
             if is_unidentifiable[i] {
                 return [low, high];
             }
-            let unit: Vec<f64> = (0..fit.theta.len()).map(|j| f64::from(u8::from(i == j))).collect();
-            let half = intervals.half_width(&unit);
+            let half = intervals.half_width(&self.unit(i));
             [(fit.theta[i] - half).max(low), (fit.theta[i] + half).min(high)]
         };
         (0..fit.theta.len()).map(one).collect()
@@ -116,10 +123,7 @@ impl Scored {
         let mut factors: Vec<f64> = known
             .iter()
             .enumerate()
-            .map(|(k, i)| {
-                let unit: Vec<f64> = (0..fit.theta.len()).map(|j| f64::from(u8::from(*i == j))).collect();
-                (intervals.half_width(&unit) / NORMAL_95).powi(2) / white.at(k, k)
-            })
+            .map(|(k, i)| (intervals.half_width(&self.unit(*i)) / NORMAL_95).powi(2) / white.at(k, k))
             .filter(|f| f.is_finite())
             .collect();
         let factor = if factors.is_empty() { 1.0 } else { median(&mut factors) };
@@ -161,7 +165,8 @@ impl Scored {
 
     /// p-value of coefficients by their scatter over blocks. With fewer than four effective degrees of
     /// freedom this scatter is unreliable, so the gain of all blocks but the best must be significant as
-    /// well.
+    /// well. Coefficients whose 95 % intervals all contain their nulls are not significant: an effect is
+    /// never named with an interval that contradicts it.
     fn p_value_of_coefficients(&self, entries: &[usize], off: &[f64], without: Option<&Evidence>) -> f64 {
         let held = entries_at_bounds(&self.fit);
         let is_free: Vec<usize> = (0..entries.len()).filter(|k| !held[entries[*k]]).collect();
@@ -169,11 +174,14 @@ impl Scored {
         let x: Vec<f64> = is_free.iter().map(|&i| off[i]).collect();
         let freedom = self.evidence.freedom(&free);
         let p_value = hotelling_tail(self.evidence.distance(&free, &x), free.len(), freedom.max(MIN_FREEDOM));
-        if freedom < MIN_FREEDOM {
-            p_value.max(without.map_or(1.0, |less| self.evidence.p_value_bound(less)))
-        } else {
-            p_value
-        }
+        let p_value = match without {
+            _ if freedom >= MIN_FREEDOM => p_value,
+            Some(less) => p_value.max(self.evidence.p_value_bound(less)),
+            None => 1.0,
+        };
+        let intervals = self.intervals();
+        let is_off_null = |(i, off): (&usize, &f64)| off.abs() > intervals.half_width(&self.unit(*i));
+        if free.iter().zip(&x).any(is_off_null) { p_value } else { p_value.max(OUTSIDE_95) }
     }
 
     /// Whether an addition is judged by its gain over blocks; its penalty then already accounts for the
