@@ -59,6 +59,7 @@ impl OpenData {
         }
     }
 
+    /// The data as the model needs them.
     ///
     /// # Errors
     /// The data cannot be read.
