@@ -14,6 +14,7 @@
 //! the block jackknife (Kuensch 1989).
 
 use super::blocks::Blocks;
+use super::cells::{Cell, Scale, cells};
 use super::clusters::{Clusters, NEIGHBOUR_LAGS};
 use super::independence::Independence;
 use super::jackknife::{covariance, distance, freedom, step_without_block};
@@ -21,7 +22,6 @@ use super::rows::{Rows, WindowRows};
 use crate::evaluate::cost_and_weight;
 use crate::linear::Square;
 use crate::statistics::f_tail;
-use augsim_linear::gram_of_rows;
 use rayon::prelude::*;
 
 /// Number of independent residuals that a block must have where windows extend over several blocks. With a
@@ -30,29 +30,6 @@ use rayon::prelude::*;
 /// weighted covariance of neighbours restores. With 7, one part in 42 is missing, which less than halves the
 /// p-value of five standard errors.
 const MIN_INDEPENDENT_PER_BLOCK: f64 = 7.0;
-
-/// The part of one window in one block.
-#[derive(Clone, Debug)]
-pub(super) struct Cell {
-    pub window: usize,
-    pub block: usize,
-    pub is_prior: bool,
-    /// `J'J` of the part, without the window's weight.
-    pub h: Square,
-    /// `J'r`.
-    pub g: Vec<f64>,
-    /// `r'r`.
-    c: f64,
-}
-
-/// Terms of the cost of a window.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Scale {
-    pub weight: f64,
-    pub degrees_of_freedom: f64,
-    is_tolerance: bool,
-    constant: f64,
-}
 
 /// Evidence of the blocks at a fit.
 #[derive(Clone, Debug)]
@@ -224,29 +201,6 @@ impl Evidence {
         let entries = self.moves.first().map_or(0, Vec::len);
         Clusters::new(&self.cells, &self.scales, self.blocks, entries)
     }
-}
-
-/// The cells of a window: its measured rows by block, and its prior rows by block.
-fn cells(w: usize, window: &WindowRows, width: usize) -> Vec<Cell> {
-    let measured = window.block_and_channel.len() - window.priors;
-    let mut blocks: Vec<(u16, bool)> =
-        window.block_and_channel.iter().enumerate().map(|(k, p)| (p.0, k >= measured)).collect();
-    blocks.sort_unstable();
-    blocks.dedup();
-    let p = width - 1;
-    let cell = |(block, is_prior): (u16, bool)| {
-        let places = window.block_and_channel.iter().zip(window.values.chunks_exact(width)).enumerate();
-        let rows: Vec<f64> = places
-            .filter(|(k, (place, _))| place.0 == block && (*k >= measured) == is_prior)
-            .flat_map(|(_, (_, row))| row.iter().copied())
-            .collect();
-        let gram = gram_of_rows(&rows, width);
-        let mut h = Square::zero(p);
-        (0..p).for_each(|i| (0..p).for_each(|j| *h.at_mut(i, j) = gram[i * width + j]));
-        let g = (0..p).map(|i| gram[i * width + p]).collect();
-        Cell { window: w, block: usize::from(block), is_prior, h, g, c: gram[p * width + p] }
-    };
-    blocks.into_iter().map(cell).collect()
 }
 
 /// `H_b` and `g_b` of the free entries of every block.

@@ -1,6 +1,7 @@
 //! Scores of fitted sets of effects, computed over blocks of the data.
 
 mod blocks;
+mod cells;
 mod clusters;
 mod evidence;
 mod independence;

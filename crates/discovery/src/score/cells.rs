@@ -1,0 +1,51 @@
+//! Cells: the parts of windows in blocks.
+
+use super::rows::WindowRows;
+use crate::linear::Square;
+use augsim_linear::gram_of_rows;
+
+/// The part of one window in one block.
+#[derive(Clone, Debug)]
+pub(super) struct Cell {
+    pub window: usize,
+    pub block: usize,
+    pub is_prior: bool,
+    /// `J'J` of the part, without the window's weight.
+    pub h: Square,
+    /// `J'r`.
+    pub g: Vec<f64>,
+    /// `r'r`.
+    pub c: f64,
+}
+
+/// Terms of the cost of a window.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scale {
+    pub weight: f64,
+    pub degrees_of_freedom: f64,
+    pub is_tolerance: bool,
+    pub constant: f64,
+}
+
+/// The cells of a window: its measured rows by block, and its prior rows by block.
+pub(super) fn cells(w: usize, window: &WindowRows, width: usize) -> Vec<Cell> {
+    let measured = window.block_and_channel.len() - window.priors;
+    let mut blocks: Vec<(u16, bool)> =
+        window.block_and_channel.iter().enumerate().map(|(k, p)| (p.0, k >= measured)).collect();
+    blocks.sort_unstable();
+    blocks.dedup();
+    let p = width - 1;
+    let cell = |(block, is_prior): (u16, bool)| {
+        let places = window.block_and_channel.iter().zip(window.values.chunks_exact(width)).enumerate();
+        let rows: Vec<f64> = places
+            .filter(|(k, (place, _))| place.0 == block && (*k >= measured) == is_prior)
+            .flat_map(|(_, (_, row))| row.iter().copied())
+            .collect();
+        let gram = gram_of_rows(&rows, width);
+        let mut h = Square::zero(p);
+        (0..p).for_each(|i| (0..p).for_each(|j| *h.at_mut(i, j) = gram[i * width + j]));
+        let g = (0..p).map(|i| gram[i * width + p]).collect();
+        Cell { window: w, block: usize::from(block), is_prior, h, g, c: gram[p * width + p] }
+    };
+    blocks.into_iter().map(cell).collect()
+}
