@@ -79,7 +79,8 @@ impl Toy {
         (0..self.y.len()).map(|w| (0..RESIDUALS).map(|k| row(w, k)).collect()).collect()
     }
 
-    fn at(&self, theta: &[f64]) -> ToyFit {
+    /// The fit's quantities at some parameters.
+    pub fn at(&self, theta: &[f64]) -> ToyFit {
         let p = theta.len();
         let n = STUDENT_FREEDOM + RESIDUALS as f64;
         let mut information = Square::zero(p);
