@@ -6,10 +6,10 @@ use augsim_discovery::{AllowedEffects, Options};
 use augsim_equations::library::{Candidate, candidates, is_a_kind, similar_kinds};
 use augsim_physics::{ball::effects, model::ModelFile, push};
 
-/// Resolves the names in the options to those of the library of the model.
+/// Resolves the effect names in the options to names of effects in the library of the model.
 ///
-/// A model of equations lists an effect that it can have in several places once for each place; the kind of the
-/// effect names all of them.
+/// An equation model lists an effect that it can have in several places once for each place; the kind of the
+/// effect selects all of these.
 ///
 /// # Errors
 /// A name is unknown, an effect that is to be tried alone has no place in the model, no effect is left, or the
@@ -33,7 +33,7 @@ pub(crate) fn resolve(subject: &Subject, options: &Options) -> anyhow::Result<Al
     Ok(resolved)
 }
 
-/// The library of a model.
+/// The library of candidate effects of a built-in or an equation model.
 enum Library<'a> {
     BuiltIn(&'a ModelFile),
     Equations(&'a augsim_equations::Model, Vec<Candidate>),
@@ -47,7 +47,8 @@ impl<'a> Library<'a> {
         })
     }
 
-    /// Names of the effects that the user calls `name`. An excluded effect need not have a place in the model.
+    /// Names of the library effects that a user calls `name`. An excluded effect need not apply to the
+    /// model.
     fn effects(&self, name: &str, is_excluded: bool) -> anyhow::Result<Vec<String>> {
         let (model, nearest) = match self {
             Library::BuiltIn(model) => {

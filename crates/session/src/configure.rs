@@ -14,31 +14,31 @@ use std::path::{Path, PathBuf};
 /// Default number of iterations between checkpoints.
 pub const CHECKPOINT_EVERY: u64 = 500;
 
-/// The physics model that a net corrects.
+/// Where the physics model that a net corrects comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PhysicsSource {
     /// The augmented model in the folder of a discovery.
     Folder(PathBuf),
-    /// A model in memory.
+    /// A model file that is already parsed, in memory.
     Model(Box<ModelFile>),
-    /// The model in a file.
+    /// Path of a model file.
     File(PathBuf),
-    /// The bouncing ball of the paper's experiment.
+    /// The bouncing-ball model of the paper's experiment.
     PybulletBall,
 }
 
 /// A user's request for a training run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrainingRequest {
-    /// Kind of net, with its loss.
+    /// Kind of net to train, with its loss.
     pub recipe: Recipe,
-    /// The model that the net corrects; `None` means the paper's ball.
+    /// The physics model that the net corrects; `None` means the paper's ball model.
     pub residual_of: Option<PhysicsSource>,
-    /// Iterations, at least 1.
+    /// Number of training iterations, at least 1.
     pub iterations: u64,
-    /// Seed of every draw.
+    /// Seed of all random draws of the training.
     pub seed: u64,
-    /// Data checks to skip.
+    /// Data checks that the user skips.
     pub accept: Vec<Check>,
 }
 
@@ -61,7 +61,7 @@ impl PhysicsSource {
         }
     }
 
-    /// The physics engine, and notes for the user.
+    /// Builds the physics engine of the model, and returns notes for the user.
     ///
     /// # Errors
     /// As [`residual::engine`], [`residual::engine_of_model`] and [`residual::engine_of_file`].
@@ -83,7 +83,9 @@ impl PhysicsSource {
     }
 }
 
-/// The configuration for these data, and notes for the user about parts of the model that are not used.
+/// Builds the configuration of a training run on these data.
+///
+/// Also returns notes for the user about parts of the model that are not used.
 ///
 /// # Errors
 /// No iterations, a recipe that uses no physics, or a model that does not fit the data.

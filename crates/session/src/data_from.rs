@@ -15,23 +15,23 @@ pub enum DataFrom {
     File(PathBuf),
     /// A file or folder with the time column that the user names, such as `clock:ms`.
     FileWithTime {
-        /// File or folder.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// Time column, with its unit after a colon.
+        /// Name of the time column, with its unit after a colon.
         time: String,
     },
     /// Several files or folders as one set of recordings.
     Files {
-        /// Files or folders, at least one.
+        /// Paths of the files or folders, at least one.
         paths: Vec<PathBuf>,
-        /// Time column that the user names, with its unit after a colon.
+        /// Name of the time column, with its unit after a colon; `None` if the user names none.
         time: Option<String>,
     },
     /// A table in memory, stored as CSV so that it is read by the same code as files.
     Table {
-        /// Name in messages.
+        /// Name of the table in messages.
         name: String,
-        /// Bytes of the CSV file.
+        /// Content of the table as bytes of a CSV file.
         csv: Arc<[u8]>,
     },
 }
@@ -54,7 +54,7 @@ impl From<&DataFrom> for DataFrom {
     }
 }
 
-/// Writes the path, or the name of the table.
+/// Writes the path of the data, or the name of the table in memory.
 impl fmt::Display for DataFrom {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -69,7 +69,7 @@ impl fmt::Display for DataFrom {
 }
 
 impl DataFrom {
-    /// A file or folder, with the time column that the user names where there is one.
+    /// Refers to a file or folder, with its time column if the user names one.
     pub fn with_time(path: &Path, time: Option<&str>) -> Self {
         match time {
             Some(time) => DataFrom::FileWithTime { path: path.to_owned(), time: time.to_owned() },
@@ -77,7 +77,7 @@ impl DataFrom {
         }
     }
 
-    /// Files or folders, with the time column that the user names where there is one.
+    /// Refers to several files or folders, with their time column if the user names one.
     pub fn of_paths(paths: &[PathBuf], time: Option<&str>) -> Self {
         match paths {
             [one] => Self::with_time(one, time),
@@ -85,7 +85,7 @@ impl DataFrom {
         }
     }
 
-    /// The file or folder; `None` for several and for a table in memory.
+    /// Path of the file or folder; `None` for several files and for a table in memory.
     pub fn path(&self) -> Option<&Path> {
         match self {
             DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => Some(path),
@@ -93,7 +93,7 @@ impl DataFrom {
         }
     }
 
-    /// Reads the trajectories.
+    /// Reads the trajectories of this source.
     ///
     /// # Errors
     /// As [`read_dataset`].
@@ -126,7 +126,7 @@ impl DataFrom {
         }
     }
 
-    /// Checksum and size of the content, as text.
+    /// CRC-32 checksum and size of the data, as text.
     pub fn fingerprint(&self) -> String {
         match self {
             DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => fingerprint(path),

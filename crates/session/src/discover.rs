@@ -16,25 +16,26 @@ use std::time::Instant;
 pub struct DiscoverRequest {
     /// Groups of trajectories to use; empty means all.
     pub groups: Vec<String>,
-    /// Data checks to skip: the same as in the options, in the order in which the user named them.
+    /// Data checks to skip: those of the options, in the order in which the user named them.
     pub accept: Vec<Check>,
     /// Options of the discovery.
     pub options: Options,
 }
 
-/// Maximum number of null data sets, which have no missing effect.
+/// Maximum number of simulated null data sets, which contain no missing effect.
 ///
-/// With 1000 of them, a false-alarm rate of 1 % has a standard error of 0.3 %.
+/// With 1000 of them, an estimated false-alarm rate of 1 % has a standard error of 0.3 %.
 const MAX_NULL_RUNS: usize = 1000;
 
-/// Share of the time until the deadline of a search for the first calibration; the search fits the parameters again.
+/// Share of the time limit of a discovery for the first calibration; the search then fits the parameters
+/// again.
 const CALIBRATION_SHARE: f64 = 0.5;
 
-/// Data of a discovery, opened and not yet read.
+/// Data of a discovery whose file is opened, but whose rows are not read yet.
 #[derive(Debug)]
 pub struct OpenData {
     from: DataFrom,
-    /// The opened table, for a model that names columns.
+    /// The opened table, for an equation model, which names its columns; `None` for a built-in scenario.
     table: Option<OpenTable>,
 }
 
@@ -51,7 +52,8 @@ impl OpenData {
         Ok(Self { from: from.clone(), table })
     }
 
-    /// What is taken for the time, and the conversions of the columns, one sentence each; empty for a built-in scenario.
+    /// Sentences on the column taken as time and on the unit conversions of the columns; empty for a
+    /// built-in scenario.
     pub fn reading(&self, subject: &Subject) -> Vec<String> {
         match (subject, &self.table) {
             (Subject::Equations(model), Some(table)) => table.reading(model),
@@ -59,7 +61,7 @@ impl OpenData {
         }
     }
 
-    /// The data as the model needs them.
+    /// Reads the data in the columns that the model needs.
     ///
     /// # Errors
     /// The data cannot be read.
@@ -71,12 +73,12 @@ impl OpenData {
     }
 }
 
-/// A discovery, and the data that it read.
+/// The result of a discovery, with the data that it read.
 #[derive(Debug)]
 pub struct Discovered {
-    /// The result.
+    /// The result of the discovery.
     pub found: Discovery,
-    /// All groups of the data, in the columns of the model.
+    /// The data of all groups, in the columns of the model.
     pub data: Dataset,
 }
 
@@ -95,7 +97,7 @@ pub fn discover(
     Ok(discover_in(subject, OpenData::open(subject, data)?, wanted, observer)?.found)
 }
 
-/// As [`discover`], in data that were opened before; also returns the data.
+/// Runs [`discover`] on data that are already opened; also returns the data.
 ///
 /// # Errors
 /// As [`discover`].
@@ -128,7 +130,8 @@ pub fn discover_in(
     Ok(Discovered { found, data })
 }
 
-/// Checks the options of a request.
+/// Checks the number of null data sets of a request, and that only equation models do without an effect
+/// library.
 fn check_request(subject: &Subject, wanted: &DiscoverRequest) -> Result<(), Usage> {
     if wanted.options.null_runs > MAX_NULL_RUNS {
         let takes = Takes::AtMost { most: MAX_NULL_RUNS };
@@ -140,7 +143,7 @@ fn check_request(subject: &Subject, wanted: &DiscoverRequest) -> Result<(), Usag
     Ok(())
 }
 
-/// Finds the effects that an equation model lacks, in data with its columns.
+/// Calibrates an equation model on data in its columns, and finds the effects that it lacks.
 fn in_columns(
     model: &Model,
     from: &DataFrom,
@@ -166,7 +169,7 @@ fn in_columns(
     Ok(found)
 }
 
-/// Adds the notes of the calibration to interim results.
+/// An observer that adds the notes of the calibration to each interim result.
 struct WithNotes<'a> {
     inner: &'a mut dyn Observer,
     notes: Vec<String>,

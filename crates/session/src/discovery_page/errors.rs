@@ -5,7 +5,7 @@ use augsim_discovery::{Discovery, ErrorTable, Rmse, Verdict};
 use augsim_report::figure::{Axis, Bar, BarGroup, BarShape, Bars, Tone};
 use augsim_report::page::{Block, Cell, Column, FigureBlock, KeyFigure, Row, Table, significant};
 
-/// Key figures at the top of the page: error before, error after, share of the removable error removed.
+/// Key figures at the top of the report: error before, error after, share of the removable error removed.
 pub(super) fn key_figures(d: &Discovery) -> Vec<KeyFigure> {
     let (e, (unit, scale)) = (&d.error, display_unit(&d.error.unit));
     let figure = |label: &str, value: f64, unit: &str, note: String| KeyFigure {
@@ -36,7 +36,7 @@ pub(super) fn key_figures(d: &Discovery) -> Vec<KeyFigure> {
     figures
 }
 
-/// Errors of the declared, the calibrated and the augmented model: of every measure, as a table and as bars.
+/// Tables and bars of the errors of the declared, the calibrated and the augmented model, for every measure.
 pub(super) fn blocks(d: &Discovery, quantity: &str) -> Vec<Block> {
     let several = !d.errors.is_empty() && !d.error.measure.is_empty();
     let first = if several { format!("`{}`", d.error.measure) } else { quantity.to_owned() };
@@ -45,7 +45,7 @@ pub(super) fn blocks(d: &Discovery, quantity: &str) -> Vec<Block> {
     blocks
 }
 
-/// Errors of one measure.
+/// Table and bars of the errors of one measure.
 fn blocks_of(d: &Discovery, e: &ErrorTable, quantity: &str) -> Vec<Block> {
     let (unit, scale) = display_unit(&e.unit);
     let scaled = |r: Rmse| (scale * r.rmse, r.ci95.map(|v| scale * v));

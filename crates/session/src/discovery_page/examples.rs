@@ -1,4 +1,5 @@
-//! Examples: measured trajectories with the models' predictions and residuals; for pushes the top view.
+//! //! Example figures of the report: measured trajectories with predictions and residuals; for pushes the
+//! top view.
 
 use super::residuals::quantity_of;
 use super::{AFTER, BEFORE, display_unit};
@@ -12,45 +13,47 @@ const MEASURED: &str = "measured";
 const DECLARED: &str = "declared model";
 const AUGMENTED: &str = "augmented model";
 
-/// A measured trajectory with the predictions of both models.
+/// A measured trajectory with the predictions of the models before and after effects were added.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Example {
     /// Name of the trajectory, e.g. `worst: trajectory 31`.
     pub trajectory: String,
-    /// Channel, e.g. `height`.
+    /// Name of the plotted channel, e.g. `height`.
     pub channel: String,
-    /// Unit of the channel.
+    /// Unit of the plotted channel.
     pub unit: String,
-    /// Times, s.
+    /// Times of the samples, s.
     pub t_s: Vec<f64>,
-    /// Measured values; NaN at gaps.
+    /// Measured values of the channel; NaN at gaps.
     pub measured: Vec<f64>,
-    /// Predictions of the declared or calibrated model.
+    /// Values that the declared or calibrated model predicts.
     pub before: Vec<f64>,
-    /// Predictions of the augmented model; empty if no effect was added.
+    /// Values that the augmented model predicts; empty if no effect was added.
     pub after: Vec<f64>,
-    /// End of the samples that the initial state was fitted to, s; later values are predicted.
+    /// End of the samples that the initial state was fitted to, s; later values are predicted. `None`
+    /// without such samples.
     pub known_until_s: Option<f64>,
-    /// Top view, for a pushed object.
+    /// Top view of the motion, for a pushed object; `None` for other systems.
     pub top_view: Option<TopView>,
 }
 
-/// Top view of a push, m.
+/// Outlines of a pushed object and of the rod, seen from above; coordinates in m.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TopView {
     /// Outline of the object at the start.
     pub start: Vec<[f64; 2]>,
-    /// Outline at the end: measured, predicted by the declared model, predicted by the augmented model.
+    /// Outlines of the object at the end: measured, predicted by the declared model, by the augmented model.
     pub ends: [Vec<[f64; 2]>; 3],
-    /// Path of the rod's centre.
+    /// Path of the rod's centre during the push.
     pub rod: Vec<[f64; 2]>,
     /// Outlines of the rod at the start and at the end.
     pub rod_outlines: [Vec<[f64; 2]>; 2],
 }
 
-/// The figures of all examples: predictions and, beside them, residuals; for pushes the top view.
+/// Figures of the report's examples: predictions, with the residuals beside them; for pushes the top view.
 ///
-/// First the examples of the result, if they are held out or there are no `pictures` of whole recordings; then the pictures.
+/// The examples of the result come first, unless they were fitted to and there are whole recordings
+/// (`pictures`); then follow the whole recordings.
 pub(super) fn blocks(d: &Discovery, pictures: &[Example]) -> Vec<Block> {
     let mut blocks = Vec::new();
     if pictures.is_empty() || !d.heldout.is_empty() {
@@ -60,7 +63,9 @@ pub(super) fn blocks(d: &Discovery, pictures: &[Example]) -> Vec<Block> {
     blocks
 }
 
-/// The figures of examples; `are_free_runs` tells whole recordings from the examples of the result.
+/// Grid of the figures of examples.
+///
+/// `are_free_runs` is true for whole recordings, false for the examples of the result.
 fn grid(d: &Discovery, examples: &[Example], are_free_runs: bool) -> Option<Block> {
     let figures: Vec<Figure> = examples.iter().flat_map(figures_of).collect();
     if figures.is_empty() {
@@ -92,7 +97,7 @@ fn grid(d: &Discovery, examples: &[Example], are_free_runs: bool) -> Option<Bloc
     Some(Block::Grid(Grid { columns: Columns::Two, legend, figures, caption }))
 }
 
-/// Examples of a result, all in the one channel where the declared model has the largest residual.
+/// Converts the examples of a result, each in the channel where the declared model has the largest residual.
 fn examples_of(d: &Discovery) -> Vec<Example> {
     let square = |a: Option<f64>, b: Option<f64>| a.zip(b).map_or(0.0, |(a, b)| (a - b).powi(2));
     let residual_squares = |c: usize| -> f64 {
@@ -128,7 +133,7 @@ fn example(e: &augsim_discovery::Example, c: &ExampleChannel, has_effects: bool)
     }
 }
 
-/// Example of a push: its top view, and its position error instead of a channel.
+/// Adds the top view to the example of a push, and replaces its channel by the position error.
 fn push_example(base: Example, e: &augsim_discovery::Example, scene: &Scene, has_effects: bool) -> Example {
     let value = |c: usize, k: usize, values: fn(&ExampleChannel) -> &Vec<Option<f64>>| {
         values(&e.channels[c])[k].unwrap_or(f64::NAN)
@@ -171,7 +176,7 @@ fn push_example(base: Example, e: &augsim_discovery::Example, scene: &Scene, has
     }
 }
 
-/// The beginning of the caption: whether the examples were held out or fitted to.
+/// Beginning of the caption of the examples: whether they were held out or fitted to.
 fn examples_caption(records: &str, are_fitted: bool) -> String {
     if are_fitted {
         format!("{records} that the models were fitted to")
@@ -188,7 +193,7 @@ fn figures_of(e: &Example) -> [Figure; 2] {
     [first.into(), residuals(e).into()]
 }
 
-/// The mark in a figure where the fitted samples end and the prediction begins.
+/// Mark in a figure at the time where the fitted samples end and the prediction begins.
 fn prediction_begin(e: &Example) -> Vec<Event> {
     e.known_until_s.map(|at| Event { at, label: "predicted from here".to_owned() }).into_iter().collect()
 }

@@ -1,4 +1,5 @@
-//! Sections on findings: effects, parameters, unconfirmed effects, candidates, noise, open questions.
+//! //! Sections of the report on findings: effects, parameters, unconfirmed effects, candidates, noise, open
+//! questions.
 
 use super::{DeclaredParameter, display_unit};
 use augsim_data::Unit;
@@ -19,7 +20,7 @@ fn unit_cell(unit: &str) -> Cell {
     if unit.is_empty() { Cell::Missing } else { Cell::text(unit) }
 }
 
-/// Estimates with their names; an estimate with group values is followed by those values.
+/// Lists estimates with their names; an estimate with values by group is followed by these values.
 fn with_groups(estimates: &BTreeMap<String, Estimate>) -> Vec<(String, &Estimate)> {
     let mut list = Vec::new();
     for (name, estimate) in estimates {
@@ -30,10 +31,10 @@ fn with_groups(estimates: &BTreeMap<String, Estimate>) -> Vec<(String, &Estimate
     list
 }
 
-/// Number of candidates that are shown at once; the others are folded.
+/// Number of candidate models that are shown at once; the others are folded.
 const SHOWN_CANDIDATES: usize = 10;
 
-/// The candidates: the chosen one first, then the others by decreasing gain over it.
+/// Sorts the candidate models: the chosen one first, then the others by decreasing gain over it.
 fn sorted(candidates: &[Candidate]) -> Vec<&Candidate> {
     let mut sorted: Vec<&Candidate> = candidates.iter().collect();
     let sort_key = |c: &Candidate| (!c.chosen, !c.fitted, -c.over_chosen);
@@ -41,7 +42,7 @@ fn sorted(candidates: &[Candidate]) -> Vec<&Candidate> {
     sorted
 }
 
-/// Established effects, the false-alarm rate on null data and the declared parameters.
+/// Section on the established effects, the false-alarm rate on null data and the declared parameters.
 pub(super) fn found(d: &Discovery, declared: &[DeclaredParameter]) -> Vec<Block> {
     let mut blocks = Vec::new();
     if d.effects.is_empty() {
@@ -92,7 +93,7 @@ fn calibrated(declared: &DeclaredParameter, fitted: Option<&Estimate>) -> Option
     ]))
 }
 
-/// The table of established effects: one row for each parameter.
+/// Builds the table of established effects, with one row for each parameter.
 fn established(d: &Discovery) -> Table {
     let (effects, (error_unit, scale)) = (&d.effects, display_unit(&d.error.unit));
     let has_removed = effects.iter().any(|e| e.removed.is_some());
@@ -153,13 +154,13 @@ fn established(d: &Discovery) -> Table {
     Table { caption: "Established effects".to_owned(), columns, rows, footnotes: vec![FOOTNOTE.to_owned()] }
 }
 
-/// Meaning of the columns of the table of established effects.
+/// Footnote that explains the columns of the table of established effects.
 const FOOTNOTE: &str = "Error removed: increase of the prediction error when this effect alone is removed and the others are fitted again. \
                         Share of the gain: share of the gain in cross-validated log-likelihood that is lost then. In resamples: share of \
                         the resampled data sets in which the effect, or an equivalent one, is found again. q-value: expected share of \
                         false findings among all that are at least as significant.";
 
-/// The cell of a probability; values below 0.001 are shown as a bound.
+/// Table cell of a probability; a value below 0.001 is shown as a bound.
 fn probability(p: Option<f64>) -> Cell {
     match p {
         None => Cell::Missing,
@@ -168,7 +169,7 @@ fn probability(p: Option<f64>) -> Cell {
     }
 }
 
-/// The sentence on false alarms: in how many null data sets an effect was found.
+/// Sentence on false alarms: in how many simulated null data sets an effect was found.
 fn null_rate(null: &NullRecords) -> String {
     let NullRecords { named, of } = null;
     format!(
@@ -176,7 +177,7 @@ fn null_rate(null: &NullRecords) -> String {
     )
 }
 
-/// Effects that the data suggest but do not establish.
+/// Section on effects that the data suggest but do not establish.
 pub(super) fn leads(d: &Discovery) -> Vec<Block> {
     if d.leads.is_empty() {
         return Vec::new();
@@ -210,7 +211,8 @@ pub(super) fn leads(d: &Discovery) -> Vec<Block> {
     vec![Block::Prose(text.to_owned()), Block::Table(table)]
 }
 
-/// Open questions: unexplained structure in the residual, equivalent alternatives, the next experiment.
+/// Section on open questions: unexplained structure in the residual, equivalent alternatives, the next
+/// experiment.
 pub(super) fn open_questions(d: &Discovery) -> Vec<Block> {
     let mut blocks = Vec::new();
     if let Some(u) = &d.unexplained {
@@ -245,7 +247,8 @@ pub(super) fn open_questions(d: &Discovery) -> Vec<Block> {
     blocks
 }
 
-/// The sets of effects that were fitted: the best in a table, the others folded.
+/// Section on the candidate models (sets of effects) that were fitted: the best in a table, the others
+/// folded.
 pub(super) fn candidates(d: &Discovery) -> Vec<Block> {
     let list = sorted(&d.candidates);
     if list.is_empty() {
@@ -269,7 +272,7 @@ pub(super) fn candidates(d: &Discovery) -> Vec<Block> {
     blocks
 }
 
-/// A table of candidates, the first with rank `first`.
+/// Table of candidate models, the first with rank `first`.
 fn candidate_table(list: &[&Candidate], first: usize) -> Table {
     let row = |(i, c): (usize, &&Candidate)| {
         let kinds = match c.kinds.is_empty() {
@@ -297,7 +300,7 @@ fn candidate_table(list: &[&Candidate], first: usize) -> Table {
     }
 }
 
-/// Correlation matrix of the parameter estimates.
+/// Table of the correlation matrix of the parameter estimates.
 pub(super) fn correlations(d: &Discovery) -> Vec<Block> {
     let (names, values) = &d.correlations;
     if names.len() < 2 {
@@ -318,7 +321,7 @@ pub(super) fn correlations(d: &Discovery) -> Vec<Block> {
     })]
 }
 
-/// The noise estimated from the data, beside the standard deviation that the model declares.
+/// Section on the noise: the estimate from the data, beside the standard deviation that the model declares.
 pub(super) fn noise(d: &Discovery, declared_sd: Option<f64>) -> Vec<Block> {
     let (sd, unit) = (d.noise.sd, &d.noise.unit);
     let declared = declared_sd.map_or_else(
@@ -344,7 +347,7 @@ pub(super) fn noise(d: &Discovery, declared_sd: Option<f64>) -> Vec<Block> {
     blocks
 }
 
-/// Describes a property of the noise that differs from the declared one.
+/// Sentence on a property of the estimated noise that differs from the declared noise.
 fn noise_text(kind: &str, d: &Discovery) -> String {
     let n = &d.noise;
     match kind {
@@ -373,7 +376,7 @@ fn noise_text(kind: &str, d: &Discovery) -> String {
     }
 }
 
-/// The text of the augmented model file.
+/// Section with the text of the augmented model file.
 pub(super) fn model(d: &Discovery) -> Vec<Block> {
     if d.model_toml.is_empty() {
         return Vec::new();

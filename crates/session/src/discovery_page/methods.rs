@@ -1,4 +1,4 @@
-//! Remarks at the end of a page, and the methods used with their references.
+//! //! Remarks at the end of the report, and the methods used with their references.
 
 use augsim_discovery::Discovery;
 use augsim_report::page::{Method, estimate_text, significant};
@@ -36,7 +36,7 @@ pub(super) fn notes(d: &Discovery) -> Vec<String> {
     notes
 }
 
-/// Methods that were used for this discovery.
+/// Methods that this discovery used, with references.
 pub(super) fn methods(d: &Discovery) -> Vec<Method> {
     let method = |name: &str, purpose: &str, reference: &str| Method {
         name: name.to_owned(),

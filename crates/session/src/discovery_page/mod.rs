@@ -16,11 +16,11 @@ use augsim_report::figure::Tone;
 use augsim_report::page::{Block, Page, Provenance, Section};
 use augsim_system::Parameter;
 
-/// Colours of the models before and after the effects were added, the same on the whole page.
+/// Colour of the model before effects were added, the same in all figures of the report.
 const BEFORE: Tone = Tone::Series(1);
 const AFTER: Tone = Tone::Series(0);
 
-/// A parameter of the declared model.
+/// A parameter of the declared model, as the report lists it.
 #[derive(Debug)]
 struct DeclaredParameter {
     name: String,
@@ -28,15 +28,16 @@ struct DeclaredParameter {
     is_frozen: bool,
 }
 
-/// The parts of the declared model that the page shows.
+/// The parts of the declared model that the report shows.
 #[derive(Debug)]
 struct DeclaredModel {
-    /// Built-in scenario, or name of the model.
+    /// Name of the built-in scenario, or of the equation model.
     scenario: String,
-    /// Quantity whose error is reported.
+    /// Description of the quantity whose error is reported.
     quantity: String,
     parameters: Vec<DeclaredParameter>,
-    /// Declared standard deviation of the measurement noise, in its unit.
+    /// Declared standard deviation of the measurement noise, in the unit of the sensor; `None` for an
+    /// equation model.
     sensor_sd: Option<f64>,
 }
 
@@ -85,7 +86,7 @@ impl DeclaredModel {
     }
 }
 
-/// The report of a discovery.
+/// Builds the HTML report of a discovery.
 pub fn page(context: &ReportContext, subject: &Subject, d: &Discovery) -> Page {
     let declared = DeclaredModel::from_subject(subject);
     let figures = &context.figures;
@@ -130,7 +131,7 @@ pub fn page(context: &ReportContext, subject: &Subject, d: &Discovery) -> Page {
     }
 }
 
-/// The verdict as shown at the top of the page.
+/// Text of the verdict at the top of the report.
 fn verdict_text(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::NothingToAdd => "nothing to add",
@@ -146,7 +147,7 @@ fn display_unit(unit: &str) -> (&str, f64) {
     if unit == "m" { ("mm", 1e3) } else { (unit, 1.0) }
 }
 
-/// Removes the intervals from the sentence of a result; the tables have them.
+/// Removes the confidence intervals from the sentence of a result; the tables have them.
 fn without_intervals(sentence: &str) -> String {
     let mut out = String::new();
     let mut remaining = sentence;
@@ -169,7 +170,7 @@ fn without_intervals(sentence: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the summary of the page omits intervals and nothing else.
+    //! //! Contract: the summary of the report omits intervals and nothing else.
     use super::without_intervals;
 
     #[test]

@@ -8,33 +8,33 @@ use augsim_report::figure::{
 };
 use augsim_report::page::{Block, Columns, Grid};
 
-/// Standard normal quantiles at the percentiles that a discovery lists: 1, 5, 25, 50, 75, 95, 99 %.
+/// Standard normal quantiles at the percentiles of residuals in a result: 1, 5, 25, 50, 75, 95, 99 %.
 const NORMAL_QUANTILES: [f64; 7] = [-2.326_348, -1.644_854, -0.674_490, 0.0, 0.674_490, 1.644_854, 2.326_348];
 const BEFORE_NAME: &str = "before";
 const AFTER_NAME: &str = "after";
-/// Quantities that take whole numbers only.
+/// Names of the quantities that take whole numbers only.
 const COUNTED: [&str; 1] = ["bounce"];
 
-/// The curve of an added effect over the range of its argument in the data.
+/// The curve of an added effect over the values that its argument has in the data.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EffectCurve {
     /// Name of the effect.
     pub title: String,
     /// The quantity that the effect changes, e.g. `d(speed)/dt`.
     pub adds: String,
-    /// Unit of the added value.
+    /// Unit of the value that the effect adds.
     pub unit: String,
-    /// The quantity that the effect depends on.
+    /// Name of the quantity that the effect depends on.
     pub of: String,
-    /// Unit of that quantity.
+    /// Unit of the quantity that the effect depends on.
     pub of_unit: String,
-    /// Values of the quantity.
+    /// Values of the quantity that the effect depends on.
     pub x: Vec<f64>,
-    /// Added value at each `x`.
+    /// Value that the effect adds at each `x`.
     pub y: Vec<f64>,
 }
 
-/// Mean residuals over each quantity, autocorrelation and quantiles, before and after.
+/// Figures of the mean residual over each quantity, of autocorrelation and quantiles, before and after.
 pub(super) fn blocks(d: &Discovery) -> Vec<Block> {
     let a = &d.anatomy;
     let none = Vec::new();
@@ -76,7 +76,7 @@ pub(super) fn blocks(d: &Discovery) -> Vec<Block> {
     ]
 }
 
-/// Mean residual in bins of a quantity.
+/// Figure of the mean residual in bins of a quantity, before and after effects were added.
 fn profile(name: &str, before: &[Bin], after: &[Bin]) -> Line {
     let (quantity, unit) = quantity_of(name);
     let x_axis = Axis { integer: COUNTED.contains(&quantity), ..Axis::linear(quantity, unit) };
@@ -94,7 +94,7 @@ fn profile(name: &str, before: &[Bin], after: &[Bin]) -> Line {
     line
 }
 
-/// Half-width of the 95 % interval of a bin's mean.
+/// Half-width of the 95 % confidence interval of the mean residual in a bin.
 fn half_interval(b: &Bin) -> f64 {
     1.96 * (b.rms * b.rms - b.mean * b.mean).max(0.0).sqrt() / (b.count.max(1) as f64).sqrt()
 }
@@ -112,7 +112,7 @@ pub(super) fn quantity_of(name: &str) -> (&str, &str) {
     }
 }
 
-/// Curves of the added effects over the range of the data.
+/// Figures of the curves of the added effects over the range of the data.
 pub(super) fn laws(laws: &[EffectCurve]) -> Vec<Block> {
     if laws.is_empty() {
         return Vec::new();

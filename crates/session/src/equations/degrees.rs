@@ -1,7 +1,8 @@
-//! Whether the angles that a model of equations reads in radians are degrees.
+//! //! Detects angles in degrees where a model of equations reads radians.
 //!
-//! The data alone do not tell: a rotor turns by any number of radians. A model with sines or cosines of the angle does:
-//! in the wrong unit it cannot follow even short windows. It is fitted to these in both units.
+//! The data alone do not decide it: a rotor turns by any number of radians. A model with sines or cosines of
+//! the angle does: in the wrong unit it cannot follow even short windows. It is fitted to short windows in
+//! both units.
 
 use super::fit::short_fit;
 use augsim_data::checks::{AcceptedChecks, Check, Finding, SuspiciousData};
@@ -11,14 +12,14 @@ use augsim_equations::text::{Function, Kind};
 use augsim_system::Record;
 use std::f64::consts::TAU;
 
-/// Ratio of the residuals in radians and in degrees above which the values are taken for degrees.
+/// Ratio of the residual in radians to that in degrees above which the values are taken for degrees.
 ///
 /// Two fits to the same noise of `n` samples differ by a share of some `1 / sqrt(2 n)`, 7 % for the smallest sets of 100
 /// samples. In the right unit the residual is the noise; a model with half of the residual in degrees is wrong in
 /// radians, or lacks so much that the unit has to be confirmed (`--accept angle-in-degrees`).
 const MIN_RESIDUAL_RATIO: f64 = 2.0;
 
-/// Refuses data whose angles are degrees in columns of radians.
+/// Checks that columns of radians do not hold degrees.
 ///
 /// # Errors
 /// [`SuspiciousData`]; or the model cannot be compiled.
@@ -37,7 +38,7 @@ pub(super) fn check(
     }
 }
 
-/// Finds columns of radians that hold degrees; `None` if the model cannot tell.
+/// Finds columns of radians that hold degrees; `None` if there are none, or if the model cannot decide it.
 pub fn find(model: &Model, records: &[Record]) -> Option<Finding> {
     let largest = |index: usize| {
         let values = records.iter().filter_map(|r| r.values.get(index)).flatten();
@@ -76,9 +77,11 @@ fn has_sines(model: &Model) -> bool {
     rates.chain(lets).chain(outputs).any(|tree| tree.nodes.iter().any(|node| is_sine(&node.kind)))
 }
 
-/// Geometric mean of the residuals of all outputs over the shortest windows, each in units of its values as recorded.
+/// Geometric mean of the RMS residuals of all outputs over the shortest windows, in the units of the
+/// recorded values.
 ///
-/// The values of `columns` are converted from degrees. `None` if the model cannot be fitted.
+/// The values of `columns` are converted from degrees to radians before the fit. `None` if the model cannot
+/// be fitted.
 fn relative_residual(model: &Model, records: &[Record], columns: &[usize]) -> Option<f64> {
     let mut records = records.to_vec();
     for record in &mut records {

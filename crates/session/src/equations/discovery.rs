@@ -11,17 +11,18 @@ use augsim_fit::Gauge;
 use augsim_system::Record;
 use std::time::Instant;
 
-/// Minimum number of windows over all records, if these are long enough.
+/// Minimum number of shooting windows over all records, if these are long enough.
 ///
 /// With more windows, which would be shorter, the unmeasured initial states would add too many free values.
 const MIN_WINDOWS: f64 = 8.0;
-/// Maximum number of samples of a window in the search.
+/// Maximum number of samples of a shooting window in the search for effects.
 ///
 /// The engine simulates many windows in one pass of SIMD lanes, and a few long windows leave lanes unused.
 const MAX_WINDOW_SAMPLES: f64 = 500.0;
 
-/// Adds to a result the initial states shared by all trajectories and the noise of the augmented model, and
-/// takes the intervals from the parameters of `gauges`.
+/// Completes the result of a discovery with shared initial states and the noise of the augmented model.
+///
+/// Parameters of `gauges`, of which only combinations can be identified, lose their intervals.
 ///
 /// # Errors
 /// The model cannot be simulated over the shortest windows.
@@ -54,7 +55,7 @@ pub fn complete(
     Ok(())
 }
 
-/// A calibrated model with the data for the search.
+/// A calibrated model with the data in which missing effects are searched.
 #[derive(Debug)]
 pub struct CalibratedProblem {
     /// The declared model with its calibrated values.
@@ -63,11 +64,15 @@ pub struct CalibratedProblem {
     pub data: Dataset,
     /// Notes for the user on what was fixed or downsampled, one sentence each.
     pub notes: Vec<String>,
-    /// Names of the parameters of each gauge freedom, of which one was fixed.
+    /// Names of parameters of which only combinations can be identified, one list per such set; one of each
+    /// was fixed.
     pub gauges: Vec<Vec<String>>,
 }
 
-/// Marks the parameters of gauges, which have no intervals: one of them was fixed at an arbitrary value.
+/// Marks parameters identifiable only in combination as not identified, and removes their confidence
+/// intervals.
+///
+/// One parameter of each list in `gauges` was fixed at an arbitrary value.
 fn mark_gauges(found: &mut Discovery, model: &mut Model, gauges: &[Vec<String>]) {
     for names in gauges {
         for name in names {
@@ -142,10 +147,11 @@ pub fn calibrated_problem(
     Ok(CalibratedProblem { declared, data, notes, gauges: Vec::new() })
 }
 
-/// Removes a gauge freedom: fixes its last parameter at the declared value.
+/// Makes the other parameters of a gauge identifiable: fixes the last one at its declared value.
 ///
-/// `None` if more than one parameter would have to be fixed, which is left to the user, or if a single
-/// parameter has no effect.
+/// A gauge is a set of parameters of which only combinations can be identified. Returns the changed model
+/// and a sentence. `None` if more than one parameter would have to be fixed, which is left to the user, or
+/// if a single parameter has no effect.
 fn fix_gauge(model: &Model, gauge: &Gauge) -> Option<(Model, String)> {
     let [_, .., last] = gauge.parameters[..] else { return None };
     if gauge.combinations + 1 != gauge.parameters.len() {
@@ -166,8 +172,8 @@ fn fix_gauge(model: &Model, gauge: &Gauge) -> Option<(Model, String)> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: one parameter of a gauge is fixed if that makes the others identifiable; otherwise none is
-    //! fixed.
+    //! //! Contract: one parameter of a gauge (parameters identifiable only in combination) is fixed if that
+    //! makes the others identifiable; otherwise none is fixed.
     use super::*;
 
     #[test]

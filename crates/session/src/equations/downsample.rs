@@ -11,14 +11,14 @@ const MAX_FACTOR: usize = 8;
 /// Data of which only every n-th sample is kept, without loss of information.
 #[derive(Debug)]
 pub struct Downsampled {
-    /// Every `every`-th row, with outputs as measured and inputs averaged.
+    /// Every n-th row of the data (n = `every`), with outputs as measured and inputs averaged.
     pub data: Dataset,
-    /// Downsampling factor.
+    /// Downsampling factor: one in this many samples is kept.
     pub every: usize,
 }
 
 impl Downsampled {
-    /// Note for the user.
+    /// Sentence for the user on the downsampling.
     pub fn sentence(&self) -> String {
         format!(
             "one sample in {} was fitted, with averaged inputs: the outputs are so smooth that the other samples add no information",
@@ -29,7 +29,7 @@ impl Downsampled {
 
 /// Downsamples the data as far as no information is lost; `None` if nothing can be dropped.
 ///
-/// `records` are those of the data, prepared by the tuned system.
+/// `records` are the records of the data, prepared by the system with chosen integration steps.
 ///
 /// # Errors
 /// The data lack a column of the model.

@@ -19,12 +19,12 @@ const BURN_IN: usize = 20;
 ///
 /// Relative to the standard deviation of the curve.
 const MAX_INTERPOLATION_ERROR: f64 = 0.02;
-/// Samples of the windows from which the scales of quantities are estimated.
+/// Number of samples of the windows from which the scales of quantities are estimated.
 const WINDOW_SAMPLES: usize = 400;
 /// Maximum number of plotted records.
 const MAX_RECORDS: usize = 2;
 
-/// Figures for the page.
+/// Figures for the report of a discovery.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Figures {
     /// Records with the free runs of both models.
@@ -33,7 +33,9 @@ pub struct Figures {
     pub curves: Vec<EffectCurve>,
 }
 
-/// The figures of a discovery in `data`, which have the columns of the model; empty for a built-in scenario, or if a model cannot be simulated.
+/// Builds the figures of a discovery in `data`, which have the columns of the model.
+///
+/// Empty for a built-in scenario, or if a model cannot be simulated.
 pub fn figures(subject: &Subject, found: &Discovery, data: &Dataset) -> Figures {
     match subject {
         Subject::BuiltIn(_) => Figures::default(),
@@ -92,7 +94,7 @@ fn draw(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<F
     Ok(Figures { examples, curves })
 }
 
-/// Values of a quantity with a period without its jumps: each is moved to the turn of its predecessor.
+/// Unwraps a periodic quantity: moves each value by whole periods to the one nearest to its predecessor.
 fn continuous(values: &[f64], period: Option<f64>) -> Vec<f64> {
     let mut previous = f64::NAN;
     let follow = |value: &f64| {
@@ -107,7 +109,9 @@ fn continuous(values: &[f64], period: Option<f64>) -> Vec<f64> {
     values.iter().map(follow).collect()
 }
 
-/// Predictions of a quantity with a period, moved to the turn of the measured values, or of the last of them.
+/// Moves predictions of a periodic quantity by whole periods to within half a period of the measured values.
+///
+/// Where no value was measured, the shift of the last measured sample applies.
 fn on_measured_turn(predicted: &[f64], measured: &[f64], period: Option<f64>) -> Vec<f64> {
     let mut shift = 0.0;
     let follow = |(predicted, measured): (&f64, &f64)| {
@@ -120,7 +124,9 @@ fn on_measured_turn(predicted: &[f64], measured: &[f64], period: Option<f64>) ->
     predicted.iter().zip(measured).map(follow).collect()
 }
 
-/// Free runs of the calibrated and of the augmented model; the latter are empty if no effect was added.
+/// Simulates free runs of the calibrated and of the augmented model, in this order.
+///
+/// The second list is empty if no effect was added.
 fn runs(
     calibrated: &Model,
     augmented: &Model,
@@ -131,7 +137,7 @@ fn runs(
     Ok((free_runs(calibrated, list, BURN_IN)?, after))
 }
 
-/// The largest stride, in samples, at which linear interpolation still represents all series.
+/// Largest stride, in samples, at which linear interpolation still represents all plotted series.
 ///
 /// It is at most the stride with which [`MAX_POINTS`] points reach the end of the series.
 fn stride(outputs: &[&[f64]]) -> usize {
@@ -156,7 +162,7 @@ fn is_represented(values: &[f64], stride: usize) -> bool {
     error_squares <= MAX_INTERPOLATION_ERROR * MAX_INTERPOLATION_ERROR * deviation_squares
 }
 
-/// Curves of the added effects, over the range of their arguments in the records.
+/// Computes the curves of the added effects, over the range of their arguments in the records.
 fn laws(augmented: &Model, list: &[Record]) -> anyhow::Result<Vec<EffectCurve>> {
     if augmented.additions.is_empty() {
         return Ok(Vec::new());
