@@ -10,7 +10,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 /// Derivatives, 2008, chapter 3 (forward mode).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<const N: usize> {
-    /// The value.
+    /// Function value, without derivatives.
     pub value: f64,
     /// Derivative with respect to each independent variable.
     pub d: [f64; N],

@@ -1,9 +1,9 @@
-//! Scalars with derivative lanes for the seeds of a task, and their values as results of a simulation.
+//! Converts seeded values of a task to dual numbers, and stores results with their derivatives.
 
 use crate::Scalar;
 use augsim_system::{Seed, Simulated};
 
-/// Converts `values` to scalars: element `place(seed)` becomes the variable of the seed's lane.
+/// Converts `values` to scalars; element `place(seed)` becomes the independent variable of that seed.
 pub(crate) fn seeded<S: Scalar>(
     values: &[f64],
     seeds: &[Seed],
@@ -20,7 +20,7 @@ pub(crate) fn seeded<S: Scalar>(
     out
 }
 
-/// Stores value and derivatives of a channel at a sample; drops surplus lanes.
+/// Stores the value and the derivatives of a channel at a sample; ignores more lanes than there are seeds.
 pub(crate) fn store<S: Scalar>(out: &mut Simulated, sample: usize, channel: usize, x: S) {
     out.set_row(sample, channel, x.value(), x.derivatives().iter().copied());
 }

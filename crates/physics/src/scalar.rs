@@ -24,41 +24,41 @@ pub trait Scalar:
     + AddAssign
     + SubAssign
 {
-    /// Number of derivatives.
+    /// Number of derivatives that the scalar carries; 0 for `f64`.
     const LANES: usize;
-    /// Whether there are derivatives; `f64` code can skip work that only derivatives need.
+    /// Whether the scalar carries derivatives; `f64` code can skip work that only derivatives need.
     const DIFFERENTIATES: bool = Self::LANES > 0;
-    /// A constant, with zero derivatives.
+    /// A constant with this value and zero derivatives.
     fn constant(value: f64) -> Self;
     /// Independent variable number `lane`; a constant if `lane` is not below [`LANES`](Self::LANES).
     fn variable(value: f64, lane: usize) -> Self;
-    /// The derivatives, one per lane; empty for `f64`.
+    /// Derivatives of this number, one per lane; empty for `f64`.
     fn derivatives(&self) -> &[f64];
-    /// The value without derivatives.
+    /// Value of this number, without its derivatives.
     fn value(self) -> f64;
     /// Square root, 0 for negative values.
     ///
     /// Its derivative at 0 is set to 0, so that a ball released at contact has finite derivatives.
     fn sqrt(self) -> Self;
-    /// Exponential.
+    /// Exponential function of this number.
     fn exp(self) -> Self;
-    /// Natural logarithm.
+    /// Natural logarithm of this number.
     fn ln(self) -> Self;
-    /// Sine.
+    /// Sine of this angle in rad.
     fn sin(self) -> Self;
-    /// Cosine.
+    /// Cosine of this angle in rad.
     fn cos(self) -> Self;
-    /// Hyperbolic tangent.
+    /// Hyperbolic tangent of this number.
     fn tanh(self) -> Self;
     /// Angle of the point (`x`, `self`), rad; the derivative at the origin is set to 0.
     fn atan2(self, x: Self) -> Self;
-    /// Power with a constant exponent.
+    /// This number to the power of a constant exponent.
     fn powf(self, exponent: f64) -> Self;
-    /// Zero.
+    /// The number 0, with zero derivatives.
     fn zero() -> Self {
         Self::constant(0.0)
     }
-    /// Absolute value; the sign is that of [`value`](Self::value).
+    /// Absolute value: the number, negated (with its derivatives) if [`value`](Self::value) is negative.
     fn abs(self) -> Self {
         if self.value() < 0.0 { -self } else { self }
     }

@@ -40,35 +40,35 @@ pub enum Ground {
     GeomPlane,
 }
 
-/// Height of the centre and velocity.
+/// State of the ball in the PyBullet scheme: height of the centre and velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BulletState {
     /// Height of the centre above the ground, m.
     pub centre_m: f64,
-    /// Velocity, m/s, positive upwards.
+    /// Vertical velocity of the ball, m/s, positive upwards.
     pub velocity_m_s: f64,
 }
 
-/// Parameters of the scene.
+/// Parameters of a vertical drop in the PyBullet scheme: ground, ball, gravity, damping and time step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BulletBall {
     /// Collision shape of the ground.
     pub ground: Ground,
-    /// Radius, m.
+    /// Radius of the ball, m.
     pub radius_m: f64,
-    /// Gravity, m/s^2, positive downwards.
+    /// Gravitational acceleration, m/s², positive downwards.
     pub gravity_m_s2: f64,
     /// Damping k: the acceleration is -v (k + k |v|), with k in 1/s in the first and in 1/m in the second
     /// term.
     pub damping: f64,
     /// Product of the restitutions of ball and ground.
     pub restitution: f64,
-    /// Time step, s.
+    /// Time step of the simulation, s.
     pub step_s: f64,
 }
 
 impl Default for BulletBall {
-    /// Radius 0.5 m, gravity 9.8 m/s², `plane.urdf`, Bullet's damping, restitution 0.65, 60 Hz.
+    /// Ball of radius 0.5 m, gravity 9.8 m/s², `plane.urdf`, Bullet's damping, restitution 0.65, 60 Hz.
     fn default() -> Self {
         BulletBall {
             ground: Ground::PlaneUrdf,
@@ -99,7 +99,7 @@ impl BulletBall {
         self.step_with(self.restitution, state);
     }
 
-    /// [`step`](Self::step) with another restitution, for ensembles that differ only in it.
+    /// [`step`](Self::step) with the given restitution, for ensembles of balls that differ only in it.
     #[inline]
     pub fn step_with(&self, restitution: f64, state: &mut BulletState) {
         let BulletState { centre_m: z, velocity_m_s: mut v } = *state;
@@ -117,7 +117,7 @@ impl BulletBall {
         *state = BulletState { centre_m: z + v * dt, velocity_m_s: v };
     }
 
-    /// Gap below which a contact is reported, m.
+    /// Gap between ball and ground below which a contact is reported, m.
     #[inline]
     fn reach(&self) -> f64 {
         match self.ground {
@@ -139,7 +139,7 @@ impl BulletBall {
         path
     }
 
-    /// Simulates from an initial height of the underside; returns heights (m) and velocities (m/s).
+    /// Simulates from an initial height of the ball's underside; returns heights (m) and velocities (m/s).
     ///
     /// Each has `samples` elements; the first one is the initial state.
     ///
@@ -165,7 +165,7 @@ impl BulletBall {
     }
 }
 
-/// `x` if the condition holds, else 0, without a branch.
+/// Returns `x` if the condition holds, else 0, without a branch.
 ///
 /// A branch would prevent the vectorisation of loops over ensembles, and would be mispredicted at every
 /// bounce.
@@ -174,7 +174,7 @@ fn keep_if(condition: bool, x: f64) -> f64 {
     f64::from_bits(x.to_bits() & u64::from(condition).wrapping_neg())
 }
 
-/// max(x, 0).
+/// Positive part of `x`: max(x, 0).
 #[inline]
 fn positive(x: f64) -> f64 {
     keep_if(x > 0.0, x)

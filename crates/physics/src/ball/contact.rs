@@ -15,20 +15,21 @@ use crate::Scalar;
 
 /// A contact phase, from touchdown to take-off.
 pub(super) struct Contact<S> {
-    /// Half period without gravity τ, s.
+    /// Half period of the contact spring without gravity, τ, s.
     tau: S,
-    /// L in the module's equations.
+    /// Logarithmic loss of speed in the contact, L = -ln e in formula (1).
     loss: S,
-    /// G: static deflection divided by τ, m/s.
+    /// Static deflection divided by τ, G in formula (2), m/s.
     sag: S,
-    /// D: amplitude of the sine term divided by τ, m/s.
+    /// Amplitude of the sine term divided by τ, D in formula (3), m/s.
     sine: S,
-    /// Take-off in scaled time.
+    /// Time of take-off since touchdown, in units of τ.
     end: S,
 }
 
 impl<S: Scalar> Contact<S> {
-    /// The phase after an approach at speed `v`, with restitution `e` and acceleration `a` into the ground.
+    /// The contact phase after an approach at speed `v`, with restitution `e` and acceleration `a` into the
+    /// ground.
     ///
     /// `None` if the ball does not take off again.
     pub fn new(tau: S, e: S, v: S, a: S) -> Option<Self> {
@@ -55,7 +56,7 @@ impl<S: Scalar> Contact<S> {
         Some(contact)
     }
 
-    /// X(θ) and its derivative, m/s: depth divided by τ, and normal velocity.
+    /// Depth divided by τ, X(θ) in formula (1), and its derivative, the normal velocity; both in m/s.
     fn scaled(&self, theta: S) -> (S, S) {
         let pi = std::f64::consts::PI;
         let (cos, sin) = ((theta * pi).cos(), (theta * pi).sin());
@@ -65,17 +66,17 @@ impl<S: Scalar> Contact<S> {
         (x - self.sag, slope)
     }
 
-    /// Duration, s.
+    /// Duration of the contact from touchdown to take-off, s.
     pub fn duration(&self) -> S {
         self.tau * self.end
     }
 
-    /// Normal speed at take-off, m/s.
+    /// Normal speed of the ball at take-off, m/s.
     pub fn speed_out(&self) -> S {
         self.scaled(self.end).1
     }
 
-    /// Height (negative in contact), m, and normal velocity, m/s, at `s` seconds after touchdown.
+    /// Height (negative in contact), m, and normal velocity, m/s, `s` seconds after touchdown.
     pub fn at(&self, s: S) -> (S, S) {
         let (x, slope) = self.scaled(s / self.tau);
         (x * self.tau, slope)

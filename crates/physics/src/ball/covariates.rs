@@ -4,7 +4,7 @@ use super::Covariates;
 use augsim_system::{Quantity, Record};
 use std::f64::consts::PI;
 
-/// Name and unit of the covariates, in order.
+/// Name and unit of each covariate, in the order of the covariate vector.
 const COVARIATES: [(&str, &str); 6] = [
     ("clock", "s"),
     ("spin_x", "rad/s"),
@@ -13,19 +13,19 @@ const COVARIATES: [(&str, &str); 6] = [
     ("area_per_mass", "m²/kg"),
     ("radius", "m"),
 ];
-/// Index of the session time at the start.
+/// Index of the session time at the start among the covariates.
 pub(super) const CLOCK: usize = 0;
-/// Index of the area per mass.
+/// Index of the cross-section area per mass among the covariates.
 const AREA_PER_MASS: usize = 4;
-/// Index of the radius.
+/// Index of the ball's radius among the covariates.
 const RADIUS: usize = 5;
 
-/// The covariates as schema entries.
+/// Names and units of the covariates as schema entries.
 pub(super) fn quantities() -> Vec<Quantity> {
     COVARIATES.iter().map(|(name, unit)| Quantity::new(name, unit)).collect()
 }
 
-/// Reads the covariates from the constant columns of a trajectory; NaN where not recorded.
+/// Covariates of a trajectory, from its constant columns; NaN where not recorded.
 pub(super) fn from_columns(constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
     let radius = constant("radius_m");
     let area_per_mass = match (radius, constant("mass_kg")) {
@@ -54,7 +54,7 @@ pub(super) fn values_or_zero(record: &Record) -> Covariates {
     }
 }
 
-/// Radius of the ball, m; `None` where not recorded.
+/// Radius of the ball in a record, m; `None` where not recorded.
 pub(super) fn radius_m(record: &Record) -> Option<f64> {
     record.covariate(RADIUS)
 }
@@ -74,7 +74,7 @@ pub(super) fn has_start_time(records: &[&Record]) -> bool {
     !records.is_empty() && records.iter().all(|r| r.covariate(CLOCK).is_some())
 }
 
-/// Whether area per mass is known and differs between records by more than 5 %.
+/// Whether cross-section area per mass is known and differs between records by more than 5 %.
 ///
 /// With equal balls a drag coefficient cannot be distinguished from a drag per metre.
 pub(super) fn area_per_mass_varies(records: &[&Record]) -> bool {

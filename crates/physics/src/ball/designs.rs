@@ -5,12 +5,12 @@ use augsim_system::{Design, Designs, Record, Window};
 
 /// Duration of a candidate record, s.
 const DURATION_S: f64 = 2.5;
-/// A candidate record ends after this many impacts.
+/// Number of impacts after which a candidate record ends.
 const MAX_IMPACTS: usize = 6;
-/// Candidate heights, as fractions of the highest initial height in the data.
+/// Drop heights of the candidate throws, as fractions of the highest initial height in the data.
 const HEIGHT_FRACTIONS: [f64; 5] = [0.05, 0.2, 0.5, 1.0, 2.0];
 
-/// Description of a throw.
+/// Text that describes a candidate throw by height, m, speed, m/s, and spin, rad/s.
 fn describe(height_m: f64, speed_m_s: f64, spin_rad_s: f64) -> String {
     let from = format!("from {height_m:.2} m");
     let throw = match speed_m_s {

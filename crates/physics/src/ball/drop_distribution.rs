@@ -13,10 +13,10 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Columns of the data.
+/// Names of the columns of the generated data.
 const COLUMNS: [&str; 2] = ["height_m", "velocity_m_s"];
 
-/// Tolerance of sample times, s: files may be rounded to 1e-5 s, and a step is 0.017 s.
+/// Tolerance of sample times, s. Files may be rounded to 1e-5 s, and a step is 0.017 s.
 const TIME_TOLERANCE_S: f64 = 1e-4;
 
 /// Distribution of drops: drop height, restitution, and simulation settings.
@@ -24,13 +24,13 @@ const TIME_TOLERANCE_S: f64 = 1e-4;
 pub struct DropDistribution {
     /// Range of the drop height of the underside, m; uniformly distributed.
     pub drop_height_m: [f64; 2],
-    /// Mean of the restitution.
+    /// Mean of the normally distributed restitution.
     pub restitution_mean: f64,
-    /// Standard deviation of the restitution.
+    /// Standard deviation of the normally distributed restitution.
     pub restitution_sd: f64,
-    /// Other properties of the ball; its restitution is not used.
+    /// Ground, ball and time step of the simulation. The restitution of this field is not used.
     pub ball: BulletBall,
-    /// Samples per trajectory, including the initial state.
+    /// Number of samples of each trajectory, including the initial state.
     pub samples: usize,
 }
 
@@ -46,7 +46,7 @@ impl Default for DropDistribution {
     }
 }
 
-/// The random values of one trajectory.
+/// Random values of one trajectory: drop height and restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Drop {
     /// Height of the underside at release, m.
@@ -62,7 +62,7 @@ impl DropDistribution {
         self.restitution_mean + self.restitution_sd * standard
     }
 
-    /// Draws drop height and restitution.
+    /// Draws the drop height and the restitution of one trajectory.
     pub fn draw(&self, rng: &mut impl Rng) -> Drop {
         let [low, high] = self.drop_height_m;
         // 53 random bits: a uniformly distributed multiple of 2^-53 in [0, 1).
@@ -100,7 +100,7 @@ impl DropDistribution {
         Ok((self.simulate(&drops)?, drops))
     }
 
-    /// Simulates given drops.
+    /// Simulates trajectories with given drop heights and restitutions.
     ///
     /// # Errors
     /// Those of [`generate`](Self::generate).

@@ -17,7 +17,7 @@ use crate::scalar::{axpy, cross, dot};
 
 /// Normal speed after an impact below which the ball stays on the ground, m/s; a bounce of 0.5 nm.
 const REST_SPEED: f64 = 1e-4;
-/// Integration step, s; the position error is 1e-6 m for a table-tennis ball with drag at 5 m/s.
+/// Integration step of flight, s; the position error is 1e-6 m for a table-tennis ball with drag at 5 m/s.
 const STEP_S: f64 = 0.05;
 /// Number of bounces after which the ball is taken to be at rest; guards against endless loops.
 const MAX_BOUNCES: usize = 20_000;
@@ -25,32 +25,32 @@ const MAX_BOUNCES: usize = 20_000;
 /// Offsets of the restitution: realisations of its random scatter.
 #[derive(Clone, Copy, Debug)]
 pub enum Offsets<'a, S> {
-    /// No offsets.
+    /// No offsets: every impact has the restitution of the model.
     None,
-    /// One offset per impact; 0 beyond the end of the slice.
+    /// One offset of the restitution per impact; 0 for impacts beyond the end of the slice.
     PerImpact(&'a [S]),
-    /// One offset for every impact.
+    /// The same offset of the restitution for every impact.
     Shared(S),
 }
 
-/// The inputs of one simulation.
+/// Inputs of one simulation: effects, parameters, initial state, covariates and restitution offsets.
 #[derive(Clone, Copy, Debug)]
 pub struct Throw<'a, S> {
     /// The active effects.
     pub world: &'a World,
-    /// Parameter values; as many as `world.parameter_count()`.
+    /// Parameter values of base model and effects, as many as `world.parameter_count()`.
     pub parameters: &'a [S],
-    /// Initial state; before `start.time` the ball is held there.
+    /// Initial state of the ball, which is held there before `start.time`.
     pub start: State<S>,
     /// Covariates of the trajectory.
     pub covariates: &'a Covariates,
-    /// Offsets of the restitution.
+    /// Offsets that are added to the restitution at the impacts.
     pub offsets: Offsets<'a, S>,
-    /// Whether velocities are sampled too, which is slower.
+    /// Whether velocities are sampled too, which makes the simulation slower.
     pub velocities: bool,
 }
 
-/// The result of a simulation. Reuse one for many runs to avoid allocations.
+/// Result of a simulation. Reuse one for many runs to avoid allocations.
 #[derive(Clone, Debug, Default)]
 pub struct Run<S> {
     /// Measured position at each requested time, m, including sensor effects.
@@ -92,9 +92,9 @@ pub fn simulate<S: Scalar>(throw: &Throw<'_, S>, times: &[f64], run: &mut Run<S>
     Engine::new(throw, times, run).run();
 }
 
-/// State of one simulation. Inside, heights are relative to the floor.
+/// State of one simulation by the event-driven engine. Inside, heights are relative to the floor.
 struct Engine<'a, S> {
-    /// Active effects with their parameters.
+    /// Active effects, each with its parameter values.
     laws: Vec<(&'a dyn Law<S>, &'a [S])>,
     restitution: S,
     radius: S,
@@ -103,18 +103,18 @@ struct Engine<'a, S> {
     floor: S,
     /// Unit normal of the ground.
     normal: [S; 3],
-    /// Constant part of the acceleration, m/s².
+    /// Constant part of the ball's acceleration, m/s².
     constant: [S; 3],
     /// Velocity of the air, m/s.
     air: [S; 3],
     has_closed_form: bool,
     samples_velocity: bool,
     has_sensor_effects: bool,
-    /// Coordinates that are simulated.
+    /// Indices of the coordinates that are simulated.
     active: &'static [usize],
-    /// Duration of contact, s; `None` for instantaneous impacts.
+    /// Duration of an impact, s; `None` for instantaneous impacts.
     contact_duration: Option<S>,
-    /// Measurement delay, s.
+    /// Delay of the measured position, s.
     delay: S,
     throw: &'a Throw<'a, S>,
     times: &'a [f64],
@@ -158,7 +158,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         }
     }
 
-    /// Simulates until all samples are emitted.
+    /// Simulates the throw until all requested samples are emitted.
     fn run(&mut self) {
         let mut state = self.throw.start;
         // Heights are relative to the floor from here on, so that effects do not depend on the origin of the
@@ -191,27 +191,27 @@ impl<'a, S: Scalar> Engine<'a, S> {
         self.simulate_rest(state);
     }
 
-    /// Whether all samples are emitted.
+    /// Whether all requested samples are emitted.
     fn is_done(&self) -> bool {
         self.run.positions.len() >= self.times.len()
     }
 
-    /// Time of the state that the last sample shows: samples show the state `delay` seconds earlier.
+    /// Time of the state in the last sample, s: samples show the state `delay` seconds earlier.
     fn last_visible_time(&self) -> f64 {
         self.times.last().map_or(f64::NEG_INFINITY, |t| t - self.delay.value())
     }
 
-    /// Distance from the ground along its normal, m.
+    /// Distance of `position` from the ground along its normal, m.
     fn gap(&self, position: &[S; 3]) -> S {
         dot(&self.normal, position)
     }
 
-    /// Velocity along the normal of the ground, m/s.
+    /// Component of `velocity` along the normal of the ground, m/s.
     fn normal_velocity(&self, velocity: &[S; 3]) -> S {
         dot(&self.normal, velocity)
     }
 
-    /// Emits all samples before `until`, given position and velocity as functions of time.
+    /// Emits all samples before time `until`, given position and velocity as functions of time.
     fn emit(&mut self, until: S, position: impl Fn(S) -> [S; 3], velocity: impl Fn(S) -> [S; 3]) {
         while let Some(&t) = self.times.get(self.run.positions.len()) {
             let time = -self.delay + t;
@@ -239,7 +239,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         self.run.positions.push([x, y, z + self.floor]);
     }
 
-    /// Emits the samples before `until` on a parabola with acceleration `a`.
+    /// Emits the samples before time `until` on a parabola with acceleration `a`.
     fn emit_parabola(&mut self, until: S, state: &State<S>, a: &[S; 3]) {
         let active = self.active;
         self.emit(
@@ -249,13 +249,13 @@ impl<'a, S: Scalar> Engine<'a, S> {
         );
     }
 
-    /// Emits the samples before `until` in an integration step.
+    /// Emits the samples before time `until` in one integration step.
     fn emit_step(&mut self, until: S, step: &Step<S>) {
         let (active, t0) = (self.active, step.start.time);
         self.emit(until, |t| step.position(t - t0, active), |t| step.velocity(t - t0));
     }
 
-    /// Flies in closed form until contact (returns that state) or until all samples are emitted (`None`).
+    /// Flies on a parabola until contact (returns that state) or until all samples are emitted (`None`).
     fn fly_parabola(&mut self, state: &State<S>) -> Option<State<S>> {
         let a = self.constant;
         let duration = time_to_contact(
@@ -277,7 +277,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         })
     }
 
-    /// Acceleration with all effects, m/s²; for a resting ball without its part along the normal.
+    /// Acceleration of the ball with all effects, m/s²; for a resting ball only its part along the ground.
     fn acceleration(
         &self,
         spin: &[S; 3],
@@ -304,7 +304,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         a
     }
 
-    /// Integrates until contact (returns the state there) or until all samples are emitted (`None`).
+    /// Integrates flight until contact (returns that state) or until all samples are emitted (`None`).
     ///
     /// A `resting` ball moves along the ground and has no further contact.
     fn fly_steps(&mut self, start: &State<S>, resting: bool) -> Option<State<S>> {
@@ -338,7 +338,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         None
     }
 
-    /// Locates the contact within `step` by bisection on the interpolant, then by Newton's method.
+    /// Finds the contact within `step` by bisection on the interpolant, then by Newton's method.
     fn locate_contact(
         &self,
         step: &Step<S>,
@@ -459,7 +459,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         })
     }
 
-    /// Emits the samples before `until` during a contact; `drift` is the mean tangential velocity.
+    /// Emits the samples before time `until` during a contact; `drift` is the mean tangential velocity.
     fn emit_contact(&mut self, until: S, arrival: &State<S>, drift: &[S; 3], contact: &Contact<S>) {
         let normal = self.normal;
         self.emit(
@@ -472,7 +472,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         );
     }
 
-    /// Spin after a change `jump` of the tangential velocity: ω' = ω - n × jump / (i R).
+    /// Spin after an impact that changes the tangential velocity by `jump`: ω' = ω - n × jump / (i R).
     fn spin_after(&self, spin: &[S; 3], jump: &[S; 3]) -> [S; 3] {
         if self.radius.value() > 0.0 {
             axpy(spin, &cross(&self.normal, jump), S::constant(-1.0) / (self.inertia_ratio * self.radius))

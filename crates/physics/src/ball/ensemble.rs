@@ -12,19 +12,19 @@ pub struct Ensemble {
 }
 
 impl Ensemble {
-    /// An ensemble without samples.
+    /// An ensemble of `draws` trajectories without samples.
     pub(crate) fn new(draws: usize) -> Self {
         Ensemble { draws, samples: 0, height_m: Vec::new(), velocity_m_s: Vec::new() }
     }
 
-    /// Sets the number of samples per draw.
+    /// Sets the number of samples of each draw.
     pub(crate) fn resize(&mut self, samples: usize) {
         self.samples = samples;
         self.height_m.resize(samples * self.draws, 0.0);
         self.velocity_m_s.resize(samples * self.draws, 0.0);
     }
 
-    /// Number of draws.
+    /// Number of draws of the ensemble.
     pub fn draws(&self) -> usize {
         self.draws
     }

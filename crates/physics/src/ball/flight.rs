@@ -12,7 +12,7 @@ pub(super) fn parabola<S: Scalar>(state: &State<S>, a: &[S; 3], s: S, active: &[
     position
 }
 
-/// Time s at which `gap + rate s + accel s² / 2` falls to zero; `None` if it never does.
+/// Time, s, at which the gap `gap + rate s + accel s² / 2` falls to zero; `None` if it never does.
 pub(super) fn time_to_contact<S: Scalar>(gap: S, rate: S, accel: S) -> Option<S> {
     if accel.value() >= 0.0 {
         return (rate.value() < 0.0 && accel.value() == 0.0).then(|| gap / -rate);
@@ -29,12 +29,12 @@ pub(super) fn time_to_contact<S: Scalar>(gap: S, rate: S, accel: S) -> Option<S>
 pub(super) struct Step<S> {
     pub start: State<S>,
     pub end: State<S>,
-    /// Duration, s.
+    /// Duration of the integration step, s.
     pub length: S,
 }
 
 impl<S: Scalar> Step<S> {
-    /// One classical fourth-order Runge-Kutta step on the axes in `active`.
+    /// Makes one classical fourth-order Runge-Kutta step on the axes in `active`.
     ///
     /// `acceleration(time, position, velocity)` returns m/s².
     pub fn rk4(
@@ -67,7 +67,7 @@ impl<S: Scalar> Step<S> {
         Self { start: *start, end, length }
     }
 
-    /// The step without derivatives.
+    /// Copy of the integration step without derivatives.
     pub fn values(&self) -> Step<f64> {
         let value = |s: &State<S>| State {
             time: s.time.value(),
@@ -93,7 +93,7 @@ impl<S: Scalar> Step<S> {
         out
     }
 
-    /// Velocity `s` seconds into the step, the derivative of [`position`](Step::position).
+    /// Velocity `s` seconds into the step: the derivative of [`position`](Step::position).
     pub fn velocity(&self, s: S) -> [S; 3] {
         let (h, u) = (self.length, s / self.length);
         let (p0, p1) = (&self.start.position, &self.end.position);

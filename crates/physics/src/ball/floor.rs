@@ -21,14 +21,14 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Settings for estimating the floor.
+/// Settings of the estimate of the error floor, the smallest possible prediction error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ErrorFloorOptions {
     /// Draws per trajectory. The median of 2000 draws has a 0.1 % larger error than the exact median.
     pub draws: usize,
-    /// Number of draws that the predictor "mean of k samples" averages (10 in the published protocol).
+    /// Number of draws that the predictor "mean of k samples" averages: k, 10 in the published protocol.
     pub averaged: usize,
-    /// Seed; each trajectory has its own random stream.
+    /// Seed of the draws; each trajectory has its own random stream.
     pub seed: u64,
 }
 
@@ -41,15 +41,15 @@ impl Default for ErrorFloorOptions {
 /// Scores of predictors that know the data distribution and the initial state of each trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Floor {
-    /// Median at each time: smallest mean absolute errors of position and velocity.
+    /// Scores of the median at each time, which minimises the mean absolute errors.
     pub median: BallScore,
-    /// Height: median weighted by 1 / sum |height| (smallest trans %). Velocity: unweighted median.
+    /// Scores of the median weighted by 1 / sum |height| (minimises trans %); velocity: unweighted median.
     pub weighted_median: BallScore,
-    /// Mean at each time: smallest squared error.
+    /// Scores of the mean at each time, which minimises the squared error.
     pub mean: BallScore,
-    /// Mean of `averaged` draws; the error is averaged over disjoint sets of draws.
+    /// Scores of the mean of `averaged` draws; the error is averaged over disjoint sets of draws.
     pub mean_of_samples: BallScore,
-    /// One draw as prediction; the error is averaged over all draws.
+    /// Scores of one draw as prediction; the error is averaged over all draws.
     pub one_sample: BallScore,
     /// CRPS of the exact distribution of the height, m.
     pub crps_height_m: Estimate,
@@ -57,16 +57,16 @@ pub struct Floor {
     pub crps_velocity_m_s: Estimate,
 }
 
-/// Initial state of a trajectory.
+/// Initial state of a trajectory, from which an ensemble is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Start {
-    /// Height of the underside, m.
+    /// Initial height of the ball's underside, m.
     pub height_m: f64,
-    /// Velocity, m/s.
+    /// Initial vertical velocity, m/s.
     pub velocity_m_s: f64,
 }
 
-/// Floor of `dataset` for any data distribution; `fill` draws an ensemble for an initial state.
+/// Smallest possible prediction errors on `dataset`; `fill` draws an ensemble for an initial state.
 ///
 /// The result depends on the seed, not on the number of threads.
 ///
@@ -107,7 +107,9 @@ where
     })
 }
 
-/// Floor of `dataset` under `law`; the drop height is that of each trajectory's first sample.
+/// Smallest possible prediction errors on `dataset` if its data follow the distribution `law`.
+///
+/// The drop height is that of each trajectory's first sample.
 ///
 /// # Errors
 /// Those of [`floor`], and [`ScoreError::OtherRate`] if samples are not at the steps of the law.
@@ -145,11 +147,11 @@ struct Scored {
     mean: TrajectoryError,
     mean_of_samples: TrajectoryError,
     one_sample: TrajectoryError,
-    /// CRPS of height, m, and velocity, m/s.
+    /// CRPS of the height, m, and of the velocity, m/s.
     crps: [f64; 2],
 }
 
-/// Buffers that are reused between trajectories.
+/// Buffers of [`score`] that are reused between trajectories.
 #[derive(Default)]
 struct Buffers {
     keys: Vec<u64>,
@@ -190,7 +192,7 @@ fn fill_weights(ensemble: &Ensemble, weights: &mut Vec<f64>) {
     weights.iter_mut().for_each(|sum| *sum = 1.0 / sum.max(1e-6));
 }
 
-/// Sums over time of the absolute errors of each predictor, and of the CRPS.
+/// Sums over time of the absolute error of each predictor, and of the CRPS.
 #[derive(Default)]
 struct Sums {
     median: f64,
@@ -202,7 +204,7 @@ struct Sums {
 }
 
 impl Sums {
-    /// Adds the errors at one time, given the true value and the draws.
+    /// Adds the errors at one time, given the true value and the draws at that time.
     fn add(
         &mut self,
         truth: f64,
@@ -240,7 +242,7 @@ impl Sums {
     }
 }
 
-/// Sum of `term` over pairs of elements, in eight interleaved partial sums for vectorisation.
+/// Sum of `term(a[i], b[i])`, in eight interleaved partial sums for vectorisation.
 fn sum(a: &[f32], b: &[f32], term: impl Fn(f64, f64) -> f64) -> f64 {
     let mut partial = [0.0_f64; 8];
     let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));

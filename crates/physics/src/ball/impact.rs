@@ -8,9 +8,9 @@ use crate::Scalar;
 pub struct Impact<'a, S> {
     /// Index of the impact, 0 for the first.
     pub index: usize,
-    /// Seconds since the release.
+    /// Time of the impact since the release, s.
     pub time: S,
-    /// Contact position, m.
+    /// Position of the contact, m.
     pub position: [S; 3],
     /// Approach speed along the ground's normal, m/s, positive.
     pub normal_speed: S,
@@ -18,9 +18,9 @@ pub struct Impact<'a, S> {
     pub slip: [S; 3],
     /// Velocity of the ball's centre along the ground, m/s.
     pub tangential: [S; 3],
-    /// Spin before the impact, rad/s.
+    /// Spin of the ball before the impact, rad/s.
     pub spin: [S; 3],
-    /// `I / (m R²)`, 0.4 for a solid ball.
+    /// Moment of inertia of the ball divided by `m R²`; 0.4 for a solid ball.
     pub inertia_ratio: S,
     /// Coefficient of restitution: the base value, or the final one after all effects on it have acted.
     pub restitution: S,
@@ -29,18 +29,18 @@ pub struct Impact<'a, S> {
 }
 
 impl<S: Scalar> Impact<'_, S> {
-    /// Session time of the impact, relative to the reference of the session clock, s.
+    /// Session time of the impact, s, relative to the reference time of the session clock.
     pub fn clock(&self) -> S {
         self.time + self.covariates.clock_s
     }
 }
 
-/// A simulated impact.
+/// Record of one simulated impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactRecord<S> {
-    /// Seconds since the release.
+    /// Time of the impact since the release, s.
     pub time: S,
-    /// Contact position, m.
+    /// Position of the contact, m.
     pub position: [S; 3],
     /// Approach speed along the normal, m/s.
     pub speed_in: S,
@@ -50,6 +50,6 @@ pub struct ImpactRecord<S> {
     pub tangential: [S; 3],
     /// Slip velocity of the contact point before the impact, m/s.
     pub slip: [S; 3],
-    /// Spin before the impact, rad/s.
+    /// Spin of the ball before the impact, rad/s.
     pub spin: [S; 3],
 }

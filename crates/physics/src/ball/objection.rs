@@ -10,7 +10,7 @@ use thiserror::Error;
 /// Twice the ratio of a ball at half its terminal speed, and below the ratio of 0.25 that wrong units give.
 const MAX_RESIDUAL_RATIO: f64 = 0.2;
 
-/// Reason why the recordings cannot be calibrated.
+/// Reason why recorded throws cannot be calibrated.
 #[derive(Debug, Error)]
 enum Reason {
     #[error(
@@ -31,7 +31,7 @@ pub(super) fn too_few_heights() -> Objection {
     Objection::new(Reason::TooFewHeights)
 }
 
-/// Why these records cannot be calibrated; `sd_m` is the noise of the height, the last channel.
+/// Reason why these records cannot be calibrated; `sd_m` is the noise of the height (last channel), m.
 pub(super) fn objection(parameters: &[Parameter], records: &[Record], sd_m: f64) -> Option<Objection> {
     if !parameters[RESTITUTION].frozen && records.iter().all(|r| r.events.is_empty()) {
         return Some(Objection::new(Reason::NoImpacts));
@@ -39,7 +39,7 @@ pub(super) fn objection(parameters: &[Parameter], records: &[Record], sd_m: f64)
     unlike_free_fall(parameters[GRAVITY].nominal, records, sd_m).map(Objection::new)
 }
 
-/// Compares the first flights with a free fall, to detect wrong units or an inverted height.
+/// Error if the first flights differ from a free fall, as with wrong units or an inverted height.
 fn unlike_free_fall(g: f64, records: &[Record], sd_m: f64) -> Option<Reason> {
     let mut ratios = Vec::new();
     let mut rmses = Vec::new();

@@ -17,13 +17,13 @@ pub(crate) fn partition_at_middle(draws: &[f32], keys: &mut Vec<u64>) -> usize {
     middle
 }
 
-/// Decodes the value of a key.
+/// Value of the draw that a key encodes.
 fn value(key: u64) -> f64 {
     let ordered = (key >> 32) as u32;
     f64::from(f32::from_bits(if ordered >> 31 == 1 { ordered ^ 1 << 31 } else { !ordered }))
 }
 
-/// Median of keys that are partitioned at `middle`; for an even number, the mean of the middle two.
+/// Median of the encoded draws, partitioned at `middle`; for an even number, the mean of the middle two.
 pub(crate) fn median(keys: &[u64], middle: usize) -> f64 {
     let upper = value(keys[middle]);
     match keys[..middle].iter().max() {
@@ -59,7 +59,7 @@ pub(crate) fn weighted_median(keys: &mut [u64], mut middle: usize, weights: &[f6
 
 #[cfg(test)]
 mod tests {
-    //! Selection agrees with sorting, for even and odd numbers of values, ties and both signs.
+    //! Contract: selection agrees with sorting, for even and odd numbers of values, ties and both signs.
     use super::*;
     use rand::Rng;
 

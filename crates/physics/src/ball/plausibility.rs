@@ -11,18 +11,22 @@ use thiserror::Error;
 
 /// Gravity on Earth, m/s².
 const EARTH_GRAVITY: f64 = 9.81;
-/// Largest accepted ratio (or its inverse) of calibrated gravity to declared gravity or that on Earth.
+/// Largest accepted ratio (or its inverse) of calibrated gravity to declared or Earth's gravity.
 ///
 /// Lengths and camera clocks are accurate to a few per cent; a larger difference means a wrong scale or frame
 /// rate.
 const MAX_GRAVITY_RATIO: f64 = 1.25;
-/// Like [`MAX_GRAVITY_RATIO`], before effects are added: drag can halve the acceleration.
+/// Largest accepted ratio of gravities, as [`MAX_GRAVITY_RATIO`], before effects are in the model.
+///
+/// Drag can halve the acceleration.
 const MAX_INITIAL_GRAVITY_RATIO: f64 = 3.0;
 /// Standard deviation of the restitution from which the body is not a ball.
 ///
 /// Synthetic data that are hard to predict have 0.1; tumbling bodies reach 0.2 to 0.3.
 const MAX_SCATTER: f64 = 0.15;
-/// Like [`MAX_SCATTER`], if impact heights differ by more than [`FAR_UNEVEN_RATIO`] of the fall.
+/// Standard deviation of the restitution from which a body is no ball if impact heights differ.
+///
+/// It replaces [`MAX_SCATTER`] if they differ by more than [`FAR_UNEVEN_RATIO`] of the fall.
 ///
 /// Of 106 simulated squares and cubes some scatter by only 0.10 to 0.15 (robust estimate of a long-tailed
 /// distribution), at heights that differ by 0.015 of the fall and more.
@@ -34,7 +38,7 @@ const MAX_SCATTER_IF_UNEVEN: f64 = 0.08;
 const FAR_UNEVEN_RATIO: f64 = 0.01;
 /// Standard deviation of impact heights, in units of the noise, above which they count as different.
 const MIN_UNEVEN_SD: f64 = 4.0;
-/// Like [`MIN_UNEVEN_SD`], for bodies whose rebounds scatter within single records.
+/// Threshold as [`MIN_UNEVEN_SD`], for bodies whose rebounds scatter within single records.
 ///
 /// Impact heights of a ball have an error of about half of the noise; those of 7 of 99 simulated squares
 /// scatter by only 2.9 to 4.0 times the noise.
@@ -43,16 +47,16 @@ const MIN_UNEVEN_SD_IF_ERRATIC: f64 = 2.5;
 ///
 /// Contacts of finite duration and dents in the floor keep it below 0.01.
 const MIN_UNEVEN_RATIO: f64 = 0.004;
-/// Fewest impacts for which rebounds are judged.
+/// Minimum number of impacts for which rebounds are judged.
 const MIN_IMPACTS: usize = 8;
-/// Fewest impacts per record, and fewest such records, for which the scatter within records is judged.
+/// Minimum number of impacts per record, and of such records, to judge the scatter within records.
 const MIN_PER_RECORD: usize = 3;
-/// Smallest usable impact speed, in units of the noise per 0.01 s; slower ones are too noisy.
+/// Minimum usable impact speed, in units of the height noise per 0.01 s; slower ones are too noisy.
 const MIN_SPEED_SD: f64 = 5.0;
 /// Median absolute deviation of the standard normal distribution.
 const NORMAL_MAD: f64 = 0.6745;
 
-/// Reason why values or recordings are not those of a ball.
+/// Reason why calibrated values or recordings are not those of a ball.
 #[derive(Debug, Error)]
 enum Reason {
     #[error(
@@ -70,12 +74,12 @@ enum Reason {
     Tumbles { impacts: usize, scatter: f64, spread_m: f64, sd_m: f64 },
 }
 
-/// Whether the ratio of two values is at most `factor`, either way.
+/// Whether the ratios `a / b` and `b / a` are both at most `factor`.
 fn is_within_factor(a: f64, b: f64, factor: f64) -> bool {
     (1.0 / factor..=factor).contains(&(a / b))
 }
 
-/// Advice for an acceleration that is `ratio` times that on Earth.
+/// Advice for a calibrated acceleration that is `ratio` times Earth's gravity.
 fn remedy(ratio: f64) -> String {
     let units = [(100.0, "centimetres"), (1000.0, "millimetres"), (39.37, "inches"), (3.281, "feet")];
     let unit = units.into_iter().find(|(factor, _)| is_within_factor(ratio, *factor, 1.3));
@@ -89,7 +93,7 @@ fn remedy(ratio: f64) -> String {
     }
 }
 
-/// Why the calibrated gravity is implausible; a frozen value is not checked.
+/// Reason why the calibrated gravity is implausible; a frozen gravity is not checked.
 pub(super) fn implausible(parameters: &[Parameter], values: &[f64]) -> Option<Objection> {
     let (p, found) = (parameters.get(GRAVITY)?, *values.get(GRAVITY)?);
     check_gravity(p, found, MAX_GRAVITY_RATIO)
@@ -107,7 +111,7 @@ fn check_gravity(p: &Parameter, found: f64, factor: f64) -> Option<Objection> {
     Some(Objection::new(Reason::Gravity { found, declared, at_bound, remedy: remedy(found / EARTH_GRAVITY) }))
 }
 
-/// Why these records are not those of a ball; `sd_m` is the noise standard deviation of the height.
+/// Reason why these records are not those of a ball; `sd_m` is the noise of the height, m.
 pub(super) fn foreign_records_objection(
     parameters: &[Parameter],
     records: &[&Record],
@@ -125,7 +129,7 @@ pub(super) fn foreign_records_objection(
     check_rebounds(records, g.nominal.max(0.1), sd_m)
 }
 
-/// Median downward acceleration of the arcs, m/s².
+/// Median downward acceleration of the arcs between impacts, m/s².
 fn observed_gravity(records: &[&Record]) -> Option<f64> {
     let arcs = records.iter().flat_map(|r| r.smooth_segments.iter().map(move |a| (r, a)));
     let mut accelerations: Vec<f64> = arcs
@@ -156,17 +160,17 @@ fn observed_gravity(records: &[&Record]) -> Option<f64> {
 
 /// An impact that is fast enough for a good estimate of the restitution.
 struct Hit {
-    /// Index of the record.
+    /// Index of the record of the impact.
     record: usize,
-    /// Group of the record.
+    /// Index of the group of the record.
     group: usize,
-    /// Estimated restitution.
+    /// Restitution estimated for the impact.
     restitution: f64,
-    /// Height of the fall before it, m.
+    /// Height of the fall before the impact, m.
     fall_m: f64,
-    /// 1, then the horizontal coordinates, m: the regressors of a plane.
+    /// Regressors of a plane at the impact: 1, then the horizontal coordinates, m.
     place: [f64; 3],
-    /// Height of the impact, m.
+    /// Height at which the impact was detected, m.
     height_m: f64,
 }
 
@@ -197,7 +201,7 @@ fn hits(records: &[&Record], g: f64, sd_m: f64) -> Vec<Hit> {
     out
 }
 
-/// The objection to rebounds that scatter more than those of a ball, at impacts of different heights.
+/// Objection if rebounds scatter more than those of a ball, at impacts of different heights.
 ///
 /// Restitution and floor height may differ between groups.
 fn check_rebounds(records: &[&Record], g: f64, sd_m: f64) -> Option<Objection> {
@@ -222,7 +226,7 @@ fn check_rebounds(records: &[&Record], g: f64, sd_m: f64) -> Option<Objection> {
     (is_erratic && is_uneven).then(|| Objection::new(Reason::Tumbles { impacts, scatter, spread_m, sd_m }))
 }
 
-/// Values minus the median of their class.
+/// Values of the impacts, each minus the median of its class.
 fn centred(hits: &[Hit], class: impl Fn(&Hit) -> usize, value: impl Fn(&Hit) -> f64) -> Vec<f64> {
     let class_median =
         |k: usize| median(&mut hits.iter().filter(|h| class(h) == k).map(&value).collect::<Vec<_>>());
@@ -232,7 +236,9 @@ fn centred(hits: &[Hit], class: impl Fn(&Hit) -> usize, value: impl Fn(&Hit) -> 
         .collect()
 }
 
-/// Standard deviation of the restitution within records (median variance); `None` with too few impacts.
+/// Standard deviation of the restitution within records; `None` with too few impacts.
+///
+/// It is the root of the median variance of the records.
 ///
 /// Variation between records is excluded, because objects may differ between records without a group column.
 fn scatter_within_records(hits: &[Hit]) -> Option<f64> {
@@ -248,13 +254,13 @@ fn scatter_within_records(hits: &[Hit]) -> Option<f64> {
     (variances.len() >= MIN_PER_RECORD).then(|| (median(&mut variances) / std::f64::consts::LN_2).sqrt())
 }
 
-/// Robust standard deviation, from the median absolute deviation.
+/// Robust standard deviation of `values`, from the median absolute deviation.
 fn robust_sd(mut values: Vec<f64>) -> f64 {
     let centre = median(&mut values);
     median(&mut values.iter().map(|v| (v - centre).abs()).collect::<Vec<_>>()) / NORMAL_MAD
 }
 
-/// Heights minus their least-squares plane over the places, by Gram-Schmidt orthogonalisation.
+/// Impact heights minus their least-squares plane over the places, by Gram-Schmidt orthogonalisation.
 fn without_plane(points: &[([f64; 3], f64)]) -> Vec<f64> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     let mut residual: Vec<f64> = points.iter().map(|(_, z)| *z).collect();

@@ -9,11 +9,11 @@ use augsim_system::{Parameter, Record};
 /// Properties of the declared model that decide which effects can be searched for.
 pub(super) struct Preconditions<'a> {
     pub axes: Axes,
-    /// Whether the ball is released at rest.
+    /// Whether the model declares that the ball is released at rest.
     pub released_at_rest: bool,
-    /// Whether the model declares a radius.
+    /// Whether the model declares a radius of the ball.
     pub has_radius: bool,
-    /// The declared parameters.
+    /// Parameters that the model declares.
     pub parameters: &'a [Parameter],
     /// Kinds of effects that the model declares.
     pub kinds: &'a [String],

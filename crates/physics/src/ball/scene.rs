@@ -10,7 +10,7 @@ const ASSUMED_GRAVITY: f64 = 9.81;
 /// Median magnitude of third differences of unit white noise: 0.6745 sqrt(1 + 9 + 9 + 1).
 const MEDIAN_THIRD_DIFFERENCE: f64 = 0.6745 * 4.472_136;
 
-/// Duration of the fits before and after an impact, s.
+/// Duration of the free-fall fits before and after an impact, s.
 const SIDE_DURATION: f64 = 0.120;
 
 /// Height of the floor, m: the median height of the detected impacts; `None` if there are none.
@@ -19,7 +19,7 @@ pub(super) fn floor_height(records: &[&Record], g: f64) -> Option<f64> {
     (!heights.is_empty()).then(|| median(&mut heights))
 }
 
-/// The detected impacts of a record with their heights, m.
+/// Detected impacts of a record, each with its height, m.
 ///
 /// The height is the mean of the extrapolations of the arcs before and after the impact; impacts with too few
 /// samples on both sides are omitted.
@@ -47,7 +47,7 @@ pub(crate) fn impact_heights(record: &Record, g: f64) -> Vec<(DetectedEvent, f64
     record.events.iter().filter_map(with_height).collect()
 }
 
-/// Height of the floor in the column `z_m` or `height_m` of a data set, m, without a model.
+/// Height of the floor, m, from the column `z_m` or `height_m` of a data set, without a model.
 ///
 /// `None` if no impact is detected.
 pub fn detected_floor_m(data: &Dataset) -> Option<f64> {

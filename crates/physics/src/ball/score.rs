@@ -11,32 +11,32 @@ use thiserror::Error;
 /// Why a prediction cannot be scored.
 #[derive(Debug, Error)]
 pub enum ScoreError {
-    /// A column is missing, or the data are invalid.
+    /// A required column is missing, or the data are invalid.
     #[error(transparent)]
     Data(#[from] DataError),
-    /// A scored trajectory has gaps.
+    /// A scored trajectory has missing samples.
     #[error("trajectory `{trajectory}`: has gaps; score trajectories without missing cells")]
     Gap {
-        /// Trajectory.
+        /// Name of the trajectory with missing samples.
         trajectory: String,
     },
-    /// The relative error is undefined.
+    /// All heights of a trajectory are 0, so that its relative error is undefined.
     #[error(
         "trajectory `{trajectory}`: every height is 0, so the relative error is undefined; remove the trajectory"
     )]
     NoHeight {
-        /// Trajectory.
+        /// Name of the trajectory whose heights are all 0.
         trajectory: String,
     },
-    /// There are no trajectories.
+    /// The data set has no trajectories.
     #[error("no trajectories to score; pass at least one")]
     Nothing,
-    /// There are fewer than two draws, or fewer than are averaged.
+    /// The ensemble has fewer than two draws, or fewer than are averaged.
     #[error("{draws} draws are too few; use at least {needed}")]
     TooFewDraws {
-        /// Requested number.
+        /// Number of draws that was requested.
         draws: usize,
-        /// Smallest possible number.
+        /// Smallest possible number of draws.
         needed: usize,
     },
     /// Samples are not at the engine's time steps.
@@ -45,26 +45,26 @@ pub enum ScoreError {
          the first; this engine has a fixed step: resample the data"
     )]
     OtherRate {
-        /// Trajectory.
+        /// Name of the trajectory with other sample times.
         trajectory: String,
-        /// First sample that is not at a step.
+        /// Index of the first sample that is not at a time step.
         sample: usize,
-        /// The engine's step, s.
+        /// Time step of the engine, s.
         step_s: f64,
     },
 }
 
-/// Mean over trajectories, with its standard error.
+/// Mean of a quantity over trajectories, with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
-    /// Mean.
+    /// Mean of the quantity over the trajectories.
     pub mean: f64,
-    /// Standard deviation over trajectories / sqrt(trajectories); 0 for a single one.
+    /// Standard error: standard deviation over trajectories / sqrt(trajectories); 0 for a single one.
     pub standard_error: f64,
 }
 
 impl Estimate {
-    /// Mean and standard error of one value per trajectory.
+    /// Mean and standard error of `values`, one per trajectory.
     pub fn from_values(values: impl Iterator<Item = f64> + Clone) -> Estimate {
         let count = values.clone().count() as f64;
         let mean = values.clone().sum::<f64>() / count;
@@ -74,19 +74,19 @@ impl Estimate {
     }
 }
 
-/// Errors on a data set.
+/// Mean errors of a predictor on a data set: height, velocity and trans %.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BallScore {
     /// Mean absolute height error, m.
     pub position_m: Estimate,
     /// Mean absolute velocity error, m/s.
     pub velocity_m_s: Estimate,
-    /// Mean relative height error of the trajectories, %.
+    /// Relative height error (trans %), mean over the trajectories, %.
     pub trans_percent: Estimate,
 }
 
 impl BallScore {
-    /// Averages the errors of trajectories.
+    /// Averages the errors of single trajectories.
     pub(crate) fn from_errors(errors: &[TrajectoryError]) -> BallScore {
         BallScore {
             position_m: Estimate::from_values(errors.iter().map(|e| e.position_m)),

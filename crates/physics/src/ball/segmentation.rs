@@ -7,22 +7,22 @@
 use augsim_system::{CORRELATION_STEPS, DetectedEvent, Record, Window, typical_step};
 use std::ops::Range;
 
-/// Lag of the second difference, s.
+/// Lag of the second difference of the height, s.
 const LAG: f64 = 0.030;
 /// Smallest second difference of the height that counts as an impact, m.
 const MIN_JUMP_M: f64 = 0.025;
-/// Duration of the fits before and after an impact, s.
+/// Duration of the free-fall fits before and after an impact, s.
 const SIDE_DURATION: f64 = 0.120;
-/// Samples closer to an impact than this are not part of an arc, s.
+/// Time around an impact, s, whose samples belong to no arc.
 const MARGIN: f64 = 0.015;
 /// Shortest usable arc between two impacts: duration, s, and number of measured heights.
 const MIN_ARC: (f64, usize) = (0.16, 9);
-/// Fewest measured heights of any arc.
+/// Minimum number of measured heights of any arc.
 const MIN_HEIGHTS: usize = 5;
-/// Largest number of impacts per trajectory: later ones cost derivatives and carry little information.
+/// Maximum number of impacts per trajectory: later ones cost derivatives and add little information.
 const MAX_IMPACTS: usize = 10;
 
-/// Indices of the measured (finite) samples of a channel.
+/// Indices of the samples at which a channel was measured (finite values).
 fn measured_samples(values: &[f64]) -> Vec<usize> {
     (0..values.len()).filter(|&k| values[k].is_finite()).collect()
 }
@@ -62,25 +62,25 @@ pub(super) fn fit_free_fall(
 struct Heights {
     /// Sample index in the record of each measured height.
     samples: Vec<usize>,
-    /// Times, s.
+    /// Times of the measured heights, s.
     times: Vec<f64>,
-    /// Heights, m.
+    /// Measured heights, m, without isolated outliers.
     z: Vec<f64>,
-    /// Median time step, s.
+    /// Median time between measured heights, s.
     step: f64,
-    /// Lag of the second difference, in samples.
+    /// Lag of the second difference of the height, in samples.
     lag_samples: usize,
-    /// Lag of the second difference, s.
+    /// Lag of the second difference of the height, s.
     lag: f64,
 }
 
 /// An impact, located by the fits before and after it.
 struct LocatedImpact {
-    /// Time, s.
+    /// Time of the impact, s.
     time: f64,
-    /// Approach speed, m/s.
+    /// Approach speed of the ball, m/s.
     speed_in: f64,
-    /// Departure speed, m/s.
+    /// Departure speed of the ball, m/s.
     speed_out: f64,
 }
 
@@ -101,14 +101,14 @@ impl Heights {
         self.samples.iter().filter(|k| arc.contains(k)).count()
     }
 
-    /// Second difference of the height at measured height `k`, m.
+    /// Second difference of the height at the measured height with index `k`, m.
     fn jump(&self, k: usize) -> f64 {
         let (m, times, z) = (self.lag_samples, &self.times, &self.z);
         let (before, after) = (times[k] - times[k - m], times[k + m] - times[k]);
         ((z[k + m] - z[k]) / after - (z[k] - z[k - m]) / before) * self.lag
     }
 
-    /// Indices of the largest second difference in each run above the threshold: one per detected impact.
+    /// Index of each detected impact: the largest second difference in a run above the threshold.
     fn peaks(&self, sigma: f64) -> Vec<usize> {
         // The second difference of white noise has the standard deviation sqrt(6) sigma.
         let threshold = (4.5 * 6f64.sqrt() * sigma).max(MIN_JUMP_M);
@@ -246,18 +246,20 @@ fn without_spikes(y: &[f64], sigma: f64) -> Vec<f64> {
     z
 }
 
-/// End of the samples before an impact at time `impact`, less the margin.
+/// Index of the end of the samples before an impact at time `impact`, less the margin (both s).
 fn arc_end(times: &[f64], impact: f64, margin: f64) -> usize {
     times.iter().position(|&t| t >= impact - margin).unwrap_or(times.len())
 }
 
-/// End of the samples of a hop that began at `begin`, without the last 7 % of its ballistic duration.
+/// Index of the end of the samples of a hop from time `begin`, s.
+///
+/// The last 7 % of the ballistic duration of the hop are left out.
 fn end_of_hop(times: &[f64], begin: f64, out_speed: Option<f64>, g: f64, margin: f64) -> usize {
     let duration = out_speed.map_or(f64::INFINITY, |v| 2.0 * v / g);
     arc_end(times, begin + 0.93 * duration, margin)
 }
 
-/// Makes the record one window that starts with the state of a free-fall fit to the first arc.
+/// Makes the record one window whose initial state is that of a free-fall fit to the first arc.
 fn set_rough_start(record: &mut Record, g: f64) {
     let channels = record.values.len();
     let mut start = vec![0.0; 2 * channels];

@@ -8,11 +8,11 @@ use crate::Scalar;
 /// floor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axes {
-    /// A drop: `z` alone (`height_m`).
+    /// A drop: only the height `z` is measured (`height_m`).
     Vertical,
-    /// A throw in the plane: `x`, `z`; spin about `+y`.
+    /// A throw in the plane: `x` and `z` are measured; the spin is about `+y`.
     Plane,
-    /// A throw in space: `x`, `y`, `z`.
+    /// A throw in space: `x`, `y` and `z` are measured.
     Space,
 }
 
@@ -32,16 +32,16 @@ impl Axes {
     }
 }
 
-/// Position, velocity and spin at a time.
+/// State of the ball at one time: position, velocity and spin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<S> {
-    /// Seconds since the release.
+    /// Time of the state since the release, s.
     pub time: S,
     /// Position of the lowest point of the ball, m.
     pub position: [S; 3],
-    /// Velocity, m/s.
+    /// Velocity of the ball, m/s.
     pub velocity: [S; 3],
-    /// Angular velocity, rad/s.
+    /// Angular velocity of the ball, rad/s.
     pub spin: [S; 3],
 }
 
@@ -53,12 +53,12 @@ impl<S: Scalar> State<S> {
     }
 }
 
-/// Recorded quantities that are constant over a trajectory.
+/// Quantities recorded for a trajectory that are constant over it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Covariates {
-    /// Session time of the release, relative to the reference of the session clock, s.
+    /// Session time of the release, s, relative to the reference time of the session clock.
     pub clock_s: f64,
-    /// Spin at the release, rad/s.
+    /// Spin of the ball at the release, rad/s.
     pub spin_rad_s: [f64; 3],
     /// Cross-section area divided by mass, m²/kg; 0 if size or mass is unknown.
     pub area_per_mass_m2_kg: f64,

@@ -22,7 +22,7 @@ use augsim_system::{
 };
 use std::sync::Arc;
 
-/// Largest number of derivatives in one simulation; tasks with more run in blocks.
+/// Maximum number of derivatives in one simulation; tasks with more are computed in blocks.
 const MAX_LANES: usize = 40;
 
 /// A ball that falls, flies and bounces, as a [`System`].
@@ -44,20 +44,20 @@ pub struct Ball {
     detected_floor_m: Option<f64>,
 }
 
-/// Declarations of a model file other than world and parameters.
+/// What a model file of the ball declares besides parameters and simulated effects.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BallDeclaration {
     /// Whether the model declares the restitution; without it there are no impacts.
     pub bounces: bool,
     /// Whether the model declares the height of the floor.
     pub floor: bool,
-    /// Kinds of its effects, including the random scatter.
+    /// Kinds of the declared effects, including the random scatter.
     pub kinds: Vec<String>,
     /// Standard deviation of the measured position, m.
     pub position_sd_m: Option<f64>,
-    /// Random scatter of the restitution.
+    /// Declared random scatter of the restitution; `None` if not declared.
     pub scatter: Option<Scatter>,
-    /// Column of the height for 1-D data, if it is not `height_m`.
+    /// Name of the height column of 1-D data, if it is not `height_m`.
     pub height_column: Option<String>,
 }
 
@@ -67,11 +67,11 @@ pub struct BallDeclaration {
 /// the ball was tracked instead of its lowest point. Applies to models that do not declare the floor height.
 const MAX_FLOOR_DIFFERENCE_M: f64 = 0.05;
 
-/// Fewest measured heights of a usable record.
+/// Minimum number of measured heights of a usable record.
 const MIN_HEIGHTS: usize = 8;
 
 impl Ball {
-    /// Builds the ball from its world and its parameters, in the order of the world's vector.
+    /// Builds the ball from its effects and its parameters, in the order of the world's parameter vector.
     ///
     /// A radius of 0 (unknown) becomes 1 m; without recorded spin the simulated positions do not depend on
     /// it.
@@ -107,7 +107,7 @@ impl Ball {
         self.detected_floor_m.unwrap_or(self.parameters[FLOOR].nominal)
     }
 
-    /// Simulates a task in the scalar `S`, whose lanes are the seeds of the task.
+    /// Simulates a task in the scalar `S`, which carries one derivative per seed of the task.
     fn run<S: Scalar>(&self, task: &Task<'_>, out: &mut Simulated) {
         let axes = self.world.axes.indices();
         let (record, times) = (task.record, task.times());
@@ -328,7 +328,7 @@ impl Describe for Ball {
     }
 }
 
-/// Schema of the ball for these axes.
+/// Schema of the ball for data with these axes.
 fn schema(axes: Axes, released_at_rest: bool, declaration: &BallDeclaration) -> Schema {
     let height = declaration.height_column.as_deref().unwrap_or("height_m");
     let columns: &[&str] = match axes {

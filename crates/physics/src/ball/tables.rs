@@ -7,7 +7,7 @@ use crate::library::Location;
 use augsim_system::statistics::quantile;
 use augsim_system::{Event, Record, Table};
 
-/// Number of knots of a table.
+/// Number of knots of a candidate table.
 const KNOTS: usize = 8;
 
 /// Candidate tables over the features that vary in these records.
@@ -92,7 +92,7 @@ pub(super) fn tables(
         .collect()
 }
 
-/// 1 % and 99 % quantiles of a feature; `None` if it does not vary or has too few values.
+/// Range of a feature: its 1 % and 99 % quantiles; `None` if it does not vary or has too few values.
 fn feature_range(
     target: Target,
     against: Feature,

@@ -7,61 +7,61 @@ use crate::Scalar;
 /// Names of the base parameters, in the order of the parameter vector; those of effects follow.
 pub const BASE_PARAMETERS: [&str; 5] =
     ["gravity_m_s2", "restitution", "radius_m", "inertia_ratio", "floor_height_m"];
-/// Index of gravity, m/s².
+/// Index of gravity, m/s², in the parameter vector.
 pub const GRAVITY: usize = 0;
-/// Index of the coefficient of restitution.
+/// Index of the coefficient of restitution in the parameter vector.
 pub const RESTITUTION: usize = 1;
-/// Index of the ball's radius, m.
+/// Index of the ball's radius, m, in the parameter vector.
 pub const RADIUS: usize = 2;
-/// Index of `I / (m R²)`.
+/// Index of the inertia ratio `I / (m R²)` of the ball in the parameter vector.
 pub const INERTIA_RATIO: usize = 3;
-/// Index of the height of the floor in the coordinates of the data, m.
+/// Index of the floor height in the coordinates of the data, m, in the parameter vector.
 pub const FLOOR: usize = 4;
 
-/// A reference to a library effect, or a table.
+/// An active effect: one of the library, or a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LawRef {
-    /// Library effect, as an index into [`effects::all`].
+    /// An effect of the library, by its index in [`effects::all`].
     Listed(usize),
-    /// Table.
+    /// A piecewise-linear function of one feature.
     Table(Table),
 }
 
 /// An active effect with its range in the parameter vector.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Term {
-    /// The effect or table.
+    /// The library effect or table.
     pub law: LawRef,
-    /// Index of its first parameter.
+    /// Index of the effect's first parameter in the parameter vector.
     pub first: usize,
-    /// Number of its parameters.
+    /// Number of parameters of the effect.
     pub count: usize,
 }
 
-/// The set of active effects.
+/// The active effects of a ball model and the layout of its parameter vector.
 ///
 /// Parameter values are not part of it: they are in a separate vector, so that all trial values of a fit
 /// share one world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct World {
-    /// Measured coordinates.
+    /// Coordinates that are measured.
     pub axes: Axes,
     terms: Vec<Term>,
     parameters: usize,
 }
 
 impl World {
-    /// A world without effects: gravity and constant restitution.
+    /// A ball without effects: gravity and constant restitution.
     pub fn new(axes: Axes) -> Self {
         Self { axes, terms: Vec::new(), parameters: BASE_PARAMETERS.len() }
     }
 
-    /// Length of the parameter vector.
+    /// Number of parameters in the parameter vector.
     pub fn parameter_count(&self) -> usize {
         self.parameters
     }
 
-    /// Adds an effect with `count` parameters at the end of the vector; returns the first one's index.
+    /// Adds an effect with `count` parameters at the end of the vector; returns the index of the first.
     ///
     /// Effects act in the order of the registry, tables first, because additive effects on the restitution
     /// act before multiplicative ones.
@@ -76,14 +76,16 @@ impl World {
         first
     }
 
-    /// Adds a library effect by kind; `None` if there is no such kind or it is the random scatter.
+    /// Adds a library effect by kind; returns the index of its first parameter.
+    ///
+    /// `None` if there is no such kind or it is the random scatter.
     pub fn add_kind(&mut self, kind: &str) -> Option<usize> {
         let index = effects::index_of(kind)?;
         let count = effects::spec_of(kind)?.parameters.len();
         Some(self.add(LawRef::Listed(index), count))
     }
 
-    /// Active effects, in the order in which they act.
+    /// Active effects with their parameter ranges, in the order in which they act.
     pub fn terms(&self) -> &[Term] {
         &self.terms
     }
