@@ -1,4 +1,4 @@
-//! //! Example figures of the report: measured trajectories with predictions and residuals; for pushes the
+//! Example figures of the report: measured trajectories with predictions and residuals; for pushes the
 //! top view.
 
 use super::residuals::quantity_of;

@@ -1,4 +1,4 @@
-//! //! Sections of the report on findings: effects, parameters, unconfirmed effects, candidates, noise, open
+//! Sections of the report on findings: effects, parameters, unconfirmed effects, candidates, noise, open
 //! questions.
 
 use super::{DeclaredParameter, display_unit};

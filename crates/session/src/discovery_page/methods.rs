@@ -1,4 +1,4 @@
-//! //! Remarks at the end of the report, and the methods used with their references.
+//! Remarks at the end of the report, and the methods used with their references.
 
 use augsim_discovery::Discovery;
 use augsim_report::page::{Method, estimate_text, significant};

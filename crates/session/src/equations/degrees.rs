@@ -1,4 +1,4 @@
-//! //! Detects angles in degrees where a model of equations reads radians.
+//! Detects angles in degrees where a model of equations reads radians.
 //!
 //! The data alone do not decide it: a rotor turns by any number of radians. A model with sines or cosines of
 //! the angle does: in the wrong unit it cannot follow even short windows. It is fitted to short windows in
