@@ -13,25 +13,26 @@ use crate::windows::{NEGLIGIBLE_RMSE, Problem, ShootingWindow, merge_pairs};
 use augsim_system::{Record, Simulate};
 use std::time::Instant;
 
-/// Growth of the RMSE, when windows double in length, above which the model does not follow the data.
+/// Growth of the RMSE on doubling the window length above which the model no longer follows the data.
 ///
 /// White measurement noise does not grow; the effect of white process noise in a force on a position grows by
 /// 2.8.
 const MAX_RMSE_GROWTH: f64 = 4.0;
 /// Number of windows below which simulations are inefficient, because few SIMD lanes are in use.
 ///
-/// Before the number falls below it, the lengths so far are compared, to see if longer windows can be of use.
+/// Before the number of windows falls below it, the fits to the lengths so far are compared, to decide whether
+/// longer windows can improve the result.
 const MIN_EFFICIENT_WINDOWS: usize = 64;
-/// Number of successive lengths worse than a shorter one after which no longer one is tried.
+/// Number of successive window lengths with worse predictions than a shorter one after which growth stops.
 const MAX_WORSE_LENGTHS: usize = 3;
-/// Reason for shorter windows than the data allow: the deadline passed.
+/// Reason that is reported for shorter windows than the data allow if the deadline has passed.
 const TIME_LIMIT: &str = "the time limit was reached";
 
 /// Calibrates the free parameters of a system on prepared records.
 ///
-/// The windows of the records are the shortest that are fitted. `longest_s` is the longest duration to which
-/// they may grow; without it the length is chosen by comparison. After `until` the fit of the longest windows so
-/// far is returned.
+/// `records` contain the shortest windows that are fitted. `longest_s` is the longest duration to which
+/// windows may grow, in seconds; `None` chooses the length by comparing predictions. When the deadline
+/// `until` passes, the fit to the longest windows so far is returned.
 ///
 /// # Errors
 /// [`CalibrationError`]: nothing was measured, or the declared model cannot be simulated over its shortest
@@ -111,7 +112,8 @@ pub fn calibrate(
     Ok(calibration(&problem, best, stages, stopped))
 }
 
-/// The fit of the chosen length, which like all was made to the coarse tolerance, made to the final one.
+/// Refits the parameters of the chosen window length, so far fitted to the coarse tolerance, to the final
+/// tolerance.
 fn refined(problem: &Problem<'_>, coarse: Fit, of: &mut Stage) -> Fit {
     let start = StartingPoint { values: &coarse.values, windows: &coarse.windows, scales: &coarse.scales };
     if problem.is_over() {
@@ -122,13 +124,13 @@ fn refined(problem: &Problem<'_>, coarse: Fit, of: &mut Stage) -> Fit {
     fit
 }
 
-/// Largest factor, over the channels, by which the RMSE has grown from one stage to the next.
+/// Largest factor, over the channels, by which the RMSE grows from the shorter to the longer windows.
 fn rmse_growth(longer: &Stage, shorter: &Stage, channel_sd: &[f64]) -> f64 {
     let channels = longer.rmse.iter().zip(&shorter.rmse).zip(channel_sd);
     channels.map(|((longer, shorter), sd)| longer / shorter.max(NEGLIGIBLE_RMSE * sd)).fold(0.0, f64::max)
 }
 
-/// Summary of a fit over windows of one length.
+/// Summarises the fit over windows of one length: durations, RMSE, residual noise and steps.
 fn stage(problem: &Problem<'_>, fit: &Fit) -> Stage {
     let duration = |w: &ShootingWindow| {
         let times = &problem.records[w.record].times;
@@ -150,9 +152,11 @@ fn stage(problem: &Problem<'_>, fit: &Fit) -> Stage {
     }
 }
 
-/// Parameter values with their standard errors, initial states, and gauges of the final fit.
+/// Assembles the result from the final fit: values, standard errors, initial states, and gauges (parameters
+/// of which only combinations are identifiable).
 ///
-/// The initial states have the covariance σ² C_i⁻¹, at fixed parameters.
+/// The initial states have the covariance σ² C_i⁻¹ at fixed parameters, with C_i of formula (2) in
+/// `normal.rs`.
 fn calibration(
     problem: &Problem<'_>,
     fit: Fit,

@@ -10,35 +10,39 @@ use crate::steps::Fit;
 use crate::windows::Problem;
 use augsim_linear::{Mat, SymmetricEigen, symmetric_eigen};
 
-/// Share of the largest eigenvalue of the scaled normal equations below which others count as 0.
+/// Ratio to the largest eigenvalue of the scaled normal equations below which an eigenvalue counts as 0.
 ///
 /// Their eigenvectors are combinations of parameters that are not identifiable from the data.
 const IDENTIFIABILITY_CUTOFF: f64 = 1e-9;
-/// Share of the largest eigenvalue of a scaled C_i below which a direction of the initial state has no effect.
+/// Ratio to the largest eigenvalue of a window's scaled C_i below which an eigenvalue counts as 0.
 ///
-/// Some hundred times the rounding error of `f64`.
+/// Along its eigenvector the initial state has no effect on the outputs. The ratio is some hundred times the
+/// rounding error of `f64`.
 const STATE_CUTOFF: f64 = 1e-13;
-/// Shift of a parameter along a gauge, in its standard errors, from which it takes part in the gauge.
+/// Shift along an unidentifiable direction, in standard errors of a parameter, above which it belongs to the
+/// gauge.
 ///
 /// A shift of one standard error lowers the coverage of a 95 % interval to 83 %.
 const MIN_GAUGE_SHIFT: f64 = 1.0;
 
-/// Information of a fit on its free parameters.
+/// Uncertainty of the free parameters at a fit, and the parameter directions that the data do not determine.
 #[derive(Debug)]
 pub(crate) struct Information {
-    /// Standard error of each free parameter, within the identifiable combinations.
+    /// Standard error of each free parameter, from the identifiable combinations only.
     pub standard_errors: Vec<f64>,
-    /// Covariance of the free parameters, within the identifiable combinations.
+    /// Covariance of the free parameters, from the identifiable combinations only.
     pub covariance: Vec<Vec<f64>>,
     /// Directions in which the free parameters can move without a change of the outputs.
     free_directions: Vec<Vec<f64>>,
-    /// Error of the components of these directions: an error of the normal equations of the size of the cutoff turns them
-    /// towards the identifiable eigenvectors, the more the smaller their eigenvalues.
+    /// Upper bound of the error of each component of `free_directions`, by parameter.
+    ///
+    /// An error of the normal equations of the size of [`IDENTIFIABILITY_CUTOFF`] rotates these directions towards
+    /// the identifiable eigenvectors, the more the smaller their eigenvalues.
     direction_errors: Vec<f64>,
 }
 
 impl Information {
-    /// Computes the information of a fit whose residuals have the scaled variance `variance`.
+    /// Computes the uncertainty of a fit whose scaled residuals have the variance `variance`.
     ///
     /// `None` without free parameters, or if the normal equations are not finite.
     pub fn of_fit(problem: &Problem<'_>, fit: &Fit, variance: f64) -> Option<Self> {
@@ -73,7 +77,7 @@ impl Information {
         })
     }
 
-    /// The parameters that are not identifiable one by one; `None` if all are.
+    /// Group of parameters that are not identifiable one by one; `None` if every parameter is identifiable.
     pub fn gauge(&self, problem: &Problem<'_>, values: &[f64]) -> Option<Gauge> {
         if self.free_directions.is_empty() {
             return None;
@@ -100,9 +104,11 @@ impl Information {
     }
 }
 
-/// Adds A_i - B_i C_i⁺ B_iᵀ of a window, with the pseudoinverse of C_i; `matrix` is `[parameter][parameter]`.
+/// Adds a window's A_i - B_i C_i⁺ B_iᵀ (pseudoinverse C_i⁺) to `matrix`, `[parameter][parameter]`; `None` if
+/// not finite.
 ///
-/// A damped inverse, as in the steps of a fit, would hide gauges between parameters and initial states.
+/// A damped inverse, as in the steps of a fit, would hide combinations of parameters and initial states that
+/// are not identifiable.
 fn add_reduced(matrix: &mut [f64], window: &WindowEquations, (p, n): (usize, usize)) -> Option<()> {
     for i in 0..p {
         for j in 0..p {

@@ -26,83 +26,86 @@
 //! (9)  d ln L / d q_i = 1/2 Σ (s_i² - N_ii),   d ln L / d r = 1/2 Σ (u² - 1/F - Kᵀ N K)
 //! ```
 
-/// One sample: its transition to the next sample, and its readings. Matrices are stored by rows.
+/// Transition from one sample of a record to the next, and the readings at it. Matrices are stored by rows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sample {
-    /// c of (1), `[D]`: the state simulated from this sample less the path at the next sample.
+    /// Offset c of the transition (1), `[D]`, D the number of filter states: simulated next state minus that
+    /// on the path.
     pub offset: Vec<f64>,
-    /// T of (1), `[D][D]`; empty at the last sample.
+    /// Transition matrix T of (1), `[D][D]` with D filter states; empty at the last sample.
     pub transition: Vec<f64>,
     pub readings: Vec<Reading>,
 }
 
-/// A reading of one channel.
+/// Reading of one sensor channel at one sample, linearised about the path.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reading {
     pub channel: usize,
-    /// y of (2): the reading less the output on the path, in the unit of the channel.
+    /// Measured value minus the output on the path, y in formula (2), in the unit of the channel.
     pub residual: f64,
-    /// h of (2), `[D]`: derivatives of the output with respect to the state.
+    /// Derivatives of the output with respect to the D filter states, h in formula (2), `[D]`.
     pub jacobian: Vec<f64>,
 }
 
 /// Variances of the initial state, the process noise and the measurement noise.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Noise {
-    /// Variances of the state at the first sample, `[D]`.
+    /// Variances of the D filter states at the first sample, `[D]`.
     pub initial: Vec<f64>,
-    /// q of (1), `[D]`; 0 where there is no process noise.
+    /// Process noise variances q of (1) per sample step, `[D]` with D filter states; 0 for states without
+    /// process noise.
     pub process: Vec<f64>,
-    /// r of (2), by channel.
+    /// Variances of the white measurement noise, r in formula (2), by channel.
     pub sensor: Vec<f64>,
 }
 
-/// The two sums of (9) for one variance; the likelihood has its maximum where they are equal.
+/// The two sums whose difference is the likelihood's derivative (9) for one variance; equal at its maximum.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct VarianceBalance {
-    /// Σ s² or Σ u².
+    /// Observed sum of squares: Σ s² for state variances, Σ u² for measurement noise, in formula (9).
     pub observed: f64,
-    /// Expected value of that sum under the present variances.
+    /// Expected value of `observed` under the present variances.
     pub expected: f64,
 }
 
-/// Results of the smoother for one record.
+/// Results of the Kalman smoother for one record.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Smoothing {
     /// Ln likelihood (5) of the readings, without its constant.
     pub ln_likelihood: f64,
-    /// Smoothed deviations (8), `[sample][D]`.
+    /// Smoothed deviations of the D filter states from the path (8), `[sample][D]`.
     pub deviations: Vec<f64>,
-    /// Balances of the initial variances, `[D]`.
+    /// Sums (9) for the variances of the initial state, `[D]` with D filter states.
     pub initial: Vec<VarianceBalance>,
-    /// Balances of the process noise, `[D]`.
+    /// Sums (9) for the process noise variances, `[D]` with D filter states.
     pub process: Vec<VarianceBalance>,
-    /// Balances of the measurement noise, by channel.
+    /// Sums (9) for the variances of the measurement noise, by channel.
     pub sensor: Vec<VarianceBalance>,
 }
 
-/// A reading with its innovation v and the innovation's variance F.
+/// A reading with its innovation v (measured minus predicted value) and the variance F of the innovation (3).
 struct FilteredReading<'s> {
     reading: &'s Reading,
     innovation: f64,
     variance: f64,
 }
 
-/// Mean and covariance of the state, with the work space of a step.
+/// Kalman filter: mean and covariance of the state, and work space for one step.
 pub(crate) struct Filter {
     pub mean: Vec<f64>,
     pub covariance: Vec<f64>,
-    /// Gain K of the last reading, `[D]`.
+    /// Kalman gain K of the last reading, `[D]` with D filter states.
     pub gain: Vec<f64>,
     pub ln_likelihood: f64,
-    /// P hᵀ, `[D]`.
+    /// Covariance times the output derivatives, P hᵀ, `[D]` with D filter states.
     covariance_jacobian: Vec<f64>,
     predicted_mean: Vec<f64>,
     product: Vec<f64>,
 }
 
 impl Filter {
-    /// A filter before the first sample, with a covariance `[D][D]`.
+    /// Creates a filter before the first sample, with `covariance` `[D][D]` and `mean` `[D]` of the D filter
+    /// states.
     pub fn new(covariance: Vec<f64>, mean: Vec<f64>) -> Self {
         let d = mean.len();
         let [gain, covariance_jacobian, predicted_mean] = [(); 3].map(|()| vec![0.0; d]);
@@ -110,17 +113,18 @@ impl Filter {
         Self { mean, covariance, gain, ln_likelihood: 0.0, covariance_jacobian, predicted_mean, product }
     }
 
-    /// Updates the state with a reading of variance r; returns the innovation and its variance.
+    /// Updates the state with a reading of noise variance `r`; returns the innovation and its variance.
     pub fn update(&mut self, reading: &Reading, r: f64) -> (f64, f64) {
         self.update_sized(self.mean.len(), reading, r)
     }
 
-    /// Predicts the state at the next sample; `process` are the variances q.
+    /// Predicts the state at the next sample; `process` holds the process noise variances.
     pub fn predict(&mut self, sample: &Sample, process: &[f64]) {
         self.predict_sized(self.mean.len(), sample, process);
     }
 
-    /// [`update`](Self::update) for `d` components.
+    /// As [`update`](Self::update), for `d` filter states; inlined, so that a constant `d` lets the compiler
+    /// unroll the loops.
     #[inline(always)]
     fn update_sized(&mut self, d: usize, reading: &Reading, r: f64) -> (f64, f64) {
         let (mean, covariance) = (&mut self.mean[..d], &mut self.covariance[..d * d]);
@@ -147,7 +151,8 @@ impl Filter {
         (innovation, variance)
     }
 
-    /// [`predict`](Self::predict) for `d` components.
+    /// As [`predict`](Self::predict), for `d` filter states; inlined, so that a constant `d` lets the
+    /// compiler unroll the loops.
     #[inline(always)]
     fn predict_sized(&mut self, d: usize, sample: &Sample, process: &[f64]) {
         let transition = &sample.transition[..d * d];
@@ -160,7 +165,7 @@ impl Filter {
     }
 }
 
-/// Filters and smooths one record.
+/// Runs the Kalman filter and the disturbance smoother over one record.
 pub(crate) fn smooth_record(samples: &[Sample], noise: &Noise) -> Smoothing {
     // With a constant number of components the compiler unrolls the loops over matrices.
     match noise.initial.len() {
@@ -174,7 +179,8 @@ pub(crate) fn smooth_record(samples: &[Sample], noise: &Noise) -> Smoothing {
     }
 }
 
-/// [`smooth_record`] for states of `d` components.
+/// As [`smooth_record`], for `d` filter states; inlined, so that a constant `d` lets the compiler unroll the
+/// loops.
 #[inline(always)]
 fn smooth_sized(d: usize, samples: &[Sample], noise: &Noise) -> Smoothing {
     let channels = noise.sensor.len();
@@ -231,13 +237,13 @@ fn smooth_sized(d: usize, samples: &[Sample], noise: &Noise) -> Smoothing {
     out
 }
 
-/// The sums of the backward pass over everything after the present sample.
+/// Sums of the backward pass of the smoother over all readings and transitions after the present sample.
 struct BackwardSums {
-    /// s of (6), `[D]`.
+    /// Weighted sum of later innovations, s in formula (6), `[D]` with D filter states.
     sum: Vec<f64>,
-    /// N of (6), `[D][D]`.
+    /// Variance of the weighted sum of later innovations, N in formula (6), `[D][D]`.
     variance: Vec<f64>,
-    /// Work space: a vector and two matrices.
+    /// Work space: this vector and the following two matrices.
     vector: Vec<f64>,
     product: Vec<f64>,
     transposed: Vec<f64>,
@@ -250,7 +256,7 @@ impl BackwardSums {
         Self { sum, variance, vector, product, transposed }
     }
 
-    /// Equation (7).
+    /// Passes the sums backwards over a transition to the sample before, formula (7).
     #[inline(always)]
     fn pass_transition(&mut self, d: usize, transition: &[f64]) {
         transpose(&transition[..d * d], &mut self.transposed, d);
@@ -259,7 +265,7 @@ impl BackwardSums {
         conjugate(&self.transposed, &mut self.variance, &mut self.product, d);
     }
 
-    /// Equation (6); adds the terms of the reading to the balance (9) of its variance.
+    /// Passes the sums backwards over a reading, formula (6), and adds its terms (9) to `balance`.
     #[inline(always)]
     fn pass_reading(
         &mut self,
@@ -287,25 +293,25 @@ impl BackwardSums {
     }
 }
 
-/// Diagonal matrix with these values, by rows.
+/// Builds the diagonal matrix with these values on its diagonal, stored by rows.
 pub(crate) fn diagonal(values: &[f64]) -> Vec<f64> {
     let d = values.len();
     (0..d * d).map(|i| if i / d == i % d { values[i % d] } else { 0.0 }).collect()
 }
 
-/// Inner product.
+/// Inner product of two vectors.
 #[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Sets `out` to M v.
+/// Sets `out` to the product of the matrix `m`, by rows, and the vector `v`.
 #[inline(always)]
 fn times(m: &[f64], v: &[f64], out: &mut [f64]) {
     m.chunks_exact(v.len().max(1)).zip(out).for_each(|(row, to)| *to = dot(row, v));
 }
 
-/// Sets `out` to Mᵀ.
+/// Sets `out` to the transpose of the `d` by `d` matrix `m`.
 #[inline(always)]
 fn transpose(m: &[f64], out: &mut [f64], d: usize) {
     for (i, row) in out.chunks_exact_mut(d.max(1)).enumerate() {
@@ -313,7 +319,7 @@ fn transpose(m: &[f64], out: &mut [f64], d: usize) {
     }
 }
 
-/// Replaces P by M P Mᵀ; `product` is work space for M P.
+/// Replaces the symmetric matrix `p` by M P Mᵀ; `product` is work space for M P.
 #[inline(always)]
 fn conjugate(m: &[f64], p: &mut [f64], product: &mut [f64], d: usize) {
     product.fill(0.0);

@@ -8,17 +8,19 @@
 use crate::steps::{COARSE_TOLERANCE, Fit, StartingPoint};
 use crate::windows::{NEGLIGIBLE_RMSE, Problem};
 
-/// Advantage in ln likelihood for which the parameters of shorter windows replace those of longer ones.
+/// Advantage in ln likelihood for which the parameters fitted to shorter windows replace those from longer
+/// ones.
 const MIN_LN_LIKELIHOOD_GAIN: f64 = 2.0;
-/// Upper bound of the difference between the ln RMSE of two fits over one window.
+/// Upper bound of the difference between the ln RMSEs that two parameter sets reach on one window.
 ///
-/// It is that between the negligible RMSE, 10^-6 of the spread of a channel, and 1000 times that spread.
+/// It is the difference between the negligible RMSE, 10^-6 of a channel's standard deviation, and 1000 times
+/// that standard deviation.
 const MAX_LN_RMSE_DIFFERENCE: f64 = 20.0;
 
-/// Index of the longest-window fit whose predictions over all lengths are close to the best.
+/// Chooses the fit to the longest windows whose predictions over all window lengths are close to the best.
 ///
-/// `fits` is ordered by increasing window length. The initial state of each predicted window is estimated;
-/// `channel_sd` are the residual scales that these estimates begin with.
+/// Returns its index in `fits`, which are ordered by increasing window length. The initial state of each
+/// predicted window is estimated; `channel_sd` are the residual scales that these estimates begin with.
 pub(crate) fn select_window_length(problem: &Problem<'_>, fits: &[Fit], channel_sd: &[f64]) -> usize {
     let states_only =
         Problem { free_parameters: Vec::new(), free_states: problem.free_states.clone(), ..*problem };
@@ -42,7 +44,7 @@ pub(crate) fn select_window_length(problem: &Problem<'_>, fits: &[Fit], channel_
     })
 }
 
-/// Index of the last fit whose score is close to the best.
+/// Index of the last fit whose score is within [`MIN_LN_LIKELIHOOD_GAIN`] of the best score.
 ///
 /// The score of a fit is the sum over all windows of all lengths of the ln RMSE of its parameters. `counts`
 /// holds the number of windows of each length, in decreasing order; `ln_rmse` returns the values of the given

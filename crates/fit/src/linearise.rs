@@ -4,34 +4,34 @@ use crate::kalman::{Reading, Sample};
 use augsim_system::{Channel, Offsets, Record, Seed, Simulate, Simulated, SimulationError, Task};
 use rayon::prelude::*;
 
-/// Sample intervals of one parallel task, in batches of the system's SIMD lanes.
+/// Number of SIMD batches of sample intervals in one parallel task.
 const BATCHES_PER_TASK: usize = 16;
 
-/// A system whose channels are its outputs followed by its states.
+/// A system whose simulated channels are its measured outputs followed by its states.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SystemWithStates<'a> {
     pub system: &'a dyn Simulate,
-    /// Number of outputs: channels that a sensor reads.
+    /// Number of outputs, the channels that have sensors.
     pub outputs: usize,
-    /// Number of states.
+    /// Number of states, the channels after the outputs.
     pub states: usize,
 }
 
-/// The motion from a point at one sample to the next sample, linearised. Matrices are stored by rows.
+/// Simulation of one sample interval, linearised about the state at its start. Matrices are stored by rows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LinearisedInterval {
-    /// Simulated state at the next sample, `[N]`; empty at the last sample.
+    /// Simulated state at the next sample, `[N]` with N states; empty at the last sample.
     pub next_state: Vec<f64>,
-    /// Its derivatives with respect to the point, `[N][N]`.
+    /// Derivatives of the next state with respect to the state at the start of the interval, `[N][N]`.
     pub next_by_state: Vec<f64>,
-    /// Outputs at the point, `[C]`.
+    /// Simulated outputs at the start of the interval, `[C]` with C outputs.
     pub outputs: Vec<f64>,
-    /// Their derivatives with respect to the point, `[C][N]`.
+    /// Derivatives of the outputs with respect to the state at the start of the interval, `[C][N]`.
     pub output_by_state: Vec<f64>,
 }
 
 impl<'a> SystemWithStates<'a> {
-    /// Linearises every sample interval of a record along a path `[sample][N]`.
+    /// Linearises every sample interval of a record along a path of the N states, `[sample][N]`.
     ///
     /// # Errors
     /// The first interval that cannot be simulated.
@@ -56,7 +56,7 @@ impl<'a> SystemWithStates<'a> {
         samples.par_chunks(per_task).flat_map_iter(linearise).collect()
     }
 
-    /// Linearises the interval after sample `k`, from one state.
+    /// Linearises the sample interval after sample `k` about `state`, its state at that sample.
     ///
     /// # Errors
     /// The interval cannot be simulated.
@@ -73,7 +73,7 @@ impl<'a> SystemWithStates<'a> {
         Ok(self.interval(&out))
     }
 
-    /// Derivatives are with respect to the state at the start of an interval.
+    /// Seeds for derivatives with respect to each state at the start of an interval.
     fn state_seeds(&self) -> Vec<Seed> {
         (0..self.states).map(Seed::Start).collect()
     }
@@ -106,7 +106,7 @@ impl<'a> SystemWithStates<'a> {
         interval
     }
 
-    /// Residuals of the readings at sample `k`, by channel; `None` where nothing was measured.
+    /// Measured minus predicted value at sample `k`, by channel; `None` where nothing was measured.
     fn residuals(&self, record: &Record, k: usize, outputs: &[f64]) -> Vec<Option<f64>> {
         let channels = self.system.schema().channels.iter().zip(&record.values).take(self.outputs);
         let residual = |((channel, values), output): ((&Channel, &Vec<f64>), &f64)| {
@@ -118,16 +118,16 @@ impl<'a> SystemWithStates<'a> {
     }
 }
 
-/// A random disturbance with mean 0: it adds to the rate of a state, or to the readings of a channel.
+/// A random disturbance with mean 0, added to the rate of a state or to the readings of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Disturbance {
-    /// Process noise in the rate of this state.
+    /// Process noise that is added to the rate of the state with this index.
     Rate(usize),
-    /// Autocorrelated measurement noise of this channel.
+    /// Autocorrelated measurement noise that is added to the readings of the channel with this index.
     Reading(usize),
 }
 
-/// Layout of the filter's state vector: deviations of the states from a path, then disturbances.
+/// Layout of the filter's state vector: deviations of the system's states from a path, then disturbances.
 pub(crate) struct Layout<'a> {
     pub system: SystemWithStates<'a>,
     pub disturbances: &'a [Disturbance],
@@ -136,12 +136,12 @@ pub(crate) struct Layout<'a> {
 }
 
 impl Layout<'_> {
-    /// Number of components.
+    /// Number of components of the filter's state vector: states of the system plus disturbances.
     pub fn size(&self) -> usize {
         self.system.states + self.disturbances.len()
     }
 
-    /// The samples of a record, linearised along a path `[sample][N]`, as the filter takes them.
+    /// The samples of a record for the Kalman filter, linearised along a path of the N states, `[sample][N]`.
     pub fn samples(&self, record: &Record, path: &[f64], intervals: &[LinearisedInterval]) -> Vec<Sample> {
         let n = self.system.states;
         let sample = |(k, interval): (usize, &LinearisedInterval)| {
@@ -159,7 +159,7 @@ impl Layout<'_> {
         intervals.iter().enumerate().map(sample).collect()
     }
 
-    /// The readings at sample `k`.
+    /// Linearised readings at sample `k`; channels without a measured value are left out.
     pub fn readings(&self, record: &Record, k: usize, interval: &LinearisedInterval) -> Vec<Reading> {
         let n = self.system.states;
         let residuals = self.system.residuals(record, k, &interval.outputs);
@@ -173,7 +173,7 @@ impl Layout<'_> {
         residuals.into_iter().enumerate().filter_map(reading).collect()
     }
 
-    /// Transition matrix over an interval of `dt` seconds, `[D][D]`.
+    /// Transition matrix of the D filter states over an interval of `dt` seconds, `[D][D]`.
     ///
     /// A disturbance is constant over an interval. Its effect on the states, the integral of the transition
     /// matrix over the rest of the interval, is approximated by the trapezoidal rule.

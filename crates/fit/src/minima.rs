@@ -4,21 +4,23 @@ use crate::steps::{COARSE_TOLERANCE, Fit, StartingPoint};
 use crate::windows::{Problem, ShootingWindow};
 use augsim_system::Parameter;
 
-/// Number of starting points beside the declared values.
+/// Number of starting points of the multistart search, in addition to the declared values.
 const MULTISTARTS: u32 = 6;
-/// Maximum number of windows on which the starting points are compared.
+/// Maximum number of windows on which the starting points of the multistart search are compared.
 const MAX_COMPARED_WINDOWS: usize = 48;
-/// Maximum factor between a starting value and the declared value, in both directions.
+/// Maximum factor by which a starting value is above or below the declared value.
 const MAX_START_FACTOR: f64 = 5.0;
-/// Ratio of RMSEs below which another minimum replaces the one of the declared values.
+/// Ratio of the RMSE to that of the fit from the declared values below which another minimum is preferred.
 const MAX_RMSE_RATIO: f64 = 0.8;
-/// Bases of the Halton sequence, one for each parameter in turn.
+/// Bases of the Halton sequence of starting points; parameter k uses number k, cyclically.
 const HALTON_BASES: [u32; 8] = [2, 3, 5, 7, 11, 13, 17, 19];
 
-/// The better of `declared`, a fit to `windows`, and the best fit from the points of a Halton sequence.
+/// Returns `declared`, the fit from the declared values, or a clearly better fit from a Halton starting
+/// point.
 ///
-/// The other starting points (Halton, Numerische Mathematik 2, 1960) are compared on some of the windows; the
-/// best is then fitted to all of them, and returned if its RMSE is clearly smaller.
+/// The starting points (Halton, Numerische Mathematik 2, 1960) are compared on some of the windows. The best
+/// one is then fitted to all windows, and returned if its RMSE is below [`MAX_RMSE_RATIO`] times that of
+/// `declared`.
 pub(crate) fn best_of_multistart(problem: &Problem<'_>, windows: &[ShootingWindow], declared: Fit) -> Fit {
     if problem.free_parameters.is_empty() || problem.is_over() {
         return declared;
@@ -62,13 +64,14 @@ pub(crate) fn best_of_multistart(problem: &Problem<'_>, windows: &[ShootingWindo
     declared
 }
 
-/// Geometric mean over channels of the RMSE, so that the units of the channels do not matter.
+/// Geometric mean of the RMSEs of all channels, which does not depend on the channels' units.
 fn mean_rmse(problem: &Problem<'_>, fit: &Fit) -> f64 {
     let rms = fit.normal.rmse(problem.schema().channels.len());
     (rms.iter().map(|r| r.max(f64::MIN_POSITIVE).ln()).sum::<f64>() / rms.len().max(1) as f64).exp()
 }
 
-/// Starting value of a parameter at a share, in [0, 1], of the range of starting values.
+/// Starting value of a parameter: the point at the fraction `share`, from 0 to 1, of its range of starting
+/// values.
 ///
 /// The range is logarithmic around a declared value, linear and symmetric around a declared 0.
 fn start_value(p: &Parameter, share: f64) -> f64 {
@@ -81,7 +84,7 @@ fn start_value(p: &Parameter, share: f64) -> f64 {
     value.clamp(p.min, p.max)
 }
 
-/// Element `index` of the van der Corput sequence: the digits of the index mirrored at the radix point.
+/// Element `index` of the van der Corput sequence: the index's digits in `base`, mirrored at the radix point.
 fn van_der_corput(mut index: u32, base: u32) -> f64 {
     let (mut share, mut value) = (1.0, 0.0);
     while index > 0 {

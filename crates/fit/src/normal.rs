@@ -26,35 +26,36 @@ use crate::windows::{Problem, ShootingWindow};
 use augsim_system::{Offsets, Seed, Simulated, SimulationError, Task};
 use rayon::prelude::*;
 
-/// Scaled residual k beyond which Huber's cost grows linearly instead of quadratically.
+/// Scaled residual k (1) above which Huber's cost grows linearly instead of quadratically.
 const HUBER_THRESHOLD: f64 = 4.0;
 
-/// Standard deviation of a normal distribution divided by the median of its absolute values.
+/// Ratio of the standard deviation of a normal distribution to its median absolute deviation.
 const SD_PER_MEDIAN: f64 = 1.482_602_218_505_602;
 
-/// Contribution of one window to the cost and to the normal equations (2); matrices are stored by rows.
+/// Contribution of one window to the cost (1) and to the normal equations (2); matrices are stored by rows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WindowEquations {
-    /// A_i, `[parameter][parameter]`; only the lower triangle is filled.
+    /// Curvature in the parameters, A_i in (2), `[parameter][parameter]`; only the lower triangle is filled.
     pub a: Vec<f64>,
-    /// B_i, `[parameter][state]`.
+    /// Mixed curvature of parameters and initial state, B_i in (2), `[parameter][state]`.
     pub b: Vec<f64>,
-    /// C_i, `[state][state]`; only the lower triangle is filled.
+    /// Curvature in the initial state, C_i in (2), `[state][state]`; only the lower triangle is filled.
     pub c: Vec<f64>,
-    /// g_i, the right-hand side of the parameters.
+    /// Right-hand side for the parameters, g_i in (2).
     pub g: Vec<f64>,
-    /// h_i, the right-hand side of the initial state.
+    /// Right-hand side for the initial state, h_i in (2).
     pub h: Vec<f64>,
     pub cost: f64,
-    /// Sum of squared residuals and number of residuals, by channel.
+    /// Sum of squared residuals, in the squared unit, and number of residuals, by channel.
     pub squared_residuals: Vec<(f64, usize)>,
-    /// Absolute residuals of each channel.
+    /// Absolute residuals of each channel, in its unit.
     pub absolute_residuals: Vec<Vec<f64>>,
-    /// Sums over pairs of successive scaled residuals: of products, and of squares of the later ones.
+    /// Lag-one sums over pairs of successive scaled residuals: sum of their products, sum of the later one's
+    /// squares.
     pub lag_one_sums: (f64, f64),
 }
 
-/// Normal equations of all windows, in the order of the windows.
+/// Normal equations of all windows, in the order of the windows, with the total cost.
 #[derive(Clone, Debug)]
 pub(crate) struct NormalEquations {
     pub windows: Vec<WindowEquations>,
@@ -74,7 +75,7 @@ impl NormalEquations {
 
     /// Robust scale of the residuals of each channel, in its unit: 1.48 times the median absolute residual.
     ///
-    /// Outliers do not affect a median. It is bounded below by a quarter of the RMSE, because the median is
+    /// Outliers do not affect the median. The scale is at least a quarter of the RMSE, because the median is
     /// almost zero where a system is at rest most of the time.
     pub fn scales(&self, channels: usize) -> Vec<f64> {
         let rms = self.rmse(channels);
@@ -96,7 +97,7 @@ impl NormalEquations {
         rms.into_iter().enumerate().map(scale).collect()
     }
 
-    /// Number of measured values.
+    /// Number of measured values in all windows.
     pub fn count(&self) -> usize {
         self.windows.iter().flat_map(|w| &w.squared_residuals).map(|(_, count)| count).sum()
     }
@@ -109,18 +110,18 @@ impl NormalEquations {
     }
 }
 
-/// A point at which the cost and its normal equations are evaluated.
+/// Parameter values, windows and residual scales at which the cost and its normal equations are evaluated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EvaluationPoint<'a> {
-    /// Values of all parameters.
+    /// Values of all parameters, estimated and frozen.
     pub values: &'a [f64],
     pub windows: &'a [ShootingWindow],
-    /// Scale of the residuals of each channel, in its unit.
+    /// Scale by which the residuals of each channel are divided, in the channel's unit.
     pub scales: &'a [f64],
 }
 
 impl Problem<'_> {
-    /// Evaluates cost and normal equations at several points.
+    /// Evaluates the cost and its normal equations at several points.
     ///
     /// The windows of all points are simulated in common batches, because those of one point may be too few
     /// to fill the SIMD lanes.
@@ -175,7 +176,7 @@ impl Problem<'_> {
         points.iter().map(collect_point).collect()
     }
 
-    /// Contribution of one simulated window to the cost (1) and the normal equations (2).
+    /// Computes the contribution of one simulated window to the cost (1) and the normal equations (2).
     fn window_equations(
         &self,
         point: &EvaluationPoint<'_>,

@@ -3,23 +3,23 @@
 use augsim_system::SimulationError;
 use thiserror::Error;
 
-/// The fit over windows of one length.
+/// Summary of the fit over windows of one length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stage {
     /// Median duration of the windows, s.
     pub window_s: f64,
-    /// Number of windows.
+    /// Number of fitted windows.
     pub windows: usize,
-    /// RMSE of each channel, in its unit.
+    /// RMSE of the predictions in each channel, in its unit.
     pub rmse: Vec<f64>,
     /// Residual standard deviation of each channel, in its unit.
     ///
     /// It exceeds the RMSE, because every estimated parameter and initial state uses up one degree of
     /// freedom.
     pub noise: Vec<f64>,
-    /// Number of steps, accepted or rejected.
+    /// Number of optimisation steps, accepted or rejected.
     pub steps: usize,
-    /// Whether the fit converged before it ran out of steps.
+    /// Whether the fit converged before it reached the maximum number of steps.
     pub converged: bool,
 }
 
@@ -28,11 +28,11 @@ pub struct Stage {
 pub struct Gauge {
     /// Indices of the parameters that can change together without a change of the outputs.
     pub parameters: Vec<usize>,
-    /// Number of their combinations that the data determine.
+    /// Number of independent combinations of these parameters that the data determine.
     pub combinations: usize,
 }
 
-/// A calibrated system.
+/// Result of a calibration: parameter values, uncertainties and initial states of the fitted system.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
     /// Values of all parameters, in the order of the system's parameter vector.
@@ -44,32 +44,33 @@ pub struct Calibration {
     /// Covariance of the estimated parameters, `[parameter][parameter]` in the order of all parameters, with rows
     /// and columns of 0 for frozen ones.
     pub covariance: Vec<Vec<f64>>,
-    /// Whether each parameter is estimated and lies at one of its bounds.
+    /// For each parameter: whether it is estimated and lies at one of its bounds.
     pub at_bound: Vec<bool>,
-    /// Initial state of each record and its standard errors, in the order of the schema.
+    /// Initial state of each record and the standard errors of its components, in the order of the schema's
+    /// states.
     pub initial_states: Vec<(Vec<f64>, Vec<f64>)>,
-    /// The window lengths that were fitted, shortest first; the parameter values are those of the last.
+    /// Fits over increasing window lengths, shortest first; the parameter values come from the last one.
     pub stages: Vec<Stage>,
-    /// Why longer windows were not used although the records are long enough for them.
+    /// Reason why longer windows were not used; `None` if the records or the caller allow no longer ones.
     pub stopped: Option<&'static str>,
-    /// Groups of parameters that are not identifiable one by one.
+    /// Groups of parameters of which the data determine only combinations (gauges).
     pub gauges: Vec<Gauge>,
 }
 
 impl Calibration {
-    /// RMSE of each channel over the final windows, in its unit.
+    /// RMSE of each channel over the longest windows that were fitted, in its unit.
     pub fn rmse(&self) -> &[f64] {
         self.stages.last().map_or(&[], |stage| &stage.rmse)
     }
 }
 
-/// Reasons why records cannot be calibrated.
+/// Reasons why a system cannot be calibrated on records.
 #[derive(Debug, Error)]
 pub enum CalibrationError {
-    /// A window cannot be simulated at the declared parameter values.
+    /// A window cannot be simulated at the declared parameter values; contains the simulation error.
     #[error("the declared model cannot be simulated: {0}")]
     Simulation(SimulationError),
-    /// No output has a measured value.
+    /// No output has a measured value in any record.
     #[error("no output has a measured value in the records; check the columns and their ranges")]
     NothingMeasured,
 }

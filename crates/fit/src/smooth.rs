@@ -18,75 +18,78 @@ use crate::variances::{NoiseModel, NoiseProblem};
 use augsim_system::{Record, Simulate};
 use rayon::prelude::*;
 
-/// Grid of correlation times of a disturbance, in sample steps; white noise is tried in addition.
+/// Grid of correlation times of process noise or autocorrelated measurement noise, in sample steps.
 ///
-/// The longest are far longer than most recordings: there an autocorrelated measurement error is an offset that differs
-/// from recording to recording.
+/// White noise is tried in addition. The longest times far exceed most recordings: there, an autocorrelated
+/// measurement error is an offset that differs from recording to recording.
 const CORRELATION_TIMES: [f64; 10] = [2.0, 6.0, 20.0, 60.0, 200.0, 600.0, 2e3, 6e3, 2e4, 6e4];
-/// Loss in ln likelihood within which a shorter correlation time is preferred: half the 95 % quantile of chi squared with one
-/// degree of freedom.
+/// Loss in ln likelihood up to which a shorter correlation time is preferred to the most likely one.
+///
+/// It is half the 95 % quantile of chi squared with one degree of freedom.
 const MAX_LOSS_OF_SHORTER_TIME: f64 = 1.92;
-/// Factors by which the best correlation time of the grid is then varied, one after the other.
+/// Factors by which the best correlation time of the grid is multiplied and divided to refine it, one after
+/// the other.
 const REFINEMENT_FACTORS: [f64; 3] = [1.8, 1.35, 1.15];
-/// Number of successive correlation times without a gain after which the grid search stops.
+/// Number of successive correlation times without a gain in likelihood after which the grid search stops.
 const MAX_WORSE_TIMES: usize = 2;
 /// Maximum number of samples, over all records, on which correlation times are compared.
 const MAX_COMPARED_SAMPLES: usize = 6000;
-/// Smoother iterations with rough variances, which lead to the first path.
+/// Number of smoother iterations that lead from rough variances to the first path of the states.
 const ROUGH_ITERATIONS: usize = 3;
-/// Maximum number of smoother iterations for a cause.
+/// Maximum number of smoother iterations in the fit of one noise model.
 const MAX_ITERATIONS: usize = 8;
-/// Gain in ln likelihood that each parameter of a noise model has to bring.
+/// Gain in ln likelihood that each parameter of a noise model must bring for the model to be preferred.
 const MIN_GAIN_PER_PARAMETER: f64 = 5.0;
 
-/// The cause of the residuals of a model.
+/// Cause of a model's residuals: which kind of noise the noise model contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// White measurement noise alone.
+    /// White measurement noise only.
     Sensor,
-    /// White and autocorrelated measurement noise.
+    /// White measurement noise plus autocorrelated measurement noise.
     AutocorrelatedSensor,
-    /// White measurement noise and process noise.
+    /// White measurement noise plus process noise in the rates of states.
     ProcessNoise,
 }
 
-/// Smoothed states and estimated noise of records.
+/// Smoothed states of records, with the process noise and measurement noise estimated from them.
 #[derive(Clone, Debug)]
 pub struct Smoothed {
-    /// The cause that the data support best.
+    /// Noise model that the data support best: the kind of noise that causes the residuals.
     pub cause: Cause,
-    /// Standard deviation of each disturbance of the cause; empty for [`Cause::Sensor`].
+    /// Standard deviation of each disturbance in the noise model; empty for [`Cause::Sensor`].
     ///
     /// For [`Cause::ProcessNoise`] there is one for each disturbed state, in the unit of its rate, averaged over a
     /// sample step; for [`Cause::AutocorrelatedSensor`] one for each channel, in its unit.
     pub disturbance_sd: Vec<f64>,
-    /// Correlation time of the disturbances, s: their autocorrelation falls to 1/e; 0 for white noise.
+    /// Time in which the autocorrelation of the process noise or measurement error falls to 1/e, s; 0 for
+    /// white noise.
     pub correlation_time_s: f64,
     /// Standard deviation of the white measurement noise of each channel, in its unit.
     pub sensor_sd: Vec<f64>,
-    /// Ln likelihood of the readings under each cause, in the order of [`Cause`].
+    /// Ln likelihood of the readings under each noise model, in the order of [`Cause`].
     ///
-    /// It is minus infinity for a cause under which no motion of the model is near the readings.
+    /// Minus infinity for a noise model under which no simulated motion is near the readings.
     pub ln_likelihood: [f64; 3],
     /// Smoothed states of each record, `[record][sample][state]`, flat for each record.
     pub paths: Vec<Vec<f64>>,
 }
 
-/// A cause with its noise model and the paths of the states under it.
+/// Fitted noise model for one cause of the residuals, with the smoothed states under it.
 struct FittedCause {
     noise_model: NoiseModel,
     paths: Vec<Vec<f64>>,
-    /// Ln likelihood, less the gain that the parameters of the noise model have to bring.
+    /// Ln likelihood minus the gain required of the noise model's parameters.
     score: f64,
-    /// Whether the smoother has converged to these paths.
+    /// Whether the smoother iterations have converged to `paths`.
     has_converged: bool,
 }
 
-/// Estimates states and noise of prepared records at fixed parameter values.
+/// Estimates states, process noise and measurement noise of prepared records at fixed parameter values.
 ///
 /// The channels of `system` are its `outputs` outputs followed by its states. Process noise acts on the rates
-/// of `disturbed_states`. `known_sensor_sd` holds the standard deviations of sensors that are known, by
-/// output.
+/// of `disturbed_states`. `known_sensor_sd` holds the known standard deviations of the measurement noise, by
+/// output; `None` where it is estimated.
 ///
 /// # Errors
 /// [`CalibrationError`]: nothing was measured, or an interval cannot be simulated.
@@ -129,7 +132,7 @@ pub fn smooth(
 }
 
 impl NoiseProblem<'_> {
-    /// Fits process noise, starting from paths that are filtered and smoothed with rough variances.
+    /// Fits the noise model with process noise; its first paths are smoothed with rough variances.
     fn fit_process_noise(&self, values: &[f64]) -> Result<FittedCause, CalibrationError> {
         let rough_path = |record| self.rough_path(record, values);
         let paths: Result<Vec<Vec<f64>>, _> = self.records.par_iter().map(rough_path).collect();
@@ -139,7 +142,7 @@ impl NoiseProblem<'_> {
         self.fit_cause(values, self.rate_disturbances(), paths)
     }
 
-    /// Fits the noise model of a cause, starting from these paths.
+    /// Fits the noise model with these disturbances, starting from the state paths `paths`.
     ///
     /// The path of one cause is no starting path for another: through an event of the model, a path with
     /// process noise may differ from every undisturbed motion.
@@ -160,7 +163,8 @@ impl NoiseProblem<'_> {
     }
 }
 
-/// The noise model with the shortest correlation time that the data do not reject, along fixed paths.
+/// Selects the shortest correlation time that the data do not reject, along fixed paths; returns its noise
+/// model.
 ///
 /// Beyond the length of a recording the likelihood hardly depends on the correlation time, and a needlessly long one would let forecasts
 /// drift further than any recording did.
@@ -212,7 +216,7 @@ fn select_correlation_time(
     best
 }
 
-/// Number of samples of each record on which correlation times are compared.
+/// Number of first samples of each record on which correlation times are compared.
 fn compared_samples(records: &[Record]) -> Vec<usize> {
     let mut remaining = MAX_COMPARED_SAMPLES;
     let take = |record: &Record| {

@@ -5,22 +5,22 @@ use crate::steps::{FINAL_TOLERANCE, StartingPoint};
 use crate::windows::{Problem, ShootingWindow};
 use augsim_system::{Record, Simulate};
 
-/// Samples of the first of the fits over ever longer beginnings of a record.
+/// Number of samples in the first of the fits over successively longer beginnings of a record.
 const FIRST_FIT_SAMPLES: usize = 8;
 
-/// An estimated initial state.
+/// Initial state of a record, estimated from its first samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InitialStateEstimate {
-    /// State at the first sample, in the order of the schema.
+    /// Estimated state at the first sample of the record, in the order of the schema's states.
     pub state: Vec<f64>,
-    /// RMSE of each channel over the samples that were used, in its unit.
+    /// RMSE of each channel over the samples used for the estimate, in its unit.
     pub rmse: Vec<f64>,
 }
 
-/// Estimates the initial state of a record from its first `samples`, at fixed parameter values.
+/// Estimates the initial state of a record from its first `samples` samples, at fixed parameter values.
 ///
-/// `from` is a rough initial state. `sd` is the measurement noise of each channel, in its unit, where it is
-/// known; it sets the weight of the data against the priors of the initial state.
+/// `from` is a rough initial state. `sd` is the measurement noise of each channel, in its unit, or `None`
+/// where it is unknown; it sets the weight of the data against the priors of the initial state.
 ///
 /// # Errors
 /// [`CalibrationError`]: no output is measured in these samples, or they cannot be simulated.

@@ -16,71 +16,74 @@ use crate::windows::{Problem, ShootingWindow};
 use augsim_linear::{Mat, solve_positive_definite};
 use augsim_system::SimulationError;
 
-/// Maximum number of steps of one fit, accepted or rejected.
+/// Maximum number of Levenberg-Marquardt steps of one fit, accepted or rejected.
 const MAX_STEPS: usize = 60;
-/// Relative decrease of the cost below which a fit has converged.
+/// Relative decrease of the cost in one step below which a final fit has converged.
 pub(crate) const FINAL_TOLERANCE: f64 = 1e-8;
-/// Relative decrease of the cost below which an intermediate fit, one to short windows, has converged.
+/// Relative decrease of the cost in one step below which an intermediate fit, such as one to short windows,
+/// has converged.
 pub(crate) const COARSE_TOLERANCE: f64 = 1e-4;
 /// Relative increase of the cost that is attributed to rounding errors.
 const ROUNDING_TOLERANCE: f64 = 1e-10;
-/// Damping λ at the start of a fit.
+/// Levenberg-Marquardt damping λ at the start of a fit.
 const INITIAL_DAMPING: f64 = 1e-3;
-/// Damping λ at which a fit gives up.
+/// Levenberg-Marquardt damping λ at which a fit stops.
 const MAX_DAMPING: f64 = 1e12;
-/// Added to the unit diagonal of S; also the least diagonal element of C_i, as a share of the largest.
+/// Ridge added to the unit diagonal of S (1); C_i's diagonal is at least this share of its largest element.
 const RIDGE: f64 = 1e-12;
-/// Added to the unit diagonal of C_i: a short window may carry no information about a state.
+/// Ridge added to the unit diagonal of C_i in (2), because a short window may not determine every initial
+/// state.
 const STATE_RIDGE: f64 = 1e-10;
 
-/// A parameter vector and the windows with their initial states.
+/// Values of all parameters, and the windows with their initial states.
 type Values = (Vec<f64>, Vec<ShootingWindow>);
 
-/// A finished fit.
+/// Result of a fit of parameters and initial states.
 #[derive(Debug)]
 pub(crate) struct Fit {
-    /// Values of all parameters.
+    /// Values of all parameters, estimated and frozen.
     pub values: Vec<f64>,
     pub windows: Vec<ShootingWindow>,
-    /// Scale of the residuals of each channel, in its unit.
+    /// Scale by which the residuals of each channel are divided, in the channel's unit.
     pub scales: Vec<f64>,
-    /// Cost and normal equations at these values.
+    /// Cost and normal equations at the fitted values.
     pub normal: NormalEquations,
     pub steps: usize,
     pub converged: bool,
 }
 
-/// The point at which a fit starts.
+/// Values at which a fit starts: parameters, initial states of the windows, and residual scales.
 #[derive(Clone, Debug)]
 pub(crate) struct StartingPoint<'b> {
-    /// Values of all parameters.
+    /// Values of all parameters, estimated and frozen.
     pub values: &'b [f64],
     pub windows: &'b [ShootingWindow],
-    /// Scale of the residuals of each channel, in its unit.
+    /// Scale by which the residuals of each channel are divided, in the channel's unit.
     pub scales: &'b [f64],
 }
 
-/// The evaluation of the normal equations that a fit needs next.
+/// Point at which a fit next needs the normal equations evaluated.
 #[derive(Debug)]
 enum Pending {
-    /// At the starting point.
+    /// The fit needs them at its starting point, which was not evaluated yet.
     Start,
-    /// At the current point, with new residual scales.
+    /// The fit needs them at its current point again, because the residual scales have changed.
     Rescaled,
-    /// After a proposed step.
+    /// The fit needs them at these trial values, which a proposed step leads to.
     Trial(Values),
-    /// None: the fit is finished.
+    /// The fit is finished and needs no further evaluation.
     Finished,
 }
 
-/// A fit in progress; it advances by one evaluation of the normal equations at a time.
+/// A fit in progress, which advances by one evaluation of the normal equations at a time.
 #[derive(Debug)]
 struct Descent<'k> {
     fit: Fit,
-    /// Residual scales of the channels whose noise is known.
+    /// Residual scales of the channels whose noise is known, in the channel's unit; `None` where they are
+    /// estimated.
     known_scales: &'k [Option<f64>],
     tolerance: f64,
-    /// How many more times the residual scales are estimated.
+    /// How many more times the fit estimates the residual scales.
     rescalings_left: usize,
     damping: f64,
     pending: Pending,
@@ -105,8 +108,8 @@ impl<'k> Descent<'k> {
         }
     }
 
-    /// The point at which the fit needs the normal equations; `None` if it is finished, or if the deadline
-    /// has passed and the starting point was evaluated.
+    /// Point at which the fit next needs the normal equations. `None` if it is finished, or if `is_over` (the
+    /// deadline has passed) and the starting point was evaluated.
     fn pending_point(&self, is_over: bool) -> Option<EvaluationPoint<'_>> {
         let Fit { values, windows, scales, .. } = &self.fit;
         match &self.pending {
@@ -117,7 +120,7 @@ impl<'k> Descent<'k> {
         }
     }
 
-    /// Advances the fit with the normal equations at the pending point.
+    /// Advances the fit by one evaluation: `evaluated` are the normal equations at the pending point.
     ///
     /// # Errors
     /// A window cannot be simulated at the current point. A trial step to such a point is rejected instead.
@@ -142,7 +145,8 @@ impl<'k> Descent<'k> {
         Ok(())
     }
 
-    /// Accepts or rejects a trial step, and proposes the next one or ends this round.
+    /// Accepts or rejects a trial step; then proposes the next one, or rescales the residuals if the fit
+    /// converged.
     fn judge_trial(&mut self, problem: &Problem<'_>, values: Values, trial: Option<NormalEquations>) {
         let max_cost = self.fit.normal.cost * (1.0 + ROUNDING_TOLERANCE);
         let Some(trial) = trial.filter(|t| t.cost.is_finite() && t.cost <= max_cost) else {
@@ -166,7 +170,8 @@ impl<'k> Descent<'k> {
         }
     }
 
-    /// Computes the next trial step, or ends this round if no steps are left or damping is at its limit.
+    /// Computes the next trial step. Rescales the residuals instead if no steps are left or the damping is at
+    /// its limit.
     fn propose_step(&mut self, problem: &Problem<'_>) {
         let fit = &mut self.fit;
         while fit.steps < MAX_STEPS && self.damping < MAX_DAMPING {
@@ -182,7 +187,8 @@ impl<'k> Descent<'k> {
         self.rescale();
     }
 
-    /// Estimates the residual scales again, or finishes the fit where that was done often enough.
+    /// Estimates the residual scales again and restarts the steps; finishes the fit if no rescalings are
+    /// left.
     fn rescale(&mut self) {
         if self.rescalings_left == 0 {
             return;
@@ -198,7 +204,7 @@ impl<'k> Descent<'k> {
 }
 
 impl Problem<'_> {
-    /// Fits parameters and initial states from a starting point.
+    /// Fits parameters and initial states from a starting point by Levenberg-Marquardt steps.
     ///
     /// # Errors
     /// The first window that cannot be simulated at the starting point.
@@ -206,7 +212,8 @@ impl Problem<'_> {
         self.fit_with_known_scales(start, &[], tolerance)
     }
 
-    /// As [`fit`](Self::fit), with the residual scales of channels whose noise is known, in their unit.
+    /// As [`fit`](Self::fit), with known residual scales of some channels, in their units; `None` where
+    /// estimated.
     ///
     /// # Errors
     /// The first window that cannot be simulated at the starting point.
@@ -219,7 +226,8 @@ impl Problem<'_> {
         self.run_descents(vec![Descent::new(start, known_scales, tolerance)]).swap_remove(0)
     }
 
-    /// Fits from several starting points in common batches; each result is that of the fit alone.
+    /// Fits from several starting points in common SIMD batches. Each result equals that of
+    /// [`fit`](Self::fit).
     pub fn fit_each(
         &self,
         starts: &[StartingPoint<'_>],
@@ -228,7 +236,8 @@ impl Problem<'_> {
         self.run_descents(starts.iter().map(|start| Descent::new(start, &[], tolerance)).collect())
     }
 
-    /// Runs several fits to their ends; each round evaluates the normal equations of all unfinished ones.
+    /// Runs several fits until all are finished; each round evaluates the normal equations of the unfinished
+    /// ones.
     fn run_descents(&self, descents: Vec<Descent<'_>>) -> Vec<Result<Fit, SimulationError>> {
         let mut descents: Vec<Result<Descent<'_>, SimulationError>> = descents.into_iter().map(Ok).collect();
         loop {
@@ -251,7 +260,8 @@ impl Problem<'_> {
         descents.into_iter().map(|descent| descent.map(|d| d.fit)).collect()
     }
 
-    /// Parameters and windows after a damped step; `None` if the equations have no finite solution.
+    /// Computes parameters and windows after one damped step; `None` if the equations have no finite
+    /// solution.
     fn step_from(
         &self,
         values: &[f64],
@@ -286,10 +296,10 @@ impl Problem<'_> {
         is_finite.then_some((new_values, new_windows))
     }
 
-    /// Step of the free parameters; a parameter at a bound that would leave its range is fixed.
+    /// Computes the step of the free parameters within their bounds.
     ///
-    /// Each fixed parameter changes the step of the others, so they are solved for again until none leaves
-    /// its range.
+    /// A parameter at a bound that would leave its range is fixed. Each fixed parameter changes the step of
+    /// the others, so they are solved for again until none leaves its range.
     fn parameter_step(&self, values: &[f64], reduced: &ReducedEquations, damping: f64) -> Option<Vec<f64>> {
         let declared = self.system.parameters();
         let mut moving: Vec<usize> = (0..self.free_parameters.len()).collect();
@@ -314,16 +324,16 @@ impl Problem<'_> {
 
 /// Normal equations (1) of the parameters, from which the initial states are eliminated.
 pub(crate) struct ReducedEquations {
-    /// S, `[parameter, parameter]`.
+    /// Schur complement S of the parameters, formula (1), `[parameter, parameter]`.
     pub matrix: Mat<f64>,
-    /// g, the right-hand side.
+    /// Right-hand side g of the reduced equations (1), by parameter.
     pub right: Vec<f64>,
-    /// C_i⁻¹ of each window.
+    /// Damped inverse of the curvature in the initial state of each window, C_i⁻¹ in (1).
     pub state_inverses: Vec<Mat<f64>>,
 }
 
 impl ReducedEquations {
-    /// Eliminates the initial states of all windows; `None` if a C_i is not positive definite.
+    /// Eliminates the initial states of all windows; `None` if the C_i of a window is not positive definite.
     pub fn eliminate_states(problem: &Problem<'_>, normal: &NormalEquations, damping: f64) -> Option<Self> {
         let (p, n) = (problem.free_parameters.len(), problem.free_states.len());
         let mut matrix = Mat::<f64>::zeros(p, p);
@@ -350,7 +360,7 @@ impl ReducedEquations {
         Some(Self { matrix, right, state_inverses })
     }
 
-    /// Damped step of the parameters `moving`; the others are fixed.
+    /// Solves (1) for the damped step of the parameters with the indices `moving`; the others are fixed.
     ///
     /// The equations are scaled to a unit diagonal before the damping is added.
     fn solve(&self, moving: &[usize], damping: f64) -> Option<Vec<f64>> {
@@ -369,7 +379,8 @@ impl ReducedEquations {
     }
 }
 
-/// Inverse of C_i of a window with `n` free states, damped.
+/// Damped inverse of the curvature C_i in the `n` free initial states of a window; `None` if not positive
+/// definite.
 fn invert_state_block(window: &WindowEquations, n: usize, damping: f64) -> Option<Mat<f64>> {
     if n == 0 {
         return Some(Mat::zeros(0, 0));

@@ -17,34 +17,35 @@ use crate::starts::estimate_initial_state;
 use augsim_system::{InitialValue, Offsets, Record, Simulate, Simulated, SimulationError, Task, channel_sd};
 use rayon::prelude::*;
 
-/// Maximum number of iterations of the variances.
+/// Maximum number of iterations in the estimation of the variances.
 const MAX_VARIANCE_ITERATIONS: usize = 30;
-/// Change of the logarithm of a variance below which it has converged.
+/// Change of the logarithm of every variance below which their iteration has converged.
 const VARIANCE_TOLERANCE: f64 = 0.01;
-/// Maximum factor by which a variance changes in one iteration.
+/// Maximum factor by which a variance changes in one iteration, upwards or downwards.
 const MAX_VARIANCE_FACTOR: f64 = 30.0;
-/// Change of a path, relative to the magnitude of its states, below which the smoother stops.
+/// Largest change of a smoothed path, relative to the RMS of its states, below which the smoother stops.
 const PATH_TOLERANCE: f64 = 1e-4;
-/// Change of a path, relative to the magnitude of its states, below which the path is accepted.
+/// Largest change of a smoothed path, relative to the RMS of its states, for which it counts as converged.
 const MAX_ACCEPTED_PATH_CHANGE: f64 = 1e-2;
-/// Standard deviation of process noise, as a share of the rate that it acts on, before it is estimated.
+/// Initial standard deviation of process noise, as a share of the RMS of the rate that it is added to.
 const ROUGH_PROCESS_NOISE: f64 = 0.1;
 
-/// Records of a system whose noise is estimated.
+/// Estimation of measurement noise and process noise of a system from records.
 pub(crate) struct NoiseProblem<'a> {
     system: SystemWithStates<'a>,
     pub records: &'a [Record],
-    /// States whose rates have process noise, where the noise model has any.
+    /// Indices of the states whose rates have process noise, in noise models that contain process noise.
     disturbed_states: &'a [usize],
-    /// Standard deviations of sensors that are known, by channel.
+    /// Known standard deviations of the measurement noise, by channel, in its unit; `None` where it is
+    /// estimated.
     known_sensor_sd: &'a [Option<f64>],
-    /// Root mean square of each state.
+    /// Root mean square of each state over simulations of the records, in the unit of the state.
     state_rms: Vec<f64>,
-    /// Root mean square of the rate of each state.
+    /// Root mean square of the rate of each state over simulations of the records, in its unit per second.
     rate_rms: Vec<f64>,
 }
 
-/// Disturbances with their variances and correlation time, and the variances of the measurement noise.
+/// Noise model: disturbances with variances and correlation time, and variances of the measurement noise.
 #[derive(Clone, Debug)]
 pub(crate) struct NoiseModel {
     pub disturbances: Vec<Disturbance>,
@@ -55,14 +56,14 @@ pub(crate) struct NoiseModel {
 }
 
 impl NoiseModel {
-    /// Correlation of a disturbance from one sample to the next.
+    /// Autocorrelation of a disturbance from one sample to the next.
     fn correlation(&self) -> f64 {
         if self.correlation_steps > 0.0 { (-1.0 / self.correlation_steps).exp() } else { 0.0 }
     }
 }
 
 impl<'a> NoiseProblem<'a> {
-    /// Collects the records and determines the magnitudes of states and rates.
+    /// Collects the records and computes the root mean squares of the states and their rates.
     ///
     /// # Errors
     /// [`CalibrationError::NothingMeasured`].
@@ -90,7 +91,7 @@ impl<'a> NoiseProblem<'a> {
         Ok(problem)
     }
 
-    /// Sets the root mean squares of states and rates from simulations of the records' windows.
+    /// Computes the root mean squares of states and rates by simulating the windows of the records.
     fn set_magnitudes(&mut self, values: &[f64]) {
         let n = self.system.states;
         let (mut squares, mut rates, mut count) = (vec![0.0; n], vec![0.0; n], 0.0_f64);
@@ -127,7 +128,7 @@ impl<'a> NoiseProblem<'a> {
         self.rate_rms = rates.into_iter().map(rms).collect();
     }
 
-    /// The initial state of a window, completed by the states that effects have added to the model.
+    /// Appends the initial values of states that effects added to the model to the initial state of a window.
     fn complete_start(&self, start: &[f64]) -> Vec<f64> {
         let states = &self.system.system.schema().states;
         let added = states.iter().skip(start.len()).map(|state| match state.initial {
@@ -137,7 +138,7 @@ impl<'a> NoiseProblem<'a> {
         start.iter().copied().chain(added).collect()
     }
 
-    /// Process noise in the rates of the disturbed states.
+    /// Disturbances of a model with process noise: one in the rate of each disturbed state.
     pub fn rate_disturbances(&self) -> Vec<Disturbance> {
         self.disturbed_states.iter().map(|s| Disturbance::Rate(*s)).collect()
     }
@@ -147,7 +148,7 @@ impl<'a> NoiseProblem<'a> {
         self.records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min)
     }
 
-    /// A noise model with rough variances.
+    /// Creates a noise model with rough variances, from which their estimation starts.
     pub fn rough_noise_model(&self, disturbances: Vec<Disturbance>, correlation_steps: f64) -> NoiseModel {
         let schema = self.system.system.schema();
         let initial = schema.states.iter().zip(&self.state_rms).map(|(state, rms)| match state.initial {
@@ -176,17 +177,19 @@ impl<'a> NoiseProblem<'a> {
         model
     }
 
-    /// Standard deviation of a sensor, if it is known.
+    /// Known standard deviation of the measurement noise of a channel, in its unit; `None` where it is
+    /// estimated.
     fn known_sensor_sd(&self, channel: usize) -> Option<f64> {
         self.known_sensor_sd.get(channel).copied().flatten()
     }
 
-    /// Stationary variances of the disturbances of a noise model.
+    /// Stationary variances of the disturbances of a noise model, in the order of the disturbances.
     pub fn disturbance_variances<'m>(&self, model: &'m NoiseModel) -> &'m [f64] {
         &model.noise.initial[self.system.states..]
     }
 
-    /// Sets the stationary variances of the disturbances, and the process noise that keeps them stationary.
+    /// Sets the stationary variances of the disturbances and the process noise (1 - φ²) v that maintains
+    /// them.
     fn set_disturbance_variances(&self, model: &mut NoiseModel, variances: &[f64]) {
         let n = self.system.states;
         let innovation_share = 1.0 - model.correlation().powi(2);
@@ -196,7 +199,7 @@ impl<'a> NoiseProblem<'a> {
         model.noise.process.extend(variances.iter().map(|v| v * innovation_share));
     }
 
-    /// A path through the readings, `[sample][N]`, by an extended Kalman filter with rough variances.
+    /// Estimates a path of the N states through the readings, `[sample][N]`, by an extended Kalman filter.
     pub fn rough_path(&self, record: &Record, values: &[f64]) -> Result<Vec<f64>, SimulationError> {
         let n = self.system.states;
         let model = self.rough_noise_model(self.rate_disturbances(), 0.0);
@@ -226,12 +229,13 @@ impl<'a> NoiseProblem<'a> {
         Ok(path)
     }
 
-    /// Rough initial state of a record, that of its first window.
+    /// Rough initial state of a record: that of its first window.
     fn rough_start(&self, record: &Record) -> Vec<f64> {
         self.complete_start(&record.windows.first().map(|w| w.start.clone()).unwrap_or_default())
     }
 
-    /// Simulated states of each record, `[sample][N]`, from the initial states that fit whole records best.
+    /// Simulates each record without process noise, `[sample][N]`, from the initial state that fits the whole
+    /// record best.
     pub fn simulate_records(&self, values: &[f64]) -> Result<Vec<Vec<f64>>, CalibrationError> {
         let simulate = |record: &Record| {
             let rough = self.rough_start(record);
@@ -264,7 +268,7 @@ impl<'a> NoiseProblem<'a> {
         self.records.par_iter().map(simulate).collect()
     }
 
-    /// Linearises the sample intervals of every record along its path.
+    /// Linearises the sample intervals of every record along the record's path.
     pub fn linearise(
         &self,
         values: &[f64],
@@ -278,8 +282,8 @@ impl<'a> NoiseProblem<'a> {
 
     /// Estimates the variances of a noise model along fixed paths; also returns the smoothed records.
     ///
-    /// `samples` is the number of first samples of each record that are used; a record with fewer than 2 is
-    /// skipped.
+    /// `samples` holds, for each record, how many of its first samples are used; records with fewer than 2
+    /// are skipped.
     pub fn estimate_variances(
         &self,
         mut model: NoiseModel,
@@ -304,7 +308,8 @@ impl<'a> NoiseProblem<'a> {
         (model, smoothings)
     }
 
-    /// One iteration (1) of all variances that are not known; returns the largest change of a logarithm.
+    /// Performs iteration (1) once for every unknown variance; returns the largest absolute change of a
+    /// logarithm.
     fn update_variances(&self, model: &mut NoiseModel, smoothings: &[Smoothing]) -> f64 {
         let n = self.system.states;
         let mut largest = 0.0_f64;
@@ -342,9 +347,11 @@ impl<'a> NoiseProblem<'a> {
         largest
     }
 
-    /// Smooths paths, each linearised along the one before, and estimates the variances along each of them.
+    /// Iterates the smoother: each pass linearises along the last smoothed paths and estimates the variances
+    /// again.
     ///
-    /// Returns the noise model, and whether the last iteration hardly changed the paths.
+    /// Returns the noise model, and whether the last pass changed the paths by less than
+    /// [`MAX_ACCEPTED_PATH_CHANGE`].
     pub fn iterate_smoother(
         &self,
         mut model: NoiseModel,
@@ -377,7 +384,7 @@ impl<'a> NoiseProblem<'a> {
     }
 }
 
-/// Rough standard deviation of the measurement noise of a channel, from third differences.
+/// Rough standard deviation of the measurement noise of a channel, in its unit, from third differences.
 ///
 /// The third differences of a smooth motion are small against those of the noise.
 fn rough_sensor_sd(records: &[Record], channel: usize) -> f64 {

@@ -4,7 +4,7 @@ use augsim_system::{InitialValue, Record, Schema, Simulate, channel_sd};
 use std::ops::Range;
 use std::time::Instant;
 
-/// RMSE below this share of a channel's standard deviation counts as a perfect fit.
+/// RMSE, as a share of a channel's standard deviation, below which a fit counts as perfect.
 pub(crate) const NEGLIGIBLE_RMSE: f64 = 1e-6;
 
 /// A multiple-shooting window: consecutive samples of a record with an initial state of their own.
@@ -15,29 +15,31 @@ pub(crate) struct ShootingWindow {
     pub initial_state: Vec<f64>,
 }
 
-/// Relative step of the differences with which the mean of a start expression is differentiated.
+/// Relative step of the finite differences by which the mean of an initial-state prior is differentiated.
 ///
 /// The cube root of the rounding error of `f64` minimises the error of a central difference.
 const START_SLOPE_STEP: f64 = 6e-6;
 
-/// An unknown that the mean of a start expression may depend on.
+/// An unknown with respect to which the mean of an initial-state prior is differentiated, by index.
 #[derive(Clone, Copy)]
 enum Unknown {
     Parameter(usize),
     State(usize),
 }
 
-/// Prior of an initial state: one more squared residual, (deviation / sd)².
+/// Normal prior of an initial state: it adds the squared residual (deviation / sd)² to the cost.
 #[derive(Clone, Debug)]
 pub(crate) struct StartPrior {
-    /// Mean of the prior less the initial state.
+    /// Prior mean minus initial state, in the unit of the state.
     pub deviation: f64,
     pub sd: f64,
-    /// Derivatives of the initial state less the mean: free parameters, then free states.
+    /// Derivatives of the initial state minus the prior mean: by the free parameters, then by the free
+    /// states.
     pub row: Vec<f64>,
 }
 
-/// The parameters and initial states to estimate, and the records that they are fitted to.
+/// Estimation problem: the parameters and initial states to estimate, and the records that they are fitted
+/// to.
 #[derive(Debug)]
 pub(crate) struct Problem<'a> {
     pub system: &'a dyn Simulate,
@@ -64,9 +66,9 @@ impl<'a> Problem<'a> {
         self.until.is_some_and(|until| Instant::now() >= until)
     }
 
-    /// Standard deviation of the data of each channel, in its unit.
+    /// Standard deviation of the measured values of each channel, in its unit.
     ///
-    /// Fits begin with it as the scale of the residuals.
+    /// Fits begin with it as the residual scale of the channel.
     pub fn channel_sd(&self) -> Vec<f64> {
         (0..self.schema().channels.len()).map(|channel| channel_sd(self.records, channel)).collect()
     }
@@ -75,9 +77,10 @@ impl<'a> Problem<'a> {
         self.system.schema()
     }
 
-    /// Prior of an initial state at these values of all parameters; `None` if it has no prior.
+    /// Prior of the initial state with index `state`, at the parameter values `values`; `None` if it has
+    /// none.
     ///
-    /// Only a window at the start of a record has priors.
+    /// Only the first window of a record has priors of its initial state.
     pub fn prior(&self, values: &[f64], window: &ShootingWindow, state: usize) -> Option<StartPrior> {
         if window.samples.start != 0 {
             return None;
@@ -119,7 +122,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The windows into which the records were cut when they were prepared.
+    /// The windows into which the records were divided when they were prepared.
     pub fn prepared_windows(&self) -> Vec<ShootingWindow> {
         let mut windows = Vec::new();
         for (record, prepared) in self.records.iter().enumerate() {
