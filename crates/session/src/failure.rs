@@ -7,7 +7,7 @@ use augsim_data::{DataError, Source};
 use augsim_discovery::DiscoveryError;
 use augsim_trainer::{EngineError, TrainerError};
 
-/// The kind of a failure.
+/// The kind of a failure, which decides the exit code and the Python exception.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Failure {
     /// The request is invalid, or contradicts the files on disk.
@@ -21,7 +21,8 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// The kind of an error: that of the first error in its chain that has one, else [`Failure::Data`].
+    /// Determines the kind of an error: that of the first error in its chain that has one, else
+    /// [`Failure::Data`].
     pub fn classify(error: &anyhow::Error) -> Self {
         error.chain().find_map(Self::kind_of_cause).unwrap_or(Failure::Data)
     }
@@ -54,7 +55,7 @@ impl Failure {
     }
 }
 
-/// Whether the data error is caused by an option, not by the content of a file.
+/// Whether a data error is caused by an option, not by the content of a file.
 ///
 /// The size of generated data follows from the options.
 fn is_caused_by_option(error: &DataError) -> bool {

@@ -1,4 +1,4 @@
-//! Output folders that this process creates; it removes the empty ones when it ends.
+//! Creates output folders, and removes the empty ones that this process created when it ends.
 
 use crate::Usage;
 use crate::usage::PathFault;

@@ -8,10 +8,10 @@ use augsim_trainer::score::quantile;
 use augsim_trainer::{Forecaster, NetModel, Samples, Sequences, Task, check_finite, collect_in_order};
 use rayon::prelude::*;
 
-/// Statistics of each column, in the order of the output columns.
+/// Names of the statistics that are listed for each column, in the order of the output columns.
 const STATISTICS: [&str; 6] = ["mean", "median", "q05", "q25", "q75", "q95"];
 
-/// Mean, median, 50 % and 90 % bands of forecasts from the first state of each trajectory.
+/// Forecasts from the first state of each trajectory: mean, median, 50 % and 90 % bands.
 ///
 /// Draws `samples` forecasts of each trajectory at `times`, s, `[trajectory][sample]`.
 ///
@@ -34,9 +34,9 @@ pub fn bands(
     summarised(&starts.columns, collect_in_order(rows)?)
 }
 
-/// Mean, median, 50 % and 90 % bands of every column of sampled forecasts.
+/// Summarises sampled forecasts: mean, median, 50 % and 90 % bands of every column.
 ///
-/// `rows` has name, times in s, and samples `[time, column, sample]` of each trajectory.
+/// Each of `rows` has the name, the times in s and the samples `[time, column, sample]` of a trajectory.
 ///
 /// # Errors
 /// An invalid column name.
@@ -55,7 +55,7 @@ pub fn summarised(columns: &[String], rows: Vec<(String, Vec<f64>, Samples)>) ->
     Ok(Dataset::new(columns, rows)?)
 }
 
-/// Checks that forecasts of this size fit into the memory limit.
+/// Checks that forecasts of this size fit into the memory limit: values over all trajectories and samples.
 ///
 /// # Errors
 /// [`Usage`], if they do not, or if `samples` is 0.
@@ -70,12 +70,12 @@ pub fn check_size(trajectories: usize, samples: usize, time: usize, columns: usi
     check_draws(samples)
 }
 
-/// Column names of the statistics, e.g. `mean_velocity_m_s`: the unit stays the suffix.
+/// Names of a column's statistics, e.g. `mean_velocity_m_s`: the unit stays the suffix.
 fn column_names(column: &str) -> [String; 6] {
     STATISTICS.map(|s| format!("{s}_{column}"))
 }
 
-/// The statistics over the samples, `[column and statistic][time]`.
+/// Computes the statistics of each column over the samples, `[column and statistic][time]`.
 fn summarise(samples: &Samples, time: usize) -> Vec<Vec<f64>> {
     let columns = samples.values.len() / samples.count / time;
     let mut out = vec![Vec::with_capacity(time); columns * STATISTICS.len()];

@@ -10,22 +10,22 @@ use std::path::{Path, PathBuf};
 /// Name of the result file in the folder of a discovery.
 const RESULT: &str = "result.json";
 
-/// A model or run that an argument names.
+/// What an argument that names a model or a run refers to.
 #[derive(Debug)]
 pub enum ModelOrRun {
     /// The run directory of a trained net.
     Net,
     /// A model file.
     Model {
-        /// Path of the file.
+        /// Path of the model file.
         file: PathBuf,
-        /// Folder of the discovery or fit, if that was given instead of the file.
+        /// Folder of the discovery or fit, if the user gave it instead of the file.
         folder: Option<PathBuf>,
     },
 }
 
 impl ModelOrRun {
-    /// Determines what the path is.
+    /// Determines whether a path is a model file, a folder with one, or a run directory.
     ///
     /// # Errors
     /// A folder without a trained net or a model in it.

@@ -170,7 +170,7 @@ fn without_intervals(sentence: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! //! Contract: the summary of the report omits intervals and nothing else.
+    //! Contract: the summary of the report omits intervals and nothing else.
     use super::without_intervals;
 
     #[test]

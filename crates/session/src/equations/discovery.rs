@@ -172,7 +172,7 @@ fn fix_gauge(model: &Model, gauge: &Gauge) -> Option<(Model, String)> {
 
 #[cfg(test)]
 mod tests {
-    //! //! Contract: one parameter of a gauge (parameters identifiable only in combination) is fixed if that
+    //! Contract: one parameter of a gauge (parameters identifiable only in combination) is fixed if that
     //! makes the others identifiable; otherwise none is fixed.
     use super::*;
 

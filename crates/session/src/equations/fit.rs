@@ -19,7 +19,7 @@ const MIN_WINDOW_SAMPLES: f64 = 10.0;
 const HOLD_WINDOW_DOUBLINGS: i32 = 4;
 /// Maximum number of fits, each with finer steps than the one before.
 const MAX_STEP_ROUNDS: usize = 4;
-/// Relative difference of the residual above which another interpolation of the inputs is reported.
+/// Relative difference of residual norms above which a better-fitting input interpolation is reported.
 pub const MIN_REPORTED_DIFFERENCE: f64 = 0.05;
 
 /// The time limit of a request passed before the model was calibrated, so that there is no result.
@@ -32,7 +32,7 @@ pub const MIN_REPORTED_DIFFERENCE: f64 = 0.05;
     }
 )]
 pub struct OutOfTime {
-    /// File of the calibrated model, if it was written.
+    /// Path of the calibrated model file; `None` if it was not written.
     pub calibrated: Option<PathBuf>,
 }
 
@@ -41,9 +41,9 @@ pub struct OutOfTime {
 pub struct Fitted {
     /// The model with the calibrated values and the chosen input interpolation.
     pub model: Model,
-    /// Values, errors and windows of the fit.
+    /// Parameter values, standard errors and windows of the fit.
     pub calibration: Calibration,
-    /// Residual norm of every interpolation that was tried, relative to the best.
+    /// Residual norm with each input interpolation that was tried, relative to the best.
     pub holds: Vec<(Hold, f64)>,
     /// Integration steps per sample interval.
     pub substeps: usize,
@@ -63,12 +63,12 @@ pub fn fit(model: &Model, records: &[Record], until: Option<Instant>) -> anyhow:
     })
 }
 
-/// Whether a message names the unit of time already.
+/// Whether an error message names the unit of time already.
 fn names_clock(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| cause.to_string().contains("unit of time"))
 }
 
-/// A probable cause of the failure of a fit: samples that are further apart than the fastest time constant.
+/// Sentence on a probable cause of a failed fit: samples further apart than the fastest time constant.
 fn slow_clock(model: &Model, records: &[Record]) -> Option<String> {
     let (constant_s, step_s) = (fastest_time_constant_s(model, records)?, shortest_step_s(records));
     (constant_s < step_s).then(|| {
@@ -92,7 +92,7 @@ fn fit_with_holds(model: &Model, records: &[Record], until: Option<Instant>) -> 
     Ok(Fitted { model, calibration, holds, substeps })
 }
 
-/// Chooses the interpolation of the inputs with the smallest residual.
+/// Chooses the input interpolation (zero, linear or spline hold) with the smallest residual norm.
 ///
 /// Residuals are compared over the longest windows that all candidates reached.
 ///
@@ -125,17 +125,19 @@ fn choose_hold(model: &Model, records: &[Record], until: Option<Instant>) -> any
     })
 }
 
-/// A model whose inputs have an interpolation.
+/// The model with the chosen input interpolation, and its fit.
 struct ChosenHold {
     model: Model,
-    /// Residual norm of every interpolation that was tried, relative to the best.
+    /// Residual norm with each input interpolation that was tried, relative to the best.
     holds: Vec<(Hold, f64)>,
-    /// Fit with the chosen one, with the integration steps per sample interval, if several were tried.
+    /// Fit with the chosen interpolation, and its integration steps per sample interval; `None` if no other
+    /// was tried.
     calibration: Option<(Calibration, usize)>,
 }
 
-/// Residual of each output over the shortest windows of a model whose inputs, unless declared otherwise, are linear
-/// between samples.
+/// Fits a model to the shortest windows; returns the RMS residual of each output.
+///
+/// Inputs are linear between samples unless the model declares otherwise.
 ///
 /// # Errors
 /// As [`fit`].
@@ -151,7 +153,7 @@ fn is_past(until: Option<Instant>) -> bool {
     until.is_some_and(|until| Instant::now() >= until)
 }
 
-/// Calibrates a model whose inputs have an interpolation.
+/// Calibrates a model whose input interpolation is chosen.
 ///
 /// Also returns the integration steps per sample interval.
 ///
@@ -196,7 +198,8 @@ struct TooFast {
     step_s: f64,
 }
 
-/// The system with steps and smoothing widths for short windows all over the records, and these windows.
+/// Chooses integration steps and smoothing widths on short windows, which cover the records; returns system
+/// and windows.
 fn tuned_on_short_windows(
     model: &Model,
     records: &[Record],
@@ -207,7 +210,7 @@ fn tuned_on_short_windows(
     Ok((system.tuned(&short_windows)?, short_windows))
 }
 
-/// Calibrates a system whose steps are chosen, over windows that begin at a few time constants of its fastest mode.
+/// Calibrates a system with chosen integration steps, from windows of a few time constants to longer ones.
 fn calibrate_tuned(
     system: EquationSystem,
     short_windows: &[Record],
@@ -308,13 +311,13 @@ fn write_shared_starts(model: &mut Model, calibration: &Calibration) {
     }
 }
 
-/// Sentence on parameters that are not identifiable individually, with the remedy.
+/// Sentence on a gauge (parameters that cannot be identified individually), with the remedy.
 pub fn gauge_sentence(model: &Model, gauge: &Gauge) -> String {
     let remedy = if gauge.parameters.len() == 1 { "freeze it" } else { "freeze one" };
     format!("{}; {remedy}", gauge_finding(model, gauge))
 }
 
-/// Sentence on how many combinations of the parameters of a gauge are identifiable.
+/// Sentence that names the parameters of a gauge and says how many combinations of them are identifiable.
 pub(super) fn gauge_finding(model: &Model, gauge: &Gauge) -> String {
     let names: Vec<String> = gauge
         .parameters

@@ -1,4 +1,4 @@
-//! The `fit` command: calibration of an equation model, with its result in the format of `result.json`.
+//! The `fit` command: calibrates an equation model, and gives the result in the format of `result.json`.
 
 use super::fit::{Fitted, fit, gauge_sentence};
 use super::rejection::worse_than_mean;
@@ -12,31 +12,31 @@ use augsim_equations::Model;
 use serde::Serialize;
 use std::time::Instant;
 
-/// Result of `fit`.
+/// Result of the `fit` command.
 #[derive(Debug, Clone, Serialize)]
 pub struct FitResult {
-    /// Version of the format.
+    /// Version of the result format.
     pub schema: &'static str,
     /// Sentence that rejects the model, with the remedy, if it predicts an output worse than the mean of the output does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rejection: Option<String>,
-    /// Declared parameters.
+    /// The declared parameters with their calibrated values.
     pub parameters: Vec<Parameter>,
     /// Residual of each output over the longest windows.
     pub rows: Vec<Row>,
     /// Stages of the fit, shortest windows first.
     pub windows: Vec<Stage>,
-    /// Why the windows were not made longer, if they did not reach the whole recording.
+    /// Why the windows were not made longer; `None` if they reached the whole recording.
     pub stopped: Option<&'static str>,
-    /// Sentences on parameters that are not identifiable individually.
+    /// Sentences on sets of parameters that are identifiable only in combination.
     pub gauges: Vec<String>,
-    /// Input interpolations that were tried.
+    /// Input interpolations that the fit compared.
     pub holds: Vec<TriedInterpolation>,
-    /// Integration steps per sample interval.
+    /// Number of integration steps per sample interval.
     pub substeps: usize,
     /// Process noise and measurement noise of the calibrated model.
     pub noise: NoiseCause,
-    /// Why the noise could not be estimated.
+    /// Why the noise could not be estimated; `None` if it could.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_failure: Option<String>,
     /// Columns of the data that the model does not use.
@@ -52,55 +52,55 @@ pub struct FitResult {
 /// A declared parameter and its calibrated value.
 #[derive(Debug, Clone, Serialize)]
 pub struct Parameter {
-    /// Name.
+    /// Name of the parameter.
     pub name: String,
-    /// Unit; empty if dimensionless.
+    /// Unit of the parameter; empty if dimensionless.
     pub unit: String,
-    /// Value in the model file.
+    /// Value of the parameter in the model file before the fit.
     pub declared: f64,
-    /// Calibrated value.
+    /// Value of the parameter after the fit.
     pub value: f64,
-    /// 95 % interval.
+    /// 95 % confidence interval of the calibrated value; `None` without one.
     pub ci95: Option<[f64; 2]>,
-    /// Whether it was fixed.
+    /// Whether the parameter was fixed at its declared value.
     pub frozen: bool,
-    /// Whether the fit ended at one of its bounds.
+    /// Whether the fit ended at a bound of the parameter.
     pub at_bound: bool,
-    /// The bound at which the fit ended: `lower` or `upper`.
+    /// Bound of the parameter at which the fit ended: `lower` or `upper`; `None` for neither.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound: Option<&'static str>,
 }
 
-/// Residual of an output.
+/// Residual of an output after the fit.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
     /// Name of the output.
     pub output: String,
     /// RMS of the residual, in the unit of the output.
     pub rmse: f64,
-    /// Unit; empty if dimensionless.
+    /// Unit of the output; empty if dimensionless.
     pub unit: String,
 }
 
-/// Fit with windows of one length.
+/// Result of one stage of the fit, in which all windows have the same length.
 #[derive(Debug, Clone, Serialize)]
 pub struct Stage {
-    /// Length of the windows, s.
+    /// Length of the windows of this stage, s.
     pub window_s: f64,
-    /// Number of windows.
+    /// Number of windows of this stage.
     pub windows: usize,
-    /// RMS of the residual of each output.
+    /// RMS residual of each output at the end of this stage, in the unit of the output.
     pub rmse: Vec<f64>,
-    /// Whether the fit converged.
+    /// Whether the fit converged in this stage.
     pub converged: bool,
 }
 
-/// An input interpolation that was tried.
+/// An input interpolation that the fit tried.
 #[derive(Debug, Clone, Serialize)]
 pub struct TriedInterpolation {
     /// Name of the interpolation: `zero`, `linear` or `spline`.
     pub hold: &'static str,
-    /// Residual norm relative to the best.
+    /// Residual norm with this interpolation, relative to the best.
     #[serde(rename = "misfit_of_best")]
     pub relative_residual: f64,
 }

@@ -10,46 +10,46 @@ use thiserror::Error;
 /// Prediction horizons of the error table, s; the whole record is added.
 const HORIZONS_S: [f64; 3] = [0.1, 0.5, 2.0];
 
-/// A record with the predicted outputs at its samples.
+/// A free run over one record: measured and predicted outputs at its samples.
 #[derive(Debug)]
 pub struct FreeRun {
-    /// Times, s.
+    /// Times of the samples, s.
     pub times: Vec<f64>,
-    /// Measured values, `[output][sample]`.
+    /// Measured values of the outputs, `[output][sample]`.
     pub measured: Vec<Vec<f64>>,
-    /// Predicted values, `[output][sample]`.
+    /// Predicted values of the outputs, `[output][sample]`.
     pub predicted: Vec<Vec<f64>>,
     /// Index of the first sample that was not used to fit the initial state.
     pub first: usize,
 }
 
-/// Errors of an output.
+/// Prediction errors of an output over all records.
 #[derive(Debug, Serialize)]
 pub struct Row {
     /// Name of the output.
     pub output: String,
-    /// Root mean square error over all samples after the burn-in.
+    /// Root mean square error over all samples after the burn-in, in the unit of the output.
     pub rmse: f64,
-    /// Unit.
+    /// Unit of the output.
     pub unit: String,
-    /// Errors up to several times after the burn-in.
+    /// Errors up to several prediction horizons after the burn-in.
     pub horizons: Vec<Horizon>,
-    /// Coefficient of determination: share of the variance that is explained.
+    /// Coefficient of determination R²: share of the output's variance that is explained.
     pub r2: f64,
-    /// Number of samples compared.
+    /// Number of samples after the burn-in that were compared.
     pub samples: usize,
 }
 
-/// Error up to a horizon.
+/// Prediction error of an output up to a horizon.
 #[derive(Debug, Serialize)]
 pub struct Horizon {
-    /// Seconds after the burn-in.
+    /// Prediction horizon: seconds after the burn-in.
     pub horizon_s: f64,
-    /// Root mean square error.
+    /// Root mean square error up to this horizon, in the unit of the output.
     pub rmse: f64,
 }
 
-/// Free runs of all records, with initial states fitted to the first `burn_in` samples.
+/// Simulates free runs of all records, with initial states fitted to the first `burn_in` samples.
 ///
 /// # Errors
 /// A record cannot be simulated.
@@ -90,10 +90,10 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
     Ok(runs)
 }
 
-/// Checks that some record has measured values after the first `burn_in` samples; returns the names of those that have none.
+/// Names the records without measured values after the first `burn_in` samples, which cannot be scored.
 ///
 /// # Errors
-/// No record has any, so that there is nothing to score.
+/// All records lack such values, so that there is nothing to score.
 pub fn unscored(records: &[Record], burn_in: usize, data: &str) -> anyhow::Result<Vec<String>> {
     let is_scored = |r: &&Record| r.values.iter().any(|v| v.iter().skip(burn_in).any(|v| v.is_finite()));
     let unscored: Vec<String> = records.iter().filter(|r| !is_scored(r)).map(|r| r.id.clone()).collect();
@@ -103,16 +103,16 @@ pub fn unscored(records: &[Record], burn_in: usize, data: &str) -> anyhow::Resul
     Ok(unscored)
 }
 
-/// No trajectory has samples after those that the initial state is fitted to.
+/// Error: no trajectory has measured samples after those that the initial state is fitted to.
 #[derive(Debug, Error)]
 #[error(
     "{data}: no trajectory has measured samples after the first {burn_in}, which the initial state is fitted to, so there is nothing to score; use \
      longer trajectories, or a smaller --burn-in"
 )]
 pub struct NothingToScore {
-    /// The data.
+    /// Name of the data in the message.
     pub data: String,
-    /// Number of these samples.
+    /// Number of first samples that the initial state is fitted to.
     pub burn_in: usize,
 }
 
@@ -124,7 +124,7 @@ pub fn clip_to_sensor_range(output: &augsim_equations::model::Output, value: f64
     }
 }
 
-/// RMSE, horizons and R² of all outputs.
+/// Computes RMSE, errors by prediction horizon and R² of each output over free runs.
 pub fn rows(model: &Model, runs: &[FreeRun]) -> Vec<Row> {
     let row = |(index, output): (usize, &augsim_equations::model::Output)| {
         let squares_until = |horizon_s: f64| {

@@ -24,7 +24,7 @@ pub fn is_model(path: &Path) -> bool {
     text.is_some_and(|text| is_model_text(&text))
 }
 
-/// Whether a text is an equation model.
+/// Whether a text is the content of an equation model file.
 pub fn is_model_text(text: &str) -> bool {
     #[derive(serde::Deserialize)]
     struct Head {
@@ -46,7 +46,7 @@ pub fn read(path: &Path) -> Result<Model, ModelError> {
     augsim_equations::model::read(path)
 }
 
-/// Unit for display, with a space before it; empty if dimensionless.
+/// Symbol of a unit for display, with a space before it; empty if dimensionless.
 pub fn unit_text(unit: Option<augsim_data::Unit>) -> String {
     unit.map(|u| u.symbol()).filter(|symbol| !symbol.is_empty()).map_or_else(String::new, |s| format!(" {s}"))
 }

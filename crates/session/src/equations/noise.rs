@@ -10,7 +10,7 @@ use augsim_system::{Record, Simulate};
 /// Maximum number of samples from which the noise is estimated.
 const MAX_SAMPLES: usize = 6_000;
 
-/// Smoothed states at every sample, and the noise under which the model explains the records.
+/// Estimates states at every sample with a smoother, and the noise that best explains the records.
 ///
 /// The states at a sample also use later samples, so they are not predictions.
 ///
@@ -58,7 +58,7 @@ pub fn find(model: &mut Model, records: &[Record]) -> anyhow::Result<NoiseCause>
     Ok(noise_result(model, &noisy_states, &found))
 }
 
-/// The estimated noise in the format of a result.
+/// Converts the estimated noise to the format of a result.
 fn noise_result(model: &Model, noisy_states: &[usize], found: &Smoothed) -> NoiseCause {
     let symbol = |unit: Option<augsim_data::Unit>| unit.map_or_else(String::new, |u| u.symbol());
     let outputs = || model.outputs.iter().map(|o| (o.name.clone(), symbol(o.unit)));
@@ -89,7 +89,7 @@ fn noise_result(model: &Model, noisy_states: &[usize], found: &Smoothed) -> Nois
     }
 }
 
-/// The first records and samples, [`MAX_SAMPLES`] in total at most.
+/// Cuts records to the first [`MAX_SAMPLES`] samples in total.
 fn first_samples(records: &[Record]) -> Vec<Record> {
     let mut remaining = MAX_SAMPLES;
     let mut parts = Vec::new();

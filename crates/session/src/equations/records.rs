@@ -10,7 +10,7 @@ use thiserror::Error;
 /// Columns of the long data format that are not model quantities.
 const FORMAT_COLUMNS: [&str; 4] = ["trajectory", "t_s", "group", "start_time_s"];
 
-/// The data lack a column of the model.
+/// Error: the data lack a column that the model needs.
 #[derive(Debug, Error)]
 #[error(
     "{} has no column `{}`, {what} of {model}; its columns are {}",
@@ -26,7 +26,7 @@ struct NoColumn {
     header: Vec<String>,
 }
 
-/// A column of the model has no value in a trajectory.
+/// Error: a column that the model needs has no value in a trajectory.
 #[derive(Debug, Error)]
 #[error(
     "{}, trajectory `{}`: column `{}`, {what} of {model}, has no value; export it again, or remove the trajectory",
@@ -45,13 +45,13 @@ struct NoValues {
 /// Data in the columns of a model.
 #[derive(Debug)]
 pub struct ModelData {
-    /// Inputs, then outputs, by name.
+    /// Data whose columns are the inputs of the model, then its outputs, by name.
     pub data: Dataset,
-    /// Columns of the file that the model does not use.
+    /// Names of the columns in the file that the model does not use.
     pub unnamed: Vec<String>,
 }
 
-/// Columns that a model reads with their units, and whether each is an input or an output.
+/// Columns that a model reads: name, unit, and whether it is an input or an output.
 ///
 /// A column that is both is listed once.
 fn columns_of(model: &Model) -> Vec<(&str, Option<Unit>, &'static str)> {
@@ -70,7 +70,7 @@ fn with_units<'m>(columns: &[(&'m str, Option<Unit>, &str)]) -> Vec<(&'m str, Un
     columns.iter().map(|(name, unit, _)| (*name, unit.unwrap_or(Unit::DIMENSIONLESS))).collect()
 }
 
-/// Data of which the header was read, so that the conversions are known before the rows are read.
+/// Data whose header was read, so that the unit conversions are known before the rows are read.
 #[derive(Debug)]
 pub struct OpenTable {
     from: DataFrom,
@@ -88,7 +88,7 @@ pub fn open(from: impl Into<DataFrom>) -> anyhow::Result<OpenTable> {
 }
 
 impl OpenTable {
-    /// What is taken for the time of the data, and the conversions of the columns of a model, one sentence each.
+    /// Sentences on the column taken as time and on the unit conversions of the model's columns.
     pub fn reading(&self, model: &Model) -> Vec<String> {
         self.csv.notes(&with_units(&columns_of(model)))
     }
@@ -113,7 +113,8 @@ impl OpenTable {
     }
 }
 
-/// What is taken for the time of the data, and the conversions of the columns of a model, one sentence each.
+/// Opens data; returns sentences on the column taken as time and on the unit conversions of the model's
+/// columns.
 ///
 /// # Errors
 /// The file cannot be opened.

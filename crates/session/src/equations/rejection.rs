@@ -14,9 +14,10 @@ use augsim_system::{Record, channel_sd};
 /// `z` normally distributed. The factor is below `1.1^2` for `n` of 32 or more in 99 % of all cases (`z` of 2.58).
 const MAX_RESIDUAL_RATIO: f64 = 1.1;
 
-/// Sentence with the remedy if the calibrated model predicts an output worse than its mean does.
+/// Sentence that rejects a calibrated model which predicts an output worse than the mean of the output does.
 ///
-/// `rmse` are the residuals of the calibrated model in the order of its outputs.
+/// It states the remedy. `None` if no output is predicted so badly. `rmse` are the RMS residuals of the
+/// calibrated model in the order of its outputs.
 pub(super) fn worse_than_mean(model: &Model, rmse: &[f64], records: &[Record]) -> Option<String> {
     let ratio = |(index, rmse): (usize, &f64)| {
         let values =

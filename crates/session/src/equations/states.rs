@@ -15,7 +15,7 @@ use thiserror::Error;
 
 /// Relative deviation of a sampling step from the mean that is accepted as rounding of the times.
 const STEP_TOLERANCE: f64 = 0.02;
-/// Samples of a short window in addition to two for each state.
+/// Number of samples of a short window in addition to two for each state.
 const EXTRA_SAMPLES: usize = 8;
 /// Maximum number of short windows that are fitted.
 const MAX_WINDOWS: usize = 200;
@@ -24,32 +24,32 @@ const MAX_WINDOWS: usize = 200;
 /// Below it the smoother's estimate is not used.
 const MIN_NOISE_RATIO: f64 = 0.02;
 
-/// Records whose sampling does not suit a net.
+/// Error: records whose sampling does not suit a net.
 #[derive(Debug, Error)]
 pub enum ClockError {
-    /// The sampling step is not constant.
+    /// The sampling step of a trajectory is not constant.
     #[error(
         "trajectory `{id}`: the step at {at} s is {found} s, but the other steps are {step_s} s; nets need a constant sampling step: \
          resample the data so that every row has an output"
     )]
     Irregular {
-        /// Trajectory.
+        /// Name of the trajectory.
         id: String,
-        /// Time of the sample, s.
+        /// Time of the sample before the deviating step, s.
         at: f64,
-        /// Seconds to the next one.
+        /// Length of the deviating step, s.
         found: f64,
-        /// Sampling step elsewhere, s.
+        /// Length of the other steps, s.
         step_s: f64,
     },
-    /// The sampling step differs from that of the training data.
+    /// The sampling step of a trajectory differs from that of the training data.
     #[error(
         "trajectory `{id}`: samples every {found} s, but the net was trained on steps of {step_s} s; resample the data"
     )]
     Other {
-        /// Trajectory.
+        /// Name of the trajectory.
         id: String,
-        /// Its sampling step, s.
+        /// Sampling step of the trajectory, s.
         found: f64,
         /// Sampling step of the training data, s.
         step_s: f64,
@@ -59,7 +59,7 @@ pub enum ClockError {
     None,
 }
 
-/// The constant sampling step of all records, s.
+/// Determines the constant sampling step of all records, s.
 ///
 /// # Errors
 /// The sampling step is not constant.
@@ -78,13 +78,13 @@ pub fn step_s(records: &[Record]) -> Result<f64, ClockError> {
 /// Checks that records have the sampling step of an engine.
 ///
 /// # Errors
-/// They have another one.
+/// A record has another sampling step.
 pub fn check_step_of_engine(engine: &EquationEngine, records: &[Record]) -> Result<(), ClockError> {
     let step_s = engine.step_s();
     check_clock(records, step_s, |id, _, found| ClockError::Other { id, found, step_s })
 }
 
-/// Checks that records have this sampling step.
+/// Checks that all steps of the records are `step_s` within rounding.
 ///
 /// `fault` makes the error from the trajectory, the time of the sample, s, and the step found there, s.
 fn check_clock(
@@ -102,7 +102,7 @@ fn check_clock(
     Ok(())
 }
 
-/// The engine of a model for these records, which need not be prepared.
+/// Builds the engine that a net corrects, from a model and records that need not be prepared.
 ///
 /// # Errors
 /// The sampling step is not constant, or the model cannot be simulated over the records.
@@ -115,7 +115,7 @@ pub fn engine(model: &Model, records: &[Record]) -> anyhow::Result<Engine> {
     Ok(Engine::Equations(EquationEngine::new(&system, step_s, sensor_sd)?))
 }
 
-/// Standard deviation of the measurement noise of each output, in its unit.
+/// Determines the standard deviation of the measurement noise of each output, in the unit of the output.
 ///
 /// As declared, or else as estimated by the smoother; where the smoother finds almost none, the RMS residual
 /// over short windows. White process noise can explain every reading without measurement noise, and a net
@@ -175,7 +175,7 @@ fn short_window_residuals(
     Ok((0..outputs).map(median).collect())
 }
 
-/// Notes for the user on inputs of a model that a net treats differently.
+/// Notes for the user on inputs whose hold is not declared (taken as linear) or which are delayed.
 pub fn notes(model: &Model) -> Vec<String> {
     let mut notes = Vec::new();
     for input in &model.inputs {
@@ -193,7 +193,7 @@ pub fn notes(model: &Model) -> Vec<String> {
     notes
 }
 
-/// Estimated states of measured trajectories with the inputs at their samples.
+/// Converts measured trajectories to training sequences: estimated states, with the inputs at their samples.
 ///
 /// # Errors
 /// The sampling step differs from the engine's, or the model cannot be simulated over the records.
@@ -223,10 +223,10 @@ pub fn sequences(data: &Dataset, engine: &EquationEngine) -> anyhow::Result<Sequ
     Ok(Sequences { columns, action_columns, items: items.collect() })
 }
 
-/// The engine's actions of an unprepared record, `[sample, action]`.
+/// Inputs of the engine's steps (actions) from an unprepared record, `[sample, action]`.
 ///
-/// These are the inputs, delayed where the model says so, then the second derivatives of spline inputs, and
-/// the time.
+/// Actions are the inputs, delayed where the model says so, then the second derivatives of spline inputs,
+/// and the time.
 pub fn actions(model: &Model, record: &Record) -> Vec<f64> {
     let nominals = model.nominals();
     let signals: Vec<(Signal, f64)> = (model.inputs.iter().zip(record.inputs.iter()))

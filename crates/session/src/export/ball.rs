@@ -13,24 +13,24 @@ use augsim_physics::model::{EffectBlock, Model};
 const PYTHON: &str = include_str!("ball.py.txt");
 const C: &str = include_str!("ball.c.txt");
 
-/// The part of a program that an effect changes.
+/// The place in an exported program that an effect of the ball changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
-    /// The velocity of the air.
+    /// The velocity of the air (wind).
     Air,
-    /// The acceleration in flight.
+    /// The acceleration of the ball in flight.
     Forces,
-    /// The restitution at an impact.
+    /// The coefficient of restitution at an impact.
     Bounce,
-    /// The velocity along the ground at an impact.
+    /// The velocity of the ball along the ground at an impact.
     Friction,
-    /// The reading of the sensor.
+    /// The position that the sensor reads.
     Sight,
-    /// A constant of the program, by its name there.
+    /// A constant of the program, given by its name in the program.
     Constant(&'static str),
 }
 
-/// Statements of an effect, valid in Python and in C; `{0}` stands for its first parameter.
+/// Program statements of an effect, valid in Python and in C; `{0}` stands for its first parameter.
 ///
 /// `None` for an effect that cannot be written as such statements.
 fn statements(kind: &str) -> Option<(Place, &'static [&'static str])> {
@@ -90,7 +90,7 @@ fn statements(kind: &str) -> Option<(Place, &'static [&'static str])> {
     })
 }
 
-/// The text of the model in the language.
+/// Exports the ball model as text in the given language.
 pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage> {
     if language == Language::Latex {
         return Ok(latex(model));
@@ -159,7 +159,7 @@ pub(super) fn export(model: &Model, language: Language) -> Result<String, Usage>
     Ok(fill(form, &values))
 }
 
-/// Comment at the top of a program: the kinds of the effects, and that random effects are omitted.
+/// Comment at the top of an exported program: its effects, and that random effects are omitted.
 fn title(model: &Model) -> String {
     let kinds: Vec<&str> = model.effects.iter().map(|b| b.kind.as_str()).collect();
     let with = if kinds.is_empty() { "no effect added".to_owned() } else { comment(&kinds.join(", ")) };

@@ -1,4 +1,4 @@
-//! Export of a system of equations: expressions, and the LaTeX document.
+//! Export of a system of equations: writes its expressions, and the LaTeX document.
 
 use super::routine::Names;
 use super::words::latex as latex_text;
@@ -7,25 +7,25 @@ use augsim_equations::Model;
 use augsim_equations::model::{Direction, Event, How, Target};
 use augsim_equations::text::{Comparison, Function, Kind, Symbol, Tree};
 
-/// What an expression is written for.
+/// The place in the exported text where an expression is written, which decides how symbols are named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Use {
-    /// A formula of a LaTeX document.
+    /// In a formula of a LaTeX document.
     Formula,
-    /// The initial state in a program: outputs are their first measured values.
+    /// In the initial state of a program, where outputs stand for their first measured values.
     Start,
 }
 
-/// Writes the expressions of a model file.
+/// Writes the expressions of a model file as LaTeX, Python or C.
 pub(super) struct Writer<'a> {
     pub model: &'a Model,
     pub language: Language,
-    /// Names in a program; `None` in a document.
+    /// Names of the model's quantities in a program; `None` in a LaTeX document.
     pub names: Option<&'a Names>,
     pub purpose: Use,
 }
 
-/// The model as a LaTeX document.
+/// Exports an equation model as a LaTeX document.
 pub(super) fn document(model: &Model) -> String {
     Writer { model, language: Language::Latex, names: None, purpose: Use::Formula }.document()
 }
@@ -73,7 +73,7 @@ impl Writer<'_> {
         done.pop().unwrap_or_default()
     }
 
-    /// Writes a node of a formula of a document; `done` has the texts of the nodes before it.
+    /// Writes one node of an expression in LaTeX; `done` has the texts of the nodes before it.
     fn formula_node(&self, kind: &Kind, done: &[String]) -> String {
         let text_of = |i: &usize| done[*i].as_str();
         match kind {
@@ -108,7 +108,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes a node of an expression of an initial state in a program.
+    /// Writes one node of an initial-state expression in Python or C; `done` has the texts of the nodes
+    /// before it.
     fn start_node(&self, kind: &Kind, done: &[String]) -> String {
         let text_of = |i: &usize| done[*i].as_str();
         let is_c = self.language == Language::C;
@@ -149,7 +150,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The LaTeX document.
+    /// Writes the complete LaTeX document of the model.
     fn document(&self) -> String {
         let m = self.model;
         let mut body = String::from("Numbers are rounded to six digits.\n\\begin{align*}\n");
@@ -239,7 +240,7 @@ impl Writer<'_> {
         text
     }
 
-    /// A formula with the changes by the added effects.
+    /// Adds to the formula `right` of `target` the changes that the added effects make to it.
     fn with_changes(&self, target: Target, mut right: String) -> String {
         for change in self.model.additions.iter().flat_map(|a| &a.changes).filter(|c| c.target == target) {
             let value = self.expression(&change.value.tree);
@@ -253,7 +254,7 @@ impl Writer<'_> {
     }
 }
 
-/// Name of a function in the expressions of initial states.
+/// Name of a mathematical function in the initial-state expressions of a Python or C program.
 fn start_function(f: Function, is_c: bool) -> &'static str {
     let choose = |c: &'static str, python: &'static str| if is_c { c } else { python };
     match f {

@@ -7,9 +7,9 @@ use augsim_system::Parameter;
 /// The parameters of a model that have values by group.
 pub(super) struct Groups {
     language: Language,
-    /// All groups in the order of the model file.
+    /// Names of all groups, in the order of the model file.
     names: Vec<String>,
-    /// Values of each such parameter, in the order of the groups.
+    /// Values of each parameter that has values by group, in the order of the groups.
     values: Vec<Vec<f64>>,
 }
 
@@ -41,7 +41,7 @@ impl Groups {
         }
     }
 
-    /// The declarations of constants, which may depend on the group.
+    /// Declarations of a program's constants, some of which depend on the chosen group.
     pub fn constants(&self, constants: &[(&str, String)]) -> String {
         let list = |separator: &str, values: &mut dyn Iterator<Item = String>| {
             values.collect::<Vec<_>>().join(separator)
@@ -85,7 +85,7 @@ impl Groups {
         )
     }
 
-    /// A clause for the title: that the values are those of the chosen group.
+    /// Clause for the title of a program: that its values are those of the chosen group.
     pub fn title(&self) -> String {
         match self.names.is_empty() {
             true => String::new(),

@@ -42,12 +42,12 @@ pub fn export(subject: &Subject, language: Language) -> anyhow::Result<String> {
     })
 }
 
-/// A number with all its digits, valid in Python and C.
+/// Writes a number with all its digits, valid in Python and C.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// A number in a formula, rounded to six digits.
+/// Writes a number for a LaTeX formula, rounded to six digits.
 fn latex_number(value: f64) -> String {
     if value == std::f64::consts::PI {
         return "\\pi".to_owned();
@@ -66,7 +66,7 @@ fn latex_number(value: f64) -> String {
     format!("{} \\times 10^{{{exponent}}}", trim(digits))
 }
 
-/// A unit after a number in a formula, such as `N\,m/s^{2}`.
+/// Writes a unit after a number in a LaTeX formula, such as `N\,m/s^{2}`.
 fn latex_unit(unit: Option<Unit>) -> String {
     let symbol = unit.map_or_else(String::new, Unit::symbol);
     if symbol.is_empty() {
@@ -91,12 +91,12 @@ fn latex_unit(unit: Option<Unit>) -> String {
     text + "}"
 }
 
-/// A name in upright type.
+/// Writes a name in upright type for a LaTeX formula.
 fn latex_name(name: &str) -> String {
     format!("\\mathrm{{{}}}", words::latex(name))
 }
 
-/// A LaTeX document with a title and a body.
+/// Writes a LaTeX document with a title and a body.
 fn latex_document(title: &str, body: &str) -> String {
     let title = words::latex(title);
     format!(
@@ -118,7 +118,7 @@ fn effect_paragraphs(effects: &[EffectBlock], formula: impl Fn(&str) -> Option<&
     text
 }
 
-/// The value of a parameter with its interval, or its values by group.
+/// LaTeX text of a parameter: its value with the interval, or its values by group.
 fn parameter_paragraph(symbol: &str, p: &Parameter) -> String {
     if p.groups.is_empty() {
         let interval = p.ci95.map_or(String::new(), |[low, high]| {

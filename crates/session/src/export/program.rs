@@ -68,7 +68,7 @@ const PYTHON_PLAIN_STEP: &str = "    def begin_events(self, signal):
         self.x = self.move(signal, t, h, self.x)[0]
 ";
 
-/// A model on its way to a program.
+/// An equation model with all that is needed to write it as a program.
 struct Program<'a> {
     model: &'a Model,
     language: Language,
@@ -76,10 +76,10 @@ struct Program<'a> {
     listing: Listing,
 }
 
-/// The program of a model.
+/// Exports an equation model as a Python or C program.
 ///
 /// # Errors
-/// A model that cannot be compiled.
+/// [`ModelError`]: the model cannot be compiled.
 pub(super) fn program(model: &Model, language: Language) -> Result<String, ModelError> {
     let listing = Listing::new(model)?;
     let program = Program { model, language, names: Names::new(model), listing };
@@ -96,7 +96,7 @@ impl Program<'_> {
         !self.model.events.is_empty() || self.model.states.iter().any(has_bound)
     }
 
-    /// Elements of a list with a comma after each: a C array ends with an element of its own.
+    /// Joins the elements of a list; in C each has a comma after it, as the template ends the array.
     fn list(&self, elements: impl Iterator<Item = String>) -> String {
         let list: Vec<String> = elements.collect();
         match (list.is_empty(), self.is_c()) {
@@ -138,7 +138,7 @@ impl Program<'_> {
         fill(form, &values)
     }
 
-    /// Title, usage, and lists of quantities in comments.
+    /// Template values for the program's title, its usage, and its lists of quantities in comments.
     fn descriptions(&self) -> Vec<(&'static str, String)> {
         let m = self.model;
         let states = m.states.iter().map(|s| comment(&s.name));
@@ -168,7 +168,7 @@ impl Program<'_> {
         ]
     }
 
-    /// Fields and values of the parameters, and of the widths of smoothed discontinuities.
+    /// Template values for the parameters, and for the widths of smoothed discontinuities.
     fn parameters(&self) -> Vec<(&'static str, String)> {
         let (l, is_c) = (&self.listing, self.is_c());
         let parameters = || self.names.parameters.iter().zip(&self.model.parameters);
@@ -197,7 +197,7 @@ impl Program<'_> {
         ]
     }
 
-    /// Sizes, names, and numerical settings.
+    /// Template values for sizes, names and numerical settings.
     fn settings(&self) -> Vec<(&'static str, String)> {
         let (m, l) = (self.model, &self.listing);
         let numerics = &m.numerics;
@@ -233,7 +233,7 @@ impl Program<'_> {
         ]
     }
 
-    /// A bound, which may be infinite.
+    /// Writes a bound, which may be infinite, in the language of the program.
     fn bound(&self, value: f64) -> String {
         let infinity = if self.is_c() { "INFINITY" } else { "math.inf" };
         match value {
@@ -258,7 +258,7 @@ impl Program<'_> {
         cases.map(|(i, delay)| format!("    case {i}: return {delay};\n")).collect()
     }
 
-    /// The expressions of the initial states.
+    /// Writes statements that compute the initial states.
     fn guesses(&self) -> String {
         let writer = Writer {
             model: self.model,
@@ -273,7 +273,7 @@ impl Program<'_> {
         }
     }
 
-    /// Knots and values of the tables, and the functions that interpolate them.
+    /// Writes the knots and values of the model's tables, and the functions that interpolate them.
     fn tables(&self) -> String {
         let list = |values: &[f64]| values.iter().map(|v| number(*v)).collect::<Vec<_>>().join(", ");
         let mut text = String::new();
@@ -301,7 +301,7 @@ impl Program<'_> {
         syntax.statements(routine, depth, arguments)
     }
 
-    /// A function body that computes all results: `to[0] = ...` in C, `return [...]` in Python.
+    /// Writes a function body that computes all results: `to[0] = ...` in C, `return [...]` in Python.
     fn body(&self, routine: &Routine, to: &str, depth: usize, arguments: &[&str]) -> String {
         let Statements { mut text, results } = self.statements(routine, depth, arguments);
         let indent = "    ".repeat(depth);
@@ -315,7 +315,7 @@ impl Program<'_> {
         }
     }
 
-    /// Statements that set the derivatives of `rows` at the places that `place` gives.
+    /// Writes statements that assign derivatives of `rows`; `place` names the target of each.
     fn derivatives(
         &self,
         derivatives: &Derivatives,
@@ -363,7 +363,7 @@ impl Program<'_> {
         values
     }
 
-    /// Tables and functions of the events and state bounds.
+    /// Template values for the tables and functions of the events and state bounds.
     fn events(&self) -> Vec<(&'static str, String)> {
         let (m, l, is_c) = (self.model, &self.listing, self.is_c());
         let states = |chosen: &dyn Fn(&Event) -> Vec<usize>| {
@@ -418,7 +418,7 @@ impl Program<'_> {
         if self.is_c() { format!("    (void)next;\n{text}") } else { text + "    return list(x)\n" }
     }
 
-    /// One branch for each event.
+    /// Writes one branch for each event.
     fn branches(&self, bodies: impl Iterator<Item = String>, arguments: &[&str]) -> String {
         if self.is_c() {
             let casts: String = arguments.iter().map(|name| format!("(void){name}; ")).collect();
@@ -434,7 +434,7 @@ impl Program<'_> {
     }
 }
 
-/// Direction of the zero crossing of an event, as the programs write it.
+/// Name of the direction in which an event's condition crosses zero, as the programs write it.
 fn direction(event: &Event) -> &'static str {
     match event.direction {
         Direction::Rising => "1",

@@ -14,7 +14,7 @@ const C: &str = include_str!("push.c.txt");
 /// Number of sides of the polygon that approximates an ellipse in a program.
 const ELLIPSE_SIDES: usize = 360;
 
-/// Constants of the programs that an effect sets, in the order of its parameters.
+/// Names of the program constants that an effect sets, in the order of the effect's parameters.
 ///
 /// `None` for an effect that cannot be expressed by constants.
 fn constants_of(kind: &str) -> Option<&'static [&'static str]> {
@@ -26,7 +26,7 @@ fn constants_of(kind: &str) -> Option<&'static [&'static str]> {
     })
 }
 
-/// The text of the model in the language.
+/// Exports the pushing model as text in the given language.
 pub(super) fn export(model: &PushModel, language: Language) -> Result<String, Usage> {
     if language == Language::Latex {
         return Ok(latex(model));
@@ -78,7 +78,7 @@ pub(super) fn export(model: &PushModel, language: Language) -> Result<String, Us
     ))
 }
 
-/// Comment at the top of a program: the object, its effects, and what is omitted.
+/// Comment at the top of an exported program: the object, its effects, and what is omitted.
 fn title(model: &PushModel) -> String {
     let kinds: Vec<&str> = model.effects.iter().map(|b: &EffectBlock| b.kind.as_str()).collect();
     let with = if kinds.is_empty() { String::new() } else { format!(" with {}", kinds.join(", ")) };

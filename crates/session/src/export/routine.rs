@@ -6,10 +6,10 @@ use augsim_equations::Model;
 use augsim_equations::listing::{Code, Routine, Value};
 use std::collections::BTreeSet;
 
-/// Longest expression that is written at the place of its only use, in characters.
+/// Maximum length of an expression that is written in place of its only use, in characters.
 const MAX_INLINE: usize = 60;
 
-/// Names of the quantities of a model in a program.
+/// Names of the quantities of a model in an exported program.
 pub(super) struct Names {
     pub states: Vec<String>,
     pub inputs: Vec<String>,
@@ -28,7 +28,7 @@ impl Names {
     }
 }
 
-/// An expression, and how tightly its outermost operation binds.
+/// Text of an expression, with the precedence of its outermost operation.
 #[derive(Clone)]
 struct Term {
     text: String,
@@ -48,7 +48,7 @@ impl Term {
         Term { text, rank: Rank::Atom }
     }
 
-    /// The text in brackets, unless it binds at least as tightly as `rank`.
+    /// The text of the expression, in brackets if it binds less tightly than `rank`.
     fn at_least(&self, rank: Rank) -> String {
         if self.rank >= rank { self.text.clone() } else { format!("({})", self.text) }
     }
@@ -61,7 +61,7 @@ pub(super) struct Syntax<'a> {
     pub names: &'a Names,
 }
 
-/// Statements that compute results, and the expressions of the results.
+/// Program text of statements that compute results, and the expressions of the results.
 pub(super) struct Statements {
     pub text: String,
     pub results: Vec<String>,
@@ -115,7 +115,7 @@ impl Syntax<'_> {
         Statements { text, results }
     }
 
-    /// The statement that reads a quantity into a variable, if it is not used as it is.
+    /// Statement that reads a quantity into a variable; `None` if the quantity needs no variable.
     fn declaration(&self, value: Value) -> Option<String> {
         let (name, from) = match value {
             Value::State(i) => (self.names.states[i].clone(), format!("x[{i}]")),
@@ -205,7 +205,7 @@ impl Syntax<'_> {
     }
 }
 
-/// Name of the function that computes an operation in Python or C.
+/// Name of the Python or C function that computes an operation.
 fn function_name(code: Code, is_c: bool) -> &'static str {
     let choose = |c: &'static str, python: &'static str| if is_c { c } else { python };
     match code {

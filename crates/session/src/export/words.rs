@@ -1,14 +1,14 @@
-//! Texts of a model as parts of a program or document: nothing in them can become code.
+//! Escapes texts of a model for programs and documents, so that nothing in them can become code.
 
 use super::Language;
 
-/// A text for a comment: what might end the comment or the line becomes an underscore.
+/// Escapes a text for a comment: characters that might end the comment or the line become underscores.
 pub(super) fn comment(text: &str) -> String {
     let is_harmless = |c: &char| c.is_alphanumeric() || " _-.,:;()+=<>'^".contains(*c);
     text.chars().map(|c| if is_harmless(&c) { c } else { '_' }).collect()
 }
 
-/// A text as a string literal in Python or C.
+/// Writes a text as a string literal in Python or C.
 ///
 /// Everything but letters, digits and a few signs is escaped: in C by octal numbers of three digits, because
 /// hexadecimal ones would take the digits that follow as their own.
@@ -28,7 +28,7 @@ pub(super) fn literal(text: &str, language: Language) -> String {
     quoted + "\""
 }
 
-/// A text for a LaTeX document: the signs that begin commands, groups or formulas are printed as they are.
+/// Escapes a text for a LaTeX document: characters with a meaning in LaTeX are printed as they are.
 pub(super) fn latex(text: &str) -> String {
     let mut safe = String::new();
     for c in text.chars() {
@@ -48,7 +48,7 @@ pub(super) fn latex(text: &str) -> String {
     safe
 }
 
-/// Fills the places `@MARK@` of a template with their values; values are not searched for marks.
+/// Fills the places `@MARK@` of a template with their values; inserted values are not searched for marks.
 pub(super) fn fill(template: &str, values: &[(&str, String)]) -> String {
     let mut text = String::new();
     for (index, part) in template.split('@').enumerate() {
@@ -60,7 +60,7 @@ pub(super) fn fill(template: &str, values: &[(&str, String)]) -> String {
     text
 }
 
-/// Names for a program: letters and digits after a prefix that the program uses for nothing else, all different.
+/// Makes unique program identifiers from names: letters and digits after a prefix used for nothing else.
 pub(super) fn identifiers<'n>(prefix: &str, names: impl Iterator<Item = &'n str>) -> Vec<String> {
     let mut list: Vec<String> = Vec::new();
     for name in names {
@@ -78,7 +78,7 @@ pub(super) fn identifiers<'n>(prefix: &str, names: impl Iterator<Item = &'n str>
 
 #[cfg(test)]
 mod tests {
-    //! Contract: no text leaves its comment, string or paragraph, and names stay different.
+    //! Contract: no text can end its comment, string or paragraph, and names stay different.
     use super::*;
 
     const EVIL: &str = "x\"\"\" */ ??/\n\\immediate\\write18{id} @RATES@ \u{2028} % $";

@@ -17,20 +17,20 @@ use augsim_trainer::filter::{FilterSettings, InitialStatePrior, Prefix, PrefixFo
 use augsim_trainer::{Samples, Sequences, TrainerError, collect_in_order};
 use rayon::prelude::*;
 
-/// Default number of particles.
+/// Default number of particles of the filter.
 pub const PARTICLES: usize = 256;
 
-/// Measured trajectories with the times of their samples, s.
+/// Measured trajectories with the times of their samples in s.
 #[derive(Debug, Clone)]
 pub struct TimedSequences {
     /// The trajectories; NaN where a value was not measured.
     pub set: Sequences,
-    /// Times, s, `[trajectory][sample]`.
+    /// Times of the samples, s, `[trajectory][sample]`.
     pub times: Vec<Vec<f64>>,
 }
 
 impl TimedSequences {
-    /// Number of observed rows, `[trajectory][prefix]`.
+    /// Number of observed rows of each trajectory for each prefix, `[trajectory][prefix]`.
     ///
     /// # Errors
     /// A prefix without a row, one that is not longer than the previous one, or one that leaves no trajectory
@@ -56,7 +56,7 @@ impl TimedSequences {
     }
 }
 
-/// Mean, median and bands of every column after the observed rows of each trajectory.
+/// Forecasts every column after the observed rows of each trajectory: mean, median and prediction bands.
 ///
 /// # Errors
 /// A trajectory that is not longer than the prefix, or a model that cannot be simulated.
@@ -99,7 +99,7 @@ pub fn bands(
     summarised(&set.columns, collect_in_order(rows)?)
 }
 
-/// The forecast of the only prefix.
+/// Takes the forecast out of a list that has one for the only prefix.
 fn only_forecast(mut forecasts: Vec<Samples>) -> Result<Samples, TrainerError> {
     forecasts.pop().ok_or(TrainerError::NoTrajectories { what: "the forecast" })
 }

@@ -7,14 +7,14 @@ use anyhow::Context;
 use augsim_trainer::NetModel;
 use augsim_trainer::filter::{InitialStatePrior, Sensor};
 
-/// A trained net, with the data and sensor of a filtered forecast.
+/// A trained net, with the data and the sensor model of a filtered forecast.
 #[derive(Debug)]
 pub struct NetOnPrefix {
-    /// The trained net.
+    /// The trained net that forecasts.
     pub model: NetModel,
-    /// The measured trajectories.
+    /// The measured trajectories to be observed and forecast.
     pub data: TimedSequences,
-    /// Observed columns and their noise.
+    /// Observed columns and their measurement noise.
     pub sensor: Sensor,
     /// Prior distribution of the initial state.
     pub start: InitialStatePrior,

@@ -21,17 +21,17 @@ impl FromStr for PrefixLength {
     }
 }
 
-/// Observed columns, and their measurement noise.
+/// User options on the columns that a filter observes, and on their measurement noise.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ObservedColumns {
-    /// Names of the columns; empty means all.
+    /// Names of the observed columns; empty means all.
     pub columns: Vec<String>,
-    /// Standard deviations: one number for all columns, or `column=number` for one.
+    /// Standard deviations of the noise: one number for all columns, or `column=number` for one.
     pub sensor_sd: Vec<String>,
 }
 
 impl ObservedColumns {
-    /// The sensor of a model with these columns; standard deviations that are not given are 0.
+    /// Builds the sensor of a model with these columns; a standard deviation that is not given is 0.
     ///
     /// # Errors
     /// An unknown column, or a standard deviation that is not a number of at least 0.

@@ -15,30 +15,30 @@ use augsim_trainer::{Sequence, Sequences};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// The effect whose parameters are the centre of pressure.
+/// Kind of the effect whose parameters are the centre of pressure of a pushed object.
 ///
 /// It varies between pushes if the model has friction scatter.
 const CENTRE_KIND: &str = "pressure-offset";
 
-/// Random effects: indices of parameters that differ between trajectories, with their standard deviations.
+/// Random effects: index of each parameter that differs between trajectories, and its standard deviation.
 type RandomEffects = Vec<(usize, f64)>;
 
-/// A model, with the data and sensor of a filtered forecast.
+/// A model, with the data and the sensor model of a filtered forecast.
 #[derive(Debug)]
 pub struct SystemOnPrefix {
     /// The particle filter of the model.
     pub filter: SystemFilter,
-    /// The measured trajectories.
+    /// The measured trajectories to be observed and forecast.
     pub data: TimedSequences,
-    /// Observed columns and their noise.
+    /// Observed columns and their measurement noise.
     ///
-    /// A standard deviation of 0, neither given nor declared, is estimated from the observed rows.
+    /// A standard deviation of 0, if neither given nor declared, is estimated from the observed rows.
     pub sensor: Sensor,
-    /// Prior of the initial state; not used, since the schema of a system has its own.
+    /// Prior of the initial state; not used, since the schema of the system has its own.
     pub start: InitialStatePrior,
 }
 
-/// Prepares a model for filtered forecasts of measured trajectories; of those named in `only`, if given.
+/// Prepares a model for filtered forecasts of the measured trajectories, or of those named in `only`.
 ///
 /// # Errors
 /// The data do not fit the model, or cannot be read.
@@ -66,7 +66,7 @@ pub fn system_on_prefix(
     }
 }
 
-/// Prepares a built-in model for filtered forecasts of trajectories in memory.
+/// Prepares a built-in model for filtered forecasts of trajectories in memory, or of those named in `only`.
 ///
 /// # Errors
 /// As [`system_on_prefix`].
@@ -105,7 +105,7 @@ pub fn built_in_on_prefix(
     Ok(prepared)
 }
 
-/// The pushing system, with the random effects that its friction scatter gives.
+/// Opens the pushing system, with the random effects of its friction scatter on the centre of pressure.
 fn pushing(model: &PushModel) -> anyhow::Result<(Arc<dyn System>, RandomEffects)> {
     let system: Arc<dyn System> = Arc::new(model.open());
     let scatter = model.effects.iter().find(|b| b.kind == SCATTER_KIND);
@@ -126,7 +126,7 @@ fn pushing(model: &PushModel) -> anyhow::Result<(Arc<dyn System>, RandomEffects)
     Ok((system, random_effects))
 }
 
-/// Records with the channels and inputs of a system, and the group of each.
+/// Reads records with the channels and inputs of a system, and the group name of each.
 fn read(system: &dyn Prepare, data: &Dataset) -> anyhow::Result<(Vec<Record>, Vec<Option<String>>)> {
     // The filter observes every row, also those that only repeat the last measurement.
     let reader = RecordReader::new(system.schema(), data)?.with_every_row();
