@@ -20,28 +20,28 @@ pub enum Difference {
     /// The number of saved parameters does not match the settings.
     #[error("its settings give a net of {expected} parameters, but it holds {found}")]
     Parameters {
-        /// Number of parameters of a net with these settings.
+        /// Number of parameters that a net with these settings has.
         expected: usize,
-        /// Number of saved parameters.
+        /// Number of parameters in the saved state.
         found: usize,
     },
     /// The saved settings are out of range.
     #[error(transparent)]
     Settings(Box<TrainerError>),
-    /// The data have different columns than the engine.
+    /// The columns of the data are not those of the engine.
     #[error("the engine has the {role} {}, but the data have {}", expected.join(", "), found.join(", "))]
     EngineColumns {
-        /// `states` or `actions`.
+        /// Which columns differ: `states` or `actions`.
         role: &'static str,
-        /// Columns of the engine.
+        /// Names of the columns that the engine needs.
         expected: Vec<String>,
-        /// Columns of the data.
+        /// Names of the columns that the data have.
         found: Vec<String>,
     },
-    /// The start or the actions of the task do not have the engine's columns.
+    /// The initial state or the actions of a forecast task do not have the engine's columns.
     #[error("its forecasts need a start and actions with the columns {}, which the data lack", columns.join(", "))]
     Inputs {
-        /// State columns, then action columns.
+        /// Columns that the engine needs: the state columns, then the action columns.
         columns: Vec<String>,
     },
     /// The run was stopped before training ended.
@@ -63,12 +63,12 @@ pub enum Difference {
     /// A state does not have one value per state column.
     #[error("a state must have {expected} values, but {found} were given")]
     State {
-        /// Number of state columns of the engine.
+        /// Number of state columns of the engine, and so of values in a state.
         expected: usize,
-        /// Number of values given.
+        /// Number of values in the given state.
         found: usize,
     },
-    /// The engine belongs to another kind of system than the run needs.
+    /// The engine is of another kind (ball, push, equations) than the saved run needs.
     #[error("its net or engine is for another kind of system")]
     OtherSystem,
 }

@@ -13,18 +13,18 @@ pub enum TrainerError {
     /// A tensor operation failed: shapes in the net's definition do not match, or a value is not finite.
     #[error(transparent)]
     Tensor(#[from] TensorError),
-    /// The data set is empty.
+    /// A set of trajectories (such as the training or the test set) is empty.
     #[error("{what} contains no trajectory; give at least one")]
     NoTrajectories {
-        /// Name of the empty set.
+        /// Which set is empty, such as `the data set`.
         what: &'static str,
     },
     /// A trajectory has fewer than the two samples that one prediction step needs.
     #[error("trajectory `{id}` has {samples} sample(s); at least 2 are needed")]
     TooShort {
-        /// Identifier of the trajectory.
+        /// Identifier of the trajectory that is too short.
         id: String,
-        /// Number of its samples.
+        /// Number of samples of the trajectory.
         samples: usize,
     },
     /// A state or action value is missing.
@@ -33,19 +33,19 @@ pub enum TrainerError {
          fill the gap in, or leave the trajectory out"
     )]
     Gap {
-        /// Identifier of the trajectory.
+        /// Identifier of the trajectory with the missing value.
         id: String,
-        /// Name of the column.
+        /// Name of the column with the missing value.
         column: String,
-        /// Sample index, from 0.
+        /// Index of the sample with the missing value, from 0.
         sample: usize,
     },
     /// A setting is out of range.
     #[error("setting `{key}` = {value}: {rule}")]
     Setting {
-        /// Name of the setting.
+        /// Name of the setting that is out of range.
         key: &'static str,
-        /// Its value.
+        /// Value of the setting, as text.
         value: String,
         /// Rule that the value breaks, as the end of the sentence `setting ...: <rule>`.
         rule: &'static str,
@@ -55,11 +55,11 @@ pub enum TrainerError {
         "iteration {iteration}: the loss is {loss}; lower the learning rate (now {rate:e}) or check the data"
     )]
     Diverged {
-        /// Iteration, from 1.
+        /// Iteration at which training diverged, from 1.
         iteration: u64,
-        /// Loss of that iteration.
+        /// Loss of the iteration at which training diverged.
         loss: f64,
-        /// Learning rate of that iteration.
+        /// Learning rate of the iteration at which training diverged.
         rate: f64,
     },
     /// A forecast diverged: a value is not finite.
@@ -68,11 +68,11 @@ pub enum TrainerError {
          on such states; train longer, add similar trajectories to the training set, or leave this one out"
     )]
     NotFinite {
-        /// Identifier of the trajectory.
+        /// Identifier of the trajectory whose forecast diverged.
         id: String,
         /// First step with a value that is not finite, from 0.
         step: usize,
-        /// The value at that step (NaN or infinite).
+        /// Value of the forecast at that step (NaN or infinite).
         value: f32,
     },
     /// The observed rows of a trajectory do not determine its initial state.
@@ -81,9 +81,9 @@ pub enum TrainerError {
          values (fewer if the sensor noise is given); observe more rows or more columns"
     )]
     UndeterminedStart {
-        /// Identifier of the trajectory.
+        /// Identifier of the trajectory whose initial state is not determined.
         id: String,
-        /// Number of observed rows.
+        /// Number of observed rows (samples) of the trajectory.
         rows: usize,
         /// Number of measured values that determine the initial state.
         needed: usize,
@@ -94,19 +94,19 @@ pub enum TrainerError {
          fewer rows"
     )]
     MissingMeasurement {
-        /// Row, from 0.
+        /// Index of the row (sample) with the missing value, from 0.
         row: usize,
-        /// State column, from 0.
+        /// Index of the state column with the missing value, from 0.
         column: usize,
     },
-    /// A row has the wrong number of values, or lies beyond the last row that has actions.
+    /// A row of observations has the wrong number of values, or lies beyond the last row that has actions.
     #[error("row {row} has {found} values; each of the {rows} rows must have {expected} values")]
     Row {
-        /// Row, from 0.
+        /// Index of the rejected row of observations, from 0.
         row: usize,
-        /// Number of state columns.
+        /// Number of state columns, which a row must have as values.
         expected: usize,
-        /// Number of values in the row.
+        /// Number of values that the row has.
         found: usize,
         /// Number of rows that have actions.
         rows: usize,
@@ -114,7 +114,7 @@ pub enum TrainerError {
     /// No parameter values that fit the observed rows give a finite simulation beyond them.
     #[error("trajectory `{id}` cannot be simulated beyond the observed rows; check the model's parameters")]
     NotSimulated {
-        /// Identifier of the trajectory.
+        /// Identifier of the trajectory that cannot be simulated.
         id: String,
     },
     /// A saved training state does not match these settings, data or task.
@@ -122,7 +122,7 @@ pub enum TrainerError {
         "the checkpoint does not belong to this run: {difference}; use the data and settings of the saved run, or start a new run"
     )]
     Mismatch {
-        /// The part that does not match.
+        /// The part of settings, data or task that does not match the saved state.
         difference: Difference,
     },
 }

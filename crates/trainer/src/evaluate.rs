@@ -14,12 +14,13 @@ pub enum Protocol {
     Forecast,
     /// The encoder observes the whole trajectory: not a prediction.
     Reconstruction,
-    /// Best score that any predictor can reach from the first state, from the known data distribution.
+    /// Best score that any predictor can reach from the first state, computed with the true data
+    /// distribution.
     Floor,
 }
 
 impl Protocol {
-    /// Name of the protocol in tables.
+    /// Name of the evaluation protocol in tables.
     pub fn label(self) -> &'static str {
         match self {
             Protocol::Forecast => "forecast",
@@ -40,7 +41,8 @@ pub fn evaluate_forecast(model: &dyn Forecaster, test: &Sequences) -> Result<Sco
     Ok(average(&forecast_scores(model, test)?))
 }
 
-/// Scores the reconstructions of a net, whose encoder observes each whole trajectory. Not a prediction.
+/// Scores the reconstructions of a net, whose encoder observes each whole test trajectory.
+/// A reconstruction is not a prediction.
 ///
 /// # Errors
 /// [`TrainerError`] if the net cannot be run, a value is not finite, or the test set is empty.

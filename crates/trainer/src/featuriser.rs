@@ -15,13 +15,13 @@ use crate::{TrainerError, steps};
 /// Converts trajectories into net inputs and targets, as the [`Correction`] of the settings asks.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Featuriser<'a> {
-    /// Single physics steps are corrected, or the net predicts states directly.
+    /// Conversion for nets that correct single physics steps or predict states directly (recipe, engine).
     Step(Recipe, &'a Engine),
-    /// The whole physics roll-out is corrected.
+    /// Conversion for nets that correct the whole physics roll-out of a push.
     Rollout(Recipe, &'a ModelPush),
-    /// Rates (time derivatives) of a system of equations are corrected.
+    /// Conversion for nets that correct the rates (time derivatives) of a system of equations.
     Rates(&'a EquationMotion),
-    /// A league class, which defines its own inputs and targets.
+    /// Conversion for a model class of the benchmark league, which defines its own inputs and targets.
     Class(ClassInputs, &'a Settings),
 }
 
@@ -41,7 +41,7 @@ impl<'a> Featuriser<'a> {
         })
     }
 
-    /// Fits the scales on a training set.
+    /// Fits the normalisation scales of inputs and targets on a training set.
     pub fn fit(self, train: &Sequences) -> Scales {
         match self {
             Featuriser::Step(_, engine) => steps::fit(engine, train),
@@ -51,7 +51,7 @@ impl<'a> Featuriser<'a> {
         }
     }
 
-    /// Computes targets and conditions of a whole trajectory.
+    /// Computes the targets and the conditions (net inputs) of a whole trajectory.
     pub fn prepare(self, scales: &Scales, q: &Sequence) -> Prepared {
         match self {
             Featuriser::Step(recipe, engine) => steps::prepare(recipe, engine, scales, q),
@@ -62,7 +62,7 @@ impl<'a> Featuriser<'a> {
     }
 }
 
-/// Returns the width of a condition row for states of `state` columns.
+/// Returns the number of net inputs per time step (condition row) for states of `state` columns.
 pub(crate) fn width(settings: &Settings, state: usize) -> usize {
     match (settings.recipe.class(), settings.correction) {
         (Some(class), _) => class.inputs.width(settings),
@@ -72,7 +72,7 @@ pub(crate) fn width(settings: &Settings, state: usize) -> usize {
     }
 }
 
-/// Checks whether scales have the sizes that a run with these settings fits.
+/// Checks whether saved scales have the sizes that a run with these settings would fit.
 pub(crate) fn fits(scales: &Scales, settings: &Settings, state: usize) -> bool {
     let expected = match (settings.recipe.class(), settings.correction) {
         (Some(class), _) => class.inputs.scale_sizes(settings, state),

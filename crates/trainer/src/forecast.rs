@@ -5,22 +5,22 @@ use crate::TrainerError;
 /// A forecast task: all that a predictor may use, i.e. initial state, actions and number of samples.
 #[derive(Debug, Clone, Copy)]
 pub struct Task<'a> {
-    /// Initial state, `[S]`.
+    /// Initial state `[S]`, one value per state column, from which the forecast starts.
     pub start: &'a [f64],
-    /// Actions `[T, A]`, known in advance; empty for systems without actions.
+    /// Actions `[T, A]` (T samples, A action columns), known in advance; empty for systems without actions.
     pub actions: &'a [f64],
     /// Number of time steps T, the first of which is the initial state.
     pub time: usize,
-    /// Index of the trajectory in its set; selects the random stream.
+    /// Index of the trajectory in its set; selects the random stream of the forecast.
     pub index: u64,
 }
 
-/// Sampled trajectories `[time, S, sample]`.
+/// Trajectories sampled from a forecast, `[time, state column, sample]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Samples {
     /// Number of sampled trajectories.
     pub count: usize,
-    /// Values `[time, S, sample]`, in the units of the state columns.
+    /// Sampled states `[time, S, sample]`, in the units of the S state columns.
     pub values: Vec<f32>,
 }
 

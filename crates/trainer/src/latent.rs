@@ -12,12 +12,12 @@ use augsim_tensor::Tape;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Gaussian fitted to the encoder's posteriors on the training set.
+/// Gaussian distribution of the trajectory latent, fitted to the encoder's posteriors on the training set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LatentDistribution {
-    /// Mean, `[L]`.
+    /// Mean of the latent, `[L]`.
     pub mean: Vec<f64>,
-    /// Lower Cholesky factor of the covariance, `[L, L]`, row-major.
+    /// Lower Cholesky factor of the latent's covariance, `[L, L]`, row-major.
     pub factor: Vec<f64>,
 }
 
@@ -48,7 +48,7 @@ impl LatentDistribution {
         Ok(LatentDistribution { mean, factor: cholesky(&covariance, l) })
     }
 
-    /// Maps standard normal `draws [L]` to a latent `[L]`: mean + factor * draws.
+    /// Maps standard normal `draws [L]` to a latent `[L]`: mean + factor * draws, L the size of the latent.
     pub(crate) fn scale_standard_draws(&self, draws: &[f64]) -> Vec<f64> {
         let l = self.mean.len();
         let shift = |i: usize| (0..=i).map(|j| self.factor[i * l + j] * draws[j]).sum::<f64>();
@@ -94,16 +94,16 @@ pub(crate) fn encode(
     Ok((to_f64(g.mean), to_f64(g.sd)))
 }
 
-/// Solves factor * white = latent - mean for a lower-triangular factor `[L, L]`.
+/// Solves factor * white = latent - mean for `white`, with a lower-triangular factor `[L, L]`.
 ///
-/// Entries along directions without variance are 0.
+/// Entries of `white` along directions without variance are 0.
 pub(crate) fn whiten(latent: &[f64], mean: &[f64], factor: &[f64]) -> Vec<f64> {
     let mut white = vec![0.0; latent.len()];
     whiten_into(latent, mean, factor, &mut white);
     white
 }
 
-/// Writes the result of [`whiten`] to `white [L]`.
+/// Solves factor * white = latent - mean as [`whiten`] does, and writes the result to `white [L]`.
 pub(crate) fn whiten_into(latent: &[f64], mean: &[f64], factor: &[f64], white: &mut [f64]) {
     let l = latent.len();
     for j in 0..l {
@@ -122,7 +122,7 @@ pub(crate) fn cholesky(a: &[f64], n: usize) -> Vec<f64> {
     l
 }
 
-/// Writes the result of [`cholesky`] to `l [n, n]`.
+/// Writes the lower Cholesky factor of `a [n, n]` to `l [n, n]`, as [`cholesky`] does.
 pub(crate) fn cholesky_into(a: &[f64], n: usize, l: &mut [f64]) {
     l.fill(0.0);
     for i in 0..n {

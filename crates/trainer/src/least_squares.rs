@@ -14,40 +14,40 @@ use augsim_linear::{Mat, solve_positive_definite};
 /// Residuals that share one robust weight, such as those of one push.
 pub(crate) type Block = Vec<f64>;
 
-/// Huber's threshold, as a multiple of the median root mean square residual at the start.
+/// Huber's threshold, as a multiple of the median over blocks of the root mean square residual at the start.
 const HUBER_THRESHOLD: f64 = 2.0;
 /// Relative decrease of the loss below which the fit has converged.
 const MIN_RELATIVE_DECREASE: f64 = 1e-9;
-/// Damping factor at the start, relative to the diagonal of the normal matrix.
+/// Levenberg-Marquardt damping factor at the start, relative to the diagonal of the normal matrix.
 const INITIAL_DAMPING: f64 = 1e-3;
-/// Smallest damping factor.
+/// Lower bound of the Levenberg-Marquardt damping factor.
 const MIN_DAMPING: f64 = 1e-9;
-/// Damping factor beyond which the fit stops.
+/// Levenberg-Marquardt damping factor above which the fit stops.
 const MAX_DAMPING: f64 = 1e6;
 
 /// Options of a Levenberg-Marquardt fit.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LevenbergMarquardt {
-    /// Step of the forward differences.
+    /// Step of the forward differences that approximate the Jacobian, in units of the parameters.
     pub difference_step: f64,
-    /// Largest change of a parameter in one iteration.
+    /// Largest change of a parameter in one iteration, in units of the parameters.
     pub max_change: f64,
-    /// Maximum number of iterations.
+    /// Maximum number of iterations of the fit.
     pub max_iterations: usize,
 }
 
-/// Result of a fit.
+/// Result of a Levenberg-Marquardt fit.
 #[derive(Debug, Clone)]
 pub(crate) struct FitResult {
     /// Estimated parameter values.
     pub values: Vec<f64>,
-    /// Mean over the blocks of Huber's loss of the root mean square residual.
+    /// Loss at the estimate: mean over the blocks of Huber's function of the root mean square residual.
     pub loss: f64,
-    /// Normal equations of the last linearisation.
+    /// Normal equations of the last linearisation, for confidence intervals.
     pub normal: Normal,
 }
 
-/// Weighted normal equations.
+/// Robustly weighted normal equations (matrix and gradients) of a linearised fit.
 #[derive(Debug, Clone)]
 pub(crate) struct Normal {
     matrix: Mat<f64>,

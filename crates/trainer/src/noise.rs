@@ -5,7 +5,7 @@ use augsim_tensor::kernels::normal::NormalLanes;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Creates normal generators for the streams `first..first + lanes` of a purpose, one per lane.
+/// Creates standard normal generators, one per lane, from the random streams `first..first + lanes`.
 pub(crate) fn normals(seed: u64, purpose: &str, first: u64, lanes: usize) -> NormalLanes {
     NormalLanes::new((first..first + lanes as u64).map(|i| {
         let mut stream = random_stream(seed, purpose, i);

@@ -1,16 +1,16 @@
 //! One trajectory in the form a net reads: targets and conditions per time step.
 
-/// Targets and conditions of one trajectory, row-major in time.
+/// Targets and conditions (net inputs) of one trajectory, row-major in time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prepared {
-    /// Number of rows (time steps).
+    /// Number of rows (time steps) of targets and conditions.
     pub time: usize,
-    /// Width of a target row.
+    /// Number of targets per row.
     pub x_width: usize,
-    /// Width of a condition row.
+    /// Number of conditions (net inputs) per row.
     pub u_width: usize,
-    /// Targets `[time, x_width]`.
+    /// Targets that the net shall predict, `[time, x_width]`.
     pub x: Vec<f32>,
-    /// Conditions `[time, u_width]`.
+    /// Conditions (net inputs), `[time, u_width]`.
     pub u: Vec<f32>,
 }

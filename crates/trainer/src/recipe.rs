@@ -6,13 +6,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Recipe {
-    /// The paper's DCVRNN without physics, conditioned on s_0.
+    /// DCVRNN (decoupled conditional variational recurrent net) without physics, conditioned on the initial
+    /// state s_0.
     Neural,
-    /// The paper's DCVRNN, conditioned on s_0 and the physics roll-out from it.
+    /// DCVRNN, conditioned on the initial state s_0 and the physics roll-out from it.
     Hybrid,
-    /// The paper's Hybrid on standardised states and conditions, with a faster learning rate.
+    /// Hybrid (DCVRNN with physics roll-out) on standardised states and conditions, with a faster learning
+    /// rate.
     HybridStandardised,
-    /// Ours: physics step by step, one latent per trajectory, learned deviations.
+    /// Hybrid+: a net corrects physics step by step, with one latent per trajectory and learned deviations.
     HybridPlus,
     /// The net of Hybrid+ without physics, for pushes: an ablation that shows the benefit of the physics.
     NeuralPlus,
@@ -26,19 +28,19 @@ pub enum Recipe {
     RecurrentResidual,
     /// The recurrent residual net with a mixture of five Gaussians as output distribution.
     MixtureResidual,
-    /// Five probabilistic perceptrons (PETS).
+    /// Ensemble of five probabilistic perceptrons that predict the next state (PETS).
     Ensemble,
-    /// Five probabilistic perceptrons that correct a physics step.
+    /// Ensemble of five probabilistic perceptrons that correct a physics step.
     EnsembleResidual,
-    /// The variational recurrent net of Chung et al. 2015, without condition.
+    /// The variational recurrent net (VRNN) of Chung et al. 2015, without condition.
     Vrnn,
-    /// The variational recurrent net of Chung et al. 2015, conditioned on the physics roll-out.
+    /// The variational recurrent net (VRNN) of Chung et al. 2015, conditioned on the physics roll-out.
     ConditionalVrnn,
     /// A net that predicts the inputs of the contact model (Kloss et al. 2017), for pushes.
     PredictedParameters,
     /// The net that predicts the inputs of the contact model, with an additive learned error.
     PredictedParametersError,
-    /// Gaussian processes for the residual of the contact model (Fazeli et al. 2017), sampled; for pushes.
+    /// Gaussian processes for the residual of the contact model (Fazeli et al. 2017), as samples; for pushes.
     GpResidual,
     /// Gaussian processes for the residual of the contact model, mean prediction only; for pushes.
     GpResidualMean,
@@ -50,14 +52,14 @@ pub enum Recipe {
     RigidFlow,
 }
 
-/// Names and description of a recipe.
+/// Names and one-line description of a recipe, a row of the table of recipes.
 struct Entry {
     recipe: Recipe,
-    /// Name on the command line and in files.
+    /// Name of the recipe on the command line and in files.
     name: &'static str,
-    /// Name in tables.
+    /// Name of the recipe in tables.
     label: &'static str,
-    /// One-line description for help texts.
+    /// One-line description of the recipe for help texts.
     about: &'static str,
 }
 
@@ -178,17 +180,17 @@ impl Recipe {
         RECIPES.iter().find(|e| e.name == name).map(|e| e.recipe)
     }
 
-    /// Name on the command line and in files.
+    /// Name of the recipe on the command line and in files.
     pub fn name(self) -> &'static str {
         self.entry().name
     }
 
-    /// Name in tables.
+    /// Name of the recipe in tables.
     pub fn label(self) -> &'static str {
         self.entry().label
     }
 
-    /// One-line description.
+    /// One-line description of the recipe for help texts.
     pub fn about(self) -> &'static str {
         self.entry().about
     }

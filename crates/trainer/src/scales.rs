@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Normalisation scales of a run.
+/// Normalisation scales of a training run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Scales {
     /// Mean of each state column (step correction) or of each condition (roll-out correction).
     pub mean: Vec<f64>,
-    /// Standard deviation of the same quantities.
+    /// Standard deviation of each quantity in `mean`.
     pub sd: Vec<f64>,
     /// Root mean square of one physics step, f_p(s) - s, per state column; empty for roll-out correction.
     pub step: Vec<f64>,
@@ -15,9 +15,9 @@ pub struct Scales {
     pub correction: Vec<f64>,
 }
 
-/// Returns `scale`, or 1 if it is not finite or not above `least`.
+/// Returns `scale`, or 1 if `scale` is not finite or not above `least`.
 ///
-/// So constant columns can be divided by their scale.
+/// Constant columns can therefore be divided by their scale.
 pub(crate) fn positive(scale: f64, least: f64) -> f64 {
     if scale > least && scale.is_finite() { scale } else { 1.0 }
 }

@@ -25,16 +25,16 @@ pub const PARTS: usize = 10;
 /// that rounding alone would put the measured value outside the band.
 const RESOLUTION: f64 = 2e-5;
 
-/// Columns and samples that are scored, and the tolerance of the coverage bands.
+/// Which columns and samples are scored, and the tolerance of the coverage bands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scoring {
-    /// State columns of each measure.
+    /// Range of state columns of each measure (neighbouring columns with the same unit).
     pub(crate) measures: Vec<Range<usize>>,
-    /// First sample that is scored.
+    /// Index of the first sample that is scored.
     ///
     /// As in the paper, the given initial state counts for a drop but not for a push.
     first: usize,
-    /// Tolerance of the coverage bands, in the column's unit.
+    /// Tolerance that widens the coverage bands on both sides, in the column's unit.
     resolution: f64,
 }
 
@@ -60,22 +60,25 @@ impl Scoring {
 /// One entry per measure, in the unit of its columns.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PointError {
-    /// Mean error.
+    /// Mean error over the scored samples, one entry per measure, in its unit.
     pub absolute: Vec<f64>,
-    /// Mean error at the last sample.
+    /// Mean error at the last sample, one entry per measure, in its unit.
     pub end: Vec<f64>,
-    /// Sum of errors over sum of distances from zero, first measure, averaged over trajectories, per cent.
+    /// Error of the first measure in per cent of its size: sum of errors over sum of distances from zero.
+    /// Mean over the trajectories.
     pub trans_percent: f64,
-    /// Sum of errors over sum of distances from the start, first measure, over all trajectories, per cent.
+    /// Error of the first measure in per cent of its motion: sum of errors over sum of distances from the
+    /// start.
+    /// Both sums are over all trajectories.
     pub moved_percent: f64,
-    /// Sum of errors of the first measure, in its unit.
+    /// Sum of the errors of the first measure over the scored samples, in its unit.
     sum: f64,
 }
 
 /// Scores of one trajectory, or their average over many.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Score {
-    /// Number of trajectories.
+    /// Number of trajectories that were averaged.
     pub trajectories: usize,
     /// Errors of the mean of all samples.
     pub mean: PointError,
@@ -87,19 +90,20 @@ pub struct Score {
     pub crps: Vec<f64>,
     /// Share of measured values in the central 50 % band, over all columns; `None` for one sample.
     pub coverage50: Option<f64>,
-    /// Share of measured values in the central 90 % band.
+    /// Share of measured values in the central 90 % band, over all columns; `None` for one sample.
     pub coverage90: Option<f64>,
     /// Error of the paper's estimate at each scored sample: `[time][measure]`.
     pub error_by_sample: Vec<Vec<f64>>,
-    /// Error of the mean of all samples in the first measure, in [`PARTS`] equal parts of the duration.
+    /// Error of the mean of all samples in the first measure, for each of [`PARTS`] equal parts of the
+    /// duration.
     ///
     /// NaN for a part without samples.
     pub error_by_part: Vec<f64>,
-    /// Sum of distances from the start of the first measure, in its unit.
+    /// Sum over samples of the distance of the first measure from its initial value, in its unit.
     moved: f64,
 }
 
-/// Euclidean norm of values.
+/// Computes the Euclidean norm of a vector of values.
 pub(crate) fn length(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, f64::hypot)
 }
@@ -226,7 +230,8 @@ pub(crate) fn median_of(samples: &[f32], sorted: &mut [f32]) -> f64 {
     quantile(sorted, 0.5)
 }
 
-/// Estimates the CRPS from sorted samples (formula 2).
+/// Estimates the CRPS (continuous ranked probability score) of sorted samples against the true value `y`
+/// (formula 2).
 pub fn crps_from_samples(sorted: &[f32], y: f64) -> f64 {
     let m = sorted.len() as f64;
     // For sorted values the sum of |x_i - x_j| over all pairs i < j is the sum of (2 i + 1 - m) x_i, because

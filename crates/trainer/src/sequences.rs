@@ -6,41 +6,41 @@ use augsim_data::Dataset;
 /// Action column that stands for the sample time, which a data set does not store as a column.
 const TIME_COLUMN: &str = "t_s";
 
-/// One trajectory.
+/// One trajectory: states and actions at all samples, without gaps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sequence {
-    /// Identifier in the data set.
+    /// Identifier of the trajectory in the data set.
     pub id: String,
     /// Number of samples T.
     pub time: usize,
-    /// States `[T, S]`, in the units of the columns.
+    /// States `[T, S]` (T samples, S state columns), in the units of the columns.
     pub states: Vec<f64>,
-    /// Actions `[T, A]`, known in advance; empty for systems without actions.
+    /// Actions `[T, A]` (T samples, A action columns), known in advance; empty for systems without actions.
     pub actions: Vec<f64>,
 }
 
 impl Sequence {
-    /// State at sample `t`.
+    /// State at sample `t`, one value per state column.
     pub fn state(&self, t: usize) -> &[f64] {
         let s = self.states.len() / self.time;
         &self.states[t * s..(t + 1) * s]
     }
 
-    /// Action at sample `t`; empty for systems without actions.
+    /// Action at sample `t`, one value per action column; empty for systems without actions.
     pub fn action(&self, t: usize) -> &[f64] {
         let a = self.actions.len() / self.time;
         &self.actions[t * a..(t + 1) * a]
     }
 }
 
-/// Trajectories with the same state columns.
+/// Trajectories with the same state and action columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sequences {
     /// Names of the state columns, with units.
     pub columns: Vec<String>,
     /// Names of the action columns, with units; `t_s` is the time of the sample.
     pub action_columns: Vec<String>,
-    /// The trajectories.
+    /// The trajectories, in the order of the data set.
     pub items: Vec<Sequence>,
 }
 

@@ -11,16 +11,18 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Correction {
-    /// Single steps, each from the last predicted state; the paper's nets predict states directly.
+    /// The net corrects single steps, each from the last predicted state; the paper's nets predict states
+    /// directly.
     Step,
-    /// The whole roll-out from the initial state, for states that are too noisy to start a step from.
+    /// The net corrects the whole roll-out from the initial state, for states too noisy to start a step from.
     Rollout,
-    /// Rates (time derivatives) of a system of equations, one correction per sample interval.
+    /// The net corrects rates (time derivatives) of a system of equations, one correction per sample
+    /// interval.
     Rates,
 }
 
 impl Correction {
-    /// Name in configurations.
+    /// Name of the correction in configurations.
     fn name(self) -> &'static str {
         match self {
             Correction::Step => "step",
@@ -29,20 +31,20 @@ impl Correction {
         }
     }
 
-    /// The correction for an engine other than one of pushing.
+    /// Chooses which part of the physics is corrected, for an engine other than one of pushing.
     pub(crate) fn for_engine(engine: &Engine) -> Self {
         if engine.rate_model().is_some() { Correction::Rates } else { Correction::Step }
     }
 }
 
-/// Sizes of a net.
+/// Sizes of a net: layers, units and latent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NetSettings {
     /// Number of units of every GRU layer.
     pub hidden: usize,
     /// Number of GRU layers.
     pub layers: usize,
-    /// Size of the latent, which is per time step for the DCVRNN and per trajectory for Hybrid+.
+    /// Size of the latent variable, which is per time step for the DCVRNN and per trajectory for Hybrid+.
     pub latent: usize,
     /// Lower bound that is added to every learned standard deviation, in the net's units.
     pub sd_floor: f64,
@@ -51,25 +53,25 @@ pub struct NetSettings {
 /// All settings that determine a training run, given its data.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// Model class.
+    /// Model class that is trained.
     pub recipe: Recipe,
-    /// Seed of every random draw.
+    /// Seed of all random draws of the run.
     pub seed: u64,
     /// Number of training iterations.
     pub iterations: u64,
-    /// Number of trajectories per iteration.
+    /// Number of trajectories in the batch of one iteration.
     pub batch: usize,
     /// Norm to which longer gradients are clipped; `None` for no clipping.
     pub clip_norm: Option<f64>,
     /// Learning rate schedule.
     pub learning_rate: StepDecay,
-    /// Optimiser.
+    /// Parameters of the Adam optimiser.
     pub adam: Adam,
-    /// Sizes of the net.
+    /// Sizes of the net that is trained.
     pub net: NetSettings,
-    /// Part of the physics that is corrected.
+    /// Part of the physics that the net corrects.
     pub correction: Correction,
-    /// Physics engine that is corrected.
+    /// Physics engine that the net corrects.
     pub engine: Engine,
 }
 

@@ -13,13 +13,13 @@ use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
 use augsim_tensor::kernels::normal::NormalLanes;
 
-/// Steps a net along one trajectory; for nets that correct single steps without actions.
+/// Predicts a trajectory step by step; for nets that correct single steps without actions.
 #[derive(Debug)]
 pub struct Stepper {
     seed: u64,
-    /// Current state, `[S]`.
+    /// Current state of the trajectory, `[S]`, one value per state column.
     state: Vec<f64>,
-    /// Next state that the physics predicts, `[S]`.
+    /// Next state that the physics alone predicts, `[S]`, one value per state column.
     physics: Vec<f64>,
     mean: Vec<f64>,
     sd: Vec<f64>,
@@ -30,9 +30,9 @@ pub struct Stepper {
 
 #[derive(Debug)]
 enum Kind {
-    /// The paper's nets: recurrent, conditioned on the initial state and the physics roll-out from it.
+    /// One of the paper's recurrent nets, conditioned on the initial state and the physics roll-out from it.
     Recurrent(Box<RecurrentStepper>),
-    /// Hybrid+: the distribution of the next state given the current state and the trajectory's latent.
+    /// Hybrid+: predicts the next state from the current state and the trajectory's latent.
     Stepwise(Box<MarkovStepper>),
 }
 
@@ -41,7 +41,7 @@ struct RecurrentStepper {
     recipe: Recipe,
     sampler: DcvrnnSampler,
     noise: NormalLanes,
-    /// Condition of the next sample: initial state and physics roll-out.
+    /// Condition (net input) of the next sample: initial state and physics roll-out.
     condition: Vec<f32>,
     eps: Vec<f32>,
     initial_state: Vec<f64>,
@@ -62,9 +62,10 @@ struct MarkovStepper {
 /// Normal distribution of the next state, `[S]` each, in the units of the state columns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Next<'a> {
-    /// Mean.
+    /// Mean of the next state, one value per state column.
     pub mean: &'a [f64],
-    /// Standard deviation; 0 for the paper's nets, whose samples differ only by their latents.
+    /// Standard deviation of the next state; 0 for the paper's nets, whose samples differ only by their
+    /// latents.
     pub sd: &'a [f64],
 }
 
@@ -152,9 +153,8 @@ impl Stepper {
         Ok(())
     }
 
-    /// Predicts the distribution of the state one step after `state [S]`.
-    ///
-    /// `None` stands for the current state.
+    /// Predicts the distribution of the state one step after `state [S]`, or after the current state if
+    /// `None`.
     ///
     /// The paper's nets ignore `state`: they continue the roll-out from the start of the trajectory. Unlike a
     /// forecast of Hybrid+, the distribution is not restricted by the ground and energy limits of the ball.
@@ -213,7 +213,8 @@ impl RecurrentStepper {
 }
 
 impl MarkovStepper {
-    /// Writes mean and standard deviation of the corrected step from `now` to `next` (the physics).
+    /// Writes mean and standard deviation of the next state: the physics step from `now` to `next`,
+    /// corrected.
     fn correct(
         &mut self,
         (engine, scales): (&Engine, &Scales),

@@ -11,7 +11,7 @@ use crate::recipe::Recipe;
 use crate::scales::{Scales, positive};
 use crate::sequences::{Sequence, Sequences};
 
-/// Gain of the asinh-compressed features.
+/// Gain of the inverse hyperbolic sine that compresses the state features.
 ///
 /// Resolves about a thousandth of a column's standard deviation near 0.
 const ASINH_GAIN: f64 = 500.0;
@@ -19,20 +19,21 @@ const ASINH_GAIN: f64 = 500.0;
 /// Number of features per state column.
 const FEATURES: usize = 5;
 
-/// Lower bound of the relative physics step in the unit of corrections, in root mean square steps.
+/// Constant added to the physics step, relative to its root mean square, in the unit of corrections (formula
+/// 1).
 ///
 /// At an apex or at rest the physics step is nearly 0 but may still be wrong, so the unit must not vanish.
 const MIN_RELATIVE_STEP: f64 = 0.05;
 
-/// Fits all scales on a training set, for corrections of the engine's steps.
+/// Fits the normalisation scales on a training set, for corrections of the engine's steps.
 pub(crate) fn fit(engine: &Engine, train: &Sequences) -> Scales {
     fit_with(&|now, from, to, next| engine.step(now, from, to, next), train)
 }
 
-/// Function of the step that is corrected: (state, action before, action after, output next state).
+/// Step function that is corrected; arguments: state, action before, action after, next state (written).
 pub(crate) type Step<'a> = dyn Fn(&[f64], &[f64], &[f64], &mut [f64]) + 'a;
 
-/// Fits all scales on a training set, for corrections of any step function.
+/// Fits the normalisation scales on a training set, for corrections of any step function.
 pub(crate) fn fit_with(step_of: &Step<'_>, train: &Sequences) -> Scales {
     let s = train.state_dim();
     let mut next = vec![0.0; s];
@@ -83,7 +84,8 @@ impl Scales {
         self.unit_of(j, next[j] - now[j])
     }
 
-    /// [`unit`](Self::unit) for a physics step that changes column `j` by `moved`.
+    /// Unit of the correction of column `j` for a physics step that changes this column by `moved` (formula
+    /// 1).
     pub(crate) fn unit_of(&self, j: usize, moved: f64) -> f64 {
         self.correction[j] * (moved.abs() / self.step[j] + MIN_RELATIVE_STEP)
     }
@@ -109,7 +111,7 @@ impl Scales {
     }
 }
 
-/// Writes the input rows of Hybrid+ for single steps; holds scratch memory.
+/// Writes the inputs of Hybrid+ for single steps, one row per step; holds scratch memory.
 #[derive(Debug, Default)]
 pub(crate) struct StepRowInputs {
     changes: Vec<f64>,
@@ -139,7 +141,7 @@ impl StepRowInputs {
     }
 }
 
-/// Inverse hyperbolic sine, fast for |x| > 1.
+/// Computes the inverse hyperbolic sine, with a fast formula for |x| > 1.
 ///
 /// There ln(|x| + sqrt(x^2 + 1)) is exact to single precision and takes 33 % of the time of the library
 /// function, which used to take half of a particle filter's time. Near 0 that formula would cancel.
@@ -148,7 +150,7 @@ pub(crate) fn asinh(x: f64) -> f64 {
     if size > 1.0 { (size + (size * size + 1.0).sqrt()).ln().copysign(x) } else { x.asinh() }
 }
 
-/// Returns the width of a condition row.
+/// Returns the number of conditions (net inputs) per row for a recipe.
 pub(crate) fn width(recipe: Recipe, engine: &Engine, state: usize) -> usize {
     match recipe {
         Recipe::Neural => state,
@@ -158,7 +160,7 @@ pub(crate) fn width(recipe: Recipe, engine: &Engine, state: usize) -> usize {
     }
 }
 
-/// Computes targets and conditions of a whole trajectory.
+/// Computes the targets and conditions (net inputs) of a whole trajectory.
 ///
 /// One row per sample (paper's nets) or per step (Hybrid+).
 pub(crate) fn prepare(recipe: Recipe, engine: &Engine, scales: &Scales, q: &Sequence) -> Prepared {

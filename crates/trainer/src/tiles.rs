@@ -1,4 +1,4 @@
-//! Batch tiles, the units of parallel work.
+//! Batch tiles: groups of up to [`TILE`] trajectories of a batch, the units of parallel work.
 //!
 //! The batch alone determines the tiles, and their gradients are added in tile order, so that a run gives the
 //! same bits on any number of threads.
@@ -10,12 +10,13 @@ use crate::{TILE, TrainerError};
 use augsim_nn::{Bound, Params};
 use augsim_tensor::{Tape, TensorError};
 
-/// A net that is trained by gradients on tiles.
+/// A net that is trained by gradients, computed on one batch tile (group of trajectories) at a time.
 pub(crate) trait Trainable: Sync {
-    /// Number of noise rows for a sequence of `time` rows, and number of values per row.
+    /// Number of rows of noise for a sequence of `time` rows, and number of noise values per row.
     fn noise_rows(&self, time: usize) -> (usize, usize);
 
-    /// Computes the loss of a tile, and `scale` times its gradient at the variables of `p`.
+    /// Computes the loss of a batch tile (group of trajectories), and `scale` times its gradient.
+    /// The gradient is with respect to the parameters `p`, and stays on the tape.
     fn differentiate(
         &self,
         tape: &mut Tape<f32>,
@@ -41,21 +42,23 @@ impl Trainable for Net {
     }
 }
 
-/// Divergence and negative log-likelihood, nats, summed over the trajectories of a tile.
+/// Two parts of the loss of a batch tile: divergence and negative log-likelihood.
+/// Nats, summed over the tile's trajectories.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct TileLoss {
     pub kl: f64,
     pub negative_ln_likelihood: f64,
 }
 
-/// Gradient and loss of a tile.
+/// Gradient and loss of one batch tile.
 #[derive(Debug, Default)]
 pub(crate) struct TileResult {
     pub grads: Vec<f32>,
     pub loss: TileLoss,
 }
 
-/// Sums the gradients of tiles in tile order; returns the sum of their losses times `scale`.
+/// Writes the sum of the tiles' gradients, added in tile order, to `grads`; returns their summed loss times
+/// `scale`.
 pub(crate) fn sum_gradients<'t>(
     tiles: impl IntoIterator<Item = &'t TileResult>,
     scale: f64,
@@ -71,7 +74,7 @@ pub(crate) fn sum_gradients<'t>(
     sum
 }
 
-/// Rescales a gradient to a norm of at most `limit`; returns its norm before.
+/// Rescales a gradient to a norm of at most `limit`; returns the norm before. `None` does not rescale.
 pub(crate) fn clip(grads: &mut [f32], limit: Option<f64>) -> f64 {
     let norm = grads.iter().map(|g| f64::from(*g).powi(2)).sum::<f64>().sqrt();
     if let Some(limit) = limit
@@ -94,7 +97,7 @@ pub(crate) struct Workspace {
     u: Vec<f32>,
     eps: Vec<f32>,
     mask: Vec<f32>,
-    /// Results of its tiles, in tile order.
+    /// Gradients and losses of the tiles that this thread processed, in tile order.
     pub results: Vec<TileResult>,
 }
 
@@ -103,9 +106,9 @@ pub(crate) struct Workspace {
 pub(crate) struct TileContext<'a> {
     pub net: &'a dyn Trainable,
     pub params: &'a Params<f32>,
-    /// The training set.
+    /// All trajectories of the training set; tiles refer to them by index.
     pub train_set: &'a [Prepared],
-    /// Factor of the gradients (1 / batch size).
+    /// Factor of a tile's gradient (1 / batch size).
     pub scale: f64,
     pub seed: u64,
 }
@@ -113,8 +116,8 @@ pub(crate) struct TileContext<'a> {
 impl Workspace {
     /// Processes the trajectories `items` (indices into the training set) in tiles.
     ///
-    /// The noise of the k-th of them comes from stream `first + k`; `first` counts all trajectories processed
-    /// since the start of training, so that no stream is used twice.
+    /// The noise of the k-th item comes from random stream `first + k`; `first` counts all trajectories
+    /// processed since the start of training, so that no stream is used twice.
     pub fn run_all(
         &mut self,
         shared: TileContext<'_>,
@@ -130,7 +133,7 @@ impl Workspace {
         outcome
     }
 
-    /// Computes loss and scaled gradient, summed over the trajectories `items` of one tile.
+    /// Computes the loss and the scaled gradient of one tile, summed over its trajectories `items`.
     fn run(
         &mut self,
         shared: TileContext<'_>,
@@ -160,7 +163,7 @@ impl Workspace {
         Ok(())
     }
 
-    /// Sizes the buffers for a tile, and fills in all but the noise.
+    /// Sizes the buffers for a tile, and writes targets, conditions and mask (not the noise) to them.
     fn fill(&mut self, net: &dyn Trainable, all: &[Prepared], items: &[usize], time: usize) {
         let lanes = items.len();
         let (x_width, u_width) = items.first().map_or((0, 0), |&i| (all[i].x_width, all[i].u_width));

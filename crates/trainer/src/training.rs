@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 /// Losses of one iteration, averaged over its batch.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Losses {
-    /// Iteration, from 1.
+    /// Number of the iteration, from 1.
     pub iteration: u64,
     /// Sum of `kl` and `negative_ln_likelihood`, nats per trajectory; some nets minimise a weighted sum instead.
     pub loss: f64,
@@ -32,7 +32,7 @@ pub struct Losses {
     /// Negative log-likelihood without constant terms, nats per trajectory.
     #[serde(rename = "misfit")]
     pub negative_ln_likelihood: f64,
-    /// Learning rate.
+    /// Learning rate of this iteration.
     pub learning_rate: f64,
 }
 
@@ -41,17 +41,17 @@ pub struct Losses {
 pub struct TrainingState {
     /// Settings of the run.
     pub settings: Settings,
-    /// Names of the state columns.
+    /// Names of the state columns of the training set.
     pub columns: Vec<String>,
-    /// Scales fitted on the training set.
+    /// Normalisation scales fitted on the training set.
     pub scales: Scales,
     /// CRC-32 of the training set, to refuse resuming on different data.
     pub data: u32,
-    /// Number of completed iterations.
+    /// Number of completed training iterations.
     pub iteration: u64,
-    /// Values of all parameters.
+    /// Values of all parameters of the net.
     pub params: Vec<f32>,
-    /// State of the optimiser.
+    /// State of the Adam optimiser.
     pub adam: AdamState<f32>,
     /// Distribution of the trajectory latent, fitted at the end of training (Hybrid+ only).
     pub latent: Option<LatentDistribution>,
@@ -87,18 +87,19 @@ pub struct Training {
     order_epoch: Option<u64>,
     /// The batch as (length, position in the batch, trajectory index), longest first.
     batch: Vec<(usize, usize, usize)>,
-    /// Trajectory indices of the batch, longest first.
+    /// Training-set indices of the trajectories in the batch, longest first.
     chosen: Vec<usize>,
     workspaces: Vec<Workspace>,
     grads: Vec<f32>,
-    /// The training set, for a class that is fitted directly instead of by gradients.
+    /// The training set, for a class that is fitted directly; `None` for a net trained by gradients.
     fit_data: Option<Sequences>,
-    /// Held-out records of a system of equations, on which the shrinkage factors of the net are chosen.
+    /// Held-out records of a system of equations, on which the shrinkage factors of the corrections are
+    /// chosen.
     held_out: Vec<Sequence>,
 }
 
 impl Training {
-    /// Starts a run on `train`. A batch larger than the training set is reduced to it.
+    /// Starts a training run on `train`. A batch larger than the training set is reduced to its size.
     ///
     /// # Errors
     /// [`TrainerError`] if a setting is out of range, the set is empty, or its columns are not the engine's.
@@ -173,17 +174,17 @@ impl Training {
         })
     }
 
-    /// Number of completed iterations.
+    /// Number of completed training iterations.
     pub fn iteration(&self) -> u64 {
         self.state.iteration
     }
 
-    /// Settings of the run.
+    /// Settings of the training run.
     pub fn settings(&self) -> &Settings {
         &self.state.settings
     }
 
-    /// State of the run, the content of a checkpoint.
+    /// State of the training run, which a checkpoint holds.
     pub fn state(&mut self) -> &TrainingState {
         self.state.params.copy_from_slice(self.params.values());
         &self.state
@@ -297,7 +298,8 @@ impl Training {
     }
 }
 
-/// Cuts records of equations into training segments and held-out records; else `None`.
+/// Splits records of a system of equations into training segments and held-out records; `None` for other
+/// systems.
 fn cut_records(settings: &Settings, train: &Sequences) -> Option<Segments> {
     // Corrections of league classes are not shrunk, so nothing is held out of their training.
     settings.engine.rate_model().map(|_| split_records(train, settings.recipe.class().is_none()))
@@ -339,7 +341,7 @@ fn check_columns(engine: &Engine, states: &[String], actions: &[String]) -> Resu
     Ok(())
 }
 
-/// Computes a CRC-32 over all lengths and values.
+/// Computes a CRC-32 over all lengths and values of a training set, to recognise it on resuming.
 fn fingerprint(data: &Sequences) -> u32 {
     let mut hasher = crc32fast::Hasher::new();
     for q in &data.items {

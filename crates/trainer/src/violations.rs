@@ -17,18 +17,19 @@ pub(crate) const TOUCH_M: f64 = 7e-4;
 /// Physical violations in the samples of one trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Violations {
-    /// A ball over flat ground.
+    /// Violations by a ball over flat ground.
     Ball {
-        /// Share of states deeper than one time step at the highest possible speed.
+        /// Share of sampled states that lie deeper below the ground than one time step at the highest
+        /// possible speed.
         ///
         /// That is how deep a time-stepping engine may let the ball sink.
         under_share: f64,
-        /// Mean excess depth over those states, m; 0 without any.
+        /// Mean depth beyond that limit over the states of `under_share`, m; 0 without any.
         under_m: f64,
-        /// Share of rebounds with more energy after than before; 0 without rebounds.
+        /// Share of rebounds that end with more energy than they began with; 0 without rebounds.
         gain_share: f64,
     },
-    /// An object pushed by a rod.
+    /// Violations by an object pushed by a rod.
     Push {
         /// Largest penetration of the object by the rod on a trajectory, m, mean over the samples.
         overlap_m: f64,
@@ -52,9 +53,9 @@ pub fn violations(engine: &Engine, task: Task<'_>, samples: &Samples) -> Option<
 pub(crate) struct BallLimits {
     gravity: f64,
     step_s: f64,
-    /// Height of the ground in the data, m.
+    /// Height of the ground in the coordinates of the data, m.
     ground_m: f64,
-    /// Largest depth below the ground, m: one time step at the highest possible speed.
+    /// Largest allowed depth below the ground, m: one time step at the highest possible speed.
     max_depth: f64,
     /// Whether the engine runs a model file, whose effects may add energy (a moving table, an updraught).
     has_effects: bool,
@@ -79,7 +80,7 @@ impl BallLimits {
         self.energy(before) + self.gravity * self.step_s * before[1].abs()
     }
 
-    /// Mechanical energy relative to the ground, J/kg.
+    /// Mechanical energy of the ball relative to the ground, per kilogram of its mass, J/kg.
     fn energy(&self, [height, velocity]: [f64; 2]) -> f64 {
         0.5 * velocity * velocity + self.gravity * (height - self.ground_m)
     }
@@ -134,7 +135,7 @@ fn ball_violations(limits: &BallLimits, task: Task<'_>, samples: &Samples) -> Vi
     }
 }
 
-/// Computes gap, m, and direction from object to rod, for the rod at sample `t` and an object pose.
+/// Computes the gap, m, and the unit vector from object to rod, for the rod at sample `t` and an object pose.
 ///
 /// The gap is negative if they overlap.
 pub(crate) fn gap(push: &ModelPush, task: &Task<'_>, t: usize, [x, y, angle]: [f64; 3]) -> (f64, [f64; 2]) {

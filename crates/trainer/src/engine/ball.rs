@@ -10,12 +10,12 @@ use augsim_physics::ball::{
 use augsim_physics::library::{Location, Needs};
 use augsim_physics::model::{EffectBlock, Model};
 
-/// Kind of the effect of contacts with a duration.
+/// Name of the kind of effect that gives contacts a duration.
 const CONTACT_KIND: &str = "contact-duration";
-/// Kind of the effect of a constant error of measured heights.
+/// Name of the kind of effect that adds a constant error to measured heights.
 const HEIGHT_OFFSET_KIND: &str = "height-offset";
 
-/// Typical spread of restitutions between trajectories: the unit in which a net changes them.
+/// Typical spread of restitutions between trajectories: the unit in which a net changes the restitution.
 pub(super) const RESTITUTION_SPREAD: f64 = 0.1;
 /// Step of the central differences with respect to the restitution.
 const RESTITUTION_STEP: f64 = 0.01;
@@ -35,22 +35,22 @@ const SPACE: [&str; 6] = ["x_m", "y_m", "z_m", "velocity_x_m_s", "velocity_y_m_s
 /// simulates them.
 #[derive(Debug)]
 pub(super) struct ModelBall {
-    /// Seconds from one sample to the next.
+    /// Time from one sample to the next, s.
     step_s: f64,
     axes: Axes,
-    /// Height of the ground in the data, m.
+    /// Height of the ground in the coordinates of the data, m.
     ground_m: f64,
     expected: ExpectedData,
     left_out: Vec<String>,
     contact_s: Option<f64>,
-    /// World and parameters of a roll-out.
+    /// Simulated world and parameter values of a whole roll-out.
     rollout_model: (World, Vec<f64>),
-    /// World and parameters of single steps, without contact durations.
+    /// Simulated world and parameter values of single steps, without contact durations.
     step_model: (World, Vec<f64>),
 }
 
 impl ModelBall {
-    /// The engine of `model` with steps of `step_s` seconds.
+    /// Creates the engine of `model`, which steps by `step_s` seconds.
     ///
     /// # Errors
     /// [`EngineError`] if the step is not positive, or an effect depends on more than the states.
@@ -96,7 +96,7 @@ impl ModelBall {
         height < 2.0 * falls
     }
 
-    /// States at `times` from a state at time zero, one row of positions and velocities per time.
+    /// Simulates states at `times` from a state at time zero, one row of positions and velocities per time.
     fn run(&self, (world, parameters): (&World, &[f64]), state: &[f64], times: &[f64]) -> Vec<f64> {
         let axes = self.axes.indices();
         let mut start = State::at_rest(0.0);
@@ -126,7 +126,7 @@ impl ModelBall {
     }
 }
 
-/// Index of the vertical axis.
+/// Index of the vertical coordinate in a position.
 const UP: usize = 2;
 
 impl EngineModel for ModelBall {
@@ -194,7 +194,7 @@ impl EngineModel for ModelBall {
     }
 }
 
-/// Whether an effect changes the motion deterministically.
+/// Whether an effect changes the ball's motion deterministically (not a sensor or random effect).
 fn is_deterministic_motion(block: &EffectBlock) -> bool {
     block.kind != SCATTER_KIND && location(block) != Some(Location::Sensor)
 }
@@ -206,7 +206,8 @@ fn location(block: &EffectBlock) -> Option<Location> {
     }
 }
 
-/// Kind of an effect that depends on more than the states along these axes, and that quantity.
+/// Finds a quantity that an effect depends on and that the states along `axes` do not contain.
+/// Returns the kind of the effect and the quantity; `None` if the states suffice.
 fn unobserved_quantity(block: &EffectBlock, axes: Axes) -> Option<(&str, &'static str)> {
     if !is_deterministic_motion(block) {
         return None;
@@ -249,7 +250,7 @@ mod tests {
     use super::*;
     use augsim_physics::ball::bullet::BulletBall;
 
-    /// Change of the step from `state` when the restitution increases by its unit.
+    /// Change of a step's next state when the restitution increases from 0.5 by [`RESTITUTION_SPREAD`].
     fn unit_difference(step: &dyn Fn(f64, &mut [f64; 2])) -> [f64; 2] {
         let [mut less, mut more] = [[0.0; 2]; 2];
         step(0.5, &mut less);

@@ -18,9 +18,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Name of the last action column: equations may depend on the time.
+/// Name of the last action column, the time: equations may depend on it.
 const TIME_COLUMN: &str = "t_s";
-/// Maximum number of halvings of a correction that would cross an event; then it is dropped.
+/// Maximum number of times that a correction which would cross an event is halved; then it is dropped.
 const MAX_HALVINGS: usize = 12;
 
 /// A system of equations at the nominal values of its parameters.
@@ -35,25 +35,25 @@ pub struct EquationEngine {
     motion: Arc<EquationMotion>,
 }
 
-/// The serialised form of an engine in configurations and checkpoints.
+/// The serialised form of an equation engine in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct SerialisedEngine {
-    /// Seconds from one sample to the next.
+    /// Time from one sample to the next, s.
     step_s: f64,
-    /// Integration steps from one sample to the next.
+    /// Number of integration steps from one sample to the next.
     substeps: usize,
-    /// Whether the integrator is implicit.
+    /// Whether the integration method is implicit.
     implicit: bool,
     /// Standard deviation of the measurement noise of each output, in its unit.
     sensor_sd: Vec<f64>,
     /// Text of the model file.
     model: String,
-    /// Widths of smoothed discontinuities, by the text of their argument.
+    /// Widths of smoothed discontinuities; the key is the text of the argument that is smoothed.
     widths: BTreeMap<String, f64>,
 }
 
 impl EquationEngine {
-    /// The engine of a system whose integration steps and smoothing widths suit its data.
+    /// Creates the engine of a system whose integration steps and smoothing widths suit its data.
     /// `step_s` is the time between samples in s, `sensor_sd` the measurement noise of each output in its
     /// unit.
     ///
@@ -75,7 +75,7 @@ impl EquationEngine {
         &self.serialised.model
     }
 
-    /// The model, with the engine's integration steps and smoothing widths.
+    /// The equation model, with the engine's integration steps and smoothing widths.
     pub fn equations(&self) -> &Model {
         self.motion.system.model()
     }
@@ -85,7 +85,7 @@ impl EquationEngine {
         &self.motion.action_columns
     }
 
-    /// Seconds from one sample to the next.
+    /// Time from one sample to the next, s.
     pub fn step_s(&self) -> f64 {
         self.serialised.step_s
     }
@@ -95,7 +95,8 @@ impl EquationEngine {
         &self.serialised.sensor_sd
     }
 
-    /// Outputs without noise `[row, O]` at states `[row, S]` and actions `[row, A]` of the same samples.
+    /// Computes outputs without noise `[row, output]` from states `[row, S]` and actions `[row, A]` of the
+    /// same samples.
     pub fn outputs(&self, states: &[f64], actions: &[f64]) -> Vec<f64> {
         let a = self.motion.action_columns.len();
         self.motion.outputs(states, actions.chunks_exact(a))
@@ -136,7 +137,7 @@ impl From<EquationEngine> for SerialisedEngine {
     }
 }
 
-/// The compiled system, and the part of its states that is corrected.
+/// The compiled equation system, and the states whose rates are corrected.
 #[derive(Debug)]
 pub(crate) struct EquationMotion {
     system: System,
@@ -147,9 +148,10 @@ pub(crate) struct EquationMotion {
     step_s: f64,
     /// Indices of the states whose rates are corrected.
     corrected: Vec<usize>,
-    /// States driven by a corrected one: (state, index in `corrected`, rate per unit of that state).
+    /// States whose rate is proportional to a corrected state: (state, index in `corrected`, rate per unit of
+    /// it).
     driven: Vec<(usize, usize, f64)>,
-    /// Period of each periodic state.
+    /// Period of each state in its unit; `None` for a state that is not periodic.
     periods: Vec<Option<f64>>,
 }
 
@@ -181,33 +183,33 @@ impl EquationMotion {
         })
     }
 
-    /// Number D of rates that are corrected.
+    /// Number D of states whose rates are corrected.
     pub fn corrected_count(&self) -> usize {
         self.corrected.len()
     }
 
-    /// Outputs without noise `[row, O]` at states `[row, S]` and the actions of each row.
+    /// Computes outputs without noise `[row, output]` from states `[row, S]` and the actions of each row.
     pub fn outputs<'a>(&'a self, states: &'a [f64], actions: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
         let rows = states.chunks_exact(self.columns.len()).zip(actions);
         self.system.outputs_at(rows.map(|(state, action)| self.point(state, action)))
     }
 
-    /// Period of each periodic output, in its unit.
+    /// Period of each output in its unit; `None` for an output that is not periodic.
     pub fn output_periods(&self) -> Vec<Option<f64>> {
         self.system.model().outputs.iter().map(|output| output.period).collect()
     }
 
-    /// Number of inputs, which are the first of the actions.
+    /// Number of inputs, which are the first action columns.
     pub fn inputs(&self) -> usize {
         self.system.model().inputs.len()
     }
 
-    /// Index of the time among the actions.
+    /// Index of the time among the action columns.
     fn time_index(&self) -> usize {
         self.action_columns.len() - 1
     }
 
-    /// Period of each periodic state, in its unit.
+    /// Period of each state in its unit; `None` for a state that is not periodic.
     pub fn periods(&self) -> &[Option<f64>] {
         &self.periods
     }
@@ -244,7 +246,7 @@ impl EquationMotion {
         }
     }
 
-    /// The inputs over one sample interval; `None` where its times do not increase.
+    /// The inputs over one sample interval; `None` if the time at its end is not later than at its beginning.
     fn interval(&self, from: &[f64], to: &[f64]) -> Option<Record> {
         let times = [from[self.time_index()], to[self.time_index()]];
         let mut curvature = self.inputs();
@@ -260,7 +262,7 @@ impl EquationMotion {
         Record::new("an interval", times.to_vec(), signals).ok()
     }
 
-    /// Corrections of the rates, `[D]` per second, that turn state `predicted` into `after`.
+    /// Computes the corrections of the rates, `[D]` per second, that turn the state `predicted` into `after`.
     pub fn required_corrections(&self, predicted: &[f64], after: &[f64], rates: &mut [f64]) {
         for (rate, &state) in rates.iter_mut().zip(&self.corrected) {
             *rate = (after[state] - predicted[state]) / self.step_s;
@@ -301,7 +303,8 @@ impl EquationMotion {
         out.copy_from_slice(predicted);
     }
 
-    /// Adds `share` of the corrections over an interval, by (1), within the state bounds.
+    /// Adds a `share` of the corrections over an interval to a state, by formula (1), within the state
+    /// bounds.
     fn apply_share(&self, predicted: &[f64], rates: &[f64], share: f64, out: &mut [f64]) {
         let h = self.step_s;
         out.copy_from_slice(predicted);
@@ -340,12 +343,13 @@ impl EngineModel for EquationMotion {
     }
 }
 
-/// Whether an input is interpolated by a spline, which its values at two samples do not determine.
+/// Whether an input is interpolated by a spline, for which its values at two samples do not suffice.
 fn is_spline(input: &Input) -> bool {
     input.hold == Some(Hold::Spline)
 }
 
-/// States whose rates are force or flow equations, and the states driven by them.
+/// Finds the states whose rates are force or flow equations, and the states that these drive.
+/// Driven states are (state, index of the corrected state, rate per unit of that state).
 fn corrected_and_driven_states(
     model: &Model,
     system: &System,
@@ -370,9 +374,9 @@ fn corrected_and_driven_states(
     (corrected, driven)
 }
 
-/// States whose rates are no force or flow equations: those proportional to another state.
-/// Of two states that drive each other (an undamped oscillator) the one whose rate is exactly the other
-/// state is the position.
+/// Finds the states whose rate is proportional to another state, not a force or flow equation.
+/// Of two states that drive each other (an undamped oscillator) the one whose rate is exactly the other state
+/// is the position.
 fn kinematic_states(model: &Model) -> Vec<usize> {
     let motion = library::Kinematics::from_model(model);
     let rate_is_exactly_v = |(x, v): &(usize, usize)| matches!(&model.states[*x].rate.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(*v)));
@@ -397,7 +401,7 @@ fn kinematic_states(model: &Model) -> Vec<usize> {
     kinematic
 }
 
-/// Period of a state, if a periodic output shows it unchanged.
+/// Period of a state, if a periodic output is equal to it; else `None`.
 fn state_period(model: &Model, state: usize) -> Option<f64> {
     let shows = |o: &&Output| matches!(&o.value.tree.nodes[..], [node] if node.kind == Kind::Symbol(Symbol::State(state)));
     model.outputs.iter().filter(shows).find_map(|o| o.period)

@@ -5,10 +5,10 @@ use augsim_physics::model::ModelError;
 /// A reason why a model cannot be simulated step by step.
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
-    /// The step is not positive or not finite.
+    /// The time step is not positive or not finite.
     #[error("the time step is {step_s} s; it must be a positive finite number: check the times of the data")]
     Step {
-        /// The step; NaN where none is given.
+        /// The rejected time step, s; NaN where none is given.
         step_s: f64,
     },
     /// An effect depends on a quantity that is not among the states.
@@ -17,15 +17,15 @@ pub enum EngineError {
          model file, or search for a model without it (`discover`)"
     )]
     Hidden {
-        /// Kind of the effect.
+        /// Name of the kind of the effect.
         kind: String,
-        /// The quantity that it depends on.
+        /// The quantity that the effect depends on.
         what: &'static str,
     },
     /// A model of pushing was given where one of a ball is needed.
     #[error("the model file describes pushing, but the run needs a thrown ball: give the model of a ball")]
     NotThrown,
-    /// The text is no model of equations, or one that cannot be compiled.
+    /// The text is no model of equations, or the model cannot be compiled.
     #[error(transparent)]
     Equations(#[from] Box<augsim_equations::ModelError>),
     /// The text is no model file.

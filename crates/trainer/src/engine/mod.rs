@@ -23,14 +23,14 @@ use motion::EngineModel;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 
-/// A physics engine: the f_p of the paper (section II).
+/// A physics engine, which advances states by one step: f_p of the paper (section II).
 /// It is part of a run's configuration and checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Engine {
     /// PyBullet's stepping scheme for a ball on flat ground.
     PybulletBall(BulletBall),
-    /// The system of a model file.
+    /// The system of a model file, with vertical motion of a ball or pushing.
     Model(SystemEngine),
     /// The ball of a model file, thrown in a plane or in space.
     Throw(ThrowEngine),
@@ -40,7 +40,7 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// The engine of a model file; `step_s` as for [`SystemEngine::new`].
+    /// Creates the engine of a model file; `step_s` is the time step as for [`SystemEngine::new`].
     ///
     /// # Errors
     /// The errors of [`SystemEngine::new`].
@@ -57,7 +57,7 @@ impl Engine {
         }
     }
 
-    /// The engine of another model file for the same data.
+    /// Creates the engine of another model file for the same data.
     ///
     /// # Errors
     /// The errors of [`SystemEngine::new`].
@@ -71,7 +71,7 @@ impl Engine {
         }
     }
 
-    /// Text of the model file, if the engine has one.
+    /// Text of the model file; `None` if the engine has none.
     pub fn model(&self) -> Option<&str> {
         match self {
             Engine::PybulletBall(_) => None,
@@ -81,12 +81,13 @@ impl Engine {
         }
     }
 
-    /// Kinds of the model's effects that the engine ignores: sensor effects and random effects.
+    /// Kinds of the model's effects that this engine ignores: sensor effects and random effects.
     pub fn ignored_effects(&self) -> &[String] {
         self.motion().ignored_effects()
     }
 
-    /// Duration of contacts that single steps treat as instantaneous, in s, if the model has one.
+    /// Duration of contacts that single steps treat as instantaneous, s; `None` if the model has no such
+    /// effect.
     pub fn contact_duration_s(&self) -> Option<f64> {
         self.motion().contact_duration_s()
     }
@@ -106,23 +107,24 @@ impl Engine {
         self.motion().expected()
     }
 
-    /// Time step in s, if the engine has a fixed one; the data must have the same.
+    /// Time step, s, which the data must have too; `None` if the step varies with the samples.
     pub fn step_s(&self) -> Option<f64> {
         self.motion().step_s()
     }
 
-    /// Height of flat ground in the data, m, for systems that only move vertically.
+    /// Height of flat ground in the data, m; `None` for systems that do not only move vertically.
     pub(crate) fn ground_m(&self) -> Option<f64> {
         self.motion().ground_m()
     }
 
-    /// Writes the state one step after `state` while the actions go from `from` to `to`.
+    /// Writes the state one step after `state` to `next`, while the actions go from `from` to `to`.
     /// Both actions are empty for systems without actions.
     pub fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
         self.motion().step(state, from, to, next);
     }
 
-    /// Number P of the parameters in [`trajectory_sensitivities`](Self::trajectory_sensitivities).
+    /// Number P of trajectory-specific parameters in
+    /// [`trajectory_sensitivities`](Self::trajectory_sensitivities).
     pub(crate) fn sensitivity_count(&self) -> usize {
         self.motion().sensitivity_count()
     }
@@ -139,12 +141,12 @@ impl Engine {
         self.motion().trajectory_sensitivities(state, from, to, changes);
     }
 
-    /// States `[time, S]` of the roll-out from `start`, which is the first, under `actions [time, A]`.
+    /// Simulates states `[time, S]` under `actions [time, A]`; the first state is `start`.
     pub fn rollout(&self, start: &[f64], actions: &[f64], time: usize) -> Vec<f64> {
         self.motion().rollout(start, actions, time)
     }
 
-    /// The equation engine, if the model file has equations.
+    /// The equation engine; `None` if the model file has no equations.
     pub fn equation_engine(&self) -> Option<&EquationEngine> {
         match self {
             Engine::Equations(system) => Some(system),
@@ -152,12 +154,12 @@ impl Engine {
         }
     }
 
-    /// The equation model whose rates are corrected, if the engine has one.
+    /// The equation model whose rates are corrected; `None` if the engine has none.
     pub(crate) fn rate_model(&self) -> Option<&EquationMotion> {
         self.equation_engine().map(EquationEngine::motion)
     }
 
-    /// The pushing engine, if a rod pushes an object: features are computed from its contacts.
+    /// The engine of a rod that pushes an object, from whose contacts features are computed; else `None`.
     pub(crate) fn push_model(&self) -> Option<&ModelPush> {
         (self.motion() as &dyn Any).downcast_ref()
     }

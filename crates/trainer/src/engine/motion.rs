@@ -4,7 +4,7 @@ use augsim_data::checks::ExpectedData;
 use std::any::Any;
 use std::fmt::Debug;
 
-/// A system at the nominal values of its parameters.
+/// A simulated system at the nominal values of its parameters.
 /// To add one of a model file, implement this trait and construct it in
 /// [`SystemEngine::new`](super::SystemEngine::new).
 pub(super) trait EngineModel: Any + Debug + Send + Sync {
@@ -16,7 +16,7 @@ pub(super) trait EngineModel: Any + Debug + Send + Sync {
         Vec::new()
     }
 
-    /// Time step in s, if it is fixed; otherwise the actions include the time.
+    /// Time step, s; `None` if the actions include the time, so that the step may vary.
     fn step_s(&self) -> Option<f64> {
         None
     }
@@ -26,15 +26,16 @@ pub(super) trait EngineModel: Any + Debug + Send + Sync {
         ExpectedData::default()
     }
 
-    /// Height of flat ground in the data, m, for systems that only move vertically.
+    /// Height of flat ground in the data, m; `None` for systems that do not only move vertically.
     fn ground_m(&self) -> Option<f64> {
         None
     }
 
-    /// Writes the state one step after `state` while the actions go from `from` to `to`.
+    /// Writes the state one step after `state` to `next`, while the actions go from `from` to `to`.
     fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]);
 
-    /// Number P of the parameters in [`trajectory_sensitivities`](Self::trajectory_sensitivities).
+    /// Number P of trajectory-specific parameters in
+    /// [`trajectory_sensitivities`](Self::trajectory_sensitivities).
     fn sensitivity_count(&self) -> usize {
         0
     }
@@ -43,7 +44,7 @@ pub(super) trait EngineModel: Any + Debug + Send + Sync {
     /// First order, for a change of each parameter (such as a restitution) by its typical spread.
     fn trajectory_sensitivities(&self, _state: &[f64], _from: &[f64], _to: &[f64], _changes: &mut [f64]) {}
 
-    /// States `[time, S]` from `start`, which is the first, under `actions [time, A]`.
+    /// Simulates states `[time, S]` under `actions [time, A]`; the first state is `start`.
     fn rollout(&self, start: &[f64], actions: &[f64], time: usize) -> Vec<f64> {
         let (s, a) = (start.len(), self.action_columns().len());
         let action = |t: usize| &actions[t * a..(t + 1) * a];
@@ -60,7 +61,8 @@ pub(super) trait EngineModel: Any + Debug + Send + Sync {
         &[]
     }
 
-    /// Duration of contacts that single steps treat as instantaneous, in s, if the model has one.
+    /// Duration of contacts that single steps treat as instantaneous, s; `None` if the model has no such
+    /// effect.
     fn contact_duration_s(&self) -> Option<f64> {
         None
     }

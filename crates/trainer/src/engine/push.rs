@@ -12,10 +12,10 @@ use augsim_physics::push::{
     SUPPORT_FRICTION_INDEX, Steps, World, simulate,
 };
 
-/// Maximum travel of the rod in a simulation step, m.
+/// Maximum distance that the rod moves in a simulation step, m.
 const MAX_TRAVEL_M: f64 = 1e-3;
 
-/// The object and the rod of a model file, with any outline.
+/// Simulates how the rod of a model file pushes its object, with any outline.
 #[derive(Debug, Clone)]
 pub(crate) struct ModelPush {
     world: World,
@@ -24,14 +24,14 @@ pub(crate) struct ModelPush {
 }
 
 impl ModelPush {
-    /// The engine of a model, at the nominal values of its parameters and effects.
+    /// Creates the engine of a model, at the nominal values of its parameters and effects.
     pub fn new(model: &PushModel) -> Self {
         let (world, parameters) = model.world();
         let left_out = model.effects.iter().filter(|b| index_of(&b.kind).is_none());
         ModelPush { world, parameters, left_out: left_out.map(|b| b.kind.clone()).collect() }
     }
 
-    /// Ratio of maximum moment to maximum force of the limit surface, m.
+    /// Ratio c of maximum moment to maximum force of the limit surface of friction, m.
     pub fn c_m(&self) -> f64 {
         self.parameters[C_INDEX]
     }
@@ -52,14 +52,14 @@ impl ModelPush {
         self.parameters[SUPPORT_FRICTION_INDEX]
     }
 
-    /// The object and its effects.
+    /// The pushed object and its effects.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// Poses and contact states along rod positions `actions [time, (x, y, t)]` from pose `start`.
-    /// Where measured rod and object overlap at the start, because of noise or an offset between clocks,
-    /// the engine moves the object out.
+    /// Simulates poses and contact states along rod positions `actions [time, (x, y, t)]` from pose `start`.
+    /// Where measured rod and object overlap at the start, because of noise or an offset between clocks, the
+    /// engine moves the object out.
     pub fn follow(&self, start: &[f64], actions: &[f64]) -> Vec<(Pose<f64>, Instant<f64>)> {
         let column = |j: usize| -> Vec<f64> { actions.chunks_exact(3).map(|a| a[j]).collect() };
         let (x, y, t) = (column(0), column(1), column(2));
@@ -85,7 +85,7 @@ impl ModelPush {
         step_by_step(&self.world, &self.parameters, first, actions)
     }
 
-    /// States `[time, 3]` of the roll-out.
+    /// Simulates the object's poses `[time, 3]` from pose `start`, along the rod positions `actions`.
     pub fn poses(&self, start: &[f64], actions: &[f64]) -> Vec<f64> {
         self.follow(start, actions)
             .iter()

@@ -20,17 +20,17 @@ pub struct SystemEngine {
     motion: Arc<dyn EngineModel>,
 }
 
-/// The serialised form of an engine in configurations and checkpoints.
+/// The serialised form of a system engine in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct SerialisedEngine {
-    /// Seconds from one sample to the next; absent where the actions include the time.
+    /// Time from one sample to the next, s; `None` where the actions include the time.
     step_s: Option<f64>,
     /// Text of the model file.
     model: String,
 }
 
 impl SystemEngine {
-    /// The engine of a model file.
+    /// Creates the engine of a model file.
     /// `step_s` is the time between samples of the data in s, for systems whose actions do not include the
     /// time.
     ///
@@ -47,7 +47,7 @@ impl SystemEngine {
         Ok(SystemEngine { serialised: SerialisedEngine { step_s: motion.step_s(), model }, motion })
     }
 
-    /// Text of the model file.
+    /// Text of the engine's model file.
     pub fn model(&self) -> &str {
         &self.serialised.model
     }

@@ -12,9 +12,9 @@ use std::sync::Arc;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ThrowAxes {
-    /// `x_m`, `z_m`.
+    /// Motion in a vertical plane, coordinates `x_m`, `z_m`.
     Plane,
-    /// `x_m`, `y_m`, `z_m`.
+    /// Motion in space, coordinates `x_m`, `y_m`, `z_m`.
     Space,
 }
 
@@ -36,18 +36,18 @@ pub struct ThrowEngine {
     motion: Arc<ModelBall>,
 }
 
-/// The serialised form of an engine in configurations and checkpoints.
+/// The serialised form of a throw engine in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct SerialisedEngine {
     room: ThrowAxes,
-    /// Seconds from one sample to the next.
+    /// Time from one sample to the next, s.
     step_s: f64,
     /// Text of the model file.
     model: String,
 }
 
 impl ThrowEngine {
-    /// The engine of a model of a ball.
+    /// Creates the engine of the model of a thrown ball, which steps by `step_s` seconds.
     ///
     /// # Errors
     /// As [`SystemEngine::new`](super::SystemEngine::new).
@@ -56,12 +56,12 @@ impl ThrowEngine {
         Ok(ThrowEngine { serialised: SerialisedEngine { room, step_s, model: model.to_toml() }, motion })
     }
 
-    /// The coordinates in which the ball moves.
+    /// The coordinates in which the throw was measured.
     pub fn room(&self) -> ThrowAxes {
         self.serialised.room
     }
 
-    /// Text of the model file.
+    /// Text of the engine's model file.
     pub fn model(&self) -> &str {
         &self.serialised.model
     }

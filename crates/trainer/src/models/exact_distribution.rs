@@ -7,10 +7,10 @@ use augsim_data::random_stream;
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::drop_distribution::DropDistribution;
 
-/// Samples drops from the paper's data distribution, given the initial state.
+/// Samples drops from the distribution that generated the paper's data, given the initial state.
 #[derive(Debug, Clone, Copy)]
 pub struct ExactDistribution {
-    /// Data distribution: random restitution, and the ball.
+    /// Distribution that generated the drops: random restitution, and the ball.
     pub law: DropDistribution,
     /// Seed of the random restitutions.
     pub seed: u64,

@@ -24,7 +24,7 @@ use augsim_nn::{Bound, Params};
 use augsim_tensor::Tape;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Number of time steps per call of a sampler; small enough for the buffers to stay in cache.
+/// Number of time steps per call of a sampler; small enough for its buffers to stay in cache.
 const BLOCK_STEPS: usize = 32;
 
 /// A trained net with its parameters, scales and settings.
@@ -38,7 +38,7 @@ pub struct NetModel {
 /// Whether a roll-out adds noise to the mean correction of each step.
 #[derive(Debug, Clone, Copy)]
 enum StepNoise {
-    /// Noise from the predicted distribution, for a forecast.
+    /// Noise drawn from the predicted distribution, for a forecast.
     Drawn,
     /// No noise: the decoder's mean given the latent, as in the paper's reconstructions.
     Mean,
@@ -54,14 +54,14 @@ impl NetModel {
         Ok(NetModel { state, net, params })
     }
 
-    /// Saved state that the model was built from.
+    /// Saved training state that the model was built from.
     pub fn state(&self) -> &TrainingState {
         &self.state
     }
 
-    /// Samples reconstructions `[time, S, sample]`; the encoder observes the trajectory.
+    /// Samples reconstructions `[time, S, sample]` of a trajectory that the encoder observes.
     ///
-    /// Not a prediction.
+    /// A reconstruction is not a prediction.
     ///
     /// # Errors
     /// [`TrainerError::Mismatch`] for nets that can only forecast; [`TrainerError`] if the net cannot be run.
@@ -104,12 +104,12 @@ impl NetModel {
         has_shrinkage.then(|| read_shrinkage(&self.state.scales))
     }
 
-    /// The net: layers with the ids of their parameters.
+    /// The net: layers, with the identifiers of their parameters.
     pub(crate) fn net(&self) -> &Net {
         &self.net
     }
 
-    /// The parameters, under PyTorch's names.
+    /// Values of the net's parameters, under PyTorch's names.
     pub fn params(&self) -> &Params<f32> {
         &self.params
     }
@@ -138,7 +138,8 @@ impl NetModel {
         Self::new(state)
     }
 
-    /// Wraps sampled values, converted back from standard units if the recipe standardises states.
+    /// Wraps sampled values as [`Samples`], converted back from standard units if the recipe standardises
+    /// states.
     fn restored_samples(&self, count: usize, mut values: Vec<f32>) -> Samples {
         if self.state.settings.recipe == Recipe::HybridStandardised {
             self.state.scales.restore(&mut values, count);
@@ -146,19 +147,21 @@ impl NetModel {
         Samples { count, values }
     }
 
-    /// Creates a tape with the parameters bound as constants.
+    /// Creates a tape with the net's parameters as constants, which are not differentiated.
     fn frozen_tape(&self) -> Result<(Tape<f32>, Bound), TrainerError> {
         let (mut tape, mut bound) = (Tape::new(), Bound::default());
         self.params.bind_frozen(&mut tape, &mut bound)?;
         Ok((tape, bound))
     }
 
-    /// Draws `n` standard normals from the stream of (purpose, index) of the run's seed.
+    /// Draws `n` standard normal numbers from the random stream of this purpose and index, with the run's
+    /// seed.
     fn noise(&self, purpose: &str, index: u64, n: usize) -> Vec<f32> {
         standard(self.state.settings.seed, purpose, index, n)
     }
 
-    /// Rolls out physics and corrections step by step for latents `w [L, samples]`.
+    /// Simulates the physics and its corrections step by step, for one latent `[L]` per sample in `w [L,
+    /// samples]`.
     fn roll_out(
         &self,
         net: &Stepwise,
@@ -258,7 +261,7 @@ impl NetModel {
         self.restored_samples(samples, values)
     }
 
-    /// Draws latents `[L, samples]` from the fitted distribution.
+    /// Draws latents `[L, samples]` from the distribution fitted on the training set.
     fn draw_latents(&self, net: &Stepwise, index: u64, samples: usize) -> Result<Vec<f32>, TrainerError> {
         let Some(law) = &self.state.latent else {
             return Err(Difference::Unfinished.into());

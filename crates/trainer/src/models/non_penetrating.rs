@@ -8,12 +8,12 @@ use crate::engine::ModelPush;
 use crate::violations::{TOUCH_M, gap};
 use crate::{Difference, Engine, Forecaster, Samples, Task, TrainerError};
 
-/// Maximum number of projections of a pose.
+/// Maximum number of times that a pose is moved out of the rod.
 ///
 /// One suffices at a side; at a corner the nearest point may change.
 const MAX_PROJECTIONS: usize = 4;
 
-/// Wraps a forecaster of pushes: the object rests until contact and never overlaps with the rod.
+/// Wraps a forecaster of pushes so that the object rests until contact and never overlaps with the rod.
 #[derive(Debug)]
 pub struct NonPenetrating<'a, F> {
     model: &'a F,
@@ -47,7 +47,7 @@ impl<F: Forecaster> Forecaster for NonPenetrating<'_, F> {
     }
 }
 
-/// Projects sampled poses `[time, 3, sample]`: no overlap, and no motion before contact.
+/// Changes sampled poses `[time, 3, sample]` so that they do not overlap with the rod or move before contact.
 fn project_poses(push: &ModelPush, task: Task<'_>, samples: &mut Samples) {
     let n = samples.count;
     let start = [task.start[0], task.start[1], task.start[2]];
@@ -73,7 +73,7 @@ fn project_poses(push: &ModelPush, task: Task<'_>, samples: &mut Samples) {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: projected poses have no violations.
+    //! Contract: poses after the projection have no violations.
     use super::*;
     use crate::violations::{Violations, violations};
 

@@ -2,10 +2,10 @@
 
 use crate::{Engine, Forecaster, Samples, Task, TrainerError};
 
-/// Forecasts by rolling the engine out from the initial state.
+/// Forecasts by simulating the physics engine from the initial state, without a net.
 #[derive(Debug, Clone)]
 pub struct Physics(
-    /// The engine.
+    /// The physics engine that is simulated.
     pub Engine,
 );
 

@@ -9,11 +9,11 @@ use rand_distr::{Distribution, StandardNormal};
 /// Forecasts with PyBullet's time stepping and a normally distributed restitution, cut off at 0.
 #[derive(Debug, Clone, Copy)]
 pub struct ScatteredBall {
-    /// The engine, with the mean restitution.
+    /// PyBullet's stepping scheme for the ball, with the mean restitution.
     pub ball: BulletBall,
-    /// Standard deviation of the restitution.
+    /// Standard deviation of the random restitution.
     pub sd: f64,
-    /// Whether restitution is drawn per trajectory or per event (bounce).
+    /// Whether the restitution is drawn per trajectory or per event (bounce).
     pub per: ScatterPer,
     /// Seed of the random restitutions.
     pub seed: u64,

@@ -2,7 +2,7 @@
 
 use crate::{Forecaster, Samples, Task, TrainerError};
 
-/// Predicts the initial state at all times.
+/// Predicts the initial state at all times, as a baseline.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Still;
 

@@ -19,9 +19,9 @@ use augsim_tensor::{Scalar, Tape, TensorError, Var};
 /// How the decoder's standard deviation is determined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Decoder {
-    /// Fixed to 1 (bouncing ball).
+    /// The standard deviation is fixed to 1 (bouncing ball).
     Fixed,
-    /// Learned, through softplus (pushing).
+    /// The standard deviation is learned, through softplus (pushing).
     Learned,
 }
 
@@ -38,20 +38,21 @@ pub struct DcvrnnSizes {
     pub hidden: usize,
     /// Number of GRU layers.
     pub layers: usize,
-    /// Lower bound that is added to learned standard deviations.
+    /// Lower bound that is added to learned standard deviations, in the net's units.
     pub sd_floor: f64,
     /// How the decoder's standard deviation is determined.
     pub decoder: Decoder,
 }
 
-/// Layer widths of the feature extractors, tanh after each layer; empty for the identity.
+/// Layer widths of the feature extractors (perceptrons before the GRUs), tanh after each; empty for the
+/// identity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Extractors {
-    /// Extractor phi_x of targets.
+    /// Layer widths of the extractor phi_x, which reads the targets x_t.
     pub x: &'static [usize],
-    /// Extractor phi_u of conditions.
+    /// Layer widths of the extractor phi_u, which reads the conditions u_t.
     pub u: &'static [usize],
-    /// Extractor phi_z of latents.
+    /// Layer widths of the extractor phi_z, which reads the latents z_t.
     pub z: &'static [usize],
 }
 
@@ -60,7 +61,7 @@ impl Extractors {
     pub const PUSH: Extractors = Extractors { x: &[32, 16], u: &[32, 16], z: &[16] };
 }
 
-/// The DCVRNN: ids of its parameters, named as in PyTorch (`enc.gru.weight_ih_l0`, ...).
+/// The DCVRNN: identifiers of its parameters, named as in PyTorch (`enc.gru.weight_ih_l0`, ...).
 #[derive(Debug, Clone)]
 pub struct Dcvrnn {
     sizes: DcvrnnSizes,
@@ -72,22 +73,22 @@ pub struct Dcvrnn {
     decoder_std: Option<Linear>,
 }
 
-/// Distributions of a forward pass, all `[time, feature, lane]`.
+/// Distributions that a forward pass of the DCVRNN computes, all `[time, feature, lane]`.
 #[derive(Debug, Clone, Copy)]
 pub struct ForwardPass {
-    /// Posterior of z.
+    /// Posterior distribution of the latent z.
     pub posterior: Gaussian,
-    /// Prior of z.
+    /// Prior distribution of the latent z.
     pub prior: Gaussian,
-    /// z drawn from the posterior.
+    /// Latent z drawn from the posterior.
     pub z: Var,
-    /// Mean of x given z.
+    /// Mean of the target x given the latent z.
     pub mean_x: Var,
-    /// Standard deviation of x given z; `None` if it is fixed to 1.
+    /// Standard deviation of the target x given the latent z; `None` if it is fixed to 1.
     pub sd_x: Option<Var>,
 }
 
-/// Layers that a forecast uses: prior and decoder.
+/// Layers that a forecast uses: those of prior and decoder.
 pub(super) struct GenerativeParts<'a> {
     pub prior: &'a Gru,
     pub prior_head: GaussianHead,
@@ -127,7 +128,7 @@ impl Dcvrnn {
         }
     }
 
-    /// Sizes of the net.
+    /// Sizes of the net: widths of states, conditions, latent and layers.
     pub fn sizes(&self) -> DcvrnnSizes {
         self.sizes
     }
@@ -139,9 +140,10 @@ impl Dcvrnn {
         GenerativeParts { prior, prior_head: *prior_head, decoder: &self.decoder, mean, std }
     }
 
-    /// Records posterior, prior and decoder.
+    /// Records posterior, prior and decoder on the tape.
     ///
-    /// For `x [time, S, lanes]`, `u [time, U, lanes]`, `eps [time, L, lanes]`.
+    /// For targets `x [time, S, lanes]`, conditions `u [time, U, lanes]`, noise `eps [time, L, lanes]`; one
+    /// trajectory per lane.
     ///
     /// # Errors
     /// [`TensorError`] if the shapes do not match the net's sizes.
@@ -159,7 +161,7 @@ impl Dcvrnn {
         Ok(ForwardPass { posterior, prior, z, mean_x, sd_x })
     }
 
-    /// Records the loss of a tile, summed over time and lanes.
+    /// Records the loss of a batch tile on the tape, summed over time and trajectories.
     ///
     /// # Errors
     /// [`TensorError`] if the tile's shapes do not match the net's sizes.
@@ -178,7 +180,7 @@ impl Dcvrnn {
         Ok(LossVars { total: tape.add(kl, total_nll)?, kl, negative_ln_likelihood: total_nll })
     }
 
-    /// Computes the loss of a tile, and `scale` times its gradient at the variables of `p`.
+    /// Computes the loss of a batch tile, and `scale` times its gradient with respect to the parameters `p`.
     ///
     /// Same values as [`Dcvrnn::loss`], but prior and decoder are differentiated and dropped from the tape
     /// one after the other, which saves 33 % of the memory of a tile.
@@ -220,7 +222,8 @@ impl Dcvrnn {
         Ok(Losses { kl, negative_ln_likelihood: total_nll })
     }
 
-    /// Records the divergence `[time, L, lanes]` and the negative log-likelihood `[time, S, lanes]`.
+    /// Records the two parts of the loss on the tape: divergence and negative log-likelihood.
+    /// The Kullback-Leibler divergence is `[time, L, lanes]`, the negative log-likelihood `[time, S, lanes]`.
     ///
     /// # Errors
     /// [`TensorError`] if the shapes do not match the net's sizes.
@@ -252,7 +255,7 @@ impl Dcvrnn {
         self.decode(tape, p, z)
     }
 
-    /// Records a tile's targets, conditions and noise.
+    /// Records a batch tile's targets, conditions and noise as constants on the tape.
     fn operands<T: Scalar>(&self, tape: &mut Tape<T>, tile: Tile<'_, T>) -> Result<[Var; 3], TensorError> {
         let (s, time, lanes) = (self.sizes, tile.time, tile.lanes);
         Ok([
@@ -262,7 +265,7 @@ impl Dcvrnn {
         ])
     }
 
-    /// Records the posterior of z for targets, features of conditions, and noise.
+    /// Records the posterior of the latent z, given targets, features of conditions, and noise.
     fn posterior<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -274,7 +277,7 @@ impl Dcvrnn {
         gru_gaussian(tape, p, &self.encoder, input)
     }
 
-    /// Records the prior of z for features of conditions, and noise.
+    /// Records the prior of the latent z, given features of conditions, and noise.
     fn prior<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -286,7 +289,8 @@ impl Dcvrnn {
         gru_gaussian(tape, p, &self.prior, input)
     }
 
-    /// Records mean and standard deviation of x for latents.
+    /// Records mean and standard deviation of the target x for latents z; `None` if the deviation is fixed to
+    /// 1.
     fn decode<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -303,7 +307,7 @@ impl Dcvrnn {
     }
 }
 
-/// Records a GRU followed by a Gaussian head.
+/// Records a GRU followed by a head that outputs mean and standard deviation.
 fn gru_gaussian<T: Scalar>(
     tape: &mut Tape<T>,
     p: &Bound,
@@ -314,7 +318,7 @@ fn gru_gaussian<T: Scalar>(
     head.forward(tape, p, h)
 }
 
-/// Records mean + eps * sd.
+/// Records a draw from a Gaussian, mean + eps * sd, on the tape.
 fn draw<T: Scalar>(tape: &mut Tape<T>, g: Gaussian, eps: Var) -> Result<Var, TensorError> {
     let noise = tape.mul(eps, g.sd)?;
     tape.add(g.mean, noise)

@@ -1,4 +1,4 @@
-//! The nets: their layers, their losses on a batch tile (recorded on a tape), and tape-free inference.
+//! The nets: their layers, their losses on a batch tile (recorded on a tape), and inference without a tape.
 
 mod dcvrnn;
 mod sampler;
@@ -23,11 +23,11 @@ use augsim_tensor::{Scalar, Tape, TensorError};
 /// The net of a [`Recipe`].
 #[derive(Debug, Clone)]
 pub enum Net {
-    /// Neural, Hybrid and Hybrid-std.
+    /// The DCVRNN, for the recipes Neural, Hybrid and Hybrid-std.
     Dcvrnn(Dcvrnn),
-    /// Hybrid+ and Neural+.
+    /// The net that corrects step by step, for the recipes Hybrid+ and Neural+.
     Stepwise(Stepwise),
-    /// A net or fit of a league class.
+    /// A net or directly fitted model of a class of the benchmark league.
     Class(ClassNet),
 }
 
@@ -66,7 +66,7 @@ impl Net {
         Net::Dcvrnn(Dcvrnn::with_extractors(params, sizes, phi))
     }
 
-    /// Number of noise rows for a sequence of `time` steps, and number of values per row.
+    /// Number of rows of noise for a sequence of `time` steps, and number of noise values per row.
     pub fn noise_rows(&self, time: usize) -> (usize, usize) {
         match self {
             Net::Dcvrnn(net) => (time, net.sizes().latent),
@@ -75,7 +75,7 @@ impl Net {
         }
     }
 
-    /// Width of a target row, and width of a condition row.
+    /// Number of targets per row, and number of conditions (net inputs) per row.
     pub fn extents(&self) -> (usize, usize) {
         match self {
             Net::Dcvrnn(net) => (net.sizes().state, net.sizes().condition),
@@ -84,12 +84,12 @@ impl Net {
         }
     }
 
-    /// Whether the class is fitted directly instead of by gradients.
+    /// Whether the class is fitted directly instead of by gradient descent.
     pub(crate) fn is_fitted(&self) -> bool {
         matches!(self, Net::Class(ClassNet::Fitted(..)))
     }
 
-    /// Records the loss of a tile on the tape.
+    /// Records the loss of a batch tile (group of trajectories) on the tape.
     ///
     /// # Errors
     /// [`TensorError`] if the tile's shapes do not match the net's sizes.
@@ -106,7 +106,8 @@ impl Net {
         }
     }
 
-    /// Computes the loss of a tile, and `scale` times its gradient at the variables of `p`.
+    /// Computes the loss of a batch tile (group of trajectories), and `scale` times its gradient.
+    /// The gradient is with respect to the parameters `p`, and stays on the tape.
     ///
     /// # Errors
     /// [`TensorError`] if the tile's shapes do not match the net's sizes.

@@ -1,4 +1,4 @@
-//! Tape-free sampling from a trained DCVRNN: prior and decoder, step by step or in blocks of steps.
+//! Sampling from a trained DCVRNN without a tape: prior and decoder, step by step or in blocks of steps.
 
 use super::Dcvrnn;
 use augsim_nn::Params;
@@ -33,19 +33,19 @@ pub struct DcvrnnSampler {
     decoder: GruRunner,
     mean: LinearRunner,
     sd: Option<SdRunner>,
-    /// Input rows of the prior: condition and noise.
+    /// Input rows of the prior's GRU: condition and noise.
     input: Vec<f32>,
     condition: usize,
     latent: usize,
     lanes: usize,
 }
 
-/// Predicted distribution of x, `[steps, S, lane]` each.
+/// Predicted distribution of the targets x, `[steps, S, lane]` each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Predicted<'a> {
-    /// Mean.
+    /// Mean of the targets.
     pub mean: &'a [f32],
-    /// Standard deviation; `None` where it is fixed to 1.
+    /// Standard deviation of the targets; `None` where it is fixed to 1.
     pub sd: Option<&'a [f32]>,
 }
 
@@ -75,7 +75,7 @@ impl DcvrnnSampler {
         self.decoder.reset();
     }
 
-    /// Advances by the steps of conditions `u [steps, U, lane]`.
+    /// Predicts the next steps, with conditions `u [steps, U, lane]`.
     ///
     /// `eps [steps, L, lane]` are standard normal draws.
     ///

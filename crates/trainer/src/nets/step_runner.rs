@@ -1,4 +1,4 @@
-//! Tape-free decoder of Hybrid+: corrections of single physics steps, many at once.
+//! Decoder of Hybrid+ without a tape: corrections of single physics steps, many at once.
 
 use super::Stepwise;
 use augsim_nn::Params;
@@ -11,10 +11,10 @@ use augsim_nn::inference::{GaussianRunner, LinearRunner, MlpRunner};
 pub struct StepRunner {
     step: MlpRunner,
     head: GaussianRunner,
-    /// Layer from the latent to shifts of physics parameters.
+    /// Layer that maps the latent to shifts of physics parameters; `None` without such parameters.
     shifts: Option<LinearRunner>,
     mean: Vec<f32>,
-    /// Features `[U, lane]`, then latents `[L, lane]`.
+    /// Inputs of the decoder: features `[U, lane]`, then latents `[L, lane]`.
     input: Vec<f32>,
     condition: usize,
     lanes: usize,
@@ -36,7 +36,7 @@ impl StepRunner {
         }
     }
 
-    /// Number of steps per call.
+    /// Number of lanes: physics steps that one call corrects.
     pub fn lanes(&self) -> usize {
         self.lanes
     }

@@ -31,20 +31,21 @@ use super::tile::{LossVars, Tile, mask_of, masked_sum};
 use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Mlp, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// Weight lambda of the divergence; small because the weighted likelihood is small too.
+/// Weight lambda of the KL divergence in the loss (formula 3); small because the weighted likelihood is small
+/// too.
 const KL_WEIGHT: f64 = 0.01;
-/// Weight lambda with a memory.
+/// Weight lambda of the KL divergence for a net with memory (GRU).
 ///
 /// Larger, so that the latent does not encode what the roll-out already shows. With 0.01 the forecast errors
 /// of 2,000 pushes are 1.5 mm instead of 1.3 mm.
 const KL_WEIGHT_MEMORY: f64 = 0.3;
-/// Weight lambda if the latent shifts physics parameters.
+/// Weight lambda of the KL divergence if the latent shifts physics parameters.
 ///
 /// Smaller, because the noise of the posterior becomes an error of the decoder. With 0.01 that noise alone
 /// gives an error of 0.01 m/s at an impact.
 const KL_WEIGHT_PHYSICS: f64 = 0.001;
 
-/// Ridge of the regression on D_q, for trajectories without sensitivity.
+/// Ridge of the regression on the sensitivity D_q, for trajectories where the sensitivity is 0.
 ///
 /// For example a ball that never touches the ground.
 const REGRESSION_RIDGE: f64 = 1e-6;
@@ -54,9 +55,9 @@ const REGRESSION_RIDGE: f64 = 1e-6;
 pub struct StepwiseSizes {
     /// Number of state columns, the width of a correction.
     pub state: usize,
-    /// Width of the features c_t.
+    /// Number of features c_t that the net reads per step.
     pub condition: usize,
-    /// Width of the latent w.
+    /// Size of the latent w of a trajectory.
     pub latent: usize,
     /// Number of units of each hidden layer.
     pub hidden: usize,
@@ -64,7 +65,7 @@ pub struct StepwiseSizes {
     pub sd_floor: f64,
     /// Number P of physics parameters that the latent shifts.
     ///
-    /// The last P S features are the sensitivities D_q / k_t.
+    /// The last P S features are the sensitivities D_q / k_t (S state columns per parameter).
     pub physics_parameters: usize,
 }
 
@@ -78,23 +79,23 @@ pub struct Stepwise {
     encoder_head: GaussianHead,
     step: Mlp,
     step_head: GaussianHead,
-    /// Layer from the latent to shifts of physics parameters (formula 2).
+    /// Layer from the latent to shifts of physics parameters (formula 2); `None` without such parameters.
     shifts: Option<Linear>,
 }
 
 impl Stepwise {
-    /// Registers the parameters of a net without memory.
+    /// Creates a net without memory (GRU) and registers its parameters.
     pub fn new<T: Scalar>(params: &mut Params<T>, s: StepwiseSizes) -> Self {
         Self::assemble(params, s, None, s.condition)
     }
 
-    /// Registers the parameters of a net that reads its features through a GRU of `s.hidden` units.
+    /// Creates a net that reads its features through a GRU of `s.hidden` units, and registers its parameters.
     pub fn with_memory<T: Scalar>(params: &mut Params<T>, s: StepwiseSizes) -> Self {
         let memory = Gru::new(params, "memory", s.condition, s.hidden, 1);
         Self::assemble(params, s, Some(memory), s.hidden)
     }
 
-    /// Registers the parameters; `inputs` is the width of what encoder and decoder read per step.
+    /// Creates the layers and registers their parameters; `inputs` is what encoder and decoder read per step.
     fn assemble<T: Scalar>(
         params: &mut Params<T>,
         s: StepwiseSizes,
@@ -114,7 +115,7 @@ impl Stepwise {
         }
     }
 
-    /// Sizes of the net.
+    /// Sizes of the net: widths of states, features, latent and layers.
     pub fn sizes(&self) -> StepwiseSizes {
         self.sizes
     }
@@ -132,7 +133,7 @@ impl Stepwise {
         }
     }
 
-    /// Records the loss of a tile (formula 3), whose x are corrections and whose u are features.
+    /// Records the loss of a batch tile (formula 3), whose `x` are corrections and whose `u` are features.
     ///
     /// # Errors
     /// [`TensorError`] if the tile's shapes do not match the net's sizes.
@@ -167,7 +168,7 @@ impl Stepwise {
         Ok(LossVars { total: tape.add(weighted_kl, weighted_nll)?, kl, negative_ln_likelihood: total_nll })
     }
 
-    /// Passes features `u [time, U, lanes]` through the memory, if any.
+    /// Passes features `u [time, U, lanes]` through the net's memory (GRU), if any.
     ///
     /// The result is `[time, hidden, lanes]` with a memory, else `u`.
     ///
@@ -185,7 +186,7 @@ impl Stepwise {
         }
     }
 
-    /// Records the posterior of w `[1, L, lanes]` given corrections `x` and inputs `u`.
+    /// Records the posterior of the latent w `[1, L, lanes]` given corrections `x` and inputs `u`.
     ///
     /// Used for training and reconstruction only; `u` comes from [`read_features`](Self::read_features).
     ///
@@ -220,14 +221,15 @@ impl Stepwise {
         self.encoder_head.forward(tape, p, pooled)
     }
 
-    /// Slices the sensitivities `[time, S, lanes]` to physics parameter `i` from the inputs `u`.
+    /// Slices the sensitivities `[time, S, lanes]` to physics parameter `i` from the inputs `u`, S state
+    /// columns.
     fn sensitivity<T: Scalar>(&self, tape: &mut Tape<T>, u: Var, i: usize) -> Result<Var, TensorError> {
         let StepwiseSizes { state, condition, physics_parameters, .. } = self.sizes;
         let first = condition - (physics_parameters - i) * state;
         tape.slice(u, 1, first, first + state)
     }
 
-    /// Records the distribution of corrections `[time, S, lanes]`.
+    /// Records mean and standard deviation of the corrections, `[time, S, lanes]`, on the tape.
     ///
     /// For inputs `u [time, U, lanes]` and latents `w [1, L, lanes]`.
     ///
@@ -251,7 +253,8 @@ impl Stepwise {
         Ok(Gaussian { mean, sd: step.sd })
     }
 
-    /// Records the correction `[time, S, lanes]` by shifts of physics parameters (formula 2).
+    /// Records the correction `[time, S, lanes]` that results from shifts of physics parameters (formula 2).
+    /// `None` if the latent shifts no parameter.
     fn parameter_correction<T: Scalar>(
         &self,
         tape: &mut Tape<T>,

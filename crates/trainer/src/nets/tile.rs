@@ -2,18 +2,19 @@
 
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// A tile of a batch: up to [`crate::TILE`] trajectories, `[time, feature, lane]`.
+/// A tile of a batch: up to [`crate::TILE`] trajectories, one per lane of `[time, feature, lane]`.
 #[derive(Debug, Clone, Copy)]
 pub struct Tile<'a, T> {
-    /// Number of time steps of the longest trajectory.
+    /// Number of time steps of the longest trajectory in the tile.
     pub time: usize,
-    /// Number of trajectories.
+    /// Number of trajectories in the tile.
     pub lanes: usize,
-    /// Targets `[time, X, lanes]`.
+    /// Targets `[time, X, lanes]` of the net: X targets per time step, one trajectory per lane.
     pub x: &'a [T],
-    /// Conditions `[time, U, lanes]`.
+    /// Conditions `[time, U, lanes]` of the net: U inputs per time step, one trajectory per lane.
     pub u: &'a [T],
-    /// Standard normal draws `[rows, L, lanes]`, with as many rows as [`super::Net::noise_rows`] returns.
+    /// Standard normal draws `[rows, L, lanes]`: L latent components, rows as [`super::Net::noise_rows`]
+    /// returns.
     pub eps: &'a [T],
     /// Mask `[time, 1, lanes]`: 1 for samples, 0 beyond the end of shorter trajectories.
     ///
@@ -21,27 +22,27 @@ pub struct Tile<'a, T> {
     pub mask: &'a [T],
 }
 
-/// Tape variables of a tile's loss and its two parts: scalars, summed over the tile's trajectories.
+/// Tape variables of a batch tile's loss and its two parts: scalars, summed over the tile's trajectories.
 #[derive(Debug, Clone, Copy)]
 pub struct LossVars {
-    /// Loss that is differentiated.
+    /// Loss that is minimised.
     pub total: Var,
-    /// Kullback-Leibler divergence, nats.
+    /// Kullback-Leibler divergence part of the loss, nats.
     pub kl: Var,
-    /// Negative log-likelihood without constant terms, nats.
+    /// Negative log-likelihood part of the loss, without constant terms, nats.
     pub negative_ln_likelihood: Var,
 }
 
-/// Values of the two parts of a tile's loss, nats.
+/// Values of the two parts of a batch tile's loss, nats.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Losses<T> {
-    /// Kullback-Leibler divergence.
+    /// Kullback-Leibler divergence, nats.
     pub kl: T,
-    /// Negative log-likelihood without constant terms.
+    /// Negative log-likelihood without constant terms, nats.
     pub negative_ln_likelihood: T,
 }
 
-/// Backpropagates `scale` times the loss, and returns its values.
+/// Backpropagates `scale` times the loss through the tape, and returns the unscaled parts of the loss.
 pub(crate) fn backpropagate<T: Scalar>(
     tape: &mut Tape<T>,
     loss: LossVars,
@@ -55,7 +56,7 @@ pub(crate) fn backpropagate<T: Scalar>(
     })
 }
 
-/// Records the sum over all elements of `v [time, F, lanes]` that the mask does not hide.
+/// Records the sum over the elements of `v [time, F, lanes]` where `mask` is 1; all without a mask.
 pub(crate) fn masked_sum<T: Scalar>(
     tape: &mut Tape<T>,
     v: Var,
@@ -70,7 +71,7 @@ pub(crate) fn masked_sum<T: Scalar>(
     }
 }
 
-/// Records the tile's mask; `None` if all trajectories have the same length.
+/// Records the tile's mask on the tape; `None` if all trajectories have the same length.
 pub(crate) fn mask_of<T: Scalar>(tape: &mut Tape<T>, tile: &Tile<'_, T>) -> Result<Option<Var>, TensorError> {
     if tile.mask.is_empty() {
         return Ok(None);

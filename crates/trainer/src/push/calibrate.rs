@@ -16,29 +16,29 @@ use std::collections::BTreeMap;
 
 /// Indices of the fitted parameters in the model.
 const FITTED_INDICES: [usize; 3] = [C_INDEX, CONTACT_FRICTION_INDEX, ROD_RADIUS_INDEX];
-/// Settings of the fit, in logarithms of the parameters.
+/// Settings of the fit; steps are in logarithms of the parameters.
 const FIT: LevenbergMarquardt =
     LevenbergMarquardt { difference_step: 1e-3, max_change: 0.3, max_iterations: 20 };
 
-/// One fitted parameter.
+/// Estimate of one fitted parameter, with its confidence interval.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// Name, with unit.
+    /// Name of the fitted parameter, with unit.
     pub name: String,
-    /// Declared value.
+    /// Declared value of the parameter, in its unit.
     pub nominal: f64,
-    /// Fitted value.
+    /// Fitted value of the parameter, in its unit.
     pub value: f64,
-    /// 95 % confidence interval.
+    /// 95 % confidence interval of the fitted parameter, in its unit: lower and upper end.
     pub ci95: [f64; 2],
 }
 
 /// The result of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// The model with fitted parameters.
+    /// The pushing model with the fitted parameter values.
     pub model: PushModel,
-    /// The fitted parameters.
+    /// Estimates of the fitted parameters, with confidence intervals.
     pub estimates: Vec<Estimate>,
 }
 

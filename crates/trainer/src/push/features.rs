@@ -21,32 +21,33 @@ use rayon::prelude::*;
 
 /// Bound of the standardised features: values beyond it were never trained on.
 const FEATURE_BOUND: f64 = 6.0;
-/// Expected deviation before anything has moved, in units of c: that of the measurement noise.
+/// Expected deviation from the roll-out before anything has moved, in units of c: the measurement noise.
 const NOISE_DEVIATION: f64 = 0.03;
-/// Minimum scale; smaller ones are rounding errors.
+/// Minimum normalisation scale; smaller scales are rounding errors.
 const MIN_SCALE: f64 = 1e-9;
-/// Expected deviation per distance moved, both in units of c.
+/// Expected deviation from the roll-out per distance moved, both in units of c.
 const DEVIATION_PER_DISTANCE: f64 = 0.05;
 
-/// Features of one push and the transformation of its targets.
+/// Features of one push, and the transformation of its targets.
 #[derive(Debug, Clone)]
 pub(crate) struct Condition {
-    /// Number of rows.
+    /// Number of rows (samples) of the features.
     pub time: usize,
-    /// Number of features of a row of `u`.
+    /// Number of features per row of `u`.
     pub width: usize,
     /// Features `[time, width]`, not standardised.
     pub u: Vec<f64>,
     frame: StartFrame,
-    /// Reference poses that are subtracted from the targets `[time, 3]`, in `frame`.
+    /// Reference pose at each sample, which is subtracted from the measured pose to give the target; in
+    /// `frame`.
     base: Vec<[f64; 3]>,
-    /// Unit of length of the targets, m.
+    /// Unit of length of the targets, in m.
     length_m: f64,
-    /// Expected size of a deviation at each row, by which targets are divided `[time]`.
+    /// Expected size of a deviation at each sample, by which targets are divided.
     size: Vec<f64>,
 }
 
-/// Number of features by recipe.
+/// Number of features per row, by recipe.
 pub(crate) fn width(recipe: Recipe) -> usize {
     match recipe {
         Recipe::Neural | Recipe::NeuralPlus => 3,
@@ -57,7 +58,7 @@ pub(crate) fn width(recipe: Recipe) -> usize {
 }
 
 impl Condition {
-    /// Computes the features from the first pose and the rod's path alone.
+    /// Computes the features of a push from the first pose and the rod's path alone.
     pub fn new(recipe: Recipe, engine: &ModelPush, start: &[f64], actions: &[f64]) -> Self {
         let time = actions.len() / 3;
         let action = |t: usize| &actions[3 * t..3 * t + 3];
@@ -92,7 +93,7 @@ impl Condition {
         Condition { time, width: width(recipe), u, frame, base, length_m, size }
     }
 
-    /// Targets `[time, 3]` of measured states.
+    /// Computes the net's targets `[time, 3]` from measured states.
     pub fn targets(&self, states: &[f64]) -> Vec<f64> {
         let rows = states.chunks_exact(3).zip(self.base.iter().zip(&self.size));
         rows.flat_map(|(s, (b, size))| {
@@ -111,7 +112,7 @@ impl Condition {
     }
 }
 
-/// Fits all scales on a training set.
+/// Fits the normalisation scales on a training set.
 pub(crate) fn fit(recipe: Recipe, engine: &ModelPush, train: &Sequences) -> Scales {
     let rows: Vec<(Condition, Vec<f64>)> = (train.items.par_iter())
         .map(|q| {
@@ -133,7 +134,7 @@ pub(crate) fn fit(recipe: Recipe, engine: &ModelPush, train: &Sequences) -> Scal
     Scales { mean, sd, step: Vec::new(), correction }
 }
 
-/// Standardised features, `[time, width]`.
+/// Computes standardised features, `[time, width]`.
 pub(crate) fn standard(scales: &Scales, condition: &Condition) -> Vec<f32> {
     let scaled = |(i, v): (usize, &f64)| {
         let j = i % condition.width;
@@ -142,7 +143,7 @@ pub(crate) fn standard(scales: &Scales, condition: &Condition) -> Vec<f32> {
     condition.u.iter().enumerate().map(scaled).collect()
 }
 
-/// Targets and features of a whole push.
+/// Computes the targets and features of a whole push.
 pub(crate) fn prepare(recipe: Recipe, engine: &ModelPush, scales: &Scales, q: &Sequence) -> Prepared {
     let condition = Condition::new(recipe, engine, q.state(0), &q.actions);
     let targets = condition.targets(&q.states);
@@ -151,7 +152,7 @@ pub(crate) fn prepare(recipe: Recipe, engine: &ModelPush, scales: &Scales, q: &S
     Prepared { time: q.time, x_width: 3, u_width: condition.width, x, u }
 }
 
-/// Converts nets' outputs `[time, 3, lanes]` to poses in the frame of the data, in place.
+/// Converts net outputs `[time, 3, lanes]` to poses in the frame of the data, in place.
 pub(crate) fn restore(scales: &Scales, condition: &Condition, values: &mut [f32], lanes: usize) {
     for (t, row) in values.chunks_exact_mut(3 * lanes).enumerate() {
         for lane in 0..lanes {

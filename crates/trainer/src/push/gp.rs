@@ -18,19 +18,19 @@
 
 use augsim_linear::{Mat, PositiveInverse, invert_positive_definite};
 
-/// Optimiser steps of the first fit, and of the later ones, which are warm-started from it.
+/// Number of optimiser steps of the first fit, and of later fits, which are warm-started from it.
 const OPTIMISER_STEPS: [usize; 2] = [60, 25];
-/// Number of rounds that fit the noise and refit the function.
+/// Number of rounds that fit the noise variance and then refit the function.
 const NOISE_ROUNDS: usize = 2;
-/// Difference between a log variance and the mean of ln e^2 of a squared residual: -E ln chi^2_1.
+/// Minus the mean of ln chi^2_1, which is added to ln e^2 of a residual e to estimate its log variance.
 const LOG_CHI_SQUARE: f64 = 1.270_36;
-/// Added to the diagonal, relative to the signal's variance, for positive definiteness.
+/// Variance added to the kernel matrix's diagonal for positive definiteness, relative to the signal variance.
 const RELATIVE_JITTER: f64 = 1e-8;
 
-/// Inputs of a process, `D` standardised numbers each.
+/// Inputs of the data of a Gaussian process, `D` standardised numbers per datum.
 pub type Inputs<const D: usize> = [[f64; D]];
 
-/// Logarithms of the kernel's parameters: standard deviations of signal and noise, length scales.
+/// Logarithms of a squared-exponential kernel's parameters: deviations of signal and noise, length scales.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Kernel<const D: usize> {
     signal: f64,
@@ -45,22 +45,22 @@ impl<const D: usize> Kernel<D> {
     }
 }
 
-/// A process conditioned on data.
+/// A Gaussian process conditioned on data.
 #[derive(Debug, Clone)]
 struct Process<const D: usize> {
     kernel: Kernel<D>,
     inputs: Vec<[f64; D]>,
     mean: f64,
-    /// The weights w of (2).
+    /// Weights w = C (y - mean) of the data, C the inverse covariance matrix (formula 2).
     weights: Vec<f64>,
-    /// The inverse C of (2).
+    /// Inverse C of the covariance matrix of the noisy data (formula 2).
     inverse: Mat<f64>,
     log_likelihood: f64,
 }
 
 impl<const D: usize> Process<D> {
-    /// Conditions on `y` with noise variances `noise` in addition to the kernel's own.
-    /// `None` if the matrix is not positive definite in floating point.
+    /// Conditions the process on data `y`, with noise variances `noise` in addition to the kernel's noise.
+    /// `None` if the covariance matrix is not positive definite in floating point.
     fn new(kernel: Kernel<D>, inputs: &Inputs<D>, y: &[f64], mean: f64, noise: &[f64]) -> Option<Self> {
         let n = inputs.len();
         let own_variance = (2.0 * kernel.noise).exp() + RELATIVE_JITTER * (2.0 * kernel.signal).exp();
@@ -107,7 +107,7 @@ impl<const D: usize> Process<D> {
         g
     }
 
-    /// Residual and variance of each datum when predicted from all others, by (2).
+    /// Residual and variance of each datum when predicted from all others (formula 2).
     fn leave_one_out(&self) -> Vec<(f64, f64)> {
         let residual_and_variance =
             |(i, w): (usize, &f64)| (w / self.inverse[(i, i)], 1.0 / self.inverse[(i, i)]);
@@ -122,7 +122,7 @@ impl<const D: usize> Process<D> {
         self.mean + self.covariances(x).iter().zip(&self.weights).map(|(k, w)| k * w).sum::<f64>()
     }
 
-    /// Mean and variance of the function (without noise) at `x`.
+    /// Mean and variance of the function value (without noise) at `x`.
     fn predict_function(&self, x: &[f64; D]) -> (f64, f64) {
         let k = self.covariances(x);
         let mean = self.mean + k.iter().zip(&self.weights).map(|(k, w)| k * w).sum::<f64>();
@@ -133,12 +133,12 @@ impl<const D: usize> Process<D> {
     }
 }
 
-/// Settings of the likelihood maximisation.
+/// Settings for maximising the likelihood of a Gaussian process.
 #[derive(Debug, Clone, Copy)]
 struct FitOptions {
-    /// Whether the kernel's own noise is fitted.
+    /// Whether the noise variance of the kernel is fitted.
     is_noise_fitted: bool,
-    /// Minimum and maximum length scale.
+    /// Minimum and maximum length scale of the kernel.
     lengths: [f64; 2],
     steps: usize,
 }
@@ -182,7 +182,7 @@ fn optimise<const D: usize>(
     Some(best)
 }
 
-/// A regression with input-dependent noise.
+/// A Gaussian-process regression with input-dependent noise.
 #[derive(Debug, Clone)]
 pub struct Heteroscedastic<const D: usize> {
     function: Process<D>,
@@ -191,7 +191,7 @@ pub struct Heteroscedastic<const D: usize> {
 }
 
 impl<const D: usize> Heteroscedastic<D> {
-    /// Fits to standardised `inputs` and `y`.
+    /// Fits the regression to standardised `inputs` and `y`.
     /// `None` if there are fewer than five data or their covariance is singular.
     pub fn fit(inputs: &Inputs<D>, y: &[f64]) -> Option<Self> {
         let n = y.len();
@@ -226,19 +226,19 @@ impl<const D: usize> Heteroscedastic<D> {
         Some(Heteroscedastic { function, log_noise, noise_shift })
     }
 
-    /// Mean and variance of a new datum at `x`, noise included.
+    /// Predicts mean and variance of a new datum at `x`, noise included.
     pub fn predict(&self, x: &[f64; D]) -> (f64, f64) {
         let (mean, variance) = self.function.predict_function(x);
         (mean, variance + (self.log_noise.mean_at(x) + self.noise_shift).exp())
     }
 }
 
-/// A regression with constant noise, in standard units.
+/// A Gaussian-process regression with constant noise, in standard units.
 #[derive(Debug, Clone)]
 pub struct Homoscedastic<const D: usize>(Process<D>);
 
 impl<const D: usize> Homoscedastic<D> {
-    /// Fits to standardised `inputs` and `y`.
+    /// Fits the regression to standardised `inputs` and `y`.
     /// `None` if there are fewer than five data or their covariance is singular.
     pub fn fit(inputs: &Inputs<D>, y: &[f64]) -> Option<Self> {
         if y.len() < 5 {
@@ -249,26 +249,26 @@ impl<const D: usize> Homoscedastic<D> {
         optimise(start, inputs, y, 0.0, &vec![0.0; y.len()], options).map(Homoscedastic)
     }
 
-    /// Logarithms of signal, noise and length scales.
+    /// Logarithms of the kernel's parameters: standard deviations of signal and noise, length scales.
     pub fn logarithms(&self) -> Vec<f64> {
         let k = &self.0.kernel;
         [&[k.signal, k.noise][..], &k.lengths].concat()
     }
 
-    /// Rebuilds the process from its [`logarithms`](Self::logarithms) and data.
-    /// `None` if the covariance is singular.
+    /// Rebuilds the process from its kernel parameters ([`logarithms`](Self::logarithms)) and data.
+    /// `None` if the covariance matrix is singular.
     pub fn restore(logarithms: &[f64], inputs: &Inputs<D>, y: &[f64]) -> Option<Self> {
         let [signal, noise, lengths @ ..] = logarithms else { return None };
         let kernel = Kernel { signal: *signal, noise: *noise, lengths: lengths.try_into().ok()? };
         Process::new(kernel, inputs, y, 0.0, &vec![0.0; y.len()]).map(Homoscedastic)
     }
 
-    /// Mean at `x`.
+    /// Predicts the mean at `x`.
     pub fn mean(&self, x: &[f64; D]) -> f64 {
         self.0.mean_at(x)
     }
 
-    /// Variance of a new datum at `x`, noise included.
+    /// Predicts the variance of a new datum at `x`, noise included.
     pub fn variance(&self, x: &[f64; D]) -> f64 {
         self.0.predict_function(x).1 + (2.0 * self.0.kernel.noise).exp()
     }

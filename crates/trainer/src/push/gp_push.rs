@@ -20,42 +20,42 @@ use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-/// Travel of the rod in a training step, m.
+/// Distance that the rod moves in a training step, m.
 const SEGMENT_M: f64 = 5e-3;
-/// Maximum travel of the rod in a step of a roll-out, m.
+/// Maximum distance that the rod moves in a step of a roll-out, m.
 const STEP_M: f64 = 2.5e-3;
 /// Gap up to which rod and object count as touching, m: about twice the measurement noise.
 const TOUCH_M: f64 = 7e-4;
-/// Grid points along each input.
+/// Number of grid points along each of the three inputs of the table.
 const GRID: [usize; 3] = [25, 25, 9];
 
-/// Settings of the fit.
+/// Settings for fitting the Gaussian-process baseline of pushing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GpOptions {
-    /// Maximum number of training steps, drawn at random.
+    /// Maximum number of training steps; they are drawn at random from all steps.
     pub steps: usize,
     /// Seed of all random draws.
     pub seed: u64,
 }
 
-/// The fitted model.
+/// The fitted Gaussian-process model of pushing, tabulated on a grid of its inputs.
 #[derive(Debug, Clone)]
 pub struct GpPush {
     world: World,
     rod_radius_m: f64,
     seed: u64,
-    /// Mean and standard deviation of each input.
+    /// Mean and standard deviation of each input in training, for standardisation.
     inputs: [[f64; 2]; 3],
-    /// Ends of the grid in standard units.
+    /// Lower and upper end of the grid along each input, in standard units.
     bounds: [[f64; 2]; 3],
     /// Mean and standard deviation of the displacement (normal, tangent, angle) at each grid point.
     table: Vec<[[f64; 2]; 3]>,
 }
 
-/// A training step: input and displacement.
+/// A training step of the pushing model: input and displacement, three numbers each.
 type TrainingStep = ([f64; 3], [f64; 3]);
 
-/// The contact between rod and object, and the inputs of the processes there.
+/// The contact between rod and object, and the inputs of the Gaussian processes there.
 struct Contact {
     input: [f64; 3],
     normal: Vector<f64>,
@@ -64,7 +64,7 @@ struct Contact {
 }
 
 impl GpPush {
-    /// Fits the processes to steps of `train`; only outline and rod of `engine` are used.
+    /// Fits the Gaussian processes to steps of `train`; of `engine` only outline and rod are used.
     ///
     /// # Errors
     /// [`TrainerError::Setting`] if the engine has no rod, or there are fewer than 20 steps with contact.
@@ -128,7 +128,7 @@ impl GpPush {
         Ok(model)
     }
 
-    /// Copies the processes for another object, whose outline decides where the rod touches.
+    /// Copies the fitted model for another object, whose outline decides where the rod touches.
     ///
     /// # Errors
     /// [`TrainerError::Setting`] if the engine has no rod.
@@ -141,7 +141,7 @@ impl GpPush {
         [0, 1, 2].map(|j| (x[j] - self.inputs[j][0]) / self.inputs[j][1])
     }
 
-    /// The contact of a rod at `rod` that moves by `travel` in `lapse` seconds.
+    /// Computes the contact of a rod at position `rod` that moves by `travel` in `interval` seconds.
     fn contact(&self, pose: &[f64; 3], rod: Vector<f64>, travel: Vector<f64>, interval: f64) -> Contact {
         let object = Pose::new(pose[0], pose[1], pose[2]);
         let local = object.to_body(rod);
@@ -158,8 +158,8 @@ impl GpPush {
         }
     }
 
-    /// Input and displacement of steps of about [`SEGMENT_M`] that begin in contact.
-    /// Displacements are scaled to that travel.
+    /// Extracts inputs and displacements of steps of about [`SEGMENT_M`] that begin in contact.
+    /// Displacements are scaled to that distance.
     fn steps(&self, q: &Sequence) -> Vec<TrainingStep> {
         let rod = |t: usize| [q.action(t)[0], q.action(t)[1]];
         let mut out = Vec::new();

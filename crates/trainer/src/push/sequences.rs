@@ -9,14 +9,14 @@ use serde::{Deserialize, Serialize};
 /// Fast pushes stay shorter than slow ones; nothing is interpolated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Subsampling {
-    /// Maximum number of samples of a push.
+    /// Maximum number of samples of a subsampled push.
     pub samples: usize,
-    /// Maximum number of samples per second.
+    /// Maximum sampling rate of a subsampled push, Hz.
     pub rate_hz: f64,
 }
 
 impl Default for Subsampling {
-    /// 50 samples, 50 Hz.
+    /// Keeps at most 50 samples per push, at most 50 Hz.
     fn default() -> Self {
         Subsampling { samples: 50, rate_hz: 50.0 }
     }
@@ -32,7 +32,7 @@ impl Subsampling {
     }
 }
 
-/// The pushes of a data set, subsampled.
+/// Extracts the pushes of a data set, subsampled.
 /// All values must be on one time base (`augsim_data::push::resample`).
 ///
 /// # Errors
@@ -50,7 +50,7 @@ pub fn pushes(dataset: &Dataset, thinning: Subsampling) -> Result<Sequences, Tra
     Ok(sequences)
 }
 
-/// Windows of `samples` samples that begin every `every` samples, of each long enough trajectory.
+/// Cuts windows of `samples` samples, one every `every` samples, from each trajectory that is long enough.
 /// They are named `trajectory@sample`.
 pub fn windows(sequences: &Sequences, samples: usize, every: usize) -> Sequences {
     let cut = |q: &Sequence| -> Vec<Sequence> {

@@ -28,42 +28,42 @@ const CANDIDATE_GAINS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 const CANDIDATE_SPREADS: [f64; 7] = [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 /// Candidate correlation times of the random corrections, in intervals.
 const CANDIDATE_MEMORIES: [f64; 3] = [0.0, 10.0, 100.0];
-/// Samples of each candidate.
+/// Number of trajectories simulated for each candidate.
 const SAMPLES_PER_CANDIDATE: usize = 16;
-/// Minimum decrease of the mean log error over all horizons for corrections to be accepted.
+/// Minimum decrease of the mean log error over all horizons at which corrections are accepted.
 /// A smaller decrease may be due to noise.
 const MIN_LOG_DECREASE: f64 = 0.02;
-/// Horizons of short runs, in intervals.
+/// Horizons at which short runs are scored, in intervals.
 const HORIZONS: [usize; 3] = [1, 10, 100];
 /// Number of short runs, number of long runs, and maximum number of intervals of a long run.
 const SHORT_RUNS: usize = 48;
 const LONG_RUNS: usize = 4;
 const MAX_LONG_RUN: usize = 4000;
-/// Minimum number of intervals of a run.
+/// Minimum number of intervals of a free run.
 const MIN_INTERVALS: usize = 10;
 /// Number of samples of a long run that are scored.
 const SCORED_SAMPLES: usize = 64;
 
-/// A trained net with all that its acceptance test needs.
+/// A trained net that corrects rates, with all that its acceptance test needs.
 #[derive(Clone, Copy)]
 pub(crate) struct TrainedRateNet<'a> {
     pub motion: &'a EquationMotion,
     pub net: &'a Stepwise,
     pub params: &'a Params<f32>,
     pub latent_distribution: &'a LatentDistribution,
-    /// Scales with shrinkage factors of 1.
+    /// Normalisation scales, with shrinkage factors of 1.
     pub scales: &'a Scales,
     pub seed: u64,
 }
 
-/// The chosen use of a net's corrections, and whether trajectories have different latents.
+/// The shrinkage factors chosen for a net's corrections, and whether trajectories have different latents.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct AcceptedCorrection {
     pub shrinkage: CorrectionShrinkage,
     pub latents_differ: bool,
 }
 
-/// A free run over held-out data, with its scored samples as (sample, index of the horizon).
+/// A free run over held-out data, and the samples at which it is scored, as (sample, index of the horizon).
 struct FreeRun<'a> {
     record: &'a Sequence,
     first: usize,
@@ -71,7 +71,7 @@ struct FreeRun<'a> {
     scored: Vec<(usize, usize)>,
 }
 
-/// One candidate way to apply a net's corrections.
+/// One candidate way to apply a net's corrections: shrinkage factors and the choice of latents.
 #[derive(Clone, Copy)]
 struct Candidate {
     shrinkage: CorrectionShrinkage,
@@ -79,7 +79,7 @@ struct Candidate {
 }
 
 impl TrainedRateNet<'_> {
-    /// Chooses the best candidate; `None` where too little data was held out.
+    /// Chooses the candidate with the best free-run scores; `None` where too little data was held out.
     pub fn decide(self, held_out: &[Sequence]) -> Result<Option<AcceptedCorrection>, TrainerError> {
         let free_runs = free_runs(held_out);
         if free_runs.is_empty() {
@@ -137,7 +137,7 @@ impl TrainedRateNet<'_> {
         }))
     }
 
-    /// Mean scores `[candidate][horizon, output]` of all runs.
+    /// Computes mean scores `[candidate][horizon, output]` of all free runs.
     /// `score` takes the samples of an output and its value in the held-out states.
     fn scores(
         self,
@@ -187,7 +187,8 @@ impl TrainedRateNet<'_> {
             .collect())
     }
 
-    /// Values `[time, S, candidate, sample]` of a run.
+    /// Simulates a free run with all candidates; returns states `[time, S, candidate, sample]`, S state
+    /// columns.
     fn simulate(
         self,
         free_run: &FreeRun<'_>,
@@ -221,7 +222,7 @@ impl TrainedRateNet<'_> {
     }
 }
 
-/// Selects the runs: short ones from starts spread over all records, and long ones from the beginning.
+/// Selects the free runs: short ones from starts spread over all records, long ones from the beginning.
 fn free_runs(held_out: &[Sequence]) -> Vec<FreeRun<'_>> {
     let longest_horizon = HORIZONS[HORIZONS.len() - 1];
     let total_samples: usize = held_out.iter().map(|q| q.time).sum();
@@ -253,7 +254,7 @@ fn free_runs(held_out: &[Sequence]) -> Vec<FreeRun<'_>> {
     runs
 }
 
-/// The value equivalent to `value` modulo `period` that is nearest to `truth`.
+/// Shifts `value` by multiples of `period` so that it is nearest to `truth`; unchanged without a period.
 fn unwrapped(value: f64, truth: f64, period: Option<f64>) -> f64 {
     match period {
         Some(period) => value - period * ((value - truth) / period).round(),
@@ -261,7 +262,7 @@ fn unwrapped(value: f64, truth: f64, period: Option<f64>) -> f64 {
     }
 }
 
-/// Mean log ratio of scores to those of `reference`, over the cells that have both.
+/// Mean log ratio of `scores` to `reference` over the entries that both have.
 fn mean_log_ratio(scores: &[f64], reference: &[f64]) -> f64 {
     // Errors at rounding level count as equal; the floor also avoids the logarithm of zero.
     let floor = |v: f64| v.max(1e-300);

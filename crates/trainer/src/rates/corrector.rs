@@ -15,20 +15,21 @@ use augsim_nn::Params;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// A net with the latents and noise states of all lanes.
+/// Draws a net's corrections of the rates, with the latent and noise state of every lane (roll-out).
 pub(crate) struct Corrector<'a> {
     runner: StepRunner,
     latents: Vec<f32>,
-    /// Shrinkage factors of each lane, which multiply those of the units.
+    /// Shrinkage factors of each lane (roll-out), which multiply those of the units.
     shrinkage: Vec<CorrectionShrinkage>,
     units: Units<'a>,
-    /// Autoregressive noise z of (1), `[D, lane]`; empty before the first interval.
+    /// Autoregressive noise z of formula (1), `[D, lane]` for D corrected rates; empty before the first
+    /// interval.
     noise_state: Vec<f64>,
     rng: Xoshiro256PlusPlus,
 }
 
 impl<'a> Corrector<'a> {
-    /// Corrections of `net` in `trust.len()` lanes, with `latents [L, lane]`.
+    /// Creates a corrector with `net`, one lane per entry of `shrinkage`, and latents `[L, lane]`.
     pub fn new(
         (net, params): (&Stepwise, &Params<f32>),
         latents: Vec<f32>,
@@ -40,7 +41,7 @@ impl<'a> Corrector<'a> {
         Corrector { runner, latents, shrinkage, units, noise_state: Vec::new(), rng }
     }
 
-    /// Draws the corrections of the rates `[D, lane]`, per second, for features `u [U, lane]`.
+    /// Draws the corrections of D rates, `[D, lane]` per second, for the net's features `u [U, lane]`.
     pub fn draw(&mut self, u: &[f32], rates: &mut [f64]) {
         let (features, latents) = self.runner.input();
         features.copy_from_slice(u);

@@ -7,43 +7,43 @@ use crate::sequences::{Sequence, Sequences};
 use crate::steps::asinh;
 use std::f64::consts::TAU;
 
-/// Bound of the standardised features.
+/// Bound of the absolute value of standardised features.
 /// A free run that has left the training range then gets no extreme correction.
 const FEATURE_BOUND: f64 = 6.0;
-/// Magnification of small values in the compressed feature of a state.
+/// Factor by which small state values are magnified in the compressed feature of a state.
 /// A twentieth of its spread stays visible around 0, where friction changes sign.
 const ZERO_MAGNIFICATION: f64 = 20.0;
 /// Number of features per state, and per input.
 const FEATURES_PER_STATE: usize = 3;
 const FEATURES_PER_INPUT: usize = 2;
 
-/// Number of features of an interval.
+/// Number of net inputs (features) of an interval.
 pub(crate) fn width(motion: &EquationMotion) -> usize {
     FEATURES_PER_STATE * motion.periods().len() + FEATURES_PER_INPUT * motion.inputs()
 }
 
-/// Sizes of the scales: means, standard deviations, steps of states, and [`Units`].
+/// Number of values of each normalisation scale: means, standard deviations, steps of states, and [`Units`].
 pub(crate) fn scale_sizes(motion: &EquationMotion) -> [usize; 4] {
     let (states, d) = (motion.periods().len(), motion.corrected_count());
     let read = states + motion.inputs();
     [read, read, states, 3 * d + 1]
 }
 
-/// Units of the corrected rates, per second.
+/// Units of the corrections of rates, per second.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Units<'a> {
-    /// Root mean square error of the physics' rates in training: the unit of the targets.
+    /// Unit of the training targets: root mean square error of the physics' rates in training.
     pub target: &'a [f64],
-    /// Unit of predicted means in a forecast: the target unit times the shrinkage factor.
+    /// Unit of the predicted means in a forecast: the target unit times the shrinkage factor.
     pub mean: &'a [f64],
-    /// Unit of predicted standard deviations in a forecast.
+    /// Unit of the predicted standard deviations in a forecast: the target unit times the spread factor.
     pub deviation: &'a [f64],
     /// Correlation time of the random corrections in a forecast, in intervals.
     pub correlation_intervals: f64,
 }
 
 impl<'a> Units<'a> {
-    /// Reads the units from the scales of a run.
+    /// Reads the units of the corrections from the normalisation scales of a run.
     pub fn from_scales(scales: &'a Scales) -> Self {
         let (memory, units) = scales.correction.split_last().unwrap_or((&0.0, &[]));
         let (target, prediction_units) = units.split_at(units.len() / 3);
@@ -57,19 +57,19 @@ impl<'a> Units<'a> {
 pub struct CorrectionShrinkage {
     /// Shrinkage factor of the mean corrections; 0 leaves the physics alone.
     pub gain: f64,
-    /// Factor of the standard deviations.
+    /// Factor of the predicted standard deviations of the corrections.
     pub spread: f64,
     /// Correlation time of the random corrections, in intervals; 0 makes them independent.
     pub correlation_intervals: f64,
 }
 
 impl CorrectionShrinkage {
-    /// The corrections as the net was trained: no shrinkage, independent noise.
+    /// No shrinkage and independent noise: the corrections as the net was trained.
     pub const FULL: CorrectionShrinkage =
         CorrectionShrinkage { gain: 1.0, spread: 1.0, correlation_intervals: 0.0 };
 }
 
-/// Stores the shrinkage factors in the scales.
+/// Stores the shrinkage factors of the corrections in the normalisation scales.
 pub(crate) fn set_shrinkage(scales: &mut Scales, trust: CorrectionShrinkage) {
     let d = scales.correction.len() / 3;
     for k in 0..d {
@@ -79,7 +79,7 @@ pub(crate) fn set_shrinkage(scales: &mut Scales, trust: CorrectionShrinkage) {
     scales.correction[3 * d] = trust.correlation_intervals;
 }
 
-/// Reads the shrinkage factors from the scales.
+/// Reads the shrinkage factors of the corrections from the normalisation scales.
 pub(crate) fn read_shrinkage(scales: &Scales) -> CorrectionShrinkage {
     let units = Units::from_scales(scales);
     let factor_of = |prediction_units: &[f64]| {
@@ -92,7 +92,7 @@ pub(crate) fn read_shrinkage(scales: &Scales) -> CorrectionShrinkage {
     }
 }
 
-/// States that the physics predicts at the end of each interval of a record, `[time - 1, S]`.
+/// Predicts the state at the end of each interval of a record with the physics, `[time - 1, S]`.
 fn predicted(motion: &EquationMotion, q: &Sequence) -> Vec<f64> {
     let (s, a) = (q.states.len() / q.time, q.actions.len() / q.time);
     let rows = q.time - 1;
@@ -101,7 +101,7 @@ fn predicted(motion: &EquationMotion, q: &Sequence) -> Vec<f64> {
     next
 }
 
-/// Fits all scales on the training segments.
+/// Fits the normalisation scales on the training segments.
 pub(crate) fn fit(motion: &EquationMotion, train: &Sequences) -> Scales {
     let (s, inputs, d) = (motion.periods().len(), motion.inputs(), motion.corrected_count());
     let mut sums = vec![[0.0; 2]; s + inputs];
@@ -140,7 +140,7 @@ pub(crate) fn fit(motion: &EquationMotion, train: &Sequences) -> Scales {
     scales
 }
 
-/// Targets and features of a segment, one row per interval.
+/// Computes the targets and features of a segment, one row per interval.
 pub(crate) fn prepare(motion: &EquationMotion, scales: &Scales, q: &Sequence) -> Prepared {
     let (s, d, u_width) = (motion.periods().len(), motion.corrected_count(), width(motion));
     let (mut x, mut u) = (Vec::with_capacity((q.time - 1) * d), vec![0.0; (q.time - 1) * u_width]);
@@ -161,7 +161,7 @@ pub(crate) fn prepare(motion: &EquationMotion, scales: &Scales, q: &Sequence) ->
     Prepared { time: q.time - 1, x_width: d, u_width, x, u }
 }
 
-/// Writes the features of an interval.
+/// Writes the features (net inputs) of an interval to `out`.
 /// They are the states at its beginning (sine and cosine of periodic ones), the changes predicted by the
 /// physics, and the inputs at its beginning and its end.
 pub(crate) fn write(

@@ -13,10 +13,10 @@ use augsim_data::random_stream;
 use augsim_nn::Params;
 use rayon::prelude::*;
 
-/// Samples that are simulated in one batch.
+/// Number of sampled trajectories that are simulated in one batch.
 const BATCH_SAMPLES: usize = 32;
 
-/// A trained Hybrid+.
+/// A trained Hybrid+: an equation model and the net that corrects its rates.
 #[derive(Clone, Copy)]
 pub(crate) struct Hybrid<'a> {
     pub settings: &'a Settings,
@@ -26,7 +26,7 @@ pub(crate) struct Hybrid<'a> {
     pub law: &'a LatentDistribution,
 }
 
-/// Draws trajectories `[time, S, sample]`.
+/// Draws trajectories `[time, S, sample]` of S state columns.
 /// The start of the task is one state `[S]` for all samples, or one for each, `[samples, S]`.
 ///
 /// # Errors

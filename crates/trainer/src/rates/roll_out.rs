@@ -8,15 +8,15 @@ use crate::scales::Scales;
 /// Initial states of a batch of roll-outs, their common actions, and their length.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RollOuts<'a> {
-    /// Initial states `[lane, S]`.
+    /// Initial states `[lane, S]`, one lane per roll-out, S state columns.
     pub starts: &'a [f64],
-    /// Actions `[time, A]`.
+    /// Actions `[time, A]` that all roll-outs share, A action columns.
     pub actions: &'a [f64],
-    /// Number of samples, including the initial states.
+    /// Number of samples of a roll-out, including the initial state.
     pub time: usize,
 }
 
-/// Simulates all lanes and returns their states.
+/// Simulates all roll-outs (lanes) with corrected rates and returns their states.
 /// For the features `[U, lane]` of an interval, `correct` writes the corrections of the rates `[D, lane]`,
 /// per second.
 pub(crate) fn roll_out(
@@ -55,7 +55,7 @@ pub(crate) fn roll_out(
     Samples { count: lanes, values }
 }
 
-/// One initial state per sample, from one state `[S]` for all of them or one for each.
+/// Returns one initial state per sample, from one state `[S]` for all samples or one for each.
 pub(crate) fn repeat_starts(start: &[f64], states: usize, samples: usize) -> Vec<f64> {
     if start.len() == states { start.repeat(samples) } else { start.to_vec() }
 }

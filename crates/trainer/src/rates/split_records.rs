@@ -2,15 +2,16 @@
 
 use crate::sequences::{Sequence, Sequences};
 
-/// Intervals of a segment, which has one latent.
-/// 64 to 256 intervals made no visible difference on the sealed test systems.
+/// Number of intervals of a training segment, which has one latent.
+/// 64 to 256 intervals made no visible difference on the test systems whose truth was hidden from the
+/// program.
 const INTERVALS: usize = 128;
-/// Every n-th record is held out; of fewer than n records, the last 1/n of each.
+/// Every n-th record is held out; if there are fewer than n records, the last 1/n of each.
 const HOLD_OUT_STRIDE: usize = 5;
-/// Minimum number of intervals of a held-out end of a record.
+/// Minimum number of intervals of the end of a record for it to be held out.
 const MIN_HELD_OUT_INTERVALS: usize = 20;
 
-/// Segments to train on, and held-out sequences.
+/// Segments of records to train on, and held-out records.
 #[derive(Debug)]
 pub(crate) struct Segments {
     pub train: Sequences,
@@ -48,7 +49,7 @@ fn split_into_segments(q: &Sequence, intervals: usize, out: &mut Vec<Sequence>) 
     }
 }
 
-/// The samples `first..=last` of a record.
+/// Copies the samples `first..=last` of a record.
 fn slice(q: &Sequence, first: usize, last: usize, name: &str) -> Sequence {
     let rows = |values: &[f64]| {
         let width = values.len() / q.time;

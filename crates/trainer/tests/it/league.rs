@@ -352,7 +352,8 @@ impl Forecaster for PushTruth {
     }
 }
 
-/// Asserts that the error of a class is within 10 % of that of the law that generated its pushes.
+/// Asserts that a trained model's forecast error is at most 10 % above that of the law that generated the
+/// pushes.
 fn assert_learns_strides(recipe: Recipe, law: PushLaw, sd_m: f64, pushes: u64, iterations: u64) {
     let declared = pushing(0.0344, 0.25);
     let (train, test) = (strides(law, &declared, sd_m, pushes, 1), strides(law, &declared, sd_m, 60, 2));
