@@ -9,22 +9,22 @@ macro_rules! registry {
     (unlisted $($unlisted:path),*; $($effect:path),* $(,)?) => {
         const COUNT: usize = [$(stringify!($effect)),*].len();
 
-        /// All effects, in the order in which they act.
+        /// All effects of the library, in the order in which they act.
         pub fn all<S: $crate::Scalar>() -> [&'static dyn Effect<S>; COUNT] {
             [$(&$effect),*]
         }
 
-        /// Index of a kind in [`all`].
+        /// Index in [`all`] of the effect of this kind; `None` if there is none.
         pub fn index_of(kind: &str) -> Option<usize> {
             all::<f64>().iter().position(|e| e.spec().kind == kind)
         }
 
-        /// Description of a kind, including the scatter.
+        /// Description of the effect of this kind, including the random scatter; `None` if there is none.
         pub fn spec_of(kind: &str) -> Option<&'static $crate::library::EffectSpec> {
             all::<f64>().into_iter().map(|e| e.spec()).chain([&SCATTER_SPEC]).find(|s| s.kind == kind)
         }
 
-        /// Suggestions for an unknown kind: those that end in it as a whole word, else the closest spelling.
+        /// Kinds to suggest for an unknown one: those that end in it as a whole word, else the closest.
         pub fn similar_kinds(kind: &str) -> Vec<&'static str> {
             let known = || all::<f64>().into_iter().map(|e| e.spec().kind).chain([$($unlisted),*]);
             let has_suffix = |k: &&str| k.strip_suffix(kind).is_some_and(|prefix| prefix.ends_with('-'));

@@ -4,25 +4,25 @@ use augsim_system::{
     Effect, EffectParameter, Join as EffectJoin, Polar, Rival as EffectRival, Start as EffectStart,
 };
 
-/// Where an effect acts.
+/// Part of the simulation in which an effect acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Location {
-    /// Between impacts.
+    /// The effect acts in flight, between impacts.
     Flight,
-    /// At impacts.
+    /// The effect acts at impacts.
     Impact,
-    /// In the measurement, not in the motion.
+    /// The effect acts in the measurement, not in the motion.
     Sensor,
-    /// Between a pushed object and the surface it lies on.
+    /// The effect acts between a pushed object and the surface it lies on.
     Support,
-    /// Between a pushed object and the rod.
+    /// The effect acts between a pushed object and the rod.
     Contact,
-    /// In the rod and its drive.
+    /// The effect acts in the rod and its drive.
     Rod,
 }
 
 impl Location {
-    /// Name in reports and in `result.json`.
+    /// Name of the location in reports and in `result.json`.
     pub fn name(self) -> &'static str {
         match self {
             Location::Flight => "flight",
@@ -35,52 +35,52 @@ impl Location {
     }
 }
 
-/// One parameter of an effect.
+/// Description of one parameter of an effect: name, unit, bounds, typical and null value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParameterSpec {
-    /// Name with the unit as suffix, as in model files.
+    /// Name of the parameter with the unit as suffix, as in model files.
     pub name: &'static str,
-    /// Unit as printed; empty for a dimensionless number.
+    /// Unit of the parameter in reports; empty for a dimensionless number.
     pub unit: &'static str,
-    /// Lower bound of plausible values.
+    /// Lower bound of plausible parameter values.
     pub min: f64,
-    /// Upper bound of plausible values.
+    /// Upper bound of plausible parameter values.
     pub max: f64,
-    /// Typical magnitude; used for scaling and as start value of fits.
+    /// Typical magnitude of the parameter, for scaling and as start value of fits.
     pub typical: f64,
-    /// Null value: the effect vanishes where all its amplitude parameters have theirs.
+    /// Null value of the parameter: the effect vanishes where all its amplitudes have their null values.
     pub null: f64,
 }
 
 /// Data without which an effect cannot be searched for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
-    /// No special data.
+    /// The effect needs no special data.
     Nothing,
-    /// A horizontal coordinate.
+    /// The effect needs a horizontal coordinate.
     Horizontal,
-    /// A horizontal coordinate, and the ball's radius if balls spin.
+    /// The effect needs a horizontal coordinate, and the ball's radius if balls spin.
     Slip,
-    /// Two horizontal coordinates.
+    /// The effect needs two horizontal coordinates.
     Lateral,
-    /// A recorded spin that is not always zero, and a horizontal coordinate.
+    /// The effect needs a recorded spin that is not always zero, and a horizontal coordinate.
     Spin,
-    /// A recorded spin, and all three coordinates.
+    /// The effect needs a recorded spin and all three coordinates.
     SpinInSpace,
-    /// A recorded start time of each trajectory.
+    /// The effect needs a recorded start time of each trajectory.
     StartTime,
-    /// Recorded `mass_kg` and `radius_m` of every trajectory, with different ratios of area to mass.
+    /// The effect needs `mass_kg` and `radius_m` of every trajectory, with different ratios of area to mass.
     AreaPerMass,
-    /// A declared release at rest at `t_s = 0`.
+    /// The effect needs a declared release at rest at `t_s = 0`.
     ReleaseAtRest,
-    /// One value per trajectory, which only a model file can declare; discovery does not search for it.
+    /// The effect has one value per trajectory. Only a model file can declare it; discovery does not.
     PerTrajectory,
-    /// A rod fast enough that the object slides on ahead of it by more than the noise.
+    /// The effect needs a rod so fast that the object slides on ahead of it by more than the noise.
     Coasting,
 }
 
 impl Needs {
-    /// The required data as a phrase for reports; empty if none.
+    /// The data that an effect needs, as a phrase for reports; empty if none.
     pub fn description(self) -> &'static str {
         match self {
             Needs::Nothing => "",
@@ -98,36 +98,36 @@ impl Needs {
     }
 }
 
-/// An alternative explanation that an effect may be confused with.
+/// Alternative explanation that an effect may be confused with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rival {
-    /// The effect of this kind.
+    /// The effect of this kind is the alternative.
     Kind(&'static str),
-    /// Any effect that acts at this place.
+    /// Any effect that acts at this location is an alternative.
     At(Location),
-    /// Any other effect.
+    /// Any other effect is an alternative.
     Any,
 }
 
-/// The carrier that an effect acts through, such as the drag for a wind.
+/// Another effect (carrier) through which an effect acts, such as the drag for a wind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Join {
-    /// Kind of the carrier, which has to be in the model.
+    /// Kind of the carrier effect, which has to be in the model.
     pub kind: &'static str,
-    /// Start values of the carrier's parameters when both are tried together.
+    /// Start values of the carrier's parameters when effect and carrier are tried together.
     pub carrier_start: &'static [f64],
-    /// Start values of the effect's own parameters then: one fit from each.
+    /// Start values of the effect's own parameters when tried with the carrier; one fit per list.
     pub effect_starts: &'static [&'static [f64]],
 }
 
 /// Start values of the fit of an added effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
-    /// The one-step estimate of its score test.
+    /// Fits start from the one-step estimate of the effect's score test.
     Estimate,
-    /// The one-step estimate, clamped to these bounds (one pair per parameter).
+    /// Fits start from the one-step estimate, clamped to these bounds (one pair per parameter).
     Within(&'static [[f64; 2]]),
-    /// These values.
+    /// Fits start from these parameter values.
     At(&'static [f64]),
 }
 
@@ -136,49 +136,51 @@ pub enum Start {
 /// All properties of a single effect that discovery needs are declared here, next to its formula.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectSpec {
-    /// Name in model files, reports and `result.json`.
+    /// Name of the effect in model files, reports and `result.json`.
     pub kind: &'static str,
-    /// Where it acts.
+    /// Part of the simulation in which the effect acts.
     pub location: Location,
-    /// Parameters, in the order of its vector of values.
+    /// Parameters of the effect, in the order of its vector of values.
     pub parameters: &'static [ParameterSpec],
-    /// Data without which it is not searched for.
+    /// Data without which discovery does not search for the effect.
     pub needs: Needs,
-    /// Other physical causes with the same term, not distinguishable with data of one apparatus.
+    /// Other physical causes with the same formula, not distinguishable with data of one apparatus.
     pub equivalent_causes: &'static [&'static str],
-    /// Kinds that describe the same phenomenon in another form; a model has at most one of them.
+    /// Kinds of effects that describe the same phenomenon otherwise; a model has at most one of them.
     pub excludes: &'static [&'static str],
-    /// The formula in one line.
+    /// Formula of the effect in one line.
     pub formula: &'static str,
-    /// Literature reference.
+    /// Literature reference of the formula.
     pub source: &'static str,
-    /// A declared parameter with the same effect: if it is calibrated, the effect is not searched for.
+    /// Base parameter with the same effect. If it is calibrated, discovery does not search for the effect.
     pub same_as: Option<&'static str>,
-    /// The carrier that it acts through; both are also tried together, as neither may improve the fit alone.
+    /// Effect (carrier) that this effect acts through; `None` if it acts alone.
+    ///
+    /// Both are also tried together, as neither may improve the fit alone.
     pub joins: Option<Join>,
-    /// A simpler kind that it reduces to where some of its parameters have their null value.
+    /// Simpler kind of effect to which this one reduces where some of its parameters have their null value.
     ///
     /// The additional parameters are tested as one further step.
     pub reduces_to: Option<&'static str>,
-    /// A kind whose score test stands in for this one's: where that kind is fitted, this one is fitted too.
+    /// Kind whose score test replaces that of this effect: where that kind is fitted, this one is too.
     ///
     /// For an effect whose own score test, a linearisation at the null values, does not predict its gain.
     pub indicated_by: Option<&'static str>,
-    /// Whether it slows down every simulation (no closed form); tested separately from cheap effects.
+    /// Whether the effect slows down every simulation (no closed form); tested apart from cheap effects.
     pub costly: bool,
-    /// Start values of a fit with it.
+    /// Start values of a fit with this effect.
     pub start: Start,
-    /// Values of its first simulation, if it is singular at its null values; empty: the null values.
+    /// Parameter values of the first simulation, if the effect is singular at its null values; else empty.
     pub first_simulated_at: &'static [f64],
-    /// Number of leading parameters that are amplitudes; `None`: all of them.
+    /// Number of leading parameters that are amplitudes of the effect; `None` if all of them are.
     ///
     /// The others are directions or scales and have no null value of their own.
     pub amplitude_count: Option<usize>,
-    /// How its two parameters form an amplitude and a direction, if they do.
+    /// How the effect's two parameters form an amplitude and a direction; `None` if they do not.
     pub polar: Option<Polar>,
-    /// Experiments that distinguish it from alternative explanations.
+    /// Experiments that distinguish the effect from alternative explanations.
     pub separated_by: &'static [(Rival, &'static str)],
-    /// The experiment that confirms it, where there is no alternative explanation.
+    /// Experiment that confirms the effect, where there is no alternative explanation.
     pub confirmed_by: Option<&'static str>,
 }
 

@@ -14,7 +14,7 @@ use std::error::Error as StdError;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// Missing columns of a data set.
+/// Error: the data have no position columns, or a column of pushing is missing.
 #[derive(Debug, Error)]
 enum MissingColumns {
     #[error("no position columns; 1-D data need `height_m`, 2-D `x_m` and `z_m`, 3-D `x_m`, `y_m` and `z_m`")]
@@ -25,7 +25,7 @@ enum MissingColumns {
     Push(String),
 }
 
-/// Stores fitted values in a parameter.
+/// Stores a fitted value, or fitted values by group, in a parameter.
 fn store(fitted: &Fitted, p: &mut Parameter) {
     match &fitted.values {
         FittedValues::One(value) => (p.nominal, p.ci95) = (*value, fitted.ci95),
@@ -39,19 +39,19 @@ fn store(fitted: &Fitted, p: &mut Parameter) {
     }
 }
 
-/// The block of an effect with fitted values.
+/// An `[[effect]]` block with fitted parameter values.
 fn block(kind: &str, parameters: Vec<Parameter>, values: &[Fitted]) -> EffectBlock {
     let mut block = EffectBlock { kind: kind.into(), scatter: None, table: None, parameters };
     block.parameters.iter_mut().zip(values).for_each(|(p, v)| store(v, p));
     block
 }
 
-/// Calibrated parameters of an effect, at 0.
+/// Calibrated parameters of an effect, all with the value 0.
 fn blank(specs: &[ParameterSpec]) -> Vec<Parameter> {
     specs.iter().map(|s| Parameter::free(s.name.into(), 0.0, s.min, s.max)).collect()
 }
 
-/// The block of a ball table with fitted values; `None` if target or feature is out of range.
+/// The `[[effect]]` block of a fitted table; `None` if its target or feature is out of range.
 fn tabulated(table: &augsim_system::Table, values: &[Fitted]) -> Option<EffectBlock> {
     let (target, against) = (*Target::ALL.get(table.target)?, *Feature::ALL.get(table.feature)?);
     let mut block = block(TABLE_KIND, (0..table.knots).map(Parameter::knot).collect(), values);
@@ -60,7 +60,7 @@ fn tabulated(table: &augsim_system::Table, values: &[Fitted]) -> Option<EffectBl
     Some(block)
 }
 
-/// Stores fitted values: base parameters first, then those of effects other than the random scatter.
+/// Stores fitted values in the base parameters, then in those of effects other than the random scatter.
 fn store_declared(found: &Augmentation, base: &mut [Parameter], effects: &mut [EffectBlock]) {
     let laws = effects.iter_mut().filter(|b| b.scatter.is_none());
     let mut slots: Vec<&mut Parameter> =
@@ -84,7 +84,7 @@ fn store_scatter(found: &Augmentation, effects: &mut [EffectBlock]) {
 }
 
 impl Model {
-    /// The model with the results of a fit.
+    /// A copy of the model with the results of a fit.
     fn with_fit(&self, found: &Augmentation) -> Self {
         let mut out = self.clone();
         out.clock_reference_s = found.clock_reference_s.or(out.clock_reference_s);
@@ -116,7 +116,7 @@ impl Model {
 }
 
 impl PushModel {
-    /// The model with the results of a fit; every fitted parameter becomes declared.
+    /// A copy of the model with the results of a fit; every fitted parameter becomes declared.
     fn with_fit(&self, found: &Augmentation) -> Self {
         let mut out = self.clone();
         store_declared(found, &mut out.parameters, &mut out.effects);

@@ -8,126 +8,126 @@ use thiserror::Error;
 /// Why a model file cannot be used; every message names file, line and remedy.
 #[derive(Debug, Error)]
 pub enum ModelError {
-    /// The file cannot be read.
+    /// The model file cannot be read.
     #[error("{file}: {}", unreadable_text(cause))]
     Read {
-        /// The file.
+        /// Path of the file that cannot be read.
         file: String,
-        /// The reason.
+        /// Error of the operating system.
         cause: std::io::Error,
     },
-    /// The file has no keys.
+    /// The model file has no keys.
     #[error(
         "{file}: the model file is empty; it begins with `scenario = \"ball\"` or `scenario = \"push\"`, followed by a \
          [parameters] table"
     )]
     Empty {
-        /// The file.
+        /// Path of the empty file.
         file: String,
     },
-    /// The file is not valid TOML.
+    /// The model file is not valid TOML.
     #[error(
         "{file}:{line}: not valid TOML: {}; a model file looks like `scenario = \"ball\"` followed by a [parameters] table",
         escaped_cause(&cause.message())
     )]
     Syntax {
-        /// The file.
+        /// Path of the file that is not valid TOML.
         file: String,
-        /// Line, from 1.
+        /// Line of the syntax error, from 1.
         line: usize,
         /// Error of the TOML parser.
         cause: Box<toml::de::Error>,
     },
-    /// A key is unknown.
+    /// The model file has an unknown key.
     #[error("{file}:{line}: unknown key `{}` in {place}; {known}", escaped_short(key))]
     UnknownKey {
-        /// The file.
+        /// Path of the file with the unknown key.
         file: String,
-        /// Line, from 1.
+        /// Line of the unknown key, from 1.
         line: usize,
-        /// The key.
+        /// The unknown key.
         key: String,
-        /// Its location.
+        /// Table or block that contains the unknown key.
         place: Place,
-        /// The keys that are allowed there.
+        /// Keys that are allowed in that table or block.
         known: Box<KnownKeys>,
     },
-    /// An effect is not in the library.
+    /// The model file names an effect that is not in the library.
     #[error("{file}:{line}: unknown effect kind `{}`; did you mean `{}`?", escaped_short(kind), nearest.join("` or `"))]
     UnknownKind {
-        /// The file.
+        /// Path of the file with the unknown effect.
         file: String,
-        /// Line, from 1.
+        /// Line of the unknown effect, from 1.
         line: usize,
-        /// The kind.
+        /// Kind of effect that is not in the library.
         kind: String,
-        /// Similar kinds of the library.
+        /// Kinds of the library with a similar name.
         nearest: Vec<&'static str>,
     },
-    /// A required key is missing.
+    /// A required key is missing in the model file.
     #[error("{file}:{line}: {place} lacks `{key}`; add `{example}`")]
     Missing {
-        /// The file.
+        /// Path of the file without the key.
         file: String,
-        /// Line, from 1.
+        /// Line of the table without the key, from 1.
         line: usize,
-        /// Location of the missing key.
+        /// Table or block where the key is missing.
         place: Place,
-        /// The key.
+        /// Name of the missing key.
         key: &'static str,
-        /// A line that fixes it.
+        /// Example of a line that adds the missing key.
         example: &'static str,
     },
-    /// A value has the wrong type or breaks a rule.
+    /// A value of the model file has the wrong type or breaks a rule.
     #[error("{file}:{line}: `{}` must be {rule}", escaped_short(key))]
     WrongType {
-        /// The file.
+        /// Path of the file with the wrong value.
         file: String,
-        /// Line, from 1.
+        /// Line of the wrong value, from 1.
         line: usize,
-        /// The key.
+        /// Key of the wrong value.
         key: String,
-        /// The rule that it breaks.
+        /// Rule that the value breaks.
         rule: Rule,
     },
-    /// A value is outside its bounds.
+    /// A parameter value is outside its bounds.
     #[error(
         "{file}:{line}: `{key}` = {value} is outside [{min}, {max}]; change the value or widen min and max"
     )]
     OutOfBounds {
-        /// The file.
+        /// Path of the file with the value.
         file: String,
-        /// Line, from 1.
+        /// Line of the value, from 1.
         line: usize,
-        /// The key.
+        /// Key of the value.
         key: String,
-        /// The value.
+        /// Value outside its bounds.
         value: f64,
-        /// Lower bound.
+        /// Lower bound of the value.
         min: f64,
-        /// Upper bound.
+        /// Upper bound of the value.
         max: f64,
     },
-    /// Two effects exclude each other.
+    /// Two effects of a model exclude each other.
     #[error("{file}:{line}: `{kind}` and `{other}` describe the same thing; keep one of them")]
     Conflict {
-        /// The file.
+        /// Path of the file with both effects.
         file: String,
-        /// Line, from 1.
+        /// Line of the later effect, from 1.
         line: usize,
-        /// The later kind.
+        /// Kind of the later effect.
         kind: &'static str,
-        /// The earlier kind.
+        /// Kind of the earlier effect.
         other: String,
     },
 }
 
-/// The allowed keys at one location of a model file, for suggestions.
+/// Keys that are allowed at one location of a model file, for suggestions.
 #[derive(Debug, PartialEq)]
 pub struct KnownKeys {
-    /// The allowed key with the most similar spelling.
+    /// Allowed key whose spelling is most similar to the unknown one.
     pub nearest: &'static str,
-    /// All allowed keys.
+    /// All keys that are allowed there.
     pub all: Vec<&'static str>,
 }
 

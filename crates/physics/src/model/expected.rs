@@ -5,7 +5,7 @@ use crate::ball::GRAVITY;
 use augsim_data::checks::ExpectedData;
 
 impl Model {
-    /// Expected gravity, sensor noise and columns of the data.
+    /// Gravity, sensor noise and columns that a model of the ball expects of its data.
     pub fn expected(&self) -> ExpectedData {
         ExpectedData {
             gravity_m_s2: Some(self.parameters[GRAVITY].nominal),
@@ -19,7 +19,7 @@ impl Model {
 }
 
 impl PushModel {
-    /// Expected sensor noise, and the columns of object pose and rod position.
+    /// Sensor noise and columns (object pose, rod position) that a model of pushing expects of its data.
     pub fn expected(&self) -> ExpectedData {
         ExpectedData {
             position_sd_m: self.position_sd_m,
@@ -37,7 +37,7 @@ fn names(columns: &[&str]) -> Vec<String> {
 }
 
 impl ModelFile {
-    /// Expectations of this model about its data.
+    /// Gravity, sensor noise and columns that the model expects of its data.
     pub fn expected(&self) -> ExpectedData {
         match self {
             ModelFile::Ball(model) => model.expected(),

@@ -4,21 +4,21 @@ use super::{Model, ModelFile, PushModel};
 use augsim_system::{Parameter, Per, UnknownGroup, unknown_group};
 
 impl Model {
-    /// The first group value whose group is not in `groups`.
+    /// First group-specific parameter value whose group is not in `groups`, which are those of the data.
     pub fn unknown_group(&self, groups: &[&str]) -> Option<UnknownGroup> {
         unknown_group(self.parameters.iter().chain(self.effects.iter().flat_map(|b| &b.parameters)), groups)
     }
 }
 
 impl PushModel {
-    /// The first group value whose group is not in `groups`.
+    /// First group-specific parameter value whose group is not in `groups`, which are those of the data.
     pub fn unknown_group(&self, groups: &[&str]) -> Option<UnknownGroup> {
         unknown_group(self.parameters.iter().chain(self.effects.iter().flat_map(|b| &b.parameters)), groups)
     }
 }
 
 impl ModelFile {
-    /// The first group value whose group is not in `groups`.
+    /// First group-specific parameter value whose group is not in `groups`, which are those of the data.
     pub fn unknown_group(&self, groups: &[&str]) -> Option<UnknownGroup> {
         match self {
             ModelFile::Ball(model) => model.unknown_group(groups),
@@ -26,7 +26,7 @@ impl ModelFile {
         }
     }
 
-    /// All parameters: base parameters, then those of the effects.
+    /// All parameters of the model: base parameters, then those of the effects.
     pub fn parameters(&self) -> impl Iterator<Item = &Parameter> {
         let (parameters, effects) = match self {
             ModelFile::Ball(model) => (&model.parameters, &model.effects),
@@ -35,7 +35,7 @@ impl ModelFile {
         parameters.iter().chain(effects.iter().flat_map(|b| &b.parameters))
     }
 
-    /// Like [`parameters`](Self::parameters), mutable.
+    /// All parameters of the model, mutable, in the order of [`parameters`](Self::parameters).
     fn parameters_mut(&mut self) -> impl Iterator<Item = &mut Parameter> {
         let (parameters, effects) = match self {
             ModelFile::Ball(model) => (&mut model.parameters, &mut model.effects),
@@ -49,7 +49,7 @@ impl ModelFile {
         self.parameters_mut().for_each(|p| p.groups.retain(|(name, _)| groups.contains(name)));
     }
 
-    /// The model of one group: its value of each parameter becomes the value for all trajectories.
+    /// The model of one group: the group's value of each parameter becomes the value for all trajectories.
     pub fn of_group(mut self, group: &str) -> Self {
         for p in self.parameters_mut() {
             if let Some((_, value)) = p.groups.iter().find(|(name, _)| name == group) {

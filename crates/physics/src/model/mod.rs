@@ -23,7 +23,7 @@ pub use rule::{Place, Rule};
 pub use scenario::ModelFile;
 pub use template::{TEMPLATES, template};
 
-/// Reads a file and parses it with `parse(text, file)`.
+/// Reads a model file and parses it with `parse(text, file)`.
 fn read<T>(path: &Path, parse: fn(&str, &str) -> Result<T, ModelError>) -> Result<T, ModelError> {
     let file = path.display().to_string();
     match augsim_data::read_text(path) {
@@ -37,38 +37,38 @@ fn read<T>(path: &Path, parse: fn(&str, &str) -> Result<T, ModelError>) -> Resul
 pub struct EffectBlock {
     /// Kind of the effect in the library.
     pub kind: String,
-    /// For a random effect: whether it is drawn per event or per record.
+    /// For a random effect: whether it is drawn per event or per record; `None` for other effects.
     pub scatter: Option<ScatterPer>,
-    /// For a table: its target, feature and range; the parameters are the values at the knots.
+    /// For a table: its target, feature and range; the parameters are the values at the knots. Else `None`.
     pub table: Option<Table>,
-    /// Parameters, in the order of the library.
+    /// Parameters of the effect, in the order of the library.
     pub parameters: Vec<Parameter>,
 }
 
-/// Initial state of a trajectory.
+/// How the initial state of each trajectory is determined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Release {
-    /// Released at rest at `t_s = 0`; the position is estimated for each trajectory.
+    /// The ball is released at rest at `t_s = 0`; only its position is estimated for each trajectory.
     Rest,
-    /// Position and velocity are estimated for each trajectory.
+    /// Initial position and velocity are estimated for each trajectory.
     #[default]
     Free,
 }
 
-/// A model of the bouncing ball.
+/// A model of the bouncing ball, as read from a model file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
-    /// Path of the file, for messages.
+    /// Path of the model file, for messages.
     pub file: String,
     /// Base parameters in the order of [`BASE_PARAMETERS`]; frozen defaults if not in the file.
     pub parameters: Vec<Parameter>,
     /// Names of the base parameters that the file declares.
     pub declared: Vec<String>,
-    /// Declared standard deviation of the position sensor, m.
+    /// Declared standard deviation of the position sensor, m; `None` if not declared.
     pub position_sd_m: Option<f64>,
-    /// Reference of the session clock, s; if absent, the mean of the data's start times.
+    /// Reference time of the session clock, s; `None`: the mean of the data's start times.
     pub clock_reference_s: Option<f64>,
-    /// Initial state of the trajectories.
+    /// How the initial state of each trajectory is determined.
     pub release: Release,
     /// Effects in the model.
     pub effects: Vec<EffectBlock>,

@@ -26,7 +26,7 @@ impl Model {
         Ball::new(world, with_effects(&self.parameters, blocks), self.release, declares)
     }
 
-    /// Declarations other than world and parameters.
+    /// What the file declares besides parameters and simulated effects: bounces, floor, noise, scatter.
     fn declares(&self) -> BallDeclaration {
         BallDeclaration {
             bounces: self.declared.iter().any(|p| p == "restitution"),
@@ -62,7 +62,7 @@ impl PushModel {
     }
 }
 
-/// Base parameters, then those of the effects, in the order of the world's vector.
+/// Parameters of the system: base parameters, then those of the effects.
 fn with_effects<'a>(base: &[Parameter], blocks: impl Iterator<Item = &'a EffectBlock>) -> Vec<Parameter> {
     base.iter().chain(blocks.flat_map(|b| &b.parameters)).cloned().collect()
 }

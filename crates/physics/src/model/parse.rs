@@ -49,7 +49,7 @@ pub(super) struct Reader<'t> {
 }
 
 impl<'t> Reader<'t> {
-    /// Parses the file to its root table.
+    /// Parses the text of the file to its root table.
     pub(super) fn root(&self) -> Result<Spanned<DeTable<'t>>, ModelError> {
         DeTable::parse(self.text).map_err(|e| ModelError::Syntax {
             file: self.file.into(),
@@ -70,12 +70,12 @@ impl<'t> Reader<'t> {
         self.word("scenario", value, &[scenario]).map(|_| ())
     }
 
-    /// Line of a byte range, from 1.
+    /// Line, from 1, on which a byte range of the text begins.
     pub(super) fn line(&self, span: Range<usize>) -> usize {
         1 + self.text.bytes().take(span.start).filter(|&b| b == b'\n').count()
     }
 
-    /// Checks that a table has no keys other than `known`.
+    /// Checks that a table of the file has no keys other than `known`.
     pub(super) fn known(
         &self,
         table: &DeTable<'_>,
@@ -98,7 +98,7 @@ impl<'t> Reader<'t> {
         Ok(())
     }
 
-    /// The error of a value that breaks a rule.
+    /// Error for a value that breaks a rule.
     pub(super) fn wrong(&self, key: &str, value: &Value<'_>, rule: impl Into<Rule>) -> ModelError {
         ModelError::WrongType {
             file: self.file.into(),
@@ -108,7 +108,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// The error of a missing key.
+    /// Error for a missing key.
     pub(super) fn missing(
         &self,
         line: usize,
@@ -119,7 +119,7 @@ impl<'t> Reader<'t> {
         ModelError::Missing { file: self.file.into(), line, place, key, example }
     }
 
-    /// A finite number.
+    /// Reads a finite number.
     pub(super) fn number(&self, key: &str, value: &Value<'_>) -> Result<f64, ModelError> {
         let text = match value.get_ref() {
             DeValue::Float(f) => f.as_str(),
@@ -132,7 +132,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// A finite number above 0.
+    /// Reads a finite number above 0.
     pub(super) fn positive(&self, key: &str, value: &Value<'_>) -> Result<f64, ModelError> {
         match self.number(key, value)? {
             number if number > 0.0 => Ok(number),
@@ -140,7 +140,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// A string out of `words`; any string if the list is empty.
+    /// Reads a string that is one of `words`; any string if that list is empty.
     pub(super) fn word<'v>(
         &self,
         key: &str,
@@ -153,7 +153,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// A table.
+    /// Reads a table.
     pub(super) fn table<'v, 'a>(
         &self,
         key: &str,
@@ -163,7 +163,7 @@ impl<'t> Reader<'t> {
         value.get_ref().as_table().ok_or_else(|| self.wrong(key, value, expected))
     }
 
-    /// A list of finite numbers.
+    /// Reads a list of finite numbers.
     pub(super) fn numbers(&self, key: &str, value: &Value<'_>) -> Result<Vec<f64>, ModelError> {
         let list = value.get_ref().as_array();
         let list = list.ok_or_else(|| self.wrong(key, value, "a list of numbers"))?;
@@ -257,7 +257,7 @@ impl<'t> Reader<'t> {
         Ok(effects)
     }
 
-    /// The value of `kind` in an `[[effect]]` block.
+    /// Reads the value of `kind` in an `[[effect]]` block.
     fn kind<'v>(&self, value: &'v Value<'_>, library: &Library) -> Result<&'v str, ModelError> {
         let line = self.line(value.span());
         let kind = self.table("effect", value)?.get("kind");

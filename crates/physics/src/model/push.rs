@@ -38,11 +38,11 @@ const PUSH: Library = Library {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PushModel {
-    /// Path of the file, for messages.
+    /// Path of the model file, for messages.
     pub file: String,
-    /// The object.
+    /// The object that the rod pushes.
     pub object: Object,
-    /// Outline as given in the file, m; `None` for a named object.
+    /// Outline of the object as given in the file, vertices in m; `None` for a named object.
     pub polygon_m: Option<Vec<[f64; 2]>>,
     /// Base parameters in the order of [`BASE_PARAMETERS`]; those not in the file are frozen at their
     /// defaults.
@@ -51,19 +51,18 @@ pub struct PushModel {
     pub parameters: Vec<Parameter>,
     /// Names of the base parameters that the file declares.
     pub declared: Vec<String>,
-    /// Declared standard deviation of the position sensor, m.
+    /// Declared standard deviation of the position sensor, m; `None` if not declared.
     pub position_sd_m: Option<f64>,
-    /// Declared standard deviation of the angle sensor, rad.
+    /// Declared standard deviation of the angle sensor, rad; `None` if not declared.
     pub angle_sd_rad: Option<f64>,
     /// Effects in the model.
     pub effects: Vec<EffectBlock>,
 }
 
 impl PushModel {
-    /// The textbook model of an object: ellipsoidal limit surface, uniform pressure, friction 0.25, rod of
-    /// 4.75 mm.
+    /// The textbook model of an object: ellipsoidal limit surface, uniform pressure, friction 0.25.
     ///
-    /// `c_m` and `contact_friction` are calibrated.
+    /// The rod has a radius of 4.75 mm. `c_m` and `contact_friction` are calibrated.
     pub fn textbook(object: Object) -> Self {
         let mut parameters = base_parameters(&object);
         parameters[0].frozen = false;

@@ -3,14 +3,14 @@
 use crate::push::OBJECTS;
 use std::fmt;
 
-/// A place in a model file.
+/// Place in a model file, for error messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// The top-level keys, before any table.
+    /// Top-level keys of the file, before any table.
     File,
-    /// The table with this name.
+    /// Table of the file with this name.
     Table(&'static str),
-    /// The table of the parameter with this name.
+    /// Table of the parameter with this name.
     Parameter(String),
     /// An `[[effect]]` block whose kind is unknown.
     Effect,
@@ -30,14 +30,14 @@ impl fmt::Display for Place {
     }
 }
 
-/// A rule for the value of a key, displayed as the continuation of "must be".
+/// Rule for the value of a key, displayed as the continuation of "must be".
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Any rule, as text.
+    /// Rule that this text states.
     Is(&'static str),
-    /// One of these strings.
+    /// Rule that the value is one of these strings.
     OneOf(Vec<&'static str>),
-    /// The name of a known object.
+    /// Rule that the value is the name of a built-in object.
     Object,
 }
 

@@ -7,9 +7,9 @@ use std::path::Path;
 /// A model file; its key `scenario` selects the variant.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ModelFile {
-    /// `scenario = "ball"`.
+    /// Model file of the bouncing ball, `scenario = "ball"`.
     Ball(Model),
-    /// `scenario = "push"`.
+    /// Model file of planar pushing, `scenario = "push"`.
     Push(PushModel),
 }
 

@@ -1,17 +1,17 @@
 //! Templates of model files, each complete and commented.
 
-/// Name and text of each template.
+/// Name and text of each template of a model file.
 pub const TEMPLATES: [(&str, &str); 2] =
     [("ball", include_str!("../../models/ball.toml")), ("push", include_str!("../../models/push.toml"))];
 
-/// Text of the template with this name.
+/// Text of the template with this name; `None` if there is none.
 pub fn template(name: &str) -> Option<&'static str> {
     TEMPLATES.iter().find(|(n, _)| *n == name).map(|(_, text)| *text)
 }
 
 #[cfg(test)]
 mod tests {
-    //! Each template is a valid model, and so is the template with all suggested lines enabled.
+    //! Contract: each template is a valid model, and so is the template with all suggested lines enabled.
     use super::*;
     use crate::model::ModelFile;
 

@@ -16,7 +16,7 @@ pub(super) fn value(v: &(impl Serialize + ?Sized)) -> String {
     }
 }
 
-/// The inline table of a parameter.
+/// Inline table of a parameter, as it is written to a model file.
 #[derive(Serialize)]
 struct Entry<'a> {
     nominal: f64,
@@ -32,12 +32,12 @@ struct Entry<'a> {
     groups: &'a [(String, f64)],
 }
 
-/// Serialises pairs of group and value as a map.
+/// Serialises pairs of group name and value as a map.
 fn as_map<S: Serializer>(groups: &[(String, f64)], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_map(groups.iter().map(|(name, value)| (name, value)))
 }
 
-/// The line of a parameter.
+/// Line of a model file that declares the parameter `p`.
 pub(super) fn entry(p: &Parameter) -> String {
     let table = Entry {
         nominal: p.nominal,
@@ -55,7 +55,7 @@ pub(super) fn entry(p: &Parameter) -> String {
     format!("{} = {}\n", p.name, value(&table))
 }
 
-/// Text of a ball model.
+/// Text of the model file of a ball model.
 pub(super) fn to_toml(model: &Model) -> String {
     let mut s = String::from("scenario = \"ball\"\n\n[parameters]\n");
     for p in model.parameters.iter().filter(|p| model.declared.contains(&p.name)) {

@@ -4,7 +4,7 @@ use super::{Effect, Law, Measurement};
 use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 
-/// The formula is x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi).
+/// Camera rotated by phi about its axis: x' = x cos(phi) - z sin(phi), z' = x sin(phi) + z cos(phi).
 pub struct CameraRoll;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -4,7 +4,7 @@ use super::{Effect, Law};
 use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival, Start};
 
-/// The formula is z'' = -g - 2 l z' - w0^2 z while z < 0; pi / sqrt(w0^2 - l^2) = tau, l tau = -ln e.
+/// Spring contact while z < 0: z'' = -g - 2 l z' - w0^2 z, pi / sqrt(w0^2 - l^2) = tau, l tau = -ln e.
 pub struct ContactDuration;
 
 static SPEC: EffectSpec = EffectSpec {

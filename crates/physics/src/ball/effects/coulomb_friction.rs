@@ -6,7 +6,7 @@ use crate::ball::impact::Impact;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival, Start};
 use crate::scalar::{axpy, dot};
 
-/// The formula is dv_t = -min(mu (1 + e) v_n, |u| i / (1 + i)) u / |u|, u the slip, i the inertia ratio.
+/// Friction impulse dv_t = -min(mu (1 + e) v_n, |u| i / (1 + i)) u / |u|, u the slip, i the inertia ratio.
 pub struct CoulombFriction;
 
 static SPEC: EffectSpec = EffectSpec {

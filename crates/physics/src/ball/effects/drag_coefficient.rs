@@ -8,7 +8,7 @@ use crate::scalar::{axpy, dot};
 /// Density of air at 20 °C and 1013 hPa, kg/m³.
 const AIR_KG_M3: f64 = 1.204;
 
-/// The formula is a = -rho Cd A / (2 m) |v - w| (v - w), A and m recorded for each trajectory.
+/// Air drag a = -rho Cd A / (2 m) |v - w| (v - w), A and m recorded for each trajectory, w the wind.
 pub struct DragCoefficient;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -6,7 +6,7 @@ use crate::ball::impact::Impact;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::scalar::axpy;
 
-/// The formula is dv_t = -kappa u, u the slip; kappa = i / (1 + i) if the ball sticks.
+/// Velocity change at the impact dv_t = -kappa u, u the slip; kappa = i / (1 + i) if the ball sticks.
 pub struct GripFriction;
 
 static SPEC: EffectSpec = EffectSpec {

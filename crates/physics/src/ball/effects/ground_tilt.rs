@@ -4,7 +4,7 @@ use super::{Effect, Law};
 use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 
-/// The formula is: ground plane z = x tan(alpha).
+/// Ground plane tilted by alpha along x: z = x tan(alpha).
 pub struct GroundTilt;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -4,7 +4,7 @@ use super::{Effect, Law, Measurement};
 use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 
-/// The formula is z' = z + b.
+/// Measured height z' with a constant offset b from the true height z: z' = z + b.
 pub struct HeightOffset;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -4,7 +4,7 @@ use super::{Effect, Law};
 use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 
-/// The formula is a_x = a.
+/// Constant acceleration a of the ball along x: a_x = a.
 pub struct HorizontalAcceleration;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -4,7 +4,7 @@ use super::{Effect, Law};
 use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 
-/// The formula is z'(t) = z(t - delay).
+/// Measurement z' that shows the true position `delay` earlier: z'(t) = z(t - delay).
 pub struct Latency;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -4,7 +4,7 @@ use super::{Effect, Law};
 use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 
-/// The formula is a_y = a.
+/// Constant acceleration a of the ball along y: a_y = a.
 pub struct LateralAcceleration;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::scalar::axpy;
 
-/// The formula is a = -c (v - w), w the velocity of the air.
+/// Viscous drag a = -c (v - w), w the velocity of the air.
 pub struct LinearDrag;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::scalar::{axpy, cross};
 
-/// The formula is a = s (spin x v); in the plane a = s w (v_z, -v_x).
+/// Lift of a spinning ball: a = s (spin x v); in the plane, with spin w, a = s w (v_z, -v_x).
 pub struct Magnus;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::scalar::{axpy, dot};
 
-/// The formula is a = -k |v - w| (v - w), w the velocity of the air.
+/// Air drag a = -k |v - w| (v - w), w the velocity of the air.
 pub struct QuadraticDrag;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::ball::impact::Impact;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 
-/// The formula is e = e0 + d (T - T_ref), T the session time of the impact.
+/// Restitution e = e0 + d (T - T_ref), T the session time of the impact, T_ref the reference time.
 pub struct RestitutionDrift;
 
 static SPEC: EffectSpec = EffectSpec {

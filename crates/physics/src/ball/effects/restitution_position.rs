@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::ball::impact::Impact;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 
-/// The formula is e = e0 + q x.
+/// Restitution e = e0 + q x at the landing position x.
 pub struct RestitutionPosition;
 
 static SPEC: EffectSpec = EffectSpec {

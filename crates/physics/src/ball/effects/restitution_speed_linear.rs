@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::ball::impact::Impact;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 
-/// The formula is e = e0 - b (v_n - 3 m/s).
+/// Restitution e = e0 - b (v_n - 3 m/s) at the impact speed v_n.
 pub struct RestitutionSpeedLinear;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::ball::impact::Impact;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 
-/// The formula is e = e0 (v_n / 3 m/s)^-p.
+/// Restitution e = e0 (v_n / 3 m/s)^-p at the impact speed v_n.
 pub struct RestitutionSpeedPower;
 
 static SPEC: EffectSpec = EffectSpec {

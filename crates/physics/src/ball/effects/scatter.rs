@@ -22,7 +22,7 @@ pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     ..EffectSpec::DEFAULT
 };
 
-/// Value of the model-file key `per`: whether the restitution is drawn per impact or per trajectory.
+/// Word for the model-file key `per`: whether the restitution is drawn per impact or per trajectory.
 pub fn scatter_word(per: ScatterPer) -> &'static str {
     match per {
         ScatterPer::Event => "impact",

@@ -7,7 +7,7 @@ use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 /// The true spin is the recorded one rotated by alpha about x, then beta about y, then gamma about z.
 pub struct SpinMisalignment;
 
-/// An angle parameter.
+/// Specification of a rotation angle of the spin sensor as an effect parameter.
 const fn angle(name: &'static str) -> ParameterSpec {
     ParameterSpec { name, unit: "rad", min: -3.2, max: 3.2, typical: 0.1, null: 0.0 }
 }

@@ -4,10 +4,10 @@ use super::{Effect, Law};
 use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 
-/// The formula is: true spin at the release = recorded spin (0 if not recorded) + offset.
+/// True spin at the release: recorded spin (0 if not recorded) plus an offset.
 pub struct SpinOffset;
 
-/// An angular-velocity parameter.
+/// Specification of one component of the spin offset as an effect parameter.
 const fn rate(name: &'static str) -> ParameterSpec {
     ParameterSpec { name, unit: "rad/s", min: -3000.0, max: 3000.0, typical: 100.0, null: 0.0 }
 }

@@ -6,60 +6,60 @@ use crate::ball::impact::Impact;
 use crate::library::Location;
 use crate::scalar::{axpy, cross, dot};
 
-/// Kind of a table in model files.
+/// Kind of effect by which model files name a table.
 pub const TABLE_KIND: &str = "table";
 
-/// The quantity that a table adds to.
+/// Quantity to which a table adds its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Target {
-    /// The coefficient of restitution.
+    /// The table adds to the coefficient of restitution.
     Restitution,
-    /// The quadratic drag coefficient, 1/m.
+    /// The table adds to the quadratic drag coefficient, 1/m.
     Drag,
-    /// Acceleration along x, m/s².
+    /// The table adds to the acceleration along x, m/s².
     AccelerationX,
-    /// Acceleration along y, m/s².
+    /// The table adds to the acceleration along y, m/s².
     AccelerationY,
-    /// Acceleration along z, m/s².
+    /// The table adds to the acceleration along z, m/s².
     AccelerationZ,
-    /// The Magnus coefficient.
+    /// The table adds to the Magnus coefficient.
     Magnus,
-    /// The change of the tangential velocity along x at an impact, m/s.
+    /// The table adds to the change of the tangential velocity along x at an impact, m/s.
     TangentialJump,
-    /// The measured x, m.
+    /// The table adds to the measured x, m.
     SensorX,
-    /// The measured z, m.
+    /// The table adds to the measured z, m.
     SensorZ,
 }
 
-/// The feature that a table is a function of.
+/// Feature (independent variable) of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Feature {
     /// Time since the release, s.
     Time,
-    /// Session time relative to the reference of the session clock, s.
+    /// Session time, s, relative to the reference time of the session clock.
     Clock,
-    /// Bounce index, from 0.
+    /// Number of preceding bounces, 0 at the first.
     Bounce,
     /// Impact speed along the normal, m/s.
     NormalSpeed,
-    /// Horizontal speed at the impact, along x, m/s.
+    /// Tangential velocity of the ball at the impact along x, m/s.
     TangentialSpeed,
-    /// Slip of the contact point along x, m/s.
+    /// Slip velocity of the contact point along x, m/s.
     Slip,
-    /// Magnitude of the spin, rad/s.
+    /// Magnitude of the ball's spin, rad/s.
     Spin,
-    /// Speed in flight, m/s.
+    /// Speed of the ball in flight, m/s.
     Speed,
-    /// Position x, m.
+    /// Position of the ball along x, m.
     X,
-    /// Position y, m.
+    /// Position of the ball along y, m.
     Y,
-    /// Height z, m.
+    /// Height of the ball, m.
     Z,
-    /// Velocity along x, m/s.
+    /// Velocity of the ball along x, m/s.
     VelocityX,
-    /// Velocity along z, m/s.
+    /// Velocity of the ball along z, m/s.
     VelocityZ,
 }
 
@@ -67,13 +67,13 @@ pub enum Feature {
 macro_rules! names {
     ($type:ident: $($variant:ident = $name:literal),* $(,)?) => {
         impl $type {
-            /// All variants, in order.
+            /// All variants of this enum, in order.
             pub const ALL: &'static [$type] = &[$($type::$variant),*];
-            /// Name in model files and results.
+            /// Name of this variant in model files and results.
             pub fn name(self) -> &'static str {
                 match self { $($type::$variant => $name),* }
             }
-            /// Variant with this name.
+            /// The variant with this name; `None` if there is none.
             pub fn from_name(name: &str) -> Option<Self> {
                 match name { $($name => Some($type::$variant),)* _ => None }
             }
@@ -86,7 +86,7 @@ names!(Feature: Time = "time", Clock = "clock", Bounce = "bounce", NormalSpeed =
     Slip = "slip", Spin = "spin", Speed = "speed", X = "x", Y = "y", Z = "height", VelocityX = "velocity-x", VelocityZ = "velocity-z");
 
 impl Feature {
-    /// Unit of the feature, as printed.
+    /// Unit of the feature in reports.
     pub fn unit(self) -> &'static str {
         match self {
             Feature::Time | Feature::Clock => "s",
@@ -99,7 +99,7 @@ impl Feature {
 }
 
 impl Target {
-    /// Where the target acts.
+    /// Part of the simulation in which the target acts: flight, impact or sensor.
     pub fn location(self) -> Location {
         match self {
             Target::Restitution | Target::TangentialJump => Location::Impact,
@@ -108,7 +108,7 @@ impl Target {
         }
     }
 
-    /// Unit of the table's values.
+    /// Unit of the table's values; empty for a dimensionless number.
     pub fn unit(self) -> &'static str {
         match self {
             Target::Restitution | Target::Magnus => "",
@@ -120,7 +120,7 @@ impl Target {
     }
 }
 
-/// A piecewise-linear function of one feature: uniform knots, constant outside them.
+/// A piecewise-linear function of one feature with uniform knots, constant outside them.
 ///
 /// The values at the knots are its parameters, in order.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,14 +129,14 @@ pub struct Table {
     pub target: Target,
     /// The feature that it depends on.
     pub feature: Feature,
-    /// First knot, in the feature's unit.
+    /// Position of the first knot, in the unit of the feature.
     pub first: f64,
-    /// Last knot, in the feature's unit.
+    /// Position of the last knot, in the unit of the feature.
     pub last: f64,
 }
 
 impl Table {
-    /// Value at `x`, for the values `p` at the knots; 0 without knots.
+    /// Value of the table at the feature value `x`, given its values `p` at the knots; 0 without knots.
     pub fn interpolate<S: Scalar>(&self, p: &[S], x: S) -> S {
         let Some(last) = p.len().checked_sub(1) else {
             return S::zero();
@@ -153,7 +153,7 @@ impl Table {
         }
     }
 
-    /// Value of the feature in flight.
+    /// Value of the table's feature in flight.
     fn flight_feature<S: Scalar>(&self, f: &Flight<'_, S>) -> S {
         match self.feature {
             Feature::Time => f.time,
@@ -168,7 +168,7 @@ impl Table {
         }
     }
 
-    /// Value of the feature at an impact.
+    /// Value of the table's feature at an impact.
     fn impact_feature<S: Scalar>(&self, i: &Impact<'_, S>) -> S {
         match self.feature {
             Feature::Time => i.time,
@@ -183,7 +183,7 @@ impl Table {
         }
     }
 
-    /// Value of the feature at a measurement; true positions, not measured ones.
+    /// Value of the table's feature at a measurement, from true positions instead of measured ones.
     fn sensor_feature<S: Scalar>(&self, s: &Measurement<S>) -> S {
         match self.feature {
             Feature::X => s.truth[0],

@@ -4,7 +4,7 @@ use super::{Effect, Law};
 use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 
-/// The formula is a_z = a.
+/// Constant vertical acceleration a of the ball in addition to gravity: a_z = a.
 pub struct VerticalAcceleration;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -4,7 +4,7 @@ use super::{Effect, Law};
 use crate::Scalar;
 use crate::library::{EffectSpec, Join, Location, Needs, ParameterSpec};
 
-/// The air moves with velocity w along x; drag acts on v - w.
+/// Air that moves with velocity w along x; drag acts on v - w, v the velocity of the ball.
 pub struct Wind;
 
 static SPEC: EffectSpec = EffectSpec {
