@@ -2,10 +2,10 @@
 
 use augsim_discovery::Discovery;
 
-/// Asserts that an answer is the same, byte for byte, on one, two and seven threads.
+/// Asserts that the JSON text of a discovery is the same, byte for byte, on one, two and seven threads.
 ///
 /// # Panics
-/// If it is not, or if a thread pool or the JSON text cannot be made.
+/// If the texts differ, or if a thread pool or the JSON text cannot be made.
 pub fn assert_independent_of_threads(answer: impl Fn() -> Discovery + Sync) {
     let answer_on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");

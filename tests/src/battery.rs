@@ -1,4 +1,4 @@
-//! Scoring of discoveries on sealed ball data: the truth is read only after the verdict.
+//! Scoring of discoveries on generated ball data whose truth is read only after the verdict ("sealed" sets).
 
 use crate::gaps::Gaps;
 use crate::sealed::{Kind, Scene, Sealed, Truth, draw, seal};
@@ -9,10 +9,10 @@ use augsim_system::ScatterPer;
 use std::fmt;
 use std::time::Instant;
 
-/// A family of sealed data sets.
+/// A family of generated ball data sets, named by what is true of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Battery {
-    /// No effect.
+    /// No effect: the declared model is complete.
     Null,
     /// One effect of the library.
     Single,
@@ -20,26 +20,26 @@ pub enum Battery {
     Pair,
     /// An effect that the library does not have.
     Unlisted,
-    /// Unusual noise and no effect.
+    /// Unusual noise (correlation, jitter, outliers or wrong scale) and no effect.
     Noise,
     /// One effect of the library, and a smooth residual that differs in each record.
     Misfit,
-    /// Such a smooth residual and no effect.
+    /// A smooth residual that differs in each record, and no effect.
     MisfitNull,
 }
 
-/// Amplitude of the smooth residual, in standard deviations of the noise.
+/// Amplitude of the smooth residual of `Misfit` and `MisfitNull` sets, in standard deviations of the noise.
 const SMOOTH_RESIDUAL_SD: f64 = 2.0;
 
-/// Outcome of one set.
+/// Outcome of the discovery on one generated set.
 pub struct Row {
-    /// Text for the terminal.
+    /// Truth, answer and score in one line, for the terminal.
     pub line: String,
     /// Whether the answer is right, or the effect is not visible and nothing was claimed.
     pub right: bool,
 }
 
-/// Counts over all sets of a battery.
+/// Counts over all generated sets of one run.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
     /// Number of sets.
@@ -49,16 +49,16 @@ pub struct Summary {
     pub visible: usize,
     /// Number of visible sets with the exact answer.
     pub exact: usize,
-    /// Number of sets in which the truth is one of the alternatives, or named together with other effects.
+    /// Number of visible sets whose true effects are one of the alternatives of the answer.
     pub ambiguous: usize,
-    /// Number of sets in which an effect is claimed but none is visible.
+    /// Number of sets in which an effect is claimed although none is true or visible.
     pub false_alarms: usize,
     /// Number of sets in which an unlisted effect is reported as explained.
     pub wrongly_explained: usize,
-    /// Number of parameters whose 95 % interval contains the truth, and number of all; without random
-    /// effects.
+    /// `(covered, all)`: number of 95 % intervals that contain the true value, and of all intervals of found
+    /// true effects other than random effects.
     pub covered: (usize, usize),
-    /// The same for standard deviations of random effects.
+    /// `(covered, all)` for the 95 % intervals of standard deviations of random effects.
     ///
     /// They are counted apart because a smooth residual that differs between records looks like a random
     /// effect to any likelihood that does not model its form.
@@ -99,21 +99,21 @@ impl fmt::Display for Summary {
     }
 }
 
-/// Sorted kinds of the true effects.
+/// Sorted kinds of the true effects, as an answer names them.
 fn truth_kinds(truth: &Truth) -> Vec<String> {
     let mut k: Vec<String> = truth.effects.iter().map(|e| e.name().to_string()).collect();
     k.sort();
     k
 }
 
-/// Sorted kinds of the effects found.
+/// Sorted kinds of the effects that the discovery found.
 fn found_kinds(d: &Discovery) -> Vec<String> {
     let mut k: Vec<String> = d.effects.iter().map(|e| e.kind.clone()).collect();
     k.sort();
     k
 }
 
-/// The 95 % interval of the first parameter of an effect, if the effect was found.
+/// The 95 % interval of the first parameter of an effect; `None` if the discovery did not find the effect.
 fn interval(d: &Discovery, effect: &Kind) -> Option<[f64; 2]> {
     let found = d.effects.iter().find(|f| f.kind == effect.name())?;
     Some(found.parameters.values().next()?.ci95)
@@ -132,7 +132,7 @@ fn count_covered(d: &Discovery, truth: &Truth, summary: &mut Summary) {
     }
 }
 
-/// Text of the intervals of true effects that were found, with the true values.
+/// Formats, for each true effect that was found, its true value and its 95 % interval.
 fn intervals(d: &Discovery, truth: &Truth) -> String {
     let text = |e: &Kind| {
         let [low, high] = interval(d, e)?;
@@ -141,17 +141,17 @@ fn intervals(d: &Discovery, truth: &Truth) -> String {
     truth.effects.iter().filter_map(text).collect::<Vec<_>>().join(", ")
 }
 
-/// Runs the sets with seeds `first .. first + count` and passes each outcome to `on_row`.
+/// Generates and scores the sets with seeds `first .. first + count`; passes each outcome to `on_row`.
 pub fn run(battery: Battery, first: u64, count: u64, on_row: &mut dyn FnMut(&Row)) -> Summary {
     run_each(first, count, on_row, |seed, summary| run_set(battery, None, seed, summary))
 }
 
-/// Runs the same sets with empty cells, whose share and pattern depend on the seed ([`Gaps::of_seed`]).
+/// Like [`run`], with empty cells whose share and pattern depend on the seed ([`Gaps::of_seed`]).
 pub fn run_with_gaps(battery: Battery, first: u64, count: u64, on_row: &mut dyn FnMut(&Row)) -> Summary {
     run_each(first, count, on_row, |seed, summary| run_set(battery, Some(Gaps::of_seed(seed)), seed, summary))
 }
 
-/// Runs `run_set` for each seed and collects the counts.
+/// Calls `run_set` for each seed from `first` on and returns the counts.
 fn run_each(
     first: u64,
     count: u64,
@@ -166,7 +166,7 @@ fn run_each(
     summary
 }
 
-/// A sealed set with its model and the result of a discovery on it.
+/// A generated data set with its truth, its model file and the result of a discovery on it.
 struct Trial {
     battery: Battery,
     scene: Scene,
@@ -177,13 +177,13 @@ struct Trial {
     seconds: f64,
 }
 
-/// Verdict on one answer, with a note for the terminal.
+/// Whether the answer on one set is right, with a note for the terminal.
 struct Score {
     right: bool,
     note: String,
 }
 
-/// Generates, discovers and scores one set.
+/// Generates one set, runs a discovery on it, and scores the answer.
 fn run_set(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summary) -> Row {
     let row = run_trial(battery, gaps, seed, summary).and_then(|trial| {
         let score = score(&trial, summary)?;
@@ -192,7 +192,7 @@ fn run_set(battery: Battery, gaps: Option<Gaps>, seed: u64, summary: &mut Summar
     row.unwrap_or_else(|text| Row { line: format!("seed {seed}: {text}"), right: false })
 }
 
-/// Generates a set and runs a discovery on it, or says why that failed.
+/// Generates a set and runs a discovery on it; the error says why that failed.
 fn run_trial(
     battery: Battery,
     gaps: Option<Gaps>,
@@ -260,7 +260,7 @@ fn score(trial: &Trial, summary: &mut Summary) -> Result<Score, String> {
     })
 }
 
-/// Whether the unusual noise is described, and no effect claimed.
+/// Scores a set with unusual noise: right if the noise is described and no effect is claimed.
 fn score_noise(d: &Discovery, truth: &Truth, summary: &mut Summary) -> Score {
     let expected = if truth.correlation > 0.0 {
         "noise-autocorrelated"
@@ -280,7 +280,8 @@ fn score_noise(d: &Discovery, truth: &Truth, summary: &mut Summary) -> Score {
     Score { right: is_named && !claims, note }
 }
 
-/// Whether the true effects are named, compared with a fit of these effects.
+/// Scores a set with effects: right if the true ones are named, or if they are invisible and no other is
+/// named. A fit of the true effects decides whether they are visible.
 fn score_effects(trial: &Trial, summary: &mut Summary) -> Result<Score, String> {
     let (d, truth) = (&trial.found, trial.sealed.truth());
     let (found, expected) = (found_kinds(d), truth_kinds(truth));
@@ -320,7 +321,7 @@ fn score_effects(trial: &Trial, summary: &mut Summary) -> Result<Score, String> 
 }
 
 impl Trial {
-    /// Text for the terminal.
+    /// Formats truth, answer and score of the set in one line, for the terminal.
     fn line(&self, seed: u64, gaps: Option<Gaps>, score: &Score) -> String {
         let (d, truth, scene) = (&self.found, self.sealed.truth(), &self.scene);
         let truth_text = format!(

@@ -7,18 +7,18 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
-/// Significant digits of the numbers in a hash.
+/// Number of significant digits to which numbers are rounded before they are hashed.
 ///
 /// Functions of the system library (sine, exponential) differ in the last place between processors; fits
 /// carry that to about the tenth digit.
 const DIGITS: usize = 7;
 
-/// Short form of one answer.
+/// Short form of the answer of one discovery, which regression tests compare.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answer {
-    /// The verdict.
+    /// Verdict of the discovery.
     pub verdict: Verdict,
-    /// Kinds of the effects, largest share first.
+    /// Kinds of the effects found, largest share first.
     pub effects: Vec<String>,
     /// 64-bit FNV-1a hash of [`canonical`] in hexadecimal digits.
     pub hash: String,
@@ -44,17 +44,17 @@ impl Answer {
     }
 }
 
-/// Kept answers by name of the data set, and the reason for their last change.
+/// Expected answers by name of the data set, and the reason for their last change.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answers {
-    /// Reason why the kept answers were changed.
+    /// Reason why the expected answers were last changed.
     pub reason: String,
-    /// Answers by name of the set.
+    /// Expected answers by name of the data set.
     pub sets: BTreeMap<String, Answer>,
 }
 
 impl Answers {
-    /// Makes answers to keep, with the reason of the change.
+    /// Makes expected answers to store, with the reason for the change.
     ///
     /// # Panics
     /// If the reason has ten characters or fewer.
@@ -63,7 +63,7 @@ impl Answers {
         Self { reason, sets }
     }
 
-    /// One line per answer that differs from the kept one, is missing, or is new.
+    /// Describes each answer that differs from the expected one, is missing, or is new, in one text.
     pub fn differences(&self, found: &BTreeMap<String, Answer>) -> Vec<String> {
         let missing = self.sets.keys().filter(|name| !found.contains_key(*name));
         let missing = missing.map(|name| format!("{name}: kept, and not found"));
@@ -76,9 +76,9 @@ impl Answers {
     }
 }
 
-/// The numbers of a discovery that a refactoring must not change, rounded to seven digits.
+/// JSON of the numbers of a discovery that a refactoring must not change, rounded to seven digits.
 ///
-/// Texts, times and the text of the model file are left out.
+/// Texts, run times and the text of the model file are left out.
 ///
 /// # Panics
 /// If the discovery cannot be written as JSON, which does not happen.
@@ -105,7 +105,7 @@ pub fn canonical(d: &Discovery) -> Value {
     }))
 }
 
-/// Replaces every number by text with [`DIGITS`] digits, and drops null entries.
+/// Replaces every number in a JSON value by text with [`DIGITS`] digits, and drops null entries.
 fn rounded(value: Value) -> Value {
     match value {
         Value::Number(n) => {

@@ -1,13 +1,13 @@
-//! Empty cells in sealed data: a given share of each column, single or in runs.
+//! Empty cells in generated data: a given share of each column, single or in runs.
 
 use augsim_data::{DataError, Dataset};
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Lengths of the runs, in cells: up to 0.2 s at 100 Hz.
+/// Lengths of the runs of empty cells, in cells: up to 0.2 s at 100 Hz.
 const RUN_LENGTHS: std::ops::RangeInclusive<usize> = 2..=20;
 
-/// Share and pattern of empty cells.
+/// Share and pattern of the empty cells of a data set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gaps {
     /// Share of cells that are empty.
@@ -17,13 +17,13 @@ pub struct Gaps {
 }
 
 impl Gaps {
-    /// The combination of share and pattern for a seed: eight of them in turn.
+    /// Share and pattern for a seed: eight combinations in turn.
     pub fn of_seed(seed: u64) -> Self {
         let shares = [0.001, 0.01, 0.03, 0.1];
         Self { share: shares[(seed / 2 % 4) as usize], runs: seed % 2 == 1 }
     }
 
-    /// Returns the data with empty cells; a row without any value is kept, as readers allow it.
+    /// Returns `data` with cells emptied at random; a row without any value is kept, as readers allow it.
     ///
     /// # Errors
     /// None for a valid data set.

@@ -1,4 +1,4 @@
-//! Access to golden values of independent implementations.
+//! Access to golden values: results of independent implementations, stored under `fixtures/golden`.
 
 use serde_json::Value;
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ pub fn golden(name: &str) -> Value {
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// The numbers of a nested array, row-major.
+/// The numbers of a nested JSON array, row-major.
 pub fn flat(v: &Value) -> Vec<f64> {
     match v {
         Value::Array(items) => items.iter().flat_map(flat).collect(),
@@ -26,7 +26,7 @@ pub fn flat(v: &Value) -> Vec<f64> {
     }
 }
 
-/// The dimensions of a nested array.
+/// The dimensions of a nested JSON array.
 pub fn dims(v: &Value) -> Vec<usize> {
     let mut out = Vec::new();
     let mut level = v;
@@ -40,7 +40,7 @@ pub fn dims(v: &Value) -> Vec<usize> {
     out
 }
 
-/// The numbers of a `[batch, time, feature]` array in the order `[time, feature, batch]`.
+/// The numbers of a JSON array `[batch, time, feature]`, reordered to `[time, feature, batch]`.
 pub fn batch_last(v: &Value) -> Vec<f64> {
     let (d, x) = (dims(v), flat(v));
     let (b, t, f) = (d[0], d[1], d[2]);

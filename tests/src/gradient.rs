@@ -6,31 +6,31 @@
 use crate::random::normals;
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// Step h of central differences.
+/// Step h of the central differences.
 const STEP: f64 = 1e-6;
-/// Relative tolerance of the checks.
+/// Relative tolerance of the gradient checks.
 ///
 /// For values of order 1, central differences with h = 1e-6 have a truncation error of about h^2 and a
 /// rounding error of about eps / h = 2e-10, times the size of f. The tolerance leaves a margin of two
 /// decades.
 const TOLERANCE: f64 = 1e-7;
 
-/// One input of the function under test.
+/// One input tensor of the function under test.
 #[derive(Debug, Clone)]
 pub struct Input {
-    /// Dimensions.
+    /// Dimensions of the input.
     pub dims: Vec<usize>,
-    /// Values, row-major.
+    /// Values of the input, row-major.
     pub values: Vec<f64>,
 }
 
 impl Input {
-    /// An input with standard normal values.
+    /// Makes an input with standard normal values.
     pub fn normal(seed: u64, dims: &[usize]) -> Self {
         Input { dims: dims.to_vec(), values: normals(seed, dims.iter().product()) }
     }
 
-    /// An input with values of about 0.5 to 3, for operations that need positive operands.
+    /// Makes an input with values of about 0.5 to 3, for operations that need positive operands.
     pub fn positive(seed: u64, dims: &[usize]) -> Self {
         let mut input = Self::normal(seed, dims);
         input.values.iter_mut().for_each(|v| *v = 0.5 + v.abs());
@@ -38,21 +38,21 @@ impl Input {
     }
 }
 
-/// A function of some inputs recorded on a tape; its output may have any shape.
+/// A function that records operations on inputs on an autodiff tape; its output may have any shape.
 pub type Function<'a, T = f64> = dyn Fn(&mut Tape<T>, &[Var]) -> Result<Var, TensorError> + 'a;
 
-/// Output and gradients of a function for some inputs.
+/// Output of a function for some inputs, and its gradients with respect to them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome<T> {
-    /// The output, row-major.
+    /// Output of the function, row-major.
     pub output: Vec<T>,
     /// Operation that produced the output.
     pub operation: &'static str,
-    /// J^T w for the cotangent w, one per input; empty for constant inputs.
+    /// J^T w for the random cotangent w, one vector per input; empty for constant inputs.
     pub gradients: Vec<Vec<T>>,
 }
 
-/// Records `f` on `tape` and pulls back a random cotangent.
+/// Records `f` on `tape` and computes J^T w for a random cotangent w.
 ///
 /// `variable` says which inputs are variables; the others are constants. `seed` selects the cotangent.
 ///
@@ -89,18 +89,18 @@ pub fn pull_back<T: Scalar>(
     }
 }
 
-/// The value of a random weighted sum of the output, and its gradients with respect to the inputs.
+/// Random weighted sum of the output of `f`, and its gradient with respect to each input.
 fn evaluate(f: &Function<'_>, inputs: &[Input]) -> (f64, Vec<Vec<f64>>) {
     let outcome = pull_back(&mut Tape::new(), f, inputs, |_| true, 99);
     (dot(&outcome.output, &normals(99, outcome.output.len())), outcome.gradients)
 }
 
-/// Inner product.
+/// Inner product of two vectors.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The inputs shifted by `h` along `steps`.
+/// Adds `h` times `steps` to the inputs.
 fn shifted(inputs: &[Input], steps: &[Vec<f64>], h: f64) -> Vec<Input> {
     let mut shifted_inputs = inputs.to_vec();
     for (input, step) in shifted_inputs.iter_mut().zip(steps) {
@@ -109,7 +109,7 @@ fn shifted(inputs: &[Input], steps: &[Vec<f64>], h: f64) -> Vec<Input> {
     shifted_inputs
 }
 
-/// Random direction number `k` in the space of all inputs.
+/// Random direction number `k` in the space of all inputs, one vector per input.
 fn directions(inputs: &[Input], k: u64) -> Vec<Vec<f64>> {
     inputs
         .iter()
@@ -118,7 +118,7 @@ fn directions(inputs: &[Input], k: u64) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Stops the test with the error.
+/// Panics with the tensor error as message, which fails the test.
 fn fail<R>(e: TensorError) -> R {
     panic!("{e}")
 }
@@ -126,7 +126,7 @@ fn fail<R>(e: TensorError) -> R {
 /// Asserts that the tape's gradient of `f` agrees with central differences in three random directions.
 ///
 /// # Panics
-/// If it does not; the message has both numbers.
+/// If they disagree; the message has both numbers.
 pub fn check(name: &str, inputs: &[Input], f: &Function<'_>) {
     let (_, grads) = evaluate(f, inputs);
     for direction in 0..3_u64 {

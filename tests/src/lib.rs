@@ -1,6 +1,6 @@
 //! Code shared by the integration tests.
 //!
-//! Fixtures, random inputs, gradient checks, and generators of data with known truth with their scoring.
+//! Fixtures, random inputs, gradient checks, generators of data with known truth, and scoring of answers.
 
 pub mod answers;
 pub mod battery;

@@ -1,4 +1,4 @@
-//! A test system that is linear in everything, so that every statistic of the loop has a closed form.
+//! A test system that is linear in its parameters, so that every statistic of the discovery has a closed form.
 //!
 //! ```text
 //! y(t) = θ0 t + θ1 x sin 3t + Σ κi (1 + x/2) sin (4+i)t + s + Σ ξm max(t - τm, 0)
@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// Times τ at which the slope changes, s.
 pub const EVENTS_S: [f64; 3] = [0.5, 1.0, 1.5];
 
-/// The linear test system.
+/// The linear test system, with its schema and its effects.
 #[derive(Clone, Debug)]
 pub struct Linear {
     schema: Schema,
@@ -28,7 +28,7 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// The system with `effects` effects in its library.
+    /// Makes the system with `effects` effects in its library.
     pub fn new(effects: usize) -> Self {
         let bounds = |name: &str| Parameter::free(name.into(), 0.0, -1e3, 1e3);
         let schema = Schema {
@@ -57,7 +57,7 @@ impl Linear {
         Self { schema, parameters, library: (0..effects).map(effect).collect(), laws: vec![] }
     }
 
-    /// Entry of the design matrix for a parameter, at time `t` in a record with covariate `x`.
+    /// Entry of the design matrix for parameter number `parameter`, at time `t` (s), for covariate `x`.
     pub fn column(&self, parameter: usize, t: f64, x: f64) -> f64 {
         match parameter {
             0 => t,
@@ -69,13 +69,13 @@ impl Linear {
         }
     }
 
-    /// Effect of a unit change of slope at an event.
+    /// Change of y at time `t` (s) per unit change ξ of the slope at event number `event`.
     fn offset(event: usize, t: f64) -> f64 {
         EVENTS_S.get(event).map_or(0.0, |tau| (t - tau).max(0.0))
     }
 }
 
-/// Effect number `i` of the library.
+/// Makes effect number `i` of the library, with coefficient κi.
 fn effect(i: usize) -> Effect {
     let amount = EffectParameter {
         name: "k_m".into(),
@@ -95,7 +95,7 @@ fn effect(i: usize) -> Effect {
     }
 }
 
-/// The random effect on the slope at each event.
+/// Makes the random effect: the change ξ of the slope at each event.
 fn scatter() -> Effect {
     let (name, unit) = ("sd".into(), "m/s".into());
     let sd = EffectParameter { name, unit, min: 0.0, max: 10.0, typical: 0.1, null: 0.0 };

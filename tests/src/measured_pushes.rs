@@ -1,5 +1,4 @@
-//! Expected findings in the measured pushes of two days: `discover_battery push-measured`, about five
-//! minutes.
+//! Checks the discovery on measured pushes of two days: `discover_battery push-measured`, about five minutes.
 
 use augsim_data::Dataset;
 use augsim_data::convert::CONVERTERS;
@@ -7,7 +6,7 @@ use augsim_discovery::{Options, discover};
 use augsim_physics::model::{ModelFile, PushModel};
 use std::path::Path;
 
-/// The converted data set and its model.
+/// Converts the data set in `folder` and returns it with its model.
 fn converted(folder: &Path) -> (Dataset, PushModel) {
     let (_, convert) = CONVERTERS.iter().find(|(name, _)| *name == "mit-pusher-slider").expect("a converter");
     let converted = convert(folder).expect("convertible");
@@ -18,12 +17,12 @@ fn converted(folder: &Path) -> (Dataset, PushModel) {
     (converted.data, model)
 }
 
-/// Checks the answer on `mit-pusher-slider-runs` and returns its summary sentence.
+/// Checks the discovery on `mit-pusher-slider-runs` and returns its summary sentence.
 ///
 /// The runs are of two days in two coordinate frames, with disturbances by hand.
 ///
 /// # Panics
-/// If the answer contradicts what is known of these runs.
+/// If the answer contradicts known facts about these runs.
 pub fn runs_of_two_days(folder: &Path) -> String {
     let (data, model) = converted(folder);
     let d = discover(&model, &data, &Options::default(), &mut |_| {}).expect("an answer");

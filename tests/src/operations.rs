@@ -1,19 +1,19 @@
-//! Table of all tape operations with inputs that exercise them, for the gradient checks.
+//! Table of all operations of the autodiff tape with inputs that exercise them, for the gradient checks.
 
 use crate::gradient::Input;
 use augsim_tensor::{GruVars, Scalar, Shape, Tape, TensorError, Var};
 
-/// A function of some inputs recorded on a tape; its output may have any shape.
+/// A function that records operations on inputs on a tape; its output may have any shape.
 pub type Recorded<T> = fn(&mut Tape<T>, &[Var]) -> Result<Var, TensorError>;
 
-/// One operation with one choice of operands.
+/// One operation of the tape with one choice of operands.
 #[derive(Debug, Clone)]
 pub struct Case {
     /// Operation that produces the output: one of [`augsim_tensor::OPERATIONS`].
     pub operation: &'static str,
-    /// Operation, special feature of this case, and dimensions of its inputs.
+    /// Name of the case: operation, special feature, and dimensions of the inputs.
     pub label: String,
-    /// Values of the operands.
+    /// Values of the operands of the operation.
     pub inputs: Vec<Input>,
     /// The operation in double precision.
     pub double: Recorded<f64>,
@@ -21,7 +21,7 @@ pub struct Case {
     pub single: Recorded<f32>,
 }
 
-/// Adds one case per list of inputs: `operation, note, inputs, |tape, operands| output`.
+/// Adds one case per list of inputs to `cases`: `operation, note, inputs, |tape, operands| output`.
 macro_rules! case {
     ($cases:ident, $operation:literal, $note:literal, $inputs:expr, |$t:ident, $v:ident| $body:expr) => {
         for inputs in $inputs {
@@ -37,7 +37,7 @@ macro_rules! case {
     };
 }
 
-/// Dimensions for operations of one operand: ordinary, a vector with a remainder, scalar, ones and zeros.
+/// Dimensions of single operands: a matrix, a vector with a SIMD remainder, scalar, ones and zeros.
 const SHAPES: [&[usize]; 7] = [&[2, 3], &[131], &[], &[1], &[1, 1, 1, 1], &[0], &[2, 0, 3]];
 
 /// Pairs of dimensions that broadcast in both ways, with sizes 0 and 1 and with unequal ranks.
@@ -53,32 +53,32 @@ const PAIRS: [[&[usize]; 2]; 9] = [
     [&[1, 1], &[1]],
 ];
 
-/// One list of standard normal inputs with these dimensions.
+/// Standard normal inputs with dimensions `shapes`, one input per shape.
 fn normal(shapes: &[&[usize]]) -> Vec<Input> {
     shapes.iter().enumerate().map(|(i, dims)| Input::normal(i as u64 + 1, dims)).collect()
 }
 
-/// One standard normal input per list.
+/// Makes one case of a single standard normal input per shape.
 fn each(shapes: &[&[usize]]) -> Vec<Vec<Input>> {
     shapes.iter().map(|dims| normal(&[dims])).collect()
 }
 
-/// One positive input per list.
+/// Makes one case of a single positive input per shape.
 fn each_positive(shapes: &[&[usize]]) -> Vec<Vec<Input>> {
     shapes.iter().map(|dims| vec![Input::positive(7, dims)]).collect()
 }
 
-/// Pairs with a standard normal first operand and a positive second one.
+/// Operand pairs of the shapes [`PAIRS`]: a standard normal numerator and a positive denominator.
 fn quotients() -> Vec<Vec<Input>> {
     PAIRS.iter().map(|[a, b]| vec![Input::normal(1, a), Input::positive(2, b)]).collect()
 }
 
-/// Pairs of standard normal operands.
+/// Pairs of standard normal operands of the shapes [`PAIRS`].
 fn pairs() -> Vec<Vec<Input>> {
     PAIRS.iter().map(|pair| normal(pair)).collect()
 }
 
-/// Operands of equal dimensions: `normals` of any sign followed by `positives` positive ones.
+/// Operands of equal dimensions, for each of [`SHAPES`]: `normals` of any sign, then `positives` positive ones.
 fn gaussians(normals: u64, positives: u64) -> Vec<Vec<Input>> {
     let operands = |dims: &[usize]| {
         let free = (0..normals).map(|k| Input::normal(k + 1, dims));
@@ -87,7 +87,7 @@ fn gaussians(normals: u64, positives: u64) -> Vec<Vec<Input>> {
     SHAPES.iter().map(|dims| operands(dims)).collect()
 }
 
-/// Inputs `x`, `h0`, `w_ih`, `w_hh`, `b_ih`, `b_hh` for sizes `(time, input, hidden, batch)`.
+/// Inputs `x`, `h0`, `w_ih`, `w_hh`, `b_ih`, `b_hh` of a GRU for sizes `[time, input, hidden, batch]`.
 fn gru(sizes: &[[usize; 4]]) -> Vec<Vec<Input>> {
     let operands = |&[t, i, h, b]: &[usize; 4]| {
         normal(&[&[t, i, b], &[h, b], &[3 * h, i], &[3 * h, h], &[3 * h], &[3 * h]])
@@ -95,7 +95,7 @@ fn gru(sizes: &[[usize; 4]]) -> Vec<Vec<Input>> {
     sizes.iter().map(operands).collect()
 }
 
-/// Weights of a GRU among its inputs.
+/// Picks the weights of a GRU from its inputs, in the order of [`gru`].
 fn weights(v: &[Var]) -> GruVars {
     GruVars { w_ih: v[2], w_hh: v[3], b_ih: v[4], b_hh: v[5] }
 }
@@ -121,7 +121,7 @@ fn external<T: Scalar>(tape: &mut Tape<T>, x: Var) -> Result<Var, TensorError> {
     tape.external(x, 2, &values, &jacobian)
 }
 
-/// All cases of all operations.
+/// Gradient-check cases of all operations.
 pub fn cases() -> Vec<Case> {
     let mut cases = elementwise();
     cases.extend(structural());
@@ -129,7 +129,7 @@ pub fn cases() -> Vec<Case> {
     cases
 }
 
-/// Cases of elementwise operations.
+/// Gradient-check cases of elementwise operations.
 fn elementwise() -> Vec<Case> {
     let mut cases = Vec::new();
     case!(cases, "add", "", pairs(), |t, v| t.add(v[0], v[1]));
@@ -167,7 +167,7 @@ fn elementwise() -> Vec<Case> {
     cases
 }
 
-/// Cases of operations on shapes and axes.
+/// Gradient-check cases of operations on shapes and axes.
 fn structural() -> Vec<Case> {
     let mut cases = Vec::new();
     let cubes: [&[usize]; 4] = [&[2, 3, 4], &[1, 1, 1], &[2, 0, 3], &[3, 1, 2]];
@@ -208,7 +208,7 @@ fn structural() -> Vec<Case> {
     cases
 }
 
-/// Cases of matrix products and layers.
+/// Gradient-check cases of matrix products and network layers.
 fn networks() -> Vec<Case> {
     let mut cases = Vec::new();
     let products: [[&[usize]; 2]; 5] = [

@@ -1,4 +1,4 @@
-//! Scoring of discoveries on sealed pushes: the truth is read only after the verdict.
+//! Scoring of discoveries on generated pushes whose truth is read only after the verdict ("sealed" sets).
 
 use crate::battery::{Row, Summary};
 use crate::sealed_push::{PushKind, SealedPushes, draw_push, seal_pushes};
@@ -8,7 +8,7 @@ use augsim_physics::model::PushModel;
 use augsim_system::ScatterPer;
 use std::time::Instant;
 
-/// Runs the sets with seeds `first .. first + count`, of `pushes` each, with one effect or none.
+/// Scores the sets with seeds `first .. first + count`, of `pushes` pushes each, with one effect or none.
 pub fn run(has_effect: bool, first: u64, count: u64, pushes: usize, on_row: &mut dyn FnMut(&Row)) -> Summary {
     let mut summary = Summary::default();
     for seed in first..first + count {
@@ -18,7 +18,7 @@ pub fn run(has_effect: bool, first: u64, count: u64, pushes: usize, on_row: &mut
     summary
 }
 
-/// Kinds that poses cannot distinguish from `kind`.
+/// Kinds of effects that measured poses cannot distinguish from `kind`.
 fn equivalent_kinds(kind: PushKind) -> &'static [&'static str] {
     match kind {
         PushKind::ExactSurface => &["exact-surface", "superelliptic-surface"],
@@ -27,7 +27,7 @@ fn equivalent_kinds(kind: PushKind) -> &'static [&'static str] {
     }
 }
 
-/// A sealed set with the result of a discovery on it.
+/// A generated set of pushes with its truth and the result of a discovery on it.
 struct Trial {
     sealed: SealedPushes,
     model: PushModel,
@@ -36,13 +36,13 @@ struct Trial {
     seconds: f64,
 }
 
-/// Verdict on one answer, with a note about the fit of the true effect.
+/// Whether the answer on one set is right, with a note about the fit of the true effect.
 struct Score {
     right: bool,
     oracle: String,
 }
 
-/// Generates, discovers and scores one set.
+/// Generates one set of pushes, runs a discovery on it, and scores the answer.
 fn run_set(has_effect: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Row {
     let row = run_trial(has_effect, seed, pushes, summary).and_then(|trial| {
         let score = match trial.sealed.truth().effect {
@@ -54,7 +54,7 @@ fn run_set(has_effect: bool, seed: u64, pushes: usize, summary: &mut Summary) ->
     row.unwrap_or_else(|text| Row { line: format!("{seed}: {text}"), right: false })
 }
 
-/// Generates a set and runs a discovery on it, or says why that failed.
+/// Generates a set of pushes and runs a discovery on it; the error says why that failed.
 fn run_trial(has_effect: bool, seed: u64, pushes: usize, summary: &mut Summary) -> Result<Trial, String> {
     let mut rng = random_stream(seed, "sealed truth", 0);
     let truth = draw_push(&mut rng, has_effect.then_some(seed as usize), pushes);
@@ -69,14 +69,14 @@ fn run_trial(has_effect: bool, seed: u64, pushes: usize, summary: &mut Summary) 
     Ok(Trial { sealed, model, options, found, seconds })
 }
 
-/// Whether no effect is claimed.
+/// Scores a set without an effect: right if no effect is claimed and the tests pass.
 fn score_null(trial: &Trial, summary: &mut Summary) -> Score {
     let right = trial.found.effects.is_empty() && trial.found.tests.pass;
     summary.false_alarms += usize::from(!right);
     Score { right, oracle: String::new() }
 }
 
-/// Whether the true effect is named, compared with a fit of this effect.
+/// Scores a set with one effect: compares the answer with the truth and with a fit of the true effect.
 fn score_effect(trial: &Trial, kind: PushKind, summary: &mut Summary) -> Result<Score, String> {
     let d = &trial.found;
     let found = trial.found_kinds();
@@ -110,12 +110,12 @@ fn score_effect(trial: &Trial, kind: PushKind, summary: &mut Summary) -> Result<
 }
 
 impl Trial {
-    /// Kinds of the effects found.
+    /// Kinds of the effects that the discovery found.
     fn found_kinds(&self) -> Vec<&str> {
         self.found.effects.iter().map(|e| e.kind.as_str()).collect()
     }
 
-    /// Text for the terminal.
+    /// Formats truth, answer and score of the set in one line, for the terminal.
     fn line(&self, seed: u64, Score { right, oracle }: &Score) -> String {
         let (d, truth, found, seconds) = (&self.found, self.sealed.truth(), self.found_kinds(), self.seconds);
         format!(

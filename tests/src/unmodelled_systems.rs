@@ -12,10 +12,10 @@ const NOISE_M: f64 = 0.001;
 /// Sampling rate, Hz.
 const RATE_HZ: f64 = 100.0;
 
-/// A vector in space.
+/// A vector in space: x, y, z.
 type V = [f64; 3];
 
-/// `a + s b`.
+/// Computes `a + s b`.
 fn add(a: V, b: V, s: f64) -> V {
     [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
 }
@@ -35,14 +35,14 @@ struct Body {
     /// Angular velocity, rad/s.
     angular_velocity: V,
     corners: Vec<V>,
-    /// Moment of inertia per mass, m²: equal about all axes of rotation.
+    /// Moment of inertia per mass, m²; the same about all axes of rotation.
     inertia: f64,
     restitution: f64,
     friction: f64,
 }
 
 impl Body {
-    /// Advances the body by a short time, with an impulse at the lowest corner if that moves into the floor.
+    /// Advances the body by `dt` (s), with an impulse at its lowest corner if that moves into the floor.
     fn step(&mut self, dt: f64) {
         self.velocity[2] -= G * dt;
         self.position = add(self.position, self.velocity, dt);
@@ -86,13 +86,13 @@ impl Body {
     }
 }
 
-/// A value with measurement noise.
+/// Adds measurement noise to a value.
 fn noisy(rng: &mut Xoshiro256PlusPlus, value: f64) -> f64 {
     let error: f64 = StandardNormal.sample(rng);
     value + NOISE_M * error
 }
 
-/// Positions of the centres of `count` bodies, sampled for `length_s`, s.
+/// Measured positions of the centres of `count` tumbling squares or cubes, sampled for `length_s` seconds.
 fn tumbling(seed: u64, cube: bool, count: usize, length_s: f64) -> Result<Dataset, DataError> {
     let mut rng = random_stream(seed, "tumbling", u64::from(cube));
     let half = if cube { 0.05 } else { 0.04 };
@@ -147,7 +147,7 @@ fn tumbling(seed: u64, cube: bool, count: usize, length_s: f64) -> Result<Datase
     Dataset::from_names(if cube { &["x_m", "y_m", "z_m"] } else { &["x_m", "z_m"] }, trajectories)
 }
 
-/// Positions of the centres of squares that tumble in a plane.
+/// Measured positions of the centres of squares that tumble in a plane.
 ///
 /// # Errors
 /// None in practice: the data are valid.
@@ -155,7 +155,7 @@ pub fn tumbling_squares(seed: u64) -> Result<Dataset, DataError> {
     tumbling(seed, false, 20, 1.5)
 }
 
-/// Positions of the centres of tossed cubes.
+/// Measured positions of the centres of tossed cubes.
 ///
 /// # Errors
 /// None in practice: the data are valid.
@@ -163,7 +163,7 @@ pub fn tossed_cubes(seed: u64) -> Result<Dataset, DataError> {
     tumbling(seed, true, 30, 0.9)
 }
 
-/// Positions of a pendulum's bob, or heights of a mass on a spring.
+/// Measured positions of a pendulum's bob, or heights of a mass on a spring.
 fn swinging(seed: u64, spring: bool) -> Result<Dataset, DataError> {
     let mut rng = random_stream(seed, "swinging", u64::from(spring));
     let mut trajectories = Vec::new();
@@ -193,7 +193,7 @@ fn swinging(seed: u64, spring: bool) -> Result<Dataset, DataError> {
     Dataset::from_names(if spring { &["height_m"] } else { &["x_m", "z_m"] }, trajectories)
 }
 
-/// Positions of a pendulum's bob.
+/// Measured positions of a pendulum's bob.
 ///
 /// # Errors
 /// None in practice: the data are valid.
@@ -201,7 +201,7 @@ pub fn pendulum(seed: u64) -> Result<Dataset, DataError> {
     swinging(seed, false)
 }
 
-/// Positions of a mass on a spring, in a column named as a height.
+/// Measured positions of a mass on a spring, in a column named as a height.
 ///
 /// # Errors
 /// None in practice: the data are valid.
@@ -209,7 +209,7 @@ pub fn spring(seed: u64) -> Result<Dataset, DataError> {
     swinging(seed, true)
 }
 
-/// The same trajectories with `change` applied to every value, by column name.
+/// Returns the data with `change(column name, value)` applied to every value.
 ///
 /// # Errors
 /// None if the changed values are finite.

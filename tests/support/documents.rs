@@ -8,7 +8,7 @@ pub fn root() -> PathBuf {
     here.ancestors().nth(2).expect("a crate two folders below the root").to_owned()
 }
 
-/// Path and text of every Markdown file for readers: in the root, `docs`, `benches`, and each crate.
+/// Path and text of every Markdown file for users: in the root, `docs`, `benches`, and each crate.
 #[allow(dead_code, reason = "not every test file that includes this reads all documents")]
 pub fn every_document() -> Vec<(PathBuf, String)> {
     let root = root();
@@ -29,7 +29,7 @@ pub fn every_document() -> Vec<(PathBuf, String)> {
     paths.into_iter().map(read).collect()
 }
 
-/// The text with each run of white space replaced by one space.
+/// Replaces each run of white space by one space.
 pub fn words(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

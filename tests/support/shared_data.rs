@@ -9,9 +9,10 @@ pub fn workspace() -> PathBuf {
     root.expect("a crate inside the workspace").to_owned()
 }
 
-/// The path `relative` below `AUGSIM_DATA`, or below `../shared/data` next to the workspace.
+/// Path of `relative` below `AUGSIM_DATA`, or below `../shared/data` next to the workspace.
 ///
-/// If it is missing, returns `None` and prints that the test is skipped; with `AUGSIM_REQUIRE_DATA=1` the
+/// If the file is missing, returns `None` and prints that the test is skipped; with `AUGSIM_REQUIRE_DATA=1`
+/// the
 /// test fails.
 #[allow(dead_code, reason = "not every test file that includes this needs shared data")]
 #[expect(clippy::print_stderr, reason = "a skipped test must be seen")]

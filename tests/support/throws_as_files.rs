@@ -1,24 +1,24 @@
-//! One set of planar throws written in many file layouts; included by path into the tests that read them.
+//! Writes one set of planar throws in many file layouts; included by path into the tests that read them.
 
 use augsim_data::Dataset;
 use std::path::{Path, PathBuf};
 
-/// Layout of a file.
+/// Layout of a data file: header, separator, units and offsets.
 pub struct Style {
     pub header: &'static str,
     pub separator: &'static str,
-    /// Metres per unit of the file, for x and for the height; negative for a height that counts downwards.
+    /// Metres per length unit of the file, for x and for the height; negative if the height counts downwards.
     pub metres: [f64; 2],
-    /// Offset added to the height, m.
+    /// Offset added to the height before it is written, m.
     pub raised_m: f64,
     /// Seconds per time unit of the file.
     pub seconds: f64,
     pub decimal_comma: bool,
-    /// Text of the cells after the fourth.
+    /// Text that follows the fourth cell of each row.
     pub extra: &'static str,
 }
 
-/// Commas, metres and seconds.
+/// Layout with commas, metres and seconds.
 pub const PLAIN: Style = Style {
     header: "run,t,x,y",
     separator: ",",
@@ -30,7 +30,7 @@ pub const PLAIN: Style = Style {
 };
 
 impl Style {
-    /// The rows of the file, without the header.
+    /// Rows of the file in this layout, without the header.
     pub fn rows(&self, data: &Dataset) -> Vec<String> {
         let mut rows = Vec::new();
         for t in data.trajectories() {
@@ -46,7 +46,7 @@ impl Style {
         rows
     }
 
-    /// The whole file.
+    /// Text of the whole file in this layout.
     pub fn text(&self, data: &Dataset) -> String {
         self.rows(data).into_iter().fold(format!("{}\n", self.header), |text, row| text + &row + "\n")
     }

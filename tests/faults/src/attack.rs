@@ -1,4 +1,4 @@
-//! One disturbance of one command, and the check of what it leaves behind.
+//! One fault injected into one command of `augsim`, and the check of the files that remain.
 
 use crate::outputs::{Files, damage, difference, files, is_temporary};
 use crate::run::{CHANGING, Ended, injected, run};
@@ -7,10 +7,10 @@ use crate::tiny_disk::TinyDisk;
 use std::fs;
 use std::path::Path;
 
-/// Name of the output folder within the folder of a case.
+/// Name of the folder, within the folder of a test case, to which the command writes its output.
 pub const OUT: &str = "out";
 
-/// A command with the files that it writes without disturbance.
+/// A command under test, with the files that it writes when no fault is injected.
 #[derive(Debug)]
 pub struct Target<'a> {
     /// The program `augsim`.
@@ -22,9 +22,11 @@ pub struct Target<'a> {
 }
 
 impl Target<'_> {
-    /// Kills the command at its `place`-th system call, then resumes it; returns the defect, if any.
+    /// Kills the command at its `place`-th system call, then resumes it; returns a description of the defect,
+    /// or
+    /// `None`.
     ///
-    /// Counted are the calls in [`CHANGING`] if `changing`, else all calls.
+    /// Counts only the calls in [`CHANGING`] if `changing`, else all calls.
     ///
     /// # Errors
     /// strace cannot be started, or files cannot be read.
@@ -38,6 +40,8 @@ impl Target<'_> {
     }
 
     /// Runs the command on a file system of `room` KiB, then enlarges it and resumes the command.
+    ///
+    /// Returns a description of the defect, or `None`.
     ///
     /// # Errors
     /// The file system cannot be mounted, or files cannot be read.
@@ -55,7 +59,7 @@ impl Target<'_> {
         self.resume(folder)
     }
 
-    /// Runs the command on a read-only file system.
+    /// Runs the command on a read-only file system; returns a description of the defect, or `None`.
     ///
     /// # Errors
     /// The file system cannot be mounted, or files cannot be read.
@@ -69,8 +73,9 @@ impl Target<'_> {
         self.check_failure(folder, &ended)
     }
 
-    /// Checks a failed command: the message must name a file or folder, and no damaged or temporary file may
-    /// remain.
+    /// Checks a failed command; returns a description of the defect, or `None`.
+    ///
+    /// The message must name a file or folder, and no damaged or temporary file may remain.
     fn check_failure(&self, folder: &Path, ended: &Ended) -> anyhow::Result<Option<String>> {
         let message = ended.stderr.trim();
         let Some(code) = ended.code else {
@@ -90,6 +95,8 @@ impl Target<'_> {
     }
 
     /// Repeats or resumes the command, which must then write the files of an undisturbed run.
+    ///
+    /// Returns a description of the defect, or `None`.
     fn resume(&self, folder: &Path) -> anyhow::Result<Option<String>> {
         // A command that was killed before it wrote anything cannot be resumed, so it is started again.
         let has_output = files(&folder.join(OUT))?.keys().any(|path| !is_temporary(path));
@@ -103,7 +110,7 @@ impl Target<'_> {
     }
 }
 
-/// Makes an empty folder, and deletes what was in it.
+/// Creates the folder if it does not exist, and deletes its contents.
 ///
 /// # Errors
 /// The folder cannot be written.

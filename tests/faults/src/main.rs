@@ -70,7 +70,7 @@ fn main() -> anyhow::Result<ExitCode> {
     Ok(if defects == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Disturbs one command in all ways; returns the numbers of disturbances and of defects.
+/// Injects all faults into one command; returns the numbers of injected faults and of defects.
 fn disturb(
     args: &Args,
     augsim: &Path,

@@ -1,4 +1,4 @@
-//! Output files of a command: checks for damage and for differences from an undisturbed run.
+//! Checks the output files of a command for damage and for differences from an undisturbed run.
 
 use anyhow::Context;
 use augsim_data::{MissingCells, read_dataset};
@@ -9,10 +9,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// File of run times, which differ between runs; all other files depend only on seed and inputs.
+/// Name of the file of run times; only this file differs between runs with the same seed and inputs.
 const TIMING_FILE: &str = "timing.json";
 
-/// Contents of the files below a folder, by relative path.
+/// Contents of all files below a folder, by path relative to the folder.
 pub type Files = BTreeMap<PathBuf, Vec<u8>>;
 
 /// Reads all files below `folder`, which may be absent.
@@ -27,7 +27,7 @@ pub fn files(folder: &Path) -> anyhow::Result<Files> {
     Ok(files)
 }
 
-/// Adds the files below `folder` to `files`.
+/// Adds the files below `folder` to `files`, with their paths relative to `root`.
 fn collect_files(root: &Path, folder: &Path, files: &mut Files) -> anyhow::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
@@ -41,7 +41,7 @@ fn collect_files(root: &Path, folder: &Path, files: &mut Files) -> anyhow::Resul
     Ok(())
 }
 
-/// Whether a file is temporary (hidden and ending in `.tmp`), as a killed process may leave.
+/// Whether a file is temporary (hidden, ending in `.tmp`); a killed process may leave such files.
 pub fn is_temporary(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     name.starts_with('.') && name.ends_with(".tmp")
@@ -65,7 +65,7 @@ pub fn damage(folder: &Path, undisturbed: &Files) -> anyhow::Result<Option<Strin
     Ok(None)
 }
 
-/// Returns an error if a file of a known format cannot be read to the end.
+/// Reads a file of a known format to the end; returns an error if that fails.
 fn check_readable(path: &Path, content: &[u8]) -> anyhow::Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
@@ -114,9 +114,9 @@ pub fn difference(folder: &Path, undisturbed: &Files) -> anyhow::Result<Option<S
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a truncated file, an unexpected file and different bytes are noticed; a complete file of
-    //! another moment and the temporary file of a killed process are accepted. A harness that accepts
-    //! everything would always pass.
+    //! Contract: a truncated file, an unexpected file and different bytes are noticed. A complete file from
+    //! an earlier moment of the run and the temporary file of a killed process are accepted. A harness that
+    //! accepts everything would always pass.
     use super::*;
 
     fn folder(files: &[(&str, &[u8])]) -> tempfile::TempDir {

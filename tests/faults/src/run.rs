@@ -1,20 +1,19 @@
-//! Runs a command, plainly or under strace, which counts its system calls or injects a fault into one of
-//! them.
+//! Runs a command, plainly or under strace. Strace counts its system calls, or injects a fault into one.
 
 use anyhow::Context;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// System calls that change files or print output.
+/// Names of the system calls that change files or print output, as a list for strace.
 ///
-/// Half of the kills happen at these, because they are rare among all calls of a command that computes.
+/// Half of the kills happen at these calls, because they are rare among all calls of a command that computes.
 pub const CHANGING: &str = "write,writev,pwrite64,openat,rename,renameat,renameat2,unlink,unlinkat,mkdir,fsync,fdatasync,ftruncate,flock,fchmod";
 
-/// Result of a command.
+/// Exit code and error output of a command.
 #[derive(Debug)]
 pub struct Ended {
-    /// Exit code; `None` if a signal ended it.
+    /// Exit code of the command; `None` if a signal ended it.
     pub code: Option<i32>,
     /// Text that the program wrote to standard error.
     pub stderr: String,
@@ -31,9 +30,9 @@ pub fn run(program: &Path, arguments: &[String], folder: &Path) -> anyhow::Resul
     Ok(Ended { code: output.status.code(), stderr: String::from_utf8_lossy(&output.stderr).into_owned() })
 }
 
-/// The numbers of all system calls of `set` that `program` makes.
+/// Numbers of all system calls of the kinds `set` that `program` makes, for injection by number.
 ///
-/// A call is numbered among those of its thread, because strace counts in this way when it injects.
+/// A call is numbered within its thread, because strace counts in this way when it injects a fault.
 ///
 /// # Errors
 /// strace cannot be started, or the command fails under it.
@@ -61,7 +60,7 @@ pub fn places(program: &Path, arguments: &[String], folder: &Path, set: &str) ->
     Ok(places)
 }
 
-/// Runs `program` under strace with the fault `injection` at a call of `set`.
+/// Runs `program` under strace, which injects the fault `injection` at a system call of the kinds `set`.
 ///
 /// # Errors
 /// strace cannot be started.
@@ -76,7 +75,7 @@ pub fn injected(
     strace(program, arguments, folder, &["-o", "/dev/null", "-e", &trace, "-e", &inject])
 }
 
-/// Runs `program` under strace with these options.
+/// Runs `program` under strace with the strace options `options`.
 fn strace(program: &Path, arguments: &[String], folder: &Path, options: &[&str]) -> anyhow::Result<Ended> {
     let mut command = Command::new("strace");
     command.args(["-f", "--seccomp-bpf", "-qqq"]).args(options).arg(program).args(arguments);

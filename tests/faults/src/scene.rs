@@ -1,6 +1,6 @@
-//! The commands under test.
+//! The `augsim` commands into which faults are injected.
 //!
-//! Each runs in its own folder, writes only to `out`, and is repeated with the same arguments, with
+//! Each command runs in its own folder, writes only to `out`, and is repeated with the same arguments, with
 //! `--resume` if the command has it.
 
 use crate::run::run;
@@ -8,21 +8,21 @@ use anyhow::Context;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-/// A command, and how it is resumed after it was killed.
+/// A command under test, and how it is resumed after it was killed.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// Name in reports.
+    /// Name of the command in reports.
     pub name: &'static str,
-    /// Arguments of the command.
+    /// Arguments of the command's first run.
     pub arguments: Vec<String>,
-    /// Arguments that repeat or resume it.
+    /// Arguments with which the command is repeated or resumed.
     pub again: Vec<String>,
 }
 
-/// Folder of the common inputs, seen from the folder of a case.
+/// Path of the folder of common input files, relative to the folder of a test case.
 const INPUTS: &str = "../inputs";
 
-/// Makes the inputs below `root` and returns the commands that use them.
+/// Makes the input files below `root` and returns the commands under test that use them.
 ///
 /// # Errors
 /// The inputs cannot be made.
@@ -69,7 +69,7 @@ pub fn prepare(augsim: &Path, root: &Path) -> anyhow::Result<Vec<Scene>> {
     ])
 }
 
-/// Path of the program `augsim`, which cargo puts into the same folder as this one.
+/// Path of the program `augsim`, which cargo puts into the same folder as this program.
 ///
 /// # Errors
 /// The program does not exist.
@@ -79,17 +79,17 @@ pub fn augsim() -> anyhow::Result<PathBuf> {
     Ok(path)
 }
 
-/// Root folder of the workspace.
+/// Path of the root folder of the workspace.
 fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Splits a line at white space into arguments.
+/// Splits a command line at white space into arguments.
 fn arguments_of(line: &str) -> Vec<String> {
     line.split_whitespace().map(str::to_owned).collect()
 }
 
-/// The header and the first `count` trajectories of a CSV file in long form.
+/// Copies the header and the first `count` trajectories of a CSV file in long form.
 fn trajectories(text: &str, count: usize) -> String {
     let mut ids: Vec<&str> = Vec::new();
     let mut out = String::new();

@@ -1,15 +1,15 @@
-//! A small file system in memory, mounted as root, as a real full or read-only disk.
+//! A small file system in memory, mounted as root, that fails like a full or a read-only disk.
 
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A mounted file system, which is unmounted when dropped.
+/// A small file system mounted on this folder; it is unmounted when dropped.
 #[derive(Debug)]
 pub struct TinyDisk(PathBuf);
 
 impl TinyDisk {
-    /// Mounts a file system of `room` KiB on `folder`.
+    /// Mounts a file system of `room` KiB in memory on `folder`.
     ///
     /// # Errors
     /// This user or this container may not mount file systems.
@@ -50,7 +50,7 @@ impl Drop for TinyDisk {
     }
 }
 
-/// Runs a command, and returns its standard error if it fails.
+/// Runs a command; the error of a failed command is its standard error.
 fn call(command: &mut Command) -> anyhow::Result<()> {
     let output = command.output().context("mount cannot be started")?;
     anyhow::ensure!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr).trim());

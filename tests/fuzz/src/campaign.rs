@@ -1,4 +1,4 @@
-//! Campaigns: series of mutated inputs, each determined by seed and number.
+//! Fuzzing campaigns: series of mutated input files, each determined by the campaign's seed and its number.
 
 use crate::reader::{Files, Reader};
 use crate::readers::READERS;
@@ -6,7 +6,7 @@ use crate::seeds;
 use augsim_data::random_stream;
 use rand::RngExt;
 
-/// A series of inputs for some readers.
+/// A series of mutated input files for some file readers.
 #[derive(Debug)]
 pub struct Campaign {
     seed: u64,
@@ -14,7 +14,7 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    /// The campaign of `seed` on all readers, or on the one called `only`.
+    /// Makes the campaign with this seed on all file readers, or on the one called `only`.
     ///
     /// # Errors
     /// There is no such reader, or its seed files cannot be made.
@@ -34,7 +34,7 @@ impl Campaign {
         Ok(Campaign { seed, readers })
     }
 
-    /// Input number `index`: its reader, and its files with one of them mutated.
+    /// Makes input number `index`: the file reader, and its seed files with one of them mutated.
     pub fn input(&self, index: u64) -> (Reader, Files) {
         let (reader, seeds) = &self.readers[(index % self.readers.len() as u64) as usize];
         let mut rng = random_stream(self.seed, "fuzz", index);

@@ -1,4 +1,4 @@
-//! Child process: reads inputs with a memory limit and a time limit, and reports on standard output.
+//! Child process: reads mutated files with limits on memory and time, and reports on standard output.
 
 use crate::campaign::Campaign;
 use crate::limits::MAX_MEMORY_BYTES;
@@ -13,34 +13,34 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Counts the memory of this process and refuses to exceed a limit, which aborts the process.
+/// Allocator that counts the memory of this process and aborts the process above a limit.
 #[global_allocator]
 static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 
 /// Exit code of a child that ended itself because an input exceeded the time limit.
 pub const HANG_EXIT_CODE: i32 = 86;
 
-/// Number of inputs between reports, so that little is lost if the child dies.
+/// Number of inputs between two reports to the parent, so that little is lost if the child dies.
 const REPORT_EVERY: u64 = 512;
 
-/// Time at which reading of the current input started.
+/// Time at which reading of the current input started; `None` between inputs.
 static INPUT_STARTED: Mutex<Option<Instant>> = Mutex::new(None);
 
 /// Location and message of the last panic.
 static PANIC: Mutex<String> = Mutex::new(String::new());
 
-/// Inputs of one child: `first`, `first + step`, … below `end`.
+/// Numbers of the inputs that one child process reads: `first`, `first + step`, … below `end`.
 #[derive(Debug, Clone)]
 pub struct Share {
-    /// First input.
+    /// Number of the first input.
     pub first: u64,
-    /// Step between two inputs.
+    /// Difference between the numbers of two consecutive inputs.
     pub step: u64,
-    /// End of the campaign, exclusive.
+    /// Number of inputs of the campaign; the last one is `end - 1`.
     pub end: u64,
 }
 
-/// Counts for one reader.
+/// Numbers of accepted and rejected inputs of one file reader, and its longest time.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Number of accepted inputs.
@@ -51,8 +51,9 @@ pub struct Counts {
     pub slowest_ms: u64,
 }
 
-/// Reads the inputs of `share` in the folder `scratch`, and copies the first input of each kind of finding
-/// below `keep`.
+/// Reads the inputs of `share` in the folder `scratch`, and reports on standard output.
+///
+/// The first input of each kind of finding (defect) is copied below `keep`.
 ///
 /// # Errors
 /// The folders cannot be written.
@@ -99,7 +100,7 @@ pub fn campaign(
     Ok(())
 }
 
-/// Reads one case of the corpus, whose files are in `folder`.
+/// Reads the files in `folder`, a case of the corpus, with `reader` and reports the outcome.
 ///
 /// # Errors
 /// The folder cannot be read.
@@ -114,7 +115,7 @@ pub fn case(reader: &Reader, folder: &Path, limit: Duration) -> io::Result<()> {
     out.flush()
 }
 
-/// Folder for the input of a finding, below `keep`.
+/// Folder below `keep` to which the input of a finding (defect) is copied.
 pub fn finding_folder(keep: &Path, class: Class, reader: &str, index: u64) -> PathBuf {
     keep.join(reader).join(format!("{}-{index}", class.name()))
 }
@@ -137,7 +138,7 @@ fn install_guards(limit: Duration) {
     });
 }
 
-/// Whether the input was accepted, or the defect; and the time that it took.
+/// Reads one input; returns whether it was accepted, or class and detail of the defect; and the time taken.
 fn read_guarded(reader: &Reader, path: &Path) -> (Result<bool, (Class, String)>, Duration) {
     let started = Instant::now();
     set_input_start(Some(started));
@@ -156,7 +157,7 @@ fn read_guarded(reader: &Reader, path: &Path) -> (Result<bool, (Class, String)>,
     (outcome, started.elapsed())
 }
 
-/// Sets the time at which reading of the current input started.
+/// Stores the time at which reading of the current input started; `None` after it was read.
 fn set_input_start(started: Option<Instant>) {
     if let Ok(mut slot) = INPUT_STARTED.lock() {
         *slot = started;

@@ -1,5 +1,6 @@
-//! Inputs that once broke a reader: small ones are committed as `corpus/READER/CASE/`, large ones are
-//! generated here.
+//! Corpus: inputs that once broke a file reader. Small ones are committed as `corpus/READER/CASE/`; large
+//! ones
+//! are generated here.
 
 use crate::envelope::{Envelope, gzipped, zipped};
 use crate::reader::{Files, Reader};
@@ -8,18 +9,18 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-/// A case of the corpus.
+/// One input that once broke a file reader.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// Name of the reader.
+    /// Name of the file reader.
     pub reader: String,
-    /// Descriptive name of the case.
+    /// Descriptive name of the input.
     pub name: String,
-    /// The input files.
+    /// Input files of the reader.
     pub files: Files,
 }
 
-/// All cases: the committed and the generated ones.
+/// Returns all inputs of the corpus: the committed and the generated ones.
 ///
 /// # Errors
 /// The corpus cannot be read.
@@ -36,7 +37,7 @@ pub fn cases() -> io::Result<Vec<Case>> {
     Ok(cases)
 }
 
-/// Names of the folders in a folder, sorted.
+/// Names of the subfolders of a folder, sorted.
 fn subfolders(path: &Path) -> io::Result<Vec<String>> {
     let mut names = Vec::new();
     for entry in fs::read_dir(path)? {
@@ -49,7 +50,7 @@ fn subfolders(path: &Path) -> io::Result<Vec<String>> {
     Ok(names)
 }
 
-/// Generates the cases that are large and simple.
+/// Generates the inputs of the corpus that are large and simple.
 fn generated() -> io::Result<Vec<Case>> {
     let case =
         |reader: &str, name: &str, files: Files| Case { reader: reader.into(), name: name.into(), files };
@@ -74,7 +75,7 @@ fn generated() -> io::Result<Vec<Case>> {
     ])
 }
 
-/// Readers that misbehave on purpose, each in one way, to test that the harness notices (see
+/// Five readers that misbehave on purpose, each in one way, to test that the harness notices (see
 /// `tests/corpus.rs`).
 pub fn deliberate() -> [Reader; 5] {
     let reader = |name, read| Reader { name, envelope: Envelope::Plain, takes_folder: true, read };

@@ -1,6 +1,6 @@
-//! Container formats through which mutations reach the content.
+//! Container formats (gzip, zip, checkpoint) whose content is mutated before they are packed again.
 //!
-//! Without them a checksum or a compressed stream would reject nearly every mutated file before its content
+//! Without this, a checksum or a compressed stream would reject nearly every mutated file before its content
 //! is read.
 
 use crate::mutation::mutate;
@@ -13,35 +13,36 @@ use std::io::{self, Cursor, Read, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-/// Bytes of a checkpoint's header: magic (8), version (4), length of the body (8), CRC-32 of the body (4).
+/// Length of a checkpoint's header, bytes: magic (8), version (4), body length (8), CRC-32 of the body (4).
 const CHECKPOINT_HEADER: usize = 24;
 
-/// Offsets of the header length and of the header in an array file (version 1.0), bytes.
+/// Offsets in an NPY array file (version 1.0), bytes: of the header's length, and of the header.
 const ARRAY_HEADER_OFFSETS: (usize, usize) = (8, 10);
 
-/// Container format of a file.
+/// Container format of a file, through which its content is mutated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Envelope {
-    /// No container.
+    /// No container: the bytes of the file are mutated.
     Plain,
-    /// One gzip member.
+    /// One gzip member, whose content is mutated.
     Gzip,
-    /// A zip archive; one of its members is mutated.
+    /// A zip archive, one of whose members is mutated.
     Zip,
-    /// A zip archive of arrays; the header of one of them is mutated and its length corrected, or its data.
+    /// A zip archive of NPY arrays; in one of them the data or the header (with corrected length) is mutated.
     Arrays,
-    /// A checkpoint, whose length and checksum are corrected.
+    /// A checkpoint, whose body is mutated and whose length and checksum are corrected.
     Checkpoint,
 }
 
 impl Envelope {
-    /// Mutates `file`, with probability 0.5 inside the container.
+    /// Mutates `file`, with probability 0.5 inside its container; `donor` is another valid file of the
+    /// format.
     pub fn mutate(self, rng: &mut Xoshiro256PlusPlus, file: &[u8], donor: &[u8]) -> Vec<u8> {
         let mutated = if rng.random() { self.mutate_content(rng, file, donor) } else { None };
         mutated.unwrap_or_else(|| mutate(rng, file, donor))
     }
 
-    /// Mutates the content; `None` if the file cannot be unpacked.
+    /// Mutates the content of a container; `None` if the file cannot be unpacked.
     fn mutate_content(self, rng: &mut Xoshiro256PlusPlus, file: &[u8], donor: &[u8]) -> Option<Vec<u8>> {
         match self {
             Envelope::Plain => None,
@@ -82,7 +83,7 @@ impl Envelope {
     }
 }
 
-/// Mutates the header of an array file and corrects its length, or mutates its data.
+/// Mutates the header of an NPY array file and corrects its length, or mutates its data.
 fn mutate_array(rng: &mut Xoshiro256PlusPlus, file: &[u8], donor: &[u8]) -> Vec<u8> {
     let (length_at, header_at) = ARRAY_HEADER_OFFSETS;
     let Some([low, high]) = file.get(length_at..header_at) else { return mutate(rng, file, donor) };
@@ -114,7 +115,7 @@ pub fn gzipped(content: &[u8]) -> io::Result<Vec<u8>> {
     encoder.finish()
 }
 
-/// Names and contents of the members of a zip archive; `None` if it is invalid.
+/// Names and contents of the members of a zip archive; `None` if the archive is invalid.
 pub fn unzipped(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
     let mut archive = ZipArchive::new(Cursor::new(file)).ok()?;
     let mut members = Vec::new();

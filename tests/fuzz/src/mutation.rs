@@ -1,11 +1,11 @@
-//! Random mutations of bytes; some use that text files consist of numbers, words and lines.
+//! Random mutations of bytes; some change whole numbers, words or lines of text files.
 
 use crate::limits::MAX_INPUT_BYTES;
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::ops::Range;
 
-/// Numbers that often break parsers or arithmetic.
+/// Texts of numbers that often break parsers or arithmetic, inserted by mutations.
 const NUMBERS: [&str; 22] = [
     "0",
     "-0",
@@ -31,7 +31,7 @@ const NUMBERS: [&str; 22] = [
     "0x10",
 ];
 
-/// Words with a meaning in some of the formats, and characters with a meaning for terminals and text tools.
+/// Words with a meaning in some file formats, and characters with a meaning for terminals and text tools.
 const WORDS: [&str; 30] = [
     "trajectory",
     "t_s",
@@ -65,7 +65,7 @@ const WORDS: [&str; 30] = [
     "<f8",
 ];
 
-/// Integers at the limits of their widths.
+/// Integers at the limits of their widths (8, 16, 32, 64 bits), inserted by mutations.
 const BOUNDARY_INTEGERS: [u64; 12] =
     [0, 1, 0x7f, 0x80, 0xff, 0x7fff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 1 << 40, i64::MAX as u64, u64::MAX];
 
@@ -81,7 +81,7 @@ pub fn mutate(rng: &mut Xoshiro256PlusPlus, bytes: &[u8], donor: &[u8]) -> Vec<u
     out
 }
 
-/// Makes one random change.
+/// Makes one random change to `out`; parts of `donor` may be inserted.
 fn change(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, donor: &[u8]) {
     match rng.random_range(0..15u32) {
         0 => {
@@ -136,25 +136,25 @@ fn change(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, donor: &[u8]) {
     }
 }
 
-/// A random position; `None` if there are no bytes.
+/// Draws a random position within `bytes`; `None` if there are no bytes.
 fn random_position(rng: &mut Xoshiro256PlusPlus, bytes: &[u8]) -> Option<usize> {
     (!bytes.is_empty()).then(|| rng.random_range(0..bytes.len()))
 }
 
-/// A random range within `len`; short ranges are more frequent.
+/// Draws a random range within `0..len`; short ranges are more frequent.
 fn range(rng: &mut Xoshiro256PlusPlus, len: usize) -> Range<usize> {
     let start = rng.random_range(0..=len);
     let longest = (len - start).min(1 << rng.random_range(0..14u32));
     start..start + rng.random_range(0..=longest)
 }
 
-/// Inserts a piece at a random position.
+/// Inserts the bytes `piece` at a random position.
 fn insert(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, piece: &[u8]) {
     let position = rng.random_range(0..=out.len());
     out.splice(position..position, piece.iter().copied());
 }
 
-/// Overwrites 1, 2, 4 or 8 bytes with a boundary integer.
+/// Overwrites 1, 2, 4 or 8 bytes at a random position with a boundary integer.
 fn overwrite_number(rng: &mut Xoshiro256PlusPlus, out: &mut [u8]) {
     let width = 1 << rng.random_range(0..4u32);
     if out.len() < width {
@@ -167,7 +167,7 @@ fn overwrite_number(rng: &mut Xoshiro256PlusPlus, out: &mut [u8]) {
     out[position..position + width].copy_from_slice(&bytes[..width]);
 }
 
-/// Replaces the first token of one kind after a random position.
+/// Replaces the first token after a random position, a run of bytes of class `kind`, by one of `by`.
 fn replace_token(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, kind: impl Fn(u8) -> bool, by: &[&str]) {
     let from = rng.random_range(0..=out.len());
     let Some(start) = out[from..].iter().position(|b| kind(*b)).map(|k| from + k) else { return };
@@ -176,7 +176,7 @@ fn replace_token(rng: &mut Xoshiro256PlusPlus, out: &mut Vec<u8>, kind: impl Fn(
     out.splice(start..end, token.bytes());
 }
 
-/// The line around a random position, with its line end.
+/// Range of the line around a random position, with its line end.
 fn line(rng: &mut Xoshiro256PlusPlus, bytes: &[u8]) -> Range<usize> {
     let position = rng.random_range(0..=bytes.len());
     let start = bytes[..position].iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);

@@ -11,33 +11,33 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;
 
-/// A campaign to run.
+/// Settings of a fuzzing campaign.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// The `fuzz` program, which is also the child.
+    /// Path of the `fuzz` program, which is also the program of the child processes.
     pub program: PathBuf,
-    /// Number of inputs.
+    /// Number of inputs to read.
     pub inputs: u64,
     /// Seed of the mutations.
     pub seed: u64,
-    /// Number of processes at a time.
+    /// Number of child processes at a time.
     pub jobs: u64,
-    /// The only reader to test; `None` for all.
+    /// Name of the only file reader to test; `None` for all.
     pub reader: Option<String>,
-    /// Folder for inputs of findings.
+    /// Folder to which inputs with findings (defects) are copied.
     pub keep: PathBuf,
 }
 
-/// Findings and counts of a campaign.
+/// Findings (defects) and counts of a fuzzing campaign.
 #[derive(Debug, Default)]
 pub struct Report {
-    /// One finding of each kind.
+    /// One finding for each kind of defect.
     pub findings: Vec<Finding>,
-    /// Counts by reader.
+    /// Numbers of accepted and rejected inputs, by file reader.
     pub counts: BTreeMap<String, Counts>,
 }
 
-/// Runs a campaign.
+/// Runs a fuzzing campaign in parallel child processes.
 ///
 /// # Errors
 /// A child cannot be started, or ends in an unexpected way.
@@ -70,7 +70,7 @@ pub fn run(plan: &Plan) -> anyhow::Result<Report> {
     Ok(merged)
 }
 
-/// Reads one case, whose files are in `folder`, in its own process; `None` if there is no defect.
+/// Reads the files in `folder` with one reader in its own process; `None` if there is no defect.
 ///
 /// # Errors
 /// The child cannot be started.
@@ -87,8 +87,7 @@ pub fn case(program: &Path, reader: &str, folder: &Path, limit: Duration) -> any
     Ok(report.findings.pop().or_else(|| death(&output, reader, 0)))
 }
 
-/// A temporary folder, in memory if the system allows it, because inputs are written a thousand times per
-/// second.
+/// Makes a temporary folder, in memory if the system allows it, as inputs are written 1000 times per second.
 ///
 /// # Errors
 /// The folder cannot be created.
@@ -100,7 +99,7 @@ pub fn scratch() -> anyhow::Result<tempfile::TempDir> {
     })
 }
 
-/// Runs one of the parallel series of inputs, and restarts the child after each crash.
+/// Runs the inputs of parallel series number `job`, and restarts the child process after each crash.
 fn run_job(plan: &Plan, job: u64, scratch: &Path) -> anyhow::Result<Report> {
     fs::create_dir_all(scratch)?;
     let mut report = Report::default();
@@ -141,7 +140,7 @@ fn run_job(plan: &Plan, job: u64, scratch: &Path) -> anyhow::Result<Report> {
     Ok(report)
 }
 
-/// The finding for a child that did not end successfully.
+/// Makes the finding for a child process that crashed or hung; `None` if it ended successfully.
 fn death(output: &Output, reader: &str, index: u64) -> Option<Finding> {
     if output.status.success() {
         return None;
@@ -156,7 +155,7 @@ fn death(output: &Output, reader: &str, index: u64) -> Option<Finding> {
     Some(Finding { class, reader: reader.to_owned(), index, detail })
 }
 
-/// Reads the report lines of a child.
+/// Reads the report lines of a child process and adds them to `report`.
 fn parse(output: &Output, report: &mut Report) {
     for line in String::from_utf8_lossy(&output.stdout).lines() {
         let cells: Vec<&str> = line.split('\t').collect();

@@ -1,4 +1,4 @@
-//! Readers under test and their input files.
+//! File readers under test, and the input files that they read.
 
 use crate::envelope::Envelope;
 use crate::verdict::Verdict;
@@ -6,12 +6,12 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Files that a reader reads together: one, or a folder of them.
+/// Names and contents of the files that a reader reads together: one file, or a folder of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Files(pub Vec<(String, Vec<u8>)>);
 
 impl Files {
-    /// A single file.
+    /// Makes the input of a reader of a single file.
     pub fn one(name: &str, content: impl Into<Vec<u8>>) -> Self {
         Files(vec![(name.to_owned(), content.into())])
     }
@@ -31,7 +31,7 @@ impl Files {
         Ok(())
     }
 
-    /// The files in `folder`, by name.
+    /// Reads the files in `folder`, in the order of their names.
     ///
     /// # Errors
     /// The folder cannot be read, or a file name is not Unicode.
@@ -50,16 +50,16 @@ impl Files {
     }
 }
 
-/// A function of augsim that reads files.
+/// A file reader of augsim under test.
 #[derive(Debug, Clone, Copy)]
 pub struct Reader {
-    /// Name in reports and in the corpus.
+    /// Name of the reader in reports and in the corpus.
     pub name: &'static str,
-    /// Container format of its files.
+    /// Container format of the reader's files.
     pub envelope: Envelope,
-    /// Whether it takes the folder of the files instead of the first file.
+    /// Whether the reader takes the folder of the files instead of the first file.
     pub takes_folder: bool,
-    /// Reads the path and checks the result.
+    /// Reads the file or folder at the path and checks the result.
     pub read: fn(&Path) -> Verdict,
 }
 

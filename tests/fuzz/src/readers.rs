@@ -1,4 +1,4 @@
-//! All file readers of augsim, with the guarantees for accepted files.
+//! All file readers of augsim, with the guarantees that are checked for accepted files.
 //!
 //! A data set or model file that was accepted can be written and is then read back unchanged; a checkpoint
 //! makes a net.
@@ -43,27 +43,27 @@ pub const READERS: [Reader; 20] = [
     folder("spindoe-table-tennis", |path| converted(path, "spindoe-table-tennis")),
 ];
 
-/// A reader of one file.
+/// Makes a [`Reader`] of one file.
 const fn reader(name: &'static str, envelope: Envelope, read: fn(&Path) -> Verdict) -> Reader {
     Reader { name, envelope, takes_folder: false, read }
 }
 
-/// A reader of a folder of files.
+/// Makes a [`Reader`] of a folder of files.
 const fn folder(name: &'static str, read: fn(&Path) -> Verdict) -> Reader {
     Reader { name, envelope: Envelope::Plain, takes_folder: true, read }
 }
 
-/// The reader of this name, including those of [`deliberate`](crate::corpus::deliberate).
+/// Finds the reader with this name, including those of [`deliberate`](crate::corpus::deliberate).
 pub fn by_name(name: &str) -> Option<Reader> {
     READERS.into_iter().chain(crate::corpus::deliberate()).find(|r| r.name == name)
 }
 
-/// Reads a data set in any layout.
+/// Reads a data set in any supported layout and checks it.
 fn data(path: &Path) -> Verdict {
     examine(path, read_dataset(path, MissingCells::AsGap))
 }
 
-/// Converts a published data set.
+/// Converts a published data set with the converter called `set` and checks it.
 fn converted(path: &Path, set: &str) -> Verdict {
     let Some((_, convert)) = CONVERTERS.iter().find(|(name, _)| *name == set) else {
         return Verdict::Broken(format!("there is no converter `{set}`"));
@@ -139,8 +139,9 @@ fn model(path: &Path) -> Verdict {
     }
 }
 
-/// Reads a model of equations, simulates it briefly, and checks that it is written and read back with equal
-/// numbers.
+/// Reads a model of equations and simulates it briefly.
+///
+/// Checks that it is written and read back with equal numbers.
 fn written_model(path: &Path) -> Verdict {
     let model = match augsim_equations::model::read(path) {
         Ok(model) => model,
@@ -199,7 +200,7 @@ fn written_data(path: &Path) -> Verdict {
     }
 }
 
-/// Reads a checkpoint and makes its net.
+/// Reads a training checkpoint and makes its network.
 fn training_state(path: &Path) -> Verdict {
     match checkpoint::load::<TrainingState>(path) {
         Err(e) => refusal(path, &e),
@@ -210,7 +211,7 @@ fn training_state(path: &Path) -> Verdict {
     }
 }
 
-/// Reads weights into a small net.
+/// Reads a safetensors file of weights into a small network.
 fn safetensors(path: &Path) -> Verdict {
     match weights::import(path, &mut seeds::small_net()) {
         Err(e) => refusal(path, &e),
@@ -218,13 +219,13 @@ fn safetensors(path: &Path) -> Verdict {
     }
 }
 
-/// Contents of `config.resolved.toml` without the source of the data, which the command opens itself.
+/// Contents of `config.resolved.toml` without the source of the data, which `train` opens itself.
 #[derive(Deserialize)]
 struct Config {
     settings: Settings,
 }
 
-/// Reads a resolved configuration and sets up its training.
+/// Reads a resolved training configuration and sets up its training.
 fn config(path: &Path) -> Verdict {
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,

@@ -1,4 +1,4 @@
-//! Valid files from which inputs are mutated.
+//! Seed files: valid files from which the fuzzer makes mutated inputs.
 //!
 //! They are the committed fixtures, small files in every layout, and the beginnings of measured files if
 //! `../shared/data` (or `AUGSIM_DATA`) exists.
@@ -17,18 +17,18 @@ use std::sync::OnceLock;
 /// Name of a published push file, which encodes its conditions.
 const TRIAL: &str = "motion_surface=abs_shape=tri1_a=0_v=20_i=1.000_s=0.400_t=0.000";
 
-/// Bytes used of a measured text file: its beginning has every kind of line.
+/// Number of bytes that are used of a measured text file; its beginning has every kind of line.
 const BEGINNING: usize = 3000;
 
-/// Two drops with groups, an empty cell and a quoted cell.
+/// CSV text of two drops with groups, an empty cell and a quoted cell.
 const DROPS: &str = "trajectory,t_s,height_m,velocity_m_s,group\n\
     a,0,4.5,0,red\na,0.0166,4.49,-0.16,red\na,0.0333,4.48,,red\nb,0,4.2,0,\"blue, big\"\nb,0.5,2.97,-4.9,\"blue, big\"\n";
 
-/// One push with forces and flags of new samples.
+/// CSV text of one push with forces and flags of new samples.
 const PUSHES: &str = "trajectory,t_s,pusher_x_m,pusher_y_m,x_m,y_m,theta_rad,force_x_N,force_y_N,pusher_new,object_new,force_new\n\
     p,0,0,0,0.05,0,0,0,0,1,1,1\np,0.1,0.01,0,0.06,0,0.02,-1,0,1,0,1\np,0.2,0.02,0,0.07,0.001,0.04,-1,0,1,1,0\n";
 
-/// A ball model with values per group and two effects.
+/// Model file of a ball with values per group and two effects.
 const BALL_MODEL: &str = r#"scenario = "ball"
 [parameters]
 gravity_m_s2 = { nominal = 9.81, frozen = true }
@@ -47,7 +47,7 @@ kind = "height-offset"
 b_m = { nominal = 0.0, per = "trajectory" }
 "#;
 
-/// A pushing model with values per group and one effect.
+/// Model file of pushing with values per group and one effect.
 const PUSH_MODEL: &str = r#"scenario = "push"
 object = "rect1"
 [parameters]
@@ -64,15 +64,15 @@ kind = "pose-latency"
 delay_s = { nominal = 0.0108, ci95 = [0.0070, 0.0146] }
 "#;
 
-/// A log in the layout of `cmu-mlab`.
+/// Text of a push log in the layout of `cmu-mlab`.
 const PUSH_LOG: &str = "1\n636.1 34.3 9.8 0.365 0.009 0 0.930\n643.0 43.6 10.0 0.323 0.008 0 0.946\n\
     3\n10.0 0.1 0.2\n10.2 0.3 0.2\n10.4 0.2 0.1\n3\n10.0 600 30 9 1 0 0 0\n10.2 610 31 9 1 0 0 0\n10.4 620 32 9 1 0 0 0\n";
 
-/// A run in the layout of `mit-pusher-slider`.
+/// CSV text of a run in the layout of `mit-pusher-slider`.
 const SLIDER: &str = "t_s,pusher_x_m,pusher_y_m,slider_x_m,slider_y_m,slider_th_rad,pusher_new,slider_new\n\
     0,0,0,0.05,0,0,1,1\n0.004,0.001,0,0.05,0,0.01,1,0\n0.008,0.002,0,0.051,0.001,0.02,1,1\n0.012,0.003,0,0.052,0.001,0.03,0,1\n";
 
-/// The files from which inputs of this reader are mutated.
+/// Valid files from which mutated inputs of the file reader `reader` are made.
 ///
 /// # Errors
 /// A fixture cannot be read.
@@ -150,7 +150,7 @@ pub fn of(reader: &str) -> anyhow::Result<Vec<Files>> {
     Ok(seeds)
 }
 
-/// Beginnings of measured files, which are not committed because they are not ours.
+/// Beginnings of measured files for a reader; they are not committed because they are not ours.
 fn measured(reader: &str) -> anyhow::Result<Vec<Files>> {
     let root =
         std::env::var_os("AUGSIM_DATA").map_or_else(|| workspace().join("../shared/data"), PathBuf::from);
@@ -171,19 +171,19 @@ fn measured(reader: &str) -> anyhow::Result<Vec<Files>> {
     existing.map(|(folder, name)| Ok(Files::one(name, text(&format!("{folder}/{name}"))?))).collect()
 }
 
-/// The whole lines in the first `bytes` bytes, or those bytes if they contain no line end.
+/// The whole lines within the first `bytes` bytes, or all these bytes if they contain no line end.
 fn beginning(text: &[u8], bytes: usize) -> Vec<u8> {
     let part = &text[..text.len().min(bytes)];
     let end = part.iter().rposition(|b| *b == b'\n').map_or(part.len(), |k| k + 1);
     part[..end].to_vec()
 }
 
-/// Root folder of the workspace.
+/// Path of the root folder of the workspace.
 fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A push file in the published JSON layout.
+/// Text of a push file in the published JSON layout.
 fn push_json() -> String {
     let rows = |scale: f64| {
         let rows: Vec<_> = (0..12)
@@ -199,7 +199,7 @@ fn push_json() -> String {
     )
 }
 
-/// Files in the layout of `paper-stack-bounces`.
+/// Small data set of files in the layout of `paper-stack-bounces`.
 fn paper_stack() -> Files {
     let index = "series,file,ball,drop,sheets,repeat,pressure_mbar,frames,frame_gaps,usable_impacts,accel_px_per_frame2,px_per_m_if_200fps,arc_rms_px,t_imp1_frame,v_in1_px_per_frame,e1,v_in2_px_per_frame,e2,v_in3_px_per_frame,e3,note\n\
         a4,1.csv,blue,high,10,1,,60,0,2,0.3,1270,0.07,97.3,19.3,0.36,6.9,0.47,,,\n";
@@ -210,7 +210,7 @@ fn paper_stack() -> Files {
     Files(vec![("drops.csv".into(), drops.into_bytes()), ("index.csv".into(), index.into())])
 }
 
-/// Files in the layout of `spindoe-table-tennis`.
+/// Small data set of files in the layout of `spindoe-table-tennis`.
 fn table_tennis() -> Files {
     let flight: String = (0..30)
         .map(|k| {
@@ -230,7 +230,7 @@ fn npz(text: &str) -> anyhow::Result<Vec<u8>> {
     file_bytes(|path| Ok(write_npz(&data, path)?))
 }
 
-/// Bytes that `write` writes to a file.
+/// Calls `write` with a temporary file and returns the bytes of the file.
 fn file_bytes(write: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Result<Vec<u8>> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("file");
@@ -238,13 +238,13 @@ fn file_bytes(write: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Result
     Ok(fs::read(path)?)
 }
 
-/// Settings of the smallest net of the paper's kind.
+/// Training settings of the smallest hybrid network.
 fn small_settings() -> Settings {
     let settings = Settings::new(Recipe::Hybrid, 100, 1, Engine::PybulletBall(published_predictor()));
     Settings { net: NetSettings { hidden: 2, layers: 1, latent: 1, ..settings.net }, ..settings }
 }
 
-/// Text of a `config.resolved.toml`.
+/// Text of a `config.resolved.toml` with the smallest hybrid network.
 fn config() -> anyhow::Result<String> {
     #[derive(serde::Serialize)]
     struct Config {
@@ -258,7 +258,7 @@ fn config() -> anyhow::Result<String> {
     Ok(toml::to_string_pretty(&Config { checkpoint_every: 100, data, settings: small_settings() })?)
 }
 
-/// A small set of parameters, into which weights are read.
+/// A small set of network parameters, into which weights are read.
 pub fn small_net() -> Params<f32> {
     let mut params = Params::new(augsim_data::random_stream(1, "fuzz-weights", 0));
     params.add("gru.weight_ih_l0".into(), &[6, 3], Init::Constant(0.0));
@@ -266,10 +266,10 @@ pub fn small_net() -> Params<f32> {
     params
 }
 
-/// Two drops of ten samples at the sampling rate of the paper.
+/// Two simulated drops of ten samples each at the sampling rate of the paper.
 ///
 /// # Panics
-/// Never, because the paper's law can be simulated.
+/// Never, because drops from the paper's distribution can be simulated.
 pub fn short_drops() -> &'static Sequences {
     static DROPS: OnceLock<Sequences> = OnceLock::new();
     DROPS.get_or_init(|| {
@@ -279,7 +279,7 @@ pub fn short_drops() -> &'static Sequences {
     })
 }
 
-/// Effect and candidate blocks that are appended to the pendulum example.
+/// Text of effect and candidate blocks that are appended to the model file of the pendulum example.
 const EFFECTS: &str = r#"
 [[effect]]
 kind = "coulomb"
@@ -310,5 +310,5 @@ w = { of = "x", grid = [0.1, 0.3] }
 states = { z = { rate = "v - z", start = 0.0 } }
 "#;
 
-/// Data of two tanks, with empty cells and an unused column.
+/// CSV text of two tanks, with empty cells and an unused column.
 const TANKS: &str = "t_s,pump_v,lower_level_v,other\n0,3.25,5.2,x\n4,3.24,,y\n8,,5.1,\n12,3.2,5.0,1\n";

@@ -1,8 +1,8 @@
 //! Contract: every file that once broke a reader is now rejected or read within the limits of time and
 //! memory; and the harness notices a panic, a hang, exhausted memory and an unprintable message.
 //!
-//! Readers that misbehave on purpose stand for these defects, because a harness that finds nothing may itself
-//! be broken.
+//! Readers that misbehave on purpose have these defects, because a harness that finds nothing may itself be
+//! broken.
 
 use augsim_fuzz::campaign::Campaign;
 use augsim_fuzz::limits::MAX_TIME;

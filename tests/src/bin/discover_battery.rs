@@ -1,4 +1,4 @@
-//! Runs a large battery of sealed sets with seeds FIRST, FIRST + 1, …; prints rows and a summary.
+//! Runs discoveries on generated data sets of seeds FIRST, FIRST + 1, …; prints the scores and a summary.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a tool for the terminal")]
 
 use augsim_tests::battery::{Battery, Row, Summary, run, run_with_gaps};
@@ -100,10 +100,10 @@ enum Kind {
     Traps(Seeds),
 }
 
-/// A runner of ball batteries: with complete data or with empty cells.
+/// Runs ball sets with complete data or with empty cells: `(family, first seed, count, on_row) -> counts`.
 type BatteryRunner = fn(Battery, u64, u64, &mut dyn FnMut(&Row)) -> Summary;
 
-/// Runs a battery of ball data.
+/// Runs and scores generated sets of ball data, and prints wrong answers and the counts.
 fn ball(kind: Battery, BallOptions { seeds, verbose, gaps }: BallOptions) {
     let runner: BatteryRunner = if gaps { run_with_gaps } else { run };
     let summary = runner(kind, seeds.first, seeds.count, &mut |row| {
@@ -114,19 +114,19 @@ fn ball(kind: Battery, BallOptions { seeds, verbose, gaps }: BallOptions) {
     println!("{summary}");
 }
 
-/// Runs a battery of pushes.
+/// Runs and scores generated sets of pushes, with one effect or none, and prints all rows and the counts.
 fn pushes(has_effect: bool, PushOptions { seeds, pushes }: PushOptions) {
     let show = &mut |row: &Row| println!("{}", row.line);
     println!("{}", push_battery::run(has_effect, seeds.first, seeds.count, pushes, show));
 }
 
-/// The binary `augsim` in the folder of this one, and a folder for the sets.
+/// Path of the program `augsim` in the folder of this program, and a temporary folder for the data sets.
 fn binary_and_folder() -> std::io::Result<(PathBuf, PathBuf)> {
     let augsim = std::env::current_exe()?.with_file_name("augsim");
     Ok((augsim, std::env::temp_dir().join(format!("augsim-battery-{}", std::process::id()))))
 }
 
-/// Runs a battery of systems of equations.
+/// Generates data sets of systems of equations, runs `augsim` on them, and prints scores and counts.
 fn systems(kind: sealed_systems::Kind, SystemOptions { seeds, long }: SystemOptions) -> std::io::Result<()> {
     let (augsim, folder) = binary_and_folder()?;
     let summary =
@@ -137,7 +137,7 @@ fn systems(kind: sealed_systems::Kind, SystemOptions { seeds, long }: SystemOpti
     std::fs::remove_dir_all(folder)
 }
 
-/// Runs the battery of trap sets.
+/// Runs `augsim` on sets with odd noise, logging faults or unmodelled defects; prints scores and counts.
 fn run_traps(Seeds { first, count }: Seeds) -> std::io::Result<()> {
     let (augsim, folder) = binary_and_folder()?;
     let summary = traps::run((first, count), &augsim, &folder, &mut |row| {

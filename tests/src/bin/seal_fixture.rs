@@ -1,15 +1,15 @@
-//! Writes the sealed data set of `fixtures/sealed`: `seal_fixture FOLDER`. The truth is written to
-//! `label.txt`.
+//! Writes the generated data set and model of `fixtures/sealed`: `seal_fixture FOLDER`. The truth is written
+//! to `label.txt`.
 #![expect(clippy::print_stderr, reason = "a tool for the terminal")]
 
 use augsim_data::{DataError, random_stream, write_csv};
 use augsim_tests::sealed::{Kind, draw, seal};
 use std::path::Path;
 
-/// Seed of the fixture.
+/// Seed from which the data set of `fixtures/sealed` is generated.
 const SEED: u64 = 20_263;
 
-/// Generates the set and writes data, model and truth to `folder`.
+/// Generates the fixture and writes its data, model file and truth to `folder`.
 fn write(folder: &Path) -> Result<(), DataError> {
     let mut rng = random_stream(SEED, "fixture", 0);
     let (mut scene, mut truth) = draw(&mut rng, Some(0), false);

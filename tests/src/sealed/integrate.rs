@@ -5,16 +5,16 @@
 
 use super::truth::{Kind, Truth, Unlisted};
 
-/// Length of a step, s.
+/// Length of an integration step, s.
 const STEP: f64 = 1e-3;
 /// Gravitational acceleration, m/s².
 const G: f64 = 9.81;
 /// Radius of the ball, m.
 const RADIUS: f64 = 0.02;
-/// Moment of inertia divided by mass and squared radius.
+/// Moment of inertia of the ball divided by mass and squared radius.
 const INERTIA: f64 = 0.4;
 
-/// Initial state and conditions of one trajectory.
+/// Initial state of one trajectory, and its deviations from the nominal conditions.
 #[derive(Clone, Debug)]
 pub struct Start {
     pub x: f64,
@@ -22,11 +22,11 @@ pub struct Start {
     pub vx: f64,
     pub vz: f64,
     pub spin: f64,
-    /// Session time minus its mean, s.
+    /// Session time of the release minus the mean session time, s.
     pub clock: f64,
-    /// Session time, s.
+    /// Session time of the release, s.
     pub session: f64,
-    /// Deviations of the restitution, impact by impact.
+    /// Deviations of the coefficient of restitution, one per impact.
     pub offsets: Vec<f64>,
 }
 
@@ -39,19 +39,19 @@ struct Ball {
     vz: f64,
 }
 
-/// The true physics of a set.
+/// The true physics of a generated set.
 pub struct Physics<'a> {
     pub truth: &'a Truth,
     pub restitution: f64,
 }
 
 impl Physics<'_> {
-    /// Sum of a parameter over the effects that have it.
+    /// Sum of the parameter that `pick` selects, over the effects that have it.
     fn sum(&self, pick: impl Fn(&Kind) -> Option<f64>) -> f64 {
         self.truth.effects.iter().filter_map(pick).sum()
     }
 
-    /// Acceleration in flight, m/s².
+    /// Acceleration of the ball in flight, `(horizontal, vertical)`, m/s².
     fn acceleration(&self, b: &Ball, spin: f64, t: f64) -> (f64, f64) {
         let (mut ax, mut az) = (0.0, -G);
         let speed = b.vx.hypot(b.vz);
@@ -86,7 +86,7 @@ impl Physics<'_> {
         (ax, az)
     }
 
-    /// State after a Runge-Kutta step of length `h`.
+    /// State of the ball after a Runge-Kutta step of length `h` (s).
     fn step(&self, b: &Ball, spin: f64, t: f64, h: f64) -> Ball {
         let f = |b: &Ball, t: f64| {
             let (ax, az) = self.acceleration(b, spin, t);
@@ -111,7 +111,7 @@ impl Physics<'_> {
         }
     }
 
-    /// Coefficient of restitution of an impact.
+    /// Coefficient of restitution of an impact at normal speed `speed` (m/s) and place `x` (m).
     fn restitution_at(&self, speed: f64, x: f64, spin: f64, t: f64, bounce: usize, s: &Start) -> f64 {
         let mut e = self.restitution;
         for k in &self.truth.effects {
@@ -135,7 +135,7 @@ impl Physics<'_> {
         (e + s.offsets.get(bounce).copied().unwrap_or(0.0)).clamp(0.02, 0.99)
     }
 
-    /// True positions at `times`.
+    /// Simulates the ball from `start` and returns its noise-free positions `(x, z)` at `times` (s), m.
     pub fn positions(&self, start: &Start, times: &[f64]) -> Vec<(f64, f64)> {
         let mut motion = Motion::new(self, start, times);
         for &sample_time in times {
@@ -149,7 +149,7 @@ impl Physics<'_> {
     }
 }
 
-/// A plane floor that may be tilted.
+/// A plane floor that may be tilted, by sine and cosine of the angle.
 #[derive(Clone, Copy)]
 struct Floor {
     sin: f64,
@@ -163,15 +163,15 @@ impl Floor {
     }
 }
 
-/// An impact on the floor.
+/// Velocities and restitution of one impact on the floor.
 struct Impact {
     /// Velocity normal to the floor before the impact, m/s; negative.
     normal: f64,
     /// Velocity along the floor before the impact, m/s.
     tangential: f64,
-    /// Coefficient of restitution.
+    /// Coefficient of restitution of this impact.
     restitution: f64,
-    /// Change of the velocity along the floor, m/s.
+    /// Change of the velocity along the floor by the impact, m/s.
     jump: f64,
 }
 
@@ -181,7 +181,7 @@ struct Motion<'a> {
     start: &'a Start,
     times: &'a [f64],
     floor: Floor,
-    /// Duration of a contact, s; 0 for instantaneous impacts.
+    /// Duration of a contact with the floor, s; 0 for instantaneous impacts.
     contact_s: f64,
     ball: Ball,
     time: f64,
@@ -211,12 +211,12 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// Time of the next sample; `None` after the last one.
+    /// Time of the next sample, s; `None` after the last one.
     fn next_sample_time(&self) -> Option<f64> {
         self.times.get(self.samples.len()).copied()
     }
 
-    /// Advances to `sample_time`, or to the end of a contact that lasts longer.
+    /// Advances the simulation to `sample_time`, or to the end of a contact that lasts longer.
     fn advance_to(&mut self, sample_time: f64) {
         while self.time < sample_time {
             if self.is_resting {
@@ -243,7 +243,7 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// Advances to the contact within a step of length `h`, which is located by bisection.
+    /// Advances to the first contact with the floor within `h` seconds, which is located by bisection.
     fn advance_to_contact(&mut self, h: f64) {
         let after = |h: f64| self.physics.step(&self.ball, self.spin, self.time, h);
         let (mut low, mut high) = (0.0, h);
@@ -255,7 +255,7 @@ impl<'a> Motion<'a> {
         self.time += low;
     }
 
-    /// Computes the impact and applies its change of the spin; `None` if the ball comes to rest.
+    /// Computes the impact and changes the spin of the ball; `None` if the ball comes to rest.
     fn start_impact(&mut self) -> Option<Impact> {
         let (b, Floor { sin, cos }) = (self.ball, self.floor);
         let normal = b.vz * cos - b.vx * sin;
@@ -282,7 +282,8 @@ impl<'a> Motion<'a> {
         Some(Impact { normal, tangential, restitution: e, jump })
     }
 
-    /// Integrates the contact as a spring and a damper until the ball leaves; meanwhile the ball slides.
+    /// Integrates the contact as a spring and a damper until the ball leaves the floor; meanwhile the ball
+    /// slides.
     fn slide_through_contact(&mut self, impact: &Impact) {
         let damping = -impact.restitution.ln() / self.contact_s;
         let stiffness = (std::f64::consts::PI / self.contact_s).powi(2) + damping * damping;
@@ -320,7 +321,7 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// Applies an instantaneous impact and moves the ball onto the floor.
+    /// Applies an instantaneous impact to the velocities and moves the ball onto the floor.
     fn rebound(&mut self, impact: &Impact) {
         let Floor { sin, cos } = self.floor;
         let (n, u) = (-impact.restitution * impact.normal, impact.tangential + impact.jump);

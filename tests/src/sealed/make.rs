@@ -1,4 +1,5 @@
-//! Simulated measurements for a truth, and the model file, which declares none of its effects.
+//! Simulates measurements for given true effects, and writes a model file that declares none of these
+//! effects.
 
 use super::integrate::{Physics, Start};
 use super::truth::{Kind, Scene, Truth, Unlisted};
@@ -7,23 +8,23 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// A data set with its truth, which a test must not read before the verdict.
+/// A generated data set with its truth, which a test must not read before the verdict of the discovery.
 pub struct Sealed {
-    /// Simulated measurements.
+    /// Simulated measurements, without the truth.
     pub data: Dataset,
-    /// Text of the model file.
+    /// Text of the model file, which declares none of the true effects.
     pub model: String,
     truth: Truth,
 }
 
 impl Sealed {
-    /// The truth; to be read only after the verdict.
+    /// The true effects and noise; a test reads them only after the verdict.
     pub fn truth(&self) -> &Truth {
         &self.truth
     }
 }
 
-/// Text of the declared model: gravity, a restitution to calibrate, and the noise of the instrument.
+/// Text of the model file: gravity, a restitution to calibrate, and position noise of `sd_m` (m).
 pub fn model_text(scene: &Scene, sd_m: f64) -> String {
     let release = if scene.at_rest { "rest" } else { "free" };
     let geometry = if scene.plane { "radius_m = 0.02\ninertia_ratio = 0.4\n" } else { "" };
@@ -33,12 +34,12 @@ pub fn model_text(scene: &Scene, sd_m: f64) -> String {
     )
 }
 
-/// A standard normal number.
+/// Draws a standard normal number.
 fn normal(rng: &mut Xoshiro256PlusPlus) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// A smooth residual at `times`, in units of the noise.
+/// A smooth residual at `times` (s), in standard deviations of the noise.
 ///
 /// It is the sum of three waves with random amplitudes and phases over a record of `length_s`, s.
 fn wobble(rng: &mut Xoshiro256PlusPlus, amplitude: f64, times: &[f64], length_s: f64) -> Vec<f64> {
@@ -71,14 +72,14 @@ pub fn seal(scene: &Scene, truth: Truth, rng: &mut Xoshiro256PlusPlus) -> Result
     })
 }
 
-/// Simulates and measures the trajectories of a scene.
+/// Simulates and measures the trajectories of one scene (recording conditions) with one truth.
 struct Laboratory<'a> {
     scene: &'a Scene,
     truth: &'a Truth,
 }
 
 impl Laboratory<'_> {
-    /// Value of the first effect that `pick` accepts; 0 without one.
+    /// Parameter value of the first true effect that `pick` accepts; 0 if there is none.
     fn parameter(&self, pick: impl Fn(&Kind) -> Option<f64>) -> f64 {
         self.truth.effects.iter().find_map(pick).unwrap_or(0.0)
     }
@@ -106,7 +107,7 @@ impl Laboratory<'_> {
         Trajectory::new(format!("{index}"), times, values)
     }
 
-    /// Draws the session time, the initial state and the deviations of the restitution.
+    /// Draws the session time, the initial state and the deviations of the restitution for one trajectory.
     fn draw_start(&self, index: usize, rng: &mut Xoshiro256PlusPlus) -> Start {
         let scene = self.scene;
         let per_impact = self.parameter(|k| if let Kind::ScatterImpact(s) = k { Some(*s) } else { None });
@@ -142,7 +143,7 @@ impl Laboratory<'_> {
         times
     }
 
-    /// Positions at the true sample times, which differ from the nominal ones by the latency and the jitter.
+    /// True positions `(x, z)`, m, at the true sample times: the nominal `times` with latency and jitter.
     fn true_positions(&self, start: &Start, times: &[f64], rng: &mut Xoshiro256PlusPlus) -> Vec<(f64, f64)> {
         let latency = self.parameter(|k| if let Kind::Latency(s) = k { Some(*s) } else { None });
         let jitter_s = self.truth.jitter_s;
@@ -158,7 +159,8 @@ impl Laboratory<'_> {
         true_positions
     }
 
-    /// Measures positions with the distortions, the noise and the outliers of the camera.
+    /// Measures positions `(x, z)` with the distortions, noise and outliers of the camera; returns all x, all
+    /// z.
     fn measure(&self, positions: &[(f64, f64)], rng: &mut Xoshiro256PlusPlus) -> (Vec<f64>, Vec<f64>) {
         let (scene, truth) = (self.scene, self.truth);
         let offset = self.parameter(|k| if let Kind::HeightOffset(s) = k { Some(*s) } else { None });

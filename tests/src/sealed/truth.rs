@@ -1,9 +1,9 @@
-//! Truth of a sealed set: its effects, its noise, and how it was recorded.
+//! Truth of a generated data set: its effects, its noise, and how it was recorded.
 
 use rand::{Rng, RngExt};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// An effect of the library with its parameter; [`Kind::name`] is the name that an answer must give.
+/// True effect that is in the effect library, with its parameter; an answer must give [`Kind::name`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     QuadraticDrag(f64),
@@ -26,20 +26,20 @@ pub enum Kind {
     Roll(f64),
 }
 
-/// An effect that the library does not have.
+/// True effect that is not in the effect library, with its parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unlisted {
-    /// Restitution changes by this at x = 1 m.
+    /// Change of the restitution at x = 1 m.
     FloorStep(f64),
-    /// Restitution varies as a sine of the session clock (amplitude; period 300 s).
+    /// Amplitude of a sinusoidal variation of restitution with session time; period 300 s.
     FloorSine(f64),
-    /// Drag with this coefficient, only above 2.5 m/s.
+    /// Drag coefficient of a drag that acts only above 2.5 m/s.
     DragCrisis(f64),
-    /// A spring force towards 1 m height, 1/s².
+    /// Stiffness per mass of a spring force towards 1 m height, 1/s².
     Tether(f64),
     /// Decrease of restitution per absolute spin, s/rad.
     SpinLoss(f64),
-    /// Cubic lens distortion of the height about 0.7 m, 1/m².
+    /// Coefficient of a cubic lens distortion of the height about 0.7 m, 1/m².
     Lens(f64),
     /// Amplitude of a horizontal acceleration that is a sine of time since release, m/s²; 1.5 Hz.
     Gust(f64),
@@ -47,26 +47,26 @@ pub enum Unlisted {
     Fatigue(f64),
 }
 
-/// The truth of a set.
+/// True effects and noise of a generated data set.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
     pub effects: Vec<Kind>,
     pub unlisted: Option<Unlisted>,
-    /// Correlation of the noise between neighbouring samples.
+    /// Correlation of the measurement noise between neighbouring samples.
     pub correlation: f64,
-    /// Standard deviation of the error of time stamps, s.
+    /// Standard deviation of the errors of time stamps, s.
     pub jitter_s: f64,
-    /// Share of outliers; their standard deviation is 12 times that of the noise.
+    /// Share of samples that are outliers; their standard deviation is 12 times that of the noise.
     pub outliers: f64,
     /// Amplitude of a smooth residual that differs in each record, in standard deviations of the noise.
     ///
     /// No effect explains it, and trajectories do not share it.
     pub wobble: f64,
-    /// Ratio of the true noise to the declared one.
+    /// True standard deviation of the measurement noise divided by the one that the model declares.
     pub declared_ratio: f64,
 }
 
-/// How a set was recorded.
+/// Recording conditions of a data set: geometry, release, number of trajectories, sampling rate and noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scene {
     pub plane: bool,
@@ -79,7 +79,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Thirty drops along a vertical line.
+    /// Recording conditions of thirty drops along a vertical line.
     pub const DROPS: Scene = Scene {
         plane: false,
         at_rest: true,
@@ -92,7 +92,7 @@ impl Scene {
 }
 
 impl Kind {
-    /// Kind in answers.
+    /// Kind of the effect, as an answer names it.
     pub fn name(&self) -> &'static str {
         match self {
             Kind::QuadraticDrag(_) => "quadratic-drag",
@@ -115,7 +115,7 @@ impl Kind {
         }
     }
 
-    /// Value of the parameter.
+    /// Value of the parameter of the effect.
     pub fn value(&self) -> f64 {
         match *self {
             Kind::QuadraticDrag(v)
@@ -139,7 +139,7 @@ impl Kind {
         }
     }
 
-    /// Draws an effect that is possible in `scene`.
+    /// Draws an effect that is possible in `scene`, with its parameter.
     fn draw(rng: &mut Xoshiro256PlusPlus, scene: &Scene) -> Self {
         let (kind_count, plane_only) = (18, [3, 4, 8, 11, 12, 13, 17]);
         loop {
@@ -174,7 +174,7 @@ impl Kind {
     }
 }
 
-/// Draws a scene and a truth with `effects` library effects, or with an unlisted one for `None`.
+/// Draws recording conditions and a truth: `effects` library effects, or one unlisted effect for `None`.
 pub fn draw(rng: &mut Xoshiro256PlusPlus, effects: Option<usize>, noisy: bool) -> (Scene, Truth) {
     let scene = Scene {
         plane: rng.random_bool(0.6),

@@ -1,18 +1,19 @@
-//! Friction wrench of a moving object by maximum dissipation, and the twist that a contact enforces.
+//! Friction wrench of a sliding object by maximum dissipation, and the object's motion when a rod pushes it.
 
-/// Friction model of the support.
+/// Friction model of the support on which the object slides, for a twist `(v, w)`.
 #[derive(Clone, Debug)]
 pub enum Surface {
-    /// Dissipation `sqrt(|v|² + c² w²)`; the number is c, m.
+    /// Dissipation `sqrt(|v|² + c² w²)` per sliding force; the number is c, m.
     Ellipsoid(f64),
-    /// Dissipation `(|v|^q + |c w|^q)^(1/q)`, `q = p / (p - 1)`; the numbers are c, m, and p.
+    /// Dissipation `(|v|^q + |c w|^q)^(1/q)` per sliding force, `q = p / (p - 1)`; the numbers are c (m) and
+    /// p.
     Superellipsoid(f64, f64),
-    /// Coulomb friction of patches: position in the body, m, and share of the load.
+    /// Coulomb friction of patches, each with its position in the body frame (m) and its share of the load.
     Patches(Vec<([f64; 2], f64)>),
 }
 
 impl Surface {
-    /// Uniform pressure on a square with this side, m.
+    /// Patches of a uniform pressure on a square with this side, m.
     pub fn square(side: f64) -> Self {
         const ACROSS: usize = 12;
         let place = |i: usize| side * ((i as f64 + 0.5) / ACROSS as f64 - 0.5);
@@ -26,26 +27,26 @@ impl Surface {
 #[derive(Clone, Debug)]
 pub struct Body<'a> {
     pub surface: &'a Surface,
-    /// Position of the centre of friction in the body, m.
+    /// Position of the centre of friction in the body frame, m.
     pub centre: [f64; 2],
-    /// The map `A^(1/2)` of anisotropic friction.
+    /// The matrix `A^(1/2)` of anisotropic friction, by which the slip velocity is multiplied.
     pub stretch: [[f64; 2]; 2],
-    /// Relative change of the load per metre.
+    /// Relative change of the pressure per metre, along x and y of the body.
     pub gradient: [f64; 2],
-    /// Force at the centre of mass other than friction and rod force.
+    /// Force at the centre of friction other than friction and rod force, in units of the sliding force.
     pub load: [f64; 2],
 }
 
-/// Smallest speed in a division, m/s, against division by zero.
+/// Smallest speed by which is divided, m/s, to avoid a division by zero.
 const MIN_SPEED: f64 = 1e-9;
 
-/// Matrix-vector product.
+/// Product of a 2 x 2 matrix and a vector.
 fn multiply(h: &[[f64; 2]; 2], v: [f64; 2]) -> [f64; 2] {
     [h[0][0] * v[0] + h[0][1] * v[1], h[1][0] * v[0] + h[1][1] * v[1]]
 }
 
 impl Body<'_> {
-    /// Force and moment about the origin of the body that maintain a twist `(vx, vy, w)`.
+    /// Force and moment about the origin of the body frame that maintain the twist `(vx, vy, w)`.
     pub fn wrench(&self, twist: [f64; 3]) -> [f64; 3] {
         let [vx, vy, w] = twist;
         let h = &self.stretch;
@@ -73,7 +74,7 @@ impl Body<'_> {
         f
     }
 
-    /// Friction wrench of the superellipsoid with dual exponent `q`.
+    /// Friction force and moment of the superellipsoid with dual exponent `q`, for a twist `(vx, vy, w)`.
     fn closed_form(&self, [vx, vy, w]: [f64; 3], c: f64, q: f64) -> [f64; 3] {
         let [x, y] = self.centre;
         let g = multiply(&self.stretch, [vx - w * y, vy + w * x]);
@@ -85,8 +86,9 @@ impl Body<'_> {
         [force[0], force[1], moment + x * force[1] - y * force[0]]
     }
 
-    /// Twist and force when the point `r` moves with `u`: of all angular velocities the one that dissipates
-    /// least.
+    /// Twist and force if the body's point `r` moves with velocity `u` without slip.
+    ///
+    /// Of all angular velocities it takes the one that dissipates least. `guess` is an angular velocity.
     fn sticking_motion(&self, r: [f64; 2], u: [f64; 2], guess: f64) -> ([f64; 3], [f64; 2]) {
         let twist = |w: f64| [u[0] + w * r[1], u[1] - w * r[0], w];
         let moment_residual = |w: f64| {
@@ -138,9 +140,10 @@ impl Body<'_> {
         (twist(w), force)
     }
 
-    /// Twist and force when a rod touches at `r` with inward normal `n` and moves with `u`.
+    /// Twist of the body, and force on it, when a rod touches it at `r` (inward normal `n`) and moves with
+    /// `u`.
     ///
-    /// `friction` returns the contact friction at a slip speed. `None` if the rod moves away.
+    /// `friction` returns the coefficient of contact friction at a slip speed. `None` if the rod moves away.
     pub fn pushed_motion(
         &self,
         r: [f64; 2],

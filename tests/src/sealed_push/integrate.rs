@@ -1,33 +1,34 @@
-//! Simulation of a square that is pushed along a straight line: midpoint steps of the rod's travel.
+//! Simulates a square that a rod pushes along a straight line, by midpoint steps of the rod's travel.
 
 use super::dissipation::{Body, Surface};
 use super::make::{PushKind, PushTruth};
 
-/// Half the side of the square, m.
+/// Half the side of the pushed square, m.
 pub(super) const HALF_M: f64 = 0.045;
-/// Radius of the rod, m.
+/// Radius of the pushing rod, m.
 pub(super) const ROD_M: f64 = 0.00475;
-/// Sliding force, N: friction 0.15, mass 0.8374 kg.
+/// Friction force of the sliding square, N: coefficient 0.15, mass 0.8374 kg.
 const SLIDING_N: f64 = 0.15 * 0.8374 * 9.81;
 /// Coefficient of friction of the support.
 const SUPPORT: f64 = 0.15;
-/// Travel of the rod in one step, m.
+/// Travel of the rod in one integration step, m.
 const STEP_M: f64 = 5e-4;
 
 /// The true physics of one push.
 pub(super) struct World<'a> {
     pub truth: &'a PushTruth,
     pub surface: Surface,
-    /// The map `A^(1/2)` of anisotropic friction in the frame to which it is fixed.
+    /// The matrix `A^(1/2)` of anisotropic friction, in the frame to which the anisotropy is fixed.
     pub stretch: [[f64; 2]; 2],
-    /// Centre of pressure in the body frame, m.
+    /// Centre of pressure of the square in the body frame, m.
     pub centre: [f64; 2],
 }
 
-/// Position, m, and angle, rad.
+/// Pose of the square: position x and y, m, and angle, rad.
 type Pose = [f64; 3];
 
-/// Closest point of the square, outward normal and gap, for a rod centre in the body frame.
+/// Closest point of the square to a rod centre `p`, outward normal there and gap to the rod, in the body
+/// frame.
 fn closest(p: [f64; 2]) -> ([f64; 2], [f64; 2], f64) {
     let c = p.map(|x| x.clamp(-HALF_M, HALF_M));
     let d = [p[0] - c[0], p[1] - c[1]];
@@ -44,19 +45,19 @@ fn closest(p: [f64; 2]) -> ([f64; 2], [f64; 2], f64) {
 }
 
 impl World<'_> {
-    /// Parameter of the effect if `pick` selects it, else 0.
+    /// Parameter of the true effect if `pick` accepts it, else 0.
     fn number(&self, pick: impl Fn(&PushKind) -> Option<f64>) -> f64 {
         self.truth.effect.as_ref().and_then(pick).unwrap_or(0.0)
     }
 
-    /// Position of the rod in the body frame.
+    /// Position of the rod in the body frame of a square at `pose`, m.
     fn in_body(pose: Pose, rod: [f64; 2]) -> [f64; 2] {
         let (s, c) = pose[2].sin_cos();
         let (dx, dy) = (rod[0] - pose[0], rod[1] - pose[1]);
         [c * dx + s * dy, c * dy - s * dx]
     }
 
-    /// Twist in the world frame and force on the object, N, for a rod at `rod` that moves with `u`.
+    /// Twist of the square and force on it (N), in the world frame, for a rod at `rod` with velocity `u`.
     fn respond(&self, pose: Pose, rod: [f64; 2], u: [f64; 2]) -> Option<([f64; 3], [f64; 2])> {
         let (s, c) = pose[2].sin_cos();
         let to_body = |v: [f64; 2]| [c * v[0] + s * v[1], c * v[1] - s * v[0]];
@@ -112,8 +113,9 @@ impl World<'_> {
         Some(([v[0], v[1], response.0[2]], to_world(response.1).map(|f| f * SLIDING_N)))
     }
 
-    /// Poses at `times` for a rod that starts at `from` at time 0 with velocity `u` and stops after
-    /// `duration`, s.
+    /// Simulates the poses of the square at `times` (s).
+    ///
+    /// The rod starts at `from` at time 0 with velocity `u` and stops after `duration`, s.
     pub fn poses(&self, start: Pose, from: [f64; 2], u: [f64; 2], duration: f64, times: &[f64]) -> Vec<Pose> {
         let bias = match self.truth.effect {
             Some(PushKind::TipOffset(x, y)) => [x, y],

@@ -1,4 +1,5 @@
-//! Simulated measurements for a truth, and the model file, which declares none of its effects.
+//! Simulates measured pushes for a given true effect, and writes a model file that does not declare the
+//! effect.
 
 use super::dissipation::Surface;
 use super::integrate::{HALF_M, ROD_M, World};
@@ -9,7 +10,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// A true effect with its parameters.
+/// True effect of a set of pushes, with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PushKind {
     ExactSurface,
@@ -20,19 +21,19 @@ pub enum PushKind {
     FrictionGradient(f64, f64),
     ContactSlip(f64),
     TipOffset(f64, f64),
-    /// Relative scale, and angle in rad.
+    /// Registration error between the frames of rod and object: relative scale, and angle, rad.
     FrameRegistration(f64, f64),
     RodCompliance(f64),
     PoseOffset(f64, f64),
     PoseLatency(f64),
     TableTilt(f64, f64),
     PushHeight(f64),
-    /// Standard deviation of the centre of pressure between pushes, m, and its mean, m.
+    /// Scatter of the centre of pressure: standard deviation between pushes, m, and mean, m.
     FrictionScatter(f64, [f64; 2]),
 }
 
 impl PushKind {
-    /// Kind in the library and in answers.
+    /// Kind of the effect, as the library and answers name it.
     pub fn name(&self) -> &'static str {
         match self {
             PushKind::ExactSurface => "exact-surface",
@@ -54,11 +55,11 @@ impl PushKind {
     }
 }
 
-/// Truth of a set of pushes.
+/// True effect and parameters of a set of pushes.
 #[derive(Clone, Debug)]
 pub struct PushTruth {
     pub effect: Option<PushKind>,
-    /// Whether friction is summed over patches.
+    /// Whether the true friction is summed over patches instead of computed in closed form.
     ///
     /// The model then declares `exact-surface`, except for [`PushKind::ExactSurface`].
     pub patches: bool,
@@ -67,7 +68,7 @@ pub struct PushTruth {
     pub pushes: usize,
 }
 
-/// A data set with its truth, which a test must not read before the verdict.
+/// A generated set of pushes with its truth, which a test must not read before the verdict.
 pub struct SealedPushes {
     pub data: Dataset,
     pub model: String,
@@ -75,13 +76,13 @@ pub struct SealedPushes {
 }
 
 impl SealedPushes {
-    /// The truth; to be read only after the verdict.
+    /// The true effect and parameters; a test reads them only after the verdict.
     pub fn truth(&self) -> &PushTruth {
         &self.truth
     }
 }
 
-/// Draws the effect number `which`: typical sizes, varied by a third, in random directions.
+/// Draws effect number `which`: typical sizes, varied by about a third, in random directions.
 fn effect(rng: &mut Xoshiro256PlusPlus, which: usize) -> PushKind {
     let vary = rng.random_range(0.75..1.33);
     let turn = rng.random_range(-PI..PI);
@@ -117,7 +118,7 @@ fn effect(rng: &mut Xoshiro256PlusPlus, which: usize) -> PushKind {
     }
 }
 
-/// Draws a truth; `which` selects the effect, `None` for none.
+/// Draws the truth of `pushes` pushes; `which` selects the effect, `None` for no effect.
 pub fn draw_push(rng: &mut Xoshiro256PlusPlus, which: Option<usize>, pushes: usize) -> PushTruth {
     let effect = which.map(|w| effect(rng, w));
     let exact = effect == Some(PushKind::ExactSurface);
@@ -131,16 +132,16 @@ pub fn draw_push(rng: &mut Xoshiro256PlusPlus, which: Option<usize>, pushes: usi
     }
 }
 
-/// Noise of the position, m.
+/// Standard deviation of the noise of a measured position, m.
 const POSITION_SD_M: f64 = 3e-4;
-/// Noise of the angle, rad.
+/// Standard deviation of the noise of a measured angle, rad.
 const ANGLE_SD_RAD: f64 = 0.1 * PI / 180.0;
-/// Travel of the rod, m.
+/// Travel of the rod in one push, m.
 const TRAVEL_M: f64 = 0.15;
-/// Samples per push.
+/// Number of samples per push.
 const SAMPLES: usize = 150;
 
-/// Simulates and measures the data set of a truth.
+/// Simulates and measures the set of pushes with this truth.
 ///
 /// # Errors
 /// None for a truth from [`draw_push`].
@@ -175,7 +176,7 @@ pub fn seal_pushes(truth: PushTruth, seed: u64) -> Result<SealedPushes, DataErro
     Ok(SealedPushes { data: Dataset::from_names(&names, trajectories?)?, model, truth })
 }
 
-/// Simulates and measures push `j`.
+/// Simulates and measures push number `j`.
 fn push(world: &World<'_>, seed: u64, j: usize) -> Result<Trajectory, DataError> {
     let mut rng = random_stream(seed, "sealed push", j as u64);
     let normal = |rng: &mut Xoshiro256PlusPlus| -> f64 { StandardNormal.sample(rng) };

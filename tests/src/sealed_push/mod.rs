@@ -1,4 +1,4 @@
-//! Independent generator of pushes with known truth.
+//! Independent generator of data sets of pushes with known truth.
 //!
 //! It shares no code with the engine under test: friction follows from maximum dissipation (the twist that
 //! dissipates least for the given motion of the contact), summed over patches or in closed form, with its own

@@ -1,24 +1,24 @@
-//! Effects that a plant may have and its model lacks: of the library, of the search grammar, and of neither.
+//! Effects that a plant has and its model lacks: in the effect library, in the search grammar, or in neither.
 
-/// An effect: a term of one equation of a plant, in units of the typical sizes there.
+/// An effect: a term of one equation of a plant, in units of the typical sizes in that plant.
 #[derive(Clone, Copy, Debug)]
 pub struct Law {
-    /// Kind in the library, or formula with `z` for its quantity, or a descriptive name.
+    /// Name of the effect: library kind, formula in which `z` is the state it depends on, or description.
     pub name: &'static str,
-    /// Whether the term depends on the speed (force equations) instead of the position or level.
+    /// Whether the term depends on the speed (possible in force equations) instead of the position or level.
     pub depends_on_speed: bool,
-    /// The term as a function of its quantity, the other quantity and time.
+    /// The term as a function of the state it depends on, the other state (position or speed) and time.
     ///
-    /// Quantities are in units of their sizes, time in units of the record. The size of the term is about 1.
+    /// States are divided by their RMS, time by the duration of a record. The value is about 1.
     pub term: fn(f64, f64, f64) -> f64,
 }
 
-/// Shorthand for a [`Law`].
+/// Makes a [`Law`].
 const fn law(name: &'static str, depends_on_speed: bool, term: fn(f64, f64, f64) -> f64) -> Law {
     Law { name, depends_on_speed, term }
 }
 
-/// Effects that the library has.
+/// Effects that are in the effect library, for a force or a flow equation.
 pub fn library_laws(is_force: bool) -> &'static [Law] {
     const FORCE: [Law; 6] = [
         law("quadratic-damping", true, |v, _, _| -v.abs() * v),
@@ -33,7 +33,7 @@ pub fn library_laws(is_force: bool) -> &'static [Law] {
     if is_force { &FORCE } else { &FLOW }
 }
 
-/// Formulas that the search grammar contains.
+/// Formulas that the search grammar can express, for a force or a flow equation.
 pub fn grammar_laws(is_force: bool) -> &'static [Law] {
     const FORCE: [Law; 5] = [
         law("z^3", false, |x, _, _| -x.powi(3)),
@@ -50,7 +50,7 @@ pub fn grammar_laws(is_force: bool) -> &'static [Law] {
     if is_force { &FORCE } else { &FLOW }
 }
 
-/// Effects that neither library nor grammar contain.
+/// Effects that are neither in the effect library nor in the search grammar.
 pub fn unlisted_laws(is_force: bool) -> &'static [Law] {
     const FORCE: [Law; 3] = [
         law(

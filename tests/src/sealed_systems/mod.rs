@@ -1,8 +1,9 @@
 //! Independent generator of data from systems of equations: eight plants, and effects that their models lack.
 //!
 //! Nothing here uses the engine under test: plants are integrated by a separate Runge-Kutta method with 20
-//! steps per sample, and stops are located by bisection. The loop gets a model file and a table, and the
-//! truth is read only after its answer.
+//! steps per sample, and stops are located by bisection. The discovery gets a model file and a data table,
+//! and
+//! the truth is read only after its answer ("sealed").
 
 mod laws;
 mod plants;

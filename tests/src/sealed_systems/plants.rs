@@ -1,51 +1,52 @@
 //! Eight plants: the model file that a user would write, and the same equations in Rust.
 
-/// A plant with its model, its true rates, and how it is recorded.
+/// A simulated system: its model file, its true rates, and how it is recorded.
 #[derive(Clone, Copy, Debug)]
 pub struct Plant {
     /// Name of the plant.
     pub name: &'static str,
-    /// Text of the model file.
+    /// Text of the model file, whose nominal parameters differ from the true ones.
     pub model: &'static str,
-    /// Number of states.
+    /// Number of states of the plant.
     pub states: usize,
-    /// True rates as a function of state and input.
+    /// True time derivatives of the states, as a function of state and input.
     pub rates: fn(&[f64], f64) -> Vec<f64>,
-    /// Measured states, with the standard deviations of their sensors.
+    /// Measured states: index of the state, and standard deviation of its sensor.
     pub outputs: &'static [(usize, f64)],
-    /// Index of the equation that an effect is added to, and of the state whose rate it is (for a flow the
-    /// same).
+    /// `(equation, state)`: index of the equation to which effects are added, and of the state that is
+    /// integrated
+    /// from it (for a flow the same).
     pub law_equation: (usize, usize),
-    /// Whether that equation is a balance of forces instead of flows.
+    /// Whether the equation to which effects are added is a balance of forces; else of flows.
     pub is_force: bool,
-    /// Effects that the model already has as a parameter, so that they cannot be missing.
+    /// Effects that the model already declares with a parameter, so that they cannot be missing.
     pub declares: &'static [&'static str],
-    /// Header of the table after `trajectory,t_s`: input, then outputs.
+    /// Column names of the data table after `trajectory,t_s`: input, then outputs.
     pub header: &'static str,
-    /// Number of records, samples per record, and sampling interval, s.
+    /// `(records, samples per record, sampling interval in s)`.
     pub size: (usize, usize, f64),
-    /// Largest initial states.
+    /// Largest absolute initial value of each state.
     pub start: &'static [f64],
-    /// Middle and half range of the input; both 0 for a plant without input.
+    /// Middle and half range of the input; both are 0 for a plant without input.
     pub input: (f64, f64),
-    /// Position of a stop of state 0, and its coefficient of restitution.
+    /// Position of a stop that limits state 0, and its coefficient of restitution; `None` without a stop.
     pub stop: Option<(f64, f64)>,
-    /// Process noise on the equation that effects are added to: RMS relative to that of its rate.
+    /// RMS of the process noise on the equation to which effects are added, relative to the RMS of its rate.
     pub process_noise: f64,
 }
 
-/// Process noise in one long recording, relative to the rate.
+/// Process noise of sets with one long recording: RMS relative to that of the rate.
 const PROCESS_NOISE_SHARE: f64 = 0.03;
 
 impl Plant {
-    /// The plant in one long recording instead of several, with process noise.
+    /// Returns the plant recorded in one long recording instead of several, with process noise.
     pub fn as_one_long_recording(self) -> Self {
         let (records, samples, step_s) = self.size;
         Self { size: (1, records * samples, step_s), process_noise: PROCESS_NOISE_SHARE, ..self }
     }
 }
 
-/// All plants.
+/// The eight plants.
 pub const PLANTS: [Plant; 8] = [
     Plant {
         name: "pendulum",

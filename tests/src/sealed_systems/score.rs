@@ -1,4 +1,4 @@
-//! Scoring of the discovery loop on sealed systems, run as a user does: binary, model file and table.
+//! Scores discoveries on generated systems of equations, run as a user does: binary, model file and table.
 
 use super::laws::{Law, grammar_laws, library_laws, unlisted_laws};
 use super::plants::{PLANTS, Plant};
@@ -10,44 +10,44 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-/// A family of sealed data sets.
+/// A family of generated data sets, named by the effects that the model lacks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// No effect.
+    /// No effect is missing from the model.
     Null,
-    /// One effect of the library; small, medium and large sizes in turn.
+    /// One effect of the library is missing; small, medium and large sizes in turn.
     Single,
-    /// Two effects of the library.
+    /// Two effects of the library are missing.
     Pair,
-    /// A formula of the search grammar, with an empty library.
+    /// A formula of the search grammar is missing, and the library is empty.
     Inside,
-    /// An effect outside library and grammar.
+    /// An effect outside library and grammar is missing.
     Outside,
 }
 
-/// Sizes of effects, relative to the rate of their equation: small, medium, large.
+/// Sizes of true effects, relative to the RMS rate of their equation: small, medium, large.
 const RELATIVE_SIZES: [f64; 3] = [0.05, 0.15, 0.4];
 
-/// Counts over all sets of a battery.
+/// Counts over all generated sets of one run.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
     /// Number of sets.
     pub sets: usize,
-    /// Number of sets that ended in an error.
+    /// Number of sets on which `augsim` ended in an error.
     pub failed: usize,
-    /// Number of sets in which exactly the truth was found.
+    /// Number of sets in which exactly the true effects were found.
     pub exact: usize,
-    /// Number of other sets in which the truth is one of the alternatives.
+    /// Number of other sets in which the true effects are one of the alternatives.
     pub named: usize,
-    /// Number of other sets in which a part of the truth was found.
+    /// Number of other sets in which some of the true effects were found.
     pub partly: usize,
-    /// Number of sets without an effect in which one was found.
+    /// Number of sets without a missing effect in which one was found.
     pub false_alarms: usize,
     /// Number of sets with the verdict `unknown` or `partly-explained`.
     pub unexplained: usize,
-    /// Number of intervals of the coefficient that contain the truth, and number of all.
+    /// `(covered, all)`: number of 95 % intervals of effect coefficients that contain the truth, and of all.
     pub covered: (usize, usize),
-    /// Duration of all runs, s.
+    /// Total duration of all discoveries, s.
     pub seconds: f64,
 }
 
@@ -70,18 +70,18 @@ impl fmt::Display for Summary {
     }
 }
 
-/// Outcome of one set.
+/// Outcome of the discovery on one generated set.
 #[derive(Debug)]
 pub struct Row {
-    /// Text for the terminal.
+    /// Truth, answer and score in one line, for the terminal.
     pub line: String,
     /// Whether the answer is right.
     pub right: bool,
 }
 
-/// Runs `count` sets from seed `first` on with the binary `augsim`, each in its own folder below `folder`.
+/// Generates and scores `count` sets from seed `first` on with the binary `augsim`.
 ///
-/// With `is_long` each set is one long recording with process noise.
+/// Each set has its own folder below `folder`. With `is_long` it is one long recording with process noise.
 ///
 /// # Errors
 /// The binary cannot be run, or a file cannot be written.
@@ -131,7 +131,7 @@ pub fn run(
     Ok(summary)
 }
 
-/// The effects of a set with their relative sizes: kinds, sizes and pairs in turn.
+/// True effects of the set with this seed, and their relative sizes; kinds, sizes and pairs take turns.
 pub fn truth(kind: Kind, plant: &Plant, seed: u64) -> Vec<(Law, f64)> {
     let turn = (seed / 8) as usize;
     let pick = |list: &[Law], k: usize, share: f64| {
@@ -148,7 +148,7 @@ pub fn truth(kind: Kind, plant: &Plant, seed: u64) -> Vec<(Law, f64)> {
     }
 }
 
-/// Whether a name in an answer denotes a law.
+/// Whether the name of an effect in an answer denotes the effect `law`.
 fn denotes(name: &str, law: &Law) -> bool {
     if !law.name.contains('z') {
         return name == law.name || name.strip_prefix(law.name).is_some_and(|rest| rest.starts_with(" on "));
@@ -159,7 +159,7 @@ fn denotes(name: &str, law: &Law) -> bool {
     plain == shape_of(law.name)
 }
 
-/// The expression with every name that is neither a function nor a parameter replaced by `z`.
+/// Shape of a formula: every name that is neither a function nor a parameter is replaced by `z`.
 fn shape_of(text: &str) -> String {
     let mut out = String::new();
     let mut word = String::new();
@@ -180,7 +180,7 @@ fn shape_of(text: &str) -> String {
     out
 }
 
-/// Scores one answer and updates the counts.
+/// Scores the answer `found` on one set and updates the counts.
 fn score(
     kind: Kind,
     plant: &Plant,
@@ -241,7 +241,8 @@ fn score(
 
 #[cfg(test)]
 mod tests {
-    //! Contract: an answer denotes an effect by its kind, with or without its place, and by its shape for any
+    //! Contract: an answer denotes an effect by its kind, with or without its place; or by its formula, for
+    //! any
     //! name of its quantity. Effects that a model declares are never missing from it.
     use super::*;
 

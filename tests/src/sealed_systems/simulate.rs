@@ -1,4 +1,4 @@
-//! Simulation of a sealed set: a plant with effects, measured with noise.
+//! Simulates a generated data set: a plant with effects that its model lacks, measured with noise.
 
 use super::laws::Law;
 use super::plants::Plant;
@@ -7,21 +7,23 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use std::fmt::Write as _;
 
-/// Integration steps per sample.
+/// Number of integration steps per sample.
 const STEPS_PER_SAMPLE: usize = 20;
-/// Samples for which an input is constant.
+/// Number of samples for which the input is constant.
 const HOLD_SAMPLES: usize = 12;
 
-/// A generated set.
+/// A generated data set, with the coefficients of its true effects.
 #[derive(Debug)]
 pub struct GeneratedSet {
     /// Text of the data file.
     pub csv: String,
-    /// Coefficient of each effect, in the unit of the rate.
+    /// True coefficient of each effect, in the unit of the rate to which it is added.
     pub amounts: Vec<f64>,
 }
 
-/// Generates a set of `plant` with `laws`, each with its size relative to the RMS of the equation's rate.
+/// Generates a data set of `plant` with the effects `laws`.
+///
+/// Each effect comes with its size relative to the RMS of the equation's rate.
 pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> GeneratedSet {
     let starts = starts(plant, seed);
     let Sizes { undisturbed, rate, x, v } = Sizes::measure(plant, &starts);
@@ -72,10 +74,11 @@ pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> GeneratedSet {
     GeneratedSet { csv, amounts }
 }
 
-/// The coefficient of a library effect in the convention of its kind, from that in units of the plant's
-/// sizes.
+/// Converts a true coefficient `amount` of a library effect to the convention of the effect's kind.
 ///
-/// `None` for effects that are not polynomials of one quantity.
+/// `amount` applies to states in units of the typical sizes of the plant.
+///
+/// `None` for effects that are not powers of one state.
 pub fn coefficient(plant: &Plant, law: &Law, amount: f64, seed: u64) -> Option<f64> {
     let Sizes { x, v, .. } = Sizes::measure(plant, &starts(plant, seed));
     let size = if law.depends_on_speed { v } else { x };
@@ -89,19 +92,19 @@ pub fn coefficient(plant: &Plant, law: &Law, amount: f64, seed: u64) -> Option<f
     Some(amount / size.powi(power))
 }
 
-/// Runs of a plant without effects, and typical sizes in them.
+/// Simulated runs of a plant without effects, and the RMS of its states and rates in them.
 struct Sizes {
     undisturbed: Vec<Run>,
-    /// RMS of the rate that effects are added to.
+    /// RMS of the rate to which effects are added.
     rate: f64,
-    /// RMS of the position or level.
+    /// RMS of the position or level in that equation.
     x: f64,
-    /// RMS of the speed.
+    /// RMS of the speed in that equation.
     v: f64,
 }
 
 impl Sizes {
-    /// Simulates the plant without effects and measures the sizes.
+    /// Simulates the plant without effects and computes the RMS of its rate, position and speed.
     fn measure(plant: &Plant, starts: &[(Vec<f64>, Vec<f64>)]) -> Self {
         let undisturbed: Vec<Run> = starts.iter().map(|s| run(plant, &s.0, &s.1, &|_, _, _| 0.0)).collect();
         let (equation, law_state) = plant.law_equation;
@@ -114,14 +117,14 @@ impl Sizes {
     }
 }
 
-/// Root mean square of a quantity over all samples of all runs.
+/// Root mean square of `quantity(run, sample)` over all samples of all runs.
 fn rms(runs: &[Run], quantity: &dyn Fn(&Run, usize) -> f64) -> f64 {
     let values: Vec<f64> =
         runs.iter().flat_map(|r| (0..r.states.len()).map(move |k| quantity(r, k))).collect();
     (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Initial state and input of each record.
+/// Draws the initial state and the input samples of each record.
 fn starts(plant: &Plant, seed: u64) -> Vec<(Vec<f64>, Vec<f64>)> {
     let mut rng = random_stream(seed, "sealed system starts", 0);
     let (records, samples, _) = plant.size;
@@ -141,13 +144,13 @@ fn starts(plant: &Plant, seed: u64) -> Vec<(Vec<f64>, Vec<f64>)> {
         .collect()
 }
 
-/// States and inputs of one record.
+/// Simulated states and inputs of one record, sample by sample.
 struct Run {
     states: Vec<Vec<f64>>,
     inputs: Vec<f64>,
 }
 
-/// Simulates one record with `term(state, input, time)` added to the rate.
+/// Simulates one record, with `term(state, input, time)` added to the equation of effects.
 fn run(plant: &Plant, start: &[f64], inputs: &[f64], term: &dyn Fn(&[f64], f64, f64) -> f64) -> Run {
     let dt = plant.size.2 / STEPS_PER_SAMPLE as f64;
     let mut state = start.to_vec();
@@ -162,7 +165,7 @@ fn run(plant: &Plant, start: &[f64], inputs: &[f64], term: &dyn Fn(&[f64], f64, 
     Run { states, inputs: inputs.to_vec() }
 }
 
-/// State after one step, with a rebound if it reaches the stop.
+/// State after one integration step of length `dt` (s), with a rebound if it reaches the stop.
 fn stepped(
     plant: &Plant,
     state: &[f64],
@@ -188,7 +191,7 @@ fn stepped(
     runge_kutta(plant, &at_stop, u, time + early, dt - early, term)
 }
 
-/// State after one Runge-Kutta step of order four.
+/// State after one Runge-Kutta step of order four and length `dt` (s).
 fn runge_kutta(
     plant: &Plant,
     state: &[f64],

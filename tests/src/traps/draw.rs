@@ -1,4 +1,4 @@
-//! Generation of a trap set from its seed: simulation, measurement noise, logging fault, and two files.
+//! Generates a trap set (see [`super`]) from its seed: simulation, noise, logging fault, and two files.
 
 use super::kinds::{Defect, Kind, Logging, Noise, Trap};
 use super::logging::{Recording, apply_fault, late_inputs, settling_sensor};
@@ -11,12 +11,12 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::fmt::Write as _;
 
-/// Samples for which process noise is constant, as in the long recordings of the sealed systems.
+/// Number of samples for which process noise is constant, as in the long recordings of `sealed_systems`.
 const PUSH_HOLD_SAMPLES: usize = 12;
-/// Duration of a bump, samples, and its size in units of the RMS of the rate.
+/// Duration of a bump of the rig, samples, and its size in units of the RMS of the rate.
 const BUMP: (usize, f64) = (3, 8.0);
 
-/// A generated set.
+/// A generated data set: model file and data file.
 #[derive(Debug)]
 pub struct GeneratedSet {
     /// Text of the model file.
@@ -25,7 +25,7 @@ pub struct GeneratedSet {
     pub csv: String,
 }
 
-/// Generates a set of a plant from its seed.
+/// Generates the files of one data set of a plant, with the peculiarity `kind`, from its seed.
 pub fn draw(plant: &Plant, kind: &Kind, seed: u64) -> GeneratedSet {
     let mut recordings = recordings(plant, kind, seed);
     let mut rng = random_stream(seed, "trap log", 0);
@@ -42,12 +42,12 @@ pub fn draw(plant: &Plant, kind: &Kind, seed: u64) -> GeneratedSet {
     GeneratedSet { model: plant.model(kind), csv: table(plant, kind, &recordings) }
 }
 
-/// Conditions without any peculiarity.
+/// True conditions of the plant without any peculiarity.
 pub fn undisturbed(plant: &Plant) -> Conditions {
     Conditions { parameters: plant.truth(), surroundings: 0.0, push: 0.0, has_hidden_lag: false, law: None }
 }
 
-/// Recordings before faults of the log are applied.
+/// Simulates and measures all recordings of a set, before logging faults are applied.
 fn recordings(plant: &Plant, kind: &Kind, seed: u64) -> Vec<Recording> {
     let trap = &kind.trap;
     let plans = plans(plant, trap, seed);
@@ -63,7 +63,7 @@ fn recordings(plant: &Plant, kind: &Kind, seed: u64) -> Vec<Recording> {
     plans.iter().enumerate().map(recording).collect()
 }
 
-/// RMS of the disturbed rate in a recording without peculiarity.
+/// RMS of the rate on which disturbances act, in a recording without peculiarity.
 fn rate_size(plant: &Plant, plan: &Plan) -> f64 {
     let now = undisturbed(plant);
     let plain = simulate(plant, plan, &mut open_loop(plan, false), &|_| now);
@@ -71,7 +71,7 @@ fn rate_size(plant: &Plant, plan: &Plan) -> f64 {
     (plain.states.iter().zip(&plain.inputs).map(rate).sum::<f64>() / plain.states.len() as f64).sqrt()
 }
 
-/// The truth of one recording.
+/// Plant, peculiarity and seed from which the true motion of one recording is simulated.
 struct Truth<'a> {
     plant: &'a Plant,
     trap: &'a Trap,
@@ -83,7 +83,7 @@ struct Truth<'a> {
 }
 
 impl Truth<'_> {
-    /// Conditions from each row to the next.
+    /// True conditions of the recording, from each row (sample) to the next.
     fn conditions(&self, samples: usize) -> Vec<Conditions> {
         let mut rng = random_stream(self.seed, "trap pushes", self.recording as u64);
         let pushes: Vec<f64> =
@@ -112,7 +112,7 @@ impl Truth<'_> {
     }
 }
 
-/// Simulates one recording under its conditions.
+/// Simulates one recording under its true conditions.
 fn simulated_motion(plan: &Plan, truth: &Truth, errors: &[[f64; 2]]) -> Motion {
     let plant = truth.plant;
     let conditions = truth.conditions(plan.times.len());
@@ -125,7 +125,7 @@ fn simulated_motion(plan: &Plan, truth: &Truth, errors: &[[f64; 2]]) -> Motion {
     simulate(plant, plan, &mut open_loop(plan, is_linear), &conditions_at)
 }
 
-/// Measures one recording: noisy outputs and logged inputs.
+/// Measures one simulated recording: noisy outputs and logged inputs.
 fn measure(
     plan: &Plan,
     truth: &Truth,
@@ -160,7 +160,7 @@ fn measure(
     Recording { times: plan.times.clone(), inputs, outputs }
 }
 
-/// Leaves cells of the outputs empty, for traps that do so.
+/// Empties cells of the outputs if the peculiarity `trap` consists of empty cells.
 fn empty_cells(recording: &mut Recording, trap: &Trap, rng: &mut Xoshiro256PlusPlus) {
     let samples = recording.times.len();
     match trap {
@@ -183,7 +183,7 @@ fn empty_cells(recording: &mut Recording, trap: &Trap, rng: &mut Xoshiro256PlusP
     }
 }
 
-/// Text of the data file.
+/// Text of the data file (CSV) of the recordings.
 fn table(plant: &Plant, kind: &Kind, recordings: &[Recording]) -> String {
     let outputs = plant.measured_outputs(kind);
     let names: Vec<&str> = plant.outputs.iter().take(outputs).map(|(name, _)| *name).collect();

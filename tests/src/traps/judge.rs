@@ -1,19 +1,19 @@
-//! Judgement of answers to trap sets.
+//! Judges the answers of `augsim discover` to trap sets (see [`super`]).
 
 use super::kinds::{Class, Kind};
 use serde_json::Value;
 
-/// Exit code of `augsim` for bad data.
+/// Exit code with which `augsim` rejects bad data.
 const BAD_DATA: i32 = 3;
 
-/// An answer of `augsim discover`.
+/// Answer of `augsim discover` to one data set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// A result was written.
     Found {
-        /// The verdict.
+        /// Verdict of the result.
         verdict: String,
-        /// Kinds of the established effects.
+        /// Kinds of the effects that the result claims.
         effects: Vec<String>,
     },
     /// The data were rejected; holds the first line of the message.
@@ -44,11 +44,11 @@ impl Answer {
 pub struct Judgement {
     /// Whether the answer is right.
     pub is_right: bool,
-    /// Whether an established effect is not in the truth.
+    /// Whether the answer claims an effect that is neither true nor equivalent to the logging fault.
     pub names_absent_effect: bool,
 }
 
-/// Judges an answer to a set of this kind.
+/// Judges an answer to a set with the peculiarity `kind`.
 pub fn judge(kind: &Kind, answer: &Answer) -> Judgement {
     let (verdict, effects) = match answer {
         Answer::Found { verdict, effects } => (verdict.as_str(), effects.as_slice()),

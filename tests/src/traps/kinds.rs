@@ -1,24 +1,25 @@
-//! The kinds of trap, their classes, and the effects that a right answer may name.
+//! The kinds of trap sets (peculiarities that are no missing effect), and which answers to them are right.
 
 use super::plants::Law;
 
-/// Class of a trap, which determines the right answers.
+/// Class of a trap set (a set whose peculiarity is no missing effect); it decides which answers are right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// The model is right and only noise or sampling is unusual; `nothing-to-add` is right.
     Noise,
-    /// A logging fault; rejection of the data is right, or any verdict that names no absent effect.
+    /// The log is faulty; rejection of the data is right, or any verdict that names no absent effect.
     Logging,
-    /// A defect outside the library; a verdict that reports it and names no effect is right.
+    /// The true system has a defect outside the library; a verdict that reports it without an effect is
+    /// right.
     Defect,
-    /// The truth has an effect that the model declares; `nothing-to-add` is right.
+    /// The true system has an effect that the model declares too; `nothing-to-add` is right.
     Declared,
 }
 
-/// Measurement noise of a set, in units of the sensor's standard deviation.
+/// Measurement noise of a data set, in units of the sensor's standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Noise {
-    /// Independent normal errors.
+    /// Independent normal errors with the sensor's standard deviation.
     White,
     /// AR(1) errors with this correlation from one sample to the next and the same variance as white ones.
     Correlated(f64),
@@ -27,9 +28,9 @@ pub enum Noise {
     Quantised(f64),
     /// White noise plus errors of 2 % of the measured value.
     Multiplicative,
-    /// Laplace errors of unit variance.
+    /// Laplace-distributed errors of unit variance.
     Laplace,
-    /// Student's t with three degrees of freedom, scaled to unit variance.
+    /// Errors of Student's t distribution with three degrees of freedom, scaled to unit variance.
     Student,
     /// White noise, and outliers of 15 to 40 standard deviations in 1 % of the samples.
     Outliers,
@@ -37,13 +38,13 @@ pub enum Noise {
     PerRecording,
     /// White noise whose standard deviation grows from 0.3 to 3 times its value along each recording.
     Growing,
-    /// White noise of 0.1 % of the standard deviation.
+    /// White noise of 0.1 % of the sensor's standard deviation.
     Tiny,
-    /// White noise and a sine of half its size at 0.37 cycles a sample, with a phase per recording.
+    /// White noise and a sine of half its size at 0.37 cycles per sample, with a phase drawn per recording.
     Hum,
 }
 
-/// Number and length of recordings, and whether they are equal.
+/// Unusual number, length or equality of the recordings of a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
     /// Every recording has the same input and the same initial state.
@@ -56,7 +57,7 @@ pub enum Layout {
     ManyShort,
 }
 
-/// A logging fault.
+/// A fault between the rig and the data file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Logging {
     /// The input is logged this many samples late (early where negative).
@@ -91,7 +92,7 @@ pub enum Logging {
     Swapped,
 }
 
-/// A defect that no effect of the library describes.
+/// A defect of the true system that no effect of the library describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defect {
     /// The first parameter is 1.5 times as large in one recording.
@@ -108,14 +109,14 @@ pub enum Defect {
     StepHalfWay,
 }
 
-/// The peculiarity of a set.
+/// The one peculiarity of a trap set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Trap {
-    /// Measurement noise.
+    /// Unusual measurement noise.
     Noise(Noise),
     /// 15 % of cells are empty, one by one.
     DropOuts,
-    /// Runs of 10 to 25 cells are empty, one in each column of each recording.
+    /// Runs of 10 to 25 cells are empty, one in each output of each recording.
     DropOutRuns,
     /// The second sensor is sampled at every fifth sample only.
     TwoRates,
@@ -129,22 +130,22 @@ pub enum Trap {
     ClosedLoop,
     /// All parameters are frozen at their true values.
     Frozen,
-    /// Number and length of recordings, and whether they are equal.
+    /// Unusual number, length or equality of the recordings.
     Layout(Layout),
-    /// A logging fault.
+    /// A fault between the rig and the data file.
     Logging(Logging),
-    /// A defect outside the library.
+    /// A defect of the true system that no effect of the library describes.
     Defect(Defect),
-    /// An effect that the model declares too.
+    /// An effect of the true system that the model declares too.
     Declared(Law),
 }
 
-/// A kind of trap.
+/// A kind of trap set: its peculiarity and the effects that a right answer may name.
 #[derive(Clone, Copy, Debug)]
 pub struct Kind {
-    /// Short name.
+    /// Short name of the kind, for reports.
     pub name: &'static str,
-    /// The peculiarity.
+    /// The peculiarity of sets of this kind.
     pub trap: Trap,
     /// Effects that are equivalent to the peculiarity, so that an answer may name them.
     ///
@@ -154,7 +155,7 @@ pub struct Kind {
 }
 
 impl Kind {
-    /// Class of this kind.
+    /// Class of this kind, which decides which answers are right.
     pub fn class(&self) -> Class {
         match self.trap {
             Trap::Logging(_) => Class::Logging,
@@ -164,46 +165,46 @@ impl Kind {
         }
     }
 
-    /// Whether the fault needs two outputs; plants with one then get their second sensor.
+    /// Whether the peculiarity needs two outputs; then both sensors of a plant are measured.
     pub fn needs_two_outputs(&self) -> bool {
         use Logging::{Duplicate, Swapped};
         matches!(self.trap, Trap::TwoRates | Trap::Logging(Duplicate | Swapped))
     }
 }
 
-/// Shorthand for a [`Kind`].
+/// Makes a [`Kind`] without allowed effects.
 const fn kind(name: &'static str, trap: Trap) -> Kind {
     Kind { name, trap, allowed: &[] }
 }
 
-/// Shorthand for a [`Kind`].
+/// Makes a [`Kind`] of unusual measurement noise.
 const fn noise(name: &'static str, noise: Noise) -> Kind {
     kind(name, Trap::Noise(noise))
 }
 
-/// Shorthand for a [`Kind`].
+/// Makes a [`Kind`] of unusual recordings.
 const fn layout(name: &'static str, layout: Layout) -> Kind {
     kind(name, Trap::Layout(layout))
 }
 
-/// Shorthand for a [`Kind`].
+/// Makes a [`Kind`] of a logging fault; answers may name the effects `allowed`.
 const fn logging(name: &'static str, fault: Logging, allowed: &'static [&'static str]) -> Kind {
     Kind { name, trap: Trap::Logging(fault), allowed }
 }
 
-/// Shorthand for a [`Kind`].
+/// Makes a [`Kind`] of a defect of the true system.
 const fn defect(name: &'static str, defect: Defect) -> Kind {
     kind(name, Trap::Defect(defect))
 }
 
-/// Shorthand for a [`Kind`].
+/// Makes a [`Kind`] whose true effect the model declares too.
 const fn declared(name: &'static str, law: Law) -> Kind {
     kind(name, Trap::Declared(law))
 }
 
-/// All kinds.
+/// All kinds of trap sets.
 ///
-/// Classes are mixed, so that a short run has each of them; the first 40 are a battery of 120 sets.
+/// Classes are mixed, so that a short run has each of them; the first 40 kinds give 120 sets.
 pub const KINDS: [Kind; 55] = [
     noise("white noise", Noise::White),
     logging("input early by 4 samples", Logging::InputLate(-4), &["input-delay", "sensor-delay"]),

@@ -1,21 +1,21 @@
-//! Logging faults: changes of a recording between the rig and the file.
+//! Logging faults: changes of a recording between the rig and the data file.
 
 use super::kinds::Logging;
 use super::simulate::{MARGIN_SAMPLES, Plan};
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Samples between the measured values that a resampled column is interpolated from.
+/// Number of samples between the measured values that a resampled column interpolates.
 const RESAMPLING_INTERVAL: usize = 6;
-/// Half width of the smoothing window, samples, without the middle one.
+/// Half width of the smoothing window, samples, without the middle sample.
 const HALF_WINDOW: usize = 5;
 
-/// Rows of one recording as they are logged.
+/// Rows of one recording as they are logged in the data file.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    /// Time stamps, s unless the clock is faulty.
+    /// Time stamps of the rows, s unless the clock is faulty.
     pub times: Vec<f64>,
-    /// Logged inputs.
+    /// Logged input of each row.
     pub inputs: Vec<f64>,
     /// Measured values, column by column; NaN is an empty cell.
     pub outputs: Vec<Vec<f64>>,
@@ -37,7 +37,7 @@ pub fn settling_sensor(values: &[f64]) -> Vec<f64> {
     std::iter::once(values[0]).chain(values.windows(2).map(step)).collect()
 }
 
-/// Inputs logged `late` samples late (early if negative).
+/// Logged inputs of a recording, `late` samples after they acted (before if negative).
 pub fn late_inputs(plan: &Plan, late: isize) -> Vec<f64> {
     let level_at =
         |k: usize| (MARGIN_SAMPLES + k).checked_add_signed(-late).and_then(|row| plan.levels.get(row));
@@ -67,7 +67,7 @@ pub fn apply_fault(recordings: &mut Vec<Recording>, fault: Logging, rng: &mut Xo
     }
 }
 
-/// Joins recordings in pairs, with a clock that continues by the sampling interval.
+/// Joins recordings in pairs; the clock of the second continues by the sampling interval.
 fn join_pairs(recordings: &mut Vec<Recording>) {
     let join = |pair: &[Recording]| {
         let mut joined = pair[0].clone();
@@ -93,7 +93,7 @@ fn lose_decimals(recordings: &mut [Recording], rng: &mut Xoshiro256PlusPlus) {
     }
 }
 
-/// Quadratic Savitzky-Golay filter; the window shrinks towards the ends.
+/// Applies a quadratic Savitzky-Golay filter; the window shrinks towards the ends.
 fn smoothed(values: &[f64]) -> Vec<f64> {
     let smoothed_at = |k: usize| {
         let m = HALF_WINDOW.min(k).min(values.len() - 1 - k);
@@ -105,7 +105,7 @@ fn smoothed(values: &[f64]) -> Vec<f64> {
     (0..values.len()).map(smoothed_at).collect()
 }
 
-/// Every [`RESAMPLING_INTERVAL`]-th value and linear interpolation between them; constant after the last one.
+/// Keeps every [`RESAMPLING_INTERVAL`]-th value and interpolates linearly; constant after the last one.
 fn resampled(values: &[f64]) -> Vec<f64> {
     let value_at = |k: usize| {
         let before = k / RESAMPLING_INTERVAL * RESAMPLING_INTERVAL;

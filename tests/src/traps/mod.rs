@@ -1,4 +1,4 @@
-//! Trap sets: recordings with unusual noise, faults of logging, or defects outside the library.
+//! Trap sets: data with unusual noise, logging faults or defects, which must not be answered by an effect.
 //!
 //! The right answer names no effect of the library, or the one effect that is equivalent to a logging fault.
 //! Three plants are simulated by a Runge-Kutta method that is independent of the engine, once for each of the

@@ -1,18 +1,19 @@
-//! Measurement noise.
+//! Measurement noise of trap sets.
 
 use super::kinds::Noise;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal, StudentT};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Standard normal errors of one recording: two per row.
+/// Draws independent standard normal errors of one recording: one per row and output.
 pub fn white(rng: &mut Xoshiro256PlusPlus, samples: usize) -> Vec<[f64; 2]> {
     (0..samples).map(|_| [StandardNormal.sample(rng), StandardNormal.sample(rng)]).collect()
 }
 
 /// Noisy measurements of one sensor over one recording.
 ///
-/// `normal` are standard normal errors, and `zero` is the value from which proportional errors are counted.
+/// `normal` are standard normal errors, `sd` is the sensor's standard deviation, and proportional errors are
+/// counted from the value `zero`.
 pub fn readings(
     noise: Noise,
     (values, normal): (&[f64], &[f64]),
@@ -49,13 +50,13 @@ pub fn readings(
     values.iter().zip(unit).map(read).collect()
 }
 
-/// Errors times a factor, a function of the elapsed fraction of the recording.
+/// Multiplies errors by `factor`, a function of the elapsed fraction of the recording.
 fn scaled(normal: &[f64], factor: impl Fn(f64) -> f64) -> Vec<f64> {
     let last = (normal.len().max(2) - 1) as f64;
     normal.iter().enumerate().map(|(k, e)| e * factor(k as f64 / last)).collect()
 }
 
-/// Stationary AR(1) errors of unit variance.
+/// Turns independent normal errors into stationary AR(1) errors of unit variance and correlation `rho`.
 fn autocorrelated(normal: &[f64], rho: f64) -> Vec<f64> {
     let mut last: Option<f64> = None;
     let step = |e: &f64| {
@@ -66,19 +67,19 @@ fn autocorrelated(normal: &[f64], rho: f64) -> Vec<f64> {
     normal.iter().map(step).collect()
 }
 
-/// A Laplace error of unit variance, by inversion of the distribution; its scale is 1 / sqrt(2).
+/// Draws a Laplace error of unit variance, by inversion of the distribution; its scale is 1 / sqrt(2).
 fn laplace(rng: &mut Xoshiro256PlusPlus) -> f64 {
     let u: f64 = rng.random_range(-0.5..0.5);
     -u.signum() * (1.0 - 2.0 * u.abs()).max(1e-300).ln() / std::f64::consts::SQRT_2
 }
 
-/// A Student t error with three degrees of freedom, divided by the standard deviation sqrt(3).
+/// Draws a Student t error with three degrees of freedom, divided by its standard deviation sqrt(3).
 fn student(rng: &mut Xoshiro256PlusPlus) -> f64 {
     let t = StudentT::new(3.0).expect("three degrees of freedom are valid");
     t.sample(rng) / 3f64.sqrt()
 }
 
-/// An error of 15 to 40 standard deviations with probability 0.01, and 0 otherwise.
+/// Draws an error of 15 to 40 standard deviations with probability 0.01, and 0 otherwise.
 fn outlier(rng: &mut Xoshiro256PlusPlus) -> f64 {
     if !rng.random_bool(0.01) {
         return 0.0;
@@ -93,10 +94,10 @@ mod tests {
     use super::*;
     use augsim_data::random_stream;
 
-    /// Number of samples.
+    /// Number of samples of the test.
     const N: usize = 20_000;
 
-    /// Errors of a sensor with unit standard deviation at a constant value of 10.
+    /// Measurement errors of a sensor with unit standard deviation at a constant value of 10.
     fn errors(noise: Noise) -> Vec<f64> {
         let mut rng = random_stream(5, "trap noise test", 0);
         let normal: Vec<f64> = white(&mut rng, N).iter().map(|e| e[0]).collect();

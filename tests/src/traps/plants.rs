@@ -1,4 +1,4 @@
-//! Three plants: model files, the same equations in Rust, and the defects that a set may have.
+//! Three plants: their model files, the same equations in Rust, and the defects that a set may have.
 
 use super::kinds::{Kind, Trap};
 use std::fmt::Write as _;
@@ -6,51 +6,51 @@ use std::fmt::Write as _;
 /// State vector: two states of the plant (the heater uses one) and a hidden one.
 pub type State = [f64; 3];
 
-/// Samples by which a declared delay holds back the input.
+/// Number of samples by which the input acts late if a delay is declared.
 pub const DECLARED_DELAY: usize = 3;
 
-/// An effect that both the truth and the model have.
+/// An effect that both the true system and its model have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Law {
-    /// Dry friction or an analogous law, smoothed by `tanh`.
+    /// Dry friction or an analogous effect, smoothed by `tanh`.
     Smooth,
-    /// The same law with `sign`.
+    /// Dry friction or an analogous effect with `sign`, not smoothed.
     Sign,
-    /// The input saturates.
+    /// The input that acts on the plant saturates.
     Saturation,
-    /// The range of the first sensor is smaller than the motion.
+    /// The range of the first sensor is smaller than the motion, so that its values saturate.
     SensorRange,
     /// The input acts `DECLARED_DELAY` samples late.
     Delay,
 }
 
-/// True conditions during one sampling interval.
+/// True conditions of a plant during one sampling interval.
 #[derive(Clone, Copy, Debug)]
 pub struct Conditions {
-    /// Values of the three parameters.
+    /// True values of the three parameters.
     pub parameters: [f64; 3],
     /// Influence of the surroundings: force of a tilt, N, excess room temperature, K, or inflow, V/s.
     pub surroundings: f64,
-    /// Addition to the rate of the disturbed state, in its unit.
+    /// Disturbance added to the rate of the disturbed state, in the unit of that rate.
     pub push: f64,
-    /// Whether the hidden state is coupled to the others.
+    /// Whether a hidden state is coupled to the other states.
     pub has_hidden_lag: bool,
-    /// Effect that the truth has and the model declares.
+    /// Effect that the true system has and the model declares; `None` for other sets.
     pub law: Option<Law>,
 }
 
-/// A parameter of a model file.
+/// A parameter of a plant, with its true value and its line of the model file.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     name: &'static str,
-    /// True value.
+    /// True value of the parameter.
     pub truth: f64,
     nominal: f64,
     max: f64,
     unit: Option<&'static str>,
 }
 
-/// A plant with its model, its true rates, and how it is recorded.
+/// A simulated system: its model file, its true rates, and how it is recorded.
 #[derive(Clone, Copy, Debug)]
 pub struct Plant {
     /// Name of the plant.
@@ -61,52 +61,52 @@ pub struct Plant {
     pub outputs: [(&'static str, &'static str); 2],
     /// Whether both outputs are measured in every set.
     pub has_two_outputs: bool,
-    /// Free parameters.
+    /// The three free parameters of the model.
     pub parameters: [Parameter; 3],
-    /// True rates as a function of state, input and conditions.
+    /// True time derivatives of the states, as a function of state, input and conditions.
     pub rates: fn(&State, f64, &Conditions) -> State,
-    /// True outputs as a function of state and parameters.
+    /// True values of both outputs, as a function of state and parameters.
     pub measured: fn(&State, &[f64; 3]) -> [f64; 2],
-    /// Standard deviations of the sensors.
+    /// Standard deviation of the measurement noise of each output.
     pub sd: [f64; 2],
-    /// Values from which proportional errors are counted.
+    /// Values of the outputs from which proportional errors are counted.
     pub zero: [f64; 2],
     /// Sampling interval, s.
     pub step_s: f64,
     /// Middle and half range of the input.
     pub drive: (f64, f64),
-    /// Middle and half range of the initial states.
+    /// Middle and half range of each initial state.
     pub start: [(f64, f64); 2],
-    /// Index of the state whose rate is disturbed.
+    /// Index of the state whose rate process noise and bumps disturb.
     pub pushed: usize,
-    /// Surroundings in the one recording in which they differ.
+    /// Value of [`Conditions::surroundings`] in the one recording in which they differ.
     pub other_surroundings: f64,
-    /// Reference (middle, half range), proportional and integral gain of the controller.
+    /// Controller in closed loop: (middle, half range) of the reference, proportional gain, integral gain.
     pub control: ((f64, f64), f64, f64),
-    /// Range of the first sensor, if it is declared.
+    /// Lower and upper end of the first sensor's range, used if the model declares it.
     pub range: [f64; 2],
     states: &'static str,
-    /// Known parameters in every set, and those added if the dry law is declared.
+    /// Model lines of the known parameters of every set, and of those added if dry friction is declared.
     known: [&'static str; 2],
-    /// Rate expressions, with `{u}` for the input and `{-dry}` or `{+dry}` for the dry law.
+    /// Rate expressions of the model, with `{u}` for the input and `{-dry}` or `{+dry}` for dry friction.
     rate_lines: &'static str,
-    /// Coefficient of the dry law, its argument, and name and value of its width.
+    /// Dry friction: its coefficient, its argument, and the name and value of the width of its smoothing.
     dry: (Parameter, &'static str, (&'static str, f64)),
     limit: Parameter,
 }
 
-/// A parameter without a unit.
+/// Makes a parameter without a unit.
 const fn parameter(name: &'static str, truth: f64, nominal: f64, max: f64) -> Parameter {
     Parameter { name, truth, nominal, max, unit: None }
 }
 
-/// The parameter with a unit.
+/// Returns the parameter with a unit.
 const fn with_unit(parameter: Parameter, unit: &'static str) -> Parameter {
     Parameter { unit: Some(unit), ..parameter }
 }
 
 impl Parameter {
-    /// Line of the model file for this parameter.
+    /// Line of the model file for this parameter; a frozen one has its true value.
     fn line(&self, is_frozen: bool) -> String {
         let unit = self.unit.map(|unit| format!(", unit = \"{unit}\"")).unwrap_or_default();
         if is_frozen {
@@ -117,7 +117,7 @@ impl Parameter {
 }
 
 impl Plant {
-    /// True values of the parameters.
+    /// True values of the three parameters.
     pub fn truth(&self) -> [f64; 3] {
         self.parameters.map(|p| p.truth)
     }
@@ -127,7 +127,7 @@ impl Plant {
         if self.has_two_outputs || kind.needs_two_outputs() { 2 } else { 1 }
     }
 
-    /// Text of the model file of a set.
+    /// Text of the model file of a set with this peculiarity.
     pub fn model(&self, kind: &Kind) -> String {
         let law = if let Trap::Declared(law) = kind.trap { Some(law) } else { None };
         let has_dry_law = matches!(law, Some(Law::Smooth | Law::Sign));
@@ -173,7 +173,7 @@ impl Plant {
         text
     }
 
-    /// Input that acts on the plant, after saturation if the truth has it.
+    /// Input that acts on the plant: saturated if the true system has that effect, else `u`.
     fn saturated_input(&self, u: f64, conditions: &Conditions) -> f64 {
         if conditions.law != Some(Law::Saturation) {
             return u;
@@ -181,7 +181,7 @@ impl Plant {
         u.clamp(-self.limit.truth, self.limit.truth)
     }
 
-    /// Value of the dry law at its argument.
+    /// Dry friction at its argument (such as a speed); 0 if the true system has none.
     fn dry_law(&self, argument: f64, conditions: &Conditions) -> f64 {
         let (amount, _, (_, width)) = self.dry;
         match conditions.law {
@@ -312,5 +312,5 @@ fn tank_rates(x: &State, u: f64, now: &Conditions) -> State {
     [inflow - upper - dry - hidden, upper - lower + dry, hidden / 1.5]
 }
 
-/// All plants.
+/// The three plants.
 pub const PLANTS: [Plant; 3] = [SPRING, HEATER, TANKS];

@@ -1,4 +1,4 @@
-//! Runner of the trap battery, which works as a user does: binary, model file and table.
+//! Runs `augsim` on trap sets as a user does (binary, model file and table), and counts right answers.
 
 use super::draw::draw;
 use super::judge::{Answer, Judgement, judge};
@@ -10,30 +10,31 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-/// Counts over all sets of a battery.
+/// Counts over all trap sets of one run.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
     /// Number of sets.
     pub sets: usize,
     /// Number of sets with a right answer.
     pub right: usize,
-    /// Number of sets in which an absent effect was established.
+    /// Number of sets in which an effect was claimed that is not in the truth.
     pub absent_effects: usize,
-    /// Number of sets in which only noise or sampling is unusual, and of those with another verdict than
-    /// `nothing-to-add`.
+    /// `(sets, alarms)`: number of sets in which only noise or sampling is unusual, and of those with another
+    /// verdict than `nothing-to-add`.
     pub alarms: (usize, usize),
     /// Number of sets whose data were rejected.
     pub refusals: usize,
     /// Number of sets in which the program failed in another way.
     pub failures: usize,
-    /// Number of sets with declared effects, and of those with a wrong answer.
+    /// `(sets, wrong)`: number of sets whose model declares the true effect, and of those with a wrong
+    /// answer.
     pub declared: (usize, usize),
-    /// Duration of each set, s.
+    /// Duration of the discovery on each set, s.
     pub seconds: Vec<f64>,
 }
 
 impl Summary {
-    /// Adds one answer to the counts.
+    /// Adds one judged answer to the counts.
     fn count(&mut self, class: Class, answer: &Answer, judged: Judgement, seconds: f64) {
         self.sets += 1;
         self.right += usize::from(judged.is_right);
@@ -76,24 +77,26 @@ impl fmt::Display for Summary {
     }
 }
 
-/// Outcome of one set.
+/// Outcome of the discovery on one trap set.
 #[derive(Debug)]
 pub struct Row {
-    /// Text for the terminal: seed, plant, kind, class, answer, duration.
+    /// Line for the terminal: seed, plant, kind, class, answer, duration.
     pub line: String,
     /// Whether the answer is right.
     pub is_right: bool,
 }
 
-/// Plant and kind of set `number`, which is also its seed: plants in turn, and the next kind after the last
-/// plant.
+/// Plant and kind of set `number`, which is also its seed.
+///
+/// The three plants take turns, and each round has the next kind.
 pub fn plant_and_kind(number: u64) -> (&'static Plant, &'static Kind) {
     let (plants, kinds) = (PLANTS.len() as u64, KINDS.len() as u64);
     (&PLANTS[(number % plants) as usize], &KINDS[(number / plants % kinds) as usize])
 }
 
-/// Runs the sets `first` to `first + count - 1` with the binary `augsim`, each in its own folder below
-/// `folder`.
+/// Generates and judges the sets `first` to `first + count - 1` with the binary `augsim`.
+///
+/// Each set has its own folder below `folder`.
 ///
 /// # Errors
 /// The binary cannot be run, or a file cannot be written.
@@ -131,7 +134,7 @@ pub fn run(
     Ok(summary)
 }
 
-/// Text for the terminal of one set.
+/// Line for the terminal on one set: plant, kind, class, answer, duration.
 fn line(number: u64, answer: &Answer, seconds: f64) -> String {
     let (plant, kind) = plant_and_kind(number);
     let answered = match answer {

@@ -1,4 +1,4 @@
-//! Simulation of a plant over one recording: Runge-Kutta steps of order four, 50 per sample.
+//! Simulates a plant over one recording: Runge-Kutta steps of order four, 50 per sample.
 
 use super::kinds::{Layout, Logging, Trap};
 use super::plants::{Conditions, Plant, State};
@@ -6,34 +6,34 @@ use augsim_data::random_stream;
 use rand::RngExt;
 use std::ops::Range;
 
-/// Integration steps per sample.
+/// Number of integration steps per sample.
 const SUBSTEPS: usize = 50;
-/// Input samples before the first row and after the last one, so that a log can be early or late.
+/// Number of input samples before the first row and after the last one, so that a log can be early or late.
 pub const MARGIN_SAMPLES: usize = 8;
-/// Samples for which the input is constant.
+/// Number of samples for which the input is constant.
 const HOLD_SAMPLES: usize = 12;
 
-/// Initial state, input and times of a recording, chosen before the simulation.
+/// Initial state, input and times of one recording, chosen before the simulation.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// Initial state.
+    /// Initial state of the recording.
     pub start: State,
-    /// Input levels: that of row k is at `MARGIN_SAMPLES + k`, and those before row 0 equal it.
+    /// Input values: that of row k is at `MARGIN_SAMPLES + k`, and those before row 0 equal it.
     pub levels: Vec<f64>,
-    /// Times of the rows, s.
+    /// Times of the rows (samples), s.
     pub times: Vec<f64>,
 }
 
-/// Simulated motion at the rows of a recording.
+/// Simulated states and inputs at the rows (samples) of one recording.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// States at the rows.
+    /// True state at each row.
     pub states: Vec<State>,
     /// Inputs that act from each row to the next.
     pub inputs: Vec<f64>,
 }
 
-/// Plans the recordings of a set.
+/// Draws initial states, inputs and times of all recordings of a set.
 pub fn plans(plant: &Plant, trap: &Trap, seed: u64) -> Vec<Plan> {
     let mut rng = random_stream(seed, "trap plans", 0);
     let (recordings, samples) = match trap {
@@ -66,9 +66,9 @@ pub fn plans(plant: &Plant, trap: &Trap, seed: u64) -> Vec<Plan> {
     (0..recordings).map(|_| plan()).collect()
 }
 
-/// Simulates a recording.
+/// Simulates the motion of one recording.
 ///
-/// `input` returns the input at both ends of the interval after a row, from the row and its state.
+/// `input` takes a row and its state, and returns the input at both ends of the interval after the row.
 pub fn simulate(
     plant: &Plant,
     plan: &Plan,
@@ -93,7 +93,8 @@ pub fn simulate(
     motion
 }
 
-/// State after one step; `rates` takes a state and 0, 1 or 2 for start, middle and end of the step.
+/// State after one Runge-Kutta step; `rates` takes a state and 0, 1 or 2 for start, middle and end of the
+/// step.
 fn runge_kutta(state: &State, dt: f64, rates: impl Fn(&State, usize) -> State) -> State {
     let shifted = |k: &State, by: f64| std::array::from_fn(|i| state[i] + by * k[i]);
     let k1 = rates(state, 0);
@@ -103,7 +104,7 @@ fn runge_kutta(state: &State, dt: f64, rates: impl Fn(&State, usize) -> State) -
     std::array::from_fn(|i| state[i] + dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
 }
 
-/// Input of a plan, held from row to row or linear between rows.
+/// Planned input after each row, held until the next row or linear between rows.
 pub fn open_loop(plan: &Plan, is_linear: bool) -> impl FnMut(usize, &State) -> Range<f64> {
     move |k, _| {
         let u = plan.levels[MARGIN_SAMPLES + k];
@@ -111,9 +112,9 @@ pub fn open_loop(plan: &Plan, is_linear: bool) -> impl FnMut(usize, &State) -> R
     }
 }
 
-/// Input from a PI controller that reads the first output with measurement errors `errors`.
+/// Input of a PI controller that reads the first output with measurement errors `errors`.
 ///
-/// The levels of the plan are its reference.
+/// The input values of the plan, scaled, are its reference.
 pub fn closed_loop(
     plant: &Plant,
     plan: &Plan,
