@@ -5,17 +5,17 @@ use std::fmt;
 /// Length of the prefix of a trajectory that a filter observes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PrefixLength {
-    /// A number of samples.
+    /// Number of observed samples.
     Rows(usize),
-    /// Seconds from the first sample.
+    /// Observed duration, s from the first sample.
     Seconds(f64),
 }
 
-/// Rounding tolerance of times, s.
+/// Rounding tolerance when times are compared with the length of a prefix, s.
 const TIME_TOLERANCE_S: f64 = 1e-9;
 
 impl PrefixLength {
-    /// Number of observed samples of a trajectory with these times, s.
+    /// Number of samples that the prefix covers in a trajectory with these sample times, s.
     pub fn rows(self, times: &[f64]) -> usize {
         match self {
             PrefixLength::Rows(n) => n,

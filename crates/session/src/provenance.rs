@@ -1,13 +1,13 @@
-//! Fingerprints of the inputs of a result.
+//! Fingerprints (checksum and size) of the inputs of a result.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-/// Fingerprint of a pipe, which can be read only once.
+/// Text that stands for the fingerprint of a pipe, which can be read only once.
 pub const STREAM: &str = "a stream";
 
-/// CRC-32 and size of a file; for a folder, CRC-32 of the names and sizes of its files.
+/// Computes CRC-32 and size of a file; for a folder, CRC-32 of the names and sizes of its files.
 ///
 /// An unreadable file is no error here: the reader of its format reports it.
 pub fn fingerprint(path: &Path) -> String {
@@ -48,7 +48,7 @@ fn checksum(path: &Path) -> std::io::Result<(u32, u64)> {
     }
 }
 
-/// Collects path from `top` and size of the files below `folder`.
+/// Collects the paths, relative to `top`, and the sizes of the files below `folder`.
 ///
 /// Links to folders are not followed, which avoids cycles.
 fn list(top: &Path, folder: &Path, files: &mut Vec<(String, u64)>) {
@@ -65,12 +65,12 @@ fn list(top: &Path, folder: &Path, files: &mut Vec<(String, u64)>) {
     }
 }
 
-/// The fingerprint of bytes in memory, equal to that of a file with this content.
+/// Computes the fingerprint of bytes in memory, equal to that of a file with this content.
 pub fn fingerprint_of_bytes(bytes: &[u8]) -> String {
     format!("crc32:{:08x} of {} bytes", crc32fast::hash(bytes), bytes.len())
 }
 
-/// A path as shown on a page: one inside the results folder `out` is shown relative to `DIR`.
+/// Shortens a path for display: one inside the results folder `out` is shown relative to `DIR`.
 pub fn display_path(path: &Path, out: &Path) -> String {
     let inside = path.strip_prefix(out);
     inside.map_or_else(|_| path.display().to_string(), |inside| format!("DIR/{}", inside.display()))

@@ -7,14 +7,14 @@ use crate::{DataFrom, DiscoverRequest};
 use augsim_report::page::DataSource;
 use std::path::{Path, PathBuf};
 
-/// Name, seed, sources, command line and figures of a discovery.
+/// Name, seed, sources, command line and figures of a discovery, as its report shows them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReportContext {
-    /// Name of the data.
+    /// Name of the data in the report.
     pub name: String,
-    /// Seed of every random draw.
+    /// Seed of every random draw of the discovery.
     pub seed: u64,
-    /// The model file and the data, with their checksums.
+    /// Paths and checksums of the model file and the data.
     pub sources: Vec<DataSource>,
     /// The command line that repeats the discovery; empty if model or data are not files.
     pub reproduce: String,
@@ -23,7 +23,7 @@ pub struct ReportContext {
 }
 
 impl ReportContext {
-    /// Collects them for a discovery whose page is written to the folder `out`.
+    /// Collects the context of a discovery whose report is written to the folder `out`.
     ///
     /// `model` is `None` if it is not a file. `fingerprint` returns the checksum of an input file or folder.
     pub fn new(
@@ -60,7 +60,7 @@ impl ReportContext {
     }
 }
 
-/// The name of data on a page: the stem of the file, or the folder's name if the stem is just `data`.
+/// Name of the data in a report: the stem of the file, or the folder's name if the stem is just `data`.
 fn name_of(path: &Path) -> String {
     let text = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
     let file = text(path.file_name());
@@ -69,7 +69,7 @@ fn name_of(path: &Path) -> String {
     if stem == "data" && !folder.is_empty() { folder } else { stem.to_owned() }
 }
 
-/// The command that repeats the discovery. `--out DIR` is a placeholder: it does not change the results.
+/// Command line that repeats the discovery. `--out DIR` is a placeholder: it does not change the results.
 fn command(model: &Path, from: &DataFrom, data: &[PathBuf], wanted: &DiscoverRequest, out: &Path) -> String {
     let DiscoverRequest { groups, accept, options } = wanted;
     let mut words = vec!["augsim".to_owned(), "discover".to_owned()];

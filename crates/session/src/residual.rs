@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// A folder given as the result of a discovery has no model.
+/// Error: a folder given as the result of a discovery contains no model file.
 #[derive(Debug, Error)]
 #[error("{}: contains no {MODEL}; give the folder that `augsim discover` wrote (--out)", folder.display())]
 pub struct NoModel {
@@ -21,7 +21,8 @@ pub struct NoModel {
 /// Name of the model file in the folder of a discovery.
 pub const MODEL: &str = "model.toml";
 
-/// The engine of the model in the discovery folder `run`, and notes on unused parts of the model.
+/// Builds the physics engine of the model in the discovery folder `run`; also returns notes on unused model
+/// parts.
 ///
 /// Its step is the sampling step of the data.
 ///
@@ -39,9 +40,10 @@ pub fn engine(run: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::Result<(En
     engine_of_model(&ModelFile::read(&path)?, &path.display().to_string(), data, recipe)
 }
 
-/// The engine of a model file, for a net of any recipe.
+/// Builds the physics engine of a model file, for a net of any recipe.
 ///
-/// A net that uses no physics takes only its states and its step from the engine.
+/// A net that uses no physics takes only its states and its step from the engine. Also returns notes on
+/// unused model parts.
 ///
 /// # Errors
 /// The model does not fit the data.
@@ -52,7 +54,8 @@ pub fn engine_of_file(path: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::R
     engine_with_data_step(&ModelFile::read(path)?, &path.display().to_string(), data, recipe)
 }
 
-/// The engine of an equation model, with steps and measurement noise estimated from the data.
+/// Builds the engine of an equation model, with integration steps and measurement noise estimated from the
+/// data.
 fn equations(path: &Path, data: &DataFrom) -> anyhow::Result<(Engine, Vec<String>)> {
     let model = equations::read(path)?;
     let measured = equations::records::read(data.clone(), &model)?;
@@ -61,7 +64,8 @@ fn equations(path: &Path, data: &DataFrom) -> anyhow::Result<(Engine, Vec<String
     Ok((engine, equations::states::notes(&model)))
 }
 
-/// The engine of a model in memory, called `place` in messages, and notes as from [`engine`].
+/// Builds the physics engine of a model in memory, called `place` in messages; also returns notes as
+/// [`engine`] does.
 ///
 /// # Errors
 /// As [`engine`].
@@ -75,7 +79,8 @@ pub fn engine_of_model(
     engine_with_data_step(model, place, data, recipe)
 }
 
-/// The engine of a built-in model with the step of the data, and notes for the user.
+/// Builds the engine of a built-in model with the sampling step of the data; also returns notes for the
+/// user.
 fn engine_with_data_step(
     model: &ModelFile,
     place: &str,
@@ -135,7 +140,8 @@ fn check_uses_physics(recipe: Recipe) -> Result<(), Usage> {
     Ok(())
 }
 
-/// The measured coordinates of a ball; `None` if only its height was measured.
+/// Axes in which a ball was measured: space (x, y, z) or plane (x, z); `None` if only its height was
+/// measured.
 fn room(data: &Dataset) -> Option<ThrowAxes> {
     match ["x_m", "y_m", "z_m"].map(|column| data.has_column(column)) {
         [true, true, true] => Some(ThrowAxes::Space),
@@ -144,7 +150,8 @@ fn room(data: &Dataset) -> Option<ThrowAxes> {
     }
 }
 
-/// Sampling step of the first trajectory, s; the median of all steps if its clock is irregular.
+/// Mean sampling step of the first trajectory, s; the median step of all trajectories if its clock is
+/// irregular.
 fn step_s(dataset: &Dataset, data: &DataFrom) -> anyhow::Result<f64> {
     let step = dataset.trajectories().iter().find(|t| t.len() > 1).map(|t| {
         let clock = t.time_s();
@@ -160,7 +167,7 @@ fn step_s(dataset: &Dataset, data: &DataFrom) -> anyhow::Result<f64> {
     })
 }
 
-/// Median of all sampling steps, s.
+/// Median sampling step over all trajectories, s.
 fn median_step(dataset: &Dataset) -> f64 {
     let steps = dataset.trajectories().iter().flat_map(|t| t.time_s().windows(2).map(|w| w[1] - w[0]));
     let mut steps: Vec<f64> = steps.collect();

@@ -13,15 +13,15 @@ use augsim_physics::push::{OBJECTS, Object};
 use augsim_trainer::push::{Subsampling, pushes};
 use augsim_trainer::{Engine, Sequences};
 
-/// Rate to which published recordings are resampled, Hz: the rate of their sensors.
+/// Sampling rate to which published recordings are resampled, Hz: the rate of their sensors.
 pub const PUBLISHED_RATE_HZ: f64 = 250.0;
 
-/// The engine of the paper's bouncing-ball experiment: restitution 0.65, Bullet's damping, 60 Hz.
+/// Builds the engine of the paper's bouncing-ball experiment: restitution 0.65, Bullet's damping, 60 Hz.
 pub fn published_predictor() -> Engine {
     Engine::PybulletBall(drop_distribution::published_predictor())
 }
 
-/// Reads or generates the data set of a source, and checks that it has the engine's step.
+/// Reads or generates the data set of a source, and checks that it has the engine's sampling step.
 ///
 /// # Errors
 /// The source cannot be read or generated, has another step, or was a table in memory, which cannot be read
@@ -45,7 +45,7 @@ pub fn read(source: &DataSource, engine: &Engine) -> anyhow::Result<Dataset> {
     Ok(generated)
 }
 
-/// Reads measured trajectories, and checks that they have the engine's step.
+/// Reads measured trajectories, and checks that they have the engine's sampling step.
 ///
 /// For an equation model these are its inputs and outputs, with any step. If an engine with a ball model
 /// finds no states in the data, they are estimated from the positions. For pushes every stream may have its
@@ -71,7 +71,7 @@ pub fn read_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Dataset
     Ok(data)
 }
 
-/// The engine's columns of a data set, as training sequences.
+/// Converts the engine's columns of a data set to training sequences.
 ///
 /// Pushes are resampled to one clock and thinned. States of an equation model are smoothed estimates that use
 /// all samples: they are for training, not for predictions.
@@ -90,7 +90,7 @@ pub fn sequences(data: &Dataset, engine: &Engine) -> anyhow::Result<Sequences> {
     Ok(pushes(resampled.as_ref().unwrap_or(data), Subsampling::default())?)
 }
 
-/// Refuses equation models, whose states are not measured.
+/// Checks that the engine is of no equation model, whose states are not measured.
 ///
 /// Smoothed estimates of the states would use the samples to be predicted.
 fn check_states_are_measured(engine: &Engine) -> Result<(), Usage> {
@@ -100,7 +100,7 @@ fn check_states_are_measured(engine: &Engine) -> Result<(), Usage> {
     }
 }
 
-/// The engine's columns of a source, for prediction and scoring.
+/// Reads or generates the engine's columns of a data source, for prediction and scoring.
 ///
 /// # Errors
 /// As [`read`] and [`sequences`], or the engine is an equation model.
@@ -109,7 +109,7 @@ pub fn load(source: &DataSource, engine: &Engine) -> anyhow::Result<Sequences> {
     sequences(&read(source, engine)?, engine)
 }
 
-/// The engine's columns of measured trajectories, for prediction and scoring.
+/// Reads the engine's columns of measured trajectories, for prediction and scoring.
 ///
 /// # Errors
 /// As [`load`].
@@ -118,7 +118,7 @@ pub fn load_measured(from: &DataFrom, engine: &Engine) -> anyhow::Result<Sequenc
     sequences(&read_measured(from, engine)?, engine)
 }
 
-/// The recipe of a data set of the virtual laboratory.
+/// Builds the settings from which the virtual laboratory generates a data set of pushes.
 ///
 /// # Errors
 /// An unknown object or surface.
@@ -146,7 +146,7 @@ pub fn object_on_surface(object: &str, surface: &str) -> Result<(Object, Support
     Ok((known, sheet))
 }
 
-/// The engine's columns of measured trajectories, with the times of the samples of each, s.
+/// Reads the engine's columns of measured trajectories; also returns the sample times of each, s.
 ///
 /// # Errors
 /// As [`read_measured`] and [`sequences`].
@@ -166,7 +166,9 @@ pub fn load_timed(from: &DataFrom, engine: &Engine) -> anyhow::Result<(Sequences
     Ok((sequences, times))
 }
 
-/// Training trajectories of a run, and the warnings of the data checks; generated data are not checked.
+/// Reads or generates the training trajectories of a run, with the warnings of the data checks.
+///
+/// Generated data are not checked.
 ///
 /// # Errors
 /// As [`read`] and [`check_measured`].

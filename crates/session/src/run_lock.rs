@@ -10,12 +10,12 @@ use std::path::Path;
 /// An exclusive lock on a folder, released when it is dropped or the process ends.
 #[derive(Debug)]
 pub struct RunLock {
-    /// The open folder; closing it releases the lock.
+    /// The open folder, whose closing releases the lock; `None` where folders cannot be locked.
     _held: Option<File>,
 }
 
 impl RunLock {
-    /// Creates the folder if it is absent, locks it, and removes temporary files of killed processes.
+    /// Creates a folder if it is absent, locks it, and removes temporary files of killed processes.
     ///
     /// The lock is on the folder itself, so no lock file can stay behind. On file systems without locks
     /// nothing is locked.
@@ -45,7 +45,7 @@ fn open(folder: &Path) -> std::io::Result<Option<File>> {
     File::open(folder).map(Some)
 }
 
-/// Other operating systems cannot open folders as files.
+/// Opens no folder: other operating systems cannot open folders as files.
 #[cfg(not(unix))]
 fn open(_folder: &Path) -> std::io::Result<Option<File>> {
     Ok(None)

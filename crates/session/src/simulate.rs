@@ -14,44 +14,44 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Maximum number of drawn offsets per event; later events use the nominal value.
+/// Maximum number of drawn offsets of the event parameter; later events use the nominal value.
 const MAX_EVENT_DRAWS: usize = 1000;
 
-/// Largest number of values that is simulated on the calling thread.
+/// Maximum number of simulated values for which all simulations run on the calling thread.
 ///
 /// Smaller tasks gain nothing from several threads.
 pub const MAX_SERIAL_VALUES: usize = 20_000;
 
-/// A column of numbers with its name.
+/// Name and values of a column or of an input.
 pub type Named = (String, Vec<f64>);
 
-/// Initial states, times and inputs of a simulation.
+/// What to simulate: initial states, times and inputs.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Plan {
-    /// Initial value of every state and covariate (e.g. `spin_rad_s`) by name.
+    /// Initial value of every state and covariate (e.g. `spin_rad_s`), by name.
     ///
     /// Each has one value per trajectory of the batch.
     pub start: Vec<Named>,
     /// Times of the samples, s, increasing.
     pub times: Vec<f64>,
-    /// Inputs at the sample times by name, shared by the batch.
+    /// Values of the inputs at the sample times, by name, shared by all trajectories of the batch.
     pub inputs: Vec<Named>,
     /// Number of draws per trajectory; 0 means one noise-free nominal run.
     ///
     /// A draw has its own parameters, random effects and measurement noise.
     pub samples: usize,
-    /// Seed of the draws.
+    /// Seed of the random draws.
     pub seed: u64,
 }
 
-/// Simulated trajectories.
+/// Simulated trajectories of a batch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectories {
-    /// Names of the columns.
+    /// Names of the simulated columns.
     pub columns: Vec<String>,
-    /// Number of trajectories, of samples (draws) per trajectory, and of times.
+    /// Number of trajectories, of samples (draws) per trajectory, and of times: sizes of `values`.
     pub shape: [usize; 3],
-    /// Values `[trajectory, sample, time, column]`, in the units of the columns.
+    /// Simulated values `[trajectory, sample, time, column]`, in the units of the columns.
     pub values: Vec<f64>,
 }
 
@@ -120,12 +120,12 @@ fn check_times(times: &[f64]) -> Result<(), Usage> {
     }
 }
 
-/// A model with the records and initial states to simulate.
+/// A model with the records and initial states of its simulation.
 struct Simulation {
     system: Arc<dyn Prepare>,
-    /// One record for each trajectory: times, inputs and covariates.
+    /// One record for each trajectory, with times, inputs and covariates.
     records: Vec<Record>,
-    /// Initial states, `[trajectory][state]`.
+    /// Initial state of each trajectory, `[trajectory][state]`.
     starts: Vec<Vec<f64>>,
 }
 
@@ -210,7 +210,7 @@ impl Simulation {
         Ok(Simulation { records: records.collect(), system, starts })
     }
 
-    /// Simulates one sample of one trajectory into `values`, `[time, column]`.
+    /// Simulates one sample (draw) of one trajectory into `values`, `[time, column]`.
     fn simulate(
         &self,
         plan: &Plan,
@@ -259,9 +259,9 @@ impl Simulation {
     }
 }
 
-/// A parameter drawn from the normal distribution of its 95 % interval, clamped to its bounds.
+/// Draws a parameter from the normal distribution of its 95 % interval, clamped to its bounds.
 ///
-/// Without an interval it has its nominal value.
+/// A parameter without an interval has its nominal value.
 fn draw_parameter(p: &Parameter, normal: &mut dyn FnMut() -> f64) -> f64 {
     match p.standard_deviation() {
         Some(sd) => (p.nominal + sd * normal()).clamp(p.min, p.max),
@@ -286,7 +286,7 @@ fn built_in_states(schema: &Schema) -> Vec<String> {
     schema.states.iter().map(name).collect()
 }
 
-/// The inputs of the schema, sampled at the times of the plan.
+/// Converts the plan's inputs, at the sample times, to the input streams of the schema.
 fn streams(schema: &Schema, plan: &Plan) -> Result<Vec<Stream>, Usage> {
     let wanted: Vec<&String> = schema.inputs.iter().flat_map(|input| &input.columns).collect();
     let names = || wanted.iter().map(|name| (*name).clone()).collect::<Vec<String>>();

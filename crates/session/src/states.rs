@@ -1,4 +1,4 @@
-//! States that nets use, estimated from positions at any sampling.
+//! Estimates the states that nets use from positions sampled at any times.
 
 use crate::DataFrom;
 use anyhow::Context;
@@ -8,7 +8,7 @@ use augsim_physics::ball::drop_distribution::check_rate;
 use augsim_physics::model::ModelFile;
 use augsim_trainer::Engine;
 
-/// Whether the data have the engine's columns at the engine's step without gaps.
+/// Whether the data have the engine's state columns, at the engine's sampling step and without gaps.
 pub fn has_states(data: &Dataset, engine: &Engine) -> bool {
     let Some(step_s) = engine.step_s() else { return true };
     let indices: Option<Vec<usize>> = engine.columns().iter().map(|c| data.column_index(c).ok()).collect();
@@ -17,7 +17,8 @@ pub fn has_states(data: &Dataset, engine: &Engine) -> bool {
     data.trajectories().iter().all(is_complete) && check_rate(data, step_s).is_ok()
 }
 
-/// Estimates the engine's columns at the engine's step from the positions of the trajectories.
+/// Estimates the engine's state columns, at the engine's sampling step, from the positions of the
+/// trajectories.
 ///
 /// `None` if the engine has no ball model, with which impacts are found.
 ///

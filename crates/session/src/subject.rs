@@ -8,7 +8,7 @@ use std::path::Path;
 /// A model file of any kind.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Subject {
-    /// A built-in scenario: the ball, or pushing.
+    /// A model of a built-in scenario: the ball, or pushing.
     BuiltIn(Box<ModelFile>),
     /// A system of equations written in the model file.
     Equations(Box<augsim_equations::Model>),
@@ -39,7 +39,7 @@ impl Subject {
         }
     }
 
-    /// The scenario named in the file: `ball`, `push` or `system`.
+    /// Name of the model's scenario in the file: `ball`, `push` or `system`.
     pub fn scenario(&self) -> &'static str {
         match self {
             Subject::BuiltIn(model) => match **model {
@@ -50,7 +50,7 @@ impl Subject {
         }
     }
 
-    /// Declared parameters, then those of the effects in the model.
+    /// Lists the declared parameters, then those of the effects in the model.
     pub fn parameters(&self) -> Vec<Parameter> {
         match self {
             Subject::BuiltIn(model) => model.parameters().cloned().collect(),
@@ -65,7 +65,7 @@ impl Subject {
         }
     }
 
-    /// The text of the model file.
+    /// Writes the model as the text of a model file.
     ///
     /// # Errors
     /// The text of a changed model cannot be parsed back to the same model.

@@ -3,49 +3,49 @@
 use augsim_data::{Dataset, GROUP, TIME, TRAJECTORY, Trajectory, escaped_short};
 use thiserror::Error;
 
-/// A table in memory that cannot be written as measurements.
+/// Error: a table in memory cannot be written as measurements.
 #[derive(Debug, Error)]
 pub enum TableFault {
-    /// It has no columns.
+    /// The table has no columns.
     #[error("the table has no columns; it needs `trajectory`, `t_s` and measured ones")]
     NoColumns,
-    /// Two columns have different lengths.
+    /// Two columns of the table have different lengths.
     #[error(
         "the table's column `{}` has {found} values, but `{}` has {rows}",
         escaped_short(name),
         escaped_short(first)
     )]
     Lengths {
-        /// The column.
+        /// Name of the deviating column.
         name: String,
-        /// Its number of values.
+        /// Number of values of the deviating column.
         found: usize,
-        /// The first column.
+        /// Name of the first column.
         first: String,
         /// Number of values of the first column.
         rows: usize,
     },
-    /// A number is infinite.
+    /// A number in the table is infinite.
     #[error(
         "the table's column `{}`, row {row}: {value} is no measurement; use NaN for a missing value",
         escaped_short(name)
     )]
     Infinite {
-        /// The column.
+        /// Name of the column with the infinite number.
         name: String,
-        /// The row, from 0.
+        /// Row of the infinite number, counted from 0.
         row: usize,
-        /// The number.
+        /// The infinite number.
         value: f64,
     },
 }
 
-/// Cells of a column.
+/// Values of a table's column: texts or numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cells {
-    /// Labels of trajectories and groups.
+    /// Labels of trajectories or groups.
     Text(Vec<String>),
-    /// Numbers; NaN is a gap.
+    /// Numbers; NaN marks a missing value.
     Numbers(Vec<f64>),
 }
 
@@ -58,10 +58,12 @@ impl Cells {
     }
 }
 
-/// Writes named columns as a CSV file; numbers are written with all digits needed to read them back exactly.
+/// Writes named columns as a CSV file.
+///
+/// Numbers are written with all digits needed to read them back exactly.
 ///
 /// # Errors
-/// No column, columns of different lengths, or an infinite number.
+/// There is no column, columns differ in length, or a number is infinite.
 pub fn csv(columns: &[(String, Cells)]) -> anyhow::Result<Vec<u8>> {
     let Some((first, rows)) = columns.first().map(|(name, cells)| (name, cells.len())) else {
         return Err(TableFault::NoColumns.into());
@@ -91,7 +93,7 @@ pub fn csv(columns: &[(String, Cells)]) -> anyhow::Result<Vec<u8>> {
     Ok(writer.into_inner()?)
 }
 
-/// The columns of a data set in long format.
+/// Converts a data set to named columns in long format: one row per sample.
 pub fn long(set: &Dataset) -> Vec<(String, Cells)> {
     let trajectories = || set.trajectories().iter();
     let labels = |label: &dyn Fn(&Trajectory) -> String| {

@@ -1,62 +1,64 @@
-//! Runs a training into a run directory, with metrics, checkpoints, interruption and resumption.
+//! Trains a net in a run directory, with metrics, checkpoints, interruption and resumption.
 
 use crate::run_dir::{Config, RunDir};
 use anyhow::Context;
 use augsim_trainer::{Losses, NetModel, Sequences, Settings, Training, TrainingState};
 use std::time::Instant;
 
-/// Number of iterations between lines of the metrics file.
+/// Number of training iterations between lines of the metrics file.
 const LOG_EVERY: u64 = 10;
 
 /// Observer of a training run, which may stop it.
 pub trait TrainingObserver {
-    /// Whether to write a checkpoint and stop; asked before each iteration and before the final evaluation.
+    /// Whether training is to write a checkpoint and stop.
+    ///
+    /// It is asked before each iteration and before the final evaluation.
     fn must_stop(&mut self) -> bool;
-    /// Called when training begins or resumes.
+    /// Receives size and progress of the training when it begins or resumes.
     fn begins(&mut self, from: TrainingStart);
-    /// Called after each iteration.
+    /// Receives the losses after each training iteration.
     fn step(&mut self, losses: &Losses);
-    /// Called after the last iteration.
+    /// Is called once when the iterations end: all are done, or training is interrupted.
     fn ends(&mut self);
 }
 
 /// Size and progress of a training run when it begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TrainingStart {
-    /// Number of parameters.
+    /// Number of trainable parameters of the net.
     pub parameters: usize,
     /// Number of training trajectories.
     pub trajectories: usize,
-    /// Iterations that are already done.
+    /// Number of iterations that are already done.
     pub iteration: u64,
-    /// Total number of iterations.
+    /// Total number of iterations of the run.
     pub total: u64,
 }
 
-/// How a training run ended.
+/// How a training run ended: finished or interrupted.
 #[derive(Debug)]
 pub enum TrainingOutcome {
-    /// All iterations are done.
+    /// The run finished: all iterations are done.
     Trained(Box<Trained>),
-    /// The observer stopped it; the checkpoint has the full state.
+    /// The observer stopped the run; the checkpoint has the full state.
     Interrupted {
-        /// Iterations done.
+        /// Number of iterations done.
         iteration: u64,
     },
 }
 
-/// A finished run.
+/// The result of a finished training run.
 #[derive(Debug)]
 pub struct Trained {
-    /// The trained model.
+    /// The trained net.
     pub model: NetModel,
-    /// Wall-clock seconds per iteration of this session; `None` if no iteration was left to do.
+    /// Wall-clock seconds per iteration of this call; `None` if no iteration was left to do.
     pub seconds_per_iteration: Option<f64>,
-    /// Number of parameters.
+    /// Number of trainable parameters of the net.
     pub parameters: usize,
 }
 
-/// Trains as configured, and writes the results to `run`.
+/// Trains a net as configured, and writes the results to the run directory `run`.
 ///
 /// With `resume`, continues from a checkpoint if there is one.
 ///
@@ -116,7 +118,7 @@ pub fn train(
     })))
 }
 
-/// Trains in memory, without files; the net is identical to that of [`train`].
+/// Trains a net in memory, without files; the net is identical to that of [`train`].
 ///
 /// `None` if the observer stopped the training.
 ///

@@ -1,4 +1,4 @@
-//! Draws of the outputs of a record by a model or a net, and the prediction bands computed from them.
+//! Draws of the outputs of a record from a model or a net, and the prediction bands computed from them.
 
 use augsim_discovery::{
     PREDICTION_LEVELS, PredictedChannel, PredictedRecord, PredictionError, PredictionSet,
@@ -7,27 +7,28 @@ use augsim_equations::Model;
 use augsim_equations::model::Output;
 use augsim_system::Record;
 
-/// Draws of a record from an initial state fitted to its first samples.
+/// Predictive draws of a record's outputs, from an initial state fitted to its first samples.
 #[derive(Debug)]
 pub struct RecordDraws {
-    /// Name in the data.
+    /// Name of the record in the data.
     pub id: String,
-    /// Times, s.
+    /// Times of the samples, s.
     pub times: Vec<f64>,
-    /// Measured values, `[output][sample]`.
+    /// Measured values of the outputs, `[output][sample]`; NaN at gaps.
     pub measured: Vec<Vec<f64>>,
     /// Number of first samples that the initial state was fitted to.
     pub initial_sample_count: usize,
-    /// Prediction without noise, `[output][sample]`.
+    /// Prediction of the outputs without noise, `[output][sample]`.
     pub forecast: Vec<Vec<f64>>,
-    /// Draws with measurement noise, `[output][sample][draw]`, sorted; non-finite draws are dropped.
+    /// Draws of the outputs with measurement noise, `[output][sample][draw]`, sorted; non-finite draws are
+    /// dropped.
     pub draws: Vec<Vec<Vec<f64>>>,
-    /// Standard deviation of the measurement noise of each output.
+    /// Standard deviation of the measurement noise of each output, in the unit of the output.
     pub noise: Vec<f64>,
 }
 
 impl RecordDraws {
-    /// Draws of a record; sorts them.
+    /// Collects the draws of a record and sorts them.
     pub fn new(
         record: &Record,
         known: usize,
@@ -40,7 +41,7 @@ impl RecordDraws {
         RecordDraws { id, times, measured, initial_sample_count: known, forecast, draws, noise }
     }
 
-    /// Mean and bands of every output.
+    /// Summarises the draws as mean and quantiles of every output.
     pub(super) fn predicted(&self, model: &Model) -> PredictedRecord {
         let channel = |(o, output): (usize, &Output)| {
             Bands::of_draws(&self.draws[o]).channel(output, &self.measured[o], &self.forecast[o])
@@ -54,7 +55,7 @@ impl RecordDraws {
     }
 }
 
-/// Mean and quantiles of an output at successive samples.
+/// Mean and quantiles of the draws of an output at successive samples.
 #[derive(Debug, Default)]
 pub(super) struct Bands {
     mean: Vec<f64>,
@@ -62,7 +63,7 @@ pub(super) struct Bands {
 }
 
 impl Bands {
-    /// Bands from the sorted draws of each sample.
+    /// Computes mean and quantiles from the sorted draws of each sample.
     pub fn of_draws(lists: &[Vec<f64>]) -> Self {
         let mut bands = Bands::default();
         for list in lists {
@@ -74,7 +75,7 @@ impl Bands {
         bands
     }
 
-    /// Bands of successive parts.
+    /// Joins the bands of successive ranges of samples.
     pub fn joined<'a>(parts: impl Iterator<Item = &'a Bands>) -> Self {
         let mut joined = Bands::default();
         for part in parts {
@@ -84,7 +85,9 @@ impl Bands {
         joined
     }
 
-    /// The output with its measured values and its prediction without noise, moved to the turn of the measured values if it has a period.
+    /// The bands of an output with its measured values and its noise-free prediction.
+    ///
+    /// Predictions of a periodic quantity are moved by whole periods to the measured values.
     pub fn channel(self, output: &Output, measured: &[f64], forecast: &[f64]) -> PredictedChannel {
         let mut predicted = PredictedChannel {
             column: output.name.clone(),
@@ -98,8 +101,10 @@ impl Bands {
     }
 }
 
-/// Predictions with bands, and errors, of all records. `noise` is the standard deviation of the measurement
-/// noise of each output of each record, `seed` that of the bootstrap of the errors.
+/// Collects the predictions with bands of all records, and computes the errors of each output.
+///
+/// `noise` is the standard deviation of the measurement noise of each output of each record, `seed` is the
+/// seed of the bootstrap of the errors.
 pub(super) fn prediction_set(
     model: &Model,
     records: Vec<PredictedRecord>,
@@ -116,7 +121,9 @@ pub(super) fn prediction_set(
     PredictionSet { records, errors, squares, noise_sd, start }
 }
 
-/// RMSE of an output after the burn-in (NaN without a sample), and sum and number of squared errors of each record.
+/// Computes the RMSE of output `o` after the burn-in (NaN without a sample).
+///
+/// Also returns the sum and the number of the squared errors of each record.
 fn error(
     model: &Model,
     o: usize,

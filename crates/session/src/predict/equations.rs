@@ -1,4 +1,4 @@
-//! Free runs of an equation model with prediction bands.
+//! Predicts records by free runs of an equation model, with prediction bands.
 
 use super::draws::{Bands, RecordDraws, prediction_set};
 use super::parameter_uncertainty::ParameterUncertainty;
@@ -18,14 +18,14 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Memory for the draws of all records that are predicted at once, bytes. It holds 400 draws of 300,000 samples.
+/// Memory for the draws of all records that are predicted at once, bytes: 400 draws of 300,000 samples.
 const MAX_DRAW_BYTES: usize = 1 << 30;
 
-/// Free runs of all records, from initial states fitted to the first `burn_in` samples.
+/// Predicts all records by free runs, from initial states fitted to the first `burn_in` samples.
 ///
 /// The bands come from draws. Each draw has parameters from their joint distribution, an initial state
-/// refitted with these to perturbed first samples, process noise if the model has it, and measurement noise:
-/// as declared, as fitted, or else as estimated from the residual of the first samples.
+/// refitted with these parameters to perturbed first samples, process noise if the model has it, and
+/// measurement noise: as declared, as fitted, or else as estimated from the residual of the first samples.
 ///
 /// # Errors
 /// A column is missing, or a record cannot be simulated.
@@ -52,14 +52,14 @@ pub(super) fn predict(
     Ok(prediction_set(model, predicted, noise, options.seed))
 }
 
-/// Number of samples of a record whose draws are in memory at once.
+/// Number of samples of a record whose draws are in memory at once, within [`MAX_DRAW_BYTES`].
 fn block_rows(records: usize, draws: usize, outputs: usize) -> usize {
     let concurrent = rayon::current_num_threads().min(records).max(1);
     let row_bytes = draws.max(1) * outputs.max(1) * size_of::<f64>();
     (MAX_DRAW_BYTES / concurrent / row_bytes).max(1)
 }
 
-/// Draws of all records, which must be prepared.
+/// Draws predictions of all records, which must be prepared.
 ///
 /// # Errors
 /// A record cannot be simulated.
@@ -78,15 +78,15 @@ pub(super) fn run_all(
 
 /// The first samples of a record, and the initial state fitted to them.
 pub(super) struct FittedInitialState {
-    /// Number of first samples.
+    /// Number of first samples that the initial state was fitted to.
     pub known: usize,
     /// The record with all later samples set to NaN.
     pub early_part: Record,
-    /// The fitted initial state.
+    /// The initial state that fits these samples.
     pub initial_state: InitialStateEstimate,
     /// Measurement noise of each output: declared, fitted, or else estimated from the first samples.
     pub noise: Vec<SensorNoise>,
-    /// Standard deviation of the noise of each output that the model file states; `None` if it was estimated.
+    /// Standard deviation of each output's noise that the model file states; `None` if it was estimated.
     pub known_sd: Vec<Option<f64>>,
 }
 
@@ -141,23 +141,23 @@ fn draw_errors(noise: &[SensorNoise], times: &[f64], normal: &mut dyn FnMut() ->
     noise.iter().map(&mut draw).collect()
 }
 
-/// A record from its fitted initial state.
+/// A record with its fitted initial state and noise-free run.
 struct Started {
-    /// Values of the parameters.
+    /// Nominal values of the parameters.
     values: Vec<f64>,
     fitted: FittedInitialState,
-    /// The run without noise, `[output][sample]`.
+    /// Outputs of the run without noise, `[output][sample]`.
     forecast: Vec<Vec<f64>>,
 }
 
-/// Random numbers of a draw.
+/// Random quantities of one predictive draw.
 struct Drawn {
     parameters: Vec<f64>,
-    /// Measurement errors, `[output][sample]`.
+    /// Measurement errors of the outputs, `[output][sample]`.
     errors: Vec<Vec<f64>>,
-    /// Initial state fitted with these.
+    /// Initial state fitted with the drawn parameters to perturbed first samples.
     state: Vec<f64>,
-    /// The record with drawn process noise, if the model has any.
+    /// The record with drawn process noise; `None` if the model has no process noise.
     record: Option<Record>,
 }
 
@@ -165,16 +165,16 @@ struct Drawn {
 struct Prediction<'a> {
     model: &'a Model,
     system: &'a EquationSystem,
-    /// Uncertainty of the parameters.
+    /// Joint distribution from which the parameters are drawn.
     uncertainty: ParameterUncertainty,
-    /// Process noise, if the model has any.
+    /// Process noise of the model; `None` if it has none.
     process_noise: Option<ProcessNoise>,
     burn_in: usize,
     options: &'a PredictOptions,
 }
 
 impl Prediction<'_> {
-    /// Fits the initial state of a record, and simulates it without noise.
+    /// Fits the initial state of a record, and simulates the record without noise.
     fn start(&self, record: &Record) -> anyhow::Result<Started> {
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();
         let fitted = FittedInitialState::fit(self.model, self.system, record, self.burn_in, &values)?;
@@ -183,7 +183,7 @@ impl Prediction<'_> {
         Ok(Started { values, fitted, forecast })
     }
 
-    /// All draws of one record; `stream` is the number of its random stream.
+    /// Draws all predictions of one record; `stream` is the number of its random stream.
     fn predict(&self, record: &Record, stream: u64) -> anyhow::Result<RecordDraws> {
         let started = self.start(record)?;
         let mut has_run = vec![true; self.options.draws];
@@ -193,8 +193,9 @@ impl Prediction<'_> {
         Ok(RecordDraws::new(record, fitted.known, forecast, draws, noise_sd))
     }
 
-    /// Bands of one record, computed for at most `block_rows` samples at a time; also the standard deviation
-    /// of the measurement noise of each output.
+    /// Summarises the draws of one record as bands, computed for at most `block_rows` samples at a time.
+    ///
+    /// Also returns the standard deviation of the measurement noise of each output.
     ///
     /// Each block repeats the simulations up to its end, so that the draws of all samples never have to be in
     /// memory at once.
@@ -230,9 +231,9 @@ impl Prediction<'_> {
         Ok((predicted, fitted.noise.iter().map(SensorNoise::sd).collect()))
     }
 
-    /// Draws of some samples of a record, sorted, `[output][sample][draw]`.
+    /// Draws the outputs at the samples `rows` of a record, sorted, `[output][sample][draw]`.
     ///
-    /// Draws that `has_run` excludes are left out; those that cannot be simulated are excluded there.
+    /// Draws whose `has_run` is false are left out; a draw that cannot be simulated gets false.
     fn draw_rows(
         &self,
         record: &Record,
@@ -276,8 +277,9 @@ impl Prediction<'_> {
         lists
     }
 
-    /// Draws parameters, errors, initial state and process noise; `None` if no initial state can be fitted
-    /// with these parameters.
+    /// Draws parameters, measurement errors, initial state and process noise.
+    ///
+    /// `None` if no initial state can be fitted with the drawn parameters.
     fn draw(&self, record: &Record, started: &Started, normal: &mut dyn FnMut() -> f64) -> Option<Drawn> {
         let FittedInitialState { known, early_part, initial_state, noise, known_sd } = &started.fitted;
         let parameters = self.uncertainty.draw(self.system, &started.values, normal);
@@ -295,7 +297,7 @@ impl Prediction<'_> {
         Some(Drawn { parameters, errors, state: start.state, record })
     }
 
-    /// A free run over the first `samples` of a record, clipped to the ranges of the sensors, `[output][sample]`.
+    /// Simulates the first `samples` of a record, clipped to the sensor ranges, `[output][sample]`.
     fn run(
         &self,
         system: &EquationSystem,
@@ -312,7 +314,7 @@ impl Prediction<'_> {
     }
 }
 
-/// Noise-free outputs, not clipped, of the first `samples` of a record, `[output][sample]`.
+/// Simulates noise-free outputs, not clipped, at the first `samples` of a record, `[output][sample]`.
 pub(super) fn free_run(
     system: &EquationSystem,
     record: &Record,

@@ -1,4 +1,4 @@
-//! Predictions of a model or net with bands.
+//! Predicts trajectories by a model or net, with prediction bands.
 
 mod draws;
 mod equations;
@@ -17,18 +17,18 @@ use crate::{DataFrom, Subject, Usage};
 use augsim_data::MissingCells;
 use augsim_discovery::{PredictOptions, PredictionSet};
 
-/// Default number of draws per trajectory.
+/// Default number of predictive draws per trajectory.
 ///
 /// The ends of 90 % bands then have an error of a few per cent of the band width.
 pub const DRAWS: usize = 400;
 
-/// Maximum number of draws per trajectory.
+/// Maximum number of predictive draws per trajectory.
 ///
 /// The share of values outside a 90 % band then has a standard error of sqrt(0.1 * 0.9 / 100,000) = 0.1 %, far
 /// below what the model's own error adds; more draws only take time and memory.
 pub const MAX_DRAWS: usize = 100_000;
 
-/// Checks a number of draws.
+/// Checks that a number of predictive draws is at most [`MAX_DRAWS`].
 pub(crate) fn check_draws(draws: usize) -> Result<(), Usage> {
     match draws > MAX_DRAWS {
         true => Err(Usage::option("--samples", draws, Takes::AtMost { most: MAX_DRAWS })),
@@ -36,7 +36,7 @@ pub(crate) fn check_draws(draws: usize) -> Result<(), Usage> {
     }
 }
 
-/// Predicts every trajectory of `data`.
+/// Predicts every trajectory of `data`, with prediction bands.
 ///
 /// Initial states of equation models are fitted to the first `burn_in` samples.
 ///

@@ -28,17 +28,17 @@ use augsim_trainer::{EquationEngine, Forecaster, NetModel, Task, collect_in_orde
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-/// Iterations of the fit of the initial state to the net's predictions.
+/// Number of iterations that fit the initial state to the net's mean predictions.
 const START_ITERATIONS: usize = 3;
-/// Draws that the net's mean prediction is computed from.
+/// Number of draws from which the net's mean prediction is computed.
 const MEAN_DRAWS: usize = 32;
 
-/// Draws of one data set by a net, and by the physics without the net.
+/// Predictive draws of one data set by a net, and by its physics model without the net.
 #[derive(Debug)]
 pub struct NetAndPhysics {
-    /// Draws by the physics without the net.
+    /// Draws of each record by the physics model without the net.
     pub physics: Vec<RecordDraws>,
-    /// Draws by the net.
+    /// Draws of each record by the net.
     pub net: Vec<RecordDraws>,
 }
 
@@ -64,7 +64,7 @@ pub fn predict_with_net(
     Ok(prediction_set(run.model, predicted, noise, options.seed))
 }
 
-/// Draws of all records by a net and by the physics without it.
+/// Predicts all records by a net and by its physics model without the net.
 ///
 /// # Errors
 /// As [`predict_with_net`].
@@ -79,7 +79,7 @@ pub fn net_and_physics(
     Ok(NetAndPhysics { physics, net: run.predict_all()? })
 }
 
-/// Scores of a net on all records, one row per output.
+/// Scores the predictions of a net on all records, one row per output.
 ///
 /// # Errors
 /// As [`predict_with_net`].
@@ -93,13 +93,13 @@ pub fn net_scores(
     Ok(scores(net.name(), run.model, &run.predict_all()?))
 }
 
-/// A net and the records that it predicts.
+/// A net with the records that it predicts.
 struct NetPrediction<'a> {
     net: &'a NetModel,
     engine: &'a EquationEngine,
     model: &'a Model,
     system: EquationSystem,
-    /// The records as read; `prepared` has the same ones prepared by the system.
+    /// The records as read; `prepared` holds the same records prepared by the system.
     read: Vec<Record>,
     prepared: Vec<Record>,
     burn_in: usize,
@@ -197,7 +197,8 @@ impl<'a> NetPrediction<'a> {
         Ok(RecordDraws::new(record, known, forecast, draws, noise))
     }
 
-    /// Noise-free outputs of draws of the net, `[output][sample][draw]`.
+    /// Simulates draws of the net; returns their outputs without measurement noise,
+    /// `[output][sample][draw]`.
     fn outputs(&self, task: Task<'_>, draws: usize) -> anyhow::Result<Vec<Vec<Vec<f64>>>> {
         let samples = self.net.forecast(task, draws)?;
         let (state_count, outputs) = (self.model.states.len(), self.model.outputs.len());
@@ -214,7 +215,7 @@ impl<'a> NetPrediction<'a> {
         Ok(paths)
     }
 
-    /// Means of the draws, clipped to the range of the sensor.
+    /// Mean of the draws of each output at each sample, clipped to the range of the sensor.
     fn mean_of(&self, paths: Vec<Vec<Vec<f64>>>) -> Vec<Vec<f64>> {
         let mean = |list: &Vec<f64>| {
             let (sum, n) =
@@ -228,7 +229,7 @@ impl<'a> NetPrediction<'a> {
     }
 }
 
-/// All draws of a net diverged.
+/// Error: all draws of a net diverged.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "all draws of the net diverge from {time_s} s on (non-finite values); train longer, on data that cover this range, or use the physics \

@@ -3,26 +3,26 @@
 use augsim_equations::{EquationSystem, Model};
 use augsim_system::Simulate;
 
-/// Joint normal distribution of the parameters that a fit has determined.
+/// Joint normal distribution of the parameters that a fit has estimated.
 ///
-/// Parameters with a 95 % interval of their own that are not in the `[covariance]` of the model are independent.
+/// Parameters that have a 95 % interval and are not in the `[covariance]` of the model are independent.
 #[derive(Debug)]
 pub(super) struct ParameterUncertainty {
-    /// Parameters with a covariance, by index.
+    /// Indices of the parameters that are in the model's covariance matrix.
     joint: Vec<usize>,
-    /// Lower Cholesky factor of their covariance.
+    /// Lower Cholesky factor of the covariance matrix of the parameters in `joint`.
     factor: Vec<Vec<f64>>,
 }
 
 impl ParameterUncertainty {
-    /// The distribution from the model file; frozen parameters do not vary.
+    /// Reads the distribution from the model file; frozen parameters do not vary.
     pub fn new(model: &Model) -> Self {
         let covariance = model.covariance.clone().unwrap_or_default();
         let factor = covariance.factor();
         Self { joint: covariance.parameters, factor }
     }
 
-    /// Draws all parameters about `values`, clipped to their bounds.
+    /// Draws all parameters about the means `values`, clipped to their bounds.
     pub fn draw(&self, system: &EquationSystem, values: &[f64], normal: &mut dyn FnMut() -> f64) -> Vec<f64> {
         let declared = system.parameters();
         let mut drawn = values.to_vec();

@@ -10,10 +10,10 @@ use augsim_equations::{EquationSystem, ModelError};
 use augsim_system::{Record, Stream};
 use std::sync::Arc;
 
-/// A system with additional inputs for process noise, and the parameters of the noise.
+/// A system with additional inputs for process noise, and the noise processes of these inputs.
 pub(super) struct ProcessNoise {
     pub system: EquationSystem,
-    /// One process for each additional input.
+    /// Standard deviation and correlation time of the noise of each additional input.
     processes: Vec<RateNoise>,
 }
 
@@ -30,9 +30,9 @@ impl ProcessNoise {
         Ok(Some(ProcessNoise { system: system.with_process_noise_inputs()?, processes }))
     }
 
-    /// A copy of the record with drawn noise inputs.
+    /// Copies a record and adds drawn noise inputs.
     ///
-    /// No noise is drawn within the first `known` samples, to which the initial state was fitted.
+    /// The noise is 0 before the last of the first `known` samples, to which the initial state was fitted.
     pub fn draw_record(&self, record: &Record, known: usize, normal: &mut dyn FnMut() -> f64) -> Record {
         let first = known.saturating_sub(1);
         let draw = |process: &RateNoise| {
@@ -51,7 +51,7 @@ impl ProcessNoise {
     }
 }
 
-/// Draws the next value of the process, equation 1, `step_s` seconds after `current`.
+/// Draws the value of an Ornstein-Uhlenbeck process `step_s` seconds after `current`, equation 1.
 pub(super) fn next_value(
     current: f64,
     sd: f64,

@@ -6,23 +6,23 @@ use augsim_equations::Model;
 use augsim_trainer::score::{crps_from_samples, quantile};
 use serde::Serialize;
 
-/// Scores of one model on one output.
+/// Scores of one model's predictions of one output.
 #[derive(Debug, Serialize)]
 pub struct OutputScores {
     /// Name of the model.
     pub model: String,
-    /// Errors of the noise-free prediction.
+    /// Errors of the noise-free prediction of the output.
     #[serde(flatten)]
     pub row: Row,
-    /// Continuous ranked probability score of the draws, in the unit of the output.
+    /// Continuous ranked probability score of the draws (CRPS), in the unit of the output.
     pub crps: f64,
     /// Share of the measured values in the central 50 % band of the draws, from 0 to 1.
     pub coverage50: f64,
-    /// Share of the measured values in the central 90 % band, from 0 to 1.
+    /// Share of the measured values in the central 90 % band of the draws, from 0 to 1.
     pub coverage90: f64,
 }
 
-/// Scores of all outputs over the samples after the burn-in.
+/// Computes the scores of all outputs over the samples after the burn-in.
 pub fn scores(name: &str, model: &Model, list: &[RecordDraws]) -> Vec<OutputScores> {
     let run = |drawn: &RecordDraws| FreeRun {
         times: drawn.times.clone(),

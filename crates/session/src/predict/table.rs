@@ -1,15 +1,15 @@
-//! Predictions as a data set, with columns for the bands.
+//! Writes predictions as a data set, with columns for the bands.
 
 use augsim_data::{Column, DataError, Dataset, Trajectory};
 use augsim_discovery::{PREDICTION_LEVELS, PredictedRecord, PredictionSet};
 
-/// Index of the median in [`QUANTILES`].
+/// Index of the median in the list of quantile names.
 const MEDIAN: usize = 2;
 
-/// Names of the quantiles, in the order of [`PREDICTION_LEVELS`].
+/// Column prefixes of the quantiles, in the order of [`PREDICTION_LEVELS`].
 const QUANTILES: [&str; 5] = ["q05", "q25", "median", "q75", "q95"];
 
-/// Mean, median, 50 % and 90 % bands of every column, as `predict` writes them.
+/// Data set of the predictions: mean, median, 50 % and 90 % bands of every column, as `predict` writes them.
 pub fn bands(forecasts: &PredictionSet) -> Result<Dataset, DataError> {
     let names = |column: &str| {
         let order = [MEDIAN, 0, 1, 3, 4].map(|q| format!("{}_{column}", QUANTILES[q]));
@@ -25,7 +25,7 @@ pub fn bands(forecasts: &PredictionSet) -> Result<Dataset, DataError> {
     dataset(forecasts, names, values)
 }
 
-/// Noise-free predictions under the column names of the data, each with the ends of its 90 % band.
+/// Data set of the noise-free predictions under the data's column names, with the ends of their 90 % bands.
 pub fn trajectories(forecasts: &PredictionSet) -> Result<Dataset, DataError> {
     let names = |column: &str| vec![column.to_owned(), format!("q05_{column}"), format!("q95_{column}")];
     let values = |r: &PredictedRecord| {

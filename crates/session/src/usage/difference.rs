@@ -2,14 +2,14 @@
 
 use std::fmt;
 
-/// A setting with two different values.
+/// A setting with two different values: on disk and in the request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
-    /// Name of the setting.
+    /// Name of the differing setting.
     pub key: String,
-    /// Its value on disk.
+    /// Value of the setting on disk.
     pub there: String,
-    /// Its value in the request, or in the checkpoint.
+    /// Value of the setting in the request, or in the checkpoint.
     pub here: String,
 }
 

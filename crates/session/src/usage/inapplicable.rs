@@ -2,55 +2,56 @@
 
 use std::fmt;
 
-/// A setting that does not apply to the request.
+/// Why a setting does not apply to the request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum Inapplicable {
-    /// `effects --data` for a built-in model.
+    /// `effects --data` was given for a built-in model, whose effects have fixed scales.
     SizesOfBuiltIn,
-    /// `--seen` without `--protocol filtered`.
+    /// `--seen` was given without `--protocol filtered`.
     PrefixUnfiltered,
-    /// `--protocol reconstruction` for a net of pushes.
+    /// `--protocol reconstruction` was given for a net of pushes, which can only forecast.
     ReconstructedPushes,
-    /// `--require-pos-m` for a model of equations.
+    /// `--require-pos-m` was given for an equation model, which need not measure a position.
     PositionOfEquations,
-    /// `--require-pos-m` for a system that measures no position.
+    /// `--require-pos-m` was given for a system that measures no position.
     PositionUnmeasured,
-    /// `--net` for a reproduction that cannot train a single net.
+    /// `--net` was given for a reproduction that cannot train a single net.
     NetAlone,
-    /// `--scenario` for a reproduction with only one.
+    /// `--scenario` was given for a reproduction with only one scenario.
     OneScenario,
-    /// `--scenario flights` of the league.
+    /// `--scenario flights` was given for the league, which has only ball and push.
     FlightsOfLeague,
-    /// `--scenario flights` without measured flights.
+    /// `--scenario flights` was given without the folder of the measured flights.
     FlightsUnmeasured { folder: &'static str },
-    /// `--frame-clock` for time stamps without a constant frame period.
+    /// `--frame-clock` was given for time stamps without a constant frame period.
     NoFrames { input: String },
-    /// `--start` or `--check` for a ball or a push.
+    /// `--start` or `--check` was given for a ball or a push; they are for equation models.
     StartOfBuiltIn,
-    /// `--library none` for a ball or a push.
+    /// `--library none` was given for a ball or a push; formulas are searched for equation models only.
     FormulasOfBuiltIn,
-    /// `evaluate A B` with an option for one model.
+    /// `evaluate A B` was given an option that is for one model.
     OptionOfTwoModels,
-    /// `evaluate A B` with a net of a ball or of pushes.
+    /// `evaluate A B` was given a net of a ball or of pushes, which starts from other samples than a model
+    /// file.
     NetBesideModel,
-    /// `evaluate A B` with models that predict no quantity in common.
+    /// `evaluate A B` was given models that predict no quantity in common.
     NothingInCommon,
-    /// `--only` or `--exclude` with `--library none`.
+    /// `--only` or `--exclude` was given with `--library none`.
     EffectsWithoutLibrary,
     /// `--exclude` names every effect of `--only`.
     EveryEffectExcluded,
-    /// `--residual-of` for a recipe that uses no physics.
+    /// `--residual-of` was given for a recipe that uses no physics.
     PhysicsOfPlainNet { recipe: &'static str },
-    /// `--sensor-sd` of a column that `--seen-columns` leaves out.
+    /// `--sensor-sd` was given for a column that `--seen-columns` leaves out.
     SensorOfUnobserved { word: String, column: String },
-    /// A net for an equation model in memory.
+    /// A net was requested for an equation model in memory; it needs the model file.
     NetOfEquations,
-    /// A net of a ball or of pushes where an equation model is needed.
+    /// A net of a ball or of pushes was given where a net of an equation model is needed.
     NoEquations,
-    /// A reconstruction by a net of an equation model.
+    /// A reconstruction was requested of a net of an equation model, which can only forecast.
     ReconstructedEquations,
-    /// A net of an equation model where measured initial states are needed.
+    /// A net of an equation model was given where measured initial states are needed.
     StartOfEquations,
 }
 

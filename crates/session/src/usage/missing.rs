@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Something that a request needs but does not give.
+/// What a request needs but does not give.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum Missing {

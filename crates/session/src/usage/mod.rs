@@ -30,7 +30,7 @@ use augsim_physics::push::laboratory::LaboratoryError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// A request that is invalid, or that contradicts the files on disk.
+/// Error: a request is invalid, or contradicts the files on disk.
 #[derive(Debug, Error)]
 #[expect(missing_docs, reason = "the message of each explains its values")]
 pub enum Usage {
@@ -76,22 +76,22 @@ pub enum Usage {
 }
 
 impl Usage {
-    /// Error of an option `--name` with its value.
+    /// Makes the error of an option `--name` with an invalid value.
     pub fn option(name: &'static str, value: impl ToString, takes: Takes) -> Self {
         Usage::Value { setting: Setting::Option { name, value: value.to_string() }, takes }
     }
 
-    /// Error of a keyword argument `name = value`.
+    /// Makes the error of a keyword argument `name = value` with an invalid value.
     pub fn keyword(name: &'static str, value: impl ToString, takes: Takes) -> Self {
         Usage::Value { setting: Setting::Keyword { name, value: value.to_string() }, takes }
     }
 
-    /// Error of a path.
+    /// Makes the error of a path that cannot be used.
     pub fn path(path: &Path, fault: PathFault) -> Self {
         Usage::Path { path: path.to_owned(), fault }
     }
 
-    /// Error of a model file, or of a model in memory with the name that the caller gave it.
+    /// Makes the error of a model file, or of a model in memory with the name that the caller gave it.
     pub fn model(model: impl ToString, fault: ModelFault) -> Self {
         Usage::Model { model: model.to_string(), fault }
     }

@@ -6,19 +6,19 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum ModelFault {
-    /// A net, which cannot be exported as formulas.
+    /// The model is a net, which cannot be exported as formulas.
     NetExported,
-    /// A net, which cannot be simulated.
+    /// The model is a net, which cannot be simulated.
     NetSimulated,
-    /// A ball or a push where `simulate` needs an equation model.
+    /// The model is a ball or a push, but `simulate` needs an equation model.
     BuiltInSimulated,
-    /// A ball or a push without initial states and times.
+    /// The model is a ball or a push, and the request gives no initial states and times.
     BuiltInWithoutTimes,
-    /// A ball or a push where `fit` needs an equation model.
+    /// The model is a ball or a push, but `fit` needs an equation model.
     BuiltInFitted,
-    /// An effect of a ball that has no short formula.
+    /// The ball model has an effect without a short formula, which cannot be exported.
     BallEffectExported { kind: String },
-    /// An effect of pushing that has no short formula.
+    /// The pushing model has an effect without a short formula, which cannot be exported.
     PushEffectExported { kind: String },
 }
 

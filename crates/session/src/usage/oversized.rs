@@ -6,13 +6,13 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum Oversized {
-    /// Forecasts, with this many samples of each.
+    /// Number of samples of each forecast.
     Forecasts { samples: usize },
-    /// Simulated trajectories, with this many samples of each.
+    /// Number of simulated trajectories, and of samples (draws) of each.
     Simulation { trajectories: usize, samples: usize },
-    /// A generated data set with this many trajectories.
+    /// Number of trajectories of a generated data set.
     Trajectories { count: usize },
-    /// A generated data set with this many samples of each trajectory.
+    /// Number of samples of each trajectory of a generated data set.
     Samples { count: usize },
 }
 

@@ -8,49 +8,49 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum PathFault {
-    /// The file extension is of no data format.
+    /// The file extension is not that of a data format.
     NoDataEnding,
     /// The file extension is not that of a figure.
     NoFigureEnding,
-    /// A dangling symbolic link.
+    /// The path is a dangling symbolic link.
     DanglingLink,
-    /// A folder where a file is to be written.
+    /// The path is a folder, but a file is to be written there.
     Folder,
-    /// Neither file nor folder.
+    /// The path is neither a file nor a folder.
     Special,
-    /// Not a folder, where a folder is to be written.
+    /// The path is not a folder, but a folder is to be written there.
     NotAFolder,
-    /// The input itself.
+    /// The output path is the input itself.
     Input { input: PathBuf },
-    /// A file inside an input folder.
+    /// The output path is a file inside an input folder.
     FileInInput { input: PathBuf },
-    /// A folder inside an input folder.
+    /// The output path is a folder inside an input folder.
     FolderInInput { input: PathBuf },
-    /// Another process is writing there.
+    /// Another process is writing to the path.
     Busy,
-    /// A different model.
+    /// The file to be written holds a different model.
     OtherModel,
-    /// Results with other settings.
+    /// The folder holds results with other settings.
     OtherRun { difference: Difference },
-    /// A result with unknown settings.
+    /// The folder holds a result with unknown settings.
     UnknownRun { file: String },
-    /// A run of `train`, which can be resumed if it has a checkpoint.
+    /// The folder holds a run of `train`, which can be resumed if it has a checkpoint.
     Run { has_checkpoint: bool },
-    /// A run of `train`, for callers without command-line options.
+    /// The folder holds a run of `train`; the message is for callers without command-line options.
     RunSaved,
-    /// A trained net of the same reproduction.
+    /// The folder holds a trained net of the same reproduction.
     NetOfReproduction,
     /// The settings of the run differ from those of the request.
     OtherSettings { difference: Difference },
     /// The settings differ from those that the checkpoint was trained with.
     EditedSettings { difference: Difference },
-    /// Neither a run nor a model.
+    /// The path is neither a run directory nor a model file.
     NeitherRunNorModel { config: &'static str, model: &'static str },
-    /// A folder without the result of a discovery.
+    /// The path is a folder without the result of a discovery.
     NoDiscovery,
 }
 
-/// Remedy for results that would be replaced.
+/// Advice in messages about existing results that would be replaced.
 const REPLACE: &str = "add --force to replace its results, or choose another --out";
 
 impl fmt::Display for PathFault {

@@ -9,33 +9,33 @@ use std::fmt;
 #[derive(Debug)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum PlanFault {
-    /// No trajectory.
+    /// The plan has no trajectory.
     NoStart,
-    /// Initial values for a different number of trajectories than the others.
+    /// A state has initial values for a different number of trajectories than the other states.
     StartCount { name: String, found: usize, others: usize },
-    /// An initial value that is not finite.
+    /// An initial value is not finite; `at` is its index.
     StartValue { name: String, at: usize, value: f64 },
-    /// An initial value of an unknown state.
+    /// An initial value is given for a state that the model does not have.
     UnknownState { name: String, states: Vec<String> },
-    /// A state without an initial value.
+    /// A state of the model has no initial value.
     MissingState { name: String, states: Vec<String> },
     /// The system refuses these initial values.
     Objection(Objection),
-    /// No times.
+    /// The plan has no sample times.
     NoTimes,
-    /// A time that is not finite, or not later than the previous one.
+    /// A sample time is not finite, or not later than the previous one; `at` is its index.
     Time { at: usize, value: f64 },
-    /// An unknown input.
+    /// Values are given for an input that the model does not have.
     UnknownInput { name: String, inputs: Vec<String> },
-    /// An input of the model that is not given.
+    /// An input of the model is not given.
     MissingInput { name: String, inputs: Vec<String> },
-    /// An input whose number of values differs from that of the times.
+    /// An input has a number of values that differs from the number of times.
     InputCount { name: String, found: usize, times: usize },
-    /// An input value that is not finite.
+    /// An input value is not finite; `at` is its index.
     InputValue { name: String, at: usize, value: f64 },
-    /// A pose that does not have three numbers.
+    /// A pose does not have three numbers.
     Pose { found: usize },
-    /// Initial states and actions whose shape differs from the stated one.
+    /// The shape of initial states and actions differs from the stated one.
     Shape,
 }
 

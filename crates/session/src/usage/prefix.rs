@@ -7,13 +7,13 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum PrefixFault {
-    /// The prefix has no row in any trajectory.
+    /// No trajectory has a row within the prefix.
     NoRow { seen: PrefixLength },
     /// The prefix covers the longest trajectory completely.
     AllOfLongest { seen: PrefixLength, samples: usize },
     /// The prefix covers one trajectory completely.
     AllOf { seen: PrefixLength, trajectory: String, samples: usize },
-    /// The prefix is not longer than the previous one.
+    /// A prefix is not longer than the one given before it.
     NotLonger { before: PrefixLength, seen: PrefixLength },
 }
 

@@ -1,40 +1,40 @@
-//! Unknown names, with the known ones.
+//! Errors of unknown names, which list the known ones.
 
 use augsim_data::escaped_short;
 use std::fmt;
 use std::path::PathBuf;
 
-/// An unknown name.
+/// Error: a name in the request is unknown; the variant says of what.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum UnknownName {
-    /// A converter of published data sets.
+    /// No converter of published data sets has this name.
     Converter { name: String, known: Vec<&'static str> },
-    /// A library of effects, or an effect.
+    /// No library of effects and no effect has this name.
     Effect { name: String, nearest: Vec<&'static str> },
-    /// A candidate effect of a model.
+    /// No candidate effect of this model has this name.
     EffectOn { name: String, model: PathBuf, nearest: Vec<String> },
-    /// A known effect that cannot be applied to a model.
+    /// The effect is known, but cannot be applied to this model.
     PlaceOfEffect { kind: String, model: PathBuf },
-    /// A built-in model file.
+    /// No built-in model file has this name.
     Model { name: String },
-    /// A figure of a discovery.
+    /// The discovery in this folder has no figure of this name.
     Figure { folder: PathBuf, name: String, known: Vec<String> },
-    /// A pushed object.
+    /// No pushed object has this name.
     Object { name: String, known: &'static [&'static str] },
-    /// A support sheet for pushed objects.
+    /// No support sheet for pushed objects has this name.
     Surface { name: String, known: Vec<&'static str> },
-    /// An input of a model of equations, named by an option.
+    /// The equation model has no input with the name in `--input`.
     OptionInput { name: String, known: Vec<String> },
-    /// A state of a model of equations, named by an option.
+    /// The equation model has no state with the name in `--start`.
     OptionState { name: String, known: Vec<String> },
-    /// A state column, named by an option.
+    /// There is no column with the name in `option`.
     Column { option: &'static str, name: String, known: Vec<String> },
-    /// A group of trajectories.
+    /// No trajectory is in the group with this name.
     Group { name: String, data: String, known: Vec<String> },
-    /// A recipe of a net.
+    /// No recipe of a net has this name.
     Recipe { name: String, known: Vec<&'static str> },
-    /// A data check.
+    /// No data check has this name.
     Check { name: String, known: Vec<&'static str> },
 }
 
@@ -100,7 +100,7 @@ impl fmt::Display for UnknownName {
     }
 }
 
-/// Joins the names; `none` if there are none.
+/// Joins names with commas for a message; `none` if there are none.
 pub(super) fn names_or_none(names: &[String]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }

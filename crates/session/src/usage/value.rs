@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-/// A setting with its value as given.
+/// A setting with an invalid value, as the user gave it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum Setting {
-    /// An option of the command line: `--samples 0`.
+    /// An option of the command line and its value: `--samples 0`.
     Option { name: &'static str, value: String },
-    /// A keyword argument of a call: `iterations = 0`.
+    /// A keyword argument of a call and its value: `iterations = 0`.
     Keyword { name: &'static str, value: String },
 }
 
@@ -21,27 +21,27 @@ impl fmt::Display for Setting {
     }
 }
 
-/// Valid values of a setting.
+/// Valid values of a setting, as the message states them.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum Takes {
-    /// A positive number.
+    /// The setting takes a positive number.
     Positive,
-    /// A positive number of seconds.
+    /// The setting takes a positive number of seconds.
     PositiveSeconds,
-    /// A count.
+    /// The setting takes a whole number of at least 1.
     AtLeastOne,
-    /// A count up to a limit.
+    /// The setting takes a whole number from 1 to a limit.
     AtMost { most: usize },
-    /// Pushes for training, of which this many exist.
+    /// The setting takes a number of training pushes, at most the number that exist.
     TrainingPushes { there: usize },
-    /// A finite number, which the given word is not.
+    /// The setting takes a finite number, which the given word is not.
     Finite { word: String },
-    /// A name and a value, as in the example.
+    /// The setting takes a name and a value, as in the example.
     Assignment { example: &'static str },
-    /// The length of a prefix.
+    /// The setting takes the length of a prefix.
     PrefixLength,
-    /// The standard deviation of a sensor.
+    /// The setting takes the standard deviation of a sensor.
     Deviation,
 }
 
