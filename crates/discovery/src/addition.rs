@@ -5,19 +5,20 @@ use augsim_system::{
 };
 use std::sync::Arc;
 
-/// Kind of a tabulated effect, which is not in the library.
+/// Name in results of an effect that is given as a table of values, not by the library.
 const TABLE_KIND: &str = "table";
 
-/// An effect of the library with its index.
+/// An effect of the library, with its index there.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Listed {
     pub index: usize,
     pub effect: Effect,
-    /// Number of grid points of its shape parameters at which it is tried.
+    /// Number of grid points of the effect's shape parameters (widths, thresholds, ...) at which it is tried.
     pub points: usize,
 }
 
-/// A random effect of the events' parameter, with the word for the unit of each draw.
+/// A random effect of the parameter of the system's events, such as a restitution that varies between
+/// bounces.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RandomEffect {
     pub per: ScatterPer,
@@ -25,7 +26,7 @@ pub(crate) struct RandomEffect {
     pub effect: Effect,
 }
 
-/// A tabulated function of one feature, with the descriptions of both quantities.
+/// An effect that is a tabulated function of one feature, with the descriptions of target and feature.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tabulated {
     pub table: Table,
@@ -33,49 +34,49 @@ pub(crate) struct Tabulated {
     pub feature: Quantity,
 }
 
-/// A declared parameter that may have one value per group.
+/// A declared parameter that may have a different value in each group of records.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Split {
-    /// Index in the declared parameter vector.
+    /// Index of the parameter in the declared parameter vector.
     pub index: usize,
-    /// Kind in results: `NAME per group`.
+    /// Name in results: `NAME per group`, with the name of the parameter.
     pub kind: String,
 }
 
 /// An effect that a hypothesis adds to the declared model.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Addition {
-    /// An effect of the library, with one value for all records or one per group.
+    /// An effect of the library, with one parameter value for all records or one per group.
     Effect(Arc<Listed>, Per),
-    /// A random effect of the parameter of the schema's events.
+    /// A random effect of the parameter of the system's events.
     Scatter(Arc<RandomEffect>),
-    /// A tabulated function of one feature.
+    /// An effect that is a tabulated function of one feature.
     Table(Arc<Tabulated>),
-    /// A declared parameter with one value per group.
+    /// A declared parameter that gets one value per group of records.
     Split(Arc<Split>),
 }
 
 impl Addition {
-    /// The declared parameter `index` with one value per group.
+    /// Gives the declared parameter with this index one value per group of records.
     pub fn split(system: &dyn Describe, index: usize) -> Self {
         let kind = format!("{} per group", system.quantity(index).name);
         Addition::Split(Arc::new(Split { index, kind }))
     }
 
-    /// The effect of index `index` in a system's library.
+    /// The effect with this index in a system's library; `None` if there is none.
     pub fn effect(system: &dyn Augment, index: usize, per: Per) -> Option<Self> {
         let effect = system.library().get(index)?.clone();
         let points = system.null_points(index).len() + system.scan_points(index).len();
         Some(Addition::Effect(Arc::new(Listed { index, effect, points }), per))
     }
 
-    /// The library effect of a kind, with one value for all records.
+    /// The library effect with this name (`kind`), with one value for all records; `None` if there is none.
     pub fn with_kind(system: &dyn Augment, kind: &str) -> Option<Self> {
         let index = system.library().iter().position(|e| e.kind == kind)?;
         Self::effect(system, index, Per::All)
     }
 
-    /// The random effect of a system's events; `None` for a system without events.
+    /// The random effect of the parameter of a system's events; `None` for a system without events.
     pub fn scatter(system: &dyn Simulate, per: ScatterPer) -> Option<Self> {
         let schema = system.schema();
         let effect = schema.event.as_ref()?.scatter.clone();
@@ -86,7 +87,7 @@ impl Addition {
         })))
     }
 
-    /// A tabulated function of one feature.
+    /// The effect described by `table`; `None` if the system lacks its target or its feature.
     pub fn table(system: &dyn Simulate, table: Table) -> Option<Self> {
         let schema = system.schema();
         let (target, against) =
@@ -94,7 +95,7 @@ impl Addition {
         Some(Addition::Table(Arc::new(Tabulated { table, target, feature: against })))
     }
 
-    /// Kind in results.
+    /// Name of the effect in results, without its variant.
     pub fn kind(&self) -> &str {
         match (self, self.listed()) {
             (_, Some(effect)) => &effect.kind,
@@ -103,7 +104,7 @@ impl Addition {
         }
     }
 
-    /// Kind with the variant (per group, per record, target and feature).
+    /// Name of the effect with its variant: per group, per record or event, or target and feature of a table.
     pub fn label(&self) -> String {
         match self {
             Addition::Effect(listed, Per::Group) => format!("{} per group", listed.effect.kind),
@@ -114,7 +115,7 @@ impl Addition {
         }
     }
 
-    /// Description of the effect; `None` for tables and groupwise values.
+    /// Library description of the effect; `None` for tables and for groupwise values of declared parameters.
     pub fn listed(&self) -> Option<&Effect> {
         match self {
             Addition::Effect(listed, _) => Some(&listed.effect),
@@ -123,12 +124,12 @@ impl Addition {
         }
     }
 
-    /// Parameters as the library describes them; empty for tables and groupwise values.
+    /// Parameters of the effect as the library describes them; empty for tables and groupwise values.
     pub fn parameters(&self) -> &[EffectParameter] {
         self.listed().map_or(&[], |effect| &effect.parameters)
     }
 
-    /// Number of parameters that it adds to the system's vector.
+    /// Number of parameters that the addition appends to the system's parameter vector.
     pub fn size(&self) -> usize {
         match self {
             Addition::Table(t) => t.table.knots,
@@ -137,8 +138,8 @@ impl Addition {
         }
     }
 
-    /// Number of grid points at which it is tried; the penalty grows with it because the best of them is
-    /// taken.
+    /// Number of grid points at which the effect is tried. Its penalty grows with it, because the best point
+    /// is taken.
     pub fn grid_points(&self) -> f64 {
         match self {
             Addition::Effect(listed, _) if !self.is_structural() => listed.points.max(1) as f64,
@@ -146,7 +147,7 @@ impl Addition {
         }
     }
 
-    /// Whether it increases the cost of every simulation.
+    /// Whether the addition makes every simulation more expensive.
     pub fn is_costly(&self) -> bool {
         match self {
             Addition::Table(t) => t.target.costly,
@@ -154,20 +155,19 @@ impl Addition {
         }
     }
 
-    /// Whether it changes the simulation even at the null values of its parameters, so that it needs a
-    /// simulation of its own: a switch without parameters, or an effect that is singular at its null.
+    /// Whether the effect changes the simulation even at the null values of its parameters.
     pub fn is_structural(&self) -> bool {
         let is_structural =
             |effect: &Effect| effect.parameters.is_empty() || !effect.first_simulated_at.is_empty();
         matches!(self, Addition::Effect(listed, _) if is_structural(&listed.effect))
     }
 
-    /// Whether it is a formula of a grammar.
+    /// Whether the effect is a formula of a grammar rather than a listed effect of the library.
     pub fn is_formula(&self) -> bool {
         self.listed().is_some_and(|effect| effect.formula_domain.is_some())
     }
 
-    /// The equation that it adds to the system; `None` for random effects and groupwise values.
+    /// The equation that the addition appends to the system; `None` for random effects and groupwise values.
     pub fn term(&self) -> Option<ModelTerm> {
         match self {
             Addition::Effect(listed, _) => Some(ModelTerm::Effect(listed.index)),
@@ -176,13 +176,13 @@ impl Addition {
         }
     }
 
-    /// Whether this effect acts only through the other.
+    /// Whether this effect acts only through `other`, and so cannot be in a model without it.
     pub fn acts_through(&self, other: &Addition) -> bool {
         let join = self.listed().and_then(|effect| effect.joins.as_ref());
         join.is_some_and(|join| join.kind == other.kind())
     }
 
-    /// Whether the two cannot be in one model.
+    /// Whether this addition and `other` cannot be in one model.
     pub fn excludes(&self, other: &Addition) -> bool {
         match (self.listed(), other.listed()) {
             (Some(one), Some(another)) => one.kind == another.kind || one.excludes.contains(&another.kind),
@@ -191,8 +191,7 @@ impl Addition {
         }
     }
 
-    /// Whether the two are forms of the same effect: they exclude each other, or one becomes the other at
-    /// null values of some parameters.
+    /// Whether this addition and `other` are forms of the same effect.
     pub fn is_variant_of(&self, other: &Addition) -> bool {
         let contains = |one: &Addition, another: &Addition| match (one.listed(), another.listed()) {
             (Some(one), Some(another)) => one.reduces_to.as_ref() == Some(&another.kind),
@@ -202,14 +201,14 @@ impl Addition {
     }
 }
 
-/// Sorted labels of a set: its key.
+/// Sorted labels of a set of additions, which identify the set.
 pub(crate) fn labels(additions: &[Addition]) -> Vec<String> {
     let mut l: Vec<String> = additions.iter().map(Addition::label).collect();
     l.sort();
     l
 }
 
-/// Sorted kinds of a set, as in results.
+/// Sorted names of a set of additions, as results list them.
 pub(crate) fn kinds(additions: &[Addition]) -> Vec<String> {
     let mut k: Vec<String> = additions
         .iter()

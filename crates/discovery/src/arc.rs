@@ -4,22 +4,23 @@
 use crate::linear::Square;
 use crate::record::Record;
 
-/// One channel of one record between two events.
+/// Samples of one channel of one record between two events, with the basis of a polynomial fit to them.
 pub(crate) struct Arc {
     pub channel: usize,
-    /// Measured values.
+    /// Measured values, in the unit of the channel.
     pub y: Vec<f64>,
-    /// Legendre polynomials at the samples, one row per sample.
+    /// Legendre polynomials evaluated at the samples, `[sample][degree]`.
     pub basis: Vec<Vec<f64>>,
-    /// Absolute rate of change of the channel, in its unit per second.
+    /// Absolute rate of change of the fitted polynomial at each sample, in the unit of the channel per
+    /// second.
     pub speed: Vec<f64>,
     /// Whether each sample follows the one before it without a gap.
     pub linked: Vec<bool>,
-    /// Record, and sample indices.
+    /// Index of the record, and indices of the samples in it.
     pub place: (usize, Vec<usize>),
 }
 
-/// Values of the Legendre polynomials of degrees 0 to `p - 1` at `u`.
+/// Values of the Legendre polynomials of degrees 0 to `p - 1` at the point `u`, from -1 to 1.
 fn legendre(u: f64, p: usize) -> Vec<f64> {
     let mut l = vec![1.0, u];
     for i in 2..p {
@@ -31,7 +32,7 @@ fn legendre(u: f64, p: usize) -> Vec<f64> {
 }
 
 impl Arc {
-    /// The arc of `samples` of a channel; `None` where they are too few for its polynomial.
+    /// Creates the arc of `samples` of a channel; `None` if they are too few for its polynomial.
     pub fn new(data: &Record, samples: Vec<usize>, channel: usize, record: usize) -> Option<Self> {
         let (times, y) = (&data.data.times, &data.data.values[channel]);
         let p = (samples.len() / 5).clamp(4, 6);
@@ -65,7 +66,7 @@ impl Arc {
         Some(arc)
     }
 
-    /// Ordinary least-squares residuals.
+    /// Residuals of the ordinary least-squares fit of the polynomial, in the unit of the channel.
     pub fn residuals(&self) -> Vec<f64> {
         let p = self.basis[0].len();
         let mut h = Square::zero(p);
@@ -83,8 +84,9 @@ impl Arc {
         self.basis.iter().zip(&self.y).map(|(row, y)| y - fit(row)).collect()
     }
 
-    /// Terms of the restricted likelihood: residual sum of squares, ln|V| + ln|X'V⁻¹X|, degrees of freedom.
-    /// The noise has the correlation `rho` and grows with speed by `growth` = jitter/sd.
+    /// Terms of the restricted likelihood: residual sum of squares, ln|V| + ln|X'V⁻¹X|, and degrees of
+    /// freedom. The noise has the correlation `rho` between neighbouring samples and grows with speed by
+    /// `growth` = jitter/sd.
     pub fn restricted(&self, rho: f64, growth: f64) -> (f64, f64, f64) {
         let p = self.basis[0].len();
         let scale: Vec<f64> = self.speed.iter().map(|v| (1.0 + (growth * v).powi(2)).sqrt()).collect();

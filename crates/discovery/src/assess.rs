@@ -9,27 +9,26 @@ use crate::{DiscoveryError, Options, forecast};
 use augsim_data::Dataset;
 use augsim_system::{Declaration, ScatterPer, System};
 
-/// A given set of effects compared with the calibrated model.
+/// Comparison of a given set of effects with the calibrated model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Assessment {
-    /// Gain in the log predictive density of left-out blocks, nats.
+    /// Gain over the calibrated model in the log predictive density of left-out blocks, nats.
     pub gain: f64,
-    /// Penalty of the set, nats.
+    /// Penalty that the gain must exceed for the set to be selected, nats.
     pub penalty: f64,
-    /// Prediction error on the held-out records (on all records if none are held out), in the unit of the
-    /// channels.
+    /// Root mean square prediction error of the set, in the unit of the channels, on the held-out records (on
+    /// all records if none are held out).
     pub rmse: f64,
 }
 
 impl Assessment {
-    /// Whether the gain exceeds the penalty.
+    /// Whether the gain exceeds the penalty, so that a search could find the effects.
     pub fn is_visible(&self) -> bool {
         self.gain > self.penalty
     }
 }
 
-/// Fits the calibrated model with the effects `kinds`. Their parameters start from half their typical sizes,
-/// with both signs where both are allowed. Unknown kinds are ignored; a random effect varies as `per`.
+/// Fits the calibrated model with the effects named `kinds` added, and scores it.
 ///
 /// # Errors
 /// As [`discover`](fn@crate::discover).

@@ -4,14 +4,15 @@ use crate::fit::{ChosenRecords, Fit, fit};
 use crate::hypothesis::Hypothesis;
 use crate::statistics::median;
 
-/// Fits the declared model.
+/// Fits the declared model, without any added effect, to the records.
 pub(crate) fn calibrate(train: &ChosenRecords<'_>) -> Fit {
     let h = Hypothesis::new(train.data, &[]);
     fit(train, &h, &calibration_start(train, &h), &[])
 }
 
-/// Nominal values; the parameter of the events starts at the median of its rough values (of each group, if
-/// it has one value per group).
+/// Initial theta (shared parameters) of a calibration: nominal values, except for the events' parameter. That
+/// one starts at the median of its rough values over all events (of each group, if it has one value per
+/// group).
 pub(crate) fn calibration_start(train: &ChosenRecords<'_>, h: &Hypothesis) -> Vec<f64> {
     let mut theta = h.initial_theta(0.0);
     for (f, range) in h.entries() {

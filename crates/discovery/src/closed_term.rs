@@ -6,7 +6,8 @@ use crate::result::Unexplained;
 use crate::sentence::with_three_digits;
 use augsim_system::NORMAL_95;
 
-/// Closed-form term nearest to a table, by least squares over the knots with their precisions.
+/// Text of the closed-form term nearest to a table, by least squares over its knots weighted by their
+/// precisions.
 fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {
     let (n, table) = (values.len(), &law.table);
     let x: Vec<f64> =
@@ -52,7 +53,7 @@ fn closed_term(law: &Tabulated, values: &[f64], sd: &[f64]) -> String {
     best.map_or_else(String::new, |b| b.1)
 }
 
-/// A tabulated effect as in the result, from the values at its knots and their standard deviations.
+/// Describes a tabulated effect for the result, from the values at its knots and their standard deviations.
 fn table_in_result(law: &Tabulated, values: &[f64], sd: &[f64]) -> Unexplained {
     let table = &law.table;
     let step = (table.last - table.first) / (table.knots - 1) as f64;
@@ -65,7 +66,8 @@ fn table_in_result(law: &Tabulated, values: &[f64], sd: &[f64]) -> Unexplained {
     }
 }
 
-/// The unlisted effect of a result: the first table of the final set.
+/// The effect of a result that the library does not have: the first table of the final set; `None` without
+/// tables.
 pub(crate) fn unexplained(parts: &AnswerParts<'_>) -> Option<Unexplained> {
     let set = parts.full;
     let (h, theta, ci95) = (&set.fit.hypothesis, &set.fit.theta, set.ci95());

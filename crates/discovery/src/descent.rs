@@ -7,50 +7,49 @@ use crate::linear::Square;
 use crate::record::ChosenRecords;
 use crate::theta_step::{Step, curvature, shorter_step, theta_step};
 
-/// Maximum number of simulations of the whole sample in one minimisation. Fits of adequate models take 4 to
-/// 15; longer ones follow valleys that are flat to the required precision.
+/// Maximum number of simulations of all records in one minimisation of the cost. Fits of adequate models take
+/// 4 to 15; longer ones follow valleys that are flat to the required precision.
 const MAX_SIMULATIONS: usize = 60;
-/// The same for idealised laws, whose simulations are expensive.
+/// [`MAX_SIMULATIONS`] for systems with idealised laws, whose simulations are expensive.
 const MAX_SIMULATIONS_IDEALISED: usize = 25;
-/// A small decrease of the cost: absolute, and relative to the cost.
+/// Decrease of the cost in one step below which the step counts as small: absolute part, and share of the
+/// cost.
 const SMALL_DECREASE: (f64, f64) = (1e-3, 1e-6);
-/// The same for idealised laws: decreases below a hundredth of a standard deviation per sample do not
-/// matter.
+/// [`SMALL_DECREASE`] for systems with idealised laws: decreases below a hundredth of a standard deviation
+/// per sample do not matter.
 const SMALL_DECREASE_IDEALISED: (f64, f64) = (0.05, 1e-5);
 
-/// Number of trials over which a stalled fit decreases the cost by less than [`STALL_DECREASE`].
+/// Number of trial steps over which a stalled fit decreases the cost by less than [`STALL_DECREASE`].
 const STALL_TRIALS: usize = 9;
-/// Decrease of the cost over [`STALL_TRIALS`] trials below which a fit is stalled: an absolute part, too
-/// small for any decision, and a share of the cost.
+/// Decrease of the cost over [`STALL_TRIALS`] trial steps below which a fit is stalled. It is the sum of an
+/// absolute part, too small for any decision, and a share of the cost.
 const STALL_DECREASE: (f64, f64) = (0.5, 2e-5);
 
-/// Maximum number of trial steps from one state.
+/// Maximum number of trial steps from one point before the minimisation ends.
 const MAX_TRIALS: usize = 8;
-/// Initial damping.
+/// Levenberg-Marquardt damping at the start of a minimisation.
 const INITIAL_DAMPING: f64 = 1e-3;
-/// Minimum damping: less does not change a step.
+/// Minimum of the damping; a smaller one does not change a step.
 const MIN_DAMPING: f64 = 1e-9;
-/// Factor of the damping after a rejected step; after good steps its inverse.
+/// Factor by which the damping grows after a rejected step and falls after good steps.
 const DAMPING_FACTOR: f64 = 8.0;
-/// Factor of the damping after an accepted step that was too long.
+/// Factor by which the damping grows after an accepted step that was too long.
 const LONG_STEP_FACTOR: f64 = 4.0;
-/// Ratio of actual to predicted decrease below which a step was too long.
+/// Ratio of actual to predicted decrease of the cost below which a step was too long.
 const LONG_STEP_RATIO: f64 = 0.25;
-/// Ratio of actual to predicted decrease from which on a step is good.
+/// Ratio of actual to predicted decrease of the cost above which a step is good.
 const GOOD_STEP_RATIO: f64 = 0.75;
-/// Maximum number of good steps before a longer one is tried.
+/// Maximum number of successive good steps before the damping is lowered to try a longer step.
 const MAX_PATIENCE: usize = 8;
 
-/// Whether the costs of the trials have stalled.
+/// Whether a fit has stalled, given its best cost after each trial step.
 fn is_stalled(costs: &[f64]) -> bool {
     let Some(earlier) = costs.len().checked_sub(STALL_TRIALS) else { return false };
     let now = costs[costs.len() - 1];
     costs[earlier] - now < STALL_DECREASE.0 + STALL_DECREASE.1 * now.abs()
 }
 
-/// Damping of the steps of a minimisation. Good steps are followed by a longer one; each time that one is
-/// rejected, the number of good steps required before the next attempt doubles, because along a curved
-/// valley every longer step fails and costs as much as a good one.
+/// Damping of the steps of a minimisation, adapted to their success.
 #[derive(Debug)]
 struct Damping {
     value: f64,
@@ -64,13 +63,13 @@ impl Damping {
         Self { value: INITIAL_DAMPING, patience: 1, good_steps: 0, is_trying_longer: false }
     }
 
-    /// Decreases the damping after an accepted step.
+    /// Decreases the damping, so that the next step is longer.
     fn decrease(&mut self) {
         self.value = (self.value / DAMPING_FACTOR).max(MIN_DAMPING);
     }
 
-    /// Adapts to an accepted step with this ratio of actual to predicted decrease; `was_shortened`: whether
-    /// longer steps had been rejected.
+    /// Adapts the damping after an accepted step. `share` is its ratio of actual to predicted decrease;
+    /// `was_shortened` says whether longer steps had been rejected.
     fn record_accepted(&mut self, share: f64, was_shortened: bool) {
         self.good_steps = if was_shortened || share < GOOD_STEP_RATIO { 0 } else { self.good_steps + 1 };
         self.is_trying_longer = self.good_steps >= self.patience;
@@ -81,7 +80,7 @@ impl Damping {
         }
     }
 
-    /// Adapts to a rejected step.
+    /// Adapts the damping after a rejected step.
     fn record_rejected(&mut self) {
         if self.is_trying_longer {
             self.patience = (2 * self.patience).min(MAX_PATIENCE);
@@ -91,7 +90,8 @@ impl Damping {
     }
 }
 
-/// A minimisation: whether theta moves, and the number of simulations of the whole sample so far.
+/// A minimisation of the cost: whether it changes theta (the shared parameters) or only nuisances, and its
+/// simulations of all records so far.
 pub(crate) struct Descent {
     pub moves_theta: bool,
     pub work: usize,
@@ -102,7 +102,8 @@ impl Descent {
         Self { moves_theta, work: 0 }
     }
 
-    /// The state of least cost reached from `state`. Further calls continue with the remaining work.
+    /// Minimises the cost from `state` and returns the best state; further calls continue with the remaining
+    /// simulations.
     ///
     /// Systems with rough initial states (equations) start far from the minimum and, with missing effects,
     /// follow curved valleys: their damping adapts to the ratio of actual to predicted decrease, and stalled

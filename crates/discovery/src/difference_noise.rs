@@ -5,21 +5,20 @@ use crate::noise_estimate::Noise;
 use crate::record::{Measured, Record};
 use crate::statistics::median;
 
-/// Standard deviation of the noise of one channel, from residuals of parabolas through neighbours, in its
-/// unit.
+/// Standard deviation of one channel's noise, in its unit, from residuals of parabolas through neighbouring
+/// samples.
 pub(crate) fn rough_noise(times: &[f64], y: &[f64]) -> f64 {
     1.4826 * median(&mut parabola_residuals(times, y))
 }
 
-/// The same over all records; 0 where no record has four measured samples.
+/// As [`rough_noise`], over all records; 0 where no record has four measured samples of the channel.
 pub(crate) fn rough_noise_of(data: &Measured, channel: usize) -> f64 {
     let of_record = |r: &Record| parabola_residuals(&r.data.times, &r.data.values[channel]);
     let mut residuals: Vec<f64> = data.records.iter().flat_map(of_record).collect();
     if residuals.is_empty() { 0.0 } else { 1.4826 * median(&mut residuals) }
 }
 
-/// Absolute residuals of parabolas through neighbouring measured samples, scaled to noise of standard
-/// deviation 1.
+/// Absolute residuals of measured samples from parabolas through their neighbours.
 fn parabola_residuals(times: &[f64], y: &[f64]) -> Vec<f64> {
     let chosen: Vec<usize> = (0..y.len()).filter(|&k| y[k].is_finite()).collect();
     let at = |values: &[f64]| chosen.iter().map(|&k| values[k]).collect::<Vec<_>>();
@@ -38,19 +37,18 @@ fn parabola_residuals(times: &[f64], y: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Minimum number of residuals for a noise estimate.
+/// Minimum number of parabola residuals for a noise estimate.
 const MIN_RESIDUALS: usize = 20;
-/// Ratio of the estimated noise to the declared accuracy of an instrument below which the declared accuracy
-/// is used.
+/// Ratio of the estimated noise to the declared accuracy of an instrument below which the accuracy is used.
 const MIN_ACCURACY_RATIO: f64 = 0.7;
-/// Absolute logarithm of estimated over declared noise above which the difference is reported.
+/// Absolute logarithm of the ratio of estimated to declared noise above which the difference is reported.
 const MIN_REPORTED_LOG_RATIO: f64 = 0.1;
 
-/// Estimates the noise from differences of neighbouring samples and sets the weights; for motion with
-/// corners, where the residuals of longer polynomials would be motion. The median over short differences is
-/// insensitive to the corners. Channels with the same unit share their noise. The declared accuracy of an
-/// instrument is a lower bound, because the scatter of a marker at rest understates the errors of a moving
-/// one.
+/// Estimates the noise of each channel from differences of neighbouring samples, and sets the weights of all
+/// samples. Suits motion with corners, where the residuals of longer polynomials would be motion. The median
+/// over short differences is insensitive to the corners. Channels with the same unit share their noise. The
+/// declared accuracy of an instrument is a lower bound, because the scatter of a marker at rest understates
+/// the errors of a moving one.
 pub(crate) fn noise_from_differences(data: &mut Measured) -> Noise {
     let system = data.system.clone();
     let channels = &system.schema().channels;

@@ -30,7 +30,7 @@ use std::time::Instant;
 /// found.
 const REPEATS: usize = 2;
 
-/// Cause of a stop at the deadline, as [`Discovery::mark_stopped`] takes it.
+/// Reason of a stop at the deadline, worded for [`Discovery::mark_stopped`].
 const TIME_LIMIT: &str = "at its time limit";
 
 /// Finds the effects that `model` lacks to explain `data`.
@@ -91,7 +91,7 @@ pub fn discover(
     Ok(found)
 }
 
-/// Hands the best result so far to the observer, if it takes interim results.
+/// Passes the best result so far to the observer, if it accepts interim results.
 fn report_interim(
     model: &dyn Declaration,
     prepared: &Prepared,
@@ -107,15 +107,15 @@ fn report_interim(
     }
 }
 
-/// Result of a run without search: the calibrated model.
+/// Calibrates the declared model without a search for effects.
 fn calibrate_only(prepared: &Prepared, observer: &mut dyn Observer) -> SearchStage {
     observer.report(Progress::Calibration);
     let (view, base) = calibrate_windows(prepared, &prepared.searched);
     SearchStage { view, families: Vec::new(), found: SearchResult::calibrated_only(base, Penalty(0.0)) }
 }
 
-/// Calibrates and searches. Repeats both if the best window length or a lower noise estimate changes with
-/// the effects found.
+/// Calibrates the model and searches for effects. Repeats both if the effects found change the best window
+/// length or lower the noise estimate.
 fn search(
     model: &dyn Declaration,
     prepared: &mut Prepared,
@@ -159,7 +159,7 @@ fn search(
     search_formulas(prepared, searched, options, observer)
 }
 
-/// Selects the established effects, tests their residuals and derives the verdict.
+/// Selects the established effects, tests the residuals that they leave, and derives the verdict.
 fn judge(
     prepared: &Prepared,
     searched: &mut SearchStage,
@@ -194,7 +194,7 @@ fn judge(
     judged
 }
 
-/// Withdraws all findings: the result is the calibrated model.
+/// Withdraws all findings and sets the verdict; the result is then the calibrated model.
 fn withdraw_findings(judged: &mut Judged, verdict: Verdict) {
     (judged.best, judged.verdict) = (0, verdict);
     let findings = &mut judged.findings;
@@ -203,7 +203,7 @@ fn withdraw_findings(judged: &mut Judged, verdict: Verdict) {
     findings.alternatives = Vec::new();
 }
 
-/// Prediction errors on data that no decision used.
+/// Measures prediction errors on data that no decision used.
 fn prediction_errors(
     prepared: &Prepared,
     searched: &SearchStage,
@@ -214,8 +214,8 @@ fn prediction_errors(
     measure_errors(prepared, view.joined, families, found, judged.best, options.seed)
 }
 
-/// Withdraws findings that do not improve the predictions. Rejects the system if it predicts worse than the
-/// mean of the data. Returns whether findings were withdrawn.
+/// Withdraws findings that do not improve the predictions, and rejects the system if it predicts worse than
+/// the mean of the data. Returns whether findings were withdrawn.
 fn withdraw_unsupported(
     prepared: &Prepared,
     searched: &mut SearchStage,
@@ -244,7 +244,7 @@ fn withdraw_unsupported(
     }
 }
 
-/// Refits the chosen sets to all records and writes the result.
+/// Refits the chosen sets of effects to all records and assembles the result.
 fn write_result(
     model: &dyn Declaration,
     prepared: &Prepared,

@@ -8,23 +8,24 @@ use crate::record::Record;
 use crate::statistics::median;
 use augsim_system::Design;
 
-/// Twice the logarithm of odds of 1000 to 1.
+/// Likelihood ratio, as twice its logarithm, that distinguishes two models: odds of 1000 to 1.
 const LOG_ODDS: f64 = 13.8;
-/// Maximum number of Gauss-Newton steps of one model towards the predictions of the other.
+/// Maximum number of Gauss-Newton steps in the fit of one model to the predictions of the other.
 const MAX_STEPS: usize = 8;
 
-/// How well an experiment distinguishes two models.
+/// Experiment that best distinguishes two models, and how many records of it that takes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Separation {
-    /// Description of the best experiment.
+    /// Description of the most informative experiment.
     pub design: String,
-    /// Number of such records for odds of 1000 to 1; infinite if no design distinguishes the models.
+    /// Number of records of the experiment for odds of 1000 to 1; infinite if no experiment distinguishes the
+    /// models.
     pub records: f64,
-    /// Description of the compared designs; empty if the system has none.
+    /// Description of the experiments that were compared; empty if the system has no candidate experiments.
     pub among: String,
 }
 
-/// The experiment that best distinguishes two fitted models, with the noise and the sampling rate of
+/// Finds the experiment that best distinguishes two fitted models, with the noise and sampling rate of
 /// `sample`.
 pub(crate) fn separation(sample: &ChosenRecords<'_>, noise: &[f64], a: &Fit, b: &Fit) -> Separation {
     let times = sample.records().map(|r| &r.data.times);
@@ -44,8 +45,8 @@ pub(crate) fn separation(sample: &ChosenRecords<'_>, noise: &[f64], a: &Fit, b: 
     best
 }
 
-/// Remaining residual norm of `other` to a record simulated by `truth`. Its initial state and its parameters, with
-/// the data so far as prior, are refitted first.
+/// Squared residual norm of `other` on a record simulated by `truth`, after a refit of `other`. The refit
+/// estimates the initial state and the parameters, with the data so far as their prior.
 fn distance(
     sample: &ChosenRecords<'_>,
     noise: &[f64],
@@ -71,8 +72,8 @@ fn distance(
     min_residual_norm(sample, &record, other)
 }
 
-/// Least residual norm of a fitted model to one more record. The information of the data so far is the prior of its
-/// parameters.
+/// Minimises the squared residual norm of a fitted model on one more record, in units of the noise. The
+/// information of the data so far is the prior of its parameters; `None` if not finite.
 fn min_residual_norm(sample: &ChosenRecords<'_>, record: &Record, fit: &Fit) -> Option<f64> {
     let h = &fit.hypothesis;
     let planned = record.windows().next()?;

@@ -7,13 +7,13 @@ use crate::result::{ErrorTable, FreeRun, Horizon, HorizonErrors, Rmse};
 use augsim_system::{ErrorFigure, Schema, Simulate};
 use std::collections::BTreeMap;
 
-/// Minimum number of predictions for a horizon.
+/// Minimum number of predictions for which the errors after a horizon are reported.
 const MIN_PREDICTIONS: usize = 3;
 
 /// Errors of the same predictions by the declared, the calibrated and the augmented model.
 #[derive(Clone, Debug, Default)]
 struct Forecasts {
-    /// Record of each prediction, by its index in the data.
+    /// Index in the data of the record of each prediction.
     records: Vec<usize>,
     models: [Errors; 3],
 }
@@ -28,7 +28,7 @@ impl Forecasts {
         row(&self.records, &self.models[model], measure, scale, seed)
     }
 
-    /// Calibrated minus augmented error.
+    /// Calibrated minus augmented root mean square error of a measure, with its 95 % interval.
     fn reduction(&self, measure: usize, scale: f64, seed: u64) -> Rmse {
         let [_, calibrated, augmented] = self.models.each_ref().map(|errors| &errors[measure][..]);
         let ci95 = forecast::bootstrap(&self.records, &[calibrated, augmented], seed, |r| r[0] - r[1]);
@@ -37,35 +37,37 @@ impl Forecasts {
     }
 }
 
-/// A root mean square error with its interval.
+/// Root mean square error of one measure over predictions, multiplied by `scale`, with its 95 % interval.
 fn row(records: &[usize], errors: &Errors, measure: usize, scale: f64, seed: u64) -> Rmse {
     let list = &errors[measure][..];
     let ci95 = forecast::bootstrap(records, &[list], seed, |r| r[0]);
     Rmse { rmse: scale * forecast::rmse(list), ci95: ci95.map(|v| scale * v) }
 }
 
-/// Appends the predictions of `more` to `errors`, measure by measure.
+/// Appends the errors of the predictions in `more` to those in `errors`, measure by measure.
 fn append(errors: &mut Errors, more: Errors) {
     errors.resize(more.len(), Vec::new());
     errors.iter_mut().zip(more).for_each(|(a, b)| a.extend(b));
 }
 
-/// Errors on held-out records.
+/// Prediction errors of the declared, the calibrated and the augmented model on held-out records.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ForecastErrors {
     heldout: usize,
-    /// Spans of the predictions in `whole`; those of added folds are not included.
+    /// Predicted spans of records that `whole` covers; those of appended cross-validation folds are not
+    /// included.
     pieces: Vec<ForecastSpan>,
     whole: Forecasts,
-    /// Errors that noise and scatter alone would leave.
+    /// Errors that measurement noise and random effects alone would cause, for each measure.
     floor: Errors,
     /// Last samples after each horizon.
     ends: Vec<Forecasts>,
 }
 
 impl ForecastErrors {
-    /// Predicts `test`, which the fits (calibrated, augmented) have not used; `held` has the nuisances of
-    /// the second on it. Windows marked `out` are excluded.
+    /// Predicts the records `test`, which the fits (calibrated, augmented) have not used. `held` is the
+    /// augmented model with initial states and event offsets fitted to `test`. Windows marked in `out` are
+    /// excluded.
     pub fn measure(
         test: &ChosenRecords<'_>,
         [base, best]: [&Fit; 2],
@@ -104,8 +106,8 @@ impl ForecastErrors {
         }
     }
 
-    /// The predicted spans of one split with their errors in the deciding measure, in the unit of its
-    /// channels: declared, augmented.
+    /// Predicted spans with the root mean square errors of each in the first measure: declared, augmented
+    /// model. Errors are in the unit of the measure's channels; spans of appended folds are not included.
     pub fn errors_by_span(&self) -> (&[ForecastSpan], Vec<[f64; 2]>) {
         let error = |errors: &Errors, i: usize| forecast::rmse(&errors[0][i..=i]);
         let [declared, _, augmented] = &self.whole.models;
@@ -113,7 +115,7 @@ impl ForecastErrors {
         (&self.pieces, errors.collect())
     }
 
-    /// Appends the records of another fold.
+    /// Appends the errors on another cross-validation fold.
     pub fn extend(&mut self, other: Self) {
         self.heldout += other.heldout;
         self.whole.extend(other.whole);
@@ -122,7 +124,7 @@ impl ForecastErrors {
         self.ends.iter_mut().zip(other.ends).for_each(|(a, b)| a.extend(b));
     }
 
-    /// Table of the deciding measure, the first of the schema, in the unit of its channels.
+    /// Error table of the first measure of the schema, which decides, in the unit of its channels.
     pub fn first(&self, schema: &Schema, seed: u64, heldout_gain: f64) -> ErrorTable {
         let table = self.table(0, 1.0, &deciding_measure(schema).0, seed, heldout_gain);
         let names = &schema.error_figures;
@@ -130,7 +132,7 @@ impl ForecastErrors {
         ErrorTable { measure, ..table }
     }
 
-    /// Tables of the other measures by name, in their display units.
+    /// Error tables of all measures but the first, by name, in their display units.
     pub fn other_figures(
         &self,
         schema: &Schema,
@@ -164,7 +166,7 @@ impl ForecastErrors {
         }
     }
 
-    /// Errors after each horizon that is shorter than the records.
+    /// Errors after each prediction horizon for which there are enough predictions.
     pub fn horizons(&self, schema: &Schema, seed: u64) -> Vec<Horizon> {
         let horizons =
             schema.horizons_s.iter().zip(&self.ends).filter(|(_, f)| f.records.len() >= MIN_PREDICTIONS);
@@ -190,7 +192,8 @@ impl ForecastErrors {
 }
 
 impl FreeRun {
-    /// Errors of free runs of the calibrated and the augmented model; `None` without free runs.
+    /// Errors of simulations of whole recordings by both models; `None` if there are none of the augmented
+    /// model.
     pub(crate) fn from_errors(
         system: &dyn Simulate,
         calibrated: Option<f64>,
@@ -205,7 +208,7 @@ impl FreeRun {
     }
 }
 
-/// Unit and channels of the deciding measure, the first of the schema.
+/// Unit and channel indices of the deciding measure, the first of the schema.
 pub(crate) fn deciding_measure(schema: &Schema) -> (String, Vec<usize>) {
     let channels = schema.error_figures.first().map_or(Vec::new(), |m| m.channels.clone());
     let first = channels.first().and_then(|&c| schema.channels.get(c));

@@ -4,27 +4,26 @@ use augsim_data::{digits, estimate_digits};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A fitted value. For a parameter with one value per group, the mean over the groups; `groups` has the
-/// single values.
+/// Fitted value of a parameter, with interval and unit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// The value.
+    /// Fitted value; for a parameter with one value per group, the mean over the groups.
     pub value: f64,
-    /// 95 % interval.
+    /// Lower and upper end of the 95 % interval of the value.
     pub ci95: [f64; 2],
-    /// Unit; empty for a pure number.
+    /// Unit of the value; empty for a pure number.
     pub unit: String,
-    /// The estimate of each group.
+    /// Estimate for each group, by name; empty for a parameter with one value.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub groups: BTreeMap<String, Estimate>,
-    /// Why the data do not determine the value, in words that follow it; `ci95` is then the range of the model
-    /// file, and is not displayed.
+    /// Reason why the data do not determine the value, as text to follow it; `None` if they do. With a
+    /// reason, `ci95` is the range of the model file and is not displayed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_identified: Option<String>,
 }
 
 impl Estimate {
-    /// Marks the value as not determined by the data apart from the parameters `others`.
+    /// Marks the value as not determined by the data, or not distinguishable from the parameters `others`.
     pub fn set_not_identified(&mut self, others: &[String]) {
         let names: Vec<String> = others.iter().map(|name| format!("`{name}`")).collect();
         self.not_identified = Some(match &names[..] {
@@ -33,7 +32,7 @@ impl Estimate {
         });
     }
 
-    /// The interval, or why there is none, as text in brackets or parentheses.
+    /// Text of the 95 % interval, or of the reason why there is none.
     pub fn interval_text(&self) -> String {
         let [_, low, high] = estimate_digits(self.value, self.ci95);
         match &self.not_identified {
@@ -42,7 +41,7 @@ impl Estimate {
         }
     }
 
-    /// The value with the digits that its interval supports.
+    /// Text of the value, with the digits that its interval supports.
     pub fn value_text(&self) -> String {
         match self.not_identified {
             Some(_) => digits(self.value),
@@ -50,7 +49,7 @@ impl Estimate {
         }
     }
 
-    /// Text of the estimate in a sentence, for the parameter `name`.
+    /// Text of the estimate for a sentence, with `name` as the parameter's name.
     pub fn phrase(&self, name: &str) -> String {
         if self.groups.is_empty() {
             return format!("{name} = {self}");

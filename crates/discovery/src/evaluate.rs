@@ -14,19 +14,22 @@ use augsim_system::{
 use rayon::prelude::*;
 use std::cell::RefCell;
 
-/// Order of the derivative lanes of one window: shared parameters, extra parameters, then nuisances.
+/// Order of the derivatives of a window's residuals: shared parameters, extra parameters, then nuisances.
+/// Nuisances are the initial state, parameters with one value per record, and offsets of the events'
+/// parameter.
 #[derive(Clone, Debug)]
 pub(crate) struct Lanes {
-    /// Variable of each lane.
+    /// Variable of each derivative.
     pub seeds: Vec<Seed>,
-    /// Entry of theta of each shared lane.
+    /// Index in theta (the vector of shared parameters) of each derivative with respect to a shared
+    /// parameter.
     pub theta: Vec<usize>,
     pub extras: usize,
-    /// Initial states that are estimated.
+    /// Indices of the states whose initial values are estimated.
     start: Vec<usize>,
-    /// Parameters with one value per record.
+    /// Indices of the parameters with one value per record.
     local: Vec<usize>,
-    /// Number of offsets of the events' parameter.
+    /// Number of offsets of the events' parameter: one per event, one per record, or 0.
     pub offsets: usize,
 }
 
@@ -61,17 +64,18 @@ impl Lanes {
         }
     }
 
-    /// Number of lanes before the nuisances.
+    /// Number of derivatives with respect to parameters, which come before those of the nuisances.
     pub fn common(&self) -> usize {
         self.theta.len() + self.extras
     }
 
-    /// Number of nuisances: initial states, parameters of the record, offsets.
+    /// Number of nuisances: initial states, parameters of the record, and offsets of the events' parameter.
     pub fn nuisances(&self) -> usize {
         self.start.len() + self.local.len() + self.offsets
     }
 
-    /// Initial nuisances: the rough initial state, nominal parameters of the record, zero offsets.
+    /// Initial values of a window's nuisances: rough initial state, nominal parameters of the record, zero
+    /// offsets.
     pub fn initial_nuisance(&self, h: &Hypothesis, window: RecordWindow<'_>) -> Vec<f64> {
         let (record, rough) = (window.record, &window.window.start);
         let mut n: Vec<f64> = self.start.iter().map(|&i| rough.get(i).copied().unwrap_or(0.0)).collect();
@@ -84,36 +88,37 @@ impl Lanes {
         n
     }
 
-    /// Number of nuisances other than offsets.
+    /// Number of nuisances other than offsets of the events' parameter.
     pub fn state_nuisances(&self) -> usize {
         self.start.len() + self.local.len()
     }
 }
 
-/// Median of the rough values of the events' parameter in a record; 0 without events.
+/// Median of the rough values of the events' parameter in a record; 0 for a record without events.
 pub(crate) fn rough_event_value(record: &Record) -> f64 {
     median(&mut record.data.events.iter().map(|e| e.value).collect::<Vec<_>>())
 }
 
-/// The values at which a window is simulated.
+/// Parameter values, initial state and nuisances with which a window is simulated.
 pub(crate) struct Point<'a> {
     system: &'a dyn Simulate,
-    /// The system's parameters at theta, with those of the record.
+    /// Values of all parameters of the system, including those with one value per record.
     values: Vec<f64>,
-    /// Initial state.
+    /// Initial state of the window.
     start: Vec<f64>,
     nuisance: &'a [f64],
-    /// Prior precision 1/sd² of the offsets.
+    /// Prior precision 1/sd² of the offsets of the events' parameter; 0 without a random effect.
     prior: f64,
-    /// Whether all events of a record share one offset.
+    /// Whether all events of a record share one offset of their parameter.
     shared: bool,
-    /// Prior mean and precision of each parameter of the record; precision 0 without a prior.
+    /// Prior mean and precision of each parameter with one value per record; both 0 without a prior.
     local_priors: Vec<(f64, f64)>,
 }
 
 impl<'a> Point<'a> {
-    /// The values of a hypothesis at `theta` with the nuisances of a window. `system` is that of the
-    /// hypothesis, or an extension of it by further effects, which start at their nominal values.
+    /// Collects the parameter values of hypothesis `h` at `theta`, and the initial state and offsets in
+    /// `nuisance`. `system` is that of the hypothesis, or an extension of it by further effects, which start
+    /// at their nominal values.
     pub fn new(
         h: &'a Hypothesis,
         system: &'a dyn Simulate,
@@ -147,19 +152,19 @@ impl<'a> Point<'a> {
         }
     }
 
-    /// Replaces the parameters from index `first` on by `values`.
+    /// Replaces the parameter values from index `first` on by `values`.
     pub fn with_values(mut self, first: usize, values: &[f64]) -> Self {
         self.values[first..][..values.len()].copy_from_slice(values);
         self
     }
 
-    /// Adds `offsets` to the parameters from index `first` on.
+    /// Adds `offsets` to the parameter values from index `first` on.
     pub fn with_offsets(mut self, first: usize, offsets: &[f64]) -> Self {
         self.values[first..].iter_mut().zip(offsets).for_each(|(value, offset)| *value += offset);
         self
     }
 
-    /// Simulation task of a window with the derivatives of `seeds`.
+    /// Simulation task of a window, with derivatives with respect to `seeds`.
     fn task<'t>(&'t self, lanes: &Lanes, window: RecordWindow<'t>, seeds: &'t [Seed]) -> Task<'t> {
         let offsets = match self.nuisance.get(lanes.state_nuisances()..) {
             Some(&[xi, ..]) if self.shared && lanes.offsets > 0 => Offsets::Shared(xi),
@@ -171,7 +176,7 @@ impl<'a> Point<'a> {
         Task { parameters, record, window: samples, start, offsets, seeds }
     }
 
-    /// Simulates a window with the derivatives of `seeds` into `out`.
+    /// Simulates a window with derivatives with respect to `seeds` into `out`.
     fn simulate(&self, lanes: &Lanes, window: RecordWindow<'_>, seeds: &[Seed], out: &mut Simulated) {
         let done = self.system.simulate(&self.task(lanes, window, seeds), out);
         if done.is_err() {
@@ -179,7 +184,7 @@ impl<'a> Point<'a> {
         }
     }
 
-    /// Marks a failed simulation with NaN values, which gives it an infinite cost.
+    /// Fills a failed simulation with NaN values, so that its cost is infinite.
     fn fail(&self, window: RecordWindow<'_>, seeds: usize, out: &mut Simulated) {
         let schema = self.system.schema();
         let (samples, channels) = (window.window.samples.len(), schema.channels.len());
@@ -195,54 +200,55 @@ impl<'a> Point<'a> {
     }
 }
 
-/// Degrees of freedom of the t density of a window's residuals.
+/// Degrees of freedom of the t distribution of a window's residuals.
 const STUDENT_FREEDOM: f64 = 8.0;
 
-/// Second-order coefficient of the robust cost: 2 over its degrees of freedom.
+/// Relative decrease of a window's weight in second order: 2 over the degrees of freedom of its robust cost.
 pub(crate) fn softening(freedom: f64) -> f64 {
     2.0 / (STUDENT_FREEDOM + freedom)
 }
 
-/// Cost and weight of a window. Where the noise is a tolerance, residuals below it are not rewarded beyond
-/// the Gaussian cost.
+/// Cost and weight of a window with squared residual norm `q` and `m` degrees of freedom. Where the noise is
+/// a tolerance, residuals below it are not rewarded beyond the Gaussian cost.
 pub(crate) fn cost_and_weight(q: f64, m: f64, is_tolerance: bool) -> (f64, f64) {
     if is_tolerance { tolerance_cost(q, m) } else { student_cost(q, m) }
 }
 
-/// Cost and weight from the t density (Lange, Little and Taylor 1989). Near `q = m` it equals the Gaussian
-/// cost; a window that no hypothesis fits counts only with the logarithm of its squared residuals.
+/// Cost and weight of a window from the t density (Lange, Little and Taylor 1989), for squared residual norm
+/// `q` and `m` degrees of freedom. Near `q = m` it equals the Gaussian cost; a window that no hypothesis fits
+/// counts only with the logarithm of its squared residuals.
 fn student_cost(q: f64, m: f64) -> (f64, f64) {
     let n = STUDENT_FREEDOM + m;
     (n * (q / STUDENT_FREEDOM).ln_1p(), n / (STUDENT_FREEDOM + q))
 }
 
-/// As [`student_cost`], with the Gaussian cost below `q = m`.
+/// As [`student_cost`], but with the Gaussian cost where `q < m`.
 fn tolerance_cost(q: f64, m: f64) -> (f64, f64) {
     if q < m { (q - m + student_cost(m, m).0, 1.0) } else { student_cost(q, m) }
 }
 
-/// Normal equations of one window: `h = J'WJ`, `g = J'Wr`, cost `q` with the priors of the nuisances; W is
-/// the weight of the window.
+/// Normal equations of one window in all its variables: `h = J'WJ`, `g = J'Wr`, and the cost `q`. J are the
+/// derivatives of the residuals r, W is the weight of the window; `q` includes the priors of the nuisances.
 #[derive(Clone, Debug)]
 pub(crate) struct NormalEquations {
     pub h: Square,
     pub g: Vec<f64>,
     pub q: f64,
-    /// Squared norm of the whitened residuals.
+    /// Squared norm of the whitened residuals, in units of the noise.
     pub residual_norm_squared: f64,
-    /// Degrees of freedom of the residuals.
+    /// Degrees of freedom of the window's residuals.
     pub degrees_of_freedom: f64,
-    /// Weight of the window in the fit, about 1 where the model fits.
+    /// Robust weight of the window in the fit, about 1 where the model fits.
     pub weight: f64,
-    /// Twice the inverse of the degrees of freedom of the cost: along a step `x` the weight falls by
+    /// Twice the inverse of the degrees of freedom of the robust cost. Along a step `x` the weight falls by
     /// `softening (u'x) weight`, with `u` the gradient.
     pub softening: f64,
-    /// Events in the simulation.
+    /// Events that occurred in the simulation of the window.
     pub events: Vec<Event>,
 }
 
 impl NormalEquations {
-    /// Cost after a change of the lane variables, in the quadratic approximation.
+    /// Predicts the window's cost after `change` of its variables, in the quadratic approximation.
     pub fn predicted_cost(&self, change: &[f64]) -> f64 {
         self.q - self.h.cost_decrease(&self.g, change)
     }
@@ -254,7 +260,7 @@ thread_local! {
     static RUNS: RefCell<Vec<Simulated>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Runs `work` with `count` simulation buffers of this thread.
+/// Calls `work` with `count` simulation buffers of this thread.
 fn with_buffers<T>(count: usize, work: impl FnOnce(&mut [Simulated]) -> T) -> T {
     let mut runs = RUNS.take();
     if runs.len() < count {
@@ -265,7 +271,7 @@ fn with_buffers<T>(count: usize, work: impl FnOnce(&mut [Simulated]) -> T) -> T 
     done
 }
 
-/// Simulates a window with all derivatives and forms its normal equations.
+/// Simulates a window with all derivatives and computes its normal equations.
 pub(crate) fn assemble_window(
     point: &Point<'_>,
     lanes: &Lanes,
@@ -278,7 +284,7 @@ pub(crate) fn assemble_window(
     })
 }
 
-/// As [`assemble_window`] for several windows, with as many in one SIMD pass as the system supports.
+/// As [`assemble_window`], for several windows, with as many in one SIMD pass as the system supports.
 pub(crate) fn assemble_batch(
     points: &[Point<'_>],
     lanes: &[Lanes],
@@ -291,8 +297,8 @@ pub(crate) fn assemble_batch(
     })
 }
 
-/// Simulates windows with the derivatives of `seeds` and maps each run by `take`. A SIMD pass has as many
-/// windows as the system supports. Failed simulations have NaN values.
+/// Simulates windows with derivatives with respect to `seeds`, and maps each simulation by `take`. A SIMD
+/// pass has as many windows as the system supports. Failed simulations have NaN values.
 pub(crate) fn simulate_windows<T: Send>(
     points: &[Point<'_>],
     lanes: &[Lanes],
@@ -320,8 +326,9 @@ pub(crate) fn simulate_windows<T: Send>(
     results.collect()
 }
 
-/// Whitened rows of a simulation, channel by channel: for every measured sample its derivatives in all lanes
-/// and last its residual, in units of the noise. Also returns channel and sample of each row.
+/// Whitened derivatives and residual of every measured sample, channel by channel, in units of the noise.
+/// Each row has the derivatives with respect to all variables, then the residual. Also returns channel and
+/// sample of each row.
 pub(crate) fn whitened_rows(
     run: &Simulated,
     window: RecordWindow<'_>,
@@ -340,7 +347,7 @@ pub(crate) fn whitened_rows(
     (rows, places)
 }
 
-/// Normal equations of a window from its simulation.
+/// Computes the normal equations of a window from its simulation.
 fn equations_of_run(
     point: &Point<'_>,
     lanes: &Lanes,
@@ -366,8 +373,7 @@ fn equations_of_run(
     weigh_and_add_priors(point, lanes, window, sums, run.events())
 }
 
-/// `J'J` and `J'r` of whitened residuals r and their derivatives J, squared norm and number of the
-/// residuals.
+/// Sums over a window's whitened residuals r and their derivatives J: `J'J`, `J'r`, squared norm and number.
 struct Sums {
     h: Square,
     g: Vec<f64>,
@@ -375,7 +381,7 @@ struct Sums {
     terms: f64,
 }
 
-/// Sums of a simulation whose rows of derivatives have length `N`.
+/// Sums residuals and derivatives over a window, for derivative rows of fixed length `N`.
 fn sums<const N: usize>(run: &Simulated, window: RecordWindow<'_>, correlation: f64) -> Sums {
     let count = run.lanes();
     let (mut h, mut g, mut squares, mut terms) = (vec![[0.0; N]; N], [0.0; N], 0.0, 0.0);
@@ -402,7 +408,7 @@ fn sums<const N: usize>(run: &Simulated, window: RecordWindow<'_>, correlation: 
     Sums { h: out, g: g[..count].to_vec(), squares, terms }
 }
 
-/// Sums of a simulation whose number of derivatives has no fixed-width kernel.
+/// Sums residuals and derivatives over a window, for a number of derivatives without a kernel of fixed width.
 fn sums_of_any_width(run: &Simulated, window: RecordWindow<'_>, correlation: f64) -> Sums {
     let count = run.lanes();
     let (mut h, mut g, mut squares, mut terms) = (Square::zero(count), vec![0.0; count], 0.0, 0.0);
@@ -422,7 +428,7 @@ fn sums_of_any_width(run: &Simulated, window: RecordWindow<'_>, correlation: f64
     Sums { h, g, squares, terms }
 }
 
-/// Writes the derivatives of sample `k` of channel `c` and returns its residual, both in units of the noise.
+/// Returns the residual of sample `k` of channel `c` and writes its derivatives, both in units of the noise.
 #[inline]
 fn weighted_residual(
     run: &Simulated,
@@ -438,8 +444,8 @@ fn weighted_residual(
 
 /// Calls `each` with the whitened residual and derivatives of every measured sample of channel `c`.
 /// Autocorrelated noise is a first-order autoregression: the part predicted from the preceding sample is
-/// subtracted and the rest scaled to variance 1. `residual` writes the derivatives of a sample and returns
-/// its residual; `blank` is a row of derivatives of the right length.
+/// subtracted and the remainder is scaled to variance 1. `residual` writes the derivatives of a sample and
+/// returns its residual; `blank` is a row of derivatives of the right length.
 fn for_each_whitened<D: AsMut<[f64]> + Clone>(
     window: RecordWindow<'_>,
     c: usize,
@@ -471,7 +477,7 @@ fn for_each_whitened<D: AsMut<[f64]> + Clone>(
     }
 }
 
-/// Weights the normal equations of a window by its residual norm and adds the priors of its nuisances.
+/// Multiplies the sums of a window by its robust weight and adds the priors of its nuisances.
 fn weigh_and_add_priors(
     point: &Point<'_>,
     lanes: &Lanes,
@@ -498,7 +504,7 @@ fn weigh_and_add_priors(
 
 #[cfg(test)]
 impl Lanes {
-    /// Lanes of `count` initial states alone.
+    /// Derivatives with respect to `count` initial states alone.
     pub fn of_starts(count: usize) -> Self {
         let (seeds, start) = ((0..count).map(Seed::Start).collect(), (0..count).collect());
         Self { seeds, theta: Vec::new(), extras: 0, start, local: Vec::new(), offsets: 0 }
@@ -506,7 +512,7 @@ impl Lanes {
 }
 
 /// For each nuisance of a window: its deviation from the prior mean, and the prior precision; both 0 without
-/// a prior.
+/// a prior. Nuisances are the initial state, parameters of the record, and offsets of the events' parameter.
 pub(crate) fn nuisance_priors(point: &Point<'_>, lanes: &Lanes, window: RecordWindow<'_>) -> Vec<(f64, f64)> {
     // A prior of the initial state applies only to the beginning of the motion.
     let begins = window.window.samples.start == 0 && !window.record.data.is_mid_motion;

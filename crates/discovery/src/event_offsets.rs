@@ -3,19 +3,21 @@
 use crate::evaluate::{Lanes, NormalEquations};
 use crate::hypothesis::Hypothesis;
 
-/// Minimum standard deviation of a scatter, in units of its typical size: from 0 it could not grow.
+/// Minimum standard deviation of a random effect, in units of its typical size; from 0 it could not grow.
 const MIN_SCATTER: f64 = 5e-4;
 
-/// Spread of the event offsets of a fit.
+/// Standard deviation of the offsets of the events' parameter, estimated at a fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Spread {
-    /// Standard deviation (MacKay's fixed point, Neural Computation 4:415, 1992).
+    /// Standard deviation of the offsets, in the parameter's unit (MacKay's fixed point, Neural Computation
+    /// 4:415, 1992).
     pub sd: f64,
-    /// Effective number of draws: poorly determined offsets count less.
+    /// Effective number of offsets; poorly determined ones count less.
     pub draws: f64,
 }
 
-/// Spread of the event offsets in `nuisance`, whose prior has the standard deviation `sd`.
+/// Estimates the standard deviation of the event offsets in `nuisance`, whose prior has the standard
+/// deviation `sd`.
 pub(crate) fn offset_spread(
     h: &Hypothesis,
     lanes: &[Lanes],
@@ -44,7 +46,7 @@ pub(crate) fn offset_spread(
     Spread { sd, draws }
 }
 
-/// Bounds of the scatter's standard deviation, in the unit of the parameter.
+/// Minimum and maximum standard deviation of the events' random effect, in the unit of the parameter.
 pub(crate) fn scatter_bounds(h: &Hypothesis) -> (f64, f64) {
     let event = h.system.schema().event.as_ref();
     let sd = event.and_then(|e| e.scatter.parameters.first());

@@ -6,11 +6,11 @@ use crate::forecast;
 use crate::hypothesis::Hypothesis;
 use crate::result::{Example, ExampleChannel};
 
-/// Maximum number of samples of an example, as many as a figure can show.
+/// Maximum number of samples of an example record, as many as a figure can show.
 const MAX_SAMPLES: usize = 400;
 
-/// Indices of the best, the median and the worst prediction by the second error, with their ranks; fewer for
-/// fewer than three.
+/// Indices of the best, median and worst prediction with their ranks, by the second of each pair of errors.
+/// Fewer than three for fewer than three finite errors.
 pub(crate) fn ranked(errors: &[[f64; 2]]) -> Vec<(usize, &'static str)> {
     let mut order: Vec<usize> = (0..errors.len()).filter(|&i| errors[i][1].is_finite()).collect();
     order.sort_by(|&a, &b| errors[a][1].total_cmp(&errors[b][1]));
@@ -25,18 +25,18 @@ pub(crate) fn ranked(errors: &[[f64; 2]]) -> Vec<(usize, &'static str)> {
     chosen
 }
 
-/// Step between displayed samples of a record of `count` samples.
+/// Distance between displayed samples of a record of `count` samples, in samples.
 pub(crate) fn stride(count: usize) -> usize {
     count.div_ceil(MAX_SAMPLES).max(1)
 }
 
-/// The value, if it is finite.
+/// Returns the value if it is finite.
 pub(crate) fn finite(value: f64) -> Option<f64> {
     Some(value).filter(|v| v.is_finite())
 }
 
-/// The best, the median and the worst prediction of a held-out sample. The fits are the calibrated model,
-/// whose nominal values are the declared ones, and the final set.
+/// The best, the median and the worst prediction on held-out records, for display. `base` is the calibrated
+/// model, whose nominal values are the declared ones; `best` is the final set of effects.
 pub(crate) fn examples(
     test: &ChosenRecords<'_>,
     [base, best]: [&Fit; 2],

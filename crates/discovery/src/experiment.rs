@@ -7,10 +7,11 @@ use crate::result::{Unexplained, Verdict};
 use crate::score::Scored;
 use augsim_system::{Effect, Per, Schema, known_distinguishing_experiment};
 
-/// Number of records above which an experiment is not recommended.
+/// Number of records beyond which an experiment is not recommended.
 const MAX_RECORDS: f64 = 300.0;
 
-/// The next experiment, from what is not distinguishable or not explained.
+/// Text that recommends the next experiment, from what the data do not distinguish or the model does not
+/// explain.
 pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unexplained>) -> String {
     let schema = parts.prepared.data.system.schema();
     let findings = &parts.judged.findings;
@@ -58,7 +59,7 @@ pub(crate) fn next_experiment(parts: &AnswerParts<'_>, unexplained: &Option<Unex
     }
 }
 
-/// The experiment that distinguishes the result from an equivalent set.
+/// Text on the experiment that distinguishes the named set of effects from an equivalent set.
 fn distinguishing_experiment(parts: &AnswerParts<'_>, other: &Scored) -> String {
     let schema = parts.prepared.data.system.schema();
     let named = &parts.found.sets[parts.judged.findings.named];
@@ -82,7 +83,7 @@ fn distinguishing_experiment(parts: &AnswerParts<'_>, other: &Scored) -> String 
     }
 }
 
-/// Experiment that would confirm or refute a lead.
+/// Text on the experiment that would confirm or refute a lead, an effect that is not established.
 pub(crate) fn confirming_experiment(parts: &AnswerParts<'_>, addition: &Addition) -> String {
     let schema = parts.prepared.data.system.schema();
     let confirmed = addition.listed().and_then(|effect| effect.confirmed_by.clone());
@@ -95,7 +96,7 @@ pub(crate) fn confirming_experiment(parts: &AnswerParts<'_>, addition: &Addition
     })
 }
 
-/// Joins a list: `starts, speeds and loads`.
+/// Joins words to a list with `and`: `starts, speeds and loads`.
 fn join_words(list: &[String]) -> String {
     match list {
         [] => "starts and inputs".into(),
@@ -104,7 +105,8 @@ fn join_words(list: &[String]) -> String {
     }
 }
 
-/// The general experiment for two sets, by the kinds in which they differ.
+/// Text on the experiment that generally distinguishes two sets of effects, by the kinds in which they
+/// differ.
 fn general_experiment(schema: &Schema, ours: &[Addition], other: &[Addition]) -> String {
     let (ours, other) = (additions_not_in(ours, other), additions_not_in(other, ours));
     match known_distinguishing_experiment(&descriptions(&ours), &descriptions(&other)) {
@@ -120,7 +122,7 @@ fn general_experiment(schema: &Schema, ours: &[Addition], other: &[Addition]) ->
     }
 }
 
-/// The additions of `a` whose kind is not in `b`, sorted by name.
+/// The additions of `a` whose kind is not in `b`, with their names, sorted by name.
 fn additions_not_in<'a>(a: &'a [Addition], b: &[Addition]) -> Vec<(String, &'a Addition)> {
     let theirs = kinds(b);
     let named = a.iter().map(|x| (kinds(std::slice::from_ref(x)).concat(), x));
@@ -129,8 +131,8 @@ fn additions_not_in<'a>(a: &'a [Addition], b: &[Addition]) -> Vec<(String, &'a A
     out
 }
 
-/// Library descriptions of additions with one value for all groups; no experiment is known for groupwise
-/// values.
+/// Library descriptions of the effects in `set` that have one value for all groups. No experiment is known
+/// for groupwise values.
 fn descriptions<'a>(set: &[(String, &'a Addition)]) -> Vec<&'a Effect> {
     let single = set.iter().filter(|(_, a)| !matches!(a, Addition::Effect(_, Per::Group)));
     single.filter_map(|(_, a)| a.listed()).collect()

@@ -4,7 +4,7 @@ use crate::DiscoveryError;
 use crate::result::{Anatomy, Discovery, ErrorTable, Estimate, Rmse};
 use std::collections::BTreeMap;
 
-/// The result itself, if every number in it is finite.
+/// Returns the result if every number in it is finite.
 ///
 /// # Errors
 /// [`DiscoveryError::NotFinite`].
@@ -15,7 +15,7 @@ pub(crate) fn all_finite(found: Discovery, data: &str) -> Result<Discovery, Disc
     }
 }
 
-/// Every number of a result, with its entry.
+/// Every number of a result, with the name of the entry that contains it.
 fn numbers(d: &Discovery) -> Vec<(&'static str, f64)> {
     let mut numbers = Vec::new();
     let mut put = |place: &'static str, values: &[f64]| numbers.extend(values.iter().map(|v| (place, *v)));

@@ -14,36 +14,36 @@ use crate::record::RecordWindow;
 use augsim_system::{Event, Scatter};
 use std::collections::BTreeMap;
 
-/// Weight of a window at or below which its initial state may be wrong.
+/// Robust weight of a window at or below which its initial state may be wrong.
 const LOST_WEIGHT: f64 = 0.2;
 
-/// Maximum number of updates of the scatter's standard deviation.
+/// Maximum number of updates of the standard deviation of the events' random effect in one fit.
 const MAX_SCATTER_STEPS: usize = 12;
-/// Change of its logarithm below which the iteration has converged.
+/// Change of the logarithm of the random effect's standard deviation below which its updates have converged.
 const SCATTER_TOLERANCE: f64 = 0.01;
 
-/// A fitted hypothesis.
+/// A hypothesis (model with a set of effects) with its fitted parameters, cost and information.
 #[derive(Clone, Debug)]
 pub(crate) struct Fit {
     pub hypothesis: Hypothesis,
     pub theta: Vec<f64>,
-    /// Nuisances of each window of the chosen records.
+    /// Initial state, record parameters and event offsets (nuisances) of each window of the chosen records.
     pub nuisance: Vec<Vec<f64>>,
-    /// The minimised cost.
+    /// Minimised robust cost, minus twice a log density.
     pub cost: f64,
-    /// Log likelihood, up to a constant that is common to all hypotheses on the same sample.
+    /// Log likelihood, up to a constant that is common to all hypotheses on the same records.
     pub ll: f64,
-    /// Information matrix of theta, nuisances eliminated.
+    /// Information matrix of theta (the shared parameters), with the nuisances eliminated.
     pub information: Square,
-    /// Squared norm of the residuals of each window, in units of the noise, and its degrees of freedom.
+    /// For each window: squared norm of the residuals, in units of the noise, and their degrees of freedom.
     pub residual_norms: Vec<[f64; 2]>,
-    /// Spread of the event offsets.
+    /// Standard deviation of the event offsets.
     pub spread: Spread,
-    /// Simulated events of each window of the chosen records.
+    /// Simulated events in each window of the chosen records.
     pub events: Vec<Vec<Event>>,
 }
 
-/// Joins the nuisances of several samples in the order of their records.
+/// Joins the fitted nuisances of several samples of records, in the order of the records in the data.
 pub(crate) fn merge_nuisances(parts: &[(&ChosenRecords<'_>, &Fit)]) -> Vec<Vec<f64>> {
     let mut by_record: BTreeMap<usize, &[Vec<f64>]> = BTreeMap::new();
     for (sample, fit) in parts {
@@ -53,7 +53,7 @@ pub(crate) fn merge_nuisances(parts: &[(&ChosenRecords<'_>, &Fit)]) -> Vec<Vec<f
     by_record.into_values().flatten().cloned().collect()
 }
 
-/// Information matrix of theta, nuisances eliminated.
+/// Computes the information matrix of theta (the shared parameters), with the nuisances eliminated.
 fn information(h: &Hypothesis, lanes: &[Lanes], normals: &[NormalEquations]) -> Square {
     let mut s = Square::zero(h.theta_len());
     for (l, normal) in lanes.iter().zip(normals) {
@@ -67,8 +67,8 @@ fn information(h: &Hypothesis, lanes: &[Lanes], normals: &[NormalEquations]) -> 
     s
 }
 
-/// Fits a hypothesis from the initial values `theta` and `nuisance`; empty nuisances start from the rough
-/// initial states.
+/// Fits a hypothesis from the initial values `theta` and `nuisance`. If `nuisance` is empty, the fit starts
+/// from the rough initial states.
 pub(crate) fn fit(
     sample: &ChosenRecords<'_>,
     hypothesis: &Hypothesis,
@@ -78,7 +78,7 @@ pub(crate) fn fit(
     fit_with(sample, hypothesis, theta, nuisance, true)
 }
 
-/// Fits the nuisances alone, with theta and the scatter fixed.
+/// Fits the nuisances (initial states, record parameters, event offsets) at fixed theta and random effects.
 pub(crate) fn fit_nuisance(
     sample: &ChosenRecords<'_>,
     hypothesis: &Hypothesis,
@@ -88,7 +88,7 @@ pub(crate) fn fit_nuisance(
     fit_with(sample, hypothesis, theta, nuisance, false)
 }
 
-/// Nuisances to start from: those in `known`, and the rough initial states of windows beyond it.
+/// Initial nuisances of windows: those in `known`, and rough initial states for the windows beyond it.
 fn initial_nuisances(
     h: &Hypothesis,
     lanes: &[Lanes],
@@ -182,9 +182,9 @@ fn fit_with(
     }
 }
 
-/// Step of ln sd from the history of fixed-point steps. The fixed-point iteration converges linearly, and
-/// slowly where the data hardly determine the offsets: Aitken's extrapolation from the last two steps
-/// accelerates it.
+/// Next change of ln sd of the events' random effect, from the history of its fixed-point steps. The
+/// fixed-point iteration converges linearly, and slowly where the data hardly determine the offsets: Aitken's
+/// extrapolation from the last two steps accelerates it.
 fn aitken_step(changes: &[f64]) -> f64 {
     match changes {
         [.., previous, last] => {
@@ -195,17 +195,17 @@ fn aitken_step(changes: &[f64]) -> f64 {
     }
 }
 
-/// Weight that a quarter of the windows exceed, at most 1: with a missing effect all windows fit badly,
-/// which does not mean that their initial states are wrong.
+/// Robust weight that a quarter of the windows exceed, at most 1. With a missing effect all windows fit
+/// badly, which does not mean that their initial states are wrong.
 fn usual_weight(normals: &[NormalEquations]) -> f64 {
     let mut weights: Vec<f64> = normals.iter().map(|n| n.weight).collect();
     weights.sort_by(f64::total_cmp);
     weights.get(weights.len() * 3 / 4).map_or(1.0, |weight| weight.min(1.0))
 }
 
-/// Restarts windows with weight `least` or less from their rough initial states; where these come from the
-/// first samples alone and do not help, from fits over growing beginnings. Each window keeps its best
-/// result.
+/// Refits the nuisances of windows with a robust weight of at most `max_weight` from their rough initial
+/// states. Where these come from the first samples alone, fits over growing beginnings of the windows are
+/// tried next. Each window keeps its best result.
 fn restart_lost_windows(
     sample: &ChosenRecords<'_>,
     h: &Hypothesis,

@@ -5,18 +5,18 @@ use crate::hypothesis::Hypothesis;
 use crate::nuisance_fit::{NuisanceFit, assemble_windows, finish_nuisance_fits, nuisance_step};
 use crate::record::ChosenRecords;
 
-/// Parameters with the normal equations at them.
+/// Point in a fit: parameters, nuisances of the windows, and the normal equations there.
 pub(crate) struct State {
     pub theta: Vec<f64>,
-    /// Nuisances of each window.
+    /// Initial state, record parameters and event offsets (nuisances) of each window.
     pub nuisance: Vec<Vec<f64>>,
     pub normals: Vec<NormalEquations>,
-    /// Total cost of all windows.
+    /// Sum of the costs of all windows.
     pub q: f64,
 }
 
 impl State {
-    /// Evaluates the state at `theta` and the nuisances of all windows.
+    /// Evaluates the normal equations at `theta` and the nuisances of all windows.
     pub fn evaluate(
         sample: &ChosenRecords<'_>,
         h: &Hypothesis,
@@ -29,10 +29,10 @@ impl State {
         Self { theta, nuisance, normals, q }
     }
 
-    /// The state after a step of theta, with the nuisances of each window refitted.
+    /// Moves theta (the shared parameters) by `step` and refits the nuisances of each window.
     ///
-    /// A window is compared only after its nuisances have followed: otherwise strongly coupled nuisances
-    /// make the path a curved valley that allows only small steps.
+    /// The costs of windows are compared only after their nuisances were refitted. Otherwise strongly coupled
+    /// nuisances make the path a curved valley that allows only small steps.
     pub fn after_step(
         &self,
         sample: &ChosenRecords<'_>,
@@ -70,7 +70,7 @@ impl State {
     }
 }
 
-/// Normal equations of all windows at given values.
+/// Computes the normal equations of all windows at given parameters and nuisances.
 pub(crate) fn assemble_all(
     sample: &ChosenRecords<'_>,
     h: &Hypothesis,

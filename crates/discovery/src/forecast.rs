@@ -21,26 +21,29 @@ use std::ops::Range;
 
 /// Number of bootstrap resamples of the trajectories.
 const RESAMPLES: usize = 400;
-/// Number of simulated replicates for the noise floor.
+/// Number of simulated replicates of each record for the noise floor.
 const REPLICATES: u64 = 4;
 
-/// Limit of the error of a sample, in standard deviations of its channel. It keeps the error of a diverging
-/// prediction finite.
+/// Maximum error of a predicted sample, in standard deviations of its channel. It keeps the error of a
+/// diverging prediction finite.
 const MAX_ERROR: f64 = 1e6;
 
-/// Minimum number of records that the bootstrap resamples as wholes; with fewer it resamples their pieces.
+/// Minimum number of records that the bootstrap resamples as wholes; with fewer it resamples single
+/// predictions.
 const MIN_CLUSTERS: usize = 10;
 
-/// Sum of squared errors of one prediction, in the squared unit of its channels, and their number.
+/// Sum of squared errors of one prediction in one measure, in the squared unit of its channels, and their
+/// number.
 pub(crate) type Error = (f64, f64);
 
-/// Errors of predictions, in order, for each measure of the schema.
+/// `errors[measure][prediction]`: errors of a list of predictions in each measure of the schema
+/// (`error_figures`).
 pub(crate) type Errors = Vec<Vec<Error>>;
 
-/// Samples of a record that are predicted from the first of them.
+/// Range of samples of a record that is predicted from its first samples.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ForecastSpan {
-    /// Number of the record among the chosen ones.
+    /// Position of the record in the list of chosen records.
     pub chosen: usize,
     pub samples: Range<usize>,
     /// Whether only the last sample counts.
@@ -48,7 +51,7 @@ pub(crate) struct ForecastSpan {
 }
 
 impl ForecastSpan {
-    /// Name: that of the record, with the start time for a part of it.
+    /// Name of the predicted range: that of the record, with the start time if it is a part of it.
     pub fn name(&self, record: &Record) -> String {
         if self.samples == (0..record.data.times.len()) {
             return record.data.id.clone();
@@ -57,7 +60,7 @@ impl ForecastSpan {
     }
 }
 
-/// The spans of the error tables: whole records, or the parts that their system defines.
+/// Predicted ranges of the error tables: whole records, or the parts that the system defines.
 pub(crate) fn whole_spans(sample: &ChosenRecords<'_>) -> Vec<ForecastSpan> {
     let spans = |(chosen, record): (usize, &Record)| {
         let whole = 0..record.data.times.len();
@@ -68,7 +71,7 @@ pub(crate) fn whole_spans(sample: &ChosenRecords<'_>) -> Vec<ForecastSpan> {
     sample.records().enumerate().flat_map(spans).collect()
 }
 
-/// Spans of `horizon_s`, of which the last sample counts.
+/// Predicted ranges of duration `horizon_s`, of each of which only the last sample counts.
 pub(crate) fn horizon(sample: &ChosenRecords<'_>, horizon_s: f64) -> Vec<ForecastSpan> {
     let spans = |(chosen, record): (usize, &Record)| {
         let ranges = split_by_duration(&record.data.times, horizon_s).into_iter();
@@ -77,14 +80,14 @@ pub(crate) fn horizon(sample: &ChosenRecords<'_>, horizon_s: f64) -> Vec<Forecas
     sample.records().enumerate().flat_map(spans).collect()
 }
 
-/// Root mean square of pooled errors, in the unit of the channels.
+/// Root mean square of the pooled errors of predictions, in the unit of the channels; NaN without errors.
 pub(crate) fn rmse(errors: &[Error]) -> f64 {
     let (s, n) = errors.iter().fold((0.0, 0.0), |a, e| (a.0 + e.0, a.1 + e.1));
     if n > 0.0 { (s / n).sqrt() } else { f64::NAN }
 }
 
-/// 95 % bootstrap interval of a statistic of several error lists; `records` is the record of each
-/// prediction.
+/// 95 % bootstrap interval of a statistic of root mean square errors, one for each list in `lists`. `records`
+/// is the record of each prediction.
 pub(crate) fn bootstrap(
     records: &[usize],
     lists: &[&[Error]],
@@ -120,8 +123,9 @@ pub(crate) fn bootstrap(
     [quantile(&values, 0.025), quantile(&values, 0.975)]
 }
 
-/// The hypothesis as a predictor: without scatter, and with a prior on the parameters of single records from
-/// the training records, because the first samples may not determine them.
+/// Hypothesis of a training fit as used for predictions on other records. It has no random effect of the
+/// events. Parameters with one value per record get a prior from the training records, because the first
+/// samples may not determine them.
 pub(crate) fn predictor(training: &Fit) -> Hypothesis {
     let mut h = training.hypothesis.clone();
     let count = h.free.iter().filter(|f| f.per == Per::Trajectory).count();
@@ -140,7 +144,8 @@ pub(crate) fn predictor(training: &Fit) -> Hypothesis {
     h
 }
 
-/// Measured part of the state at a sample, from which a prediction within a record starts.
+/// Measured part of the state at a sample, from which a prediction within a record starts; 0 for other
+/// states.
 fn measured_at(data: &Measured, record: &Record, sample: usize) -> Vec<f64> {
     let measured = |state: &State| match state.initial {
         InitialValue::Measured(channel) => {
@@ -152,13 +157,13 @@ fn measured_at(data: &Measured, record: &Record, sample: usize) -> Vec<f64> {
     data.system.schema().states.iter().map(measured).collect()
 }
 
-/// The samples of a record that a prediction starts from, as a record of one window.
+/// The known first samples of a record, from which a prediction starts, as a record of one window.
 pub(crate) fn beginning(record: &Record) -> Record {
     let start = record.data.windows.first().map_or_else(Vec::new, |w| w.start.clone());
     cut_to(record, 0..record.data.initial_sample_count, start)
 }
 
-/// The samples of a record that a prediction from sample `first` on starts from.
+/// The known samples from which a prediction beginning at sample `first` starts, as a record of one window.
 fn prefix(data: &Measured, record: &Record, first: usize) -> Record {
     if first == 0 {
         return beginning(record);
@@ -166,7 +171,8 @@ fn prefix(data: &Measured, record: &Record, first: usize) -> Record {
     cut_to(record, first..first + 1, measured_at(data, record, first))
 }
 
-/// The first samples of a record up to the end of `known`, its one window, with the initial state `start`.
+/// The samples of a record up to the end of `known`, with `known` as its only window and `start` as initial
+/// state.
 fn cut_to(record: &Record, known: Range<usize>, start: Vec<f64>) -> Record {
     let Record { data, weight, is_tolerance } = record;
     let until = |channel: &Vec<f64>| channel[..known.end].to_vec();
@@ -185,14 +191,14 @@ fn cut_to(record: &Record, known: Range<usize>, start: Vec<f64>) -> Record {
     }
 }
 
-/// Initial state of a prediction, estimated from its known samples.
+/// Initial state of a prediction, estimated from the known samples of the record.
 pub(crate) struct FittedInitialState {
-    /// The known part of the record.
+    /// The known samples, as a data set of one record.
     pub observed_part: Measured,
-    /// Derivative lanes of the initial state.
+    /// Order of the nuisances in the predicted window.
     pub lanes: Lanes,
     pub nuisance: Vec<f64>,
-    /// The predicted samples.
+    /// Range of the predicted samples in the record.
     samples: Range<usize>,
 }
 
@@ -216,19 +222,19 @@ pub(crate) fn estimate_initial_state(
 }
 
 impl FittedInitialState {
-    /// The prediction.
+    /// Simulates the prediction from the estimated initial state.
     pub fn run(&self, h: &Hypothesis, theta: &[f64], record: &Record) -> Simulated {
         simulate_from(&self.observed_part.records[0], record, self.samples.clone(), h, theta, &self.nuisance)
     }
 
-    /// Number of samples of the record up to the last known one.
+    /// Number of samples of the record up to and including the last known one.
     pub fn known_end(&self) -> usize {
         self.observed_part.records[0].data.times.len()
     }
 }
 
-/// Sum of squared errors and their number in the samples `counted`, for each measure. The simulation begins
-/// at sample `first`.
+/// Sum of squared errors and their number over the samples `counted`, for each measure. The simulation `run`
+/// begins at sample `first`.
 pub(crate) fn squares(
     data: &Measured,
     record: &Record,
@@ -254,7 +260,7 @@ pub(crate) fn squares(
     data.system.schema().error_figures.iter().map(sums).collect()
 }
 
-/// Errors of one prediction, for each measure.
+/// Errors of one prediction, `[measure]`: sum of squares and number.
 fn prediction_errors(
     data: &Measured,
     record: &Record,
@@ -269,7 +275,7 @@ fn prediction_errors(
     squares(data, record, &start.run(h, theta, record), first, counted)
 }
 
-/// Predictions `[channel][sample]` of a span by the hypothesis of a training fit.
+/// Predicted values `[channel][sample]` of a range of samples, by the hypothesis of a training fit.
 pub(crate) fn predicted_channels(
     sample: &ChosenRecords<'_>,
     piece: &ForecastSpan,
@@ -283,7 +289,7 @@ pub(crate) fn predicted_channels(
     (0..run.channels()).map(|c| (0..run.samples()).map(|k| run.value(k, c)).collect()).collect()
 }
 
-/// Simulates `samples` of a record from an estimated initial state.
+/// Simulates `samples` of a record from the initial state and record parameters in `start`.
 pub(crate) fn simulate_from(
     beginning: &Record,
     record: &Record,
@@ -298,13 +304,14 @@ pub(crate) fn simulate_from(
     point.simulate_plain(&lanes, RecordWindow { record, window: &whole })
 }
 
-/// Transposes the errors of each prediction to lists by measure.
+/// Transposes errors `[prediction][measure]` to `[measure][prediction]`.
 fn lists_by_measure(data: &Measured, each: Vec<Vec<Error>>) -> Errors {
     let measures = data.system.schema().error_figures.len();
     (0..measures).map(|m| each.iter().map(|errors| errors[m]).collect()).collect()
 }
 
-/// Errors of predictions on a sample with the parameters `theta`, by the hypothesis of a training fit.
+/// Errors of predictions of the ranges `pieces` with the parameters `theta`, by the hypothesis of a training
+/// fit.
 pub(crate) fn errors(
     sample: &ChosenRecords<'_>,
     pieces: &[ForecastSpan],
@@ -319,7 +326,7 @@ pub(crate) fn errors(
     lists_by_measure(sample.data, pieces.par_iter().map(one).collect())
 }
 
-/// Root mean square error on whole records in the first measure, in the unit of its channels.
+/// Root mean square error of predictions of whole records in the first measure, in the unit of its channels.
 pub(crate) fn first_rmse(sample: &ChosenRecords<'_>, training: &Fit) -> f64 {
     rmse(
         errors(sample, &whole_spans(sample), training, &training.theta)
@@ -328,11 +335,11 @@ pub(crate) fn first_rmse(sample: &ChosenRecords<'_>, training: &Fit) -> f64 {
     )
 }
 
-/// Noise floor, an estimate: errors of the same predictions on replicates simulated by the fitted model with
-/// its noise and scatter.
+/// Estimates the noise floor: errors of the same predictions on records simulated with noise and random
+/// effects.
 ///
-/// It includes the error of the initial states, which are estimated from the same noisy first samples as in
-/// the predictions. `fit` has the nuisances of the sample.
+/// The replicates come from the fitted model. The floor includes the error of the initial states, which are
+/// estimated from equally noisy first samples. `fit` has the nuisances of the records in `sample`.
 pub(crate) fn noise_floor(
     sample: &ChosenRecords<'_>,
     pieces: &[ForecastSpan],
@@ -358,8 +365,8 @@ pub(crate) fn noise_floor(
     lists_by_measure(sample.data, pieces.par_iter().enumerate().map(one).collect())
 }
 
-/// A simulated replicate of a record, with noise and scatter. It starts from the initial state of the first
-/// window, or within a record from the measured state.
+/// Simulates a replicate of a record with noise and random effects. It starts from the fitted initial state
+/// of the first window, or within a record from the measured state.
 fn replicated(
     sample: &ChosenRecords<'_>,
     fit: &Fit,

@@ -7,12 +7,12 @@ use crate::prepare::{Prepared, residual_sds};
 use crate::score::Scored;
 use crate::stages::{SearchStage, search_in};
 
-/// Residual standard deviation, in units of the noise, above which formulas are searched: below, no
-/// prediction would improve.
+/// Ratio of residual standard deviation to noise above which formulas are searched; below it no prediction
+/// would improve.
 const BEYOND_NOISE: f64 = 1.1;
 
 /// Repeats the search with formulas as further candidates if the residuals exceed the noise. Keeps the first
-/// result unless the named set then has a formula.
+/// result unless the set of effects that is then named contains a formula.
 pub(crate) fn search_formulas(
     prepared: &Prepared,
     searched: SearchStage,

@@ -11,23 +11,23 @@ use crate::statistics::median;
 use augsim_data::{Dataset, FrameClock};
 use augsim_system::Declaration;
 
-/// Number of trajectories used to detect the clock.
+/// Maximum number of trajectories from which the frame period is estimated.
 const MAX_TRAJECTORIES: usize = 40;
-/// Jitter, in frame periods, below which it is ignored.
+/// Jitter of the time stamps, in frame periods, below which it is ignored.
 const MIN_JITTER: f64 = 2e-3;
-/// Samples per stretch in which the noise with stamp times and with frame times is compared.
+/// Samples per segment in which the noise with time stamps and with frame times is compared.
 const STRETCH_SAMPLES: usize = 50;
-/// Minimum number of stretches for the comparison.
+/// Minimum number of segments for the comparison of the noise.
 const MIN_STRETCHES: usize = 8;
-/// Minimum decrease of the noise of a channel, as a share, for the frame times to be used.
+/// Minimum mean log ratio (about the relative decrease) of a channel's noise for the frame times to be used.
 const MIN_NOISE_DECREASE: f64 = 0.05;
-/// Minimum decrease in standard errors.
+/// Minimum decrease of a channel's log noise for the frame times to be used, in its standard errors.
 const MIN_STANDARD_ERRORS: f64 = 5.0;
-/// Limit of the absolute log ratio of a single stretch.
+/// Limit of the absolute log noise ratio of a single segment.
 const MAX_LOG_RATIO: f64 = 2.0;
 
-/// The data at frame times, and the clock; `None` where the stamps do not jitter, show no frames, or are the
-/// true sampling times.
+/// Moves the samples to regular frame times, and returns the data with the clock. `None` where the stamps do
+/// not jitter, show no frames, or are the true sampling times.
 ///
 /// # Errors
 /// [`DiscoveryError`], if the columns of the data do not fit the model.
@@ -50,7 +50,7 @@ pub(crate) fn snap_to_frames(
     Ok(is_quieter(&at_stamps?, &on_frames?).then_some((steady, clock)))
 }
 
-/// Whether the samples already lie on a regular clock, with gaps allowed.
+/// Whether the samples already lie at regular times, with gaps allowed.
 fn is_regular(data: &Dataset, subset: &[usize]) -> bool {
     let times = || subset.iter().map(|&i| data.trajectories()[i].time_s());
     let mut steps: Vec<f64> = times().flat_map(|t| t.windows(2).map(|w| w[1] - w[0])).collect();
@@ -58,8 +58,7 @@ fn is_regular(data: &Dataset, subset: &[usize]) -> bool {
     steps.iter().all(|step| (step / median - (step / median).round()).abs() < MIN_JITTER)
 }
 
-/// Whether the noise of a channel is significantly lower at frame times, and that of none significantly
-/// higher.
+/// Whether frame times lower the noise of some channel significantly and raise that of none significantly.
 fn is_quieter(at_stamps: &Measured, on_frames: &Measured) -> bool {
     let channels = 0..at_stamps.system.schema().channels.len();
     let log_ratios: Vec<Option<[f64; 2]>> =
@@ -73,8 +72,8 @@ fn is_quieter(at_stamps: &Measured, on_frames: &Measured) -> bool {
     changes_by(1.0) && !changes_by(-1.0)
 }
 
-/// Mean log ratio of the noise of channel `c` at stamp times to that at frame times, and its standard error
-/// over stretches; `None` where there are too few.
+/// Mean log ratio of the noise of channel `c` at time stamps to that at frame times, and its standard error
+/// over segments; `None` where there are too few.
 fn log_noise_ratio(at_stamps: &Measured, on_frames: &Measured, c: usize) -> Option<[f64; 2]> {
     let mut ratios = Vec::new();
     for (stamps, frames) in at_stamps.records.iter().zip(&on_frames.records) {

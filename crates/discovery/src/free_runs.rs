@@ -11,10 +11,10 @@ use augsim_system::shortest_difference;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Maximum number of samples of all free runs: more add cost, not information.
+/// Maximum number of samples in all free runs together; more add cost, not information.
 const MAX_SAMPLES: usize = 30_000;
 
-/// Recordings with the samples on which free runs are compared.
+/// Recordings that are simulated as a whole, with the samples on which the errors are compared.
 #[derive(Clone, Debug)]
 pub(crate) struct FreeRuns {
     runs: Vec<Run>,
@@ -23,14 +23,14 @@ pub(crate) struct FreeRuns {
 
 #[derive(Clone, Debug)]
 struct Run {
-    /// The first samples of the recording.
+    /// First samples of the recording, to which the initial state is fitted.
     beginning: Measured,
-    /// The recording; samples that do not count have weight 0.
+    /// The whole recording, with weight 0 for samples whose errors do not count.
     judged: Record,
 }
 
 impl FreeRuns {
-    /// Free runs of the recordings that contain the held-out records, compared on these records; `None`
+    /// Collects the recordings that contain the held-out records, on which the errors are compared. `None`
     /// where no fit divides a recording into windows.
     pub fn new(heldout: &ChosenRecords<'_>) -> Option<Self> {
         let data = heldout.data;
@@ -55,7 +55,8 @@ impl FreeRuns {
         (!runs.is_empty()).then_some(Self { runs, correlation: heldout.correlation })
     }
 
-    /// Sum of squared errors and number of samples, by channel, of each held-out stretch.
+    /// Sum of squared errors and number of samples, `[segment][channel]`, for each held-out segment of the
+    /// recordings.
     pub fn squares(&self, fit: &Fit) -> Vec<Vec<(f64, f64)>> {
         let h = predictor(fit);
         let sums_of_run = |run: &Run| {
@@ -78,7 +79,7 @@ impl FreeRuns {
     }
 }
 
-/// Stretches of samples with weight in any channel.
+/// Ranges of consecutive samples that have weight in any channel.
 fn stretches(record: &Record) -> Vec<Range<usize>> {
     let has_weight = |k: usize| record.weight.iter().any(|w| w[k] > 0.0);
     let mut found: Vec<Range<usize>> = Vec::new();
@@ -91,7 +92,8 @@ fn stretches(record: &Record) -> Vec<Range<usize>> {
     found
 }
 
-/// Geometric mean over channels of the root mean square errors; infinite where one is not finite.
+/// Geometric mean over channels of the root mean square errors; infinite where one is not finite. `sums`
+/// holds the sum of squared errors and the number of samples of each channel.
 pub(crate) fn mean_error(sums: &[(f64, f64)]) -> f64 {
     if sums.iter().any(|(sum, _)| !sum.is_finite()) {
         return f64::INFINITY;

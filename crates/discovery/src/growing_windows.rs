@@ -10,10 +10,11 @@ use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
 use augsim_system::Window;
 
-/// Samples of the first beginning.
+/// Number of samples in the shortest beginning of a window that is fitted.
 const FIRST_SAMPLES: usize = 8;
 
-/// Fits the nuisances of windows over their first 8 samples, 16 and so on up to all, from rough values.
+/// Fits initial states, record parameters and event offsets of windows over their first 8 samples, then 16,
+/// and so on up to all, from rough values.
 pub(crate) fn fit_growing(
     sample: &ChosenRecords<'_>,
     h: &Hypothesis,
