@@ -8,7 +8,7 @@ use crate::trajectory::{Trajectory, is_label};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Minimum number of samples that a trajectory counts as in the limit on cells.
+/// Number of samples that are added per trajectory when its cells are counted for the limit on cells.
 ///
 /// A short trajectory takes as much memory as this many samples, because each of its columns is a separate
 /// vector.
@@ -21,10 +21,10 @@ pub(crate) struct Assembler {
     time_column: &'static str,
     columns: usize,
     finished: Vec<Trajectory>,
-    /// Last line of each finished trajectory, by identifier.
+    /// Number of the last line of each finished trajectory, by trajectory identifier.
     ended: BTreeMap<String, u64>,
     open: Option<OpenTrajectory>,
-    /// Cells so far, with [`MIN_COUNTED_SAMPLES`] extra samples for each trajectory.
+    /// Number of cells read so far, with [`MIN_COUNTED_SAMPLES`] extra samples for each trajectory.
     cells: u64,
     max_cells: u64,
     max_trajectories: u64,
@@ -40,7 +40,7 @@ struct OpenTrajectory {
 }
 
 impl Assembler {
-    /// Assembler for rows of `columns` values; `id_column` and `time_column` are names for messages.
+    /// Creates an assembler for rows of `columns` values; `id_column` and `time_column` are names for messages.
     pub(crate) fn new(
         path: PathBuf,
         id_column: &'static str,
@@ -153,7 +153,7 @@ impl Assembler {
         DataError::Limit { origin: Source::File(self.path.clone()), cause: limit.exceeded() }
     }
 
-    /// Moves the open trajectory to the finished ones.
+    /// Ends the trajectory whose rows are being read and adds it to the finished ones.
     fn close(&mut self) -> Result<(), DataError> {
         if let Some(open) = self.open.take() {
             self.ended.insert(open.id.clone(), open.last_line);
@@ -166,7 +166,7 @@ impl Assembler {
         Ok(())
     }
 
-    /// All trajectories, in file order.
+    /// Returns all trajectories that were read, in file order.
     ///
     /// # Errors
     /// There were no rows.

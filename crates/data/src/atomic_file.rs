@@ -29,13 +29,13 @@ const MAX_TEMPORARY_AGE: Duration = Duration::from_secs(24 * 3600);
 /// Step of [`atomic_write`] that failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WriteStep {
-    /// Creating the temporary file in the target's folder.
+    /// Creating the temporary file in the target's folder failed.
     Create,
-    /// Producing or writing the bytes.
+    /// Producing the bytes, or writing them to the temporary file, failed.
     Write,
-    /// Flushing to the disk.
+    /// Flushing the temporary file to the disk failed.
     Sync,
-    /// Renaming the temporary file to the target.
+    /// Renaming the temporary file to the target failed.
     Rename,
 }
 
@@ -62,7 +62,7 @@ impl WriteStep {
 pub struct AtomicWriteError {
     /// Path of the target file.
     pub path: PathBuf,
-    /// Step that failed.
+    /// Step of the write that failed.
     pub step: WriteStep,
     /// Error of the system or of the closure that writes the content.
     pub cause: io::Error,
@@ -168,7 +168,7 @@ fn in_flight() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     IN_FLIGHT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The file that a symbolic link points to, because a rename onto the link would replace the link.
+/// Returns the file that a symbolic link points to, because a rename onto the link would replace the link.
 fn resolve_link(path: &Path) -> PathBuf {
     match fs::symlink_metadata(path) {
         Ok(found) if found.is_symlink() => fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()),
@@ -210,9 +210,9 @@ fn create_temporary(path: &Path) -> io::Result<(PathBuf, File)> {
     }
 }
 
-/// Makes the rename durable where the system allows opening a folder.
+/// Flushes the folder of a renamed file to the disk, so that the rename survives a power failure.
 ///
-/// Elsewhere the data are on the disk, and only the new name might be lost in a power failure.
+/// Where the system does not allow opening a folder, the data are on the disk and only the new name might be lost.
 fn sync_folder(path: &Path) {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if let Ok(folder) = File::open(folder) {

@@ -3,12 +3,12 @@
 use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
-/// Largest absolute value that passes.
+/// Largest absolute value, in SI units, that counts as a possible measurement.
 ///
 /// Times since 1970 are 2e9 s, pressures in diamond anvil cells 1e12 Pa.
 const MAX_VALUE: f64 = 1e12;
 
-/// Finds the first such value of each column.
+/// Finds the first value of each column that exceeds `MAX_VALUE` in magnitude.
 pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     let first = |(i, column): (usize, &crate::Column)| {
         data.trajectories().iter().find_map(|t| {

@@ -7,7 +7,7 @@ use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 use std::f64::consts::TAU;
 
-/// Maximum of rotation times smallest distance between rod and centre, over the path of the rod.
+/// Maximum of (rotation, rad) * (smallest distance of rod and centre) / (path of the rod) for a push.
 ///
 /// Quasi-static pushing turns an object by at most path / (2 c). For a square, c is about 0.7 of that
 /// distance, which gives a ratio of 0.7. Measured pushes of a plate on three pins near its middle
@@ -15,7 +15,9 @@ use std::f64::consts::TAU;
 /// would have 7.5 in degrees.
 const MAX_TURN_RATIO: f64 = 1.5;
 
-/// Finds the push with the largest ratio, where it is too large and angles exceed one turn.
+/// Finds the push that turns most for the path of its rod, where the values must be degrees.
+///
+/// That is so where its ratio exceeds `MAX_TURN_RATIO` and an angle of the data set exceeds one turn.
 pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     find(data).into_iter().collect()
 }
@@ -52,7 +54,7 @@ fn find(data: &Dataset) -> Option<Finding> {
     })
 }
 
-/// Smallest distance between rod and centre over the rows with both, m.
+/// Smallest distance between rod and object centre, m, over the samples that have both positions.
 fn smallest_distance(data: &Dataset, t: &crate::Trajectory) -> Option<f64> {
     let index = |name: &str| data.column_index(name).ok();
     let [rx, ry, x, y] = [index("pusher_x_m")?, index("pusher_y_m")?, index("x_m")?, index("y_m")?];

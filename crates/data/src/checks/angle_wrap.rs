@@ -11,10 +11,12 @@ use crate::trajectory::Trajectory;
 use crate::unit::Unit;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Maximum ratio of two changes per sample that are equal; the same as in `mixed_clock`.
+/// Maximum ratio at which two changes per sample count as similar; the same value as in `mixed_clock`.
 const MAX_CHANGE_RATIO: f64 = 3.0;
 
-/// Looks at the angles that the model reads, or without a model at all; those of pushes may wrap.
+/// Finds wrapped angles among the angles that the model reads, or among all angles without a model.
+///
+/// Angles of pushes are not checked, because they may wrap.
 pub(super) fn run(data: &Dataset, expected: &ExpectedData) -> Vec<Finding> {
     if data.has_column("pusher_x_m") {
         return Vec::new();
@@ -51,16 +53,16 @@ fn find(data: &Dataset, index: usize, is_output: bool) -> Option<Finding> {
     })
 }
 
-/// Changes by more than half a turn in one trajectory.
+/// Changes of an angle by more than half a turn from sample to sample, in one trajectory.
 struct Jumps {
     /// Times of the jumps by full turns, s.
     turns: Vec<f64>,
-    /// Number of other jumps.
+    /// Number of jumps that are not by full turns.
     others: usize,
 }
 
 impl Jumps {
-    /// `None` where the values leave the range of one turn.
+    /// Finds the jumps of an angle in a trajectory; `None` where the values span more than one turn.
     fn of(series: Series<'_>, t: &Trajectory) -> Option<Jumps> {
         let (times, values) = series.samples(t);
         let steps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).collect();

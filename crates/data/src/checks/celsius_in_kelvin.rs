@@ -12,13 +12,13 @@ use crate::dataset::Dataset;
 use crate::statistics::median;
 use crate::unit::Unit;
 
-/// 0 degrees Celsius, K.
+/// Temperature of 0 degrees Celsius, K.
 const ZERO_CELSIUS_K: f64 = 273.15;
-/// Words in the name of a difference of two temperatures.
+/// Words in a column name that mark a difference of temperatures, which is equal in kelvins and degrees Celsius.
 const DIFFERENCE_WORDS: [&str; 10] =
     ["rise", "delta", "diff", "difference", "excess", "error", "dt", "drop", "offset", "deviation"];
 
-/// Looks at each column in kelvins.
+/// Finds the columns in kelvins whose values are probably degrees Celsius.
 pub(super) fn run(data: &Dataset, expected: &ExpectedData) -> Vec<Finding> {
     let kelvin = Unit::parse("K");
     let columns = data.columns().iter().enumerate().filter(|(_, c)| Some(c.unit()) == kelvin);

@@ -13,17 +13,17 @@ pub enum Check {
     SentinelValue,
     /// A position, an angle or a velocity that is constant.
     ConstantColumn,
-    /// The same recording under two names.
+    /// A recording that occurs twice in the data set, under two names.
     RepeatedTrajectory,
     /// A few trajectories in another unit than the others.
     MixedUnits,
     /// A few trajectories whose clock is in another unit than that of the others.
     MixedClock,
-    /// One coordinate in another unit than the others.
+    /// A coordinate that is in another unit than the other coordinates.
     ColumnScale,
-    /// One signal in two columns.
+    /// Two columns that hold the same signal.
     DuplicateColumn,
-    /// A column that is shifted by a row relative to the others.
+    /// A column that is shifted by a row relative to the other columns.
     ShiftedColumn,
     /// A velocity that is not the rate of change of the height.
     VelocityDisagrees,
@@ -33,14 +33,14 @@ pub enum Check {
     AngleWrap,
     /// Degrees Celsius in a column of kelvins.
     CelsiusInKelvin,
-    /// A free fall other than that of the model: another unit, upside down, or swapped columns.
+    /// A free fall that disagrees with the model's gravity: another unit, upside down, or swapped columns.
     GravityDisagrees,
     /// A declared measurement noise as large as the motion.
     DeclaredNoise,
 }
 
 impl Check {
-    /// Name on the command line and in results.
+    /// Name of the check on the command line and in results, such as `sentinel-value`.
     pub fn name(self) -> &'static str {
         match self {
             Check::AbsurdValue => "absurd-value",

@@ -32,9 +32,9 @@ impl FromIterator<Check> for AcceptedChecks {
 /// A finding that does not prevent the use of the data set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Warning {
-    /// The check that found it.
+    /// Check that led to the warning.
     pub check: Check,
-    /// Message with file, place and remedy.
+    /// Message of the warning, with file, place and remedy.
     pub text: String,
 }
 

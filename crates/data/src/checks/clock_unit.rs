@@ -7,15 +7,15 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ClockUnit {
-    /// 1e-9 s.
+    /// Nanoseconds, 1e-9 s.
     Nanoseconds,
-    /// 1e-6 s.
+    /// Microseconds, 1e-6 s.
     Microseconds,
-    /// 1e-3 s.
+    /// Milliseconds, 1e-3 s.
     Milliseconds,
-    /// 60 s.
+    /// Minutes, 60 s.
     Minutes,
-    /// 3600 s.
+    /// Hours, 3600 s.
     Hours,
 }
 

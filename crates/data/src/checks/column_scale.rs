@@ -4,21 +4,27 @@ use super::measured::{FRAMES, Series, rod_path};
 use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
-/// Maximum ratio of the noise of two coordinates; centimetres are a factor of 100.
+/// Maximum ratio of the noise of two coordinates in the same unit; centimetres are a factor of 100.
 ///
 /// The largest ratio in the measured sets is 10, of a rod (mit-pnpush-pushes) that moves along one axis and
 /// whose time stamps jitter.
 const MAX_NOISE_RATIO: f64 = 30.0;
-/// Maximum ratio of their spans: a noisy direction in which hardly anything moves is in the same unit.
+/// Maximum ratio of the spans of two coordinates in the same unit.
+///
+/// A coordinate is in another unit only if its noise and its span are both too large: a noisy direction in which hardly
+/// anything moves is in the same unit.
 const MAX_SPAN_RATIO: f64 = 10.0;
-/// Maximum ratio of the object's motion to the path of the rod.
+/// Maximum ratio of the object's motion to the path of the rod that pushes it.
 ///
 /// The largest ratio in the measured sets is 0.91, including steel at 200 mm/s.
 const MAX_OBJECT_RATIO: f64 = 5.0;
-/// Minimum share of the pushes that exceed this ratio, per cent.
+/// Minimum share of the pushes, per cent, that exceed `MAX_OBJECT_RATIO` for a finding.
 const MIN_SHARE: usize = 20;
 
-/// Compares the coordinates of each frame with the least noisy one, and the object with the rod.
+/// Finds coordinates in another unit.
+///
+/// Each coordinate is compared with the least noisy one of its frame, and the motion of the object with the path of the
+/// rod.
 pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     let mut findings: Vec<Finding> = FRAMES.iter().flat_map(|frame| compare_in_frame(data, frame)).collect();
     findings.extend(["x_m", "y_m"].iter().filter_map(|column| compare_with_rod(data, column)));

@@ -3,14 +3,14 @@
 use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
-/// Columns that describe a motion.
+/// Names of the columns that describe a motion and are tested for being constant.
 ///
 /// Coordinates of the rod are not among them, because it often moves along an axis.
 const MOTION_COLUMNS: [&str; 6] = ["height_m", "velocity_m_s", "x_m", "y_m", "z_m", "theta_rad"];
-/// Minimum number of measured samples.
+/// Minimum number of measured samples of a column for a finding.
 const MIN_SAMPLES: usize = 3;
 
-/// Finds the columns of motion whose measured values are all equal.
+/// Finds the positions, angles and velocities whose measured values are all equal.
 pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     let motion = data.columns().iter().enumerate().filter(|(_, c)| MOTION_COLUMNS.contains(&c.name()));
     motion

@@ -4,14 +4,14 @@ use super::measured::Series;
 use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
-/// Maximum declared noise relative to the typical span; above it no motion would be visible.
+/// Maximum declared noise relative to the typical span of a column; with more, no motion would be visible.
 const MAX_SPAN_SHARE: f64 = 0.1;
 /// Maximum declared noise relative to the noise of the data.
 ///
 /// Above this ratio the discovery treats the declared noise as a tolerance (the constant `TOLERANCE` there).
 const MAX_NOISE_RATIO: f64 = 20.0;
 
-/// Compares the positions with `position_sd_m` and the angle with `angle_sd_rad`.
+/// Compares the noise that the model declares for positions and for the angle with the noise of the data.
 pub(super) fn run(data: &Dataset, expected: &ExpectedData) -> Vec<Finding> {
     let positions = ["height_m", "x_m", "y_m", "z_m"];
     let compare =
@@ -21,10 +21,10 @@ pub(super) fn run(data: &Dataset, expected: &ExpectedData) -> Vec<Finding> {
     position.into_iter().chain(angle).collect()
 }
 
-/// Compares a declared noise with the column that has the largest span.
+/// Compares a declared noise, as (key of the model file, unit, value), with the noise of the widest column.
 ///
-/// A coarse declaration is a tolerance only for falling objects (`falls`). For a pushed object it is the
-/// accuracy of the tracker, whose neighbouring samples scatter far less.
+/// The widest column is the one with the largest span. A coarse declaration is a tolerance only for falling objects
+/// (`falls`). For a pushed object it is the accuracy of the tracker, whose neighbouring samples scatter far less.
 fn compare(
     data: &Dataset,
     columns: &[&str],

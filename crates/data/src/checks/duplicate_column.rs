@@ -10,13 +10,19 @@
 use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
-/// Difference of two sensors relative to the span (d); the best industrial instruments agree to 5e-4.
+/// Smallest difference of two sensors of one quantity, relative to the span of the column (d in formula 1).
+///
+/// The best industrial instruments agree to 5e-4.
 const MIN_DIFFERENCE: f64 = 1e-4;
-/// Maximum log probability of agreement by chance for one signal; the same as in `repeated_trajectory`.
+/// Log probability of agreement by chance below which two equal columns count as one signal.
+///
+/// The value is the same as in `repeated_trajectory`.
 const MAX_LOG_PROBABILITY: f64 = -20.7;
-/// Minimum probability that one change is rounded equally, so that at least five changes are needed.
+/// Lower bound of the probability that two sensors round one change equally (p in formula 1).
+///
+/// With it, at least five equal changes are needed.
 const MIN_AGREEMENT: f64 = 0.01;
-/// Difference of two values, relative to the span, that rounding errors of arithmetic explain.
+/// Maximum difference of two values, relative to the span, that rounding errors of arithmetic explain.
 const ROUNDING_ERROR: f64 = 1e-9;
 
 /// Role in which a model reads a column.
@@ -26,7 +32,7 @@ enum Role {
     Input,
 }
 
-/// Finds the pairs of equal columns among those that the model reads, or without a model among all.
+/// Finds pairs of equal columns among those that the model reads, or among all columns without a model.
 pub(super) fn run(data: &Dataset, expected: &ExpectedData) -> Vec<Finding> {
     let has_no_model = expected.outputs.is_empty() && expected.inputs.is_empty();
     let role = |name: &str| match () {
@@ -62,7 +68,7 @@ pub(super) fn run(data: &Dataset, expected: &ExpectedData) -> Vec<Finding> {
     findings
 }
 
-/// Number of samples with values in both columns, where all are equal and not by chance.
+/// Number of samples at which both columns have a value; `None` unless all agree and not by chance.
 fn equal_samples(data: &Dataset, one: usize, other: usize) -> Option<usize> {
     let (mut values, mut changes) = (Vec::new(), 0);
     for t in data.trajectories() {
@@ -87,7 +93,7 @@ fn equal_samples(data: &Dataset, one: usize, other: usize) -> Option<usize> {
     (changes as f64 * agreement.ln() < MAX_LOG_PROBABILITY).then_some(samples)
 }
 
-/// Span and resolution (smallest difference of two values); `None` for a constant.
+/// Span of the values and their resolution (smallest difference of two values); `None` if all are equal.
 fn span_and_resolution(mut values: Vec<f64>) -> Option<(f64, f64)> {
     values.sort_unstable_by(f64::total_cmp);
     let span = values.last()? - values.first()?;

@@ -6,7 +6,7 @@ use crate::statistics::digits;
 use serde::Serialize;
 use thiserror::Error;
 
-/// Severity of a finding.
+/// Severity of a suspicious property of a data set: refused, or used with a warning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
@@ -21,21 +21,21 @@ pub enum Severity {
 /// The message states trajectory, time, column and remedy; the caller puts the file name before it.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Finding {
-    /// A value is too large for any measurement.
+    /// A value is too large for any measurement in SI units.
     #[error(
         "trajectory `{trajectory}`, t_s = {time_s} s: column `{column}` holds {}, which is too large for a measurement \
          in {unit}; convert the values to SI units, and leave cells empty where nothing was measured", digits(*value)
     )]
     AbsurdValue {
-        /// Identifier of the trajectory.
+        /// Identifier of the trajectory with the value.
         trajectory: String,
-        /// Time of the sample, s.
+        /// Time of the sample with the value, s.
         time_s: f64,
-        /// Name of the column.
+        /// Name of the column with the value.
         column: String,
-        /// Unit of the column.
+        /// Symbol of the unit of the column.
         unit: String,
-        /// The value.
+        /// Value that is too large, in the unit of the column.
         value: f64,
     },
     /// A value stands for "not measured".
@@ -46,17 +46,17 @@ pub enum Finding {
         digits(*value), digits(others[0]), digits(others[1])
     )]
     SentinelValue {
-        /// First trajectory that has the value.
+        /// Identifier of the first trajectory that has the value.
         trajectory: String,
-        /// Time of the sample, s.
+        /// Time of the first sample that has the value, s.
         time_s: f64,
-        /// Name of the column.
+        /// Name of the column with the value.
         column: String,
-        /// The value.
+        /// Value that stands for "not measured".
         value: f64,
-        /// Samples that hold it.
+        /// Number of samples of the set that hold the value.
         count: usize,
-        /// Smallest and largest of all other values.
+        /// Smallest and largest of all other values of the column.
         others: [f64; 2],
     },
     /// A column that describes a motion is constant.
@@ -65,11 +65,11 @@ pub enum Finding {
          again, or remove it", digits(*value)
     )]
     ConstantColumn {
-        /// Name of the column.
+        /// Name of the column that is constant.
         column: String,
-        /// Value of the column.
+        /// Value that the column has in all samples.
         value: f64,
-        /// Number of samples.
+        /// Number of measured samples of the column.
         samples: usize,
     },
     /// Two trajectories are the same recording.
@@ -80,38 +80,38 @@ pub enum Finding {
         if *copies > 1 { format!(" (one of {copies} copies in the set)") } else { String::new() }
     )]
     RepeatedTrajectory {
-        /// First copy.
+        /// Identifier of the first trajectory that copies another one.
         trajectory: String,
-        /// Trajectory of which it is a copy.
+        /// Identifier of the trajectory that is copied.
         original: String,
-        /// Number of copies in the set.
+        /// Number of trajectories of the set that copy another one.
         copies: usize,
     },
-    /// A few trajectories are in another unit.
+    /// A column is in another unit in a few trajectories than in all others.
     #[error(
         "trajectory `{trajectory}`: column `{column}` spans {} {unit}, but the other {others} trajectories stay within \
          {} {unit}, a factor of about {}{}; convert it to the unit in the name of the column, or remove it",
         digits(*span), digits(*others_span), digits(*factor), and_more(*alike)
     )]
     MixedUnits {
-        /// First such trajectory.
+        /// Identifier of the first trajectory in another unit.
         trajectory: String,
-        /// Name of the column.
+        /// Name of the column that is in another unit.
         column: String,
-        /// Unit of the column.
+        /// Symbol of the unit of the column.
         unit: String,
-        /// Span of its values.
+        /// Span of the values of that trajectory.
         span: f64,
-        /// Span of all values of the others.
+        /// Span of all values of the trajectories in the usual unit.
         others_span: f64,
-        /// Ratio of the typical spans.
+        /// Median span of the trajectories in another unit, divided by that of the others.
         factor: f64,
-        /// Number of the other trajectories.
+        /// Number of trajectories in the usual unit.
         others: usize,
-        /// Number of such trajectories.
+        /// Number of trajectories in another unit.
         alike: usize,
     },
-    /// A few trajectories have the clock in another unit.
+    /// A few trajectories have their times in another unit than all others.
     #[error(
         "trajectory `{trajectory}`: its time step is {} s, but that of the other {others} trajectories is {} s, a ratio \
          of about {}, although the columns change equally from sample to sample{}; {}",
@@ -119,32 +119,32 @@ pub enum Finding {
         clock_remedy(*unit, step_s > others_step_s)
     )]
     MixedClock {
-        /// First such trajectory.
+        /// Identifier of the first trajectory whose clock differs.
         trajectory: String,
-        /// Its median time step, s.
+        /// Median time step of that trajectory, s.
         step_s: f64,
-        /// Median time step of the others, s.
+        /// Median time step of the trajectories with the usual clock, s.
         others_step_s: f64,
-        /// Unit other than seconds that explains the ratio.
+        /// Unit other than seconds that explains the ratio of the two time steps.
         unit: ClockUnit,
-        /// Number of the other trajectories.
+        /// Number of trajectories with the usual clock.
         others: usize,
-        /// Number of such trajectories.
+        /// Number of trajectories whose clock is in that unit.
         alike: usize,
     },
-    /// One coordinate is in another unit.
+    /// A coordinate is in another unit than the others of its frame.
     #[error(
         "column `{column}` moves {} times as far as `{reference}` and is {} times as noisy, so it is probably in another \
          unit; convert it to metres", digits(*span), digits(*noise)
     )]
     ColumnScale {
-        /// Name of the column.
+        /// Name of the column that is in another unit.
         column: String,
-        /// Name of the reference column.
+        /// Name of the coordinate that it is compared with, the least noisy one.
         reference: String,
-        /// Ratio of the spans.
+        /// Span of the column divided by that of the reference column.
         span: f64,
-        /// Ratio of the noise.
+        /// Noise of the column divided by that of the reference column.
         noise: f64,
     },
     /// An object moves further than the rod that pushes it.
@@ -153,15 +153,15 @@ pub enum Finding {
          of the pushes; one of them is in another unit: convert it to metres", digits(*object_m), digits(*rod_m)
     )]
     ObjectOutrunsRod {
-        /// First such push.
+        /// Identifier of the first push in which the object moves further than the rod.
         trajectory: String,
-        /// Name of the object column.
+        /// Name of the column with the coordinate of the object.
         column: String,
-        /// Motion of the object, m.
+        /// Span of the object's coordinate in that push, m.
         object_m: f64,
-        /// Path of the rod, m.
+        /// Length of the path of the rod in that push, m.
         rod_m: f64,
-        /// Share of the pushes, per cent.
+        /// Share of the pushes in which the object moves further than the rod, per cent.
         share: usize,
     },
     /// Two outputs of the model are one signal.
@@ -172,7 +172,7 @@ pub enum Finding {
     DuplicateOutput {
         /// Names of the two columns.
         columns: [String; 2],
-        /// Samples with values of both.
+        /// Number of samples at which both columns have a value.
         samples: usize,
     },
     /// Two inputs of the model are one signal.
@@ -183,7 +183,7 @@ pub enum Finding {
     DuplicateInput {
         /// Names of the two columns.
         columns: [String; 2],
-        /// Samples with values of both.
+        /// Number of samples at which both columns have a value.
         samples: usize,
     },
     /// An input and an output of the model are one signal.
@@ -196,7 +196,7 @@ pub enum Finding {
         input: String,
         /// Name of the output column.
         output: String,
-        /// Samples with values of both.
+        /// Number of samples at which both columns have a value.
         samples: usize,
     },
     /// Two columns are one signal, and no model states their roles.
@@ -207,7 +207,7 @@ pub enum Finding {
     DuplicateColumn {
         /// Names of the two columns.
         columns: [String; 2],
-        /// Samples with values of both.
+        /// Number of samples at which both columns have a value.
         samples: usize,
     },
     /// A column is shifted by a row across the ends of trajectories.
@@ -217,13 +217,13 @@ pub enum Finding {
          others; align it"
     )]
     ShiftedColumn {
-        /// First such trajectory.
+        /// Identifier of the first trajectory that shows the shift.
         trajectory: String,
-        /// Time of the sample, s.
+        /// Time of the sample that belongs to the neighbouring trajectory, s.
         time_s: f64,
-        /// Name of the column.
+        /// Name of the column that is shifted.
         column: String,
-        /// Share of the trajectories, per cent.
+        /// Share of the trajectory boundaries that show the shift, per cent.
         share: usize,
     },
     /// A height and its velocity are shifted relative to each other.
@@ -236,7 +236,7 @@ pub enum Finding {
         height: String,
         /// Name of the velocity column.
         velocity: String,
-        /// Minimum shift, rows.
+        /// Minimum number of rows by which the columns are shifted.
         rows: u64,
     },
     /// A velocity is not the rate of change of the height.
@@ -251,11 +251,11 @@ pub enum Finding {
         height: String,
         /// Name of the velocity column.
         velocity: String,
-        /// Time over which they are compared, s.
+        /// Mean duration over which height change and velocity integral are compared, s.
         time_s: f64,
-        /// Mean absolute change of the height, m.
+        /// Mean absolute change of the height over that duration, m.
         height_m: f64,
-        /// Mean absolute integral of the velocity, m.
+        /// Mean absolute integral of the velocity over that duration, m.
         velocity_m: f64,
     },
     /// A column of radians holds degrees.
@@ -265,15 +265,15 @@ pub enum Finding {
         digits(*change_rad), digits(*rod_m), digits(*largest_rad)
     )]
     AngleInDegrees {
-        /// Push with the largest rotation for the path of its rod.
+        /// Identifier of the push with the largest rotation for the path of its rod.
         trajectory: String,
-        /// Name of the column.
+        /// Name of the column of angles.
         column: String,
-        /// Change of the angle as written in the file.
+        /// Change of the angle in that push, as written in the file (declared as rad).
         change_rad: f64,
-        /// Path of the rod, m.
+        /// Length of the path of the rod in that push, m.
         rod_m: f64,
-        /// Largest angle of the set as written in the file.
+        /// Largest absolute angle of the set, as written in the file (declared as rad).
         largest_rad: f64,
     },
     /// A model of equations fits columns of radians only as degrees.
@@ -283,11 +283,11 @@ pub enum Finding {
         quoted(columns, str::to_owned), digits(*largest_rad), quoted(columns, degree_name)
     )]
     AngleOfModelInDegrees {
-        /// Names of the columns, the angles first.
+        /// Names of the columns that hold degrees, the angles before the angular rates.
         columns: Vec<String>,
-        /// Largest value of the first one, as written in the file.
+        /// Largest value of the first column, as written in the file (declared as rad).
         largest_rad: f64,
-        /// Ratio of the residuals in radians and in degrees.
+        /// Residual of the model with the values read as radians, divided by that with degrees.
         ratio: f64,
     },
     /// An angle jumps by a full turn.
@@ -297,13 +297,13 @@ pub enum Finding {
         wrap_remedy(*is_output)
     )]
     AngleWrap {
-        /// First such trajectory.
+        /// Identifier of the first trajectory with a jump.
         trajectory: String,
-        /// Time of its first jump, s.
+        /// Time of the first jump in that trajectory, s.
         time_s: f64,
-        /// Name of the column.
+        /// Name of the column of angles.
         column: String,
-        /// Number of jumps in the set.
+        /// Number of jumps by a full turn in the whole set.
         jumps: usize,
         /// Whether the column is an output of the model, which may be declared periodic.
         is_output: bool,
@@ -317,13 +317,13 @@ pub enum Finding {
         celsius_name(column)
     )]
     CelsiusInKelvin {
-        /// Name of the column.
+        /// Name of the column of temperatures.
         column: String,
-        /// Median of the values, K.
+        /// Median of the values as written in the file, K.
         typical_kelvin: f64,
-        /// Smallest value, K.
+        /// Smallest value as written in the file, K.
         smallest_kelvin: f64,
-        /// Temperature of the model that is nearest to the values in degrees Celsius, K.
+        /// Temperature that the model declares, K, nearest to the median read as degrees Celsius; `None` without one.
         declared_kelvin: Option<f64>,
     },
     /// The free-fall acceleration of the set differs from the gravity of the model.
@@ -334,7 +334,7 @@ pub enum Finding {
     GravityDisagrees {
         /// Name of the height column.
         column: String,
-        /// Median over the trajectories, m/s², downward positive.
+        /// Median free-fall acceleration over the trajectories, m/s², downward positive.
         found_m_s2: f64,
         /// Gravity of the model, m/s², downward positive.
         expected_m_s2: f64,
@@ -348,9 +348,9 @@ pub enum Finding {
     SwappedColumns {
         /// Name of the height column.
         column: String,
-        /// Name of the column that falls.
+        /// Name of the column that shows the free fall.
         falling: String,
-        /// Its acceleration, m/s², downward positive.
+        /// Acceleration of the falling column, m/s², downward positive.
         found_m_s2: f64,
     },
     /// The free-fall acceleration of one trajectory differs from that of the others.
@@ -359,15 +359,15 @@ pub enum Finding {
         digits(*found_m_s2), digits(*others_m_s2), and_more(*alike), gravity_remedy(found_m_s2 / others_m_s2)
     )]
     GravityDiffers {
-        /// First such trajectory.
+        /// Identifier of the first trajectory that falls differently.
         trajectory: String,
         /// Name of the height column.
         column: String,
-        /// Its acceleration, m/s², downward positive.
+        /// Acceleration of that trajectory, m/s², downward positive.
         found_m_s2: f64,
-        /// Median over all trajectories, m/s².
+        /// Median acceleration over all trajectories, m/s², downward positive.
         others_m_s2: f64,
-        /// Number of such trajectories.
+        /// Number of trajectories that fall differently.
         alike: usize,
     },
     /// The declared measurement noise is as large as the motion.
@@ -376,15 +376,15 @@ pub enum Finding {
          so no motion would be visible; declare it in {unit}", digits(*declared), digits(*found), digits(*span)
     )]
     DeclaredNoise {
-        /// Key of the model file.
+        /// Key of the model file that declares the noise.
         key: &'static str,
-        /// Name of the column.
+        /// Name of the column that the declared noise is compared with.
         column: String,
-        /// Symbol of the unit.
+        /// Symbol of the unit of the noise.
         unit: &'static str,
-        /// Declared noise.
+        /// Standard deviation of the noise that the model declares.
         declared: f64,
-        /// Noise of the data.
+        /// Standard deviation of the noise that was estimated from the data.
         found: f64,
         /// Typical span of the column within a trajectory.
         span: f64,
@@ -396,20 +396,20 @@ pub enum Finding {
         digits(*declared), digits(*found)
     )]
     CoarseTolerance {
-        /// Key of the model file.
+        /// Key of the model file that declares the noise.
         key: &'static str,
-        /// Name of the column.
+        /// Name of the column that the declared noise is compared with.
         column: String,
-        /// Symbol of the unit.
+        /// Symbol of the unit of the noise.
         unit: &'static str,
-        /// Declared noise.
+        /// Standard deviation of the noise that the model declares.
         declared: f64,
-        /// Noise of the data.
+        /// Standard deviation of the noise that was estimated from the data.
         found: f64,
     },
 }
 
-/// The remedy for a wrapped angle.
+/// Remedy, for the message, of an angle that jumps by a full turn.
 fn wrap_remedy(is_output: bool) -> &'static str {
     match is_output {
         true => {
@@ -420,7 +420,7 @@ fn wrap_remedy(is_output: bool) -> &'static str {
     }
 }
 
-/// The name of a column of radians as one of degrees.
+/// Renames a column of radians as one of degrees: `angle_rad` becomes `angle_deg`.
 fn degree_name(column: &str) -> String {
     match (column.strip_suffix("_rad_s"), column.strip_suffix("_rad")) {
         (Some(name), _) => format!("{name}_deg_s"),
@@ -428,17 +428,17 @@ fn degree_name(column: &str) -> String {
     }
 }
 
-/// Names in quotes, joined by commas.
+/// Column names, changed by `name`, in backquotes and joined by commas.
 fn quoted(columns: &[String], name: impl Fn(&str) -> String) -> String {
     columns.iter().map(|column| format!("`{}`", name(column))).collect::<Vec<_>>().join(", ")
 }
 
-/// The name of a column of kelvins as one of degrees Celsius.
+/// Renames a column of kelvins as one of degrees Celsius: `wall_K` becomes `wall_degC`.
 fn celsius_name(column: &str) -> String {
     format!("{}_degC", column.strip_suffix("_K").unwrap_or(column))
 }
 
-/// The number of similar trajectories in parentheses; empty for one.
+/// Text in parentheses with the number of trajectories like the reported one; empty for 0 or 1.
 fn and_more(alike: usize) -> String {
     match alike {
         0 | 1 => String::new(),
@@ -446,7 +446,7 @@ fn and_more(alike: usize) -> String {
     }
 }
 
-/// The remedy for a clock in `unit`, which is either that of this trajectory or that of the others.
+/// Remedy, for the message, of a clock in `unit`: that of the reported trajectory or that of the others.
 fn clock_remedy(unit: ClockUnit, has_longer_step: bool) -> String {
     // In units shorter than a second the numbers, and so the steps, are too large.
     match has_longer_step == unit.is_finer_than_seconds() {
@@ -455,7 +455,7 @@ fn clock_remedy(unit: ClockUnit, has_longer_step: bool) -> String {
     }
 }
 
-/// The probable cause, and the remedy, of an acceleration that is `ratio` times the expected one.
+/// Probable cause and remedy, for the message, of an acceleration that is `ratio` times the expected one.
 fn gravity_remedy(ratio: f64) -> String {
     let unit = [("inches", 39.37), ("cm", 100.0), ("mm", 1000.0)]
         .into_iter()
@@ -470,7 +470,7 @@ fn gravity_remedy(ratio: f64) -> String {
 }
 
 impl Finding {
-    /// The check that found it.
+    /// Check that led to the finding.
     pub fn check(&self) -> Check {
         match self {
             Finding::AbsurdValue { .. } => Check::AbsurdValue,
@@ -496,7 +496,7 @@ impl Finding {
         }
     }
 
-    /// Severity of the finding.
+    /// Whether the finding refuses the data set or only adds a warning.
     ///
     /// It is a warning where the data remain usable: a copy can be left out, a tolerance may be intended, and
     /// some experiments feed one signal to two inputs. With all other findings the results would be

@@ -5,28 +5,28 @@ use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 use crate::statistics::median;
 
-/// Maximum ratio of the acceleration to the model's gravity, or of gravity to it.
+/// Maximum ratio of the measured acceleration to the model's gravity, and of gravity to the acceleration.
 ///
 /// Inches are a factor of 39, while drag near the terminal velocity leaves a fifth of the acceleration, and
 /// the lift of a table-tennis ball adds two gravities.
 const MAX_GRAVITY_RATIO: f64 = 6.0;
-/// Maximum ratio of one trajectory's acceleration to the median.
+/// Maximum ratio of one trajectory's acceleration to the median over all trajectories.
 ///
 /// It leaves room for different spin and drag; centimetres are a factor of 100.
 const MAX_TRAJECTORY_RATIO: f64 = 15.0;
-/// Minimum ratio of one trajectory's acceleration to the median; below it the trajectory falls upwards.
+/// Minimum ratio of one trajectory's acceleration to the median; with less, the trajectory falls upwards.
 ///
 /// Backspin can hold a table-tennis ball up, but does not accelerate it upwards.
 const MIN_TRAJECTORY_RATIO: f64 = -0.5;
 /// Numbers of windows that a trajectory is divided into, so that some windows have no impact.
 const WINDOW_COUNTS: [usize; 5] = [1, 2, 4, 8, 16];
-/// Minimum number of samples of a window: a parabola has three parameters.
+/// Minimum number of samples of a window to which a parabola with three parameters is fitted.
 const MIN_WINDOW_SAMPLES: usize = 7;
 /// Maximum RMS residual of a parabola relative to its curvature term, for a window in free motion.
 ///
 /// An impact in the middle of a window leaves 0.077.
 const MAX_PARABOLA_RESIDUAL: f64 = 0.05;
-/// Minimum number of trajectories in free fall.
+/// Minimum number of trajectories in free fall for a median acceleration.
 const MIN_TRAJECTORIES: usize = 2;
 
 /// Compares the free fall of the height, or of another coordinate instead, with the model's gravity.
@@ -72,7 +72,7 @@ fn compare(data: &Dataset, z: Series<'_>, expected_m_s2: f64) -> Vec<Finding> {
         .collect()
 }
 
-/// Median over the trajectories; `None` where there are too few.
+/// Median acceleration over the trajectories in `falls`; `None` for fewer than `MIN_TRAJECTORIES`.
 fn median_acceleration(falls: &[(usize, f64)]) -> Option<f64> {
     let mut accelerations: Vec<f64> = falls.iter().map(|(_, g)| *g).collect();
     (accelerations.len() >= MIN_TRAJECTORIES).then(|| median(&mut accelerations)).flatten()
@@ -87,7 +87,7 @@ fn falls(data: &Dataset, series: Series<'_>) -> Vec<(usize, f64)> {
     data.trajectories().iter().enumerate().filter_map(fall).collect()
 }
 
-/// Median acceleration over the windows whose samples are on a parabola; `None` without such a window.
+/// Median acceleration over the windows whose samples are on a parabola; `None` if there is no such window.
 ///
 /// Windows of several sizes overlap by half. The sign is that of the second derivative.
 pub(crate) fn free_motion_acceleration(times: &[f64], values: &[f64]) -> Option<f64> {
@@ -103,7 +103,7 @@ pub(crate) fn free_motion_acceleration(times: &[f64], values: &[f64]) -> Option<
     median(&mut accelerations)
 }
 
-/// Second derivative of the least-squares parabola; `None` where the samples are not on a parabola.
+/// Second derivative of the least-squares parabola through the samples; `None` if they are not on a parabola.
 fn curvature(times: &[f64], values: &[f64]) -> Option<f64> {
     let n = times.len() as f64;
     let (middle, half) =

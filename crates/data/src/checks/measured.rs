@@ -5,22 +5,22 @@ use crate::push::FRESH_SUFFIX;
 use crate::statistics::median;
 use crate::trajectory::Trajectory;
 
-/// Groups of coordinates that share a frame.
+/// Column names of the coordinates of one body, by body: object or ball, and rod.
 pub(super) const FRAMES: [&[&str]; 2] = [&["x_m", "y_m", "z_m"], &["pusher_x_m", "pusher_y_m"]];
 
 /// Variance of a third difference of white noise of variance 1: the sum of the squares of 1, 3, 3, 1.
 const THIRD_DIFFERENCE_VARIANCE: f64 = 20.0;
 /// Median of the absolute value of a standard normal number.
 const MEDIAN_NORMAL: f64 = 0.674_489_75;
-/// Minimum noise relative to the largest value.
+/// Minimum noise, relative to the largest value of a column, that counts as measurement noise.
 ///
-/// Below it the noise is the rounding of a program to six digits. The finest tracker of the measured sets has
-/// a noise of 3e-6, single precision one of 1e-8.
+/// Smaller noise is the rounding of a program to six digits. The finest tracker of the measured sets has a noise of
+/// 3e-6, single precision one of 1e-8.
 const MIN_RELATIVE_NOISE: f64 = 1e-6;
 /// Minimum number of third differences for an estimate of the noise.
 const MIN_DIFFERENCES: usize = 30;
 
-/// A column of a data set, with the flag column of its stream where there is one.
+/// A column of a data set, with the column that flags its measured (not interpolated) samples, if any.
 #[derive(Clone, Copy)]
 pub(super) struct Series<'a> {
     data: &'a Dataset,

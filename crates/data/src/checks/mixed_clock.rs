@@ -11,29 +11,29 @@ use crate::dataset::Dataset;
 use crate::statistics::median;
 use crate::trajectory::Trajectory;
 
-/// Maximum relative distance of the ratio of two time steps from the ratio of two units.
+/// Maximum relative difference between the ratio of two time steps and the ratio of two units of time.
 ///
 /// A step of at least 5 ms that is rounded to whole milliseconds has an error of at most 10 %.
 const RATIO_TOLERANCE: f64 = 0.1;
-/// Maximum ratio of two time steps that is a difference of sample rates.
+/// Maximum ratio of two time steps that different sample rates explain.
 ///
 /// The same limit holds for the ratio of two numbers of samples. It is the square root of 60, the smallest
 /// ratio of two units, so that a step below it is nearer to the others than to another unit.
 const MAX_RATE_RATIO: f64 = 7.745_966_692;
-/// Maximum ratio of two changes per sample that are equal; the same as `mixed_units::MIN_BEND_RATIO`.
+/// Maximum ratio at which two changes per sample count as equal; same value as `mixed_units::MIN_BEND_RATIO`.
 const MAX_CHANGE_RATIO: f64 = 3.0;
-/// Minimum span of a column relative to its change per sample, to distinguish sample rates.
+/// Minimum span of a column, relative to its change per sample, for the column to reveal the sample rate.
 ///
 /// Samples that are 60 or more usual steps apart can be anywhere within the span, and two numbers drawn
 /// uniformly from a range differ by a third of it on average. That exceeds 3 usual changes
 /// (`MAX_CHANGE_RATIO`) where the span is more than 9 of them.
 const MIN_SMOOTHNESS: f64 = 9.0;
-/// Maximum share of exceptional trajectories, as in `mixed_units`.
+/// Maximum share of trajectories with an unusual clock for a finding; same value as in `mixed_units`.
 const MAX_EXCEPTIONS: f64 = 1.0 / 3.0;
-/// Minimum number of the other trajectories, as in `mixed_units`.
+/// Minimum number of trajectories with the usual time step for a finding; same value as in `mixed_units`.
 const MIN_OTHERS: usize = 3;
 
-/// Finds the trajectories whose time step is that of the others in another unit.
+/// Finds the trajectories whose time step equals that of the others if their clock is in another unit.
 pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     find(data).into_iter().collect()
 }
@@ -83,12 +83,12 @@ fn is_within(ratio: f64, max_ratio: f64) -> bool {
     ratio <= max_ratio && ratio * max_ratio >= 1.0
 }
 
-/// Median time step, s.
+/// Median time step of a trajectory, s; `None` for fewer than two samples.
 fn typical_step(t: &Trajectory) -> Option<f64> {
     median(&mut t.time_s().windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>())
 }
 
-/// The unit, of this clock or of the others, that makes `step` equal to one of the sorted `others`.
+/// Unit, of this clock or of the other clocks, in which `step` equals one of the sorted `others`.
 fn unit_between(step: f64, others: &[f64]) -> Option<ClockUnit> {
     let is_ratio = |ratio: f64| {
         let nearest = others.partition_point(|o| step / o / ratio > 1.0 + RATIO_TOLERANCE);
@@ -102,14 +102,14 @@ fn unit_between(step: f64, others: &[f64]) -> Option<ClockUnit> {
 /// Span and change per sample of a column in the trajectories with the usual time step.
 struct UsualChange<'a> {
     series: Series<'a>,
-    /// Median of the spans.
+    /// Median over the trajectories of the span of the column.
     span: f64,
-    /// Median of the mean absolute changes per sample.
+    /// Median over the trajectories of the mean absolute change of the column per sample.
     step: f64,
 }
 
 impl<'a> UsualChange<'a> {
-    /// `None` for a column that changes too much per sample to distinguish sample rates.
+    /// Usual span and change of a column; `None` if it changes too much per sample to reveal the sample rate.
     fn from_series(series: Series<'a>, data: &Dataset, others: &[(usize, f64)]) -> Option<Self> {
         let changes = || others.iter().filter_map(|o| span_and_step(series, &data.trajectories()[o.0]));
         let span = median(&mut changes().map(|c| c.0).collect::<Vec<_>>())?;
@@ -118,7 +118,7 @@ impl<'a> UsualChange<'a> {
     }
 }
 
-/// Span and mean absolute change per sample; `None` for a constant column.
+/// Span and mean absolute change per sample of a column in a trajectory; `None` for a constant column.
 fn span_and_step(series: Series<'_>, t: &Trajectory) -> Option<(f64, f64)> {
     let span = series.span(t)?;
     let (_, values) = series.samples(t);
@@ -126,7 +126,7 @@ fn span_and_step(series: Series<'_>, t: &Trajectory) -> Option<(f64, f64)> {
     (span > 0.0 && path_length > 0.0).then(|| (span, path_length / (values.len() - 1) as f64))
 }
 
-/// Whether most columns change in `t` as usual.
+/// Whether most columns have their usual span and change per sample in the trajectory `t`.
 ///
 /// Not all need to, because an input may have another amplitude.
 fn changes_alike(columns: &[UsualChange<'_>], t: &Trajectory) -> bool {

@@ -14,21 +14,24 @@ use crate::statistics::median;
 /// Centimetres are a factor of 100, and different initial values reduce the ratio by a factor of up to 5. The
 /// largest ratio in the measured sets is 1.1.
 const MIN_SPAN_RATIO: f64 = 10.0;
-/// Minimum second difference of a trajectory in another unit, relative to that of the others.
+/// Minimum median second difference of a trajectory in another unit, relative to that of the others.
 const MIN_BEND_RATIO: f64 = 3.0;
-/// Maximum ratio of relative span to relative second difference of a trajectory in another unit.
+/// Maximum ratio of span to second difference of a trajectory in another unit, both relative to the others.
 const MAX_SPAN_OVER_BEND: f64 = 10.0;
-/// Maximum share of exceptional trajectories.
+/// Maximum share of trajectories in another unit for a finding.
 const MAX_EXCEPTIONS: f64 = 1.0 / 3.0;
-/// Minimum number of the other trajectories.
+/// Minimum number of trajectories in the usual unit for a finding.
 const MIN_OTHERS: usize = 3;
 
-/// Finds the exceptional trajectories of each column.
+/// Finds, for each column, the few trajectories that are in another unit.
 pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     (0..data.columns().len()).filter_map(|i| exception(data, Series::of_column(data, i))).collect()
 }
 
-/// Finds the trajectories, in the order of their spans, that exceed the range of all before them.
+/// Finds the trajectories of a column whose span is over 10 times the range of all with smaller spans.
+///
+/// They are probably in another unit if their second differences are larger as well. The trajectories are sorted by
+/// span, and at most a third of them may be in another unit.
 fn exception(data: &Dataset, series: Series<'_>) -> Option<Finding> {
     let numbered = data.trajectories().iter().enumerate();
     let mut spans: Vec<(f64, usize)> = numbered.filter_map(|(j, t)| Some((series.span(t)?, j))).collect();
@@ -62,9 +65,10 @@ fn exception(data: &Dataset, series: Series<'_>) -> Option<Finding> {
     None
 }
 
-/// The trajectories of `wide` whose median second difference is larger than that of the others as well.
+/// Keeps the trajectories of `wide` whose median second difference also exceeds that of the `others`.
 ///
-/// All of `wide` are returned where the second differences of the others are 0.
+/// Both lists hold (span, index of the trajectory). All of `wide` are returned where the second differences of the
+/// others are 0.
 fn with_larger_bend(
     data: &Dataset,
     series: Series<'_>,

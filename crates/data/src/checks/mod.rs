@@ -39,11 +39,11 @@ pub use suspicious::SuspiciousData;
 /// Properties of the data that a model states; `None` where it states nothing or there is no model.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ExpectedData {
-    /// Gravity, m/s², downward positive.
+    /// Gravity of the model, m/s², downward positive.
     pub gravity_m_s2: Option<f64>,
-    /// Standard deviation of measured positions, m.
+    /// Declared standard deviation of the noise of measured positions, m.
     pub position_sd_m: Option<f64>,
-    /// Standard deviation of measured angles, rad.
+    /// Declared standard deviation of the noise of measured angles, rad.
     pub angle_sd_rad: Option<f64>,
     /// Columns that the model reads as outputs.
     pub outputs: Vec<String>,
@@ -103,11 +103,11 @@ impl Check {
 /// Result of one check; there are no findings where the data pass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// The check.
+    /// Check that was run.
     pub check: Check,
-    /// Description of the mistake that it looks for.
+    /// Description of the mistake that the check looks for.
     pub looks_for: &'static str,
-    /// Its findings.
+    /// Findings of the check.
     pub findings: Vec<Finding>,
 }
 

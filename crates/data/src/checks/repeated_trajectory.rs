@@ -13,22 +13,22 @@ use crate::dataset::Dataset;
 use crate::trajectory::Trajectory;
 use crate::unit::Unit;
 
-/// Maximum log probability of agreement by chance for a copy.
+/// Log probability of agreement by chance below which a trajectory counts as a copy.
 ///
-/// It is 1 in 1e9 for one pair, and 1 in 2000 for all pairs of 1000 trajectories.
+/// The probability is 1 in 1e9 for one pair, and 1 in 2000 for all pairs of 1000 trajectories.
 const MAX_LOG_PROBABILITY: f64 = -20.7;
-/// Rounding of single precision relative to the largest value.
+/// Rounding error of single precision relative to the largest value.
 const SINGLE_PRECISION: f64 = 2e-7;
 /// Difference, relative to the span, below which two separate motions never agree sample by sample.
 ///
 /// A robot repeats a motion of 0.3 m to 2e-5 m at best, and a sensor has more noise than that.
 const MIN_MOTION_DIFFERENCE: f64 = 1e-5;
-/// Minimum number of samples.
+/// Minimum number of samples of a trajectory that is compared with others.
 const MIN_SAMPLES: usize = 4;
-/// Maximum number of decimals in a file that are recognised.
+/// Largest number of decimals for which rounded values are recognised.
 const MAX_DECIMALS: i32 = 12;
 
-/// Finds the first copy, with the number of copies.
+/// Finds the first trajectory that copies another one, with the number of copies in the set.
 pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     let copies = copies(data);
     copies
@@ -42,14 +42,14 @@ pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
         .collect()
 }
 
-/// The data set without the later ones of equal trajectories.
+/// Returns the data set with only the first one of each set of equal trajectories.
 pub(super) fn without_copies(data: &Dataset) -> Dataset {
     let copies: Vec<usize> = copies(data).into_iter().map(|(copy, _)| copy).collect();
     let kept: Vec<usize> = (0..data.trajectories().len()).filter(|j| !copies.contains(j)).collect();
     data.select(&kept)
 }
 
-/// Indices of copy and original, in the order of the copies.
+/// Finds copied trajectories: pairs (index of copy, index of original), sorted by the index of the copy.
 fn copies(data: &Dataset) -> Vec<(usize, usize)> {
     let covariates: Vec<&str> = data.covariates().map(|c| c.name()).collect();
     // Columns that are constant in each trajectory may be equal in all and are no evidence.
@@ -88,11 +88,11 @@ fn copies(data: &Dataset) -> Vec<(usize, usize)> {
 
 /// Resolution and noise of one column of a trajectory.
 struct Precision {
-    /// Maximum difference that rounding explains.
+    /// Maximum difference of two values that rounding explains.
     tolerance: f64,
-    /// Largest minus smallest value.
+    /// Largest minus smallest value of the column.
     span: f64,
-    /// Standard deviation of its noise, from third differences; 0 for a smooth curve.
+    /// Standard deviation of the column's noise, from third differences; 0 for a smooth curve.
     noise: f64,
 }
 

@@ -3,15 +3,15 @@
 use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
-/// Minimum distance of a sentinel from all other values, relative to their range.
+/// Minimum distance of a sentinel (a code for "not measured") from all other values, relative to their range.
 ///
 /// In the measured sets the most distant single value is 0.28 ranges away, the most distant repeated one
 /// 0.0004.
 const MIN_DISTANCE: f64 = 5.0;
-/// Maximum share of the samples that hold a sentinel.
+/// Maximum share of a column's samples that may hold a sentinel.
 const MAX_SHARE: f64 = 0.5;
 
-/// Tests the largest and the smallest value of every column that changes within trajectories.
+/// Finds codes for "not measured" among the extreme values of every column that changes within trajectories.
 pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     let covariates: Vec<&str> = data.covariates().map(|c| c.name()).collect();
     let is_changing = |name: &str| !covariates.contains(&name);
