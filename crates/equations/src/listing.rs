@@ -11,41 +11,41 @@ use std::collections::BTreeMap;
 
 pub use crate::compile::Code;
 
-/// A value that an assignment reads.
+/// An operand of an assignment of a program: a constant, a quantity of the model, or an earlier result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value {
-    /// A number.
+    /// A constant number.
     Constant(f64),
-    /// A state, by index.
+    /// A state of the model, by index.
     State(usize),
-    /// An input, by index.
+    /// An input of the model, by index.
     Input(usize),
-    /// The time derivative of an input, by index.
+    /// The time derivative of an input of the model, by index.
     InputSlope(usize),
-    /// Time, s.
+    /// Time since the trajectory began, s.
     Time,
-    /// A parameter, by index.
+    /// A parameter of the model, by index.
     Parameter(usize),
     /// The width of a smoothed discontinuity, by index.
     Width(usize),
-    /// The result of an assignment of the same routine, by index.
+    /// The result of an earlier assignment of the same routine, by index.
     Assignment(usize),
 }
 
-/// The result of an operation on earlier values.
+/// An operation on earlier values, whose result a program assigns to a variable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assignment {
-    /// The operation; never one that reads a quantity.
+    /// The operation; never one that reads a quantity of the model.
     pub code: Code,
-    /// Its operands, as many as the operation has.
+    /// Operands of the operation, as many as it has.
     pub operands: Vec<Value>,
-    /// Index of its table, if it reads one.
+    /// Index of the table that the operation reads; meaningless if it reads none.
     pub table: usize,
-    /// Index of the `[let]` value that it computes, if it is one.
+    /// Index of the `[let]` value that this assignment computes; `None` if it computes none.
     pub let_value: Option<usize>,
 }
 
-/// Assignments for one purpose, and the values that they lead to.
+/// Assignments that compute one group of quantities (such as the rates), and the results.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Routine {
     /// Assignments in an order in which they can be evaluated.
@@ -54,55 +54,57 @@ pub struct Routine {
     pub results: Vec<Value>,
 }
 
-/// The variable of a derivative.
+/// The variable with respect to which a listed derivative is taken: a state or time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variable {
-    /// A state, by index.
+    /// The derivative is taken with respect to a state, by index.
     State(usize),
-    /// Time.
+    /// The derivative is taken with respect to time.
     Time,
 }
 
-/// Derivatives that are not always 0: rows and variables in the order of the results of the routine.
+/// Derivatives that are not always 0, each for one value and one variable.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Derivatives {
     /// The routine that computes the derivatives.
     pub routine: Routine,
-    /// Index of the differentiated value, and the variable, of each result.
+    /// For each result of the routine: index of the value that is differentiated, and the variable.
     pub entries: Vec<(usize, Variable)>,
 }
 
-/// A smoothed discontinuity.
+/// A discontinuity of the equations that is smoothed over a width.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SmoothedDiscontinuity {
-    /// Text of its argument in the model.
+    /// Text, in the model, of the argument at whose zero the discontinuity is.
     pub argument: String,
-    /// Width in the unit of the argument: as declared, or the default before one is chosen from a simulation.
+    /// Smoothing width in the unit of the argument: as declared, or a default before one is chosen from a
+    /// simulation.
     pub width: f64,
     /// Whether the model file declares the width.
     pub is_declared: bool,
 }
 
-/// All equations of a model.
+/// All compiled equations of a model, as lists of assignments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Listing {
-    /// Rates of the states.
+    /// Assignments that compute the rates of the states.
     pub rates: Routine,
     /// Derivatives of the rates with respect to the states.
     pub jacobian: Derivatives,
-    /// Outputs.
+    /// Assignments that compute the outputs.
     pub outputs: Routine,
-    /// Condition of each event, then the conditions that end rests, which are positive where they hold.
+    /// Assignments that compute the event conditions, then the conditions that end rests (positive where
+    /// they hold).
     pub conditions: Routine,
     /// Derivatives of the condition of each event with respect to states and time.
     pub condition_derivatives: Vec<Derivatives>,
-    /// All states after each event.
+    /// For each event, assignments that compute all states after it.
     pub resets: Vec<Routine>,
-    /// Index in `conditions` of the condition that ends the rest of each event.
+    /// For each event, the index in `conditions` of the condition that ends its rest; `None` if it has none.
     pub rest_ends: Vec<Option<usize>>,
-    /// Arguments of the smoothed discontinuities.
+    /// Assignments that compute the arguments of the smoothed discontinuities.
     pub discontinuity_arguments: Routine,
-    /// The smoothed discontinuities.
+    /// The smoothed discontinuities, in the order of `discontinuity_arguments`.
     pub discontinuities: Vec<SmoothedDiscontinuity>,
 }
 
@@ -140,7 +142,7 @@ impl Listing {
     }
 }
 
-/// Reads sections of a compiled system.
+/// Converts sections of a compiled system to assignments.
 struct Reader<'s> {
     system: &'s System,
     constants: BTreeMap<u32, f64>,
@@ -153,7 +155,8 @@ impl<'s> Reader<'s> {
         Reader { system, constants, let_values: system.let_registers.iter().copied().collect() }
     }
 
-    /// Derivatives: the results of a gradient after its values.
+    /// Lists the derivatives in a gradient, whose section computes the values first and then the
+    /// derivatives.
     fn derivatives(&self, gradient: &Gradient) -> Derivatives {
         let variable = |column: Column| match column {
             Column::State(state) => Some(Variable::State(state)),
@@ -173,7 +176,7 @@ impl<'s> Reader<'s> {
         Derivatives { routine: self.routine(&section), entries }
     }
 
-    /// The assignments that the results of a section need.
+    /// Lists the assignments that the results of a section need.
     fn routine(&self, section: &Section) -> Routine {
         let body = || self.system.parameter_section.body.iter().chain(&section.body);
         let mut needed: BTreeMap<u32, Option<usize>> = section.results.iter().map(|r| (*r, None)).collect();
@@ -207,7 +210,7 @@ impl<'s> Reader<'s> {
         Routine { assignments, results }
     }
 
-    /// The value in a register.
+    /// The operand that a register holds.
     fn value(&self, register: u32, assigned: &BTreeMap<u32, Option<usize>>) -> Value {
         if let Some(Some(index)) = assigned.get(&register) {
             return Value::Assignment(*index);

@@ -15,58 +15,58 @@ use std::collections::BTreeMap;
 #[derive(Debug, Clone)]
 pub struct System {
     pub(crate) model: Model,
-    /// Parameters with derivatives, as indices into those of the model.
+    /// Parameters with respect to which derivatives are computed, as indices into those of the model.
     pub(crate) active: Vec<usize>,
     pub(crate) machine: Machine,
     pub(crate) layout: Layout,
-    /// Values that depend on parameters alone; run once per simulation.
+    /// Instructions for values that depend on parameters alone; run once per simulation.
     pub(crate) parameter_section: Section,
     pub(crate) rates: Section,
     pub(crate) rate_gradient: Gradient,
     pub(crate) outputs: Section,
     pub(crate) output_gradient: Gradient,
-    /// Values of all `when`, then of all `until` (positive where they hold).
+    /// Instructions for the conditions: all `when`, then all `until` of events (positive where they hold).
     pub(crate) conditions: Section,
     pub(crate) condition_gradients: Vec<Gradient>,
     pub(crate) resets: Vec<Gradient>,
-    /// Condition that ends the rest of each event: index into `conditions`.
+    /// For each event, the index in `conditions` of the condition that ends its rest; `None` if it has none.
     pub(crate) rest_ends: Vec<Option<usize>>,
-    /// Arguments of smoothed discontinuities, from which their widths are chosen.
+    /// Instructions for the arguments of smoothed discontinuities, from which their widths are chosen.
     pub(crate) discontinuity_arguments: Section,
     /// Widths of smoothed discontinuities, in the unit of their arguments.
     pub(crate) widths: Vec<f64>,
-    /// Texts of those arguments.
+    /// Texts, in the model, of the arguments of the smoothed discontinuities.
     pub(crate) width_texts: Vec<String>,
-    /// Which widths the file declares.
+    /// For each smoothed discontinuity, whether the model file declares its width.
     pub(crate) declared_widths: Vec<bool>,
-    /// Registers of `[let]` values, with their indices.
+    /// Register of each compiled `[let]` value, with the index of that value in the model.
     pub(crate) let_registers: Vec<(u32, usize)>,
 }
 
-/// Values and their nonzero derivatives.
+/// Instructions for several values and their derivatives that are not always 0.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Gradient {
-    /// Results: the values, then the derivative of each entry.
+    /// Instructions whose results are the values, then the derivative of each entry.
     pub(crate) section: Section,
     pub(crate) entries: Vec<Entry>,
 }
 
-/// The derivative of value number `row` with respect to `column`.
+/// One derivative in a gradient: that of value number `row` with respect to `column`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Entry {
     pub(crate) row: usize,
     pub(crate) column: Column,
-    /// Whether it is the constant 1.
+    /// Whether the derivative is the constant 1.
     pub(crate) is_one: bool,
-    /// Register that holds it.
+    /// Register that holds the derivative.
     pub(crate) register: usize,
 }
 
-/// The variable of a derivative.
+/// The variable with respect to which a derivative in a gradient is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Column {
     State(usize),
-    /// Index into the active parameters.
+    /// An active parameter, by its index among the parameters with derivatives.
     Active(usize),
     Time,
 }
@@ -76,11 +76,11 @@ pub(crate) enum Column {
 /// In the unit of its argument.
 const DEFAULT_WIDTH: f64 = 0.01;
 
-/// Results of a section: values, and the entries (row, variable, derivative) of their gradient.
+/// Operations that compute several values, and the (row, variable, derivative) entries of their gradient.
 type ResultsWithGradient = (Vec<Id>, Vec<(usize, Variable, Id)>);
 
 impl System {
-    /// Compiles a model, with derivatives with respect to the parameters `active`.
+    /// Compiles a model, with derivatives with respect to start states and the parameters `active`.
     ///
     /// `active` has indices into the parameters of the model.
     ///
@@ -162,17 +162,19 @@ impl System {
         })
     }
 
-    /// The model it was compiled from.
+    /// The model that this system was compiled from.
     pub fn model(&self) -> &Model {
         &self.model
     }
 
-    /// Parameters with derivatives, as indices into those of the model.
+    /// Parameters with respect to which derivatives are computed, as indices into those of the model.
     pub fn active(&self) -> &[usize] {
         &self.active
     }
 
-    /// Number of operations of the rates without and with their derivatives, for reports and benchmarks.
+    /// Number of operations for the rates alone, and for the rates with their derivatives.
+    ///
+    /// For reports and benchmarks.
     pub fn operations(&self) -> (usize, usize) {
         (self.rates.body.len(), self.rate_gradient.section.body.len())
     }
@@ -184,14 +186,14 @@ impl System {
         &self.widths
     }
 
-    /// Widths of smoothed discontinuities by the text of their argument, as a model file names them.
+    /// Widths of smoothed discontinuities, by the text of the argument of each, as a model file names them.
     pub fn named_widths(&self) -> BTreeMap<String, f64> {
         self.width_texts.iter().cloned().zip(self.widths.iter().copied()).collect()
     }
 
     /// Copies the widths of smoothed discontinuities from `other` for all arguments they share.
     ///
-    /// Those of `other` were chosen from data.
+    /// The widths of `other` were chosen from data.
     pub(crate) fn with_widths_of(mut self, other: &System) -> System {
         for (text, width) in self.width_texts.iter().zip(&mut self.widths) {
             if let Some(index) = other.width_texts.iter().position(|t| t == text) {
@@ -201,7 +203,7 @@ impl System {
         self
     }
 
-    /// Number of states.
+    /// Number of states of the model.
     pub(crate) fn states(&self) -> usize {
         self.model.states.len()
     }
@@ -213,8 +215,8 @@ impl System {
     }
 }
 
-/// Conditions (all `when`, then all `until`), states set by each event, and the index of each event's
-/// `until`.
+/// Compiled events: conditions (all `when`, then all `until`), new values of the states that each event
+/// sets, and the index of each event's `until` among the conditions.
 type LoweredEvents = (Vec<Id>, Vec<Vec<(usize, Id)>>, Vec<Option<usize>>);
 
 /// Compiles conditions and resets of the events, without smoothing.
@@ -238,7 +240,8 @@ fn lower_events(model: &Model, lowering: &mut Lowering<'_>) -> LoweredEvents {
     (conditions, resets, rest_ends)
 }
 
-/// Differentiates `ids` with respect to all states and active parameters, and to time if `with_time`.
+/// Differentiates the values `ids` with respect to all states and active parameters, and to time if
+/// `with_time`.
 fn gradient(
     derivatives: &mut Derivatives,
     graph: &mut Graph,
@@ -280,12 +283,10 @@ impl Gradient {
     }
 }
 
-/// Refuses events whose reset leaves their own condition at 0 and moving on.
+/// Checks that no event's reset leaves its own condition at 0 and moving on, which would fire it forever.
 ///
-/// Such an event would fire forever.
-///
-/// This is decided at a few sample points where `when` is 0: an event is refused if it does so at all of them
-/// (at least two).
+/// This is decided at a few sample points where `when` is 0: an event is refused if its condition moves on
+/// at all of them (at least two).
 fn check_events(
     model: &Model,
     graph: &Graph,

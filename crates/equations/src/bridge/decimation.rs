@@ -6,17 +6,17 @@ use super::tuning::windows;
 use crate::engine::{OutputChange, Record as EngineRecord, Signal};
 use augsim_system::Record;
 
-/// Maximum ratio of the interpolation errors over long and over the shortest intervals.
+/// Maximum ratio of the interpolation error over long intervals to that over the shortest intervals.
 ///
-/// Up to this ratio both are attributed to measurement noise, which does not grow with the interval.
+/// Up to this ratio both errors are attributed to measurement noise, which does not grow with the interval.
 const MAX_ERROR_RATIO: f64 = 1.1;
-/// Weights of four equidistant samples, for the cubic through them at the midpoint.
+/// Weights of four equidistant samples that give the cubic through them at their midpoint.
 const MIDPOINT_WEIGHTS: [f64; 4] = [-1.0 / 16.0, 9.0 / 16.0, 9.0 / 16.0, -1.0 / 16.0];
 
 impl EquationSystem {
-    /// The largest factor, among the powers of two up to `most`, by which records can be decimated.
+    /// Finds the largest factor, among the powers of two up to `most`, by which records can be decimated.
     ///
-    /// It is 1 if none suffices; the records must have been prepared by this system.
+    /// The factor is 1 if no other suffices; the records must have been prepared by this system.
     ///
     /// Two conditions must hold. A cubic through samples at that distance must predict the samples halfway
     /// between them as well as one through the nearest neighbours does. Simulations with inputs averaged over
@@ -40,7 +40,7 @@ impl EquationSystem {
         doublings.take_while(is_sufficient).last().unwrap_or(1)
     }
 
-    /// Whether the tasks have the same outputs, `full_outputs`, with every `every`-th knot of their inputs.
+    /// Whether simulations with every `every`-th knot of their inputs have the same outputs, `full_outputs`.
     fn has_same_outputs(
         &self,
         engine_tasks: &[EngineTask],
@@ -59,13 +59,13 @@ impl EquationSystem {
         })
     }
 
-    /// Outputs of the tasks, `[task][sample * outputs + output]`; `None` if one cannot be simulated.
+    /// Simulates tasks; returns their outputs, `[task][sample * outputs + output]`, or `None` if one fails.
     fn simulated_outputs(&self, engine_tasks: &[EngineTask]) -> Option<Vec<Vec<f64>>> {
         let results = self.compiled.simulate(&windows(engine_tasks), &[], &self.options).into_iter();
         results.map(|run| Some(run.ok()?.values)).collect()
     }
 
-    /// The inputs of a record, averaged onto knots at every `every`-th sample.
+    /// Averages the inputs of a record onto knots at every `every`-th sample, `[input][knot]`.
     pub fn decimated_inputs(&self, record: &Record, every: usize) -> Vec<Vec<f64>> {
         let times = decimate_times(&record.times, every);
         let inputs = self.model().inputs.iter().zip(record.inputs.iter());
@@ -73,7 +73,7 @@ impl EquationSystem {
     }
 }
 
-/// Decimates the samples and the input knots of a task by `every`; input values between are averaged.
+/// Decimates the samples and input knots of a task by `every`; the inputs between the knots are averaged.
 fn decimate_task(engine_task: &EngineTask, every: usize) -> Option<EngineTask> {
     let decimate_signal = |signal: &Signal| {
         let knots = decimate_times(signal.knots(), every);
@@ -86,14 +86,15 @@ fn decimate_task(engine_task: &EngineTask, every: usize) -> Option<EngineTask> {
     Some(EngineTask { record, start: engine_task.start.clone(), parameters: engine_task.parameters.clone() })
 }
 
-/// Every `every`-th time.
+/// Keeps every `every`-th of the sample times.
 fn decimate_times(times: &[f64], every: usize) -> Vec<f64> {
     times.iter().copied().step_by(every).collect()
 }
 
-/// Error of cubics through four samples at the samples halfway between them, in units of the noise.
+/// Error of cubics through four samples at the samples halfway between them, in units of the noise's
+/// standard deviation.
 ///
-/// The four samples are `every` apart.
+/// The four samples are `every` samples apart.
 fn interpolation_error(records: &[Record], every: usize, noise: &[f64]) -> OutputChange {
     let half_width = every + every / 2;
     let (mut interpolated, mut measured) = (Vec::new(), Vec::new());

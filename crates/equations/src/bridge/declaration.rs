@@ -1,4 +1,4 @@
-//! A model file with what data say about its sizes, as the search for effects opens it.
+//! A calibrated model file with scales chosen from data, as the search for effects opens it.
 
 use super::EquationSystem;
 use crate::error::ModelError;
@@ -13,14 +13,14 @@ use std::error::Error as StdError;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// A declared model with its system, tuned to data: sizes of the library, steps and windows are chosen.
+/// A declared model with its system tuned to data: scales of the effects, steps and windows are chosen.
 #[derive(Debug, Clone)]
 pub struct CalibratedModel {
     model: Model,
     system: EquationSystem,
 }
 
-/// The error of a table that lacks a column of the model.
+/// Error: the data lack a column of the model.
 #[derive(Debug, Error)]
 enum MissingColumn {
     #[error(
@@ -29,7 +29,7 @@ enum MissingColumn {
     Column { column: String, what: &'static str },
 }
 
-/// How a text that was written for a model differs from that model when it is read again.
+/// Error: how the text written for a model differs from that model when it is read again.
 #[derive(Debug, Error)]
 enum Difference {
     #[error("a fitted parameter has no place in the file")]
@@ -46,21 +46,21 @@ impl CalibratedModel {
         Self { model, system }
     }
 
-    /// Sets the results of a first fit.
+    /// Sets the results of a first fit as start values of later fits.
     ///
-    /// `values` are those of all parameters; `residuals` is the residual norm of each output over the
-    /// shortest windows, in its unit.
+    /// `values` are the fitted values of all parameters; `residuals` is the residual norm of each output
+    /// over the shortest windows, in the unit of the output.
     pub fn calibrated(mut self, values: Vec<f64>, residuals: &[f64]) -> Self {
         self.system = self.system.with_fit(values, residuals);
         self
     }
 
-    /// The model.
+    /// The declared model.
     pub fn model(&self) -> &Model {
         &self.model
     }
 
-    /// The text of the model with the effects and values that were found.
+    /// Writes the text of the model with the effects and values that discovery found.
     ///
     /// The text is read again, and an error is returned if it reads back as another model.
     fn augmented_text(&self, found: &Augmentation) -> Result<String, Box<dyn StdError + Send + Sync>> {
@@ -111,7 +111,7 @@ impl CalibratedModel {
     }
 }
 
-/// Covariance of the parameters at `places`, without those of no variance; `None` if no other is left.
+/// Covariance of the parameters at `places`, without parameters of zero variance; `None` if none is left.
 fn covariance_of(places: &[usize], matrix: &[Vec<f64>]) -> Option<Covariance> {
     let known: Vec<usize> = (0..places.len()).filter(|i| matrix[*i][*i] > 0.0).collect();
     let rows = known.iter().map(|i| known.iter().map(|j| matrix[*i][*j]).collect()).collect();
@@ -119,7 +119,7 @@ fn covariance_of(places: &[usize], matrix: &[Vec<f64>]) -> Option<Covariance> {
     (places.len() == matrix.len() && !known.is_empty()).then_some(Covariance { parameters, rows })
 }
 
-/// Share by which a fitted value may exceed a bound and still be set to it: a few roundings.
+/// Relative amount by which a fitted value may exceed a bound and still be set to it: a few roundings.
 const ROUNDING_RATIO: f64 = 1e-12;
 
 /// Sets the fitted value of a parameter, and its confidence interval.
@@ -138,7 +138,8 @@ fn set_fitted(p: &mut Parameter, fitted: &Fitted) {
 }
 
 impl Model {
-    /// Columns of the outputs and inputs, periods and temperatures, for the checks of suspicious data.
+    /// Properties that the model expects of data, for plausibility checks: columns, periods and
+    /// temperatures.
     pub fn expected(&self) -> ExpectedData {
         let kelvin = Unit::parse("K");
         let temperatures = self.parameters.iter().filter(|p| p.unit.is_some() && p.unit == kelvin);
@@ -153,10 +154,10 @@ impl Model {
 }
 
 impl EquationSystem {
-    /// Combines `declared` with what this system has tuned on these records.
+    /// Combines `declared` with the settings that this system chose from these records.
     ///
-    /// `declared` is the model of this system with other parameter values. Tuned are the sizes of the
-    /// library, the widths of smoothed discontinuities, the steps and the windows.
+    /// `declared` is the model of this system with other parameter values. Chosen from records are the
+    /// scales of the library's numbers, the widths of smoothed discontinuities, the steps and the windows.
     ///
     /// # Errors
     /// A candidate with an unknown place.

@@ -25,38 +25,41 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-/// Number of windows that are simulated together with sensitivities.
+/// Number of windows that are simulated together in one pass when sensitivities are computed.
 const BATCH_WINDOWS: usize = 16;
-/// Steps per sample interval if neither the file nor data determine the number.
+/// Number of integration steps per sample interval if neither the file nor data determine it.
 const DEFAULT_SUBSTEPS: usize = 4;
-/// Number of samples that a forecast may use for its start: as many as `slope` in a `start` uses.
+/// Number of first samples from which a forecast may estimate its initial state: as many as `slope` in a
+/// `start` uses.
 const START_SAMPLES: usize = 5;
 
-/// A system of equations from a model file.
+/// A system of equations from a model file, in the interface of calibration and discovery.
 #[derive(Debug, Clone)]
 pub struct EquationSystem {
     schema: Arc<Schema>,
-    /// All candidate effects, with the indices of `library`.
+    /// All candidate effects of the model, with the same indices as `library`.
     candidates: Arc<[Candidate]>,
     library: Arc<[Effect]>,
     compiled: Arc<Compiled>,
-    /// The system with derivatives with respect to frozen parameters too, compiled when a task needs it.
+    /// The system compiled with derivatives with respect to all parameters, frozen ones included.
+    ///
+    /// Compiled when a task first needs it; `None` if that fails.
     complete: Arc<OnceLock<Option<Compiled>>>,
     options: Options,
-    /// Duration of the windows of a fit, s; `None` for whole records.
+    /// Duration of the windows into which records are cut for a fit, s; `None` for whole records.
     window_s: Option<f64>,
     parameters: Vec<Parameter>,
-    /// Index in the model of each of these parameters.
+    /// For each of `parameters`, its index in the model.
     places: Vec<usize>,
     laws: Vec<ModelTerm>,
-    /// Effects of a single quantity, as tables, for which the data have values.
+    /// Table effects that discovery may try: functions of a single quantity that varies in the data.
     tables: Arc<[Table]>,
-    /// Start values of fits of declared parameters; empty: the nominal values.
+    /// Start values of fits of the declared parameters; if empty, fits start from the nominal values.
     start_value: Vec<f64>,
 }
 
 impl EquationSystem {
-    /// Creates the system of a model; numbers of its library follow from `scales`, which come from data.
+    /// Creates the system of a model with its library of candidate effects, scaled by `scales` of the data.
     ///
     /// # Errors
     /// A model that cannot be compiled, or a candidate with an unknown place.
@@ -83,7 +86,7 @@ impl EquationSystem {
         Self::with_candidates(model, Vec::new())
     }
 
-    /// Creates the system with these candidates.
+    /// Creates the system of a model with these candidate effects.
     fn with_candidates(model: &Model, candidates: Vec<Candidate>) -> Result<Self, ModelError> {
         let library: Arc<[Effect]> = candidates.iter().map(schema::effect).collect();
         let compiled = Compiled::compile(model, &schema::active(model))?;
@@ -107,7 +110,7 @@ impl EquationSystem {
         })
     }
 
-    /// Sets the integration method and the number of steps.
+    /// Sets the integration method and the number of steps per sample interval.
     pub fn with_options(mut self, options: Options) -> Self {
         self.options = options;
         self
@@ -128,39 +131,39 @@ impl EquationSystem {
         self
     }
 
-    /// The model with the effects that were added.
+    /// The model, with the effects that were added to it.
     pub fn model(&self) -> &Model {
         self.compiled.model()
     }
 
-    /// The compiled system.
+    /// The compiled form of the system, which simulates.
     pub fn compiled(&self) -> &Compiled {
         &self.compiled
     }
 
-    /// Integration method and number of steps.
+    /// Integration method and number of steps per sample interval.
     pub fn options(&self) -> &Options {
         &self.options
     }
 
-    /// The candidate of an effect of the library.
+    /// The candidate effect of the model with this index in the library.
     pub fn candidate(&self, effect: usize) -> Option<&Candidate> {
         self.candidates.get(effect)
     }
 
-    /// Index in the model of a parameter of a task.
+    /// Index in the model of the parameter with this index in a task.
     pub fn model_parameter(&self, parameter: usize) -> Option<usize> {
         self.places.get(parameter).copied()
     }
 
-    /// This system with the equations of `model`, which must have the same parameters.
+    /// Replaces the equations of this system by those of `model`, which must have the same parameters.
     fn with_equations(&self, model: &Model) -> Result<Self, ModelError> {
         let compiled = Compiled::compile(model, self.compiled.active())?.with_widths_of(&self.compiled);
         let (schema, compiled) = (Arc::new(schema::schema_of(model)), Arc::new(compiled));
         Ok(Self { schema, compiled, complete: Arc::default(), ..self.clone() })
     }
 
-    /// Adds an effect to `model`; returns its parameters with their indices in the model.
+    /// Adds an effect to `model`; returns the effect's parameters with their indices in the model.
     fn add(&self, model: &mut Model, law: &ModelTerm) -> Result<Vec<(Parameter, usize)>, SystemError> {
         let first = model.parameters.len();
         match law {
@@ -195,7 +198,7 @@ impl EquationSystem {
         }
     }
 
-    /// The compiled system that has derivatives with respect to all seeds of a task.
+    /// Selects a compiled system that has derivatives with respect to all seeds of a task.
     fn compiled_for(&self, seeds: &[Seed]) -> &Compiled {
         let is_active = |seed: &Seed| match seed {
             Seed::Parameter(p) => self.places.get(*p).is_none_or(|p| self.compiled.active().contains(p)),
@@ -211,7 +214,7 @@ impl EquationSystem {
         complete.as_ref().unwrap_or(&self.compiled)
     }
 
-    /// Simulates tasks with equal seeds together.
+    /// Simulates tasks that have equal seeds together.
     fn simulate_group(
         &self,
         tasks: &[&Task<'_>],
@@ -259,7 +262,7 @@ impl EquationSystem {
     }
 }
 
-/// Copies the result of the engine into that of a task.
+/// Copies the result of the engine for one window into the result of a task.
 fn copy_result(lanes: &Lanes, channels: usize, seeds: usize, out: &mut Simulated) {
     let samples = lanes.values.len() / channels.max(1);
     out.reset(samples, channels, seeds, 0);
@@ -385,7 +388,7 @@ impl Describe for EquationSystem {
         Quantity::new(name, &unit.map_or_else(String::new, |unit| unit.symbol()))
     }
 
-    /// Time, outputs and inputs, against which residuals are plotted.
+    /// Lists time, outputs and inputs as the axes against which residuals are plotted.
     fn residual_axes(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
         let channels = self.schema.channels.iter().zip(&record.values);
         let mut columns = vec![("time_s".to_owned(), record.times.clone())];
@@ -400,7 +403,7 @@ impl Describe for EquationSystem {
 }
 
 impl EquationSystem {
-    /// Points of a candidate without its frozen parameters.
+    /// Removes the frozen parameters from the points of a candidate effect.
     fn free_points(&self, effect: usize, points_of: impl Fn(&Candidate) -> Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let Some(candidate) = self.candidates.get(effect) else { return Vec::new() };
         let keep_free = |point: Vec<f64>| -> Vec<f64> {
@@ -409,7 +412,7 @@ impl EquationSystem {
         points_of(candidate).into_iter().map(keep_free).collect()
     }
 
-    /// Whether the steps must be those of [`Method::Implicit`].
+    /// Whether the system is integrated with the steps of [`Method::Implicit`].
     pub fn is_implicit(&self) -> bool {
         self.options.method == Method::Implicit
     }

@@ -1,4 +1,4 @@
-//! Process noise: a system with an additional input on the rate of each state that has it.
+//! Process noise: adds an input to the rate of each state that has it.
 
 use super::EquationSystem;
 use crate::error::ModelError;
@@ -6,14 +6,15 @@ use crate::model::{Hold, Input, RateNoise};
 use crate::text::{Kind, Symbol, TreeNode};
 
 impl EquationSystem {
-    /// Process noise of each state that has it, in the order of the states.
+    /// Lists the process noise of each state that has it, in the order of the states.
     pub fn process_noise(&self) -> Vec<RateNoise> {
         self.model().states.iter().filter_map(|state| state.process_noise).collect()
     }
 
-    /// This system with one more input per state with process noise, after the inputs of the model.
+    /// Returns this system with one more input for each state with process noise, after the inputs of the
+    /// model.
     ///
-    /// The input has zero-order hold and is added to the rate of the state.
+    /// The additional input has zero-order hold and is added to the rate of the state.
     ///
     /// # Errors
     /// [`ModelError`]: the model does not compile.

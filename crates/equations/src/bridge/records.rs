@@ -7,19 +7,19 @@ use crate::text::Symbol;
 use augsim_system::{Record, SimulationError, Stream, Task, Window};
 use std::sync::Arc;
 
-/// A task in the form of the engine.
+/// A simulation task in the form of the engine: record, initial state and parameters.
 pub(super) struct EngineTask {
     pub(super) record: EngineRecord,
     pub(super) start: Vec<f64>,
     pub(super) parameters: Vec<f64>,
 }
 
-/// Number of value columns of a prepared stream: coefficients of the powers 0 to 3 of time.
+/// Number of value columns of a prepared input stream: coefficients of the powers 0 to 3 of time.
 ///
-/// The time is that since each knot.
+/// The time is counted from the knot at which the cubic begins.
 const COEFFICIENTS: usize = 4;
 
-/// The signal of a whole input stream, prepared or not.
+/// Converts a whole input stream, prepared or not, to a signal of the engine.
 pub(super) fn signal(input: &Input, stream: &Stream) -> Signal {
     let hold = input.hold.unwrap_or(Hold::Linear);
     match &stream.values[..] {
@@ -32,9 +32,9 @@ pub(super) fn signal(input: &Input, stream: &Stream) -> Signal {
     }
 }
 
-/// The part of a prepared stream that a window from `begin` to `end` needs.
+/// Converts the part of a prepared input stream that a window from `begin` to `end` (s) needs to a signal.
 ///
-/// `delay` is the delay of the input in seconds; below 0 the input is used ahead of time.
+/// `delay` is the delay of the input, s; with a negative one the input is used ahead of time.
 fn signal_part(input: &Input, stream: &Stream, (begin, end): (f64, f64), delay: f64) -> Signal {
     let hold = input.hold.unwrap_or(Hold::Linear);
     let from = stream.times.partition_point(|t| *t <= begin - delay).saturating_sub(1);
@@ -44,7 +44,7 @@ fn signal_part(input: &Input, stream: &Stream, (begin, end): (f64, f64), delay: 
 }
 
 impl EquationSystem {
-    /// Converts a task to the form of the engine.
+    /// Converts a simulation task to the form of the engine.
     pub(super) fn engine_task(&self, task: &Task<'_>) -> Result<EngineTask, SimulationError> {
         let model = self.model();
         let declared = model.declared_states();
@@ -79,9 +79,10 @@ impl EquationSystem {
         Ok(EngineTask { record, start, parameters })
     }
 
-    /// Completes a start state at the first sample of a record by the states of effects.
+    /// Appends the initial states that belong to effects to the declared initial states at a record's first
+    /// sample.
     ///
-    /// Those start where their expressions say.
+    /// States of effects start at the values of their `start` expressions.
     pub fn complete_start(&self, record: &Record, start: &[f64]) -> Vec<f64> {
         let mut full = start.to_vec();
         if start.len() < self.model().states.len() {
@@ -91,14 +92,16 @@ impl EquationSystem {
         full
     }
 
-    /// Start state from the model's `start` expressions, with the samples from number `first` on.
+    /// Guesses the initial state from the model's `start` expressions, on the samples from number `first`
+    /// on.
     fn guess(&self, record: &Record, first: usize, parameters: &[f64]) -> Vec<f64> {
         self.with_first_samples(record, first, parameters, |samples| self.model().guess_start(samples))
     }
 
-    /// Mean of the prior of an initial state at the beginning of a record, from its `start` expression.
+    /// Mean of the prior of an initial state at the beginning of a record, from the state's `start`
+    /// expression.
     ///
-    /// `values` are those of the parameters of the system.
+    /// `values` are the values of the system's parameters, `start` the initial values of the states.
     pub(super) fn mean_of_start(&self, record: &Record, state: usize, values: &[f64], start: &[f64]) -> f64 {
         let mut parameters = self.model().nominals();
         for (place, value) in self.places.iter().zip(values) {
@@ -129,10 +132,11 @@ impl EquationSystem {
         evaluate(&FirstSamples { times, outputs: &outputs, inputs: &inputs, parameters })
     }
 
-    /// Prepares a record: drops saturated readings, converts inputs to cubics, and cuts it into windows.
+    /// Prepares a record: drops saturated readings, converts inputs to cubics, and cuts the record into
+    /// windows.
     ///
-    /// With cubics a window does not need the whole record. A state that no output helps to guess starts each
-    /// window on a simulation of the whole record with nominal parameters.
+    /// With cubic inputs, a window does not need the whole record. A state whose start cannot be guessed
+    /// from outputs begins each window on a simulation of the whole record with nominal parameters.
     pub(super) fn prepare_record(&self, record: &mut Record) {
         let model = self.model();
         for (output, values) in model.outputs.iter().zip(&mut record.values) {
@@ -179,12 +183,12 @@ impl EquationSystem {
         record.windows = windows;
     }
 
-    /// Whether the `start` of a state depends on an output.
+    /// Whether the `start` expression of a state depends on an output.
     fn is_guessed_from_outputs(&self, state: usize) -> bool {
         self.model().states[state].start.tree.symbols().any(|s| matches!(s, Symbol::Output(_)))
     }
 
-    /// Sample ranges of windows of equal duration; each starts with the last sample of the one before.
+    /// Cuts a record into windows of equal duration; each starts with the last sample of the one before.
     fn cuts(&self, times: &[f64]) -> Vec<std::ops::Range<usize>> {
         let count = times.len();
         let duration = match (times.first(), times.last()) {
@@ -219,7 +223,7 @@ impl EquationSystem {
         cuts
     }
 
-    /// All states at all samples of a record, from its start; `None` if it cannot be simulated.
+    /// Simulates all states at all samples of a record from `begin`; `None` if it cannot be simulated.
     fn states_along(&self, record: &Record, begin: &[f64], parameters: &[f64]) -> Option<Vec<f64>> {
         let model = self.model();
         let inputs = model.inputs.iter().zip(record.inputs.iter()).map(|(i, s)| signal(i, s)).collect();
@@ -230,7 +234,7 @@ impl EquationSystem {
     }
 }
 
-/// Value of an input at a time.
+/// Value of an input stream at a time, s.
 fn input_value(input: &Input, stream: &Stream, time: f64) -> f64 {
     if stream.values.len() == COEFFICIENTS {
         signal_part(input, stream, (time, time), 0.0).at(time)

@@ -9,10 +9,11 @@ use augsim_system::{
     Parameter, Quantity, Schema, State, Target,
 };
 
-/// Bound of a parameter without bounds, as a multiple of its nominal value (or of 1 if larger).
+/// Bound of a parameter for which the file declares none, as a multiple of its nominal value (or of 1 if
+/// larger).
 const DEFAULT_BOUND_RATIO: f64 = 1e9;
 
-/// The schema of a model.
+/// Describes a model as a schema: states, channels, inputs, features and targets.
 pub(super) fn schema_of(model: &Model) -> Schema {
     let symbol_of = |unit: Option<Unit>| unit.map_or_else(String::new, Unit::symbol);
     let channels = model.outputs.iter().map(|output| Channel {
@@ -68,7 +69,7 @@ pub(super) fn schema_of(model: &Model) -> Schema {
     }
 }
 
-/// Declared states, then those of effects.
+/// Describes the declared states of a model, then the states of its effects.
 pub(super) fn states(model: &Model) -> Vec<State> {
     let declared = model.declared_states();
     let begin = |index: usize| {
@@ -96,17 +97,17 @@ pub(super) fn states(model: &Model) -> Vec<State> {
     (0..model.states.len()).map(|i| State { quantity: quantity(i), initial: begin(i) }).collect()
 }
 
-/// Whether an output equals a state.
+/// Whether an output has the value of a state.
 fn equals_state(model: &Model, output: usize, state: usize) -> bool {
     model.state_of_output(output) == Some(state)
 }
 
-/// The shortest symbol of a unit with these dimensions.
+/// Finds the shortest symbol of a unit with these dimensions.
 fn symbol_for(dimensions: Dimensions) -> String {
     Unit::from_dimensions(dimensions).map_or_else(|| dimensions.to_string(), Unit::symbol)
 }
 
-/// Quantities that a table effect may depend on, each named by an expression of the model.
+/// Lists the quantities that a table effect may depend on, each named by an expression of the model.
 fn features(model: &Model) -> Vec<Quantity> {
     let symbol_of = |unit: Option<Unit>| unit.map_or_else(String::new, Unit::symbol);
     let declared = model.states.iter().take(model.declared_states());
@@ -122,12 +123,12 @@ fn features(model: &Model) -> Vec<Quantity> {
     list
 }
 
-/// Indices of the parameters that a fit may change.
+/// Indices of the parameters that a fit may change, because they are not frozen.
 pub(super) fn active(model: &Model) -> Vec<usize> {
     (0..model.parameters.len()).filter(|i| !model.parameters[*i].frozen).collect()
 }
 
-/// Converts a declared parameter.
+/// Converts a parameter of a model file to one of the system interface.
 pub(super) fn parameter(p: &ModelParameter) -> Parameter {
     let bound = DEFAULT_BOUND_RATIO * p.nominal.abs().max(1.0);
     let mut parameter = Parameter::free(p.name.clone(), p.nominal, p.min.max(-bound), p.max.min(bound));
@@ -135,7 +136,7 @@ pub(super) fn parameter(p: &ModelParameter) -> Parameter {
     parameter
 }
 
-/// Number of names, numbers and operators of an expression; parentheses and commas are not counted.
+/// Counts the names, numbers and operators of an expression; parentheses and commas do not count.
 fn count_tokens(text: &str) -> usize {
     let mut lexer = Lexer::new(text);
     let mut count = 0;
@@ -148,12 +149,12 @@ fn count_tokens(text: &str) -> usize {
     }
 }
 
-/// Conditions that another experiment could vary: the inputs, and the start states.
+/// Names the conditions that another experiment could vary: the inputs, and the initial states.
 fn conditions(model: &Model) -> Vec<String> {
     model.inputs.iter().map(|input| input.name.clone()).chain(["starts".to_owned()]).collect()
 }
 
-/// Size and argument of a formula of the grammar; `None` for any other effect.
+/// Complexity and argument of a formula of the grammar; `None` for any other candidate effect.
 pub(super) fn grammar(candidate: &Candidate, model: &Model, scales: &Scales) -> Option<FormulaDomain> {
     let argument = candidate.shape.as_ref()?;
     let unit = size_unit(argument, &[], model).map_or_else(String::new, Unit::symbol);
@@ -164,7 +165,7 @@ pub(super) fn grammar(candidate: &Candidate, model: &Model, scales: &Scales) -> 
     })
 }
 
-/// Converts a candidate to an effect of the library.
+/// Converts a candidate effect to an effect of the library.
 pub(super) fn effect(candidate: &Candidate) -> Effect {
     let free = || candidate.parameters.iter().filter(|p| !p.frozen);
     let parameters = free().map(|p| EffectParameter {

@@ -1,4 +1,4 @@
-//! A system that has its states as additional outputs, for filters that estimate them.
+//! A system whose states are additional outputs, for filters that estimate them.
 
 use super::EquationSystem;
 use crate::error::ModelError;
@@ -7,9 +7,10 @@ use crate::model::{Expression, Output};
 use crate::text::{Kind, Symbol, Tree, TreeNode};
 
 impl EquationSystem {
-    /// This system with every state as a channel after its outputs, in the order of the schema's states.
+    /// Returns this system with every state as a channel after its outputs, in the order of the schema's
+    /// states.
     ///
-    /// Records of this system can be used for it as well.
+    /// Records of this system are valid for the returned one as well.
     ///
     /// # Errors
     /// [`ModelError`]: the model does not compile.
@@ -32,9 +33,9 @@ impl EquationSystem {
         self.with_equations(&model)
     }
 
-    /// States with a force or flow equation, on whose rates unmodelled effects may act.
+    /// Indices of the states with a force or flow equation, on whose rates unmodelled effects may act.
     ///
-    /// The other states have another state as their rate, or belong to an effect.
+    /// Every other state has another state as its rate, or belongs to an effect.
     pub fn process_noise_states(&self) -> Vec<usize> {
         let mut states = Kinematics::from_model(self.model()).force_and_flow_states();
         states.sort_unstable();

@@ -4,16 +4,16 @@ use crate::library::{Kinematics, Scales};
 use crate::model::Model;
 use augsim_system::{Schema, Table};
 
-/// Number of knots of a table.
+/// Number of knots of a table effect that discovery tries.
 const KNOT_COUNT: usize = 8;
-/// Quantiles of the values at which the first and the last knot are.
+/// Quantiles of a quantity's values in the data at which the first and the last knot of a table lie.
 const RANGE_QUANTILES: [f64; 2] = [0.01, 0.99];
-/// Bound of the knots, as a multiple of the typical size of a term in their equation.
+/// Bound of the values at the knots, as a multiple of the typical size of a term in their equation.
 ///
-/// It is 5000 times the equation's own rate.
+/// The bound is 5000 times the equation's own rate.
 const KNOT_BOUND_RATIO: f64 = 1e5;
 
-/// A table of every quantity that varies in the data, for every force and flow equation.
+/// Proposes a table of every quantity that varies in the data, for every force and flow equation.
 pub(super) fn tables(model: &Model, schema: &Schema, scales: &Scales) -> Vec<Table> {
     let targets = Kinematics::from_model(model).force_and_flow_states().into_iter();
     let tables_of_target = |target: usize| {
@@ -27,7 +27,7 @@ pub(super) fn tables(model: &Model, schema: &Schema, scales: &Scales) -> Vec<Tab
     targets.flat_map(tables_of_target).collect()
 }
 
-/// Sets the typical sizes of additional terms in force and flow equations.
+/// Sets the typical sizes of additional terms in force and flow equations in a schema.
 pub(super) fn with_typical_sizes(mut schema: Schema, model: &Model, scales: &Scales) -> Schema {
     for state in Kinematics::from_model(model).force_and_flow_states() {
         if let (Some(size), Some(target)) =
@@ -39,7 +39,7 @@ pub(super) fn with_typical_sizes(mut schema: Schema, model: &Model, scales: &Sca
     schema
 }
 
-/// Bound of the knots of a table that adds to a target of this typical size, in the target's unit.
+/// Bound of the values at the knots of a table, in the unit of the target, from the target's typical size.
 pub(super) fn knot_bound(typical_size: f64) -> f64 {
     KNOT_BOUND_RATIO * typical_size
 }

@@ -1,4 +1,4 @@
-//! Chooses simulation settings from data: steps, widths of smoothed discontinuities, and sizes.
+//! Chooses simulation settings from data: steps, widths of smoothed discontinuities, and scales.
 
 use super::EquationSystem;
 use super::records::EngineTask;
@@ -9,14 +9,14 @@ use crate::library::Scales;
 use augsim_system::{Offsets, Record, SimulationError, Task, channel_sd};
 use std::sync::Arc;
 
-/// Maximum number of windows, spread over the records, that settings are chosen from.
+/// Maximum number of windows, spread over the records, from which simulation settings are chosen.
 const MAX_WINDOWS: usize = 64;
-/// Number of samples per window that settings are chosen from, if there are [`MAX_WINDOWS`] windows.
+/// Number of samples per window from which settings are chosen, if there are [`MAX_WINDOWS`] windows.
 ///
 /// Fewer windows use more samples each, so that the total is the same. A record that is a single window may
 /// begin at rest, where neither steps nor widths could be chosen.
 const SAMPLES_PER_WINDOW: usize = 400;
-/// Noise that steps are judged against where none is declared, as a share of the spread of the output.
+/// Assumed noise of an output without a declared one, as a share of the output's spread, for choosing steps.
 const DEFAULT_NOISE_RATIO: f64 = 0.01;
 
 impl EquationSystem {
@@ -37,12 +37,12 @@ impl EquationSystem {
         Ok(self)
     }
 
-    /// Sizes of all quantities over the records, which this system has prepared.
+    /// Samples the scales of all quantities over records that this system has prepared.
     pub fn scales(&self, records: &[Record]) -> Scales {
         Scales::sample(&self.compiled, &windows(&self.engine_tasks(records)), &self.options)
     }
 
-    /// Time constant of the fastest mode at the starts of windows (median), s.
+    /// Time constant of the fastest mode of the linearised rates at the starts of windows (median), s.
     ///
     /// `None` if no rate depends on a state.
     pub fn fastest_time_constant_s(&self, records: &[Record]) -> Option<f64> {
@@ -80,7 +80,7 @@ impl EquationSystem {
         }
     }
 
-    /// Noise standard deviation of each output: as declared, or a share of the output's spread.
+    /// Noise standard deviation of each output, in its unit: as declared, or a share of the output's spread.
     pub(super) fn noise(&self, records: &[Record]) -> Vec<f64> {
         let outputs = self.model().outputs.iter().enumerate();
         outputs
@@ -90,7 +90,7 @@ impl EquationSystem {
             .collect()
     }
 
-    /// Tasks at nominal parameters over the first samples of windows that are spread over the records.
+    /// Builds tasks at nominal parameters over the first samples of windows spread over the records.
     pub(super) fn engine_tasks(&self, records: &[Record]) -> Vec<EngineTask> {
         let total: usize = records.iter().map(|r| r.windows.len()).sum();
         let stride = total.div_ceil(MAX_WINDOWS).max(1);
@@ -115,7 +115,7 @@ impl EquationSystem {
     }
 }
 
-/// The window of each task, from its first sample to its last.
+/// Makes one engine window of each task, from its first sample to its last.
 pub(super) fn windows(engine_tasks: &[EngineTask]) -> Vec<Window<'_>> {
     let window =
         |engine_task: &'_ EngineTask| -> (usize, usize) { (0, engine_task.record.times().len() - 1) };

@@ -8,22 +8,22 @@ use crate::text::{self, Problem, Scope, Symbol, Tree};
 use augsim_data::{Unit, escaped_short};
 use std::ops::Range;
 
-/// A quantity of the equations that can be changed.
+/// A quantity of the equations that an effect can change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Target {
-    /// The rate of a state, by index.
+    /// The rate of a state, given by the index of the state.
     Rate(usize),
-    /// The value of an output, by index.
+    /// The value of an output, given by the index of the output.
     Output(usize),
-    /// An input, as all equations use it, by index.
+    /// An input as all equations use it, given by its index.
     Input(usize),
-    /// The delay of an input, by index.
+    /// The delay of an input, given by the index of the input.
     Delay(usize),
-    /// A parameter, as all equations use it, by index.
+    /// A parameter as all equations use it, given by its index.
     Parameter(usize),
 }
 
-/// How an expression changes its target.
+/// How an effect's expression changes its target: it is added, multiplied, or replaces it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum How {
     /// The expression is added to the target.
@@ -35,7 +35,7 @@ pub enum How {
 }
 
 impl How {
-    /// Its key in a model file.
+    /// Key that introduces this kind of change in a model file.
     pub fn key(self) -> &'static str {
         match self {
             How::Add => "add",
@@ -45,94 +45,97 @@ impl How {
     }
 }
 
-/// A change of the equations.
+/// One change that an effect makes to the equations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
-    /// The quantity that is changed.
+    /// The quantity that the effect changes.
     pub target: Target,
     /// How the expression changes the target.
     pub how: How,
-    /// The expression.
+    /// The expression that is added to, multiplies or replaces the target.
     pub value: Expression,
 }
 
-/// An effect: the changes that it makes to the equations.
+/// An effect in a model: the changes that it makes to the equations, with its parameters and states.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Addition {
     /// Kind of the effect, as in model files.
     pub kind: String,
-    /// Name of the quantity that it changes first.
+    /// Name of the first quantity that the effect changes.
     pub on: String,
-    /// Second quantity that it depends on or changes, if its kind has one.
+    /// Second quantity that the effect depends on or changes; `None` if its kind has none.
     pub with: Option<String>,
-    /// Its parameters, as indices into those of the model.
+    /// The effect's parameters, as a range of indices into those of the model.
     pub parameters: Range<usize>,
-    /// Its states, as indices into those of the model.
+    /// The effect's states, as a range of indices into those of the model.
     pub states: Range<usize>,
-    /// Its changes of the equations.
+    /// The changes that the effect makes to the equations.
     pub changes: Vec<Change>,
     /// Other expressions that fit equally well, as discovery wrote them.
     pub equivalent_expressions: Vec<String>,
-    /// First and last knot of a table over `with`.
+    /// First and last knot of a table effect, in the unit of the quantity `with`; `None` for other effects.
     pub table: Option<(f64, f64)>,
-    /// Line in the model file, from 1; for an effect that was added later, the line of its row.
+    /// Line of the effect in the model file, from 1; for an effect that was added later, the line of its
+    /// row.
     pub line: usize,
 }
 
-/// An effect that is ready to be added to a model.
+/// An effect that is ready to be added to a model; its expressions are texts that are not parsed yet.
 ///
-/// Its expressions use names of the model, of its parameters and of its states.
+/// The expressions use names of the model, of the effect's parameters and of its states.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Draft {
-    /// See [`Addition`].
+    /// Kind of the effect, as in model files.
     pub kind: String,
-    /// See [`Addition`].
+    /// Name of the first quantity that the effect changes.
     pub on: String,
-    /// See [`Addition`].
+    /// Second quantity that the effect depends on or changes; `None` if its kind has none.
     pub with: Option<String>,
-    /// Its parameters, with names local to the effect.
+    /// Parameters of the effect, with names local to it.
     pub parameters: Vec<Parameter>,
-    /// Its states, with names local to the effect.
+    /// States of the effect, with names local to it.
     pub states: Vec<DraftState>,
-    /// Its changes: target, how it is changed, and the text of the expression.
+    /// Changes of the equations: target, how it is changed, and the text of the expression.
     pub changes: Vec<(DraftTarget, String)>,
-    /// See [`Addition`].
+    /// Other expressions that fit equally well, as discovery wrote them.
     pub equivalent_expressions: Vec<String>,
-    /// See [`Addition`].
+    /// First and last knot of a table effect, in the unit of the quantity `with`; `None` for other effects.
     pub table: Option<(f64, f64)>,
-    /// See [`Addition`].
+    /// Line of the effect in the model file, from 1; for an effect that was added later, the line of its
+    /// row.
     pub line: usize,
 }
 
-/// The target of a change, and how it is changed.
+/// The quantity that a change acts on, and how it is changed.
 pub type DraftTarget = (Target, How);
 
-/// A state that belongs to an effect.
+/// A state that an effect brings with it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DraftState {
-    /// Name local to the effect.
+    /// Name of the state, local to the effect.
     pub name: String,
-    /// Expression of its rate.
+    /// Text of the expression of the state's rate, per second.
     pub rate: String,
-    /// Start value: a number, or an expression as in `start`.
+    /// Initial value of the state: a number, or the text of an expression as under `start` in a model file.
     pub start: String,
 }
 
 impl Addition {
-    /// The name of one of its parameters as in a model file, without the prefix used in the model.
+    /// Name of a parameter of the effect as in a model file: without the prefix used in the model.
     pub fn local_name<'n>(&self, full: &'n str) -> &'n str {
         full.rsplit('.').next().unwrap_or(full)
     }
 }
 
-/// Names that an expression of an effect may use: its local names, then those of the model.
+/// Resolves names in an expression of an effect: first names local to the effect, then those of the model.
 struct View<'m> {
     model: &'m Model,
-    /// Names local to the effect.
+    /// Names local to the effect, with their symbols in the model.
     local_names: &'m [(String, Symbol)],
-    /// Output that is changed; its name in the expression is its value before the change.
+    /// Output that is changed; in the expression, its name stands for its value before the change. `None`
+    /// for other targets.
     output: Option<usize>,
-    /// Whether the expression is that of a start value.
+    /// Whether the expression is the initial value of a state.
     is_start: bool,
 }
 
@@ -188,7 +191,7 @@ impl Scope for View<'_> {
 }
 
 impl Model {
-    /// Adds an effect; its parameters and states follow those of the model.
+    /// Adds an effect to the model; its parameters and states follow those of the model.
     ///
     /// # Errors
     /// An expression that cannot be parsed, a parameter that the effect does not use, or more states or
@@ -231,9 +234,9 @@ impl Model {
         text::parse(text, &View { model: self, local_names: &[], output, is_start: false }, false).ok()
     }
 
-    /// Prefix of the names of an effect's parameters: its kind.
+    /// Prefix of the names of an effect's parameters in the model: the effect's kind.
     ///
-    /// The target and a number are added if needed to make it unique.
+    /// The target and a number are added if needed to make the prefix unique.
     fn free_prefix(&self, draft: &Draft) -> String {
         let is_taken = |prefix: &str| {
             let has_prefix = |name: &str| name.strip_prefix(prefix).is_some_and(|rest| rest.starts_with('.'));
@@ -250,30 +253,30 @@ impl Model {
         prefix
     }
 
-    /// Number of parameters before those of the first effect.
+    /// Number of declared parameters: those before the parameters of the first effect.
     pub fn declared_parameters(&self) -> usize {
         self.additions.first().map_or(self.parameters.len(), |a| a.parameters.start)
     }
 
-    /// Number of states before those of the first effect.
+    /// Number of declared states: those before the states of the first effect.
     pub fn declared_states(&self) -> usize {
         self.additions.first().map_or(self.states.len(), |a| a.states.start)
     }
 
-    /// Expressions of the changes that all effects make.
+    /// Expressions of the changes that all effects of the model make.
     pub(crate) fn added_trees(&self) -> impl Iterator<Item = &Tree> {
         self.additions.iter().flat_map(|a| a.changes.iter().map(|c| &c.value.tree))
     }
 }
 
-/// Parses and checks a draft before the model is changed.
+/// Parses and checks an effect before it is added to the model.
 struct DraftReader<'m> {
     model: &'m Model,
     draft: &'m Draft,
     local_names: Vec<(String, Symbol)>,
-    /// Output that is changed.
+    /// Output that the effect changes; `None` for other targets.
     output: Option<usize>,
-    /// Start of the keys that errors name.
+    /// First part of the keys that error messages name.
     key: String,
 }
 
@@ -297,7 +300,7 @@ impl<'m> DraftReader<'m> {
         ModelError { place, fault: Box::new(fault), excerpt }
     }
 
-    /// Checks the numbers of parameters and states with those of the effect.
+    /// Checks that the model, with the effect added, has no more parameters and states than allowed.
     fn check_limits(&self) -> Result<(), ModelError> {
         let (model, draft) = (self.model, self.draft);
         for (what, found, allowed) in [
@@ -322,7 +325,7 @@ impl<'m> DraftReader<'m> {
         Ok(Expression { tree, line: self.draft.line, key })
     }
 
-    /// Parses the changes of the equations.
+    /// Parses the changes that the effect makes to the equations.
     fn changes(&self) -> Result<Vec<Change>, ModelError> {
         let change = |((target, how), text): &(DraftTarget, String)| {
             Ok(Change { target: *target, how: *how, value: self.parse(how.key(), text, false)? })
@@ -330,7 +333,7 @@ impl<'m> DraftReader<'m> {
         self.draft.changes.iter().map(change).collect()
     }
 
-    /// Parses the states, whose names in the model begin with `prefix`.
+    /// Parses the states of the effect, whose names in the model begin with `prefix`.
     fn states(&self, prefix: &str) -> Result<Vec<State>, ModelError> {
         let state = |state: &DraftState| {
             Ok(State {
@@ -349,7 +352,7 @@ impl<'m> DraftReader<'m> {
         self.draft.states.iter().map(state).collect()
     }
 
-    /// Checks that an expression uses each parameter, unless the effect is a delay.
+    /// Checks that an effect's expressions use each of its parameters, unless the effect is a delay.
     fn check_parameters_are_used(&self, changes: &[Change], states: &[State]) -> Result<(), ModelError> {
         if changes.iter().any(|c| matches!(c.target, Target::Delay(_))) {
             return Ok(());
@@ -385,7 +388,7 @@ fn local_names(draft: &Draft, first_parameter: usize, first_state: usize) -> Vec
     names
 }
 
-/// Returns a name without the unit at its end; `None` if it has no unit.
+/// Strips the unit from the end of a name; `None` if the name has no unit.
 fn without_unit(name: &str) -> Option<&str> {
     Unit::from_column_name(name)?;
     // The shortest ending that gives the whole unit contains no other word.
