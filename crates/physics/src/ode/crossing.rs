@@ -1,25 +1,27 @@
 //! Where within a step a function of the states first falls through zero.
 
-/// Shares of a step at which a function is looked at before its crossing is bracketed.
+/// Number of equidistant points of a step at which the sign of an event function is checked.
 const LOOKS: usize = 8;
-/// Halvings of the first look, in search of a hop that is shorter than it.
+/// Maximum number of halvings of the first interval, in search of an excursion above zero shorter than it.
 const HALVINGS: usize = 50;
-/// Halvings of the bracket: to the resolution of a share.
+/// Number of bisections of the bracketed crossing: to the rounding error of its position in the step.
 const BISECTIONS: usize = 52;
 
-/// The first passage of a function through zero within a step.
+/// First passage of an event function through zero within a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Crossing {
     /// The function does not fall through zero.
     None,
-    /// The function first falls through zero at this share of the step.
+    /// The function first falls through zero at this fraction of the step.
     At(f64),
-    /// It rises from zero and is below it again before any number tells the two apart: hops without end.
+    /// The function rises from zero and falls again within less than the resolution (Zeno behaviour).
     Zeno,
 }
 
-/// Looks for the first share of a step at which `g` falls from above zero to zero or below. `rising` is whether it rises at
-/// the start: after an event the function is zero there up to rounding, and only its rate tells that it is left.
+/// Finds the first fraction of a step at which `g` falls from above zero to zero or below.
+///
+/// `rising` is whether `g` rises at the start. After an event `g` is zero there up to rounding, and only its
+/// rate shows that it leaves zero.
 pub(super) fn first_crossing(mut g: impl FnMut(f64) -> f64, rising: bool) -> Crossing {
     let begin = g(0.0);
     let mut above = (begin > 0.0).then_some(0.0);
@@ -51,7 +53,7 @@ pub(super) fn first_crossing(mut g: impl FnMut(f64) -> f64, rising: bool) -> Cro
     Crossing::Zeno
 }
 
-/// The upper end of the bracket after bisection: `g` is above zero at `low` and not at `high`.
+/// Upper end of the bracket of a crossing after bisection; `g` is above zero at `low` and not at `high`.
 fn bisect(mut g: impl FnMut(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
@@ -66,8 +68,8 @@ fn bisect(mut g: impl FnMut(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the first crossing is found, a function that leaves zero is not taken for one that falls, and a hop shorter
-    //! than every look is found or named.
+    //! Contract: the first crossing is found, a function that rises from zero is not taken for one that
+    //! falls, and a short excursion above zero is found or reported as Zeno behaviour.
     use super::*;
 
     #[test]

@@ -1,14 +1,14 @@
-//! Recorded inputs between their samples.
+//! Interpolation of recorded inputs between their samples.
 
 use crate::Scalar;
 use augsim_system::{InputInterpolation, Record, Schema};
 
-/// The inputs of a record, each on the piece between two of its samples that holds a time.
+/// Inputs of a record, each on the interval between two of its samples that contains the current time.
 #[derive(Clone, Debug)]
 pub(super) struct Inputs<'a> {
     schema: &'a Schema,
     record: &'a Record,
-    /// Index of the sample that begins the current piece of each stream; `None` before the first sample.
+    /// Index of the sample at which each input's current interval begins; `None` before the first sample.
     pieces: Vec<Option<usize>>,
 }
 
@@ -19,13 +19,13 @@ impl<'a> Inputs<'a> {
         inputs
     }
 
-    /// Enters the pieces that begin at `time` or hold it.
+    /// Selects for each input the interval between samples that contains `time` or begins there.
     pub fn enter(&mut self, time: f64) {
         let streams = self.record.inputs.iter();
         self.pieces = streams.map(|s| s.times.partition_point(|&t| t <= time).checked_sub(1)).collect();
     }
 
-    /// When the first of the current pieces ends, s; infinity if none does.
+    /// End of the current interval that ends first, s; infinity if none ends.
     pub fn end(&self) -> f64 {
         let ends = self.record.inputs.iter().zip(&self.pieces).filter_map(|(s, piece)| {
             let next = piece.map_or(0, |i| i + 1);
@@ -34,7 +34,7 @@ impl<'a> Inputs<'a> {
         ends.fold(f64::INFINITY, f64::min)
     }
 
-    /// The columns of all inputs at `time` on the current pieces, into `out`.
+    /// Writes the interpolated columns of all inputs at `time`, on the current intervals, to `out`.
     pub fn at<S: Scalar>(&self, time: S, out: &mut Vec<S>) {
         out.clear();
         for ((stream, piece), input) in self.record.inputs.iter().zip(&self.pieces).zip(&self.schema.inputs) {

@@ -14,21 +14,21 @@ use crate::lanes::{seeded, store};
 use crate::{Dual, Scalar};
 use augsim_system::{Offsets, Seed, Simulated, SimulationError, Task};
 
-/// Smallest step, as a share of the time that has passed or of a second, whichever is more.
+/// Smallest step, relative to the absolute time or to 1 s, whichever is larger.
 const SMALLEST_STEP: f64 = 1e-14;
-/// Newton steps on an event's time; the last one brings the derivatives.
+/// Number of Newton steps for the time of an event; the last one adds the derivatives.
 const NEWTON_STEPS: usize = 3;
 
-/// The law that moves the states at present.
+/// Equations that currently determine the rates of the states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
-    /// The equations.
+    /// The state equations hold.
     Free,
-    /// Rest since this event.
+    /// The system rests after the event with this index.
     Resting(usize),
 }
 
-/// A window that is being integrated.
+/// Integration of the equations over one window: equations, task, current step and counters.
 pub(super) struct Integration<'a, E, S> {
     equations: &'a E,
     task: &'a Task<'a>,
@@ -44,7 +44,10 @@ pub(super) struct Integration<'a, E, S> {
 }
 
 impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
-    /// `values` are all parameters of the equations, `place` where one of the task stands among them.
+    /// An integration at the start of the task's window.
+    ///
+    /// `values` are all parameters of the equations; `place` maps a parameter of the task to its index
+    /// in them.
     pub fn new(
         equations: &'a E,
         task: &'a Task<'a>,
@@ -77,7 +80,7 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
         }
     }
 
-    /// Integrates over the window, into `out`.
+    /// Integrates over the window and writes the samples to `out`.
     pub fn run(&mut self, out: &mut Simulated) -> Result<(), SimulationError> {
         let schema = self.equations.schema();
         let times = self.task.times();
@@ -162,7 +165,7 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
         self.step = step;
     }
 
-    /// A first step over which the states change by about a hundredth of their size.
+    /// Length of the first step, s: the states change over it by about 1 % of their size.
     fn first_length(&mut self, most: f64) -> f64 {
         let (n, mut u) = (self.step.start.len(), Vec::new());
         let mut rates = vec![S::zero(); n];
@@ -199,7 +202,7 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
         }
     }
 
-    /// The function that falls through zero at `event`, while it can happen.
+    /// Event function of `event`, or its release function if the system rests after that event.
     fn function<T: Scalar>(
         &self,
         event: usize,
@@ -218,7 +221,7 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
         }
     }
 
-    /// The rate of the function of `event` along the motion, from the rates of the states.
+    /// Time derivative of the event function of `event`, given the states and their rates.
     fn function_rate(&self, event: usize, time: f64, states: &[S], rates: &[S]) -> f64 {
         let moving = |value: f64, rate: f64| Dual::<1> { value, d: [rate] };
         let along: Vec<Dual<1>> =
@@ -227,7 +230,7 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
         self.function(event, &constants, moving(time, 1.0), &along, &mut Vec::new()).d[0]
     }
 
-    /// The first event within the step, and the share of the step at which it happens.
+    /// First event within the step, as its index and the fraction of the step at which it happens.
     fn next_event(&self) -> Result<Option<(usize, f64)>, SimulationError> {
         let count = self.equations.events();
         if count == 0 {
@@ -255,7 +258,7 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
         Ok(first)
     }
 
-    /// Shortens the step so that it ends at the event, with the derivatives of the event's time in its length.
+    /// Shortens the step to end at the event; the length then carries the derivatives of the event's time.
     fn stop_at(&mut self, event: usize, share: f64) {
         let whole = self.step.length.value();
         let begin = self.step.time;
@@ -277,7 +280,7 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
         self.take(length, true);
     }
 
-    /// A system that begins on an event and falls passes it at once.
+    /// Passes an event at the initial state if its function is zero there and falls.
     fn begin_on_an_event(&mut self, out: &mut Simulated) -> Result<(), SimulationError> {
         for event in 0..self.equations.events() {
             let (time, mut u) = (self.step.time, Vec::new());
@@ -294,7 +297,7 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
         Ok(())
     }
 
-    /// Passes the event at which the step ends: its reset, and rest or its end.
+    /// Passes the event at which the step ends: resets the states, and begins or ends a rest.
     fn pass(&mut self, event: usize, out: &mut Simulated) -> Result<(), SimulationError> {
         let time = self.step.time + self.step.length;
         if self.mode == Mode::Resting(event) {
@@ -339,7 +342,7 @@ impl<'a, E: Equations, S: Scalar> Integration<'a, E, S> {
         SimulationError::Events { system, events: self.events, time_s }
     }
 
-    /// Writes the samples up to `until` from the step.
+    /// Writes the samples up to time `until` from the interpolated step.
     fn emit(&mut self, until: f64, out: &mut Simulated) {
         let schema = self.equations.schema();
         let (mut states, mut u) = (Vec::new(), Vec::new());

@@ -1,21 +1,23 @@
-//! How exactly and how far a window is integrated.
+//! Tolerances of the integration, and limits on its steps and events.
 
-/// Most steps of one window, rejected ones included.
+/// Maximum number of steps in one window, including rejected ones.
 pub(super) const MAX_STEPS: usize = 1_000_000;
-/// Most events of one window.
+/// Maximum number of events in one window.
 pub(super) const MAX_EVENTS: usize = 1_000;
 
-/// How exactly a step is taken: its local error stays below `absolute + relative |state|`, in the unit of the state.
+/// Error tolerance of a step: its local error stays below `absolute + relative |state|`.
+///
+/// Both sides are in the unit of the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Share of the state.
+    /// Tolerated error relative to the size of the state.
     pub relative: f64,
-    /// Error that is allowed, in the unit of the state.
+    /// Absolute tolerated error, in the unit of the state.
     pub absolute: f64,
 }
 
 impl Default for Tolerance {
-    /// 1e-9 and 1e-11: far below the noise of any sensor, so that no step shows in a residual.
+    /// Relative 1e-9 and absolute 1e-11: far below sensor noise, so that residuals show no step.
     fn default() -> Self {
         Self { relative: 1e-9, absolute: 1e-11 }
     }

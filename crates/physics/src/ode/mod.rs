@@ -77,23 +77,23 @@ use std::sync::Arc;
 pub use equations::{At, Equations};
 pub use limits::Tolerance;
 
-/// Most derivatives of one simulation: more run in blocks.
+/// Maximum number of derivatives in one simulation; more are computed in blocks.
 const WIDEST: usize = 24;
-/// State equations as a [`System`].
+/// State equations as a [`System`], with the effects that were added to them.
 #[derive(Debug)]
 pub struct Ode<E> {
     equations: Arc<E>,
     tolerance: Tolerance,
     parameters: Vec<Parameter>,
     laws: Vec<ModelTerm>,
-    /// Declared parameters and those of every effect of the library, at their nominal values and their nulls.
+    /// Values of the declared parameters (nominal) and of the parameters of all library effects (null).
     values: Vec<f64>,
-    /// Where each parameter of a task stands in `values`.
+    /// Index in `values` of each parameter of a task.
     places: Vec<usize>,
 }
 
 impl<E: Equations> Ode<E> {
-    /// The system of these equations, with nothing added.
+    /// The system of these equations without added effects.
     pub fn new(equations: E) -> Self {
         let parameters = equations.parameters().to_vec();
         let nulls = equations.library().iter().flat_map(|e| &e.parameters).map(|p| p.null);
@@ -103,7 +103,7 @@ impl<E: Equations> Ode<E> {
         Self { equations, tolerance, parameters, laws: Vec::new(), values, places }
     }
 
-    /// Sets the tolerance that the system is integrated to.
+    /// Sets the error tolerance of the integration.
     pub fn with_tolerance(mut self, tolerance: Tolerance) -> Self {
         self.tolerance = tolerance;
         self

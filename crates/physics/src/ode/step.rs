@@ -3,33 +3,34 @@
 use super::tableau::{DENSE, ERROR_WEIGHTS, NODES, STAGE_WEIGHTS, STAGES};
 use crate::Scalar;
 
-/// A step with what its dense output needs. Buffers are kept from step to step.
+/// A Runge-Kutta step with the stages that its dense output needs. Its buffers are reused.
 #[derive(Clone, Debug)]
 pub(super) struct Step<S> {
     /// Number of states.
     n: usize,
-    /// When it begins, s.
+    /// Time at which the step begins, s.
     pub time: S,
-    /// How long it is, s. Where it ends at an event or at a fixed time its length depends on the seeds.
+    /// Length of the step, s. It carries derivatives if the step ends at an event or at a fixed time.
     pub length: S,
-    /// States at its beginning.
+    /// States at the beginning of the step.
     pub start: Vec<S>,
-    /// States at its end.
+    /// States at the end of the step.
     pub end: Vec<S>,
-    /// Rates at the stages, `[stage][state]`.
+    /// Time derivatives of the states at the stages, `[stage][state]`.
     rates: Vec<S>,
 }
 
 impl<S: Scalar> Step<S> {
-    /// A step that begins with `start` at `time`; nothing is computed yet.
+    /// A step that begins with the states `start` at `time`; nothing is computed yet.
     pub fn new(time: S, start: Vec<S>) -> Self {
         let n = start.len();
         let zero = S::zero();
         Self { n, time, length: zero, end: start.clone(), start, rates: vec![zero; STAGES * n] }
     }
 
-    /// Takes a step of `length` from the start; `rate(time, states, rates)` are the equations. With `first_known` the rates at
-    /// the start are those that the step holds already.
+    /// Makes a step of `length`, s, with the equations `rate(time, states, rates)`.
+    ///
+    /// With `first_known` the step already holds the rates at its start.
     pub fn take(&mut self, length: S, first_known: bool, rate: &mut impl FnMut(S, &[S], &mut [S])) {
         self.length = length;
         for stage in usize::from(first_known)..STAGES {
@@ -45,30 +46,30 @@ impl<S: Scalar> Step<S> {
         }
     }
 
-    /// Begins the next step where this one ends; the rates there are known.
+    /// Begins the next step at `time` with the states and rates at the end of this one.
     pub fn advance(&mut self, time: S) {
         self.time = time;
         std::mem::swap(&mut self.start, &mut self.end);
         self.rates.copy_within((STAGES - 1) * self.n.., 0);
     }
 
-    /// Begins the next step with `states` at `time`; the rates there are not known.
+    /// Begins the next step at `time` with other states, whose rates are not known.
     pub fn begin(&mut self, time: S, states: &[S]) {
         self.time = time;
         self.start.copy_from_slice(states);
     }
 
-    /// Rates at the end of the step.
+    /// Time derivatives of the states at the end of the step.
     pub fn end_rates(&self) -> &[S] {
         &self.rates[(STAGES - 1) * self.n..]
     }
 
-    /// Rates at the start of the step.
+    /// Time derivatives of the states at the start of the step.
     pub fn start_rates(&self) -> &[S] {
         &self.rates[..self.n]
     }
 
-    /// Root mean square of the local error, in units of the tolerance of each state.
+    /// Root mean square over the states of the local error divided by the tolerance of the state.
     pub fn error(&self, relative: f64, absolute: f64) -> f64 {
         let length = self.length.value();
         let sum: f64 = (0..self.n)
@@ -82,7 +83,7 @@ impl<S: Scalar> Step<S> {
         (sum / self.n.max(1) as f64).sqrt()
     }
 
-    /// States at the share `share` of the step, into `out`.
+    /// Writes the interpolated states at the fraction `share` of the step to `out`.
     pub fn at(&self, share: S, out: &mut Vec<S>) {
         out.clear();
         out.extend_from_slice(&self.start);
@@ -93,7 +94,7 @@ impl<S: Scalar> Step<S> {
         }
     }
 
-    /// Copies the step without derivatives.
+    /// Copy of the step without derivatives.
     pub fn values(&self) -> Step<f64> {
         let plain = |list: &[S]| list.iter().map(|x| x.value()).collect();
         Step {
@@ -113,7 +114,9 @@ mod tests {
     //! against the length, over two halvings of a step that is neither coarse nor at rounding.
     use super::*;
 
-    /// Error of one step of `length` of x' = v, v' = -x t at its end, and at 0.4 of it, against a step in 64 parts.
+    /// Errors of one step of `length` of x' = v, v' = -x t: at its end, and at 0.4 of it.
+    ///
+    /// The reference is the same interval in 64 steps.
     fn errors(length: f64) -> [f64; 2] {
         let mut rate = |t: f64, x: &[f64], out: &mut [f64]| (out[0], out[1]) = (x[1], -x[0] * t);
         let mut one = Step::new(1.0, vec![0.8, 0.3]);

@@ -4,13 +4,13 @@
 //! Appl. 62 (2011) 770. Fifth order at the ends of a step, an interpolant of fourth order within it. The last stage is the
 //! first one of the next step.
 
-/// Stages of a step.
+/// Number of stages of a step.
 pub(super) const STAGES: usize = 7;
 
-/// Times of the stages, in units of the step.
+/// Times of the stages, as fractions of the step.
 pub(super) const NODES: [f64; STAGES] = [0.0, 0.161, 0.327, 0.9, 0.980_025_540_904_509_7, 1.0, 1.0];
 
-/// Weights of the earlier stages in each stage; the last row is also that of the step.
+/// Weights of the earlier stages' rates in each stage; the last row gives the result of the step.
 pub(super) const STAGE_WEIGHTS: [&[f64]; STAGES] = [
     &[],
     &[0.161],
@@ -34,7 +34,7 @@ pub(super) const STAGE_WEIGHTS: [&[f64]; STAGES] = [
     ],
 ];
 
-/// Weights of the stages in the difference between the fifth and the fourth order.
+/// Weights of the stages' rates in the error estimate, the difference of fifth and fourth order.
 pub(super) const ERROR_WEIGHTS: [f64; STAGES] = [
     -0.001_780_011_052_225_777,
     -0.000_816_434_459_656_746_9,
@@ -45,7 +45,7 @@ pub(super) const ERROR_WEIGHTS: [f64; STAGES] = [
     1.0 / 66.0,
 ];
 
-/// Coefficients of θ, θ², θ³ and θ⁴ in the weight of each stage at the share θ of a step.
+/// Coefficients of θ, θ², θ³ and θ⁴ in the weight of each stage at the fraction θ of a step.
 pub(super) const DENSE: [[f64; 4]; STAGES] = [
     [1.0, -2.763_706_197_274_826, 2.913_255_461_821_912_6, -1.053_088_497_729_021_6],
     [0.0, 0.1317, -0.2234, 0.1017],

@@ -21,20 +21,20 @@ use crate::Scalar;
 /// Mode of the contact between rod and object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// The rod does not touch.
+    /// The rod does not touch the object.
     Free,
-    /// The rod touches and does not slide.
+    /// The rod touches the object and does not slide along it.
     Stick,
-    /// The rod slides along `t = rot90(n)` relative to the object.
+    /// The rod slides on the object in the direction of the tangent `t = rot90(n)`, n the contact normal.
     Left,
-    /// The rod slides against `t = rot90(n)` relative to the object.
+    /// The rod slides on the object against the tangent `t = rot90(n)`, n the contact normal.
     Right,
-    /// The rod touches without pressing: it moves away or rests.
+    /// The rod touches the object without pressing: it moves away or rests.
     Separate,
 }
 
 impl Mode {
-    /// Name of the mode in files.
+    /// Name of the contact mode in files.
     pub fn name(self) -> &'static str {
         match self {
             Mode::Free => "free",
@@ -51,14 +51,14 @@ impl Mode {
 pub struct Touch<S> {
     /// Contact point seen from the origin of the body, m.
     pub point: Vector<S>,
-    /// Unit normal into the object.
+    /// Unit normal of the contact, into the object.
     pub normal: Vector<S>,
-    /// Velocity of the rod, m/s.
+    /// Velocity of the rod at the contact, m/s.
     pub velocity: Vector<S>,
 }
 
 impl<S: Scalar> Touch<S> {
-    /// The contact as plain numbers, without derivatives.
+    /// Copy of the contact as plain numbers, without derivatives.
     pub(super) fn values(&self) -> Touch<f64> {
         let value = |a: Vector<S>| a.map(S::value);
         Touch { point: value(self.point), normal: value(self.normal), velocity: value(self.velocity) }
@@ -66,7 +66,7 @@ impl<S: Scalar> Touch<S> {
 }
 
 impl Touch<f64> {
-    /// The contact as constants of another scalar.
+    /// Copy of the contact as constants of another scalar.
     pub(super) fn lift<T: Scalar>(&self) -> Touch<T> {
         let lift = |a: Vector<f64>| a.map(T::constant);
         Touch { point: lift(self.point), normal: lift(self.normal), velocity: lift(self.velocity) }
@@ -78,19 +78,19 @@ impl Touch<f64> {
 /// `mu (1 + rise |slip|)`, but at least 5 % of `mu`, so that a negative rise cannot make it negative.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactFriction<S> {
-    /// Coefficient at zero slip.
+    /// Friction coefficient at zero slip.
     pub at_rest: S,
-    /// Relative rise per slip speed, s/m; `None` for a constant coefficient.
+    /// Relative rise of the coefficient per slip speed, s/m; `None` for a constant coefficient.
     pub rise_s_per_m: Option<S>,
 }
 
 impl<S: Scalar> ContactFriction<S> {
-    /// Coulomb friction with a constant coefficient.
+    /// A friction law with a constant coefficient (Coulomb).
     pub fn coulomb(coefficient: S) -> Self {
         Self { at_rest: coefficient, rise_s_per_m: None }
     }
 
-    /// The coefficient at the slip velocity `slip`, m/s.
+    /// Friction coefficient at the slip velocity `slip`, m/s.
     pub(super) fn at(&self, slip: S) -> S {
         let Some(rise) = self.rise_s_per_m else { return self.at_rest };
         let factor = rise * slip.abs() + 1.0;
@@ -108,11 +108,11 @@ impl<S: Scalar> ContactFriction<S> {
 pub struct Response<S> {
     /// Mode of the contact.
     pub mode: Mode,
-    /// The object's twist.
+    /// Velocity and angular velocity of the object.
     pub twist: Twist<S>,
     /// Force of the rod on the object, in units of the sliding force `mu_s m g`.
     pub force: Vector<S>,
-    /// Velocity of the rod relative to the object along `t = rot90(n)`, m/s.
+    /// Velocity of the rod relative to the object along the tangent `t = rot90(n)`, m/s.
     pub slip: S,
 }
 
@@ -123,7 +123,7 @@ impl<S: Scalar> Response<S> {
     }
 }
 
-/// Mode of sliding with the slip velocity of this sign.
+/// Contact mode of sliding with a slip velocity of this sign.
 pub(super) fn slide_mode(sign: f64) -> Mode {
     if sign > 0.0 { Mode::Left } else { Mode::Right }
 }
@@ -134,7 +134,7 @@ pub(super) fn cone_edge<S: Scalar>(normal: Vector<S>, friction: S, sign: f64) ->
     scale(add(normal, scale(rot90(normal), friction * sign)), k)
 }
 
-/// Response of an object with the ellipsoidal limit surface, in closed form; see equation (1) above.
+/// Response of an object with the ellipsoidal limit surface to the rod, by formula (1).
 #[inline]
 pub(super) fn ellipsoid_response<S: Scalar>(
     support: &Support<'_, S>,

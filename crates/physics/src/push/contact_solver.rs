@@ -24,10 +24,10 @@ use super::surface::Surface;
 use super::warm_start::WarmStart;
 use crate::{Dual, Scalar};
 
-/// Relative size of a Newton step that ends the iteration; the error after it is of the order of its square.
+/// Relative size of a Newton step that ends the iteration; the error after it is about its square.
 const STEP_TOLERANCE: f64 = 1e-7;
 
-/// Left side of (1) for the contact velocity `v`, with the wrench demanded and the twist.
+/// Moment residual of sticking, formula (1), at the contact velocity `v`; also the wrench and the twist.
 #[inline]
 fn stick_residual<T: Scalar>(
     support: &Support<'_, T>,
@@ -40,17 +40,19 @@ fn stick_residual<T: Scalar>(
     (w.moment - cross(touch.point, w.force), w, twist)
 }
 
-/// Solution of (1).
+/// Solution of the sticking contact, formula (1): angular velocity and derivatives.
 struct StickSolution {
-    /// Angular velocity, rad/s.
+    /// Angular velocity of the object, rad/s.
     rotation: f64,
-    /// Derivative of the residual with respect to the angular velocity.
+    /// Derivative of the moment residual with respect to the angular velocity.
     residual_derivative: f64,
-    /// Derivative of the force with respect to the angular velocity.
+    /// Derivative of the contact force with respect to the angular velocity.
     force_derivative: Vector<f64>,
 }
 
-/// Solves (1) by Newton's method, kept in a bracket by bisection, from the guess `start`.
+/// Solves formula (1) for the angular velocity of a sticking contact, from the guess `start`.
+///
+/// Newton's method is kept in a bracket by bisection.
 fn stick_root(support: &Support<'_, f64>, touch: &Touch<f64>, v: Vector<f64>, start: f64) -> StickSolution {
     let (lifted, lifted_touch) = (support.lift::<Dual<1>>(), touch.lift::<Dual<1>>());
     let lifted_v = v.map(Dual::constant);
@@ -101,19 +103,19 @@ fn stick_root(support: &Support<'_, f64>, touch: &Touch<f64>, v: Vector<f64>, st
 struct Cone<S> {
     normal: Vector<S>,
     friction: ContactFriction<S>,
-    /// 1 for sliding along `t`, -1 against it.
+    /// Direction of sliding: 1 along the contact tangent `t`, -1 against it.
     sign: f64,
 }
 
 impl<S: Scalar> Cone<S> {
-    /// Unit force along the edge at this slip velocity.
+    /// Unit force along the edge of the friction cone at this slip velocity.
     fn edge(&self, slip: S) -> Vector<S> {
         cone_edge(self.normal, self.friction.at(slip), self.sign)
     }
 }
 
 impl Cone<f64> {
-    /// The cone edge as constants of another scalar.
+    /// Copy of the cone edge as constants of another scalar.
     fn lift<T: Scalar>(&self) -> Cone<T> {
         Cone {
             normal: self.normal.map(T::constant),
@@ -123,7 +125,7 @@ impl Cone<f64> {
     }
 }
 
-/// Left sides of (2), with the wrench demanded and the twist.
+/// Residuals of sliding, formula (2): moment and force direction; also the wrench and the twist.
 #[inline]
 fn slide_residual<T: Scalar>(
     support: &Support<'_, T>,
@@ -138,27 +140,27 @@ fn slide_residual<T: Scalar>(
     ([moment, cross(edge, w.force)], w, twist)
 }
 
-/// Solution of (2).
+/// Solution of the sliding contact, formula (2): slip, angular velocity and derivatives.
 struct SlideSolution {
-    /// Slip velocity, m/s.
+    /// Slip velocity of the rod along the object, m/s.
     slip: f64,
-    /// Angular velocity, rad/s.
+    /// Angular velocity of the object, rad/s.
     rotation: f64,
-    /// Inverse Jacobian of the two residuals with respect to slip and angular velocity.
+    /// Inverse Jacobian of both residuals of formula (2) with respect to slip and angular velocity.
     inverse_jacobian: [[f64; 2]; 2],
-    /// Jacobian of the force (rows x and y) with respect to slip and angular velocity.
+    /// Jacobian of the contact force (rows x and y) with respect to slip and angular velocity.
     force_jacobian: [[f64; 2]; 2],
 }
 
 impl SlideSolution {
-    /// The solution at `x` (slip, angular velocity), from the residuals `r` and the wrench `w` near it.
+    /// The solution `x` (slip, angular velocity), with derivatives of the residuals `r` and the wrench `w`.
     fn new(x: [f64; 2], r: &[Dual<2>; 2], w: &Wrench<Dual<2>>) -> Self {
         let inverse_jacobian = inverse2([r[0].d, r[1].d]);
         Self { slip: x[0], rotation: x[1], inverse_jacobian, force_jacobian: w.force.map(|f| f.d) }
     }
 }
 
-/// Function that evaluates (2) and the wrench demanded, with derivatives in slip and angular velocity.
+/// Function from (slip, angular velocity) to the residuals of formula (2) and the wrench, as dual numbers.
 fn slide_evaluation(
     support: &Support<'_, f64>,
     touch: &Touch<f64>,
@@ -173,7 +175,7 @@ fn slide_evaluation(
     }
 }
 
-/// Solves (2) by damped Newton steps from `start` (slip, angular velocity).
+/// Solves formula (2) for a sliding contact by damped Newton steps from `start` (slip, rotation rate).
 ///
 /// Returns `None` if the iteration does not converge, if the rod would have to pull, or if the slip has the
 /// wrong sign for this edge of the cone.
@@ -230,7 +232,9 @@ fn inverse2(m: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
     [[m[1][1] * k, -m[0][1] * k], [-m[1][0] * k, m[0][0] * k]]
 }
 
-/// Solves (2) by bisection on the slip, with the root of (1) at each slip: slow, but it always converges.
+/// Solves formula (2) for a sliding contact by bisection on the slip.
+///
+/// Each slip needs the root of formula (1): slow, but it always converges.
 fn slide_by_bisection(
     support: &Support<'_, f64>,
     touch: &Touch<f64>,
@@ -323,7 +327,7 @@ pub(super) fn solve_contact<S: Scalar>(
     slide_response(support, touch, friction, sign, &solution)
 }
 
-/// The response of a sticking contact, with derivatives.
+/// Response of a sticking contact, with derivatives from one Newton step.
 fn stick_response<S: Scalar>(
     support: &Support<'_, S>,
     touch: &Touch<S>,
@@ -342,7 +346,7 @@ fn stick_response<S: Scalar>(
     Response { mode: Mode::Stick, twist, force, slip: S::zero() }
 }
 
-/// The response of a sliding contact, with derivatives.
+/// Response of a sliding contact, with derivatives from one Newton step.
 fn slide_response<S: Scalar>(
     support: &Support<'_, S>,
     touch: &Touch<S>,
@@ -366,7 +370,7 @@ fn slide_response<S: Scalar>(
     Response { mode: slide_mode(sign), twist, force, slip }
 }
 
-/// Angular velocity of the equivalent ellipsoid in sticking contact, rad/s: the initial guess for (1).
+/// Initial guess for formula (1): the angular velocity of the sticking equivalent ellipsoid, rad/s.
 fn stick_guess(ellipsoid_support: &Support<'_, f64>, touch: &Touch<f64>) -> f64 {
     let c = ellipsoid_support.surface.nominal_c();
     let arm = sub(touch.point, ellipsoid_support.centre);
@@ -377,8 +381,9 @@ fn stick_guess(ellipsoid_support: &Support<'_, f64>, touch: &Touch<f64>) -> f64 
     cross(arm, f) / (c * c)
 }
 
-/// Slip and angular velocity of the equivalent ellipsoid with a force along `edge`: the initial guess for
-/// (2).
+/// Initial guess for formula (2): slip, m/s, and angular velocity, rad/s, of the equivalent ellipsoid.
+///
+/// The contact force is along `edge`.
 fn slide_guess(ellipsoid_support: &Support<'_, f64>, touch: &Touch<f64>, edge: Vector<f64>) -> [f64; 2] {
     let c = ellipsoid_support.surface.nominal_c();
     let arm = sub(touch.point, ellipsoid_support.centre);

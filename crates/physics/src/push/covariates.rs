@@ -3,8 +3,9 @@
 use super::path::{Motion, Path, Recorded};
 use augsim_system::Record;
 
-/// Time since the start, heading and speed of the rod at each sample; NaN for the latter two if the rod
-/// rests.
+/// Time since the start, and heading and speed of the rod, at each sample of a record.
+///
+/// Heading and speed are NaN if the rod rests.
 pub(super) fn residual_axes(record: &Record) -> Vec<(String, Vec<f64>)> {
     let start_time = record.times.first().copied().unwrap_or(0.0);
     let rod = record.inputs.first();

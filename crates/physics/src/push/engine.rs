@@ -19,12 +19,12 @@ use super::world::World;
 use crate::Scalar;
 use thiserror::Error;
 
-/// Largest initial overlap of rod and object, m, that is accepted as measurement error.
+/// Largest initial overlap of rod and object, m, that counts as measurement error.
 ///
 /// At least this much, or half the radius of the rod if that is more.
 const MAX_INITIAL_OVERLAP_M: f64 = 1e-3;
 
-/// Speed below which an object with inertia and without a moving rod is at rest, m/s.
+/// Speed, m/s, below which an object with inertia is at rest if the rod does not move.
 const REST_SPEED_M_S: f64 = 1e-6;
 
 /// Error of a push that cannot be simulated.
@@ -37,17 +37,17 @@ pub enum PushError {
          that the pose is that of the area centroid"
     )]
     StartsInside {
-        /// Name of the object.
+        /// Name of the object that overlaps the rod.
         object: String,
-        /// Overlap, mm.
+        /// Depth of the overlap, mm.
         depth_mm: f64,
-        /// Rod centre, x, m.
+        /// Position of the rod centre along x, m.
         x_m: f64,
-        /// Rod centre, y, m.
+        /// Position of the rod centre along y, m.
         y_m: f64,
-        /// Position of the object, x, m.
+        /// Position of the object along x, m.
         object_x_m: f64,
-        /// Position of the object, y, m.
+        /// Position of the object along y, m.
         object_y_m: f64,
         /// Angle of the object, rad.
         angle_rad: f64,
@@ -57,9 +57,9 @@ pub enum PushError {
         "the simulation of {object} diverged (non-finite pose) at t = {time_s} s; check the model's parameters"
     )]
     NotFinite {
-        /// Name of the object.
+        /// Name of the simulated object.
         object: String,
-        /// Time of the first such sample, s.
+        /// Time of the first sample with a pose that is not finite, s.
         time_s: f64,
     },
 }
@@ -69,9 +69,9 @@ pub enum PushError {
 pub struct Steps {
     /// Longest travel of the rod in one sub-step, m.
     pub travel_m: f64,
-    /// Longest sub-step, s. Quasi-static motion along a smooth path needs no such bound.
+    /// Longest duration of a sub-step, s; not needed for quasi-static motion along a smooth path.
     pub duration_s: f64,
-    /// Longest sub-step of an object with inertia, s.
+    /// Longest duration of a sub-step of an object with inertia, s.
     pub inertial_s: f64,
 }
 
@@ -88,26 +88,26 @@ impl Default for Steps {
 pub struct Push<'a, S, P> {
     /// The object and the effects that act on it.
     pub world: &'a World,
-    /// Parameter values, `world.parameter_count()` of them.
+    /// Parameter values of the object and the effects, `world.parameter_count()` of them.
     pub parameters: &'a [S],
     /// Pose of the object at the first requested time, as the sensor reports it.
     pub start: Pose<S>,
-    /// Path of the rod, as it is reported.
+    /// Path of the rod, as reported by the robot.
     pub path: &'a P,
-    /// Map of relative friction over the table, for simulated truths; friction is then summed over patches.
+    /// Map of relative friction over the table, for generated data; friction is then summed over patches.
     pub field: Option<&'a Field>,
-    /// Bounds on the sub-steps.
+    /// Bounds on the length of integration sub-steps.
     pub steps: Steps,
 }
 
-/// The result of a simulation; its buffers can be reused for many pushes.
+/// Result of simulating a push; its buffers can be reused for many pushes.
 #[derive(Clone, Debug, Default)]
 pub struct Run<S> {
     /// Pose as the sensor reports it at each requested time; the first is the start.
     pub poses: Vec<Pose<S>>,
     /// Contact, twist and force at each requested time; with a delayed sensor, at the time it reports.
     pub instants: Vec<Instant<S>>,
-    /// Number of integration sub-steps.
+    /// Number of integration sub-steps that were made.
     pub steps: usize,
 }
 
@@ -139,7 +139,9 @@ pub fn simulate_in_progress<S: Scalar, P: Path<S>>(
     simulate_push(push, times, run, true)
 }
 
-/// Gap, m, up to which a push in progress counts as touching: several times the noise of a pose.
+/// Largest gap between rod and object, m, that counts as contact in a push in progress.
+///
+/// It is several times the noise of a pose.
 const MAX_GAP_UNDER_WAY_M: f64 = 1e-3;
 
 /// [`simulate`], or [`simulate_in_progress`] if `is_mid_motion` is true.
@@ -207,7 +209,7 @@ pub(super) fn simulate_push<S: Scalar, P: Path<S>>(
     Ok(())
 }
 
-/// State of the object between sub-steps.
+/// State of the object between sub-steps: pose, twist and initial guess of the contact solver.
 #[derive(Clone, Copy, Debug)]
 struct State<S> {
     pose: Pose<S>,
@@ -215,7 +217,7 @@ struct State<S> {
     warm_start: Option<WarmStart>,
 }
 
-/// Integrator of one world with given parameter values.
+/// Integrator that moves one object with given parameter values.
 #[derive(Clone, Debug)]
 pub struct Stepper<'a, S> {
     pub(super) scene: Scene<'a, S>,
@@ -223,14 +225,14 @@ pub struct Stepper<'a, S> {
     steps_taken: usize,
 }
 
-/// The result of [`Stepper::step`].
+/// State of the object after [`Stepper::step`].
 #[derive(Clone, Copy, Debug)]
 pub struct StepResult<S> {
-    /// Pose after the step.
+    /// Pose of the object after the step.
     pub pose: Pose<S>,
-    /// Twist at the end of the step; the initial twist of the next step for an object with inertia.
+    /// Twist of the object at the end of the step; with inertia the initial twist of the next step.
     pub twist: Twist<S>,
-    /// Contact at the end of the step.
+    /// Contact, twist and force at the end of the step.
     pub instant: Instant<S>,
 }
 
@@ -294,7 +296,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         Pose { position: sub(pose.position, Rotation::new(angle).to_world(offset)), angle }
     }
 
-    /// Returns an error if the rod overlaps the object by more than measurement errors explain.
+    /// Checks that the rod overlaps the object by no more than measurement errors explain.
     pub(super) fn check_start(&self, pose: &Pose<S>, rod: Vector<S>) -> Result<(), PushError> {
         let depth = -self.scene.gap(pose, rod).0.value();
         let max_depth = MAX_INITIAL_OVERLAP_M.max(0.5 * self.scene.setting.rod_radius_m.value());
@@ -361,7 +363,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         sub(rod, scale(force, compliance))
     }
 
-    /// Makes a quasi-static sub-step of `h` s from `start`; the object rests until the rod touches it.
+    /// Makes a quasi-static sub-step of `h` s from time `start`; the object rests until the rod touches it.
     ///
     /// `warm_start` is the initial guess of the contact solver, and is updated.
     pub(super) fn quasi_static_substep<M: Motion<S>>(
@@ -386,7 +388,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         self.runge_kutta(piece, touch, S::constant(end) - touch, pose, warm_start)
     }
 
-    /// Time at which the gap closes between `start` and `start + h`, s.
+    /// Time, s, at which the gap between rod and object closes, between `start` and `start + h`.
     ///
     /// Newton's method with a bracket finds the value; one more step in `S` carries the derivatives. `gap`
     /// and `end_gap` are the gaps at both ends, m.
@@ -425,7 +427,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         S::constant(guess) - g * (1.0 / rate.value())
     }
 
-    /// Makes one classical Runge-Kutta step of a pair in contact, then closes the remaining gap or overlap.
+    /// Makes one classical Runge-Kutta step with rod and object in contact, then closes the gap.
     fn runge_kutta<M: Motion<S>>(
         &self,
         piece: &M,
@@ -478,7 +480,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         Pose { position: add(pose.position, scale(outward, gap)), angle: pose.angle }
     }
 
-    /// Makes an implicit Euler sub-step of `h` s from `start` for an object with inertia.
+    /// Makes an implicit Euler sub-step of `h` s from time `start` for an object with inertia.
     fn inertial_substep<M: Motion<S>>(&self, piece: &M, start: f64, h: f64, state: &mut State<S>) {
         let (begin, end) = (S::constant(start), S::constant(start + h));
         let is_still = |v: Vector<S>| dot(v, v).value() < REST_SPEED_M_S * REST_SPEED_M_S;

@@ -12,7 +12,7 @@ pub struct Field {
 }
 
 impl Field {
-    /// A map of `nodes × nodes` values, row by row (x fastest).
+    /// A map of `nodes × nodes` friction values, row by row (x fastest).
     ///
     /// `low_m` is the corner with the smallest coordinates and `pitch_m` the distance between nodes. Returns
     /// `None` if the number of values does not match or a value is not positive.
@@ -21,7 +21,7 @@ impl Field {
         (fits && values.iter().all(|v| *v > 0.0)).then_some(Self { low_m, pitch_m, nodes, values })
     }
 
-    /// Relative friction at `place`, m, in the world frame.
+    /// Relative friction of the table at `place`, m, in the world frame.
     pub fn factor(&self, place: Vector<f64>) -> f64 {
         let last = (self.nodes - 1) as f64;
         let cell = |axis: usize| {

@@ -22,13 +22,13 @@ const PRESSURE_ITERATIONS: usize = 3;
 pub struct Instant<S> {
     /// Mode of the contact.
     pub mode: Mode,
-    /// The object's twist.
+    /// Velocity and angular velocity of the object.
     pub twist: Twist<S>,
     /// Force of the rod on the object, N.
     pub force: Vector<S>,
     /// Point of the object that is closest to the rod, body frame, m.
     pub contact: Vector<S>,
-    /// Outward unit normal at that point, body frame.
+    /// Outward unit normal of the object at the contact point, body frame.
     pub outward: Vector<S>,
     /// Gap between rod and object, m; negative where they overlap.
     pub gap: S,
@@ -44,13 +44,13 @@ impl<S: Scalar> Instant<S> {
     }
 }
 
-/// A world with given parameter values.
+/// A pushed object with given parameter values, ready to be evaluated at any pose.
 #[derive(Clone, Debug)]
 pub(super) struct Scene<'a, S> {
     pub world: &'a World,
     pub setting: Setting<S>,
     pub field: Option<&'a Field>,
-    /// Friction of each patch at the last pose passed to [`Scene::read_friction_map`].
+    /// Relative friction of each patch of the object at the last pose of [`Scene::read_friction_map`].
     weights: Vec<f64>,
 }
 
@@ -86,13 +86,13 @@ impl<'a, S: Scalar> Scene<'a, S> {
         }
     }
 
-    /// True position of the rod for a reported one, m.
+    /// True position of the rod for a reported one, m: without errors of registration and tip offset.
     pub fn true_rod(&self, reported: Vector<S>) -> Vector<S> {
         let registered = self.setting.registration.map_or(reported, |r| r.position(reported));
         self.setting.tip_offset_m.map_or(registered, |offset| add(registered, offset))
     }
 
-    /// True velocity of the rod for a reported one, m/s.
+    /// True velocity of the rod for a reported one, m/s: without errors of the frame registration.
     pub fn true_velocity(&self, reported: Vector<S>) -> Vector<S> {
         self.setting.registration.map_or(reported, |r| r.velocity(reported))
     }
@@ -109,13 +109,13 @@ impl<'a, S: Scalar> Scene<'a, S> {
         }
     }
 
-    /// Gap between object and rod, m, and the outward normal in the world frame.
+    /// Gap between object and rod, m, and the object's outward normal at the gap, in the world frame.
     pub fn gap(&self, pose: &Pose<S>, rod: Vector<S>) -> (S, Vector<S>) {
         let g = self.geometry(pose, rod);
         (g.gap, g.rotation.to_world(g.outward))
     }
 
-    /// The limit surface in the current setting.
+    /// Limit surface that the parameters and effects select.
     fn surface(&self) -> Surface<'_, S> {
         let s = &self.setting;
         let footprint_scale = || s.c_m * (1.0 / self.world.mean_radius_m);
@@ -134,7 +134,7 @@ impl<'a, S: Scalar> Scene<'a, S> {
         }
     }
 
-    /// The map `H` of anisotropic friction in the body frame; `None` if friction is isotropic.
+    /// Map `H` of velocities for anisotropic friction, body frame; `None` if friction is isotropic.
     fn metric(&self, rotation: Rotation<S>) -> Option<Matrix<S>> {
         let s = &self.setting;
         if s.table_anisotropy.is_none() && s.object_anisotropy.is_none() {
@@ -225,7 +225,7 @@ impl<'a, S: Scalar> Scene<'a, S> {
         response
     }
 
-    /// The instant with the object at `pose` and the rod at `rod`, moving with `velocity`.
+    /// Contact, twist and force with the object at `pose` and the rod at `rod`, moving with `velocity`.
     ///
     /// With `touching` the pair is in contact whatever the gap; otherwise the gap decides.
     #[inline]
@@ -245,11 +245,11 @@ impl<'a, S: Scalar> Scene<'a, S> {
         self.instant_from(&g, response)
     }
 
-    /// The instant at the end of an implicit Euler step of length `h`, s, that begins at `pose` with
-    /// `previous`.
+    /// Contact, twist and force at the end of an implicit Euler step of length `h`, s, from `pose`.
     ///
-    /// The rod moves with `velocity`. An open gap adds `gap / h` to the rod's velocity along the outward
-    /// normal in the contact condition, so that the rod acts only once the gap has closed.
+    /// `previous` is the twist before the step. The rod moves with `velocity`. An open gap adds `gap / h` to
+    /// the rod's velocity along the outward normal in the contact condition, so that the rod acts only once
+    /// the gap has closed.
     pub fn implicit_euler_step(
         &self,
         pose: &Pose<S>,
@@ -270,7 +270,7 @@ impl<'a, S: Scalar> Scene<'a, S> {
         instant
     }
 
-    /// Converts a response in the body frame to an [`Instant`].
+    /// Converts a contact response in the body frame to an [`Instant`] in the world frame.
     fn instant_from(&self, g: &Geometry<S>, response: Response<S>) -> Instant<S> {
         let to_world = |a: Vector<S>| g.rotation.to_world(a);
         Instant {
@@ -294,7 +294,7 @@ fn anisotropy_map<S: Scalar>(a: &Anisotropy<S>) -> Matrix<S> {
     [[along * c * c + across * s * s, off], [off, along * s * s + across * c * c]]
 }
 
-/// Matrix product.
+/// Product of two 2 x 2 matrices.
 fn product<S: Scalar>(a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
     let element = |i: usize, j: usize| a[i][0] * b[0][j] + a[i][1] * b[1][j];
     [[element(0, 0), element(0, 1)], [element(1, 0), element(1, 1)]]

@@ -19,7 +19,7 @@ pub struct Moments {
     pub area_m2: f64,
     /// Centroid, m.
     pub centroid_m: Vector<f64>,
-    /// Mean of `ρρᵀ` about the origin, as xx, xy, yy, m².
+    /// Second moments xx, xy and yy about the origin: mean of `ρρᵀ` over the area, m².
     pub second_m2: [f64; 3],
 }
 
@@ -53,7 +53,7 @@ impl Moments {
         Self { area_m2: area, centroid_m: first.map(|f| f / area), second_m2: second.map(|s| s / area) }
     }
 
-    /// Moments of an outline.
+    /// Area moments of an outline.
     pub fn of_outline(outline: &Outline) -> Self {
         match outline {
             Outline::Polygon(polygon) => Self::of_polygon(polygon.vertices()),
@@ -65,13 +65,13 @@ impl Moments {
         }
     }
 
-    /// Mean square distance from the origin, m²; times the mass it is the moment of inertia.
+    /// Mean square distance from the origin, m². Times the mass it is the moment of inertia.
     pub fn mean_square_radius(&self) -> f64 {
         self.second_m2[0] + self.second_m2[2]
     }
 }
 
-/// Mean distance from the origin under uniform pressure, m: the `c` of the ellipsoidal limit surface.
+/// Mean distance from the origin, m: the `c` of the ellipsoidal limit surface under uniform pressure.
 pub fn mean_radius(outline: &Outline) -> f64 {
     match outline {
         Outline::Polygon(polygon) => mean_radius_of_polygon(polygon),
@@ -91,7 +91,7 @@ pub fn mean_radius(outline: &Outline) -> f64 {
     }
 }
 
-/// Mean distance from the origin of a polygon, by equation (1), m.
+/// Mean distance from the origin over the area of a polygon, m, by formula (1).
 fn mean_radius_of_polygon(polygon: &Polygon) -> f64 {
     let vertices = polygon.vertices();
     let n = vertices.len();

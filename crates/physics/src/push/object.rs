@@ -14,9 +14,9 @@ use super::planar::Vector;
 pub struct Object {
     /// Name of the object.
     pub name: String,
-    /// Outline in the body frame, whose origin is the area centroid.
+    /// Outline of the object in the body frame, whose origin is the area centroid.
     pub outline: Outline,
-    /// Mass, kg, if known.
+    /// Mass of the object, kg; `None` if unknown.
     pub mass_kg: Option<f64>,
     /// Origin of the frame tracked in the recordings, seen from the centroid, m.
     pub tracked_origin_m: Vector<f64>,
@@ -97,12 +97,12 @@ impl Object {
         }
     }
 
-    /// The `c` of the ellipsoidal limit surface under uniform pressure, m.
+    /// Length `c` of the ellipsoidal limit surface under uniform pressure, m.
     pub fn uniform_c_m(&self) -> f64 {
         mean_radius(&self.outline)
     }
 
-    /// Number of sides; 1 for an ellipse.
+    /// Number of sides of the outline; 1 for an ellipse.
     pub fn sides(&self) -> usize {
         match &self.outline {
             Outline::Polygon(polygon) => polygon.vertices().len(),

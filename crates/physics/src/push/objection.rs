@@ -9,10 +9,10 @@ use thiserror::Error;
 ///
 /// Markers, clocks and outlines are off by a few millimetres.
 const MAX_CONTACT_GAP_M: f64 = 5e-3;
-/// Fewest third differences of poses, over all pushes, from which the noise is estimated.
+/// Minimum number of third differences of poses, over all pushes, to estimate the noise.
 const MIN_NOISE_SAMPLES: usize = 20;
 
-/// Reason why the recordings cannot be calibrated.
+/// Reason why recorded pushes cannot be calibrated.
 #[derive(Debug, Error)]
 enum Reason {
     #[error(
@@ -35,7 +35,7 @@ pub(super) fn too_short() -> Objection {
     Objection::new(Reason::TooShort)
 }
 
-/// Returns the reason why these pushes cannot be calibrated, or `None`.
+/// Reason why these pushes cannot be calibrated; `None` if they can.
 pub(super) fn objection(
     world: &World,
     parameters: &[Parameter],

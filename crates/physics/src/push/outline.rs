@@ -12,7 +12,7 @@ use crate::Scalar;
 /// The direction from the vertex to the rod is undefined there.
 const VERTEX_TOLERANCE_M: f64 = 1e-12;
 
-/// One side of a polygon.
+/// One side of a polygon, from a vertex to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Edge {
     start: Vector<f64>,
@@ -65,7 +65,7 @@ impl Polygon {
         Some(Self { vertices: distinct, edges, is_convex })
     }
 
-    /// The vertices, m, counter-clockwise.
+    /// Vertices of the polygon, m, counter-clockwise.
     pub fn vertices(&self) -> &[Vector<f64>] {
         &self.vertices
     }
@@ -145,11 +145,11 @@ impl Polygon {
 /// The point of an outline that is closest to a given point.
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest<S> {
-    /// The closest point, body frame, m.
+    /// Closest point of the outline, body frame, m.
     pub point: Vector<S>,
-    /// Outward unit normal at the closest point.
+    /// Outward unit normal of the outline at the closest point.
     pub outward: Vector<S>,
-    /// Signed distance, m; negative inside the outline.
+    /// Signed distance of the given point from the outline, m; negative inside.
     pub distance: S,
     /// Index of the side with the closest point (at a vertex, one of its two sides); 0 for an ellipse.
     pub edge: usize,
@@ -158,11 +158,11 @@ pub struct Nearest<S> {
 /// The outline of an object in its body frame, whose origin is the area centroid.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outline {
-    /// A polygon.
+    /// Outline that is a polygon.
     Polygon(Polygon),
-    /// An ellipse with its semi-axes along x and y, m.
+    /// Outline that is an ellipse with semi-axes along x and y.
     Ellipse {
-        /// Semi-axes, m.
+        /// Semi-axes of the ellipse along x and y, m.
         semi_axes_m: Vector<f64>,
     },
 }
@@ -235,13 +235,13 @@ fn nearest_on_ellipse<S: Scalar>([a, b]: Vector<f64>, p: Vector<S>) -> Nearest<S
     Nearest { point, outward, distance: dot(sub(p, point), outward), edge: 0 }
 }
 
-/// `(q - p)·dq/dφ` for `q = (a cos φ, b sin φ)`: zero at the closest point.
+/// Condition of the closest point of an ellipse: `(q - p)·dq/dφ` is zero, `q = (a cos φ, b sin φ)`.
 fn tangential_offset<S: Scalar>([a, b]: Vector<f64>, p: Vector<S>, angle: S) -> S {
     let (cos, sin) = (angle.cos(), angle.sin());
     dot([cos * a - p[0], sin * b - p[1]], [sin * -a, cos * b])
 }
 
-/// Derivative of [`tangential_offset`] with respect to the angle.
+/// Derivative of [`tangential_offset`] with respect to the angle φ.
 fn tangential_offset_derivative([a, b]: Vector<f64>, p: Vector<f64>, angle: f64) -> f64 {
     let (cos, sin) = (angle.cos(), angle.sin());
     let tangent = [-a * sin, b * cos];

@@ -13,22 +13,22 @@ pub trait Motion<S: Scalar>: Copy {
 
 /// The motion of the rod, as a sequence of smooth pieces.
 pub trait Path<S: Scalar>: Sync {
-    /// Type of the pieces.
+    /// Type of the smooth pieces of the path.
     type MotionPiece: Motion<S>;
-    /// The piece that contains `time`, s, or begins there.
+    /// Piece of the path that contains `time`, s, or begins there.
     fn piece(&self, time: f64) -> Self::MotionPiece;
-    /// Time at which the piece at `time` ends, s; infinity for the last piece.
+    /// Time at which the piece that contains `time` ends, s; infinity for the last piece.
     fn end_of_piece(&self, time: f64) -> f64;
 }
 
-/// Motion at constant velocity.
+/// Motion of the rod at constant velocity.
 #[derive(Clone, Copy, Debug)]
 pub struct Straight<S> {
-    /// Position at `since`, m.
+    /// Position of the rod at time `since`, m.
     pub start: Vector<S>,
-    /// Velocity, m/s.
+    /// Constant velocity of the rod, m/s.
     pub velocity: Vector<S>,
-    /// Time of `start`, s.
+    /// Time at which the rod is at `start`, s.
     pub since: f64,
 }
 
@@ -144,18 +144,18 @@ impl<S: Scalar> Path<S> for Recorded<'_> {
 pub struct StraightPush {
     /// Position of the rod's centre at time 0, m.
     pub start_m: Vector<f64>,
-    /// Unit vector of the direction.
+    /// Unit vector of the direction of motion.
     pub direction: Vector<f64>,
-    /// Constant speed, or highest speed if accelerated, m/s.
+    /// Speed of the rod, m/s: constant, or the highest speed if accelerated.
     pub speed_m_s: f64,
-    /// Acceleration, m/s²; 0 for full speed from the start.
+    /// Acceleration of the rod, m/s²; 0 for full speed from the start.
     pub acceleration_m_s2: f64,
     /// Distance that the rod travels, m.
     pub travel_m: f64,
 }
 
 impl StraightPush {
-    /// Duration of the acceleration, s.
+    /// Duration of the acceleration phase, s.
     fn ramp_s(&self) -> f64 {
         if self.acceleration_m_s2 > 0.0 {
             (self.speed_m_s / self.acceleration_m_s2)
@@ -165,7 +165,7 @@ impl StraightPush {
         }
     }
 
-    /// Time at which the travel is completed, s.
+    /// Time at which the rod has covered its travel, s.
     pub fn duration_s(&self) -> f64 {
         let ramp = self.ramp_s();
         let covered = 0.5 * self.acceleration_m_s2 * ramp * ramp;
@@ -176,8 +176,9 @@ impl StraightPush {
         }
     }
 
-    /// Distance covered, m, and speed, m/s, at `time` on this piece (0 acceleration, 1 constant speed, 2
-    /// rest).
+    /// Distance covered, m, and speed, m/s, of the rod at `time` in a piece of the push.
+    ///
+    /// `piece` is 0 during acceleration, 1 at constant speed and 2 at rest.
     fn progress<S: Scalar>(&self, piece: u8, time: S) -> (S, S) {
         let a = self.acceleration_m_s2;
         let ramp = self.ramp_s();
@@ -189,7 +190,7 @@ impl StraightPush {
     }
 }
 
-/// One piece of a [`StraightPush`].
+/// One smooth piece of a [`StraightPush`]: acceleration, constant speed or rest.
 #[derive(Clone, Copy, Debug)]
 pub struct StraightPiece {
     push: StraightPush,

@@ -61,9 +61,9 @@ pub fn constant<S: Scalar>(a: Vector<f64>) -> Vector<S> {
 /// A rotation in the plane, stored as cosine and sine.
 #[derive(Clone, Copy, Debug)]
 pub struct Rotation<S> {
-    /// Cosine of the angle.
+    /// Cosine of the rotation angle.
     pub cos: S,
-    /// Sine of the angle.
+    /// Sine of the rotation angle.
     pub sin: S,
 }
 
@@ -92,7 +92,7 @@ impl<S: Scalar> Rotation<S> {
 pub struct Pose<S> {
     /// Position of the area centroid, m.
     pub position: Vector<S>,
-    /// Angle, rad; not wrapped.
+    /// Angle of the object, rad, counter-clockwise; not wrapped.
     pub angle: S,
 }
 
@@ -121,18 +121,18 @@ impl<S: Scalar> Pose<S> {
         Rotation::new(self.angle).to_body(sub(point, self.position))
     }
 
-    /// The pose as plain numbers, without derivatives.
+    /// Copy of the pose as plain numbers, without derivatives.
     pub fn value(&self) -> Pose<f64> {
         Pose { position: self.position.map(S::value), angle: self.angle.value() }
     }
 
-    /// The pose as constants of another scalar.
+    /// Copy of the pose as constants of another scalar.
     pub fn lift<T: Scalar>(&self) -> Pose<T> {
         let v = self.value();
         Pose { position: constant(v.position), angle: T::constant(v.angle) }
     }
 
-    /// The pose after moving with `twist` for a time `h`, s.
+    /// Pose of the object after moving with `twist` for a time `h`, s.
     #[inline(always)]
     pub(super) fn advanced(&self, twist: &Twist<S>, h: S) -> Self {
         Self {
@@ -145,9 +145,9 @@ impl<S: Scalar> Pose<S> {
 /// Velocity of the body's origin, m/s, and angular velocity, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Twist<S> {
-    /// Velocity of the origin, m/s.
+    /// Velocity of the body's origin, m/s.
     pub velocity: Vector<S>,
-    /// Angular velocity, rad/s.
+    /// Angular velocity of the body, rad/s.
     pub rotation: S,
 }
 
@@ -157,7 +157,7 @@ impl<S: Scalar> Twist<S> {
         Self { velocity: [S::zero(); 2], rotation: S::zero() }
     }
 
-    /// Velocity of the point `r` of the body, m/s.
+    /// Velocity of the body's point `r` (relative to its origin, m), m/s.
     #[inline(always)]
     pub fn at(&self, r: Vector<S>) -> Vector<S> {
         add(self.velocity, scale(rot90(r), self.rotation))
@@ -170,9 +170,9 @@ impl<S: Scalar> Twist<S> {
 /// metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wrench<S> {
-    /// Force.
+    /// Force of the wrench.
     pub force: Vector<S>,
-    /// Moment about the origin.
+    /// Moment of the wrench about the origin of the body.
     pub moment: S,
 }
 

@@ -7,8 +7,7 @@ use crate::library::Needs;
 use augsim_system::statistics::{median, quantile};
 use augsim_system::{Parameter, Record};
 
-/// Smallest coasting distance, in standard deviations of the measured position, at which inertia is
-/// detectable.
+/// Smallest coasting distance, in standard deviations of the position, that shows inertia.
 const MIN_COASTING_SD: f64 = 3.0;
 
 /// Whether the effect at index `effect` of the library can be tested on these pushes.
@@ -31,7 +30,7 @@ pub(super) fn can_search_effect(
     !has_conflict && (spec.needs != Needs::Coasting || !coasts_too_little())
 }
 
-/// Coasting distance `v²/(2 mu g)`, m, from the 90 % quantile `v` of the rod's speed.
+/// Coasting distance of the object `v²/(2 mu g)`, m, from the 90 % quantile `v` of the rod's speed.
 fn coasting_m(support_friction: f64, records: &[&Record]) -> f64 {
     let rods = records.iter().filter_map(|r| r.inputs.first());
     let mut speeds: Vec<f64> = rods

@@ -8,7 +8,7 @@ use super::surface::Surface;
 use super::warm_start::WarmStart;
 use crate::Scalar;
 
-/// Twist of an object that the rod touches, and the force between them.
+/// Response of an object that the rod touches: contact mode, twist, force and slip.
 #[inline]
 pub fn respond<S: Scalar>(
     support: &Support<'_, S>,
@@ -18,7 +18,7 @@ pub fn respond<S: Scalar>(
     respond_from(support, touch, friction, None)
 }
 
-/// [`respond`] with an initial guess from the motion at the previous instant.
+/// Response as by [`respond`], with an initial guess from the motion at the previous instant.
 #[inline]
 pub(super) fn respond_from<S: Scalar>(
     support: &Support<'_, S>,

@@ -10,11 +10,11 @@ use std::sync::Arc;
 /// The effect of a parameter grows with the length of a window, while a disturbance stays confined to the
 /// window in which it occurs.
 const WINDOW_TRAVEL_M: f64 = 0.05;
-/// Largest deviation of the simulated rod path from the recorded one, in standard deviations of a position.
+/// Tolerance of the simplified rod path, in standard deviations of a measured position.
 const PATH_TOLERANCE_SD: f64 = 0.1;
-/// Smallest value of that tolerance, m: the rounding of a log is not motion, and fits integrate no finer.
+/// Minimum of the path tolerance, m; finer detail is rounding of the log, not motion.
 const MIN_PATH_TOLERANCE_M: f64 = 1e-5;
-/// Travel of the rod, m, up to which a push is forecast as a whole.
+/// Largest travel of the rod, m, at which a push is forecast as a whole.
 const MAX_WHOLE_FORECAST_M: f64 = 0.2;
 /// Duration of the segments into which the forecast of a longer push is divided, s.
 const FORECAST_SEGMENT_S: f64 = 1.0;
@@ -52,7 +52,7 @@ fn first_pose(record: &Record, first: usize) -> Vec<f64> {
     record.values.iter().map(measured).collect()
 }
 
-/// Travel of the rod up to each of `times`, m.
+/// Travel of the rod from its first position up to each of `times`, m.
 fn travel(rod_times: &[f64], x: &[f64], y: &[f64], times: &[f64]) -> Vec<f64> {
     let mut sum = 0.0;
     let mut cumulative = vec![0.0];
@@ -66,7 +66,7 @@ fn travel(rod_times: &[f64], x: &[f64], y: &[f64], times: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Sample ranges in each of which the rod travels [`WINDOW_TRAVEL_M`].
+/// Sample ranges of the fit windows, in each of which the rod travels [`WINDOW_TRAVEL_M`].
 fn windows_by_travel(travel: &[f64]) -> Vec<Range<usize>> {
     let mut windows: Vec<Range<usize>> = Vec::new();
     let mut first = 0;

@@ -8,31 +8,31 @@
 use super::planar::{Pose, Twist};
 use crate::Scalar;
 
-/// One sub-step: at rest until `start`, then from one pose and twist to another.
+/// One sub-step of the object: at rest until `start`, then from one pose and twist to another.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Substep<S> {
-    /// Time at which the motion begins, s.
+    /// Time at which the motion of the object begins, s.
     pub start: S,
-    /// Duration of the motion, s.
+    /// Duration of the motion after `start`, s.
     pub duration: S,
-    /// Pose at the start.
+    /// Pose of the object at the start of the motion.
     pub start_pose: Pose<S>,
-    /// Pose at the end.
+    /// Pose of the object at the end of the sub-step.
     pub end_pose: Pose<S>,
-    /// Twist at the start.
+    /// Twist of the object at the start of the motion.
     pub start_twist: Twist<S>,
-    /// Twist at the end.
+    /// Twist of the object at the end of the sub-step.
     pub end_twist: Twist<S>,
 }
 
 impl<S: Scalar> Substep<S> {
-    /// A sub-step in which nothing moves.
+    /// A sub-step in which the object does not move.
     pub fn at_rest(pose: Pose<S>, start: S, duration: S) -> Self {
         let twist = Twist::zero();
         Self { start, duration, start_pose: pose, end_pose: pose, start_twist: twist, end_twist: twist }
     }
 
-    /// The interpolated pose at `time`, s.
+    /// Pose of the object at `time`, s, interpolated in the sub-step.
     pub fn pose_at(&self, time: S) -> Pose<S> {
         let elapsed = time - self.start;
         if elapsed.value() <= 0.0 {

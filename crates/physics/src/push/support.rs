@@ -8,14 +8,14 @@ use super::planar::{Twist, Vector, Wrench, add, cross, dot, rot90, scale, sub};
 use super::surface::{Matrix, Surface, apply, apply_transposed, footprint_map};
 use crate::{Dual, Scalar};
 
-/// Mass and moment of inertia over one implicit Euler step, in units of the sliding force.
+/// Mass and moment of inertia over one implicit Euler step `h`, in units of the sliding force `f_max`.
 #[derive(Clone, Copy, Debug)]
 pub struct Inertia<S> {
-    /// `m / (h f_max)`, s/m.
+    /// Mass divided by step and sliding force, `m / (h f_max)`, s/m.
     pub mass: S,
-    /// `I / (h f_max)`, m s.
+    /// Moment of inertia divided by step and sliding force, `I / (h f_max)`, m s.
     pub moment: S,
-    /// Twist before the step.
+    /// Twist of the object before the step.
     pub previous: Twist<S>,
 }
 
@@ -24,25 +24,27 @@ pub struct Inertia<S> {
 /// An object that should be at rest creeps at a fraction of this speed.
 const FRICTION_SMOOTHING_M_S: f64 = 2e-5;
 
-/// Friction, loads and inertia of an object, in the body frame.
+/// Friction, loads and inertia of a sliding object, in the body frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Support<'a, S> {
-    /// The limit surface, about the centre of friction.
+    /// Limit surface of the friction, about the centre of friction.
     pub surface: Surface<'a, S>,
-    /// The centre of friction, m.
+    /// Centre of friction in the body frame, m.
     pub centre: Vector<S>,
-    /// Map `H` of anisotropic friction, which dissipates `|H v|` instead of `|v|`; its determinant is 1.
+    /// Map `H` of velocities for anisotropic friction; `None` if isotropic. Its determinant is 1.
+    ///
+    /// Sliding with velocity v dissipates `|H v|` instead of `|v|`.
     pub metric: Option<Matrix<S>>,
     /// Load on the object other than friction and rod force, in units of the sliding force.
     pub load: Wrench<S>,
     /// Whether [`load`](Self::load) is not zero.
     pub loaded: bool,
-    /// Inertia, if the object has any.
+    /// Inertia of the object; `None` for quasi-static motion.
     pub inertia: Option<Inertia<S>>,
 }
 
 impl<'a, S: Scalar> Support<'a, S> {
-    /// Isotropic friction by `surface`, centred at the origin of the body, without load or inertia.
+    /// A support with isotropic friction by `surface` about the body's origin, without load or inertia.
     pub fn plain(surface: Surface<'a, S>) -> Self {
         Self {
             surface,
@@ -87,7 +89,7 @@ impl<'a, S: Scalar> Support<'a, S> {
         w
     }
 
-    /// Converts the support to another scalar.
+    /// Converts the numbers of the support to another scalar with `f`.
     pub fn map<T: Scalar>(&self, f: impl Fn(S) -> T + Copy) -> Support<'a, T> {
         let vector = |a: Vector<S>| a.map(f);
         let twist = |t: Twist<S>| Twist { velocity: vector(t.velocity), rotation: f(t.rotation) };
@@ -105,14 +107,14 @@ impl<'a, S: Scalar> Support<'a, S> {
         }
     }
 
-    /// The support as plain numbers, without derivatives.
+    /// Copy of the support as plain numbers, without derivatives.
     pub fn values(&self) -> Support<'a, f64> {
         self.map(S::value)
     }
 }
 
 impl<'a> Support<'a, f64> {
-    /// Convex potential whose gradient is [`demand`](Support::demand), up to a constant.
+    /// Convex potential of the twist whose gradient is [`demand`](Support::demand), up to a constant.
     fn potential(&self, twist: &Twist<f64>) -> f64 {
         let w = self.friction(twist);
         let dissipation = dot(w.force, twist.velocity) + w.moment * twist.rotation;
@@ -126,7 +128,7 @@ impl<'a> Support<'a, f64> {
         sum - dot(self.load.force, twist.velocity) - self.load.moment * twist.rotation
     }
 
-    /// The support as constants of another scalar.
+    /// Copy of the support as constants of another scalar.
     pub(super) fn lift<T: Scalar>(&self) -> Support<'a, T> {
         self.map(T::constant)
     }
@@ -211,7 +213,7 @@ fn solve3(m: [[f64; 3]; 3], b: [f64; 3]) -> Option<[f64; 3]> {
     Some([0, 1, 2].map(|i| (0..3).map(|j| inverse[i][j] * b[j]).sum()))
 }
 
-/// Mobility `B⁻¹ + r⊥ r⊥ᵀ / c²` of the ellipsoid: velocity of the contact per force at the contact.
+/// Mobility `B⁻¹ + r⊥ r⊥ᵀ / c²` of an ellipsoidal support: contact velocity per contact force.
 ///
 /// `r` is the position of the contact seen from the centre of friction.
 pub(super) fn mobility<S: Scalar>(inverse_metric: &Matrix<S>, c: S, r: Vector<S>) -> Matrix<S> {

@@ -26,7 +26,7 @@ use std::sync::Arc;
 /// Only two lane counts are compiled, because the contact solver takes long to compile.
 const MAX_LANES: usize = 16;
 
-/// Sub-steps of fits and forecasts: within 10 µm of the finest over a push of 15 cm.
+/// Sub-steps of fits and forecasts; the pose is within 10 µm of the finest over a push of 15 cm.
 const FIT_STEPS: Steps = Steps { travel_m: 2e-3, duration_s: f64::INFINITY, inertial_s: 2e-3 };
 
 /// An object on a table, pushed by a rod, as a [`System`].
@@ -44,7 +44,7 @@ pub struct Pushing {
     laws: Vec<ModelTerm>,
 }
 
-/// Declarations of a model file of pushing besides its parameters.
+/// What a model file of pushing declares besides its parameters: effects and noise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PushDeclaration {
     /// Kinds of the model's effects, including the scatter of friction.
@@ -53,24 +53,24 @@ pub struct PushDeclaration {
     pub position_sd_m: Option<f64>,
     /// Standard deviation of the angle sensor, rad.
     pub angle_sd_rad: Option<f64>,
-    /// Standard deviation of the centre of pressure between pushes, m.
+    /// Standard deviation of the centre of pressure between pushes, m; `None` if not declared.
     pub scatter_sd_m: Option<f64>,
     /// 95 % confidence interval of `scatter_sd_m`, m, if the file has one.
     pub scatter_ci95_m: Option<[f64; 2]>,
 }
 
-/// Accuracy of rod positions, outlines and integration, m and rad.
+/// Accuracy of rod positions, outlines and integration, in m and rad.
 const RESOLUTION: f64 = 1e-5;
 
 impl Pushing {
-    /// A system of `world` with these parameters, one for each entry of the world's parameter vector.
+    /// A system of `world` with one parameter for each entry of the world's parameter vector.
     pub fn new(world: World, parameters: Vec<Parameter>, declares: PushDeclaration) -> Self {
         let library = effects::all::<f64>().iter().map(|e| Effect::from(e.spec())).collect();
         let (schema, declares) = (Arc::new(schema(&world, &declares)), Arc::new(declares));
         Self { schema, library, world, declares, parameters, laws: Vec::new() }
     }
 
-    /// Simulates one window in the scalar whose lanes are the seeds of the task.
+    /// Simulates one window in the scalar `S`, which carries one derivative per seed of the task.
     fn run<S: Scalar>(&self, task: &Task<'_>, out: &mut Simulated) -> Result<(), SimulationError> {
         let parameters: Vec<S> =
             seeded(task.parameters, task.seeds, |s| if let Seed::Parameter(i) = s { Some(i) } else { None });

@@ -7,7 +7,7 @@ use augsim_system::{Record, TopView};
 /// Number of sides with which an ellipse is drawn.
 const ELLIPSE_SIDES: usize = 48;
 
-/// Outline of the object and rod positions at `times`, s; `values` are the parameter values.
+/// Outline of the object and rod positions at `times`, s; `values` are the parameter values of `world`.
 ///
 /// Returns `None` if the record has no rod with two columns.
 pub(super) fn top_view(world: &World, record: &Record, times: &[f64], values: &[f64]) -> Option<TopView> {
@@ -23,7 +23,7 @@ pub(super) fn top_view(world: &World, record: &Record, times: &[f64], values: &[
     })
 }
 
-/// Value at time `t`, interpolated linearly between samples and constant outside them.
+/// Value at time `t`, s: linear between the samples of `values`, constant outside them.
 fn interpolated(times: &[f64], values: &[f64], t: f64) -> f64 {
     let last = times.len() - 1;
     let k = times.partition_point(|&s| s <= t).clamp(1, last.max(1)) - 1;

@@ -6,16 +6,16 @@
 use super::contact::Mode;
 use super::planar::{Vector, norm};
 
-/// Motion of the contact and of the rod at the previous evaluation.
+/// Motion of contact and rod at the previous evaluation, as initial guess of the contact solver.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WarmStart {
-    /// Mode of the contact.
+    /// Mode of the contact at the previous evaluation.
     pub mode: Mode,
     /// Slip velocity, see [`Response::slip`](super::contact::Response::slip), m/s.
     pub slip: f64,
-    /// Angular velocity of the object, rad/s.
+    /// Angular velocity of the object at the previous evaluation, rad/s.
     pub rotation: f64,
-    /// Velocity of the rod, m/s.
+    /// Velocity of the rod at the previous evaluation, m/s.
     pub rod_velocity: Vector<f64>,
 }
 

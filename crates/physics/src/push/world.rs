@@ -14,15 +14,15 @@ use crate::Scalar;
 /// Those of the effects follow.
 pub const BASE_PARAMETERS: [&str; 5] =
     ["c_m", "contact_friction", "rod_radius_m", "support_friction", "mass_kg"];
-/// Index of `c`, m.
+/// Index of the length `c` of the limit surface, m, in the parameter vector.
 pub const C_INDEX: usize = 0;
-/// Index of the friction between rod and object.
+/// Index of the friction between rod and object in the parameter vector.
 pub const CONTACT_FRICTION_INDEX: usize = 1;
-/// Index of the rod's radius, m.
+/// Index of the rod's radius, m, in the parameter vector.
 pub const ROD_RADIUS_INDEX: usize = 2;
-/// Index of the friction between object and support.
+/// Index of the friction between object and support in the parameter vector.
 pub const SUPPORT_FRICTION_INDEX: usize = 3;
-/// Index of the mass, kg.
+/// Index of the object's mass, kg, in the parameter vector.
 pub const MASS_INDEX: usize = 4;
 
 /// Number of sides of the polygon that approximates an ellipse in the uniform surface.
@@ -30,14 +30,14 @@ const ELLIPSE_SIDES: usize = 48;
 /// Number of patches across the object in the sum over patches.
 const PATCHES_ACROSS: usize = 10;
 
-/// An effect of the world and the place of its parameters in the parameter vector.
+/// An active effect and the place of its parameters in the parameter vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Term {
-    /// Position in [`effects::all`].
+    /// Index of the effect in [`effects::all`].
     pub effect: usize,
-    /// Index of its first parameter.
+    /// Index of the effect's first parameter in the parameter vector.
     pub first: usize,
-    /// Number of its parameters.
+    /// Number of parameters of the effect.
     pub count: usize,
 }
 
@@ -57,7 +57,7 @@ pub struct World {
 }
 
 impl World {
-    /// A world with the ellipsoidal limit surface and no effects.
+    /// A world of this object with the ellipsoidal limit surface and no effects.
     pub fn new(object: Object) -> Self {
         let patches = cut(&object.outline, PATCHES_ACROSS);
         Self {
@@ -89,10 +89,10 @@ impl World {
         &self.object
     }
 
-    /// Nominal parameter values: uniform pressure, friction of steel on steel, the rod of the MIT set, a
-    /// support of ABS.
+    /// Nominal parameter values of the base parameters and the effects.
     ///
-    /// Effects have their typical values.
+    /// Uniform pressure, friction of steel on steel, the rod of the MIT set, a support of ABS; effects have
+    /// their typical values.
     pub fn nominal(&self) -> Vec<f64> {
         let mass = self.object.mass_kg.unwrap_or(1.0);
         let mut values = vec![self.mean_radius_m, 0.25, 0.00475, 0.15, mass];
@@ -104,7 +104,7 @@ impl World {
         values
     }
 
-    /// Length of the parameter vector.
+    /// Number of parameters in the parameter vector.
     pub fn parameter_count(&self) -> usize {
         self.parameter_count
     }
@@ -120,7 +120,9 @@ impl World {
         Some(first)
     }
 
-    /// Adds an effect by kind; `None` if there is no such effect, or if it is not simulated (scatter).
+    /// Adds an effect by kind; returns the index of its first parameter.
+    ///
+    /// `None` if there is no such effect, or if it is not simulated (scatter).
     pub fn add_kind(&mut self, kind: &str) -> Option<usize> {
         self.add(effects::index_of(kind)?)
     }
@@ -130,7 +132,7 @@ impl World {
         &self.terms
     }
 
-    /// The setting of a push with these parameter values.
+    /// Mechanics of a push with these parameter values and the effects of the world.
     ///
     /// Missing base parameters have the value of [`nominal`](Self::nominal).
     pub fn setting<S: Scalar>(&self, parameters: &[S]) -> Setting<S> {
@@ -162,7 +164,7 @@ impl World {
         setting
     }
 
-    /// Fills `weights` with the friction of each patch at `pose`, from a map of the table.
+    /// Writes the friction of each patch of the object at `pose`, from a map of the table, to `weights`.
     pub(super) fn patch_weights(&self, field: &Field, pose: &super::Pose<f64>, weights: &mut Vec<f64>) {
         let rotation = super::planar::Rotation::new(pose.angle);
         weights.clear();
