@@ -156,6 +156,9 @@ impl Addition {
     }
 
     /// Whether the effect changes the simulation even at the null values of its parameters.
+    ///
+    /// It then needs a simulation of its own: a switch without parameters, or an effect that is singular at its
+    /// null values.
     pub fn is_structural(&self) -> bool {
         let is_structural =
             |effect: &Effect| effect.parameters.is_empty() || !effect.first_simulated_at.is_empty();
@@ -192,6 +195,8 @@ impl Addition {
     }
 
     /// Whether this addition and `other` are forms of the same effect.
+    ///
+    /// They are if they exclude each other, or if one becomes the other at null values of some parameters.
     pub fn is_variant_of(&self, other: &Addition) -> bool {
         let contains = |one: &Addition, another: &Addition| match (one.listed(), another.listed()) {
             (Some(one), Some(another)) => one.reduces_to.as_ref() == Some(&another.kind),

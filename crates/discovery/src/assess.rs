@@ -30,6 +30,9 @@ impl Assessment {
 
 /// Fits the calibrated model with the effects named `kinds` added, and scores it.
 ///
+/// Their parameters start from half their typical sizes, with both signs where both are allowed. Unknown names
+/// are ignored; a random effect varies as `per`.
+///
 /// # Errors
 /// As [`discover`](fn@crate::discover).
 pub fn assess(

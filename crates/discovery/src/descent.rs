@@ -50,6 +50,10 @@ fn is_stalled(costs: &[f64]) -> bool {
 }
 
 /// Damping of the steps of a minimisation, adapted to their success.
+///
+/// Good steps are followed by a longer one. Each time that one is rejected, the number of good steps required
+/// before the next attempt doubles, because along a curved valley every longer step fails and costs as much as a
+/// good one.
 #[derive(Debug)]
 struct Damping {
     value: f64,

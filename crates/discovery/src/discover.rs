@@ -26,8 +26,8 @@ use augsim_data::{DataError, Dataset};
 use augsim_system::Declaration;
 use std::time::Instant;
 
-/// Repetitions of the search if the best window length, or the noise, changes with the effects that were
-/// found.
+/// Maximum number of repetitions of the search, done if the effects found change the best window length or the
+/// noise.
 const REPEATS: usize = 2;
 
 /// Reason of a stop at the deadline, worded for [`Discovery::mark_stopped`].

@@ -60,7 +60,7 @@ pub(crate) struct ForecastErrors {
     whole: Forecasts,
     /// Errors that measurement noise and random effects alone would cause, for each measure.
     floor: Errors,
-    /// Last samples after each horizon.
+    /// Errors at the last sample of predictions over each horizon of the schema.
     ends: Vec<Forecasts>,
 }
 

@@ -203,7 +203,7 @@ impl<'a> Point<'a> {
 /// Degrees of freedom of the t distribution of a window's residuals.
 const STUDENT_FREEDOM: f64 = 8.0;
 
-/// Relative decrease of a window's weight in second order: 2 over the degrees of freedom of its robust cost.
+/// Second-order coefficient of a window's robust cost: 2 / (8 + m), with `freedom` the window's m.
 pub(crate) fn softening(freedom: f64) -> f64 {
     2.0 / (STUDENT_FREEDOM + freedom)
 }

@@ -46,7 +46,7 @@ pub(crate) struct ForecastSpan {
     /// Position of the record in the list of chosen records.
     pub chosen: usize,
     pub samples: Range<usize>,
-    /// Whether only the last sample counts.
+    /// Whether only the error at the last sample of the range counts.
     pub ends: bool,
 }
 

@@ -10,54 +10,55 @@ use augsim_system::{
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A free parameter.
+/// A parameter that fits estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FreeParameter {
-    /// Index in the system's parameter vector.
+    /// Index of the parameter in the system's parameter vector.
     pub index: usize,
     pub per: Per,
     pub min: f64,
     pub max: f64,
-    /// Bounds in fits; wider than `min` to `max` for angles, which may wrap.
+    /// Bounds of the parameter in fits; wider than `min` to `max` for angles, which may wrap.
     pub fit_range: (f64, f64),
-    /// Typical size: scale and initial value.
+    /// Typical size of the parameter, used as its scale and initial value.
     pub typical: f64,
-    /// Null value, at which an added parameter has no effect; 0 for a declared one.
+    /// Null value of an added parameter, at which the addition has no effect; 0 for a declared parameter.
     pub null: f64,
-    /// Index of its addition; `None` for the declared model.
+    /// Index of the addition that the parameter belongs to; `None` for a parameter of the declared model.
     pub addition: Option<usize>,
-    /// Mean and standard deviation over records, where each record has its own value with a known
-    /// distribution.
+    /// Mean and standard deviation of the parameter over records. `None` unless each record has its own value
+    /// with a known distribution.
     pub prior: Option<(f64, f64)>,
 }
 
 impl FreeParameter {
-    /// A parameter of the declared model with one value for all records.
+    /// Creates a free parameter of the declared model with one value for all records.
     pub fn new(index: usize, min: f64, max: f64, typical: f64) -> Self {
         let fit_range = (min, max);
         Self { index, per: Per::All, min, max, fit_range, typical, null: 0.0, addition: None, prior: None }
     }
 }
 
-/// A system with nominal values and free parameters.
+/// A model to be fitted: the declared system with additions, nominal values and free parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct Hypothesis {
     pub system: Arc<dyn System>,
     pub values: Vec<f64>,
-    /// Declared parameters with values by group: index and values.
+    /// Declared parameters with one value per group: index of the parameter, and its values by group.
     pub by_group: Vec<(usize, Vec<f64>)>,
     pub free: Vec<FreeParameter>,
     pub scatter: Option<Scatter>,
     pub additions: Vec<Addition>,
-    /// Number of groups in the data.
+    /// Number of groups of records in the data.
     pub groups: usize,
 }
 
-/// Bound of a fitted angle, rad; a fit may wrap it a few times.
+/// Bound of a fitted angle, rad, in both directions; a fit may wrap the angle a few times.
 const MAX_ANGLE: f64 = 20.0;
 
-/// Bounds in fits of parameter `k` of an effect. The magnitude of a vector may pass 0: the sign reverses its
-/// direction.
+/// Bounds in fits of parameter number `k` of an effect.
+///
+/// The magnitude of a vector may become negative, which reverses its direction.
 fn fit_range(effect: &Effect, k: usize) -> (f64, f64) {
     let p = &effect.parameters[k];
     match (effect.polar, k) {
@@ -68,7 +69,7 @@ fn fit_range(effect: &Effect, k: usize) -> (f64, f64) {
 }
 
 impl Hypothesis {
-    /// The declared model with additions.
+    /// Creates the hypothesis of the declared model with these additions.
     pub fn new(data: &Measured, additions: &[Addition]) -> Self {
         let terms: Vec<ModelTerm> = additions.iter().filter_map(Addition::term).collect();
         // Kinds and tables come from this system, so it accepts them.
@@ -132,12 +133,12 @@ impl Hypothesis {
         }
     }
 
-    /// Length of theta: the parameters shared by all records or by a group.
+    /// Length of theta, the vector of parameters that are shared by all records or by a group.
     pub fn theta_len(&self) -> usize {
         self.free.iter().map(|f| self.width(f)).sum()
     }
 
-    /// Number of entries of theta of a free parameter: one, or one per group; 0 for a parameter per record.
+    /// Number of entries in theta of a free parameter: one, one per group, or 0 for one value per record.
     pub fn width(&self, f: &FreeParameter) -> usize {
         match f.per {
             Per::All => 1,
@@ -146,7 +147,7 @@ impl Hypothesis {
         }
     }
 
-    /// The free parameters, each with the range of its entries in theta.
+    /// The free parameters, each with the range of its entries in theta (the vector of shared parameters).
     pub fn entries(&self) -> impl Iterator<Item = (&FreeParameter, Range<usize>)> {
         let mut end = 0;
         self.free.iter().map(move |f| {
@@ -156,8 +157,8 @@ impl Hypothesis {
         })
     }
 
-    /// Range of the entries of theta of an addition; for groupwise values, the entries of the declared
-    /// parameter.
+    /// Range in theta of the parameters of the addition with this number. For groupwise values it is the
+    /// range of the declared parameter.
     pub fn entries_of_addition(&self, addition: usize) -> Range<usize> {
         if let Some(Addition::Split(split)) = self.additions.get(addition) {
             return self.entries_of_parameter(split.index).unwrap_or(0..0);
@@ -169,20 +170,20 @@ impl Hypothesis {
         }
     }
 
-    /// Range of the entries of theta of the free parameter `index`; `None` if it is frozen or has one value
-    /// per record.
+    /// Range in theta of the free parameter with the system's index `index`; `None` if it is frozen or has
+    /// one value per record.
     pub fn entries_of_parameter(&self, index: usize) -> Option<Range<usize>> {
         let (_, range) = self.entries().find(|(f, _)| f.index == index)?;
         (!range.is_empty()).then_some(range)
     }
 
-    /// Number of entries of theta of the declared model; they come first.
+    /// Number of entries in theta of the declared model's parameters, which come first.
     pub fn declared_entries(&self) -> usize {
         self.free.iter().filter(|f| f.addition.is_none()).map(|f| self.width(f)).sum()
     }
 
-    /// Initial theta: nominal values of the declared model; additions at the fraction `share` of the way
-    /// from null to typical size.
+    /// Initial theta: nominal values of the declared model, and additions at the fraction `share` of the way
+    /// from their null values to their typical sizes.
     pub fn initial_theta(&self, share: f64) -> Vec<f64> {
         let mut theta = Vec::new();
         for f in &self.free {
@@ -200,7 +201,7 @@ impl Hypothesis {
         theta
     }
 
-    /// The system's parameters for a record of `group`, as declared.
+    /// Declared values of all parameters of the system for a record of `group`.
     pub fn values_of(&self, group: usize) -> Vec<f64> {
         let mut values = self.values.clone();
         for (index, by_group) in &self.by_group {
@@ -209,7 +210,8 @@ impl Hypothesis {
         values
     }
 
-    /// The system's parameters for a record of `group` at `theta`.
+    /// Values of all parameters of the system for a record of `group`, with the shared parameters from
+    /// `theta`.
     pub fn values_at(&self, theta: &[f64], group: usize) -> Vec<f64> {
         let mut values = self.values_of(group);
         for (f, range) in self.entries() {
@@ -222,12 +224,13 @@ impl Hypothesis {
         values
     }
 
-    /// Bounds of the entries of theta in results.
+    /// Lower and upper bound of each entry of theta in results.
     pub fn result_bounds(&self) -> Vec<(f64, f64)> {
         self.free.iter().flat_map(|f| std::iter::repeat_n((f.min, f.max), self.width(f))).collect()
     }
 
-    /// Copies the values of additions that another hypothesis also has into `to`.
+    /// Copies the fitted values `theta` of additions that hypothesis `other` also has into this hypothesis's
+    /// theta, `to`.
     pub fn copy_additions(&self, to: &mut [f64], other: &Hypothesis, theta: &[f64]) {
         for (number, addition) in self.additions.iter().enumerate() {
             if let Some(known) = other.additions.iter().position(|a| a == addition) {
@@ -237,8 +240,8 @@ impl Hypothesis {
         }
     }
 
-    /// Declared entries of theta from another hypothesis: a common value is copied to all groups, groupwise
-    /// values become their mean.
+    /// Converts the declared parameters in `theta` of hypothesis `other` to this hypothesis. A common value
+    /// is copied to all groups; groupwise values become their mean.
     pub fn declared_from(&self, other: &Hypothesis, theta: &[f64]) -> Vec<f64> {
         let mut out = Vec::new();
         for f in self.free.iter().filter(|f| f.addition.is_none()) {
@@ -253,8 +256,8 @@ impl Hypothesis {
         out
     }
 
-    /// Maps magnitudes and angles to equivalent values within their bounds. Returns whether anything
-    /// changed.
+    /// Maps magnitudes and angles in `theta` to equivalent values within their bounds. Returns whether
+    /// anything changed.
     pub fn normalise_directions(&self, theta: &mut [f64]) -> bool {
         let original = theta.to_vec();
         for (number, addition) in self.additions.iter().enumerate() {
@@ -266,7 +269,7 @@ impl Hypothesis {
         theta != original
     }
 
-    /// Bounds of the entries of theta in fits.
+    /// Lower and upper bound of each entry of theta in fits.
     pub fn fit_bounds(&self) -> Vec<(f64, f64)> {
         self.free.iter().flat_map(|f| std::iter::repeat_n(f.fit_range, self.width(f))).collect()
     }

@@ -2,12 +2,12 @@
 
 use crate::linear::Square;
 
-/// Normalised curvature below which a direction of the parameters is not identifiable.
+/// Eigenvalue of the scaled information matrix below which a direction of the parameters is not identifiable.
 const FLAT_CURVATURE: f64 = 1e-9;
-/// Component of such a direction above which a parameter takes part in it.
+/// Component of an unidentifiable direction above which a parameter counts as part of it.
 const MIN_COMPONENT: f64 = 0.05;
 
-/// Marks the parameters that can change, together with others, without changing the cost.
+/// Marks the parameters that can change, alone or together with others, without changing the cost.
 pub(crate) fn unidentifiable(information: &Square) -> Vec<bool> {
     let p = information.n;
     let scale: Vec<f64> = (0..p).map(|i| information.at(i, i).max(1e-300).sqrt().recip()).collect();

@@ -16,7 +16,7 @@ use crate::stages::{Judged, SearchStage};
 use augsim_system::Declaration;
 use std::sync::Arc;
 
-/// The best result so far. Without `judged`, effects of the best set are stated as untested.
+/// Assembles the best result so far. Without `judged`, its sentence says that the effects were not tested.
 pub(crate) fn interim(
     model: &dyn Declaration,
     prepared: &Prepared,
@@ -76,7 +76,7 @@ pub(crate) fn interim(
     Ok(result)
 }
 
-/// Sentence of a result whose effects were not tested.
+/// Sentence of an interim result whose effects were not tested.
 fn sentence(result: &Discovery) -> String {
     let kinds: Vec<&str> = result.effects.iter().map(|effect| effect.kind.as_str()).collect();
     if kinds.is_empty() {

@@ -12,37 +12,38 @@ use crate::linear::{Square, dot};
 use crate::score::Clusters;
 use crate::statistics::student_quantile;
 
-/// Normal quantile of a two-sided 95 % interval.
+/// 97.5 % quantile of the standard normal distribution, for a two-sided 95 % interval.
 const NORMAL_QUANTILE: f64 = 1.96;
-/// Minimum degrees of freedom of Student's quantile: a variance from four records or fewer is unreliable,
-/// and that of white noise is the better guide.
+/// Minimum degrees of freedom of Student's quantile. A variance from four records or fewer is unreliable, and
+/// the variance under white noise is then the better guide.
 pub(crate) const MIN_FREEDOM: f64 = 4.0;
 
-/// Curvature and gradient of the cost of one cluster.
+/// Curvature matrix and gradient of the cost of one cluster (a part of the data with independent errors).
 pub(crate) type Quadratic = (Square, Vec<f64>);
 
-/// Computes 95 % intervals of the parameters of a fit and of linear combinations of them.
+/// Computes 95 % intervals of fitted parameters and of their linear combinations.
 pub(crate) struct Intervals {
-    /// Covariance under white noise.
+    /// Covariance of the parameters if the noise is white.
     white: Square,
-    /// Curvature of the cost of each cluster.
+    /// Curvature of the cost of each cluster (part of the data with independent errors).
     curvatures: Vec<Square>,
-    /// Steps of the parameters when a cluster is left out: with the curvature of all clusters, and with that
-    /// of the others.
+    /// Steps of the parameters when each cluster is left out. There are two steps for each: with the
+    /// curvature of all clusters, and with that of the other ones.
     moves: Vec<[Vec<f64>; 2]>,
-    /// Neighbours to each side whose steps may be correlated.
+    /// Number of neighbouring clusters to each side whose steps may be correlated.
     lags: usize,
 }
 
 impl Intervals {
-    /// Intervals from the clusters of a fit; `information` is the sum of their curvatures with constant
-    /// weights.
+    /// Creates intervals from the clusters of a fit. `information` is the sum of their curvatures with
+    /// constant weights.
     pub fn new(information: &Square, clusters: &Clusters) -> Self {
         Self::from_parts(information, &clusters.parts, clusters.lags)
     }
 
-    /// `clusters` are the curvature (with the derivative of the weights) and the gradient of the cost of
-    /// each cluster at the minimum, of which up to `lags` neighbours to each side may be correlated.
+    /// Creates intervals from the curvature (with the derivative of the weights) and the gradient of each
+    /// cluster's cost. Both are taken at the minimum; up to `lags` neighbouring clusters to each side may be
+    /// correlated.
     fn from_parts(information: &Square, clusters: &[Quadratic], lags: usize) -> Self {
         let white_factor = information.cholesky();
         let white = white_factor.inverse();
@@ -70,8 +71,8 @@ impl Intervals {
         Self { white, moves, lags, curvatures: clusters.iter().map(|(s, _)| s.clone()).collect() }
     }
 
-    /// Half width of the 95 % interval of a linear combination of parameters: the larger of that under white
-    /// noise and that from the scatter of records.
+    /// Half width of the 95 % interval of the linear combination of the parameters with these factors. It is
+    /// the larger of the half width under white noise and that from the scatter of records.
     pub fn half_width(&self, factors: &[f64]) -> f64 {
         let times = |m: &Square| -> Vec<f64> {
             (0..m.n).map(|i| dot(&m.a[i * m.n..(i + 1) * m.n], factors)).collect()
@@ -95,7 +96,8 @@ impl Intervals {
     }
 }
 
-/// Sum of the products of steps of up to `lags` neighbours, with the weights of Newey and West (1987).
+/// Sum over clusters of products of their steps with those of up to `lags` neighbours. The weights are those
+/// of Newey and West (1987).
 fn scatter(steps: &[f64], lags: usize) -> f64 {
     let of_lag = |lag: usize| {
         let weight = (1.0 - lag as f64 / (lags + 1) as f64) * if lag > 0 { 2.0 } else { 1.0 };

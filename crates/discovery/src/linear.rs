@@ -2,7 +2,7 @@
 //!
 //! Implemented here because at this size the calls into a general library cost more than the arithmetic.
 
-/// A square matrix, row-major.
+/// A square matrix, stored by rows.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Square {
     pub n: usize,
@@ -24,7 +24,7 @@ impl Square {
         &mut self.a[i * self.n + j]
     }
 
-    /// The submatrix of the rows and columns `keep`.
+    /// Submatrix of the rows and columns with the indices `keep`.
     pub fn sub(&self, keep: &[usize]) -> Self {
         let mut s = Self::zero(keep.len());
         for (i, &r) in keep.iter().enumerate() {
@@ -35,7 +35,7 @@ impl Square {
         s
     }
 
-    /// The matrix with its diagonal multiplied by `1 + damping`.
+    /// Returns the matrix with its diagonal multiplied by `1 + damping`.
     pub fn damped(&self, damping: f64) -> Self {
         let mut d = self.clone();
         if damping > 0.0 {
@@ -44,14 +44,15 @@ impl Square {
         d
     }
 
-    /// Decrease of a quadratic cost with this curvature along `step`: `step' (2 gradient - self step)`.
+    /// Decrease of a quadratic cost along `step`, with this matrix as curvature: `step' (2 gradient - self
+    /// step)`.
     pub fn cost_decrease(&self, gradient: &[f64], step: &[f64]) -> f64 {
         let curved = |i: usize| step.iter().enumerate().map(|(k, x)| self.at(i, k) * x).sum::<f64>();
         step.iter().enumerate().map(|(i, x)| x * (2.0 * gradient[i] - curved(i))).sum()
     }
 
-    /// Cholesky factor. A pivot below 1e-13 of its diagonal entry marks a direction without information: it
-    /// is set to infinity, so that solutions do not move along it.
+    /// Cholesky factor of the matrix. A pivot below 1e-13 of its diagonal entry marks a direction without
+    /// information: it is set to infinity, so that solutions do not move along it.
     pub fn cholesky(&self) -> Cholesky {
         let n = self.n;
         let mut l = self.a.clone();
@@ -80,7 +81,7 @@ impl Square {
         Cholesky { n, l, log_det }
     }
 
-    /// Lower triangle `R` with `R R'` equal to the matrix; columns of directions without variance are 0.
+    /// Lower triangle `R` with `R R'` equal to the matrix. Columns of directions without variance are 0.
     pub fn lower_factor(&self) -> Square {
         let factor = self.cholesky();
         let mut root = Square::zero(self.n);
@@ -93,7 +94,7 @@ impl Square {
         root
     }
 
-    /// Eigenvalues and eigenvectors (columns) by Jacobi rotations.
+    /// Eigenvalues and eigenvectors (as columns) of the symmetric matrix, by Jacobi rotations.
     pub fn eigen(&self) -> (Vec<f64>, Square) {
         let n = self.n;
         let (mut a, mut v) = (self.clone(), Square::zero(n));
@@ -134,22 +135,22 @@ impl Square {
     }
 }
 
-/// A Cholesky factorisation `L L'`.
+/// Cholesky factorisation `L L'` of a symmetric matrix.
 #[derive(Clone, Debug)]
 pub(crate) struct Cholesky {
     n: usize,
     l: Vec<f64>,
-    /// Logarithm of the determinant, without the directions that have no information.
+    /// Logarithm of the determinant, without the directions that carry no information.
     pub log_det: f64,
 }
 
 impl Cholesky {
-    /// Whether every pivot was positive, so that the matrix has information along every direction.
+    /// Whether every pivot was positive, so that the matrix carries information along every direction.
     pub fn is_definite(&self) -> bool {
         (0..self.n).all(|i| self.l[i * self.n + i].is_finite())
     }
 
-    /// `x <- L^-1 x`.
+    /// Solves `L y = x` in place: `x <- L^-1 x`.
     pub fn forward(&self, x: &mut [f64]) {
         for i in 0..self.n {
             let mut s = x[i];
@@ -160,7 +161,7 @@ impl Cholesky {
         }
     }
 
-    /// `x <- (L L')^-1 x`.
+    /// Solves `L L' y = x` in place: `x <- (L L')^-1 x`.
     pub fn solve(&self, x: &mut [f64]) {
         self.forward(x);
         for i in (0..self.n).rev() {
@@ -172,7 +173,7 @@ impl Cholesky {
         }
     }
 
-    /// The inverse matrix.
+    /// Inverse of the factorised matrix.
     pub fn inverse(&self) -> Square {
         let mut inverse = Square::zero(self.n);
         let mut x = vec![0.0; self.n];
@@ -188,8 +189,8 @@ impl Cholesky {
     }
 }
 
-/// Eliminates the variables from index `keep` on: returns the Schur complement `H_aa - H_an H_nn^-1 H_na`,
-/// the reduced right-hand side, and the factor of `H_nn`.
+/// Eliminates the variables from index `keep` on from the equations `h x = g`. Returns the Schur complement
+/// `H_aa - H_an H_nn^-1 H_na`, the reduced right-hand side, and the Cholesky factor of `H_nn`.
 pub(crate) fn eliminate(h: &Square, g: &[f64], keep: usize) -> (Square, Vec<f64>, Cholesky) {
     let n = h.n;
     let tail: Vec<usize> = (keep..n).collect();
@@ -211,7 +212,7 @@ pub(crate) fn eliminate(h: &Square, g: &[f64], keep: usize) -> (Square, Vec<f64>
     (s, u, factor)
 }
 
-/// Scalar product.
+/// Scalar product of two vectors.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

@@ -10,26 +10,27 @@ use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardNormal};
 
 const RESIDUALS: usize = 75;
-/// Degrees of freedom of the t density, as in the fits.
+/// Degrees of freedom of the t density of residuals, as in the fits of the crate.
 const STUDENT_FREEDOM: f64 = 8.0;
 
-/// Fit of a toy model at the minimum of its cost.
+/// Fit of the linear test model at the minimum of its cost.
 pub(crate) struct ToyFit {
     pub theta: Vec<f64>,
     pub information: Square,
     pub windows: Vec<Quadratic>,
-    /// The windows with the derivative of their weights in the curvature.
+    /// Curvature and gradient of each window, with the derivative of the window's weight in the curvature.
     pub softened: Vec<Quadratic>,
 }
 
-/// Data of one repetition: `[window][residual]`, and the sensitivities of each of the parameters.
+/// Simulated data `[window][residual]`, and the sensitivities of the residuals to each parameter.
 pub(crate) struct Toy {
     y: Vec<Vec<f64>>,
     columns: Vec<Vec<Vec<f64>>>,
 }
 
 impl Toy {
-    /// Draws windows with unit noise and a smooth model error of `model_error` standard deviations.
+    /// Draws windows with noise of standard deviation 1 and a smooth model error of `model_error` standard
+    /// deviations.
     pub fn draw(windows: usize, seed: u64, model_error: f64, parameters: usize) -> Self {
         let mut rng = random_stream(seed, "linear toy", 0);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -53,7 +54,7 @@ impl Toy {
         Self { y, columns }
     }
 
-    /// Fits the first `p` parameters.
+    /// Fits the first `p` parameters to all windows.
     pub fn fit(&self, p: usize) -> ToyFit {
         let mut theta = vec![0.0; p];
         loop {
@@ -67,8 +68,8 @@ impl Toy {
         }
     }
 
-    /// Rows of each window at some parameters: sensitivities, residual, and one of `blocks` equal blocks of
-    /// all rows.
+    /// Rows of each window at the parameters `theta`: sensitivities, residual, and the block of the row. All
+    /// rows together are divided into `blocks` equal blocks.
     pub fn rows(&self, theta: &[f64], blocks: usize) -> Vec<Vec<(Vec<f64>, f64, u16)>> {
         let total = self.y.len() * RESIDUALS;
         let row = |w: usize, k: usize| {
@@ -79,7 +80,7 @@ impl Toy {
         (0..self.y.len()).map(|w| (0..RESIDUALS).map(|k| row(w, k)).collect()).collect()
     }
 
-    /// The fit's quantities at some parameters.
+    /// Information and gradients at the parameters `theta`, without a fit.
     pub fn at(&self, theta: &[f64]) -> ToyFit {
         let p = theta.len();
         let n = STUDENT_FREEDOM + RESIDUALS as f64;

@@ -12,23 +12,25 @@ use crate::record::Measured;
 use crate::statistics::{chi2_tail, median};
 use rayon::prelude::*;
 
-/// Reduction of -2 ln of the restricted likelihood that a further noise parameter must bring.
+/// Decrease of -2 ln of the restricted likelihood that each further noise parameter must bring.
 const MIN_LIKELIHOOD_GAIN: f64 = 16.0;
-/// Residuals beyond this many standard deviations are masked as outliers.
+/// Size of a polynomial residual, in standard deviations, above which the sample is masked as an outlier.
 const OUTLIER_SD: f64 = 5.5;
-/// Ratio of declared to estimated noise above which the declared value is treated as a tolerance.
+/// Ratio of declared to estimated noise above which the declared noise is treated as a tolerance.
 const MIN_TOLERANCE_RATIO: f64 = 20.0;
-/// Ratio of the residual variance of an arc to the median above which the arc is disturbed and excluded:
-/// exceeded by one in a million arcs with five degrees of freedom.
+/// Ratio of an arc's residual variance to the median above which the arc is disturbed and excluded. One in a
+/// million arcs with five degrees of freedom exceeds it by chance.
 const DISTURBED_VARIANCE_RATIO: f64 = 9.0;
-/// p-value below which the noise of the records differs.
+/// p-value of Bartlett's test below which the records count as having different noise.
 const MAX_P_NOISE_DIFFERS: f64 = 1e-6;
-/// Degrees of freedom with which the common noise enters the estimate of each record.
+/// Degrees of freedom with which the common noise enters the noise estimate of each record.
 const COMMON_NOISE_FREEDOM: f64 = 6.0;
-/// Number of samples that suffices to estimate the correlation; more cost time without changing the result.
+/// Number of samples that suffices to estimate the noise correlation; more cost time without changing the
+/// result.
 const MAX_SAMPLES: usize = 8000;
 
-/// -2 ln of the restricted likelihood, with the scale of each channel profiled out.
+/// Computes -2 ln of the restricted likelihood of the arcs, with the noise scale of each channel profiled
+/// out. The noise has the correlation `rho` between neighbouring samples and the growth `growth` with speed.
 fn restricted_deviance(arcs: &[&Arc], channels: usize, rho: f64, growth: f64) -> f64 {
     let parts: Vec<_> = arcs.par_iter().map(|a| a.restricted(rho, growth)).collect();
     let (mut rss, mut freedom, mut total) = (vec![0.0; channels], vec![0.0; channels], 0.0);
@@ -46,7 +48,7 @@ fn restricted_deviance(arcs: &[&Arc], channels: usize, rho: f64, growth: f64) ->
             .sum::<f64>()
 }
 
-/// Minimum of a function on an interval by golden-section search: argument and value.
+/// Finds the minimum of a function on an interval by golden-section search; returns its argument and value.
 fn golden_section(mut f: impl FnMut(f64) -> f64, mut low: f64, mut high: f64, rounds: usize) -> (f64, f64) {
     let ratio = 0.5 * (5f64.sqrt() - 1.0);
     let (mut a, mut b) = (high - ratio * (high - low), low + ratio * (high - low));
@@ -67,17 +69,17 @@ fn golden_section(mut f: impl FnMut(f64) -> f64, mut low: f64, mut high: f64, ro
     if fa < fb { (a, fa) } else { (b, fb) }
 }
 
-/// Arcs of the samples that are not outliers.
+/// Smooth arcs of the samples that are not outliers, with the noise level found from them.
 struct MaskedArcs {
     arcs: Vec<Arc>,
-    /// Whether each sample is masked, `[record][channel][sample]`.
+    /// Whether each sample is masked as an outlier or missing, `[record][channel][sample]`.
     masked: Vec<Vec<Vec<bool>>>,
-    /// Standard deviation of the residuals by channel.
+    /// Standard deviation of the polynomial residuals by channel, in its unit.
     sd: Vec<f64>,
     outliers: usize,
 }
 
-/// Masks outliers in two rounds, and estimates the standard deviations from the other samples.
+/// Masks outliers in two rounds, and estimates the standard deviation of each channel from the other samples.
 fn mask_outliers(data: &Measured, channels: usize) -> MaskedArcs {
     let mut masked: Vec<Vec<Vec<bool>>> = data
         .records
@@ -124,8 +126,8 @@ fn mask_outliers(data: &Measured, channels: usize) -> MaskedArcs {
     MaskedArcs { arcs, masked, sd, outliers }
 }
 
-/// Correlation of neighbouring samples, and growth of the noise with speed (jitter/sd, up to `max_growth`);
-/// each is 0 unless its reduction of the deviance is significant.
+/// Estimates the correlation of neighbouring samples and the growth of the noise with speed. The growth is
+/// jitter/sd, up to `max_growth`. Each is 0 unless it decreases the deviance significantly.
 fn correlation_and_growth(arcs: &[&Arc], channels: usize, stride: usize, max_growth: f64) -> (f64, f64) {
     let subset: Vec<&Arc> = arcs.iter().step_by(stride).copied().collect();
     let deviance = |rho: f64, growth: f64| restricted_deviance(&subset, channels, rho, growth);
@@ -160,7 +162,8 @@ fn correlation_and_growth(arcs: &[&Arc], channels: usize, stride: usize, max_gro
     (rho, growth)
 }
 
-/// Whether the estimate differs significantly from the declared noise, given its degrees of freedom.
+/// Whether the noise estimate, with `freedom` degrees of freedom, differs significantly from the declared
+/// noise.
 fn differs_from_declared(sd: &[f64], declared: &[f64], outliers: usize, freedom: f64) -> bool {
     let squares = sd.iter().zip(declared).map(|(s, d)| (s / d).powi(2));
     let ratio = (squares.sum::<f64>() / sd.len() as f64).sqrt();
@@ -170,9 +173,9 @@ fn differs_from_declared(sd: &[f64], declared: &[f64], outliers: usize, freedom:
     !is_raised_by_outliers && deviation > 0.03 && deviation * (2.0 * freedom).sqrt() > 4.0
 }
 
-/// Estimates the noise of segmented records, masks outliers, and sets the weights of all samples. Where the
-/// motion is not smooth between samples, the noise is assumed white: the polynomial residuals then contain
-/// motion and would look correlated.
+/// Estimates the noise of records divided into smooth segments, masks outliers, and sets the weights of all
+/// samples. Without `smooth_motion` the noise is assumed white: the polynomial residuals then contain motion
+/// and would look correlated.
 pub(crate) fn estimate_noise(data: &mut Measured, smooth_motion: bool) -> Noise {
     let declared: Vec<Option<f64>> = data.system.schema().channels.iter().map(|c| c.sd).collect();
     let channels = declared.len();
@@ -243,12 +246,13 @@ pub(crate) fn estimate_noise(data: &mut Measured, smooth_motion: bool) -> Noise 
     Noise { white: sd.clone(), sd, correlation: rho, jitter_s, frame_s: None, findings, outliers }
 }
 
-/// Whether a further noise parameter is significant, by its reduction of -2 ln of the restricted likelihood.
+/// Whether a further noise parameter is significant, given its reduction of -2 ln of the restricted
+/// likelihood.
 fn is_supported(reduction: f64) -> bool {
     reduction > MIN_LIKELIHOOD_GAIN
 }
 
-/// Arcs without those whose residuals far exceed the others': they contain an undetected event or a
+/// The arcs without those whose residuals far exceed the median. These contain an undetected event or a
 /// disturbance, not only sensor noise.
 fn undisturbed_arcs(arcs: &[Arc], channels: usize) -> Vec<&Arc> {
     let level =
@@ -263,8 +267,8 @@ fn undisturbed_arcs(arcs: &[Arc], channels: usize) -> Vec<&Arc> {
     arcs.iter().zip(levels).filter(|(a, l)| *l <= limits[a.channel]).map(|(a, _)| a).collect()
 }
 
-/// Ratio of each record's noise to the common one, where records differ significantly (Bartlett's test);
-/// records with few samples are shrunk towards 1.
+/// Ratio of each record's noise to the common one; `None` unless records differ significantly (Bartlett's
+/// test). The ratios of records with few samples are shrunk towards 1.
 fn record_noise_ratios(arcs: &[Arc], sd: &[f64], records: usize, rho: f64, growth: f64) -> Option<Vec<f64>> {
     let (mut rss, mut freedom) = (vec![0.0; records], vec![0.0; records]);
     for arc in arcs {
@@ -284,7 +288,8 @@ fn record_noise_ratios(arcs: &[Arc], sd: &[f64], records: usize, rho: f64, growt
     (p < MAX_P_NOISE_DIFFERS).then(|| rss.iter().zip(&freedom).map(ratio).collect())
 }
 
-/// Variance of each channel about polynomials over segments of `length` samples: the median of up to 400.
+/// Variance of each channel about polynomials over segments of `length` samples, in its squared unit. It is
+/// the median over up to 400 segments.
 pub(crate) fn polynomial_variance(data: &Measured, length: usize) -> Vec<f64> {
     let channels = data.system.schema().channels.len();
     let total: usize = data.records.iter().map(|r| r.data.times.len()).sum();
@@ -307,10 +312,10 @@ pub(crate) fn polynomial_variance(data: &Measured, length: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Number of segments that suffices to estimate the roughness of a channel.
+/// Number of segments that suffices to estimate the variance of a channel about polynomials.
 const MAX_SEGMENTS: usize = 400;
 
-/// The arcs of all unmasked samples.
+/// Collects the smooth arcs of all records, from the samples that are not masked.
 fn collect_arcs(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
     let mut arcs = Vec::new();
     for (j, r) in data.records.iter().enumerate() {
@@ -324,7 +329,7 @@ fn collect_arcs(data: &Measured, masked: &[Vec<Vec<bool>>]) -> Vec<Arc> {
     arcs
 }
 
-/// Sets the weights of all samples to 1/σ, with σ growing with speed.
+/// Sets the weights of all samples to 1/σ, with σ growing with the speed of the motion; masked samples get 0.
 fn set_weights(data: &mut Measured, arcs: &[Arc], masked: &[Vec<Vec<bool>>], sd: &[f64], growth: f64) {
     let mut speeds: Vec<Vec<Vec<f64>>> = data
         .records

@@ -2,50 +2,52 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Source of the residuals: measurement noise or process noise.
+/// Kind of noise that causes the residuals of the augmented model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoiseSource {
-    /// White measurement noise.
+    /// White measurement noise only.
     Sensor,
-    /// Autocorrelated measurement noise.
+    /// Autocorrelated measurement noise, beside white measurement noise.
     #[serde(rename = "lasting-sensor")]
     AutocorrelatedSensor,
-    /// Process noise, beside measurement noise.
+    /// Process noise in the rates of states, beside white measurement noise.
     #[serde(rename = "motion")]
     ProcessNoise,
 }
 
-/// Standard deviation of one quantity.
+/// Standard deviation of the noise of one quantity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NoiseRow {
-    /// Output, or state on whose rate process noise acts.
+    /// Name of the noisy output, or of the state whose rate process noise disturbs.
     pub name: String,
-    /// Standard deviation, in `unit`.
+    /// Standard deviation of the noise, in `unit`.
     pub sd: f64,
-    /// Unit (of the rate, for process noise); empty for a pure number.
+    /// Unit of the standard deviation (of the rate, for process noise); empty for a pure number.
     pub unit: String,
 }
 
 /// Noise model that explains the differences between records and runs of the augmented model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NoiseCause {
-    /// The best-supported source.
+    /// Kind of noise that the data support best.
     #[serde(rename = "by")]
     pub source: NoiseSource,
-    /// Standard deviations of the process noise by state, or of the autocorrelated errors by output.
+    /// Standard deviations of the process noise by state, or of the autocorrelated measurement errors by
+    /// output.
     #[serde(rename = "lasting")]
     pub disturbances: Vec<NoiseRow>,
-    /// Correlation time, s; 0 for noise that is independent from sample to sample.
+    /// Correlation time of the process noise or autocorrelated errors, s; 0 for noise independent from sample
+    /// to sample.
     #[serde(rename = "memory_s")]
     pub correlation_time_s: f64,
-    /// White measurement noise, by output.
+    /// Standard deviations of the white measurement noise, by output.
     #[serde(rename = "readings")]
     pub white_noise: Vec<NoiseRow>,
 }
 
 impl NoiseCause {
-    /// Sentence on the source; `None` for white measurement noise.
+    /// Sentence on the kind of noise, for the notes of a result; `None` for white measurement noise.
     pub fn sentence(&self) -> Option<String> {
         let describe = |r: &NoiseRow| {
             let unit = if r.unit.is_empty() { String::new() } else { format!(" {}", r.unit) };

@@ -10,7 +10,8 @@ use crate::score::BLOCKS;
 use crate::sentence::{SMALL_SHARE, with_three_digits};
 
 impl NoiseCause {
-    /// Number of independent values of the autocorrelated errors in records of these durations (s); infinite for white noise.
+    /// Number of independent values of the autocorrelated errors in records of these durations, s. Infinite
+    /// for noise that is independent from sample to sample.
     fn independent_values(&self, durations_s: &[f64]) -> f64 {
         match self.correlation_time_s > 0.0 {
             true => {
@@ -20,7 +21,7 @@ impl NoiseCause {
         }
     }
 
-    /// Name of the noise that is left by a model that needs nothing more.
+    /// Text that names the noise left by a model that needs no further effect.
     fn remainder(&self) -> &'static str {
         match self.source {
             NoiseSource::Sensor => "only noise",
@@ -29,10 +30,11 @@ impl NoiseCause {
         }
     }
 
-    /// Describes what is left by a model with this verdict if it is not noise.
+    /// Describes structure in the residuals of a model with this verdict; `None` if they are only noise.
     ///
-    /// Process noise cannot be distinguished from the trace of a missing effect, so a model explains the data beside it only if `is_better`: the effects
-    /// decrease the prediction error significantly.
+    /// Process noise cannot be distinguished from the trace of a missing effect. A model with process noise
+    /// therefore explains the data only if `is_better`: the effects decrease the prediction error
+    /// significantly.
     fn structure(&self, durations_s: &[f64], verdict: Verdict, is_better: bool) -> Option<String> {
         let is_doubtful =
             verdict == Verdict::Explained && self.source == NoiseSource::ProcessNoise && !is_better;
@@ -45,7 +47,8 @@ impl NoiseCause {
         })
     }
 
-    /// Describes errors that vary too slowly to be noise in records of these durations (s).
+    /// Describes residuals that vary too slowly to be noise in records of these durations, s; `None`
+    /// otherwise.
     fn slow_errors(&self, durations_s: &[f64]) -> Option<String> {
         let values = self.independent_values(durations_s);
         (values < BLOCKS as f64).then(|| {
@@ -58,7 +61,7 @@ impl NoiseCause {
     }
 }
 
-/// The verdict if the residuals vary too slowly to be noise.
+/// Weakens a verdict because the residuals vary too slowly to be noise.
 fn with_slow_errors(verdict: Verdict) -> Verdict {
     match verdict {
         Verdict::NothingToAdd => Verdict::Unknown,
@@ -68,9 +71,10 @@ fn with_slow_errors(verdict: Verdict) -> Verdict {
 }
 
 impl Discovery {
-    /// Adds the cause of the residuals, and takes it into account in verdict and sentence.
+    /// Stores the kind of noise that causes the residuals, and adapts verdict and sentence to it.
     ///
-    /// `durations_s` are those of the records, s. If errors vary too slowly to be noise, the data have structure that no effect explains.
+    /// `durations_s` are the durations of the records, s. If errors vary too slowly to be noise, the data
+    /// have structure that no effect explains.
     pub fn set_noise_cause(&mut self, cause: NoiseCause, durations_s: &[f64]) {
         let is_better = self.error.reduction.ci95[0] > 0.0;
         let structure = cause.structure(durations_s, self.verdict, is_better);

@@ -11,23 +11,25 @@ use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
 use rayon::prelude::*;
 
-/// Excess of a window's cost over the predicted one above which a kink (an event gained or lost) is
-/// suspected.
+/// Excess of a window's cost over the predicted cost above which a kink of the cost is suspected. A kink
+/// arises where the simulation gains or loses an event.
 const MAX_EXCESS_COST: f64 = 5.0;
-/// Fractions of its own step that such a window is tried at.
+/// Fractions of the step of its nuisances that are tried for a window at a kink of its cost.
 const STEP_FRACTIONS: [f64; 2] = [0.2, 0.0];
-/// Maximum number of nuisance steps of a window.
+/// Maximum number of steps in the fit of a window's nuisances.
 const MAX_NUISANCE_STEPS: usize = 8;
-/// Maximum number of steps of a window that are simulated at once, each for the case that those before it
-/// fail.
+/// Maximum number of nuisance steps of a window that are simulated at once. Each is the one to try if those
+/// before it fail.
 const MAX_STEPS_AHEAD: usize = 4;
-/// A pass with up to this fraction (1/4) of the windows costs as much as one window.
+/// Inverse of the share of SIMD lanes up to which a pass costs as much as one window; here 1/4.
 const PASS_FRACTION: usize = 4;
 
-/// Normal equations of a window, and its nuisances.
+/// Normal equations of a window, and the nuisances (initial state, record parameters, event offsets) at which
+/// they hold.
 pub(crate) type WindowState = (NormalEquations, Vec<f64>);
 
-/// Nuisances after the Gauss-Newton step that corresponds to a step of theta.
+/// Nuisances of a window after the Gauss-Newton step that follows the step `theta_step` of the shared
+/// parameters.
 pub(crate) fn nuisance_step(
     l: &Lanes,
     normal: &NormalEquations,
@@ -48,34 +50,34 @@ pub(crate) fn nuisance_step(
     now.iter().zip(x).map(|(n, d)| n + d).collect()
 }
 
-/// A window during its nuisance fit.
+/// State of the fit of one window's nuisances.
 pub(crate) struct NuisanceFit<'a> {
     window: RecordWindow<'a>,
     lanes: &'a Lanes,
     best: WindowState,
-    /// Cost at which the fit stops.
+    /// Cost of the window at or below which the fit stops.
     target_cost: f64,
     stage: Stage<'a>,
 }
 
-/// Stage of a nuisance fit.
+/// Stage of the fit of a window's nuisances.
 #[derive(Clone, Copy)]
 enum Stage<'a> {
-    /// Trying fraction number `n` of the step from these nuisances.
+    /// Tries fraction number `n` of the step from these nuisances.
     Shortened(usize, &'a [f64]),
-    /// Levenberg-Marquardt steps: damping, and number of steps done.
+    /// Levenberg-Marquardt steps: damping of the next step, and number of steps done.
     LevenbergMarquardt(f64, usize),
     Done,
 }
 
-/// Damping of the first step.
+/// Levenberg-Marquardt damping of the first step of a nuisance fit.
 const INITIAL_DAMPING: f64 = 1e-6;
 
 impl<'a> NuisanceFit<'a> {
-    /// A window at `trial`, after a step from the nuisances `now` for which the cost `cost` was predicted.
-    /// If its cost exceeds `cost` by more than [`MAX_EXCESS_COST`], its own step is shortened first: one
-    /// window at a kink (an event more or less) must not reject the step of all. A rise that was predicted,
-    /// because the step suits other windows, does not count.
+    /// Starts the fit of a window at `trial`, reached by a step from the nuisances `now` with the predicted
+    /// cost `cost`. If its cost exceeds `cost` by more than [`MAX_EXCESS_COST`], its own step is shortened
+    /// first: one window at a kink (an event more or less) must not reject the step of all windows. A rise
+    /// that was predicted, because the step suits other windows, does not count.
     pub fn after_theta_step(
         window: RecordWindow<'a>,
         lanes: &'a Lanes,
@@ -86,7 +88,7 @@ impl<'a> NuisanceFit<'a> {
         Self { window, lanes, best: trial, target_cost: cost, stage: Stage::Shortened(0, now) }
     }
 
-    /// A window that minimises its cost from `start`.
+    /// Starts the fit of a window that minimises its cost from `start`.
     pub fn from_start(window: RecordWindow<'a>, lanes: &'a Lanes, start: WindowState) -> Self {
         Self {
             window,
@@ -97,7 +99,7 @@ impl<'a> NuisanceFit<'a> {
         }
     }
 
-    /// Nuisances to try next; `None` once the window is done.
+    /// Nuisances of the window to try next; `None` once its fit is finished.
     fn next(&mut self) -> Option<Vec<f64>> {
         if let Stage::Shortened(number, now) = self.stage {
             let share = STEP_FRACTIONS.get(number).filter(|_| !self.is_near_target());
@@ -118,7 +120,7 @@ impl<'a> NuisanceFit<'a> {
         }
     }
 
-    /// Up to `most` nuisances that would be tried next, each if those before it fail.
+    /// Up to `most` nuisances of the window to try next, each for the case that those before it fail.
     fn ahead(&mut self, most: usize) -> Vec<Vec<f64>> {
         let stage = self.stage;
         let mut ahead = Vec::new();
@@ -132,7 +134,7 @@ impl<'a> NuisanceFit<'a> {
         ahead
     }
 
-    /// Processes the results of simultaneous trials, up to the first that lowers the cost.
+    /// Processes the results of simultaneous trials in order, up to the first that lowers the cost.
     fn accept_ahead(&mut self, trials: Vec<WindowState>) {
         for trial in trials {
             if self.next().is_none() {
@@ -146,7 +148,7 @@ impl<'a> NuisanceFit<'a> {
         }
     }
 
-    /// The stage after a trial that does not lower the cost.
+    /// Stage of the fit after a trial that does not lower the cost.
     fn after_failure(&self) -> Stage<'a> {
         match self.stage {
             Stage::Shortened(number, now) => Stage::Shortened(number + 1, now),
@@ -166,7 +168,7 @@ impl<'a> NuisanceFit<'a> {
         self.best.0.q <= self.target_cost + MAX_EXCESS_COST
     }
 
-    /// Processes the result of a trial.
+    /// Processes the result of one trial: accepts it if it lowers the cost, and sets the next stage.
     fn take(&mut self, trial: WindowState) {
         let gain = self.best.0.q - trial.0.q;
         let falls = trial.0.q < self.best.0.q;
@@ -186,7 +188,7 @@ impl<'a> NuisanceFit<'a> {
     }
 }
 
-/// Normal equations of some windows of a sample at given values.
+/// Computes the normal equations of some windows of a sample at given parameters and nuisances.
 pub(crate) fn assemble_windows(
     sample: &ChosenRecords<'_>,
     h: &Hypothesis,
@@ -203,7 +205,8 @@ pub(crate) fn assemble_windows(
     assemble_batch(&points, lanes, windows, sample.correlation)
 }
 
-/// Fits the nuisances of windows from given initial values.
+/// Fits the nuisances (initial state, record parameters, event offsets) of windows from the values
+/// `nuisance`.
 pub(crate) fn fit_nuisances_from(
     sample: &ChosenRecords<'_>,
     h: &Hypothesis,
@@ -219,7 +222,7 @@ pub(crate) fn fit_nuisances_from(
     finish_nuisance_fits(sample, h, theta, followers)
 }
 
-/// Completes the nuisance fits of all windows at `theta`, in their order.
+/// Completes the nuisance fits of all windows at `theta`; returns the results in the order of the windows.
 pub(crate) fn finish_nuisance_fits(
     sample: &ChosenRecords<'_>,
     h: &Hypothesis,
@@ -241,7 +244,7 @@ pub(crate) fn finish_nuisance_fits(
     windows.into_iter().map(|window| window.best).collect()
 }
 
-/// One step of all unfinished windows in one pass. Returns whether there was one.
+/// Performs one step of all unfinished windows in one SIMD pass. Returns whether any window was unfinished.
 fn step_batched(
     sample: &ChosenRecords<'_>,
     h: &Hypothesis,

@@ -11,17 +11,17 @@ use std::time::Instant;
 pub struct Options {
     /// Seed of the resamples and noise replicates; with 20,000 resamples its influence is small.
     pub seed: u64,
-    /// Number of simulated records without a missing effect, on which the false-positive rate is measured.
+    /// Number of simulated records without a missing effect, from which the false-positive rate is measured.
     pub null_runs: usize,
-    /// Data checks that are skipped.
+    /// Data checks whose findings are ignored.
     pub accepted: AcceptedChecks,
-    /// Whether effects of the library are tried; without them only formulas are searched, if the system has
-    /// a grammar.
+    /// Whether effects of the library are tried. Without them only formulas are searched, if the system has a
+    /// grammar of formulas.
     pub library: bool,
     /// Which effects of the library are tried.
     pub effects: AllowedEffects,
-    /// Deadline of calibration and search: fits stop there, and the best set so far is judged. `None` for no
-    /// deadline. Searches that end before it do not depend on it.
+    /// Deadline of calibration and search; `None` for no deadline. Fits stop there, and the best set of
+    /// effects so far is judged. Searches that end before it do not depend on it.
     pub until: Option<Instant>,
 }
 
@@ -41,20 +41,21 @@ impl Default for Options {
 /// Which effects of the library a search tries, by the names under which the library lists them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AllowedEffects {
-    /// The only effects that are tried; empty for all. Formulas and values by group are then not tried either.
+    /// Names of the only effects that are tried; empty for all. If it names any, formulas and values by group
+    /// are not tried.
     pub only: Vec<String>,
-    /// Effects that are not tried, even if `only` names them.
+    /// Names of effects that are not tried, even if `only` contains them.
     pub exclude: Vec<String>,
 }
 
 impl AllowedEffects {
-    /// Whether the effect of this name is tried.
+    /// Whether the library effect with this name is tried.
     pub fn allows(&self, kind: &str) -> bool {
         let is_kind = |name: &String| name == kind;
         (self.only.is_empty() || self.only.iter().any(is_kind)) && !self.exclude.iter().any(is_kind)
     }
 
-    /// Whether only named effects are tried.
+    /// Whether only the effects in `only` are tried.
     pub fn is_closed(&self) -> bool {
         !self.only.is_empty()
     }
@@ -63,18 +64,18 @@ impl AllowedEffects {
 /// Stage that a discovery run has reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// Noise estimation and event detection.
+    /// Estimation of the noise and detection of events.
     Noise,
     /// Calibration of the declared parameters.
     Calibration,
-    /// Search over the library; the number is the finished share of the largest possible search, in
-    /// thousandths.
+    /// Search over the effects of the library. The number is the finished share of the largest possible
+    /// search, in thousandths.
     Search(u16),
-    /// Tests of the residuals of the best model.
+    /// Tests of the residuals that the best model leaves.
     ResidualTests,
     /// Search over formulas of a grammar.
     Formulas,
-    /// Prediction errors before and after.
+    /// Measurement of the prediction errors before and after adding effects.
     Errors,
 }
 
@@ -91,7 +92,8 @@ impl Progress {
         }
     }
 
-    /// Approximate finished share of the whole run, from 0 to 1; searches differ in length.
+    /// Approximate finished share of the whole run, from 0 to 1. It is approximate because searches differ in
+    /// length.
     pub fn fraction(self) -> f64 {
         match self {
             Progress::Noise => 0.0,
@@ -104,7 +106,8 @@ impl Progress {
     }
 }
 
-/// Receiver of reports from a run. Closures of [`Progress`] are observers without interim results.
+/// Receiver of progress reports and interim results of a discovery run. Closures of [`Progress`] are
+/// observers without interim results.
 pub trait Observer {
     /// Receives the stage that the run has reached.
     fn report(&mut self, progress: Progress);
@@ -127,8 +130,8 @@ impl<F: FnMut(Progress)> Observer for F {
     }
 }
 
-/// Observer whose reported share never decreases: repeated searches report only what lies beyond the share
-/// already reached.
+/// Observer whose reported share of the run never decreases. Repeated searches report only what lies beyond
+/// the share already reached.
 pub(crate) struct Monotone<'a> {
     inner: &'a mut dyn Observer,
     largest_share: f64,
@@ -161,7 +164,7 @@ impl Observer for Monotone<'_> {
     }
 }
 
-/// The deadline of calibration and search. Clones share whether it has cut them short.
+/// Deadline of calibration and search. Clones share the flag that says whether it cut them short.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clock {
     until: Option<Instant>,
@@ -170,9 +173,9 @@ pub(crate) struct Clock {
 
 #[derive(Debug, Default)]
 struct ClockState {
-    /// Whether the deadline passed before everything was tried.
+    /// Whether the deadline passed before all calibrations and searches were finished.
     was_cut: AtomicBool,
-    /// Whether calibration and search have ended, so that the fits of the judgement run to their ends.
+    /// Whether calibration and search have ended, so that later fits run to their ends.
     has_ended: AtomicBool,
 }
 
@@ -181,12 +184,12 @@ impl Clock {
         Self { until: options.until, state: Arc::default() }
     }
 
-    /// Whether the deadline passed before everything was tried.
+    /// Whether the deadline passed before all calibrations and searches were finished.
     pub fn was_cut(&self) -> bool {
         self.state.was_cut.load(Relaxed)
     }
 
-    /// Whether the deadline of the calibration or search that now runs has passed.
+    /// Whether the deadline has passed during the present calibration or search.
     pub fn is_over(&self) -> bool {
         if self.state.has_ended.load(Relaxed) {
             return false;
@@ -197,14 +200,14 @@ impl Clock {
         self.was_cut()
     }
 
-    /// Ends calibration and search: the deadline does not hold for the fits that follow.
+    /// Marks calibration and search as ended: the deadline does not apply to later fits.
     pub fn end_search(&self) {
         self.state.has_ended.store(true, Relaxed);
     }
 }
 
 impl Discovery {
-    /// Marks a result that was stopped after `seconds`, with the cause, for example "at its time limit".
+    /// Marks a result as stopped after `seconds`; `cause` is the reason, for example "at its time limit".
     pub fn mark_stopped(&mut self, cause: &str, seconds: f64) {
         self.sentence = format!("The search was stopped {cause}. {}", self.sentence);
         self.cut_after_s = Some(seconds);

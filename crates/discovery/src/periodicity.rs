@@ -5,14 +5,15 @@ use crate::fit::{ChosenRecords, Fit};
 use augsim_system::ScatterPer;
 use rayon::prelude::*;
 
-/// Number of slow frequencies: multiples of 1/(2 T) for offsets over a time T.
+/// Number of slow frequencies that are tested: multiples of 1/(2 T) for events within a time span T.
 const SLOW_FREQUENCIES: u32 = 2_000;
-/// Fast frequencies: first, last (Hz) and number, evenly spaced.
+/// Fast frequencies that are tested, evenly spaced: first and last, Hz, and their number.
 const FAST_FREQUENCIES: (f64, f64, u32) = (0.05, 30.0, 20_000);
-/// Minimum number of offsets for the test.
+/// Minimum number of event offsets for the test.
 const MIN_OFFSETS: usize = 16;
 
-/// Offset of the events' parameter at one event, with its time on the session clock.
+/// Deviation (offset) of the events' parameter at one event from its common value, with the time of the event
+/// on the session clock.
 struct Point {
     time: f64,
     /// The offset, and the offset times the strength of the event. A periodic motion of the surroundings
@@ -20,9 +21,8 @@ struct Point {
     y: [f64; 2],
 }
 
-/// Smallest p-value of least-squares periodograms (Lomb 1976; Zechmeister and Kürster 2009, with a mean) of
-/// the offsets, and of the offsets times the strength of their events. Slow frequencies count as n
-/// independent tests for n offsets (Horne and Baliunas 1986), fast ones count singly.
+/// p-value of a period in the event offsets: deviations of the events' parameter (such as a restitution) by
+/// event.
 pub(crate) fn p_value(sample: &ChosenRecords<'_>, fit: &Fit) -> f64 {
     let points = points(sample, fit);
     if points.len() < MIN_OFFSETS {
@@ -46,7 +46,7 @@ pub(crate) fn p_value(sample: &ChosenRecords<'_>, fit: &Fit) -> f64 {
     (4.0 * p[0].min(p[1])).min(1.0)
 }
 
-/// The event offsets of a fit with their times.
+/// Collects the event offsets of a fit with their times on the session clock.
 fn points(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Point> {
     let shared = fit.hypothesis.scatter.is_some_and(|s| s.per == ScatterPer::Record);
     let schema = fit.hypothesis.system.schema();
@@ -67,7 +67,8 @@ fn points(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Point> {
     points
 }
 
-/// Largest share of the variance of either form that a sine of `frequency` Hz with a mean explains.
+/// Share of the variance that a sine of `frequency` Hz with a mean explains; the larger one of both forms in
+/// [`Point`].
 fn explained_share(points: &[Point], frequency: f64) -> f64 {
     let w = 2.0 * std::f64::consts::PI * frequency;
     let n = points.len() as f64;

@@ -25,11 +25,12 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Maximum number of event offsets that are drawn per record; later events have none.
+/// Maximum number of event offsets that are drawn per record; later events get none.
 const MAX_EVENTS: usize = 32;
 
-/// Predicts every record of `data` by `model` as it is; only initial states are estimated. If all states of
-/// the system are measured, long records are predicted in pieces, as for the error tables.
+/// Predicts every record of `data` by `model`; only initial states are estimated.
+///
+/// If all states of the system are measured, long records are predicted in parts, as for the error tables.
 ///
 /// # Errors
 /// [`DiscoveryError`], if the model and the data are incompatible.
@@ -86,21 +87,21 @@ pub fn predict_records(
     Ok(PredictionSet { records, errors, squares: listed(0), noise_sd: noise.sd, start })
 }
 
-/// A random effect per record that the model declares.
+/// Declared random effect per record: parameters that vary from record to record.
 struct VaryingParameters {
-    /// Addition that provides the varying parameters if the declared model has none; without effect at its
-    /// nulls.
+    /// Addition that provides the varying parameters if the declared model lacks them. It has no effect at
+    /// its null values.
     through: Option<Addition>,
-    /// Indices of the varying parameters in the system's vector.
+    /// Indices of the varying parameters in the system's parameter vector.
     places: Range<usize>,
-    /// Standard deviation of each, in its unit.
+    /// Standard deviation of the varying parameters between records, in their unit.
     sd: f64,
-    /// 95 % interval of it, from the model file.
+    /// 95 % interval of the standard deviation, from the model file; `None` if the file has none.
     ci95: Option<[f64; 2]>,
 }
 
 impl VaryingParameters {
-    /// The random effect that the model declares; `None` without one.
+    /// The random effect per record that the model declares; `None` without one.
     fn predictor(data: &Measured) -> Option<Self> {
         let drawn = data.system.schema().record_random_effect.as_ref()?;
         let (sd, ci95) = (drawn.declared?, drawn.declared_ci95);
@@ -113,8 +114,9 @@ impl VaryingParameters {
     }
 }
 
-/// The declared model as a predictor. Parameters of single records have a prior around the values in the
-/// file, as wide as their bounds, because the first samples may not determine them.
+/// The declared model with its values fixed, for predictions. Parameters with one value per record have a
+/// prior about the value in the file, as wide as their bounds, because the first samples may not determine
+/// them.
 fn fixed_hypothesis(data: &Measured, drawn: Option<&VaryingParameters>) -> Hypothesis {
     let additions: Vec<Addition> = drawn.into_iter().filter_map(|drawn| drawn.through.clone()).collect();
     let mut h = Hypothesis::new(data, &additions);
@@ -125,7 +127,8 @@ fn fixed_hypothesis(data: &Measured, drawn: Option<&VaryingParameters>) -> Hypot
     h
 }
 
-/// Standard deviation of each entry of theta from its 95 % interval in the file; 0 without interval.
+/// Standard deviation of each entry of theta (shared parameters) from its 95 % interval in the file; 0
+/// without one.
 fn standard_deviations(h: &Hypothesis, data: &Measured) -> Vec<f64> {
     let standard_deviations = h.free.iter().flat_map(|f| {
         let sd = data.system.parameters().get(f.index).and_then(Parameter::standard_deviation);
@@ -134,22 +137,22 @@ fn standard_deviations(h: &Hypothesis, data: &Measured) -> Vec<f64> {
     standard_deviations.collect()
 }
 
-/// Records to predict, the model, and the options.
+/// Predicts records by a fixed model, with bands from random draws.
 struct Predictor<'a> {
     sample: &'a ChosenRecords<'a>,
-    /// The model, with its scatter.
+    /// The fixed model, with its random effect of the events.
     h: &'a Hypothesis,
     theta: &'a [f64],
-    /// Standard deviation of each entry of theta.
+    /// Standard deviation of each entry of theta (the shared parameters).
     spread: &'a [f64],
     drawn: Option<VaryingParameters>,
-    /// Standard deviation of the measurement noise by channel.
+    /// Standard deviation of the measurement noise by channel, in its unit.
     noise_sd: &'a [f64],
     options: &'a PredictOptions,
 }
 
 impl Predictor<'_> {
-    /// Predicts one record, or a piece of a long one; also returns its error in each measure.
+    /// Predicts one record, or a part of a long one. Also returns its error in each measure.
     fn predict_record(&self, piece: &ForecastSpan) -> (PredictedRecord, Vec<Error>) {
         let (data, j) = (self.sample.data, self.sample.chosen[piece.chosen]);
         let (record, theta, options) = (&data.records[j], self.theta, self.options);
@@ -216,8 +219,8 @@ impl Predictor<'_> {
     }
 }
 
-/// Draws a standard deviation from its 95 % interval: log-normal on each side of its value, as the interval
-/// was computed.
+/// Draws the standard deviation of a random effect from its 95 % interval. The distribution is log-normal on
+/// each side of the value `sd`, as the interval was computed.
 fn random_effect_sd(sd: f64, ci95: Option<[f64; 2]>, normal: &mut impl FnMut() -> f64) -> f64 {
     let Some([low, high]) = ci95 else { return sd };
     let z = normal();
@@ -234,12 +237,12 @@ fn sensor_sd(record: &Record, channel: usize, sample: usize, noise_sd: &[f64]) -
     if weight > 0.0 { 1.0 / weight } else { noise_sd[channel] }
 }
 
-/// Distribution of the initial state given the known samples: normal about the estimate, which moves with
-/// the parameters.
+/// Normal distribution of the initial state given the known samples of a record. Its mean moves with the
+/// parameters.
 struct InitialStatePrior<'a> {
     lanes: &'a Lanes,
     mode: &'a [f64],
-    /// `J'WJ` of all lanes at the mode.
+    /// Curvature `J'WJ` of the cost in parameters and initial state, at the estimated state `mode`.
     curvature: Square,
     /// Lower Cholesky factor of the covariance of the initial state at fixed parameters.
     root: Square,

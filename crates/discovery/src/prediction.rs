@@ -6,12 +6,12 @@ use std::collections::BTreeSet;
 /// Levels of the quantiles in [`PredictedChannel::quantiles`].
 pub const PREDICTION_LEVELS: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
-/// Options of a prediction.
+/// Options of a prediction with a fixed model.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PredictOptions {
-    /// Seed of the draws.
+    /// Seed of the random draws for the bands.
     pub seed: u64,
-    /// Number of draws per record for the bands.
+    /// Number of random draws per record from which the bands are computed.
     pub draws: usize,
     /// Names of the records to predict; `None` for all. The noise is estimated from all records in either
     /// case.
@@ -28,22 +28,24 @@ impl PredictOptions {
 /// Prediction of one channel of one record, in the unit of the column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictedChannel {
-    /// Column of the data.
+    /// Name of the channel's column in the data.
     pub column: String,
     /// Measured values; NaN where nothing was measured or the sample was masked as an outlier.
     pub measured: Vec<f64>,
-    /// Prediction with all parameters at their values.
+    /// Prediction with all parameters at their nominal values and without noise, sample by sample.
     pub forecast: Vec<f64>,
-    /// Mean of the draws.
+    /// Mean of the random draws, sample by sample.
     pub mean: Vec<f64>,
-    /// Quantiles of the draws at [`PREDICTION_LEVELS`], sample by sample.
+    /// Quantiles of the random draws at [`PREDICTION_LEVELS`], `[level][sample]`.
     pub quantiles: [Vec<f64>; 5],
 }
 
 impl PredictedChannel {
-    /// Moves the predictions of a quantity with a period, such as an angle, to the turn of the measured values.
+    /// Shifts predictions of a periodic quantity, such as an angle, by whole periods towards the measured
+    /// values.
     ///
-    /// Without a measured value they are moved into the turn about the middle of the measured range.
+    /// At samples without a measured value they are shifted to within half a period of the middle of the
+    /// measured range.
     pub fn move_to_measured_turn(&mut self, period: Option<f64>) {
         let Some(period) = period else { return };
         let finite = || self.measured.iter().copied().filter(|v| v.is_finite());
@@ -65,55 +67,57 @@ impl PredictedChannel {
 /// Prediction of one record, or of a part of a long one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictedRecord {
-    /// Name in the data.
+    /// Name of the record in the data.
     pub id: String,
     /// Times of the samples, s.
     pub times: Vec<f64>,
-    /// Number of first samples that the initial state was estimated from; the others are predicted.
+    /// Number of first samples from which the initial state was estimated; the other samples are predicted.
     pub initial_sample_count: usize,
-    /// The channels, in the order of the system.
+    /// Predictions of the channels, in the order of the system.
     pub channels: Vec<PredictedChannel>,
 }
 
-/// Root mean square error of a measure over all records, with its 95 % interval over records.
+/// Root mean square error of one measure over all records, with its 95 % interval from a bootstrap over
+/// records.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictionError {
-    /// Name of the measure (`position`, `rotation`).
+    /// Name of the error measure (`position`, `rotation`).
     pub measure: String,
-    /// Unit.
+    /// Unit of the error and its interval.
     pub unit: String,
-    /// The error.
+    /// Root mean square error over the predicted samples of all records.
     pub rmse: f64,
-    /// 95 % interval.
+    /// Lower and upper end of the 95 % interval of `rmse`.
     pub ci95: [f64; 2],
-    /// The channels that the measure combines, by index.
+    /// Indices of the channels that the measure combines.
     pub channels: Vec<usize>,
 }
 
-/// Predictions of all records.
+/// Predictions of all requested records, with their errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictionSet {
     /// Records with predicted samples.
     pub records: Vec<PredictedRecord>,
-    /// Errors after the known samples; the first is that of the deciding measure.
+    /// Errors in the predicted samples, by measure; the first is that of the deciding measure.
     pub errors: Vec<PredictionError>,
-    /// Sum of squared errors and their number, for each record in the deciding measure.
+    /// Sum of squared errors and their number in the deciding measure, for each record.
     pub squares: Vec<(f64, f64)>,
     /// Estimated standard deviation of the measurement noise by channel, in the unit of each.
     pub noise_sd: Vec<f64>,
-    /// Description of the samples from which the initial states were estimated.
+    /// Description in words of the samples from which the initial states were estimated.
     pub start: String,
 }
 
 impl PredictionSet {
-    /// [`coverage`](Self::coverage) of all channels together.
+    /// As [`coverage`](Self::coverage), over all channels together.
     pub fn total_coverage(&self, level: f64) -> (f64, usize) {
         let channels = self.records.first().map_or(0, |r| r.channels.len());
         self.coverage(level, &(0..channels).collect::<Vec<_>>())
     }
 
-    /// Coefficient of determination of the predictions of some channels: 1 less the ratio of the squared errors to the
-    /// squared deviations from the mean of each channel. NaN without deviations.
+    /// Coefficient of determination of the predictions of the channels with these indices. It is 1 minus the
+    /// ratio of the squared errors to the squared deviations from the mean of each channel; not finite if
+    /// these are 0.
     pub fn r2(&self, channels: &[usize]) -> f64 {
         let (mut errors, mut deviations) = (0.0, 0.0);
         for index in channels {
@@ -130,8 +134,8 @@ impl PredictionSet {
         1.0 - errors / deviations
     }
 
-    /// Share of the predicted samples of some channels within the central band of probability 0.5 or 0.9, and
-    /// their number.
+    /// Share of the predicted samples that lie within the central band of probability 0.5 or 0.9, and their
+    /// number. `level` below 0.7 selects 0.5; the samples are those of the channels with these indices.
     pub fn coverage(&self, level: f64, channels: &[usize]) -> (f64, usize) {
         let [low, high] = if level < 0.7 { [1, 3] } else { [0, 4] };
         let (mut inside, mut count) = (0_usize, 0_usize);
@@ -148,24 +152,24 @@ impl PredictionSet {
     }
 }
 
-/// 95 % interval of a root mean square error over records, from the sum of squared errors and their number
-/// of each.
+/// 95 % interval of the root mean square error over records, from each record's sum of squared errors and
+/// their number.
 pub fn rmse_interval(squares: &[(f64, f64)], seed: u64) -> [f64; 2] {
     let records: Vec<usize> = (0..squares.len()).collect();
     bootstrap(&records, &[squares], seed, |r| r[0])
 }
 
-/// Root mean square error of `before` minus that of `after`, with the 95 % interval over records. Both lists
-/// have the same records in the same order.
+/// Root mean square error of `before` minus that of `after`, with its 95 % interval over records. Both lists
+/// hold the sum of squared errors and their number for the same records, in the same order.
 pub fn rmse_reduction(before: &[(f64, f64)], after: &[(f64, f64)], seed: u64) -> (f64, [f64; 2]) {
     let records: Vec<usize> = (0..before.len()).collect();
     let ci95 = bootstrap(&records, &[before, after], seed, |r| r[0] - r[1]);
     (rmse(before) - rmse(after), ci95)
 }
 
-/// Draws of one record, by channel and sample.
+/// Random draws of the prediction of one record, by channel and sample.
 pub(crate) struct Draws {
-    /// `values[channel][sample]`, each a list of draws.
+    /// `values[channel][sample]` is the list of draws at one sample.
     values: Vec<Vec<Vec<f64>>>,
 }
 
@@ -174,14 +178,15 @@ impl Draws {
         Self { values: vec![vec![Vec::with_capacity(draws); samples]; channels] }
     }
 
-    /// Adds a draw; ignores NaN and infinity.
+    /// Adds one drawn value of a channel at a sample; ignores NaN and infinity.
     pub fn push(&mut self, channel: usize, sample: usize, value: f64) {
         if value.is_finite() {
             self.values[channel][sample].push(value);
         }
     }
 
-    /// Mean and quantiles of a channel.
+    /// Mean of a channel's draws at each sample, and their quantiles at [`PREDICTION_LEVELS`] (5, 25, 50, 75,
+    /// 95 %).
     pub fn summary(&mut self, channel: usize) -> (Vec<f64>, [Vec<f64>; 5]) {
         let mut mean = Vec::new();
         let mut quantiles: [Vec<f64>; 5] = Default::default();
@@ -196,9 +201,9 @@ impl Draws {
     }
 }
 
-/// Quantile of the distribution behind sorted draws. Order statistics are at `k / (n + 1)` (type 6 of
-/// Hyndman and Fan), so that a new draw is below it with probability `level`. The usual interpolation
-/// between smallest and largest draw would be too narrow.
+/// Quantile at `level` of the distribution from which the sorted draws come. Order statistics are at `k / (n
+/// + 1)` (type 6 of Hyndman and Fan), so that a new draw is below it with probability `level`. The usual
+/// interpolation between smallest and largest draw would be too narrow.
 pub fn quantile_of_draws(sorted: &[f64], level: f64) -> f64 {
     let n = sorted.len();
     if n == 0 {

@@ -19,30 +19,32 @@ use augsim_data::Dataset;
 use augsim_system::{Declaration, Record as SystemRecord, channel_sd, unknown_group};
 use std::sync::Arc;
 
-/// Data ready for fits.
+/// A data set ready for fits: records with events, noise, and the held-out split.
 #[derive(Clone)]
 pub(crate) struct Prepared {
     pub data: Measured,
     pub noise: Noise,
-    /// Whether polynomials follow the motion between samples, so that their residuals are noise.
+    /// Whether polynomials follow the motion between samples, so that their residuals are measurement noise.
     pub is_smooth: bool,
-    /// Records used in the search.
+    /// Indices of the records used in the search for effects.
     pub searched: Vec<usize>,
-    /// Records held out from the beginning, on which errors are measured; empty where there are too few.
+    /// Indices of the records held out from all fits, on which prediction errors are measured. Empty where
+    /// there are too few records.
     pub held_out: Vec<usize>,
-    /// Remarks on the records for the reader of the result, one sentence each.
+    /// Remarks on how the records were read, for the reader of the result, one sentence each.
     pub notes: Vec<String>,
-    /// Deadline of all searches on these data.
+    /// Deadline of calibration and search on these data.
     pub clock: Clock,
 }
 
 impl Prepared {
-    /// Some of the records, with the noise estimate of all.
+    /// The records with the indices `chosen`, with the noise correlation of all records.
     pub fn sample<'a>(&'a self, chosen: &'a [usize]) -> ChosenRecords<'a> {
         ChosenRecords { data: &self.data, chosen, correlation: self.noise.correlation }
     }
 
-    /// Standard deviation of the deciding measure about its mean, in the unit of its channels.
+    /// Standard deviation of the measured values in the deciding measure about their means, in the unit of
+    /// its channels.
     pub fn spread(&self) -> f64 {
         let records: Vec<SystemRecord> = self.data.records.iter().map(|r| r.data.clone()).collect();
         let Some(measure) = self.data.system.schema().error_figures.first() else { return f64::INFINITY };
@@ -57,8 +59,8 @@ impl Prepared {
         !self.is_smooth && !self.data.is_idealised()
     }
 
-    /// Lowers the noise estimate to the residual standard deviations `found` of a fit. Applies only where
-    /// the estimate was an upper bound. Returns whether it changed by more than 10 %.
+    /// Lowers the noise estimate to the residual standard deviations `found` of a fit, by channel. Applies
+    /// only where the estimate was an upper bound. Returns whether it changed by more than 10 %.
     pub fn lower_noise(&mut self, found: Vec<f64>) -> bool {
         if !self.is_noise_bounded() {
             return false;
@@ -83,13 +85,13 @@ impl Prepared {
     }
 }
 
-/// Smallest noise estimate, in the unit of any channel, as in [`estimate_noise`].
+/// Minimum of the noise estimate, in the unit of any channel, as in [`estimate_noise`].
 const MIN_NOISE_SD: f64 = 1e-6;
-/// Ratio of the new noise estimate to the old one above which the old one is kept.
+/// Ratio of the new to the old noise estimate above which the old one is kept, if all channels exceed it.
 const KEEP_NOISE_RATIO: f64 = 0.9;
 
-/// Standard deviation of the residuals of a fit in each channel; fitted parameters and initial states reduce
-/// the degrees of freedom.
+/// Standard deviation of a fit's residuals in each channel, in its unit. Fitted parameters and initial states
+/// reduce the degrees of freedom.
 pub(crate) fn residual_sds(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<f64> {
     let records = record_residuals(sample, fit);
     let channels = sample.data.system.schema().channels.len();
@@ -104,23 +106,24 @@ pub(crate) fn residual_sds(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<f64> {
         .collect()
 }
 
-/// Number of records from which on a fifth is held out: fewer than four held-out records would give too
-/// uncertain errors.
+/// Number of records from which on a fifth is held out. With fewer, less than four held-out records would
+/// give too uncertain errors.
 const MIN_RECORDS_TO_HOLD_OUT: usize = 20;
-/// One in this many records is held out, by their order.
+/// Number of records, in their order, of which one is held out.
 const HELD_OUT_STRIDE: usize = 5;
 
-/// Records with their noise.
+/// Records with detected events and estimated noise.
 pub(crate) struct PreparedRecords {
     pub data: Measured,
     pub noise: Noise,
-    /// Whether polynomials follow the motion between samples.
+    /// Whether polynomials follow the motion between samples, so that their residuals are measurement noise.
     pub is_smooth: bool,
-    /// Remarks on the records for the reader of the result, one sentence each.
+    /// Remarks on how the records were read, for the reader of the result, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Prepares a data set for the search: frames, events, noise, held-out records.
+/// Prepares a data set for the search: corrects jittering time stamps, detects events, estimates the noise,
+/// and holds records out.
 pub(crate) fn prepare(
     model: &dyn Declaration,
     dataset: &Dataset,
@@ -146,8 +149,8 @@ pub(crate) fn prepare(
     Ok(Prepared { data, noise, is_smooth, searched, held_out, notes, clock })
 }
 
-/// Splits the records into those searched and those held out: one in five of each group, if there are enough
-/// whole records.
+/// Splits the records into those searched and those held out. One in five of each group is held out, if there
+/// are enough whole records.
 fn held_out(data: &Measured) -> (Vec<usize>, Vec<usize>) {
     let everything: Vec<usize> = (0..data.records.len()).collect();
     let recordings = if data.recordings.is_empty() { everything.len() } else { data.recordings.len() };
@@ -165,8 +168,9 @@ fn held_out(data: &Measured) -> (Vec<usize>, Vec<usize>) {
     everything.into_iter().partition(is_searched)
 }
 
-/// Reads records with events and noise; at least `fewest` are required. `is_fitted`: whether parameters are
-/// fitted to them, in which case the objections of the system against such fits apply.
+/// Reads records, detects events and estimates the noise; fails with fewer than `fewest` usable records.
+/// `is_fitted` says whether parameters will be fitted to them; then the system's objections to such fits
+/// apply.
 pub(crate) fn load_records(
     model: &dyn Declaration,
     dataset: &Dataset,
@@ -246,7 +250,7 @@ pub(crate) fn load_records(
     Ok(PreparedRecords { data, noise, is_smooth, notes })
 }
 
-/// The records as the system reads them, with masked samples marked as not measured.
+/// Copies of the records in which masked samples are marked as not measured.
 fn without_outliers(data: &Measured) -> Vec<SystemRecord> {
     let mut records: Vec<SystemRecord> = data.records.iter().map(|r| r.data.clone()).collect();
     for (data, record) in records.iter_mut().zip(&data.records) {
