@@ -23,17 +23,17 @@ pub enum Scenario {
     League,
 }
 
-/// Scenarios of the comparison of all model classes.
+/// Systems for which all model classes are compared (`reproduce league`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LeagueScenario {
-    /// The bouncing ball.
+    /// The bouncing ball, on generated drops.
     Ball,
-    /// Planar pushing.
+    /// Planar pushing, on pushes of the virtual laboratory.
     Push,
 }
 
 impl LeagueScenario {
-    /// Returns the name in files.
+    /// Returns the name of the scenario in files.
     pub fn name(self) -> &'static str {
         match self {
             LeagueScenario::Ball => "ball",
@@ -54,7 +54,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// Returns the name in files.
+    /// Returns the name of the scenario in files.
     pub fn name(self) -> &'static str {
         match self {
             Part::Ball => "ball",

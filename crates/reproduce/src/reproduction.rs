@@ -1,4 +1,4 @@
-//! Code that all reproductions share: number of iterations, results folder, command line, results.
+//! Code that all reproductions share: number of iterations, results folder, command line, output files.
 
 use crate::args::Reproduce;
 use augsim_report::page::{Block, Provenance, Section};
@@ -12,9 +12,9 @@ use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Number of training iterations of the paper.
+/// Number of training iterations in the paper.
 const ITERATIONS: u64 = 10_000;
-/// Number of generated training drops, as in the paper.
+/// Number of training drops that are generated, as in the paper.
 const TRAINING_DROPS: usize = 800;
 /// Offset of the seed between training and test data, so that their random draws differ.
 const TEST_SEED_OFFSET: u64 = 1_000_000;
@@ -53,8 +53,7 @@ pub fn record_sources(mut record: Record, train: &DataSource, test: &DataSource)
     record
 }
 
-/// Returns the command line that repeats a reproduction, quoted for a shell, with `DIR` as its results
-/// folder.
+/// Returns the command line, quoted for a shell, that repeats a reproduction with `DIR` as results folder.
 pub fn repeat(words: Vec<String>) -> String {
     let head = ["augsim", "reproduce"].map(str::to_owned);
     let all: Vec<String> = head.into_iter().chain(words).chain(["--out", "DIR"].map(str::to_owned)).collect();
@@ -74,7 +73,9 @@ pub fn repeat_on_data(scenario: &str, args: &Reproduce, data: &Path, seed: u64) 
     repeat(words)
 }
 
-/// Claims the results folder. Existing trained networks need `resume` (continue) or `force` (overwrite).
+/// Claims the results folder for this run.
+///
+/// Existing trained networks need `resume` (continue) or `force` (overwrite).
 pub fn claim(
     folder: &Path,
     record: Record,
@@ -105,7 +106,7 @@ pub fn finish<R: Serialize>(
     Ok(Outcome::Done)
 }
 
-/// Writes the files of [`finish`]; returns the path of the report.
+/// Writes the result file, the report and, if given, the run times; returns the path of the report.
 pub fn write_results<R: Serialize>(
     claim: &Claim,
     result: &R,
@@ -118,13 +119,13 @@ pub fn write_results<R: Serialize>(
     Ok(report)
 }
 
-/// Returns the last section of a page: the command that repeats the run.
+/// Returns the last section of a report page: the command that repeats the run.
 pub fn how_to_reproduce(command: &str) -> Section {
     let code = Block::Code { caption: String::new(), text: command.to_owned() };
     Section::new("How to reproduce", vec![code])
 }
 
-/// Returns the provenance of a page, with the data folder if the data are measured.
+/// Returns version and seed for a report page, with the data folder if the data are measured.
 pub fn provenance(seed: u64, data: Option<&Path>) -> Provenance {
     Provenance {
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -134,7 +135,7 @@ pub fn provenance(seed: u64, data: Option<&Path>) -> Provenance {
     }
 }
 
-/// Returns a run directory with a checkpoint at most `depth` folders below `folder`.
+/// Finds a run directory with a checkpoint at most `depth` folders below `folder`; `None` if there is none.
 fn trained_net(folder: &Path, depth: u32) -> Option<PathBuf> {
     if depth == 0 {
         return None;

@@ -17,7 +17,7 @@ use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::Recipe;
 use std::path::{Path, PathBuf};
 
-/// Runs the subcommand.
+/// Runs `augsim reproduce` for the scenario in the options.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     if args.net.is_some() && args.scenario != Scenario::Push {
         return Err(Usage::Inapplicable(Inapplicable::NetAlone).into());
@@ -139,7 +139,7 @@ fn pushing(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     Ok(Outcome::Done)
 }
 
-/// Returns the recipe of a network option.
+/// Returns the model class that the network option selects.
 fn recipe(net: NetArg) -> Recipe {
     match net {
         NetArg::Neural => Recipe::Neural,

@@ -128,7 +128,7 @@ impl Laboratory<'_> {
         }
     }
 
-    /// Draws the nominal sample times, s; irregular sets lack samples and have uneven times.
+    /// Draws the nominal sample times, s. Irregular sets lack some samples and have uneven intervals.
     fn draw_times(&self, rng: &mut Xoshiro256PlusPlus) -> Vec<f64> {
         let scene = self.scene;
         let n = (rng.random_range(1.5..2.6) * scene.rate_hz) as usize;

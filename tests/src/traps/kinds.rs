@@ -114,7 +114,7 @@ pub enum Defect {
 pub enum Trap {
     /// Unusual measurement noise.
     Noise(Noise),
-    /// 15 % of cells are empty, one by one.
+    /// 15 % of the output cells are empty, one by one.
     DropOuts,
     /// Runs of 10 to 25 cells are empty, one in each output of each recording.
     DropOutRuns,

@@ -15,7 +15,9 @@ use augsim_trainer::Engine;
 use augsim_trainer::models::ScatteredBall;
 use std::path::Path;
 
-/// Makes the table on `test_1000` for the discovery on training drops; returns `None` if interrupted.
+/// Scores physics and networks on `test_1000`, with the discovery `found` from training drops.
+///
+/// Returns the rows of the table, or `None` if interrupted.
 pub fn chain(
     folder: &Path,
     found: &Discovery,
@@ -41,7 +43,7 @@ pub fn chain(
     chain.run(output)
 }
 
-/// Returns the ball with the discovered parameter values and their scatter.
+/// Returns the ball simulator with the discovered parameter values and their random variation (scatter).
 fn augmented(found: &Discovery, seed: u64) -> ScatteredBall {
     let ball = stepped(|name| found.parameters.get(name).map(|e| e.value));
     let scatter = found.effects.iter().find(|e| e.kind == SCATTER_KIND);
@@ -53,9 +55,10 @@ fn augmented(found: &Discovery, seed: u64) -> ScatteredBall {
     ScatteredBall { ball, sd, per, seed }
 }
 
-/// Returns PyBullet's engine with other values of restitution and damping. Other discovered effects
-/// describe the difference between the stepping scheme and the exact engine, which the stepping engine
-/// already has.
+/// Returns the PyBullet engine with `value(name)` for restitution and damping, else the published values.
+///
+/// Other discovered effects describe the difference between the stepping scheme and the exact engine, which
+/// the stepping engine already has.
 fn stepped(value: impl Fn(&str) -> Option<f64>) -> BulletBall {
     let nominal = drop_distribution::published_predictor();
     BulletBall {

@@ -27,15 +27,15 @@ struct ResultFile {
     schema: &'static str,
     scenario: &'static str,
     sets: Vec<SetRow>,
-    /// Results on the ball, `test_1000`; empty without that set.
+    /// Scores of all models on the ball drops of `test_1000`; empty without that set.
     chain: Vec<Row>,
-    /// Results on pushes of the virtual laboratory.
+    /// Discovery and scores of all models on pushes of the virtual laboratory.
     pushing: Pushing,
     iterations: u64,
     seed: u64,
 }
 
-/// Runs the subcommand.
+/// Runs `reproduce loop`.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
         return Err(Usage::Missing(Missing::MeasuredSets { scenario: "loop" }).into());

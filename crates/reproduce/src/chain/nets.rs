@@ -12,45 +12,46 @@ use augsim_trainer::{
 };
 use std::path::Path;
 
-/// Options of the networks.
+/// Output folder, iterations and seed of the networks of one table.
 #[derive(Debug, Clone, Copy)]
 pub struct Runs<'a> {
-    /// Output folder.
+    /// Folder to which the training runs are written.
     pub out: &'a Path,
     /// Number of training iterations of each network.
     pub iterations: u64,
-    /// Seed.
+    /// Seed of the training of each network.
     pub seed: u64,
-    /// Whether existing runs are continued.
+    /// Whether existing training runs are continued.
     pub resume: bool,
 }
 
-/// Data and models of a table.
+/// Data and models of one table: declared, calibrated and augmented physics, and networks on them.
 pub struct Chain<'a> {
-    /// Source name in rows.
+    /// Name of the data source in the rows; `None` if rows have none.
     pub name: Option<&'static str>,
-    /// The declared model.
+    /// Simulator of the declared model.
     pub declared: Engine,
-    /// Engine with calibrated parameters.
+    /// Simulator of the declared model with calibrated parameters.
     pub calibrated: Engine,
-    /// Augmented model.
+    /// Simulator of the augmented model (declared model and discovered effects).
     pub augmented: Engine,
-    /// Forecasts of the augmented model, if they are not a single roll-out.
+    /// Forecasts of the augmented model if they are not a single roll-out, as with random effects; else
+    /// `None`.
     pub scattered: Option<&'a dyn Forecaster>,
-    /// Number of trajectories of the discovery.
+    /// Number of trajectories that the discovery read.
     pub read: usize,
-    /// Source of the training data.
+    /// Source of the training data of the networks.
     pub source: &'a DataSource,
-    /// Training data.
+    /// Training data of the networks.
     pub train: &'a Sequences,
     /// Test data, not used by the discovery or the networks.
     pub test: &'a Set,
-    /// Options of the networks.
+    /// Output folder, iterations and seed of the networks.
     pub runs: Runs<'a>,
 }
 
 impl Chain<'_> {
-    /// Makes the table on the test set; returns `None` if interrupted.
+    /// Trains the networks and scores all models on the test set; returns the rows, or `None` if interrupted.
     pub fn run(&self, output: &Output) -> anyhow::Result<Option<Vec<Row>>> {
         let Some(nets) = self.train(output)? else { return Ok(None) };
         let [declared, calibrated, augmented] =

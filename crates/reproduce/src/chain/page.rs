@@ -8,7 +8,7 @@ use augsim_discovery::Rmse;
 use augsim_report::page::{Block, Cell, Column, Page, Row, Section, Table};
 use std::path::Path;
 
-/// Makes the page; `command` repeats the run.
+/// Makes the report page; `command` is the command line that repeats the run.
 pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
     let mut sections = vec![found("Measured sets", &result.sets)];
     if !result.chain.is_empty() {
@@ -32,7 +32,7 @@ pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
     }
 }
 
-/// Makes the section about the effects found in each set.
+/// Makes the section about the effects that the discovery found in each data set.
 fn found(title: &str, sets: &[SetRow]) -> Section {
     let millimetres = |r: Rmse| Cell::estimate(1e3 * r.rmse, Some(r.ci95.map(|v| 1e3 * v)));
     let table = Table {
@@ -67,7 +67,7 @@ fn found(title: &str, sets: &[SetRow]) -> Section {
     Section { title: title.to_owned(), blocks: vec![Block::Table(table), Block::Definitions(sentences)] }
 }
 
-/// Makes the table of models; `set` names the test set if the rows do not.
+/// Makes the section with the scores of the models; `set` names the test set if the rows do not.
 fn chain(title: &str, rows: &[rows::Row], set: &str) -> Section {
     let tables = results(rows, set).iter().flat_map(|r| r.tables()).map(Block::Table).collect();
     Section { title: title.to_owned(), blocks: tables }

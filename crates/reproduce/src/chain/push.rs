@@ -1,4 +1,4 @@
-//! Models on pushes of the virtual laboratory, whose friction differs from the textbook model.
+//! Scores models on pushes of the virtual laboratory, whose friction differs from the textbook model.
 
 use super::nets::{Chain, Runs};
 use super::sets::{self, SetRow};
@@ -9,23 +9,23 @@ use augsim_physics::model::PushModel;
 use augsim_terminal::output::Output;
 use serde::Serialize;
 
-/// Name of the set, and of its report folder.
+/// Name of the set of laboratory pushes, and of its report folder.
 pub const LABORATORY: &str = "push-laboratory";
 /// Number of training pushes for the discovery: 2 to 3 CPU minutes, as fast pushes with inertia are slow
 /// to simulate.
 const LOOP_PUSHES: usize = 120;
 
-/// Results on pushes.
+/// Discovery and scores on pushes of the virtual laboratory.
 #[derive(Debug, Serialize)]
 pub struct Pushing {
     /// Discovery on training pushes.
     #[serde(flatten)]
     pub set: SetRow,
-    /// Rows on the test pushes.
+    /// Scores of all models on the test pushes.
     pub chain: Vec<Row>,
 }
 
-/// Runs the discovery and makes the table; returns `None` if interrupted.
+/// Runs the discovery on training pushes and scores all models; returns `None` if interrupted.
 pub fn chain(plan: &Sizes, runs: Runs<'_>, output: &Output) -> anyhow::Result<Option<Pushing>> {
     let lab = Laboratory::new(plan, runs.seed)?;
     let some: Vec<usize> = (0..LOOP_PUSHES.min(plan.train)).collect();

@@ -13,7 +13,7 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Name of the data set from PyBullet.
+/// Folder name of the data set of ball drops that PyBullet simulated.
 pub const PYBULLET: &str = "pybullet-ball";
 
 /// Declared model of the PyBullet set: damping that the data do not have and a restitution of 0.65. The
@@ -40,19 +40,19 @@ c_per_s = 0.04
 kind = \"quadratic-drag\"
 k_per_m = 0.04
 ";
-/// Number of PyBullet drops for the discovery; more do not change the result.
+/// Number of PyBullet drops that the discovery reads; more do not change the result.
 const PYBULLET_DROPS: usize = 100;
 
-/// A data set and its discovery.
+/// A data set and the result of the discovery on it.
 #[derive(Debug, Serialize)]
 pub struct SetRow {
-    /// Name of the set.
+    /// Name of the data set.
     pub set: String,
-    /// Number of trajectories.
+    /// Number of trajectories that the discovery read.
     pub trajectories: usize,
-    /// Path of the report, relative to the results folder.
+    /// Path of the discovery's report, relative to the results folder.
     pub report: PathBuf,
-    /// Discovery.
+    /// Result of the discovery.
     #[serde(flatten)]
     pub found: Discovery,
 }
@@ -81,8 +81,10 @@ pub fn run(data: &Path, out: &Path, seed: u64, output: &Output) -> anyhow::Resul
     Ok(rows)
 }
 
-/// Runs the discovery on one set in a separate folder of `out`. With `resume` an existing result from
-/// the same model and data is reused; this is for data that depend on the seed.
+/// Runs the discovery on one set in a separate folder of `out`.
+///
+/// With `resume` an existing result from the same model and data is reused; this is for data that depend on
+/// the seed.
 pub fn discover_set(
     set: &str,
     data: &Dataset,
@@ -123,7 +125,7 @@ pub fn discover_set(
     Ok(SetRow { set: set.to_owned(), trajectories, report: Path::new(set).join(REPORT), found })
 }
 
-/// Returns the result of an earlier run on the same model and data.
+/// Returns the result of an earlier discovery; `None` if there is none for the same model and data.
 fn earlier(args: &Discover, data: &Dataset, model: &str) -> Option<Discovery> {
     let same_model = std::fs::read_to_string(&args.model).ok()? == model;
     let before = read_dataset(args.data.first()?, MissingCells::AsGap).ok()?;

@@ -5,7 +5,7 @@ use super::result::ResultFile;
 use augsim_report::page::{KeyFigure, significant};
 use augsim_trainer::Recipe;
 
-/// Makes the plan of the experiment; `test` is the name of the test set.
+/// Plans the experiment with ball drops: networks, tables and texts; `test` is the name of the test set.
 pub fn experiment(
     title: &str,
     test: &str,
@@ -39,7 +39,7 @@ pub fn experiment(
     }
 }
 
-/// Summarises the outcome in two sentences.
+/// Summarises the outcome of the ball experiment in two sentences.
 fn summary(result: &ResultFile) -> String {
     let find = |model: &str| result.forecast(model);
     let (Some(best), Some(physics), Some(law)) = (find("Hybrid+"), find("Physics"), find("Exact law")) else {

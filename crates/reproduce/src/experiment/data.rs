@@ -24,28 +24,29 @@ use std::path::Path;
 
 /// Offset of the seed for each further data set, so that their random draws differ.
 const SEED_STEP: u64 = 1_000_000;
-/// Name of the pushes of the virtual laboratory.
+/// Name of the source of pushes from the virtual laboratory, in rows.
 pub const LABORATORY: &str = "virtual laboratory";
-/// Object and surface of the training data.
+/// `(object, surface)` of the training data.
 const TRAINING_PAIR: (&str, &str) = ("rect1", "abs");
-/// Pairs of object and surface that are only in test data.
+/// `(object, surface)` pairs that are only in test data.
 const UNSEEN_PAIRS: [(&str, &str); 4] =
     [("rect1", "plywood"), ("rect1", "pu"), ("rect1", "delrin"), ("rect2", "abs")];
 
-/// Trajectories of one test set with their declared model.
+/// Trajectories of one test set, and the simulator of their declared model.
 #[derive(Debug, Clone)]
 pub struct Set {
-    /// Object, surface, and `test`, `unseen surface` or `unseen object`; `None` if there is only one
-    /// test set.
+    /// `(object, surface, split)`; split is `test`, `unseen surface` or `unseen object`.
+    ///
+    /// `None` if there is only one test set.
     pub on: Option<(String, String, &'static str)>,
-    /// Declared model.
+    /// Simulator of the declared model.
     pub engine: Engine,
-    /// Trajectories.
+    /// Trajectories of the test set.
     pub items: Sequences,
 }
 
 impl Set {
-    /// Makes the row of a model that was trained on `trained` trajectories of `data`.
+    /// Makes the table row of `model`, which was trained on `trained` trajectories and scored on this set.
     pub fn row(
         &self,
         data: Option<&'static str>,
@@ -66,7 +67,7 @@ impl Set {
         row
     }
 
-    /// Makes a test set of pushes of an object on a surface.
+    /// Makes a test set of pushes of an object on a surface, with its declared model.
     pub fn of_pushes(
         object: &str,
         surface: &str,
@@ -81,31 +82,32 @@ impl Set {
 /// Training and test data of an experiment.
 #[derive(Debug, Clone)]
 pub struct Data {
-    /// Name of the data in rows, if rows have one.
+    /// Name of the data source in rows; `None` if rows have none.
     pub name: Option<&'static str>,
     /// Source of the training set for run directories; its beginning is a smaller training set.
     pub source: DataSource,
-    /// Declared model of the training set.
+    /// Simulator of the declared model of the training set.
     pub engine: Engine,
-    /// Training set.
+    /// Trajectories of the training set.
     pub train: Sequences,
-    /// Test sets; the first is of the training kind.
+    /// Test sets; the first has the object and surface of the training set.
     pub tests: Vec<Set>,
-    /// Origin of the data for the page.
+    /// Role, path and hash of each data source, for the report page.
     pub origin: Vec<Origin>,
-    /// Notes about omitted trajectories.
+    /// Notes about trajectories that were left out.
     pub notes: Vec<String>,
 }
 
-/// Pushes of the training object and surface from the laboratory. One layout is split into training and
-/// test pushes. A cell of contact, angle and speed is in both only if there are more than 7,128 pushes.
+/// Pushes of the training object and surface from the virtual laboratory, split into training and test.
+///
+/// A cell of contact, angle and speed is in both parts only if there are more than 7,128 pushes.
 #[derive(Debug, Clone)]
 pub struct Laboratory {
-    /// Declared model.
+    /// Declared (textbook) model of the pushes.
     pub declared: PushModel,
     /// All measured pushes, the training pushes first.
     pub data: Dataset,
-    /// Source of the pushes.
+    /// Source of the pushes, with their seed.
     pub source: DataSource,
     /// Subsampled training pushes.
     pub train: Sequences,
@@ -114,7 +116,7 @@ pub struct Laboratory {
 }
 
 impl Laboratory {
-    /// Generates the pushes of a plan.
+    /// Generates training and test pushes of the training object and surface.
     pub fn new(plan: &Sizes, seed: u64) -> anyhow::Result<Self> {
         let (object, surface) = TRAINING_PAIR;
         let count = plan.train + plan.test;
@@ -136,14 +138,14 @@ impl Laboratory {
     }
 }
 
-/// Returns the declared engine of an object on a surface.
+/// Returns the simulator of the declared (textbook) model of an object on a surface.
 pub fn engine(object: &str, surface: &str) -> anyhow::Result<Engine> {
     let (known, sheet) = object_on_surface(object, surface)?;
     let friction = |name: &str| (name == "support_friction").then_some(sheet.friction);
     engine_of(PushModel::textbook(known).with_nominal(friction))
 }
 
-/// Returns the engine of a push model.
+/// Returns the simulator of a push model.
 pub fn engine_of(model: PushModel) -> anyhow::Result<Engine> {
     Ok(Engine::from_model_file(&ModelFile::Push(model), None)?)
 }
@@ -153,7 +155,7 @@ fn generate(object: &str, surface: &str, count: usize, seed: u64) -> anyhow::Res
     Ok(pushes(&made.data, Subsampling::default())?)
 }
 
-/// Describes the source of data.
+/// Describes a data source for the report page: role, path or generator, and hash.
 fn origin(role: &str, source: &DataSource) -> Origin {
     let (path, hash) = match source {
         DataSource::File(path) => (path.display().to_string(), fingerprint(path)),
@@ -169,13 +171,15 @@ fn origin(role: &str, source: &DataSource) -> Origin {
     Origin { path: format!("{role}: {path}"), hash }
 }
 
-/// Returns the items `[from, to)` of a set.
+/// Returns the trajectories `[from, to)` of a set.
 pub fn part(all: &Sequences, from: usize, to: usize) -> Sequences {
     Sequences { items: all.items[from..to].to_vec(), ..all.clone() }
 }
 
 impl Data {
-    /// Loads or generates training and test drops, with the engine of the experiment of the paper.
+    /// Loads or generates training and test drops; returns them with the whole test set.
+    ///
+    /// Their declared model is the published PyBullet simulation of the ball.
     pub fn drops(train: &DataSource, test: &DataSource) -> anyhow::Result<(Self, Dataset)> {
         let engine = published_predictor();
         let (train_set, truth) = (load(train, &engine)?, read(test, &engine)?);
@@ -199,7 +203,7 @@ impl Data {
         Data { name: Some(name), source, engine, train, tests, origin, notes }
     }
 
-    /// Generates pushes in the layout of the MIT set in the virtual laboratory.
+    /// Generates training and test pushes in the virtual laboratory, in the layout of the MIT set.
     pub fn laboratory(plan: &Sizes, seed: u64) -> anyhow::Result<Self> {
         let Laboratory { source, train, test, .. } = Laboratory::new(plan, seed)?;
         let engine = test.engine.clone();
@@ -262,7 +266,7 @@ impl Data {
         Ok(Data::of_pushes("published MIT Push files", source, engine, train, tests, notes))
     }
 
-    /// Keeps the first `size` training trajectories.
+    /// Keeps only the first `size` training trajectories.
     pub fn first(mut self, size: usize) -> anyhow::Result<Self> {
         let there = self.train.items.len();
         if size > there {
@@ -272,7 +276,7 @@ impl Data {
         Ok(self)
     }
 
-    /// Whether a folder contains published files: a folder of one of their surfaces.
+    /// Whether a folder contains published MIT Push files: a subfolder is named as one of their surfaces.
     pub fn is_published(folder: &Path) -> bool {
         Surface::ALL.iter().any(|s| folder.join(s.name()).is_dir())
     }

@@ -4,16 +4,16 @@ use augsim_report::page::{Best, Column};
 use augsim_trainer::Engine;
 use augsim_trainer::score::{PointError, Score};
 
-/// An error of a point estimate.
+/// An error of a point estimate, which tables show.
 #[derive(Debug, Clone, Copy)]
 pub enum Figure {
-    /// Percentage of the distance from zero, mean over trajectories.
+    /// Position error in % of the distance from the origin; mean over trajectories.
     Trans,
-    /// Percentage of the distance moved, over all trajectories.
+    /// Position error in % of the distance moved; sum of errors over sum of distances of all trajectories.
     Moved,
-    /// Error of a measure by index, times a unit factor.
+    /// Mean error of the measured quantity with this index, times a unit factor.
     Error(usize, f64),
-    /// Error of a measure at the last sample by index, times a unit factor.
+    /// Mean error at the last sample of the measured quantity with this index, times a unit factor.
     End(usize, f64),
 }
 
@@ -33,27 +33,27 @@ impl Figure {
 pub enum Value {
     /// Number of training trajectories of the model.
     Trained,
-    /// Number with this name.
+    /// Error or CRPS of the model with this name.
     Key(&'static str),
-    /// Coverage of the 50 % band in %.
+    /// Coverage of the 50 % prediction band in %.
     Inside50,
-    /// Coverage of the 90 % band in %.
+    /// Coverage of the 90 % prediction band in %.
     Inside90,
 }
 
-/// A column in text (heading, width, decimals) and on a page (title, unit, decimals).
+/// A table column: its value, and its heading and format in text and on a page.
 #[derive(Debug)]
 pub struct ColumnFormat {
-    /// Value of the column.
+    /// Value that the column shows.
     pub value: Value,
-    /// Heading, width and decimals in text.
+    /// `(heading, width, decimals)` of the column in text tables.
     pub text: (&'static str, usize, usize),
-    /// Title, unit and decimals on a page.
+    /// `(title, unit, decimals)` of the column on a page.
     pub page: (&'static str, &'static str, usize),
 }
 
 impl ColumnFormat {
-    /// Returns the page column.
+    /// Makes the column of the table on a page.
     pub fn column(&self) -> Column {
         let (title, unit, decimals) = self.page;
         let column = Column::number(title, unit).decimals(decimals);
@@ -66,28 +66,29 @@ impl ColumnFormat {
     }
 }
 
-/// Names and columns of the scores of one kind of system.
+/// Names and columns of the scores, for systems with or without known actions.
 #[derive(Debug)]
 pub struct Layout {
-    /// Description of the input of a forecast.
+    /// Description of the input of a forecast, for pages.
     pub sees: &'static str,
-    /// Words for one trajectory and for several.
+    /// Words for one trajectory and for several: `[singular, plural]`.
     pub words: [&'static str; 2],
-    /// Name and function of the first point estimate.
+    /// Name of the first point estimate, and the function that picks it from a score.
     pub estimate: (&'static str, fn(&Score) -> &PointError),
-    /// Name in results, name in tables (empty: not shown) and function of the second point estimate.
+    /// Second point estimate: `(name in results, name in tables, function that picks it)`; an empty name is
+    /// hidden.
     pub second: (&'static str, &'static str, fn(&Score) -> &PointError),
-    /// Names and values of the errors of each estimate.
+    /// Name and definition of each error of a point estimate.
     pub errors: &'static [(&'static str, Figure)],
-    /// CRPS columns: name, measure index, unit factor.
+    /// CRPS columns: name, index of the measured quantity, unit factor.
     pub crps: &'static [(&'static str, usize, f64)],
-    /// Minimum width of the model column.
+    /// Minimum width of the model column in text tables, characters.
     pub width: usize,
     /// Columns of the tables.
     pub shown: &'static [ColumnFormat],
     /// Notes below the tables of a page.
     pub footnotes: &'static [&'static str],
-    /// Forecast channels on a page: name, unit, unit factor.
+    /// Quantities of which a page shows forecasts: name, unit, unit factor.
     pub channels: &'static [(&'static str, &'static str, f64)],
 }
 
@@ -101,7 +102,7 @@ const fn shown(
     ColumnFormat { value, text, page }
 }
 
-/// Layout of systems without actions: the ball.
+/// Layout of the scores of systems without actions: the ball.
 static WITHOUT_ACTIONS: Layout = Layout {
     sees: "the model uses the first state only",
     words: ["trajectory", "trajectories"],
@@ -130,7 +131,7 @@ static WITHOUT_ACTIONS: Layout = Layout {
     channels: &[("height", "m", 1.0), ("velocity", "m/s", 1.0)],
 };
 
-/// Layout of systems with known actions: pushes.
+/// Layout of the scores of systems with known actions: pushes.
 static WITH_ACTIONS: Layout = Layout {
     sees: "the model uses the first pose and the path of the pusher",
     words: ["push", "pushes"],
@@ -164,17 +165,17 @@ static WITH_ACTIONS: Layout = Layout {
 };
 
 impl Layout {
-    /// Returns the layout of an engine.
+    /// Returns the layout of the scores of a simulator's system.
     pub fn for_engine(engine: &Engine) -> &'static Self {
         if engine.action_columns().is_empty() { &WITHOUT_ACTIONS } else { &WITH_ACTIONS }
     }
 
-    /// Whether tables name the estimate of each row, because there are several.
+    /// Whether tables name the point estimate of each row, because they show two.
     pub fn names_estimates(&self) -> bool {
         !self.second.1.is_empty()
     }
 
-    /// Returns the errors of an estimate by name.
+    /// Returns the errors of a point estimate with their names.
     pub fn numbers(&self, e: &PointError) -> Vec<(&'static str, f64)> {
         self.errors.iter().map(|(name, figure)| (*name, figure.error(e))).collect()
     }

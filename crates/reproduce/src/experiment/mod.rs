@@ -44,7 +44,7 @@ use std::path::PathBuf;
 /// A finished experiment.
 #[derive(Debug)]
 pub struct Finished {
-    /// Content of the result file.
+    /// Content of the file `result.json`.
     pub result: ResultFile,
     /// Path of the report.
     pub report: PathBuf,
@@ -58,8 +58,10 @@ impl Finished {
 }
 
 impl Experiment {
-    /// Runs the experiment in the claimed folder; returns `None` if interrupted (continue with
-    /// `--resume`). `truth` is the test set whose lower error bound is computed.
+    /// Trains and scores all models in the claimed folder; returns `None` if interrupted (continue with
+    /// `--resume`).
+    ///
+    /// `truth` is the test set whose lower error bound is computed.
     pub fn run(
         &self,
         data: &Data,
@@ -125,8 +127,9 @@ impl Experiment {
         Ok(Some(Finished { result, report }))
     }
 
-    /// Trains all networks; returns those trained on the whole set and the learning curve, or `None` if
-    /// interrupted.
+    /// Trains all networks; returns those trained on the whole set and the points of the learning curve.
+    ///
+    /// Returns `None` if interrupted.
     fn train(
         &self,
         data: &Data,
@@ -224,20 +227,20 @@ impl Experiment {
         training::train_or_resume(&self.run_dir(claim, recipe, size), &config, &train, self.resume, output)
     }
 
-    /// Returns the run directory of a network for a training-set size.
+    /// Returns the run directory of a network (by its recipe) for a training-set size.
     fn run_dir(&self, claim: &Claim, recipe: Recipe, size: usize) -> PathBuf {
         let name = recipe.label().to_lowercase().replace('+', "-plus");
         claim.folder().join(if self.sizes.is_empty() { name } else { format!("{name}-{size}") })
     }
 
-    /// Reads the losses of the networks trained on the whole set.
+    /// Reads the training losses of the networks that were trained on the whole set.
     fn losses(&self, claim: &Claim, whole: usize) -> anyhow::Result<Vec<(Recipe, Vec<Losses>)>> {
         let read =
             |p: &NetPlan| Ok((p.recipe, RunDir::open(&self.run_dir(claim, p.recipe, whole)).read_metrics()?));
         self.nets.iter().map(read).collect()
     }
 
-    /// Computes the lowest error of any predictor from the first state.
+    /// Makes the row with the lowest possible error of any forecast from the first state.
     fn floor(&self, layout: &'static Layout, truth: &Dataset) -> anyhow::Result<Row> {
         let options = ErrorFloorOptions { seed: self.seed, ..Default::default() };
         let floor = published_error_floor(&DropDistribution::default(), truth, options)?;
@@ -249,7 +252,8 @@ impl Experiment {
         Ok(Row::floor(layout, errors, [floor.crps_height_m.mean, floor.crps_velocity_m_s.mean]))
     }
 
-    /// Compares the models on the repeated push.
+    /// Compares samples of the models with the virtual laboratory on one repeated push; `None` if not
+    /// planned.
     fn clouds(
         &self,
         gp: Option<&GpPush>,
@@ -264,7 +268,7 @@ impl Experiment {
     }
 }
 
-/// Whether a network is in the learning curve: the published ones predict no motion at every size.
+/// Whether a network is in the learning curve; the published networks predict no motion at every size.
 fn in_curve(recipe: Recipe) -> bool {
     matches!(recipe, Recipe::NeuralPlus | Recipe::HybridPlus)
 }

@@ -15,39 +15,39 @@ use augsim_trainer::push::{GpPush, StartFrame};
 use augsim_trainer::score::{Score, quantile};
 use augsim_trainer::{Forecaster, Losses, Protocol, Recipe, SAMPLES, Sequence, Task};
 
-/// Number of test trajectories on the page.
+/// Maximum number of test trajectories whose forecasts are on the page.
 const MAX_SHOWN_TRAJECTORIES: usize = 3;
 /// Maximum number of points of a learning curve and of a point cloud.
 const CURVE_POINTS: usize = 200;
 const CLOUD_POINTS: usize = 700;
 
-/// Score of a model on the first test set.
+/// Score of a model on the first test set, for figures.
 pub struct Scored {
     /// Name of the model.
     pub name: String,
-    /// Protocol of the score.
+    /// Protocol under which the model was scored.
     pub protocol: Protocol,
-    /// Score.
+    /// Errors, CRPS and coverage of the model.
     pub score: Score,
 }
 
-/// Data and models that the page shows next to the result.
+/// Data and models that the page shows in addition to the result file.
 pub struct PageInputs<'a> {
     /// Training and test data.
     pub data: &'a Data,
-    /// Networks trained on the whole set.
+    /// Networks that were trained on the whole training set.
     pub nets: &'a [Trained],
-    /// The Gaussian processes.
+    /// The Gaussian processes of pushing; `None` for balls or if not planned.
     pub gp: Option<&'a GpPush>,
-    /// Losses of each network.
+    /// Training losses of each network, by recipe.
     pub losses: Vec<(Recipe, Vec<Losses>)>,
     /// Scores on the first test set.
     pub scored: Vec<Scored>,
-    /// Point clouds of the repeated push.
+    /// Samples of each model on the repeated push; `None` if not planned.
     pub clouds: Option<&'a Clouds>,
 }
 
-/// Makes the input of the page.
+/// Makes the input of the report page of an experiment.
 pub fn report(
     experiment: &Experiment,
     result: &ResultFile,
@@ -134,13 +134,14 @@ fn times(data: &Data, q: &Sequence) -> Vec<f64> {
     data.engine.step_s().map_or_else(by_clock, |step_s| by_rate(q.time, step_s))
 }
 
-/// Computes times from the sampling rate, which is a round number more often than the step: 60 Hz.
+/// Computes times in s from the sampling rate, which is a round number more often than the step: 60 Hz.
 fn by_rate(samples: usize, step_s: f64) -> Vec<f64> {
     (0..samples).map(|t| t as f64 / step_s.recip()).collect()
 }
 
-/// Returns the forecasts of one trajectory by channel, relative to the first pose for systems with
-/// actions.
+/// Adds the forecasts of one trajectory by one model to `out`, one per measured quantity.
+///
+/// They are relative to the first pose for systems with actions.
 fn fans(
     model: &dyn Forecaster,
     q: &Sequence,
@@ -184,7 +185,7 @@ fn fans(
     Ok(())
 }
 
-/// Returns the errors over time, one curve per model and measure.
+/// Returns the forecast errors over time: one curve per model and measured quantity.
 fn errors(drawn: &PageInputs<'_>, layout: &Layout) -> Vec<ErrorCurve> {
     let step_s = drawn.data.engine.step_s().unwrap_or(f64::NAN);
     let curve = |s: &Scored, measure: usize| ErrorCurve {
@@ -201,7 +202,7 @@ fn errors(drawn: &PageInputs<'_>, layout: &Layout) -> Vec<ErrorCurve> {
     drawn.scored.iter().flat_map(|s| (0..s.score.crps.len()).map(|m| curve(s, m))).collect()
 }
 
-/// Returns the position errors over the parts of the duration, for all models that predict motion.
+/// Returns position errors over parts (fractions) of the duration, for all models that predict motion.
 fn parts(drawn: &PageInputs<'_>) -> Vec<Curve> {
     let moving = drawn.scored.iter().filter(|s| !matches!(s.name.as_str(), "Zero" | "Still"));
     let curve = |s: &Scored| {

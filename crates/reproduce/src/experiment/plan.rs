@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// One network to train.
 #[derive(Debug, Clone, Copy)]
 pub struct NetPlan {
-    /// Recipe.
+    /// Recipe (model class) of the network.
     pub recipe: Recipe,
     /// Number of training iterations.
     pub iterations: u64,
@@ -20,50 +20,51 @@ pub struct NetPlan {
 pub struct Experiment {
     /// Command that repeats the experiment.
     pub command: String,
-    /// Name of the only test set. Its generating model is known, so the lower error bound and
-    /// reconstructions are computed.
+    /// Name of the test set if it is the only one; then its generating distribution is known.
+    ///
+    /// The lower error bound and reconstructions are computed only in that case.
     pub floor: Option<String>,
-    /// Whether models without training are scored as well.
+    /// Whether models without training are scored too.
     pub baselines: bool,
-    /// Networks, in the order of the table.
+    /// Networks to train, in the order of the table.
     pub nets: Vec<NetPlan>,
-    /// Training-set sizes of the learning curve, for networks with a plus.
+    /// Training-set sizes of the learning curve, for the networks Hybrid+ and Neural+; empty without a curve.
     pub sizes: Vec<usize>,
-    /// Number of training steps of the Gaussian processes of pushing.
+    /// Number of training steps of the Gaussian processes of pushing; `None` without them.
     pub gp_steps: Option<usize>,
-    /// Number of repetitions of one push in the laboratory, for truth and samples.
+    /// Number of repetitions of one push in the virtual laboratory; `None` without this comparison.
     pub repeats: Option<usize>,
-    /// Folder of measured pusher-slider runs.
+    /// Folder of measured pusher-slider runs; `None` without them.
     pub runs: Option<PathBuf>,
-    /// Whether the reduced version is run.
+    /// Whether this is the reduced version of the experiment (`--quick`).
     pub quick: bool,
-    /// Texts of the report.
+    /// Titles, summaries and notes of the report.
     pub words: ExperimentTexts,
-    /// Seed.
+    /// Seed of generated data and of the training.
     pub seed: u64,
-    /// Whether existing runs are continued.
+    /// Whether existing training runs are continued.
     pub resume: bool,
 }
 
-/// Texts of the page and of the results of an experiment.
+/// Titles, summaries and notes of the report of an experiment.
 #[derive(Debug, Clone)]
 pub struct ExperimentTexts {
-    /// `ball` or `push`.
+    /// Name of the scenario: `ball` or `push`.
     pub scenario: &'static str,
-    /// Kind of report.
+    /// Kind of report, which a page shows above its title.
     pub kind: &'static str,
     /// Title of the report.
     pub title: String,
     /// Function that summarises the outcome in two sentences.
     pub summary: fn(&ResultFile) -> String,
-    /// Function of the key figures.
+    /// Function that picks the key figures of the report from the results.
     pub key_figures: fn(&ResultFile) -> Vec<KeyFigure>,
     /// Description of the inputs of each network.
     pub describe: fn(Recipe) -> &'static str,
-    /// Whether forecasts of a model are drawn.
+    /// Whether forecasts of the model with this name are drawn.
     pub draws: fn(&str) -> bool,
-    /// Remarks.
+    /// Remarks below the results.
     pub notes: &'static [&'static str],
-    /// Methods: name, purpose, reference.
+    /// Methods that were used: name, purpose, reference.
     pub methods: &'static [(&'static str, &'static str, &'static str)],
 }

@@ -11,10 +11,10 @@ use std::path::PathBuf;
 /// Networks trained on the whole training set.
 const NETS: [Recipe; 4] = [Recipe::Neural, Recipe::NeuralPlus, Recipe::Hybrid, Recipe::HybridPlus];
 
-/// One network instead of the whole experiment: a point of the learning curve with scores on every set.
+/// Experiment with one network only: a point of the learning curve, with scores on every test set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OneNet {
-    /// Recipe.
+    /// Recipe (model class) of the network.
     pub recipe: Recipe,
     /// Number of training pushes; all if `None`.
     pub train_size: Option<usize>,
@@ -59,7 +59,7 @@ pub fn experiment(
     }
 }
 
-/// Summarises the outcome in two sentences.
+/// Summarises the outcome of the push experiment in two sentences.
 fn summary(result: &ResultFile) -> String {
     let find = |model: &str| result.forecast(model).map(|r| [r.number("pos_mm"), r.number("rot_deg")]);
     let (Some(best), Some(physics), Some(gp)) = (find("Hybrid+"), find("Physics"), find("GP")) else {

@@ -9,50 +9,50 @@ use augsim_trainer::{Forecaster, Sequence, Sequences, Task, collect_in_order};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Time of the comparison in s: 20 mm of pusher travel, as published.
+/// Time after the start at which displacements are compared, s: 20 mm of pusher travel, as published.
 const HORIZON_S: f64 = 1.0;
-/// Offset of the seed of the truth; the second set uses the next seed.
+/// Offset of the seed of the first true set of pushes; the second set uses the next seed.
 const SEED_OFFSET: u64 = 50_000_000;
 
-/// Point cloud of displacements in mm, in the frame of the first pose.
+/// Displacements of repeated pushes, `[x, y]` in mm, in the frame of the first pose.
 pub type Points = Vec<[f64; 2]>;
 
-/// Distances of a point cloud from the truth.
+/// Distances between the displacements that a model samples and the true ones.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Distance {
-    /// Model; `truth` is a second set of the truth, which gives the lowest possible distance.
+    /// Name of the model. A second set of true pushes is included; its distance is the lowest possible one.
     pub model: String,
-    /// Chamfer distance to the truth, mm.
+    /// Chamfer distance to the first set of true displacements, mm.
     pub chamfer_mm: f64,
-    /// Chamfer distance divided by that of the second set of the truth.
+    /// Chamfer distance divided by that of the second set of true displacements.
     pub over_floor: f64,
-    /// Energy distance to the truth, mm.
+    /// Energy distance to the first set of true displacements, mm.
     pub energy_mm: f64,
-    /// Mean displacement, mm.
+    /// Mean displacement `[x, y]`, mm.
     pub mean_mm: [f64; 2],
-    /// Standard deviation of the displacement, mm.
+    /// Standard deviation of the displacement `[x, y]`, mm.
     pub sd_mm: [f64; 2],
 }
 
-/// Distribution of the repeated push in `result.json`.
+/// Comparison of models on one repeated push, as written to `result.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Repeated {
-    /// Source of the truth.
+    /// Name of the source of the true pushes.
     pub data: &'static str,
-    /// Number of points in each cloud.
+    /// Number of pushes or samples in each set of displacements.
     pub points: usize,
-    /// Time after the start in s.
+    /// Time after the start of a push at which displacements are compared, s.
     pub horizon_s: f64,
-    /// Distances; the second set of the truth is first.
+    /// Distances of all models; the second set of true pushes is first.
     pub distances: Vec<Distance>,
 }
 
-/// Point clouds and distances; the truth is first.
+/// Displacements of true pushes and models, and their distances.
 #[derive(Debug)]
 pub struct Clouds {
-    /// Name and points of each cloud.
+    /// Name and displacements of each set; the first set of true pushes is first.
     pub clouds: Vec<(String, Points)>,
-    /// Distances.
+    /// Distances of each set from the first set of true pushes.
     pub result: Repeated,
 }
 
@@ -104,7 +104,7 @@ pub fn compare(repeats: usize, seed: u64, models: &[(String, &dyn Forecaster)]) 
     Ok(Clouds { clouds, result })
 }
 
-/// Removes the samples after the horizon.
+/// Removes the samples after the horizon from a push.
 fn cut(q: &mut Sequence) {
     let begin = q.action(0)[2];
     let kept = (0..q.time).filter(|&t| q.action(t)[2] - begin <= HORIZON_S + 1e-9).count();

@@ -8,16 +8,16 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// A point of the learning curve, on the test set.
+/// A point of the learning curve: errors on the test set for one training-set size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CurvePoint {
-    /// Model.
+    /// Name of the model.
     pub model: String,
-    /// Training pushes.
+    /// Number of training pushes.
     pub train_pushes: usize,
     /// Position error of the mean of 100 samples, mm.
     pub pos_mm: f64,
-    /// Angle error, degrees.
+    /// Angle error of the mean of 100 samples, degrees.
     pub rot_deg: f64,
     /// Continuous ranked probability score of the position, mm.
     pub crps_mm: f64,
@@ -28,7 +28,7 @@ pub struct CurvePoint {
 pub struct ResultFile {
     /// Schema name `augsim.reproduce/1`.
     pub schema: &'static str,
-    /// `ball` or `push`.
+    /// Name of the scenario: `ball` or `push`.
     pub scenario: &'static str,
     /// Name of the test set, if there is only one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -36,37 +36,37 @@ pub struct ResultFile {
     /// Number of test trajectories.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub test_trajectories: Option<usize>,
-    /// `virtual laboratory` or `published MIT Push files`.
+    /// Source of the pushes: `virtual laboratory` or `published MIT Push files`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub data: Option<&'static str>,
     /// Rows of the tables; each names its test set.
     pub rows: Vec<Row>,
-    /// Learning curve.
+    /// Points of the learning curve.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub curve: Vec<CurvePoint>,
-    /// Comparison on the repeated push.
+    /// Comparison of models on one repeated push.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repeated: Option<Repeated>,
-    /// Parameters fitted to the measured runs.
+    /// Parameters of the physics that were fitted to the measured runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub calibration: Option<Vec<Estimate>>,
     /// Names of the measured test runs.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub test_runs: Vec<String>,
-    /// Maximum number of samples of a trajectory and per second, after subsampling.
+    /// After subsampling: `[maximum number of samples of a trajectory, maximum samples per second]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thinning: Option<[f64; 2]>,
-    /// Training iterations by model.
+    /// Number of training iterations, by model name.
     pub iterations: BTreeMap<String, u64>,
     /// Remarks about the data.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// Seed.
+    /// Seed of generated data and of the training.
     pub seed: u64,
 }
 
 impl ResultFile {
-    /// Returns the row of a forecasting model on the first test set.
+    /// Returns the row of the forecasts of a model on the first test set; `None` if it has none.
     pub fn forecast(&self, model: &str) -> Option<&Row> {
         let first = self.rows.first().and_then(Row::set);
         self.rows
@@ -75,7 +75,7 @@ impl ResultFile {
     }
 }
 
-/// Formats the tables: one per set, the repeated push, the fitted parameters.
+/// Formats the text tables: one per test set, the repeated push, the fitted parameters.
 pub fn table(result: &ResultFile) -> String {
     let mut out = rows::table(&result.rows);
     if let Some(r) = &result.repeated {

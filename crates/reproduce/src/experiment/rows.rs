@@ -6,7 +6,7 @@ use augsim_trainer::Protocol;
 use augsim_trainer::score::Score;
 use serde::{Serialize, Serializer};
 
-/// Named numbers in order.
+/// Numbers with names, in the order of the table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Numbers(pub Vec<(&'static str, f64)>);
 
@@ -26,14 +26,14 @@ impl Numbers {
     }
 }
 
-/// Test set of a row, if there are several.
+/// Test set of a row, named if there are several test sets.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Tested {
-    /// Surface.
+    /// Name of the surface on which the object slides.
     pub surface: String,
-    /// Object.
+    /// Name of the pushed object.
     pub object: String,
-    /// `test`, `unseen surface`, `unseen object`, `test runs`, `test runs without knocks`.
+    /// One of `test`, `unseen surface`, `unseen object`, `test runs`, `test runs without knocks`.
     pub split: &'static str,
     /// Number of training trajectories or windows.
     pub train_pushes: usize,
@@ -44,17 +44,17 @@ pub struct Tested {
 /// Scores of one model under one protocol.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// Source of the trajectories.
+    /// Name of the source of the trajectories; `None` for ball drops.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub data: Option<&'static str>,
-    /// Model.
+    /// Name of the model.
     pub model: String,
     /// Protocol of the score.
     pub protocol: Protocol,
-    /// The test set, where there is more than one.
+    /// Test set of the row; `None` if there is only one.
     #[serde(flatten)]
     pub tested: Option<Tested>,
-    /// Name of the point estimate from samples.
+    /// Name of the point estimate that is computed from samples.
     pub estimate: &'static str,
     /// Errors of the point estimate.
     #[serde(flatten)]
@@ -62,18 +62,18 @@ pub struct Row {
     /// Errors of a second point estimate, if the model draws samples.
     #[serde(flatten)]
     pub second: Option<Second>,
-    /// Continuous ranked probability scores.
+    /// Continuous ranked probability score of each measured quantity.
     #[serde(flatten)]
     pub crps: Numbers,
-    /// Coverage of the 50 % band.
+    /// Coverage of the 50 % prediction band, as a fraction; `None` for a model without samples.
     pub coverage50: Option<f64>,
-    /// Coverage of the 90 % band.
+    /// Coverage of the 90 % prediction band, as a fraction; `None` for a model without samples.
     pub coverage90: Option<f64>,
     #[serde(skip)]
     layout: &'static Layout,
 }
 
-/// Named errors of a second point estimate.
+/// Name and errors of a second point estimate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Second(&'static str, Numbers);
 
@@ -84,7 +84,7 @@ impl Serialize for Second {
 }
 
 impl Row {
-    /// Makes the row of a scored model.
+    /// Makes the row of a model with the score `s`.
     pub fn new(layout: &'static Layout, model: &str, protocol: Protocol, s: &Score) -> Self {
         let sampled = s.coverage50.is_some();
         let (second, _, estimate) = layout.second;
@@ -104,7 +104,8 @@ impl Row {
         }
     }
 
-    /// Makes the row of the lowest possible error: that of the conditional median, without samples.
+    /// Makes the row of the lowest possible errors: those of the median given the first state, without
+    /// samples.
     pub fn floor(layout: &'static Layout, errors: [f64; 3], crps: [f64; 2]) -> Self {
         Row {
             data: None,
@@ -121,12 +122,12 @@ impl Row {
         }
     }
 
-    /// Returns a number by name.
+    /// Returns the error or CRPS with this name; NaN if there is none.
     pub fn number(&self, name: &str) -> f64 {
         self.errors.get(name).or(self.crps.get(name)).unwrap_or(f64::NAN)
     }
 
-    /// Returns the value of a table column.
+    /// Returns the value of a table column; `None` if the row has none.
     fn value(&self, value: Value) -> Option<f64> {
         match value {
             Value::Trained => self.tested.as_ref().map(|t| t.train_pushes as f64),
@@ -136,13 +137,13 @@ impl Row {
         }
     }
 
-    /// Returns the second estimate if tables show it.
+    /// Returns name and errors of the second point estimate if tables show it.
     fn second_in_tables(&self) -> Option<(&'static str, &Numbers)> {
         let second = self.second.as_ref().filter(|_| self.layout.names_estimates());
         second.map(|s| (self.layout.second.1, &s.1))
     }
 
-    /// Describes the test set; `None` if there is only one.
+    /// Describes the test set of the row; `None` if there is only one.
     pub fn set(&self) -> Option<String> {
         let Tested { split, object, surface, test_pushes, .. } = self.tested.as_ref()?;
         let (data, many) = (self.data.unwrap_or_default(), self.layout.words[1]);
@@ -163,7 +164,7 @@ impl Row {
     }
 }
 
-/// Formats the rows, one block per test set and protocol, because these are not comparable.
+/// Formats the rows as text, one block per test set and protocol, because these are not comparable.
 pub fn table(rows: &[Row]) -> String {
     let Some(layout) = rows.first().map(|r| r.layout) else { return String::new() };
     let width = rows.iter().map(|r| r.model.chars().count()).max().unwrap_or(0).max(layout.width);
@@ -196,7 +197,7 @@ pub fn table(rows: &[Row]) -> String {
     out
 }
 
-/// Makes the page tables, one per test set; `caption` is used for a single set.
+/// Makes the tables of a page, one per test set; `caption` is used if there is only one.
 pub fn results(rows: &[Row], caption: &str) -> Vec<Results> {
     let mut sets: Vec<(Option<String>, Results)> = Vec::new();
     for r in rows {

@@ -17,25 +17,27 @@ use augsim_trainer::{
 };
 use std::path::Path;
 
-/// Source name in rows.
+/// Name of the data source in rows, and of its folder.
 const DATA: &str = "mit-pusher-slider-runs";
 /// Sampling rate of the windows in Hz.
 const RATE_HZ: f64 = 25.0;
 /// Number of samples of a window: one second.
 const SAMPLES: usize = 26;
-/// Number of samples between windows of training and of test runs; test windows overlap by half.
+/// Sampling intervals between the starts of consecutive windows: `[training, test]`.
+///
+/// Test windows overlap by half.
 const WINDOW_STRIDES: [usize; 2] = [3, 13];
-/// Every third run is held out.
+/// Every n-th run is held out as a test run.
 const TEST_EVERY: usize = 3;
-/// Number of training iterations; there are few runs.
+/// Number of training iterations of each network; small, because there are few runs.
 const ITERATIONS: u64 = 1500;
 
-/// Results on the measured runs.
+/// Scores and calibration on the measured pusher-slider runs.
 #[derive(Debug)]
 pub struct Measured {
-    /// Rows of the table.
+    /// Scores of all models on windows of the test runs.
     pub rows: Vec<Row>,
-    /// Calibrated parameters.
+    /// Parameters of the physics that were fitted to the training runs.
     pub calibration: Calibration,
     /// Names of the test runs.
     pub test_runs: Vec<String>,
@@ -47,7 +49,7 @@ pub fn folder(data: &Path) -> Option<std::path::PathBuf> {
     [below, data.to_owned()].into_iter().find(|p| p.join("index.csv").is_file() && p.join("runs").is_dir())
 }
 
-/// Trains, calibrates and scores all models.
+/// Calibrates the physics and trains the networks on training runs; scores all models on test runs.
 pub fn train_and_score(folder: &Path, seed: u64, quick: bool) -> anyhow::Result<Measured> {
     let convert = CONVERTERS.iter().find(|(name, _)| *name == "mit-pusher-slider").map(|(_, c)| c);
     let convert = convert.context("no converter for the pusher-slider runs")?;

@@ -1,8 +1,8 @@
-//! Sizes of the reproduction of pushing.
+//! Data sizes and numbers of iterations for the reproduction of pushing.
 
 use augsim_trainer::Recipe;
 
-/// Data sizes and iterations.
+/// Numbers of pushes, iterations and repetitions of the experiment with pushes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sizes {
     /// Number of training pushes.
@@ -13,11 +13,11 @@ pub struct Sizes {
     pub transfer: usize,
     /// Training-set sizes of the learning curve, ascending; the last is `train`.
     pub sizes: Vec<usize>,
-    /// Number of training iterations of the networks of the paper.
+    /// Number of training iterations of the networks of the paper (Neural and Hybrid).
     pub paper_iterations: u64,
     /// Number of training iterations of Hybrid+ and Neural+.
     pub plus_iterations: u64,
-    /// Number of repetitions of one push, for truth and samples.
+    /// Number of repetitions of one push, for the true set and for the samples of each model.
     pub repeats: usize,
     /// Number of training steps of the Gaussian processes.
     pub gp_steps: usize,
@@ -52,7 +52,7 @@ impl Sizes {
         }
     }
 
-    /// Returns the number of iterations of a recipe.
+    /// Returns the number of training iterations of a network.
     pub fn iterations(&self, recipe: Recipe) -> u64 {
         match recipe {
             Recipe::HybridPlus | Recipe::NeuralPlus => self.plus_iterations,

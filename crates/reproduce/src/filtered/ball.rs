@@ -23,14 +23,14 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Numbers of measured rows.
+/// Numbers of measured rows after which the rest of a drop is forecast.
 const PREFIX_LENGTHS: [usize; 9] = [1, 30, 55, 60, 65, 70, 90, 120, 200];
 /// Number of particles of each filter.
 const PARTICLES: usize = 256;
 /// Number of test drops with `--quick`.
 const QUICK_DROPS: usize = 100;
 
-/// Sensors: name, and standard deviation of height (m) and velocity (m/s); `None` if not measured.
+/// Sensors: name, and noise standard deviation of height (m) and velocity (m/s); `None` if not measured.
 const SENSORS: [(&str, [Option<f64>; 2]); 3] =
     [("exact", [Some(0.0), Some(0.0)]), ("2 mm", [Some(0.002), None]), ("10 mm", [Some(0.010), None])];
 
@@ -38,7 +38,7 @@ const SENSORS: [(&str, [Option<f64>; 2]); 3] =
 struct ResultFile {
     schema: &'static str,
     scenario: &'static str,
-    /// Number of test drops.
+    /// Number of test drops that were scored.
     trajectories: usize,
     /// Number of particles of each filter.
     particles: usize,
@@ -48,34 +48,34 @@ struct ResultFile {
     command: String,
 }
 
-/// Scores of a model with one prefix length.
+/// Scores of one model with one sensor and one prefix length.
 #[derive(Debug, Serialize)]
 struct Row {
-    /// Always `filtered`.
+    /// Name of the protocol, always `filtered`.
     protocol: &'static str,
-    /// Model.
+    /// Name of the model.
     model: &'static str,
-    /// Sensor of the measured prefix.
+    /// Name of the sensor that measured the prefix.
     sensor: &'static str,
-    /// Numbers of measured rows.
+    /// Number of measured rows (prefix length).
     seen: usize,
-    /// Errors over all rows, measured rows count as zero: % of the height, m, m/s.
+    /// Errors over all rows, where measured rows count as zero: % of the height, m, m/s.
     whole: Errors,
-    /// Standard errors over the drops of the m and m/s of `whole`.
+    /// Standard errors over the drops of the position (m) and velocity (m/s) errors in `whole`.
     whole_se: [f64; 2],
-    /// Errors over the forecast rows: % (ratio of sums), m, m/s.
+    /// Errors over the forecast rows only: % (ratio of sums), m, m/s.
     rest: Errors,
-    /// Errors over the last 70 % of the rows for every prefix length: m, m/s.
+    /// `[position, velocity]` errors over the last 70 % of the rows for every prefix length: m, m/s.
     common: [f64; 2],
-    /// Continuous ranked probability score over the forecast rows: m, m/s.
+    /// `[position, velocity]` continuous ranked probability scores over the forecast rows: m, m/s.
     crps: [f64; 2],
-    /// Coverage of the 50 % band, where the 90 % band is wider than 1 mm.
+    /// Coverage of the 50 % band as a fraction, over rows where the 90 % band is wider than 1 mm.
     coverage50: Option<f64>,
-    /// Coverage of the 90 % band.
+    /// Coverage of the 90 % band as a fraction, over rows where it is wider than 1 mm.
     coverage90: Option<f64>,
 }
 
-/// Errors of the median of the samples.
+/// Errors of the median of the forecast samples.
 #[derive(Debug, Serialize)]
 struct Errors {
     trans_percent: f64,
@@ -83,7 +83,7 @@ struct Errors {
     vel_m_s: f64,
 }
 
-/// Runs this scenario.
+/// Runs the comparison of forecasts of ball drops from measured prefixes.
 pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let Plan { args, seed, .. } = plan;
     let iterations = iterations(args);
@@ -125,7 +125,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     finish(&claim, &result, page, Some(Times::from_trained([&net])), table, output)
 }
 
-/// Arguments of the command that repeats the run.
+/// Words of the command line that repeats the run.
 fn command_words(plan: Plan<'_>, iterations: u64) -> Vec<String> {
     let (seed, iterations) = (plan.seed.to_string(), iterations.to_string());
     let words = ["filtered", "--scenario", "ball", "--seed", &seed, "--iterations", &iterations];
@@ -172,7 +172,7 @@ fn score_models(
     Ok(rows)
 }
 
-/// Scores a model with all prefix lengths and one sensor.
+/// Scores one model with one sensor and all prefix lengths.
 fn score_model(
     name: &'static str,
     model: &dyn PrefixForecaster,
@@ -203,7 +203,7 @@ fn score_model(
     Ok(PREFIX_LENGTHS.into_iter().zip(scores).map(row).collect())
 }
 
-/// Prefix lengths of the drop on the page, with heights of 2 mm noise.
+/// Prefix lengths (rows) that the page shows for one drop, with heights of 2 mm noise.
 const SHOWN: [usize; 4] = [30, 60, 65, 90];
 
 /// Draws forecasts of the first test drop with increasing prefix lengths.
@@ -271,7 +271,7 @@ fn page_of(result: &ResultFile, fan: Block) -> augsim_report::page::Page {
     page::page(("Drops with a measured prefix", summary), vec![fan], tables, (&result.command, result.seed))
 }
 
-/// Formats the full table by sensor.
+/// Formats the scores as text, one table per sensor.
 fn table(result: &ResultFile) -> String {
     let mut out = format!(
         "filtered forecasts of {} drops: n rows are measured, the others are forecast; median of 100 samples, measured rows count as zero \

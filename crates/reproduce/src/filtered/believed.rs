@@ -9,20 +9,22 @@ use augsim_trainer::filter::{
     InitialStatePrior, LearnedPriors, PrefixForecaster, RescaledSpread, Sensor, evaluate_filtered,
 };
 
-/// Candidate factors of the measurement noise. Residuals of a flight are autocorrelated, so the nominal
-/// noise overstates the information. With larger factors the filter ignores the information about spin.
+/// Candidate factors of the standard deviation of the measurement noise.
+///
+/// Residuals of a flight are autocorrelated, so the nominal noise overstates the information. With larger
 const NOISE_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
-/// Candidate factors of the distances of the samples from their median.
+/// Candidate spread factors: factors of the distances of the samples from their median.
 const SPREAD_FACTORS: [f64; 10] = [1.0, 1.2, 1.4, 1.7, 2.0, 2.4, 2.8, 3.4, 4.0, 4.8];
 /// Minimum coverage of the 90 % bands on training values. One in ten flights ends at the net or an edge,
 /// which the bands should not include.
 const MIN_COVERAGE90: f64 = 0.8;
 
-/// Measured rows of each trajectory, `[trajectory][prefix]`, and the seed.
+/// `(rows, seed)`: numbers of measured rows `[trajectory][prefix]`, and the seed of the forecasts.
 pub type Prefixes<'a> = (&'a [Vec<usize>], u64);
 
-/// Chooses the noise factor with the smallest CRPS on training trajectories (geometric mean over
-/// prefixes); returns it with the sensor.
+/// Chooses the noise factor with the smallest CRPS on training trajectories (geometric mean over prefixes).
+///
+/// Returns it with the sensor that has this noise.
 pub fn noise(
     train: &SystemOnPrefix,
     laws: &LearnedPriors,
@@ -42,7 +44,7 @@ pub fn noise(
     Ok((best.1, sensor(best.1)?))
 }
 
-/// Chooses the smallest spread factor for each prefix with nominal coverage on training trajectories.
+/// Chooses, for each prefix, the smallest spread factor whose bands have nominal coverage in training.
 pub fn choose_spread_factors(
     model: &dyn PrefixForecaster,
     train: &SystemOnPrefix,
@@ -70,8 +72,10 @@ pub fn choose_spread_factors(
     Ok(spread.into_iter().map(|factor| factor.unwrap_or(widest)).collect())
 }
 
-/// Trains a network on the residual of forecasts with `learned` prefixes, and tunes its spread for
-/// `asked` ones. Cross-validation: each trajectory is corrected by a network that was not trained on it.
+/// Trains a network on the residual of forecasts with `learned` prefixes; returns it with spread factors.
+///
+/// The spread factors are for the `asked` prefixes. Cross-validation: each trajectory is corrected by a
+/// network that was not trained on it.
 pub fn correction(
     train: &SystemOnPrefix,
     sensor: &Sensor,

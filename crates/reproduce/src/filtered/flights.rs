@@ -26,91 +26,95 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-/// Length of the measured prefix in s.
+/// Lengths of the measured prefixes that are scored, s.
 const PREFIXES_S: [f64; 3] = [0.05, 0.1, 0.2];
-/// Prefix lengths in s of the training flights of the network.
+/// Prefix lengths of the training flights of the network, s.
 const TRAINING_PREFIXES_S: [f64; 8] = [0.03, 0.05, 0.075, 0.1, 0.125, 0.15, 0.2, 0.25];
-/// Horizon after the prefix in s that is also scored alone: that of published errors of such flights.
+/// Duration after the prefix that is also scored alone, s: the horizon of published errors of such flights.
 const AHEAD_S: f64 = 0.42;
-/// Every n-th file number is held out.
+/// Every n-th flight, by file number, is held out.
 const HELD_OUT_EVERY: u32 = 3;
-/// Effect with a spin per flight.
+/// Text of the effect that gives each flight its own spin, for the model file.
 const SPIN: &str = "\n[[effect]]\nkind = \"spin-offset\"\n";
-/// Initial standard deviation in rad/s of the priors of the spin, and its range (1,040 rad/s to each
-/// side). Recorded spins are sometimes wrong by the full spin, and a bound that is reached spoils the
-/// forecast.
+/// Initial standard deviation of the prior of each spin component, rad/s.
+///
+/// The range of the spin is 1,040 rad/s to each side. Recorded spins are sometimes wrong by the full spin,
+/// and a
+/// bound that is reached spoils the forecast.
 const SPIN_SD: f64 = 600.0;
 /// Uncertainty of the table height in m: the data set gives the height of the ball centre on contact.
 const FLOOR_SD: f64 = 0.004;
 /// Height of the ball in m below which it may touch the table.
 const NEAR_TABLE_M: f64 = 0.08;
-/// Number of steps that determine the direction of flight.
+/// Number of samples between two positions that determine in which direction the ball moves.
 const DIRECTION_STEPS: usize = 3;
 
 #[derive(Debug, Serialize)]
 struct ResultFile {
     schema: &'static str,
     scenario: &'static str,
-    /// Numbers of training and held-out flights.
+    /// Number of training flights; the next field is the number of held-out flights.
     train: usize,
     held_out: usize,
-    /// Frame period of the camera in s, and jitter of the time stamps in s.
+    /// Frame period of the camera, s; the next field is the jitter of the time stamps, s.
     frame_s: f64,
     jitter_s: f64,
-    /// Noise of the positions in m, and the noise factor with the best forecasts of training flights.
+    /// Noise of the positions, m; the next field is the factor on it with the best forecasts of training
+    /// flights.
     noise_m: Vec<f64>,
     noise_factor: f64,
-    /// Spread factor for each prefix with nominal coverage on training flights.
+    /// Spread factor of the physics for each prefix length, chosen for nominal coverage on training flights.
     spread_factors: Vec<f64>,
-    /// Shrinkage factor of the corrections of the network, from cross-validation, and its spread
-    /// factors.
+    /// Shrinkage factor of the network's corrections, chosen by cross-validation.
+    ///
+    /// The next field has the spread factors of the corrected forecasts.
     net_trust: f64,
     net_spread_factors: Vec<f64>,
-    /// Mean and standard deviation over flights of each flight-specific parameter.
+    /// `[mean, standard deviation]` over flights of each flight-specific parameter, by name.
     own: BTreeMap<String, [f64; 2]>,
     rows: Vec<Row>,
     seed: u64,
     command: String,
 }
 
-/// Scores of a model with one prefix length.
+/// Scores of one model with one prefix length.
 #[derive(Debug, Serialize)]
 struct Row {
-    /// Always `filtered`.
+    /// Name of the protocol, always `filtered`.
     protocol: &'static str,
     model: &'static str,
-    /// Length of the measured prefix in s.
+    /// Length of the measured prefix, s.
     seen_s: f64,
     /// Number of scored flights.
     flights: usize,
-    /// Median over flights of the mean error of the median forecast.
+    /// Position error of the median forecast, mean over forecast rows, median over flights, mm.
     rest_mm: f64,
-    /// The same within [`AHEAD_S`] after the prefix.
+    /// Position error as `rest_mm`, only within [`AHEAD_S`] after the prefix, mm.
     near_mm: f64,
-    /// The same before the first rebound.
+    /// Position error as `rest_mm`, only before the first rebound, mm.
     in_flight_mm: f64,
-    /// Coverage of the 90 % band before the first rebound.
+    /// Coverage of the 90 % band before the first rebound, as a fraction.
     in_flight_coverage90: Option<f64>,
-    /// Mean over all forecast rows, which a few flights with unusual ends dominate.
+    /// Position error over all forecast rows, mean, mm; a few flights with unusual ends dominate it.
     rest_mean_mm: f64,
-    /// Median over flights of the mean continuous ranked probability score.
+    /// Continuous ranked probability score, mean over forecast rows, median over flights, mm.
     crps_mm: f64,
     coverage50: Option<f64>,
     coverage90: Option<f64>,
 }
 
-/// Kind of forecast of a row.
+/// How a model forecasts the held-out flights.
 #[derive(Clone, Copy)]
 enum Kind {
-    /// Model file without tuning.
+    /// With the model file alone, without tuning on training flights.
     Untuned,
-    /// With priors of flight-specific parameters, and bands tuned on training flights.
+    /// With priors of the flight-specific parameters, and bands tuned on training flights.
     LearnedPriors,
-    /// The same with a network on the residual.
+    /// As `LearnedPriors`, with a network that corrects the residual.
     Net,
 }
 
-/// Runs this scenario.
+/// Runs the comparison of forecasts of measured table-tennis flights from measured prefixes.
 pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outcome> {
     let seed = plan.seed;
     let record = Record::new("reproduce filtered flights").setting("seed", seed).input("data", data);
@@ -160,7 +164,7 @@ pub fn run(plan: Plan<'_>, data: &Path, output: &Output) -> anyhow::Result<Outco
     finish(&claim, &result, |result| Ok(page_of(result).render()), None::<()>, table, output)
 }
 
-/// Measured flights, on frames of the camera, and their declared model.
+/// Measured flights, resampled to the frames of the camera, and their declared model.
 struct Flights {
     train: Dataset,
     test: Dataset,
@@ -185,26 +189,27 @@ impl Flights {
     }
 }
 
-/// Opens a model on flights.
+/// Opens a model (text of a model file) on flights, for forecasts from a prefix.
 fn open_on_prefix(text: &str, data: &Dataset) -> anyhow::Result<SystemOnPrefix> {
     built_in_on_prefix(&ModelFile::parse(text, "model.toml")?, data, &ObservedColumns::default(), None)
 }
 
-/// What the training flights determine.
+/// Priors, noise and corrections that are learned from the training flights.
 struct Learned {
     priors: LearnedPriors,
     noise_factor: f64,
     sensor: Sensor,
-    /// Spread factors of the physics, for each prefix length.
+    /// Spread factor of the physics for each prefix length.
     spread: Vec<f64>,
-    /// Network on the residual.
+    /// Network that corrects the residual of the physics.
     correction: ForecastCorrection,
-    /// Spread factors of the network, for each prefix length.
+    /// Spread factor of the network-corrected forecasts for each prefix length.
     net_spread: Vec<f64>,
 }
 
 impl Learned {
-    /// Learns from the training flights with the model that has a spin per flight.
+    /// Learns priors, noise and corrections from the training flights, with the model that has a spin per
+    /// flight.
     fn from_training_flights(
         with_spin_effect: &str,
         train: &Dataset,
@@ -249,14 +254,14 @@ impl Learned {
     }
 }
 
-/// Held-out flights, whole and cut.
+/// Held-out flights: whole, cut before the rebound, and cut after a fixed horizon.
 struct TestSets<'a> {
     whole: &'a Dataset,
     /// Flights before the first rebound.
     in_flight: Dataset,
-    /// Flights until [`AHEAD_S`] after each prefix.
+    /// Flights until [`AHEAD_S`] after the prefix, one data set per prefix length.
     near: Vec<Dataset>,
-    /// Measured rows of each whole flight, also for the flights that are cut before the rebound.
+    /// Number of measured rows, `[flight][prefix]`, of the whole flights; also used for the cut flights.
     lengths: Vec<Vec<usize>>,
 }
 
@@ -270,7 +275,7 @@ impl<'a> TestSets<'a> {
         })
     }
 
-    /// Rows of a model with each prefix length.
+    /// Scores a model on the held-out flights; returns one row for each prefix length.
     fn rows(
         &self,
         model: &'static str,
@@ -300,7 +305,7 @@ impl<'a> TestSets<'a> {
     }
 }
 
-/// Returns the priors by parameter name.
+/// Returns `[mean, standard deviation]` of each learned prior by parameter name.
 fn named(laws: &LearnedPriors, model: &str) -> anyhow::Result<BTreeMap<String, [f64; 2]>> {
     let system = Model::parse(model, "model.toml")?.open(Axes::Space);
     let name = |seed: &Seed| match seed {
@@ -317,7 +322,7 @@ fn prefix_lengths_of(data: &Dataset, seconds: &[f64]) -> Vec<Vec<usize>> {
     data.trajectories().iter().map(of).collect()
 }
 
-/// Adds a spin per flight to the model.
+/// Adds the effect with a spin per flight to the text of a model file.
 fn with_spin(model: &str) -> String {
     let range = SPIN_SD * 12_f64.sqrt() / 2.0;
     let axis = |axis: &str| {

@@ -14,13 +14,13 @@ use augsim_trainer::filter::{
 };
 use augsim_trainer::{Recipe, Sequence, Sequences, Settings};
 
-/// Measured fractions of the samples of a push.
+/// Fractions of the samples of a push that are measured before the rest is forecast.
 const MEASURED_FRACTIONS: [f64; 4] = [0.1, 0.25, 0.5, 0.75];
-/// Numbers of training and test pushes, and the same with `--quick`.
+/// `[training, test]` numbers of pushes, first in full and then with `--quick`.
 const PUSHES: [[usize; 2]; 2] = [[2500, 200], [400, 20]];
-/// Number of particles of models that simulate every draw.
+/// Number of particles of models that simulate every particle.
 pub const PARTICLES: usize = 64;
-/// Number of iterations of Hybrid+, and with `--quick`.
+/// Number of training iterations of Hybrid+, in full and with `--quick`.
 const ITERATIONS: [u64; 2] = [3000, 500];
 
 /// Scores all models with measurements of `sensor`; returns `None` if interrupted.

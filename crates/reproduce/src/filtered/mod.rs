@@ -19,20 +19,20 @@ use std::path::{Path, PathBuf};
 /// Folder name of the measured flights in the folder of all sets.
 const FLIGHTS: &str = "spindoe-table-tennis";
 
-/// Options of a scenario.
+/// Folders and command line options with which one scenario runs.
 #[derive(Debug, Clone, Copy)]
 struct Plan<'a> {
-    /// Results folder.
+    /// Results folder of the scenario.
     out: &'a Path,
-    /// Data folder; data are generated if `None`.
+    /// Data folder of the scenario; data are generated if `None`.
     data: Option<&'a Path>,
-    /// Command line options.
+    /// Command line options of `reproduce`.
     args: &'a Reproduce,
     seed: u64,
     force: bool,
 }
 
-/// Runs the subcommand.
+/// Runs `reproduce filtered`.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let out = args.out.clone().unwrap_or_else(|| "out/filtered".into());
     let parts = match args.part {

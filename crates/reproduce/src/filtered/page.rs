@@ -5,7 +5,7 @@ use augsim_report::figure::{Axis, Event, Fan, Figure, Tone};
 use augsim_report::page::{Block, Cell, Column, Columns, Grid, LegendEntry, Page, Row, Section, Table};
 use augsim_trainer::Samples;
 
-/// Makes a page with a table for each view, after the given blocks.
+/// Makes a report page: first the given blocks, then the tables.
 pub fn page(
     (title, summary): (&str, String),
     blocks: Vec<Block>,
@@ -41,7 +41,7 @@ pub fn percent_text(share: Option<f64>) -> String {
     percent(share).map_or("-".to_owned(), |v| format!("{v:.1}"))
 }
 
-/// Makes a table of models by prefix: texts, then numbers with title, unit and decimals.
+/// Makes a table of models by prefix; `numbers` are title, unit and decimals of its number columns.
 pub fn table(
     caption: String,
     numbers: &[(&str, &str, usize)],
@@ -91,7 +91,7 @@ pub fn fans(
     })
 }
 
-/// Returns the median and bands after `n` rows, with gaps in the measured rows.
+/// Returns median and bands of a forecast after `n` measured rows, which are gaps.
 fn fan(
     (times, values): (&[f64], &[f64]),
     n: usize,

@@ -21,29 +21,29 @@ use augsim_trainer::filter::{
 use serde::Serialize;
 use std::fmt::Write as _;
 
-/// Prefix lengths in s. The pusher starts to move at 0.05 s, with 20 mm/s.
+/// Lengths of the measured prefixes, s. The pusher starts to move at 0.05 s, with 20 mm/s.
 const PREFIXES_S: [f64; 4] = [0.5, 1.0, 2.0, 3.0];
-/// Sampling rate in Hz.
+/// Sampling rate of the pushes, Hz.
 const RATE_HZ: f64 = 20.0;
-/// Numbers of training and test pushes, and the same with `--quick`.
+/// `[training, test]` numbers of pushes, first in full and then with `--quick`.
 const PUSHES: [[usize; 2]; 2] = [[4000, 1000], [600, 100]];
-/// Number of test pushes of models that simulate every draw, and with `--quick`.
+/// Number of test pushes for models that simulate every particle, in full and with `--quick`.
 const SIMULATED_PUSHES: [usize; 2] = [200, 20];
-/// Columns of a pose.
+/// Columns of the object's pose.
 const POSE: [&str; 3] = ["x_m", "y_m", "theta_rad"];
 
 #[derive(Debug, Serialize)]
 struct ResultFile {
     schema: &'static str,
     scenario: &'static str,
-    /// Number of training pushes.
+    /// Number of training pushes of the repeated push.
     train: usize,
     rows: Vec<Row>,
     seed: u64,
     command: String,
 }
 
-/// Runs this scenario.
+/// Runs the comparison of forecasts of pushes from measured prefixes.
 pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     let Plan { args, seed, .. } = plan;
     let [train, test] = PUSHES[usize::from(args.quick)];
@@ -107,7 +107,7 @@ pub fn run(plan: Plan<'_>, output: &Output) -> anyhow::Result<Outcome> {
     finish(&claim, &result, |result| Ok(page_of(result).render()), None::<()>, table, output)
 }
 
-/// Returns the pusher paths of the first pushes.
+/// Returns the pusher paths of the first `pushes` pushes, as records without poses.
 fn pusher_paths(data: &Dataset, pushes: usize) -> anyhow::Result<Vec<SystemRecord>> {
     let [x, y] = ["pusher_x_m", "pusher_y_m"].map(|c| data.column_index(c));
     let (x, y) = (x?, y?);

@@ -6,13 +6,16 @@ use augsim_system::{Record, Stream, System};
 use augsim_trainer::filter::SystemFilter;
 use std::sync::Arc;
 
-/// Prior standard deviations over pushes of the limit surface parameter c (m) and the contact friction
-/// when both are fitted: those of the baseline of the reference.
+/// Prior standard deviations between pushes when both parameters are fitted: index and value.
+///
+/// They are of the limit surface parameter c (m) and the contact friction; the values of the ellipsoid
+/// baseline
+/// of the reference on filtered forecasts, not tuned.
 const RANDOM_PARAMETERS: [(usize, f64); 2] = [(C_INDEX, 1.8e-3), (CONTACT_FRICTION_INDEX, 0.02)];
-/// A model and its name in the table.
+/// Name of a model in the table, and its filter.
 pub type Named = (&'static str, SystemFilter);
 
-/// Returns the physics with a fitted pose, and with fitted c and contact friction as well.
+/// Returns two filters of the declared physics: pose fitted; pose, c and contact friction fitted.
 pub fn fitted(declared: &PushModel, ways: &[Record]) -> [Named; 2] {
     let pose = SystemFilter::new(Arc::new(declared.open()) as Arc<dyn System>, ways, &vec![None; ways.len()]);
     let own = RANDOM_PARAMETERS

@@ -3,28 +3,29 @@
 use augsim_trainer::filter::FilteredScore;
 use serde::Serialize;
 
-/// Scores of a model with one prefix length.
+/// Scores of one model on pushes with one prefix length.
 #[derive(Debug, Serialize)]
 pub struct Row {
-    /// Always `filtered`.
+    /// Name of the protocol, always `filtered`.
     pub protocol: &'static str,
-    /// `repeat`: one push on different surfaces; `mit`: pushes at different places, angles and speeds.
+    /// `repeat`: one repeated push; `mit`: pushes at different places, angles and speeds.
     pub layout: &'static str,
     pub model: &'static str,
-    /// Prefix length in s and in samples, if it is the same for all pushes.
+    /// Prefix length in s (next field: in samples); `None` if it differs between pushes.
     pub seen_s: Option<f64>,
     pub seen: Option<usize>,
-    /// Measured fraction of the samples in %, if it is the same for all pushes.
+    /// Measured share of the samples in %; `None` if it differs between pushes.
     pub seen_percent: Option<f64>,
     /// Number of test pushes.
     pub pushes: usize,
-    /// Errors of the median over the forecast rows.
+    /// Position error (mm) of the median over the forecast rows; the next field is the angle error (degrees).
     pub position_mm: f64,
     pub rotation_deg: f64,
-    /// The same over the last 70 % of the samples for every prefix length.
+    /// Position error (mm) of the median over the last 70 % of the samples, the same for every prefix length.
     pub late_position_mm: f64,
     pub late_rotation_deg: f64,
-    /// Continuous ranked probability scores over the forecast rows.
+    /// Continuous ranked probability score of the position (mm) over the forecast rows; next field: of the
+    /// angle.
     pub crps_mm: f64,
     pub crps_deg: f64,
     pub coverage50: Option<f64>,
@@ -52,12 +53,12 @@ impl Row {
         }
     }
 
-    /// Sets the measured fraction of the samples.
+    /// Sets the measured fraction of the samples, shown in %.
     pub fn with_prefix_share(self, share: f64) -> Self {
         Row { seen_percent: Some(100.0 * share), ..self }
     }
 
-    /// Describes the prefix.
+    /// Describes the prefix length: in s, or in % of the samples.
     pub fn prefix(&self) -> String {
         match (self.seen_s, self.seen_percent) {
             (Some(seconds), _) => format!("{seconds} s"),

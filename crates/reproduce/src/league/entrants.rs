@@ -1,26 +1,26 @@
-//! Model classes of the comparison.
+//! Model classes of the league, the comparison of all model classes.
 
 use crate::args::LeagueScenario;
 use augsim_trainer::Recipe;
 
-/// A model class in the comparison.
+/// A model class or baseline in the league.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Entrant {
     /// The measured trajectories themselves, as a reference for violations by sensor noise.
     Data,
-    /// Baseline that predicts zero or no motion: the error scale of the paper.
+    /// Baseline that predicts zero (balls) or no motion (pushes); the paper relates errors to it.
     Zero,
-    /// The declared physics.
+    /// The declared physics without training.
     Physics,
-    /// The exact model that generated the drops.
+    /// The exact distribution from which the drops were generated.
     ExactDistribution,
     /// Gaussian processes of pushing in roll-out (GP-SUM without observations).
     GaussianProcess,
-    /// A recipe of `train`.
+    /// A model class that `train` can train.
     Trained(Recipe),
 }
 
-/// Returns the model classes of a scenario in the order of the table.
+/// Returns the model classes and baselines of a scenario in the order of the table.
 pub fn entrants(scenario: LeagueScenario) -> Vec<Entrant> {
     let push = scenario == LeagueScenario::Push;
     let mut out = vec![Entrant::Data, Entrant::Zero, Entrant::Physics];

@@ -1,4 +1,4 @@
-//! Columns of the league tables and their computation.
+//! Columns of the league tables and the computation of their values.
 
 use super::processor::processor_s;
 use crate::args::LeagueScenario;
@@ -8,12 +8,12 @@ use augsim_trainer::score::{Score, Scoring, average, score};
 use augsim_trainer::{Forecaster, SAMPLES, Samples, Task, Violations, collect_in_order, violations};
 use rayon::prelude::*;
 
-/// A column of the tables.
+/// A column of the league tables.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
-    /// Name in `result.json`, with its unit.
+    /// Name of the column in `result.json`, with its unit.
     pub name: &'static str,
-    /// Heading in tables.
+    /// Heading of the column in tables.
     pub title: &'static str,
     pub unit: &'static str,
     pub decimals: usize,
@@ -55,13 +55,13 @@ static PUSH: [Key; 10] = [
 ];
 
 impl Key {
-    /// Whether models are ranked by this column.
+    /// Whether models are ranked by this column: the CRPS of the position.
     pub fn decides(&self) -> bool {
         matches!(self.name, "crps_m" | "crps_mm")
     }
 }
 
-/// Returns the columns of a scenario.
+/// Returns the columns of the league tables of a scenario.
 pub fn keys(scenario: LeagueScenario) -> &'static [Key] {
     match scenario {
         LeagueScenario::Ball => &BALL,
@@ -69,19 +69,19 @@ pub fn keys(scenario: LeagueScenario) -> &'static [Key] {
     }
 }
 
-/// Measures of one model on one set.
+/// Measured values of one model on one test set.
 #[derive(Debug, Clone)]
 pub struct Measured {
-    /// One value for each of [`keys`]; absent if it does not apply.
+    /// One value for each column in [`keys`]; `None` if it does not apply.
     pub figures: Vec<Option<f64>>,
-    /// Mean CRPS of each trajectory.
+    /// CRPS of each trajectory, averaged over its samples.
     pub crps: Vec<f64>,
-    /// Processor time in µs per simulated second of one sample.
+    /// Processor time in µs to simulate one sample (draw) for one second; `None` without a model.
     pub microseconds: Option<f64>,
 }
 
 impl Measured {
-    /// Returns the mean CRPS.
+    /// Returns the CRPS averaged over trajectories.
     pub fn mean_crps(&self) -> f64 {
         mean(&self.crps)
     }
@@ -92,10 +92,10 @@ pub fn mean(scores: &[f64]) -> f64 {
     scores.iter().sum::<f64>() / scores.len().max(1) as f64
 }
 
-/// Replacement of non-finite values: a diverged model has an error of a million.
+/// Value that replaces non-finite forecasts: a diverged model has an error of a million.
 const DIVERGED_VALUE: f32 = 1e6;
 
-/// Measures a model on a set, or, without a model, the violations of the measured trajectories.
+/// Computes the values of a model on a test set; without a model, the physics violations of the data.
 pub fn measure(model: Option<&dyn Forecaster>, set: &Set) -> anyhow::Result<Measured> {
     let scoring = Scoring::for_columns(&set.items);
     let start_s = processor_s();

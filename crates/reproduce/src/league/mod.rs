@@ -33,7 +33,7 @@ use runs::{Effort, Runs};
 use sizes::Sizes as Curve;
 use std::path::Path;
 
-/// Runs the subcommand.
+/// Runs `reproduce league`.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let out = args.out.clone().unwrap_or_else(|| "out/league".into());
     let scenarios = match args.part {
@@ -110,7 +110,7 @@ fn run_scenario(
     }))
 }
 
-/// Returns the name of a test set.
+/// Returns the name of a test set in the tables.
 fn set_name(set: &Set) -> String {
     match &set.on {
         None => "test".to_owned(),
@@ -119,8 +119,9 @@ fn set_name(set: &Set) -> String {
     }
 }
 
-/// Returns the data of a scenario, and the pool of trajectories whose first ones are the training sets
-/// of the size curve.
+/// Returns the data of a scenario, and the pool of trajectories for the learning curves.
+///
+/// The training sets of a learning curve are the first trajectories of the pool.
 fn data(scenario: LeagueScenario, effort: &Effort, seed: u64) -> anyhow::Result<(Data, Sequences)> {
     match scenario {
         LeagueScenario::Ball => {

@@ -9,7 +9,7 @@ use crate::reproduction::{how_to_reproduce, provenance};
 use augsim_report::figure::{Axis, Bar, BarGroup, BarShape, Bars, Figure, Line, Series, Tone};
 use augsim_report::page::{Best, Block, Cell, Column, Columns, Grid, Method, Page, Row, Section, Table};
 
-/// Makes the page.
+/// Makes the report page of the league.
 pub fn page(result: &ResultFile) -> Page {
     let mut sections: Vec<Section> = result.leagues.iter().map(section).collect();
     sections.push(Section::new("Methods", vec![Block::Methods(methods())]));
@@ -83,7 +83,8 @@ fn table(league: &League, set: &str, keys: &[Key]) -> Table {
     }
 }
 
-/// Makes a figure with a line per model over the number of training trajectories.
+/// Makes a learning-curve figure of column `key`: one line per model over the number of training
+/// trajectories.
 fn curve(league: &League, key: &Key) -> Figure {
     let x = Axis::log("training trajectories", "");
     let mut line = Line::new(&format!("{} ({})", key.title, key.unit), x, Axis::log(key.title, key.unit));
@@ -96,7 +97,7 @@ fn curve(league: &League, key: &Key) -> Figure {
     Figure::from(line)
 }
 
-/// Makes a figure with a dot per model.
+/// Makes a figure of column `key` with a dot and an interval for each model.
 fn dots(rows: &[&Result], key: &Key) -> Figure {
     let bar = |r: &&Result| {
         let figure = r.figures.get(key.name)?;

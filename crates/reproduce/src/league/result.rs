@@ -4,7 +4,7 @@ use super::rows::Row;
 use super::verdict::Verdict;
 use serde::Serialize;
 
-/// Content of `result.json`.
+/// Content of `result.json` of the league.
 #[derive(Debug, Serialize)]
 pub struct ResultFile {
     pub schema: &'static str,
@@ -13,23 +13,23 @@ pub struct ResultFile {
     pub command: String,
 }
 
-/// Results of a scenario.
+/// Results of the league for one scenario.
 #[derive(Debug, Serialize)]
 pub struct League {
-    /// `ball` or `push`.
+    /// Name of the scenario: `ball` or `push`.
     pub scenario: &'static str,
-    /// Names of the test sets; the first is of the training kind.
+    /// Names of the test sets; the first has the object and surface of the training set.
     pub sets: Vec<String>,
-    /// Number of training trajectories.
+    /// Number of training trajectories of each class.
     pub training: usize,
     /// Number of training iterations of each network.
     pub iterations: u64,
-    /// Number of settings that each class tried.
+    /// Number of settings that each model class tried.
     pub settings_tried: usize,
-    /// Number of seeds of each trained class.
+    /// Number of seeds with which each model class was trained.
     pub seeds: u64,
     pub rows: Vec<Row>,
-    /// Learning curves of the best classes on the first test set; may be empty.
+    /// Rows of the learning curves of the best classes on the first test set; may be empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sizes: Vec<Row>,
     /// Verdicts, one per test set.
@@ -37,7 +37,7 @@ pub struct League {
 }
 
 impl League {
-    /// Returns the models with learning curves, best first.
+    /// Returns the names of the models with learning curves, best first.
     pub fn sized_models(&self) -> Vec<&str> {
         let mut models: Vec<&str> = self.sizes.iter().map(|r| r.model.as_str()).collect();
         models.dedup();

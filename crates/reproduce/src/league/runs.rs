@@ -19,36 +19,36 @@ use augsim_trainer::push::{GpOptions, GpPush};
 use augsim_trainer::{Forecaster, Recipe, Sequences, Settings};
 use std::path::Path;
 
-/// Name of the file with the processor time of a training in s.
+/// Name of the file in a run directory with the processor time of the training in s.
 const CPU_TIME_FILE: &str = "cpu_s";
 
-/// Sizes and numbers of repetitions of the comparison.
+/// Data sizes and numbers of iterations, settings and seeds of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
     /// Number of training trajectories.
     pub train: usize,
-    /// Number of test trajectories of the training kind.
+    /// Number of test trajectories of the training object and surface.
     pub test: usize,
-    /// Number of test trajectories of each other kind.
+    /// Number of test trajectories of each other object and surface.
     pub transfer: usize,
     /// Number of training iterations of each network.
     pub iterations: u64,
-    /// Number of settings that each class tries.
+    /// Number of training settings that each model class tries.
     pub settings: usize,
-    /// Number of seeds of each class.
+    /// Number of seeds with which each model class is trained.
     pub seeds: u64,
     /// Number of training steps of the Gaussian processes.
     pub gp_steps: usize,
-    /// Whether only some of the transfer sets are used.
+    /// Whether only some of the sets with other objects or surfaces are used.
     pub few_sets: bool,
-    /// Training-set sizes of the learning curves; empty for drops.
+    /// Training-set sizes of the learning curves; empty for ball drops.
     pub sizes: &'static [usize],
-    /// Number of seeds per size.
+    /// Number of seeds per size of the learning curves.
     pub size_seeds: u64,
 }
 
 impl Effort {
-    /// Returns the sizes for a scenario and the options.
+    /// Returns data sizes and numbers for a scenario and the command line options.
     pub fn for_scenario(scenario: LeagueScenario, args: &Reproduce) -> Self {
         let ball = scenario == LeagueScenario::Ball;
         let effort = match (args.quick, ball) {
@@ -105,10 +105,10 @@ impl Effort {
     }
 }
 
-/// Best factors and all tried settings.
+/// Chosen factors of learning rate and width, and all tried settings.
 type Choice = (Factors, Vec<Tried>);
 
-/// Data and options of the runs of a scenario.
+/// Data and options of the training runs of a scenario.
 #[derive(Debug)]
 pub struct Runs<'a> {
     pub data: &'a Data,
@@ -120,17 +120,17 @@ pub struct Runs<'a> {
     pub scenario: LeagueScenario,
 }
 
-/// Variant of the samples of a trained network.
+/// How the samples of a trained network are used.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Variant {
-    /// Unchanged samples.
+    /// The samples are unchanged.
     AsTrained,
-    /// Samples projected to poses without penetration.
+    /// The samples are projected to poses in which rod and object do not penetrate.
     NonPenetrating,
 }
 
 impl Variant {
-    /// Returns the name in the table.
+    /// Returns the name of the network's variant in the table.
     fn label(self, recipe: Recipe) -> String {
         match self {
             Variant::AsTrained => recipe.label().to_owned(),
@@ -147,7 +147,7 @@ struct Net {
 }
 
 impl Runs<'_> {
-    /// Runs a model class and returns one row per variant and test set; `None` if interrupted.
+    /// Trains and scores a model class; returns one row per variant and test set, or `None` if interrupted.
     pub fn enter(&self, entrant: Entrant) -> anyhow::Result<Option<Vec<Scored>>> {
         let recipe = match entrant {
             Entrant::Trained(recipe) => recipe,
@@ -197,8 +197,9 @@ impl Runs<'_> {
         Ok(Some(out))
     }
 
-    /// Trains a recipe on `train` with several seeds and returns its row on the first test set; `None`
-    /// if interrupted.
+    /// Trains a model class on `train` with several seeds; returns its row on the first test set, or `None`
+    /// if
+    /// interrupted.
     pub fn train_at_size(
         &self,
         recipe: Recipe,
@@ -255,7 +256,7 @@ impl Runs<'_> {
         Ok(out)
     }
 
-    /// Chooses the factors with the smallest CRPS on the validation part; `None` if interrupted.
+    /// Chooses the training setting with the smallest CRPS on the validation part; `None` if interrupted.
     fn choose(&self, recipe: Recipe) -> anyhow::Result<Option<Choice>> {
         let all = self.data.train.items.len();
         let fitted = all - all / 5;
@@ -312,7 +313,7 @@ impl Runs<'_> {
         Ok(Some(Net { model: trained.model, parameters: trained.parameters, cpu_s: read_number(&cpu) }))
     }
 
-    /// Makes the row of a model on a set from the scores of each seed.
+    /// Makes the row of a model on a test set from the measured values of each seed.
     fn row(&self, set: &Set, model: &str, seeds: &[Measured]) -> Scored {
         let figures = keys(self.scenario).iter().enumerate().filter_map(|(k, key)| {
             let values: Vec<f64> = seeds.iter().filter_map(|m| m.figures[k]).collect();
@@ -345,7 +346,7 @@ fn read_number(path: &Path) -> Option<f64> {
     std::fs::read_to_string(path).ok()?.trim().parse().ok()
 }
 
-/// Returns the median of values; the lower of two.
+/// Returns the median of values; the lower of the two middle ones if their number is even.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[(values.len() - 1) / 2]

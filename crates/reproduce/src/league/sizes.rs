@@ -1,21 +1,21 @@
-//! Learning curves of the best classes over the size of the training set.
+//! Learning curves (error over the size of the training set) of the best model classes.
 
 use super::rows::{Row, Scored};
 use super::runs::Runs;
 use crate::experiment::data::part;
 use augsim_trainer::{Recipe, Sequences};
 
-/// Number of best classes with a learning curve.
+/// Number of best model classes that get a learning curve.
 const BEST_CLASSES: usize = 5;
 
-/// Training sets of increasing size.
+/// Training sets of increasing size for the learning curves.
 #[derive(Debug)]
 pub struct Sizes<'a> {
-    /// Pool of trajectories; each training set is its beginning.
+    /// Pool of trajectories; each training set consists of its first ones.
     pub pool: &'a Sequences,
-    /// Sizes of the training sets, ascending.
+    /// Numbers of trajectories of the training sets, ascending.
     pub counts: &'static [usize],
-    /// Number of seeds per class and size.
+    /// Number of seeds per model class and size.
     pub seeds: u64,
 }
 
@@ -43,7 +43,7 @@ impl Sizes<'_> {
     }
 }
 
-/// Returns the best recipes on the first test set with their rows, best first.
+/// Returns the best trained model classes on the first test set with their rows, best first.
 fn best(table: &[Scored]) -> Vec<(Recipe, &Scored)> {
     let first = table.first().map(|s| s.row.set.as_str());
     let here = table.iter().filter(|s| Some(s.row.set.as_str()) == first);
@@ -55,7 +55,7 @@ fn best(table: &[Scored]) -> Vec<(Recipe, &Scored)> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the best classes are those with a recipe and the smallest CRPS on the first set.
+    //! Contract: the best classes are the trained ones with the smallest CRPS on the first set.
     use super::*;
     use std::collections::BTreeMap;
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// Run times by scenario and model.
+/// Run times by scenario and model, as written to `timing.json`.
 #[derive(Debug, Serialize)]
 pub struct Costs {
     costs: BTreeMap<String, Cost>,
@@ -16,14 +16,14 @@ pub struct Costs {
 
 #[derive(Debug, Serialize)]
 struct Cost {
-    /// Processor time of a training in s, median over seeds.
+    /// Processor time of one training in s, median over seeds; `None` without training.
     cpu_s: Option<f64>,
-    /// Processor time of a simulated second of one sample.
+    /// Processor time in µs to simulate one sample (draw) for one second; `None` without a model.
     microseconds_per_simulated_s: Option<f64>,
 }
 
 impl Costs {
-    /// Collects the run times on the first test set of each scenario.
+    /// Collects the run times of all models on the first test set of each scenario.
     pub fn from_result(result: &ResultFile) -> Self {
         let each = |league: &League| -> Vec<(String, Cost)> {
             let first = league.rows.iter().filter(|r| league.sets.first() == Some(&r.set));
@@ -34,12 +34,12 @@ impl Costs {
     }
 }
 
-/// Returns the scenario of a result.
+/// Returns the scenario that a result names.
 pub fn scenario_of(league: &League) -> LeagueScenario {
     if league.scenario == "ball" { LeagueScenario::Ball } else { LeagueScenario::Push }
 }
 
-/// Formats the learning curves: a line per class and a column per size.
+/// Formats the learning curves as text: a line per model class and a column per size.
 fn sizes(league: &League) -> String {
     let mut counts: Vec<usize> = league.sizes.iter().filter_map(|r| r.trained_on).collect();
     counts.sort_unstable();
@@ -65,7 +65,7 @@ fn sizes(league: &League) -> String {
     out
 }
 
-/// Formats all tables and verdicts.
+/// Formats all tables and verdicts of the league as text.
 pub fn table(result: &ResultFile) -> String {
     let mut out = String::new();
     for league in &result.leagues {

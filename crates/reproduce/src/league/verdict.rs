@@ -1,30 +1,30 @@
-//! Significant differences between models, by a paired bootstrap over trajectories.
+//! Significant differences in CRPS between models, by a paired bootstrap over trajectories.
 
 use super::rows::Scored;
 use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardUniform};
 use serde::Serialize;
 
-/// Number of bootstrap draws.
+/// Number of bootstrap draws for each interval.
 const BOOTSTRAP_DRAWS: usize = 2000;
-/// The model that the others are compared with.
+/// Name of the model with which the others are compared.
 const REFERENCE_MODEL: &str = "Hybrid+";
-/// Models that do not compete, because they are not available for forecasts.
+/// Names of rows that do not compete, because they are not available for forecasts.
 const NOT_COMPETING: [&str; 2] = ["(the data)", "Exact law"];
 
-/// Verdict on a test set.
+/// Comparison of all models with Hybrid+ on one test set.
 #[derive(Debug, Serialize)]
 pub struct Verdict {
     pub set: String,
-    /// Model with the smallest CRPS.
+    /// Name of the model with the smallest CRPS.
     pub best: String,
-    /// Models that are significantly better than Hybrid+, and those whose difference is not significant.
+    /// Models that are significantly better than Hybrid+; next field: those without a significant difference.
     pub better_than_ours: Vec<String>,
     pub tied_with_ours: Vec<String>,
     pub sentence: String,
 }
 
-/// Computes the intervals of all rows, and the verdict on Hybrid+ for each set.
+/// Computes the CRPS intervals of all rows, and compares all models with Hybrid+ on each test set.
 pub fn verdicts(rows: &mut [Scored], sets: &[String], seed: u64) -> Vec<Verdict> {
     for scored in rows.iter_mut().filter(|s| s.row.model != NOT_COMPETING[0]) {
         scored.row.crps_ci95 = Some(interval(&scored.crps, seed));
@@ -86,7 +86,7 @@ fn sentence(set: &str, best: &str, worse: usize, tied: &[String], better: &[Stri
     }
 }
 
-/// Returns the 95 % bootstrap interval of the mean.
+/// Returns the 95 % bootstrap interval of the mean of `values`.
 fn interval(values: &[f64], seed: u64) -> [f64; 2] {
     let n = values.len();
     let mut rng = random_stream(seed, "league-bootstrap", 0);

@@ -30,7 +30,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Results of `reproduce systems`.
+/// Content of `result.json` of `reproduce systems`.
 #[derive(Debug, Serialize)]
 struct ResultFile {
     schema: &'static str,
@@ -39,14 +39,14 @@ struct ResultFile {
     seed: u64,
 }
 
-/// Scores and findings on one set.
+/// Scores and findings on one benchmark set.
 #[derive(Debug, Serialize)]
 struct SetRow {
     set: &'static str,
     metric: &'static str,
     source: &'static str,
     unit: &'static str,
-    /// Test error of the declared, calibrated and augmented model.
+    /// Test error of the declared model (next fields: of the calibrated and of the augmented model).
     declared: Option<f64>,
     calibrated: Option<f64>,
     augmented: Scored,
@@ -57,19 +57,19 @@ struct SetRow {
     published: &'static [Published],
 }
 
-/// A discovery with its error on the test record.
+/// Result of a discovery, with the error of its model on the test record.
 #[derive(Debug, Serialize)]
 struct Scored {
-    /// Absent if the free run diverges.
+    /// Error of the free run on the test record, in the unit of the table; `None` if the run diverges.
     error: Option<f64>,
     kinds: Vec<String>,
     verdict: augsim_discovery::Verdict,
     sentence: String,
-    /// Path of the report, relative to the results folder.
+    /// Path of the discovery's report, relative to the results folder.
     report: PathBuf,
 }
 
-/// Runs the subcommand.
+/// Runs `reproduce systems`.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
         return Err(Usage::Missing(Missing::MeasuredSets { scenario: "systems" }).into());
@@ -104,8 +104,8 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     finish(&claim, &result, page, Some(()), text, output)
 }
 
-/// Declares, calibrates and augments the model on the training record of a set, and scores all models on
-/// the test record.
+/// Calibrates and augments the declared model on the training record of a set, and scores all models on the
+/// test record; returns `None` if interrupted.
 fn one(
     set: &Set,
     data: &Path,
@@ -184,7 +184,7 @@ fn one(
     }))
 }
 
-/// Returns the error of the free run on the test record in the unit of the table; `None` if the run
+/// Computes the error of a model's free run on the test record, in the unit of the table; `None` if the run
 /// diverges.
 fn error(set: &Set, model: &Model, test: &Dataset) -> Option<f64> {
     let list = records(test, model, false).ok()?;

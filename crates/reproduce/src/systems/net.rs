@@ -13,26 +13,27 @@ use augsim_trainer::{Recipe, SAMPLES, Settings};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Default number of iterations: on these records the loss does not decrease further.
+/// Default number of training iterations: on these records the loss does not decrease further.
 pub const ITERATIONS: u64 = 2000;
 
-/// Scores of a network on the test record, in the unit of the table.
+/// Scores of a network on the test record of a benchmark set, in the unit of the table.
 #[derive(Debug, Serialize)]
 pub struct Net {
-    /// Root mean square error of the mean of the draws.
+    /// Root mean square error of the mean of the samples; `None` if not finite.
     pub error: Option<f64>,
-    /// Continuous ranked probability score of the draws.
+    /// Continuous ranked probability score of the samples; `None` if not finite.
     pub crps: Option<f64>,
-    /// Coverage of the 50 and 90 % bands.
+    /// Coverage of the 50 % band as a fraction; the next field is that of the 90 % band.
     pub coverage50: f64,
     pub coverage90: f64,
-    /// Shrinkage factor of the mean corrections, chosen on held-out segments of the training record.
+    /// Shrinkage factor of the network's mean corrections, chosen on held-out segments of the training
+    /// record.
     pub gain: f64,
-    /// Run directory, relative to the results folder.
+    /// Path of the run directory, relative to the results folder.
     pub run: PathBuf,
 }
 
-/// Settings of the training.
+/// Training iterations and seed of the network.
 #[derive(Debug, Clone, Copy)]
 pub struct Plan {
     pub iterations: u64,

@@ -5,7 +5,7 @@ use crate::reproduction::{how_to_reproduce, provenance};
 use augsim_report::page::{Block, Cell, Column, Page, Row, Section, Table};
 use std::path::Path;
 
-/// Makes the page; `command` repeats the run.
+/// Makes the report page; `command` is the command line that repeats the run.
 pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
     let mut sections: Vec<Section> = result.sets.iter().map(section).collect();
     sections.push(how_to_reproduce(command));
@@ -21,7 +21,7 @@ pub fn page(result: &ResultFile, data: &Path, command: &str) -> Page {
     }
 }
 
-/// Makes the section of one set: errors, published errors and findings.
+/// Makes the section of one benchmark set: errors, published errors and findings.
 fn section(set: &SetRow) -> Section {
     let row = |name: &str, error: Option<f64>, note: String| Row {
         cells: vec![Cell::text(name), Cell::number(error), Cell::text(note)],

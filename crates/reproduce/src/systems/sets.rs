@@ -3,42 +3,42 @@
 use augsim_data::{Column, DataError, Dataset, NamedCsv, Trajectory, Unit};
 use std::path::Path;
 
-/// A published error of another method on the same test record.
+/// A published error of another method on the same test record of a benchmark set.
 #[derive(Debug, Clone, Copy, serde::Serialize)]
 pub struct Published {
-    /// Method.
+    /// Name of the method.
     pub method: &'static str,
-    /// Error in the unit of the table.
+    /// Published error, in the unit of the table.
     pub error: f64,
-    /// Whether the source was read, or the value is from memory.
+    /// Whether the value was checked in its source; else it is from memory.
     pub verified: bool,
 }
 
-/// Training and test records of a set.
+/// Training record and test record of a benchmark set.
 #[derive(Debug)]
 pub struct Records {
     pub train: Dataset,
     pub test: Dataset,
 }
 
-/// A benchmark set.
+/// A benchmark data set of system identification.
 #[derive(Debug, Clone, Copy)]
 pub struct Set {
-    /// Name of its folder.
+    /// Name of the folder with the data of the set.
     pub name: &'static str,
-    /// Model file of the textbook model.
+    /// Text of the model file with the textbook model.
     pub model: &'static str,
-    /// Number of samples that the initial state of the free run is estimated from.
+    /// Number of first samples from which the initial state of the free run is estimated.
     pub burn_in: usize,
-    /// Unit of the table, and its number per unit of the output.
+    /// `(unit of the table, factor from the output's unit to it)`.
     pub unit: (&'static str, f64),
-    /// Description of the metric.
+    /// Description of the error metric of the benchmark.
     pub metric: &'static str,
-    /// Source of the data.
+    /// Citation of the source of the data.
     pub source: &'static str,
-    /// Published errors.
+    /// Errors of other methods that were published for this test record.
     pub published: &'static [Published],
-    /// Reads the records.
+    /// Reads training and test record from the folder.
     pub read: fn(&Path) -> Result<Records, DataError>,
 }
 
@@ -50,7 +50,7 @@ const fn from_memory(method: &'static str, error: f64) -> Published {
     Published { method, error, verified: false }
 }
 
-/// All sets.
+/// All benchmark sets of `reproduce systems`.
 pub const SETS: [Set; 3] = [
     Set {
         name: "silverbox",
@@ -106,11 +106,11 @@ pub const SETS: [Set; 3] = [
     },
 ];
 
-/// Sampling rate of Silverbox in Hz, and number of rows of the training part.
+/// Sampling rate of the Silverbox record, Hz; the next constant is the number of rows of its training part.
 const RATE_HZ: f64 = 1e7 / 16_384.0;
 const SILVERBOX_TRAIN: usize = 65_062;
 
-/// Reads columns of a record by name with their units.
+/// Reads columns of a CSV file by name, with their units.
 fn record(path: &Path, wanted: &[(&str, Unit)]) -> Result<Dataset, DataError> {
     NamedCsv::open(path)?.read(wanted)
 }
