@@ -22,7 +22,7 @@ pub struct Column {
 }
 
 impl Column {
-    /// Column `name` with the unit that its suffix states.
+    /// Creates the column `name` with the unit that the suffix of the name states.
     ///
     /// ```
     /// use augsim_data::Column;
@@ -42,7 +42,7 @@ impl Column {
         Self::with_unit(name, unit)
     }
 
-    /// Column `name` with a given unit, such as the one that a model declares.
+    /// Creates the column `name` with a given unit, such as the one that a model declares.
     ///
     /// # Errors
     /// The errors of [`Column::new`] other than an unknown unit.
@@ -51,18 +51,18 @@ impl Column {
         Ok(Column { name: name.to_owned(), unit })
     }
 
-    /// Name, including the unit suffix.
+    /// Name of the column, including the unit suffix.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Unit of the values.
+    /// Unit of the column's values.
     pub fn unit(&self) -> Unit {
         self.unit
     }
 }
 
-/// Checks that a name is well formed and not reserved.
+/// Checks that a column name is well formed and not reserved (`trajectory`, `t_s`, `group`).
 fn check_name(name: &str) -> Result<(), ColumnError> {
     let well_formed = name.len() <= MAX_NAME_LENGTH
         && name.starts_with(|c: char| c.is_ascii_alphabetic())

@@ -30,10 +30,10 @@ const LAYOUT: &str = "the long form is comma-separated and starts with \
 /// group must never be missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum MissingCells {
-    /// As an error, for simulators and nets, which need every value.
+    /// An empty cell is an error; for simulators and nets, which need every value.
     #[default]
     Refuse,
-    /// As a gap, stored as NaN and written back as an empty cell, such as a position that a tracker lost.
+    /// An empty cell is a gap, such as a position that a tracker lost; it is stored as NaN and written back empty.
     AsGap,
 }
 
@@ -45,7 +45,7 @@ pub fn read_csv(path: &Path, missing: MissingCells) -> Result<Dataset, DataError
     read_long(CsvSource::open(path)?, missing)
 }
 
-/// [`read_csv`] of a file that is open.
+/// Like [`read_csv`], for a file whose header was already read.
 pub(crate) fn read_long(mut source: CsvSource, missing: MissingCells) -> Result<Dataset, DataError> {
     let path = source.path().to_owned();
     let id_cell = source.require(TRAJECTORY, LAYOUT)?;

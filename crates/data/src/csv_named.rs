@@ -28,18 +28,18 @@ const SINGLE_ID: &str = "1";
 /// A CSV file whose header was read, or a folder of such files with one recording each.
 pub struct NamedCsv {
     path: PathBuf,
-    /// At least one file; those of a folder are sorted by name.
+    /// Opened files, at least one; those of a folder are sorted by name.
     files: Vec<NamedFile>,
 }
 
-/// One CSV file.
+/// One CSV file of a [`NamedCsv`], with its header read.
 struct NamedFile {
-    /// Name of the recording, where the file is in a folder.
+    /// Name of the recording; `None` where a single file was opened.
     recording: Option<String>,
     source: CsvSource,
-    /// Unit of each column where the header states one.
+    /// Unit of each column; `None` where the header states none.
     units: Vec<Option<NamedUnit>>,
-    /// What was taken for the time.
+    /// Assumptions about the time column and its unit, one sentence each.
     notes: Vec<String>,
 }
 
@@ -98,7 +98,7 @@ impl NamedCsv {
         Ok(Self { path: path.to_owned(), files: vec![file] })
     }
 
-    /// Names in the header; for a folder, those of its first file.
+    /// Column names in the header; for a folder, those of its first file.
     pub fn header(&self) -> &[String] {
         self.files.first().map_or(&[], |file| file.source.header())
     }
@@ -110,7 +110,7 @@ impl NamedCsv {
         self.files.first().is_some_and(|file| file.cell(name, unit.unwrap_or(Unit::DIMENSIONLESS)).is_some())
     }
 
-    /// Names in the header that are no column of the quantities `wanted`.
+    /// Names of the columns that hold none of the quantities `wanted`.
     pub fn other_columns(&self, wanted: &[(&str, Unit)]) -> Vec<String> {
         let Some(file) = self.files.first() else { return Vec::new() };
         let used: Vec<usize> =
@@ -119,7 +119,7 @@ impl NamedCsv {
         header.filter(|(cell, _)| !used.contains(cell)).map(|(_, name)| name.clone()).collect()
     }
 
-    /// What was taken for the time, and the conversions of the columns `wanted`, one sentence each.
+    /// Assumptions about the time column, and unit conversions of the columns `wanted`, one sentence each.
     pub fn notes(&self, wanted: &[(&str, Unit)]) -> Vec<String> {
         self.files.first().map_or_else(Vec::new, |file| file.notes(wanted))
     }
@@ -161,13 +161,15 @@ impl NamedCsv {
 }
 
 impl NamedFile {
-    /// A file in the long form, with the units that its header states.
+    /// Creates the entry of a file in the long form, with the units that its header states.
     fn of_long_form(source: CsvSource, recording: Option<String>) -> Self {
         let units = units_of_header(source.header());
         NamedFile { recording, source, units, notes: Vec::new() }
     }
 
-    /// Index of the column of a quantity, and the conversion where its unit is not the SI unit.
+    /// Index of the column of a quantity, and its conversion to SI; `None` if there is no unique column.
+    ///
+    /// The conversion is `None` for a column in SI units.
     fn cell(&self, name: &str, unit: Unit) -> Option<(usize, Option<FileUnit>)> {
         let header = self.source.header();
         let converts = |cell: usize| {
@@ -199,7 +201,7 @@ impl NamedFile {
         found.next().is_none().then_some((cell, conversion))
     }
 
-    /// What was taken for the time, and the conversions of the columns `wanted`.
+    /// Assumptions about the time column, and unit conversions of the columns `wanted`, one sentence each.
     fn notes(&self, wanted: &[(&str, Unit)]) -> Vec<String> {
         let mut notes = self.notes.clone();
         for (name, unit) in wanted {

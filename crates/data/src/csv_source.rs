@@ -19,9 +19,9 @@ pub(crate) struct CsvSource {
     header: Vec<String>,
     reader: csv::Reader<Cursor<Arc<[u8]>>>,
     record: csv::ByteRecord,
-    /// Offset of the current record.
+    /// Byte offset of the current row in the content.
     start: usize,
-    /// Line of the current record, from 1.
+    /// Line number of the current row, from 1.
     line: u64,
     max_columns: u64,
 }
@@ -88,12 +88,12 @@ impl CsvSource {
         &self.header
     }
 
-    /// Line of the current row, from 1.
+    /// Line number of the current row, from 1.
     pub(crate) fn line(&self) -> u64 {
         self.line
     }
 
-    /// Index of the required column `name`; `layout` describes the layout in the error message.
+    /// Index of the column `name`, or an error if it is missing; `layout` describes the layout in the message.
     pub(crate) fn require(&self, name: &str, layout: &'static str) -> Result<usize, DataError> {
         self.header.iter().position(|h| h == name).ok_or_else(|| {
             let path = self.path.clone();
@@ -108,7 +108,7 @@ impl CsvSource {
         })
     }
 
-    /// Moves to the next row; `false` at the end of the file.
+    /// Moves to the next row and checks its number of cells; returns `false` at the end of the file.
     pub(crate) fn next_row(&mut self) -> Result<bool, DataError> {
         if !self.advance()? {
             return Ok(false);
@@ -155,7 +155,7 @@ impl CsvSource {
         Ok(())
     }
 
-    /// Reads the next record and counts its line; `false` at the end of the file.
+    /// Reads the next row and updates its line number; returns `false` at the end of the file.
     fn advance(&mut self) -> Result<bool, DataError> {
         self.check_columns(self.reader.position().byte() as usize)?;
         let has_record = self.reader.read_byte_record(&mut self.record).map_err(|error| {
@@ -171,18 +171,18 @@ impl CsvSource {
         Ok(has_record)
     }
 
-    /// Text of an identifier or a group, which must not be empty.
+    /// Text of the cell of an identifier or a group; an empty cell is an error.
     pub(crate) fn label(&self, cell: usize) -> Result<&str, DataError> {
         let text = self.text(cell)?;
         if text.is_empty() { Err(self.empty_cell(cell, EVERY_ROW_NEEDS_A_VALUE)) } else { Ok(text) }
     }
 
-    /// Number in a cell of a layout without gaps.
+    /// Finite number in a cell of the current row; an empty cell is an error.
     pub(crate) fn required_number(&self, cell: usize) -> Result<f64, DataError> {
         self.number(cell)?.ok_or_else(|| self.empty_cell(cell, NO_EMPTY_CELLS))
     }
 
-    /// Text of a cell, which may be empty.
+    /// Text of a cell of the current row; it may be empty.
     pub(crate) fn text(&self, cell: usize) -> Result<&str, DataError> {
         std::str::from_utf8(&self.record[cell]).map_err(|_| DataError::NotUtf8 {
             path: self.path.clone(),
@@ -191,7 +191,7 @@ impl CsvSource {
         })
     }
 
-    /// Finite number in a cell; `None` where the cell is empty.
+    /// Finite number in a cell of the current row; `None` where the cell is empty.
     pub(crate) fn number(&self, cell: usize) -> Result<Option<f64>, DataError> {
         let text = self.text(cell)?;
         if text.is_empty() {

@@ -17,7 +17,7 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// Data set of `trajectories`, whose values are in the order of `columns`.
+    /// Creates a data set of `trajectories`, whose values are in the order of `columns`.
     ///
     /// # Errors
     /// A column or trajectory name occurs twice, a trajectory has a different number of columns, or only some
@@ -72,7 +72,7 @@ impl Dataset {
         &self.trajectories
     }
 
-    /// The file that the data set was read from; `None` for a data set built by code.
+    /// Path of the file that the data set was read from; `None` for a data set built by code.
     pub fn path(&self) -> Option<&Path> {
         match &self.origin {
             Source::File(path) => Some(path),
@@ -80,7 +80,7 @@ impl Dataset {
         }
     }
 
-    /// Origin of the data set, as shown in messages.
+    /// Origin of the data set (a file, or code), as shown in messages.
     pub fn origin(&self) -> &Source {
         &self.origin
     }
@@ -96,14 +96,14 @@ impl Dataset {
         &self.notes
     }
 
-    /// Sets the assumptions that the data set was read with.
+    /// Sets the notes on what the reader assumed about the file.
     #[must_use]
     pub(crate) fn with_notes(mut self, notes: Vec<String>) -> Self {
         self.notes = notes;
         self
     }
 
-    /// Data set with the same columns, origin and notes and with other trajectories.
+    /// Copy of the data set with other trajectories and the same columns, origin and notes.
     ///
     /// # Errors
     /// The errors of [`Dataset::new`].
@@ -166,7 +166,7 @@ impl Dataset {
         })
     }
 
-    /// Data set of the trajectories at `indices`, in that order, with the same columns and origin.
+    /// Data set of the trajectories at `indices` only, in that order, with the same columns and origin.
     ///
     /// ```
     /// use augsim_data::{Dataset, Trajectory};

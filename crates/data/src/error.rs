@@ -16,23 +16,23 @@ use thiserror::Error;
 /// Reason why a column name is not accepted.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ColumnError {
-    /// Characters outside `[A-Za-z0-9_]`, or not starting with a letter.
+    /// The name has characters outside `[A-Za-z0-9_]`, does not start with a letter, or is too long.
     #[error(
         "column `{}`: a column name may hold only ASCII letters, digits and underscores, must start with a \
          letter and be at most 256 characters long; rename it",
         escaped_short(name)
     )]
     Malformed {
-        /// Name as it is in the file.
+        /// Column name that is not accepted.
         name: String,
     },
     /// A reserved name (`trajectory`, `t_s` or `group`) is used for a numeric column.
     #[error("column `{name}`: the names `trajectory`, `t_s` and `group` are reserved; rename it")]
     Reserved {
-        /// Name as it is in the file.
+        /// Column name that is not accepted.
         name: String,
     },
-    /// The suffix is not a known unit.
+    /// The name does not end in a known unit.
     #[error(
         "column `{}`: the name does not end in a known unit; convert the values to SI and end the name in one \
          of {}; put text labels into a column called `group`",
@@ -40,7 +40,7 @@ pub enum ColumnError {
         Unit::accepted_suffixes()
     )]
     UnknownUnit {
-        /// Name as it is in the file.
+        /// Column name that is not accepted.
         name: String,
     },
 }
@@ -48,11 +48,11 @@ pub enum ColumnError {
 /// Remedy for a row that has fewer or more cells than the header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RowRemedy {
-    /// The row has too few cells.
+    /// Complete the row, which has too few cells.
     Complete,
-    /// The row has too many cells, and they look like numbers that decimal commas have cut in two.
+    /// Write decimals with points: the row has too many cells, as if decimal commas had cut numbers in two.
     Points,
-    /// The row has too many cells.
+    /// Remove extra cells, or quote cells with commas: the row has too many cells.
     Shorten,
 }
 
@@ -80,7 +80,7 @@ fn number_remedy(cell: &str) -> String {
     }
 }
 
-/// Remedy of [`DataError::EmptyCell`] in a column that is not a value.
+/// Remedy of [`DataError::EmptyCell`] in a column of identifiers or groups.
 pub(crate) const EVERY_ROW_NEEDS_A_VALUE: &str = "every row needs a value in this column";
 /// Remedy of [`DataError::EmptyCell`] in the time column.
 pub(crate) const EVERY_SAMPLE_NEEDS_A_TIME: &str = "every sample needs a time";
@@ -112,9 +112,9 @@ pub enum DataError {
     /// The file could not be opened or read.
     #[error("{}: {}", path.display(), unreadable_text(cause))]
     Unreadable {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// Error of the system.
+        /// Error of the operating system.
         cause: std::io::Error,
     },
     /// The path is a folder, but a single file is expected.
@@ -132,9 +132,9 @@ pub enum DataError {
          writing: copy or make it again", path.display()
     )]
     TruncatedGzip {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// First line that could not be read.
+        /// Number of the first line that could not be read.
         line: u64,
     },
     /// The gzip stream is damaged (bad header, bad checksum).
@@ -143,9 +143,9 @@ pub enum DataError {
         path.display()
     )]
     DamagedGzip {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// First line that could not be read.
+        /// Number of the first line that could not be read.
         line: u64,
         /// Error of the decoder.
         cause: std::io::Error,
@@ -156,17 +156,17 @@ pub enum DataError {
          file again", path.display()
     )]
     TrailingBytes {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// Number of bytes.
+        /// Number of bytes after the end of the gzip stream.
         bytes: usize,
     },
     /// The file or the data set exceeds a [`Limit`](crate::Limit).
     #[error("{origin}: {cause}")]
     Limit {
-        /// File, or a data set built by code.
+        /// File that exceeds the limit, or a data set built by code.
         origin: Source,
-        /// Limit that was exceeded.
+        /// Limit that was exceeded, with its value.
         cause: LimitExceeded,
     },
     /// The cells of the header are not separated by commas.
@@ -175,15 +175,15 @@ pub enum DataError {
          decimals (4.5, not 4,5)", path.display()
     )]
     UnexpectedSeparator {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// Separator found.
+        /// Character that separates the cells of the header.
         separator: char,
     },
     /// The file has no known layout, and the reader cannot infer how to read it.
     #[error("{}: {}", path.display(), shown_text(&reason.to_string()))]
     NotRecognised {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
         /// Property that could not be inferred, with the remedy.
         reason: Unrecognised,
@@ -194,13 +194,13 @@ pub enum DataError {
          `trajectory,t_s,height_m,velocity_m_s`", path.display()
     )]
     Empty {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
     },
     /// The file has a header and no rows.
     #[error("{}: line 1: the file has a header but no samples; add one row for each sample", path.display())]
     HeaderOnly {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
     },
     /// The header lacks a column that the layout needs.
@@ -208,11 +208,11 @@ pub enum DataError {
         "{}: line 1: column `{column}` is missing; the header has: {}; {layout}",
         path.display(), escaped_list(available), column = escaped_short(column))]
     MissingColumn {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// Required name.
+        /// Name of the column that is missing.
         column: String,
-        /// Names in the header.
+        /// Column names in the header.
         available: Vec<String>,
         /// Description of the expected layout.
         layout: &'static str,
@@ -223,23 +223,23 @@ pub enum DataError {
          such as `height_m`", path.display()
     )]
     NoValueColumns {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
     },
     /// A name in the header is not accepted.
     #[error("{}: line 1: {cause}", path.display())]
     BadColumn {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// The name and the reason.
+        /// Column name that is not accepted, and the reason.
         cause: ColumnError,
     },
     /// A column name occurs twice in a header or in a list of columns.
     #[error("{origin}: column `{column}` occurs twice; rename or remove one of them", column = escaped_short(column))]
     DuplicateColumn {
-        /// Origin of the data set.
+        /// File from which the data set was read, or code that built it.
         origin: Source,
-        /// Name of the column.
+        /// Name that occurs twice.
         column: String,
     },
     /// A row has more or fewer cells than the header.
@@ -248,9 +248,9 @@ pub enum DataError {
         path.display(), escaped_short(first_column)
     )]
     RaggedRow {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// Line of the file, from 1.
+        /// Number of the faulty line, from 1.
         line: u64,
         /// Number of cells in the row.
         found: usize,
@@ -264,9 +264,9 @@ pub enum DataError {
     /// The bytes are not UTF-8 text.
     #[error("{}: line {line}, column `{column}`: not UTF-8 text; save the file as UTF-8", path.display(), column = escaped_short(column))]
     NotUtf8 {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// Line of the file, from 1.
+        /// Number of the faulty line, from 1.
         line: u64,
         /// Column, by name or (in the header) by number.
         column: String,
@@ -277,23 +277,23 @@ pub enum DataError {
         path.display(), escaped_short(column), escaped_short(cell), number_remedy(cell)
     )]
     BadNumber {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// Line of the file, from 1.
+        /// Number of the faulty line, from 1.
         line: u64,
-        /// Name of the column.
+        /// Name of the column of the cell.
         column: String,
-        /// Text of the cell.
+        /// Text of the cell that is not a finite number.
         cell: String,
     },
     /// A cell is empty where no gaps are allowed.
     #[error("{}: line {line}, column `{column}`: empty cell; {remedy}", path.display(), column = escaped_short(column))]
     EmptyCell {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// Line of the file, from 1.
+        /// Number of the faulty line, from 1.
         line: u64,
-        /// Name of the column.
+        /// Name of the column of the empty cell.
         column: String,
         /// Remedy, which depends on the column: only measured values may have gaps, and only on request.
         remedy: &'static str,
@@ -304,17 +304,17 @@ pub enum DataError {
          follows {previous_s} s); sort its rows by time and remove repeated times",
         path.display(), trajectory = escaped_short(trajectory))]
     TimeNotIncreasing {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// Line of the later row.
+        /// Number of the line with the time that does not increase.
         line: u64,
         /// Name of the time column.
         column: &'static str,
         /// Identifier of the trajectory.
         trajectory: String,
-        /// Time of the row before, s.
+        /// Time in the row before, s.
         previous_s: f64,
-        /// Time of this row, s.
+        /// Time in the row that does not increase, s.
         time_s: f64,
     },
     /// The rows of a trajectory are not contiguous.
@@ -323,15 +323,15 @@ pub enum DataError {
          on line {ended_line}; keep its rows together or give the second part another name",
         path.display(), trajectory = escaped_short(trajectory))]
     TrajectoryReappears {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// Line on which the trajectory appears again.
+        /// Number of the line on which the trajectory appears again.
         line: u64,
-        /// Column of the identifier.
+        /// Name of the column of trajectory identifiers.
         column: &'static str,
         /// Identifier of the trajectory.
         trajectory: String,
-        /// Last line of its first part.
+        /// Number of the last line of the trajectory's first part.
         ended_line: u64,
     },
     /// The group changes within a trajectory.
@@ -340,15 +340,15 @@ pub enum DataError {
          `{found}`; give all rows of a trajectory the same group", path.display(), trajectory = escaped_short(trajectory),
         found = escaped_short(found), expected = escaped_short(expected))]
     GroupChanges {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// Line of the file, from 1.
+        /// Number of the faulty line, from 1.
         line: u64,
         /// Identifier of the trajectory.
         trajectory: String,
-        /// Group of its first row.
+        /// Group in the first row of the trajectory.
         expected: String,
-        /// Group of this row.
+        /// Different group in the faulty row.
         found: String,
     },
     /// An identifier or a group in a file would not survive writing and reading back.
@@ -356,13 +356,13 @@ pub enum DataError {
         "{}: line {line}, column `{column}`: \"{label}\" begins or ends with a space, contains a \
          control character or is longer than 256 bytes; rename it", path.display(), label = escaped_short(label))]
     BadLabelInFile {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// Line of the file, from 1.
+        /// Number of the faulty line, from 1.
         line: u64,
-        /// Column of the identifier or the group.
+        /// Name of the column that holds the identifier or the group.
         column: &'static str,
-        /// Label as it is in the file.
+        /// Identifier or group as it is in the file.
         label: String,
     },
     /// An identifier or a group given by code would not survive writing and reading back.
@@ -376,7 +376,7 @@ pub enum DataError {
     /// Two trajectories have the same name.
     #[error("{origin}: trajectory `{trajectory}` occurs twice; give each trajectory a different name", trajectory = escaped_short(trajectory))]
     DuplicateTrajectory {
-        /// Origin of the data set.
+        /// File from which the data set was read, or code that built it.
         origin: Source,
         /// Identifier of the trajectory.
         trajectory: String,
@@ -386,11 +386,11 @@ pub enum DataError {
              give a group to all trajectories or to none",
              if *has_group { "a" } else { "no" }, if *has_group { "none" } else { "one" }, trajectory = escaped_short(trajectory))]
     PartialGroups {
-        /// Origin of the data set.
+        /// File from which the data set was read, or code that built it.
         origin: Source,
-        /// First trajectory that differs.
+        /// Identifier of the first trajectory that differs from the first one of the set.
         trajectory: String,
-        /// Whether that one has a group.
+        /// Whether the trajectory that differs has a group.
         has_group: bool,
     },
     /// A trajectory does not have one value vector per column of the data set.
@@ -398,11 +398,11 @@ pub enum DataError {
         "{origin}: trajectory `{trajectory}` has {found} value columns but the data set has \
          {expected}; pass one vector for each column", trajectory = escaped_short(trajectory))]
     ColumnCount {
-        /// Origin of the data set.
+        /// File from which the data set was read, or code that built it.
         origin: Source,
         /// Identifier of the trajectory.
         trajectory: String,
-        /// Number of vectors.
+        /// Number of value vectors of the trajectory.
         found: usize,
         /// Number of columns of the data set.
         expected: usize,
@@ -414,11 +414,11 @@ pub enum DataError {
     SampleCount {
         /// Identifier of the trajectory.
         trajectory: String,
-        /// Index of the column.
+        /// Index of the value column with the wrong number of samples.
         column: usize,
-        /// Number of values.
+        /// Number of values in the column.
         found: usize,
-        /// Number of times.
+        /// Number of sample times of the trajectory.
         expected: usize,
     },
     /// A trajectory has no samples.
@@ -434,7 +434,7 @@ pub enum DataError {
     BadTime {
         /// Identifier of the trajectory.
         trajectory: String,
-        /// Index of the sample, from 0.
+        /// Index of the sample with the faulty time, from 0.
         sample: usize,
     },
     /// A value of a trajectory built by code is infinite.
@@ -444,9 +444,9 @@ pub enum DataError {
     Infinite {
         /// Identifier of the trajectory.
         trajectory: String,
-        /// Index of the column.
+        /// Index of the value column with the infinite value.
         column: usize,
-        /// Index of the sample, from 0.
+        /// Index of the sample with the infinite value, from 0.
         sample: usize,
     },
     /// A column name given by code is not accepted.
@@ -457,19 +457,19 @@ pub enum DataError {
         "{origin}: there is no column `{column}`; the columns are: {}; rename a column or use one of these",
         escaped_list(available), column = escaped_short(column))]
     NoSuchColumn {
-        /// Origin of the data set.
+        /// File from which the data set was read, or code that built it.
         origin: Source,
-        /// Requested name.
+        /// Name of the requested column.
         column: String,
-        /// Names of the columns.
+        /// Names of the columns of the data set.
         available: Vec<String>,
     },
     /// A column has no measured value.
     #[error("{origin}: column `{column}` has no measured values, so it cannot be scaled; leave it out", column = escaped_short(column))]
     NoMeasuredValues {
-        /// Origin of the data set.
+        /// File from which the data set was read, or code that built it.
         origin: Source,
-        /// Name of the column.
+        /// Name of the column without measured values.
         column: String,
     },
     /// The sizes of the split are zero or exceed the number of trajectories.
@@ -478,17 +478,17 @@ pub enum DataError {
          use at least one for each and at most {trajectories} together"
     )]
     BadSplit {
-        /// Number of trajectories.
+        /// Number of trajectories of the data set.
         trajectories: usize,
-        /// Number requested for training.
+        /// Number of trajectories requested for training.
         train: usize,
-        /// Number requested for testing.
+        /// Number of trajectories requested for testing.
         test: usize,
     },
     /// The training fraction is outside (0, 1).
     #[error("training fraction {fraction} is not between 0 and 1; use for example 0.8")]
     BadFraction {
-        /// Requested fraction.
+        /// Requested share of the trajectories for training.
         fraction: f64,
     },
     /// The data set to write has no trajectories.
@@ -500,17 +500,17 @@ pub enum DataError {
     /// An array of an NPZ file cannot be used.
     #[error("{}: array `{array}`: {fault}", path.display(), array = escaped_short(array))]
     Array {
-        /// Path of the file.
+        /// Path of the data file.
         path: PathBuf,
-        /// Name of the array.
+        /// Name of the array that cannot be used.
         array: String,
-        /// The fault and the remedy.
+        /// Fault of the array, with the remedy.
         fault: ArrayFault,
     },
     /// The values contradict the names or the units of the columns.
     #[error(transparent)]
     Suspicious(#[from] SuspiciousData),
-    /// A push file, or an archive, is faulty.
+    /// A file of measured pushes, or an archive of them, is faulty.
     #[error(transparent)]
     Push(#[from] PushError),
     /// The file could not be written.

@@ -5,11 +5,11 @@
 
 use std::fmt;
 
-/// Maximum number of characters of a cell or name in a message.
+/// Maximum number of characters of a cell or name that a message shows.
 const MAX_TEXT_CHARS: usize = 60;
-/// Maximum number of characters of an error text of a library, which may repeat a whole cell.
+/// Maximum number of characters of a library's error text that a message shows; it may repeat a whole cell.
 const MAX_CAUSE_CHARS: usize = 300;
-/// Maximum number of names of a list in a message.
+/// Maximum number of names of a list that a message shows.
 const MAX_NAMES: usize = 20;
 
 /// Escapes the control characters of a text (as `\u{1b}`), except line ends and tabs.
@@ -23,14 +23,14 @@ pub fn escape_control_characters(text: &str) -> String {
     escape(text.chars(), |c| matches!(c, '\n' | '\t'))
 }
 
-/// One cell or name for a message: all control characters escaped, cut after 60 characters.
+/// Prepares a cell or name for a message: escapes all control characters and cuts after 60 characters.
 ///
 /// A text that was cut is followed by its length in bytes.
 pub fn escaped_short(text: &str) -> String {
     cut(text, MAX_TEXT_CHARS)
 }
 
-/// An error text of a library or the system on one line, escaped and cut after 300 characters.
+/// Prepares an error text of a library or the system for a message: on one line, escaped, at most 300 characters.
 pub fn escaped_cause(cause: &impl fmt::Display) -> String {
     cut(&cause.to_string(), MAX_CAUSE_CHARS)
 }
@@ -40,7 +40,7 @@ fn cut(text: &str, max_chars: usize) -> String {
     format!("{}… ({} bytes)", escape(text[..end].chars(), |_| false), text.len())
 }
 
-/// A list of names for a message: the first 20, each as by [`escaped_short`], and the number of the others.
+/// Prepares a list of names for a message: the first 20, each by [`escaped_short`], and the number of the others.
 pub fn escaped_list<T: AsRef<str>>(names: &[T]) -> String {
     let mut texts: Vec<String> =
         names.iter().take(MAX_NAMES).map(|name| escaped_short(name.as_ref())).collect();

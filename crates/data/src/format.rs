@@ -63,10 +63,10 @@ pub fn read_dataset(path: &Path, missing: MissingCells) -> Result<Dataset, DataE
     }
 }
 
-/// Reason why a file is not in the long form.
+/// Error of a file that is neither in the long form nor in the ball layout.
 struct Refused {
     cause: DataError,
-    /// Whether its header is that of the long form (or of the ball layout).
+    /// Whether the header of the file is that of the long form or of the ball layout.
     is_long_form: bool,
 }
 

@@ -11,25 +11,25 @@ use crate::dataset::Dataset;
 use crate::error::DataError;
 use crate::trajectory::Trajectory;
 
-/// Largest relative distance of the period from the median step.
+/// Largest relative difference between the frame period and the median time step in the grid search.
 ///
 /// Stamps in whole milliseconds of a 7 ms clock can be 7 % off.
 const SEARCH_RANGE: f64 = 0.08;
-/// Grid spacing, as the shift of the last stamp of the longest trajectory, in frames.
+/// Spacing of the search grid: shift of the last time stamp of the longest trajectory per grid step, in frames.
 const GRID_SPACING: f64 = 0.05;
-/// Number of stamps per trajectory in the grid search; all stamps are used in the refinement.
+/// Maximum number of time stamps per trajectory in the grid search; the refinement uses all stamps.
 const MAX_GRID_STAMPS: usize = 500;
-/// Largest jitter, in frames, at which the frames are identifiable.
+/// Largest jitter of the time stamps, in frames, at which their frame numbers are identifiable.
 ///
 /// Three standard deviations are then below half a frame.
 const MAX_JITTER: f64 = 0.16;
 
-/// Clock with frames of equal length.
+/// Uniform clock of a camera, estimated from time stamps with jitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameClock {
     /// Period of the frames, s.
     pub period_s: f64,
-    /// Standard deviation of the stamps from the frame times, s.
+    /// Root mean square difference of the time stamps from the frame times, s.
     pub jitter_s: f64,
 }
 
@@ -81,7 +81,7 @@ impl FrameClock {
     }
 }
 
-/// Frame numbers of the stamps, which never decrease, and the time of frame 0.
+/// Frame numbers of the time stamps, which never decrease, and the time of frame 0, s.
 ///
 /// Each stamp is rounded relative to the mean origin of the stamps before it, so a later stamp changes no
 /// earlier frame.
@@ -97,7 +97,7 @@ fn frames(times: &[f64], period: f64) -> (Vec<i64>, f64) {
     (frames, sum / times.len() as f64)
 }
 
-/// Root mean square distance of all stamps from their frame times, s.
+/// Root mean square difference of all time stamps from their frame times, s.
 fn jitter(clocks: &[&[f64]], period: f64) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for times in clocks {
@@ -110,7 +110,7 @@ fn jitter(clocks: &[&[f64]], period: f64) -> f64 {
     (sum / count).sqrt()
 }
 
-/// Least-squares slope of the stamps over the frame numbers that `period` gives, s.
+/// Frame period, s: least-squares slope of the time stamps over the frame numbers that `period` gives.
 fn refined_period(clocks: &[&[f64]], period: f64) -> f64 {
     let (mut covariance, mut variance) = (0.0, 0.0);
     for times in clocks {

@@ -22,7 +22,7 @@ pub fn read_legacy_ball(path: &Path) -> Result<Dataset, DataError> {
     read_ball(CsvSource::open(path)?)
 }
 
-/// [`read_legacy_ball`] of a file that is open.
+/// Like [`read_legacy_ball`], for a file whose header was already read.
 pub(crate) fn read_ball(mut source: CsvSource) -> Result<Dataset, DataError> {
     let path = source.path().to_owned();
     let id = source.require("traj", LAYOUT)?;

@@ -9,26 +9,26 @@ use thiserror::Error;
 
 const PREFIX: &str = "AUGSIM_LIMIT_";
 
-/// A quantity that has an upper limit.
+/// Quantity of a file or a request that has an upper limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Limit {
-    /// Bytes of one file, or of one member of an archive, after unpacking.
+    /// Number of bytes of one file, or of one member of an archive, after unpacking.
     Bytes,
-    /// Bytes of a text file that is read as a whole, such as a model file or a configuration.
+    /// Number of bytes of a text file that is read as a whole, such as a model file or a configuration.
     TextBytes,
-    /// Values of a data set: samples times columns.
+    /// Number of values of a data set: samples times columns.
     Cells,
-    /// Columns of a data set.
+    /// Number of columns of a data set.
     Columns,
-    /// Trajectories of a data set.
+    /// Number of trajectories of a data set.
     Trajectories,
-    /// Samples of one generated or resampled trajectory, or rows of one stream of a push.
+    /// Number of samples of one generated or resampled trajectory, or of rows of one sensor stream of a push.
     Samples,
-    /// Bytes of the header of an array in an NPZ file.
+    /// Number of bytes of the header of an array in an NPZ file.
     HeaderBytes,
-    /// Opening brackets in the header of an array in an NPZ file.
+    /// Number of opening brackets in the header of an array in an NPZ file.
     Brackets,
-    /// Parameters of a neural network.
+    /// Number of parameters of a neural network.
     Parameters,
 }
 
@@ -36,28 +36,28 @@ pub enum Limit {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("{} (the limit is {allowed}; set {}{} to allow more)", limit.message(), PREFIX, limit.name())]
 pub struct LimitExceeded {
-    /// The limit that was exceeded.
+    /// Quantity whose limit was exceeded.
     pub limit: Limit,
-    /// Largest allowed value.
+    /// Largest allowed value of the quantity.
     pub allowed: u64,
 }
 
 /// An environment variable `AUGSIM_LIMIT_…` that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum LimitSettingError {
-    /// There is no limit of this name.
+    /// The name of the variable is that of no limit.
     #[error(
         "{variable} is not a known limit; the limits are {}",
         Limit::ALL.map(|limit| format!("{PREFIX}{}", limit.name())).join(", ")
     )]
     Unknown {
-        /// Environment variable.
+        /// Name of the environment variable.
         variable: String,
     },
-    /// The value is not a whole number of at least 1.
+    /// The value of the variable is not a whole number of at least 1.
     #[error("{variable}={value}: must be a whole number of at least 1, such as 1000000 or 1e6")]
     Value {
-        /// Environment variable.
+        /// Name of the environment variable.
         variable: String,
         /// Value of the variable.
         value: String,
@@ -78,7 +78,7 @@ impl Limit {
         Limit::Parameters,
     ];
 
-    /// Name after `AUGSIM_LIMIT_`.
+    /// Name of the limit's environment variable, without the prefix `AUGSIM_LIMIT_`.
     pub fn name(self) -> &'static str {
         match self {
             Limit::Bytes => "BYTES",
@@ -93,7 +93,7 @@ impl Limit {
         }
     }
 
-    /// Default value, used where the environment variable is not set.
+    /// Default value of the limit, used where its environment variable is not set.
     pub fn default_value(self) -> u64 {
         match self {
             // The largest measured file in use unpacks to 14 MB; a reader needs a small multiple of it in
@@ -116,7 +116,7 @@ impl Limit {
         }
     }
 
-    /// Effective value: that of the environment variable where it is valid, otherwise the default.
+    /// Value of the limit: that of its environment variable where it is valid, otherwise the default.
     pub fn value(self) -> u64 {
         let set = std::env::var_os(format!("{PREFIX}{}", self.name()));
         set.as_deref().and_then(parse_whole_number).unwrap_or_else(|| self.default_value())
@@ -131,7 +131,7 @@ impl Limit {
         if found <= allowed { Ok(()) } else { Err(self.exceeded()) }
     }
 
-    /// The error for a quantity that exceeds this limit.
+    /// Creates the error for a quantity that exceeds this limit.
     pub fn exceeded(self) -> LimitExceeded {
         LimitExceeded { limit: self, allowed: self.value() }
     }
@@ -161,7 +161,7 @@ impl Limit {
         Ok(())
     }
 
-    /// Text of the error without its subject: the excess and the remedy.
+    /// Predicate of the error message: what exceeds the limit, and the remedy.
     fn message(self) -> &'static str {
         match self {
             Limit::Bytes => "has too many bytes after unpacking; split it, or keep fewer columns",

@@ -10,19 +10,19 @@ use serde::{Deserialize, Serialize};
 pub struct ColumnScale {
     /// Name of the column.
     pub column: String,
-    /// Mean of the measured values.
+    /// Mean of the measured values of the column.
     pub mean: f64,
-    /// Their standard deviation (divisor n); 1 for a column that never changes.
+    /// Standard deviation of the measured values (divisor n); 1 for a column that never changes.
     pub sd: f64,
 }
 
 impl ColumnScale {
-    /// Scaled value: (value - mean) / sd.
+    /// Scales a value: (value - mean) / sd.
     pub fn apply(&self, value: f64) -> f64 {
         (value - self.mean) / self.sd
     }
 
-    /// Original value: scaled * sd + mean.
+    /// Converts a scaled value back: scaled * sd + mean.
     pub fn invert(&self, scaled: f64) -> f64 {
         scaled * self.sd + self.mean
     }

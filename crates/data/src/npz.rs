@@ -35,10 +35,10 @@ pub fn read_npz(path: &Path, missing: MissingCells) -> Result<Dataset, DataError
     read_npz_bytes(path, &read_whole(path)?, missing)
 }
 
-/// Number of cells that a text counts as in the limit on cells, for its use of memory.
+/// Number of cells that one text counts as in the limit on cells, because of its use of memory.
 const CELLS_PER_TEXT: u64 = 8;
 
-/// [`read_npz`] of a file whose bytes were read; `path` is its name in messages.
+/// Like [`read_npz`], for a file whose bytes were read; `path` is its name in messages.
 pub(crate) fn read_npz_bytes(path: &Path, bytes: &[u8], missing: MissingCells) -> Result<Dataset, DataError> {
     let mut texts = BTreeMap::new();
     let mut numbers = Vec::new();
@@ -63,7 +63,7 @@ pub(crate) fn read_npz_bytes(path: &Path, bytes: &[u8], missing: MissingCells) -
     assemble(path, texts, numbers, missing)
 }
 
-/// Builds a data set from the arrays of texts and of numbers, by name.
+/// Builds a data set from the arrays of an NPZ file: texts by name, and (name, numbers) pairs.
 fn assemble(
     path: &Path,
     mut texts: BTreeMap<String, Vec<String>>,
@@ -130,7 +130,7 @@ pub(crate) fn is_npz(path: &Path, bytes: &[u8]) -> Result<bool, DataError> {
     Ok(is_named_npz || members(path, bytes)?.iter().any(|name| name.ends_with(EXTENSION)))
 }
 
-/// One array of the archive, with its file and name for messages.
+/// One array of an NPZ archive, with the path of the archive and the array's name for messages.
 struct Array<'a> {
     path: &'a Path,
     name: &'a str,
@@ -167,7 +167,7 @@ impl<'a> Array<'a> {
         DataError::Array { path: self.path.to_owned(), array: self.name.to_owned(), fault }
     }
 
-    /// Type and size of the elements; `None` for structured types.
+    /// Type of the array's elements and their size, bytes (characters for Unicode); `None` for structured types.
     fn element_type(&self) -> Option<(TypeChar, u64)> {
         match self.file.dtype() {
             DType::Plain(plain) => Some((plain.type_char(), plain.size_field())),
@@ -175,14 +175,14 @@ impl<'a> Array<'a> {
         }
     }
 
-    /// Reads the elements as `T` and converts each of them.
+    /// Reads the elements of the array as `T` and converts each of them.
     fn values<T: npyz::Deserialize, U>(self, convert: impl FnMut(T) -> U) -> Result<Vec<U>, DataError> {
         let (path, name) = (self.path, self.name);
         let values = self.file.into_vec::<T>().map_err(|e| damaged(path, name, e))?;
         Ok(values.into_iter().map(convert).collect())
     }
 
-    /// Reads the elements as floating-point numbers.
+    /// Reads the elements of the array as floating-point numbers.
     fn numbers(self) -> Result<Vec<f64>, DataError> {
         match self.element_type() {
             Some((TypeChar::Float, 8)) => self.values(|v: f64| v),
@@ -200,7 +200,7 @@ impl<'a> Array<'a> {
         }
     }
 
-    /// Reads the elements as texts; whole numbers are printed.
+    /// Reads the elements of the array as texts; whole numbers are printed.
     fn texts(self) -> Result<Vec<String>, DataError> {
         match self.element_type() {
             Some((TypeChar::UnicodeStr | TypeChar::ByteStr, _)) => self.values(|v: String| v),
@@ -262,7 +262,7 @@ pub fn write_npz(dataset: &Dataset, path: &Path) -> Result<(), DataError> {
     Ok(())
 }
 
-/// Starts the member of the array `name` in the archive.
+/// Begins the file of the array `name` (`name.npy`) in the zip archive.
 fn start_array<W: Write + io::Seek>(archive: &mut ZipWriter<W>, name: &str) -> io::Result<()> {
     let options = SimpleFileOptions::default().last_modified_time(DateTime::default()).large_file(true);
     archive.start_file(format!("{name}{EXTENSION}"), options).map_err(io::Error::other)

@@ -9,21 +9,21 @@ use std::io;
 #[derive(Debug)]
 #[expect(missing_docs, reason = "the message of each variant shows its fields")]
 pub enum ArrayFault {
-    /// A required array is missing.
+    /// The required array is missing in the file; `available` are the names of the others.
     Missing { available: Vec<String> },
     /// The array has fewer or more values than there are samples.
     Length { found: usize, samples: usize },
-    /// The array does not have one dimension.
+    /// The array is not one-dimensional.
     Shape { shape: Vec<u64> },
-    /// The elements are not numbers.
+    /// The elements of the array are not numbers.
     NotNumbers,
-    /// The elements are neither texts nor whole numbers.
+    /// The elements of the array are neither texts nor whole numbers.
     NotTexts,
-    /// The elements are Python objects.
+    /// The elements of the array are Python objects.
     Objects,
-    /// The header exceeds a limit.
+    /// The header of the array exceeds a limit.
     Limit(LimitExceeded),
-    /// The bytes are not a complete array.
+    /// The bytes are not a complete array, because the file is damaged or cut off.
     Damaged(io::Error),
 }
 

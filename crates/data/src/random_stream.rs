@@ -6,7 +6,7 @@
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
-/// Random number generator for the stream `index` of `purpose` with the seed `seed`.
+/// Creates the random number generator for stream `index` of `purpose` with the seed `seed`.
 ///
 /// `purpose` is a short fixed text such as `"split"`. FNV-1a hashes the text, and the SplitMix64 finaliser
 /// mixes the three inputs into the 256-bit state. Equal inputs give equal streams on every platform.

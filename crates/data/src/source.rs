@@ -3,13 +3,13 @@
 use std::fmt;
 use std::path::PathBuf;
 
-/// Origin of a data set, for messages.
+/// Origin of a data set (a file, or code), as messages name it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Source {
-    /// Built by code (a simulator, a split of another set without a file).
+    /// The data set was built by code (a simulator, a split of another set without a file).
     #[default]
     Memory,
-    /// Read from this file.
+    /// The data set was read from this file.
     File(PathBuf),
 }
 

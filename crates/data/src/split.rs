@@ -9,15 +9,15 @@ use crate::random_stream::random_stream;
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
-/// Sizes of the two parts of a split.
+/// Sizes of the training set and the test set.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SplitSize {
-    /// Fraction for training, rounded to a whole number of trajectories with at least one in each part.
+    /// Share of the trajectories for training, rounded so that each set has at least one; the others test.
     ///
-    /// All others are for testing.
+    /// The share is between 0 and 1, exclusive.
     TrainFraction(f64),
-    /// Numbers of trajectories; any others are not used.
+    /// Numbers of trajectories for each set; further trajectories are not used.
     Counts {
         /// Number of trajectories for training.
         train: usize,
@@ -74,7 +74,7 @@ impl Split {
         Ok(Split { train: sorted(&order[..train]), test: sorted(&order[train..train + test]) })
     }
 
-    /// Training set and test set of `dataset`.
+    /// Returns the training set and the test set of `dataset`.
     ///
     /// # Panics
     /// The split was made for more trajectories than `dataset` has.
@@ -83,7 +83,9 @@ impl Split {
     }
 }
 
-/// Fisher-Yates shuffle; it is implemented here so that library updates do not change a split.
+/// Random permutation of `0..count` (Fisher-Yates).
+///
+/// It is implemented here so that library updates do not change a split.
 fn shuffled(count: usize, rng: &mut impl Rng) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
     for last in (1..count).rev() {

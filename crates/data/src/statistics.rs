@@ -1,12 +1,12 @@
 //! Median of values, and numbers as text for messages.
 
-/// Median of the values (the lower one of an even number), which are sorted; `None` without values.
+/// Median (the lower one of an even number), which sorts the values; `None` without values.
 pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     values.get(values.len().checked_sub(1)? / 2).copied()
 }
 
-/// Number with five significant digits, with an exponent only below 1e-4 and from 1e6.
+/// Formats a number with five significant digits, with an exponent only below 1e-4 and from 1e6.
 pub fn digits(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -27,14 +27,17 @@ pub fn digits(value: f64) -> String {
     }
 }
 
-/// Minimum and maximum number of significant digits of the largest number of an estimate.
+/// Minimum and maximum number of significant digits of the largest of an estimate and its interval limits.
 const ESTIMATE_DIGITS: [i32; 2] = [3, 12];
-/// Mantissa of a half-width from which one digit of it is printed instead of two: 0.0048 is two digits, 0.005 one.
+/// Mantissa of an interval's half-width from which one digit of it is printed instead of two.
+///
+/// A half-width of 0.0048 gives two digits, one of 0.005 one.
 const ONE_DIGIT_MANTISSA: f64 = 4.95;
 
-/// A value and the ends of its interval as text, with the digits that the interval supports.
+/// Formats an estimate and its interval limits with the digits that the interval supports.
 ///
-/// They are two digits of the half-width where it begins with 1 to 4, and one digit otherwise. No number that
+/// The last digit is the second one of the interval's half-width where that begins with 1 to 4, and the first one
+/// otherwise. No number that
 /// is not zero is printed as zero. Without a finite interval each number has five significant digits.
 pub fn estimate_digits(value: f64, [low, high]: [f64; 2]) -> [String; 3] {
     let half = 0.5 * (high - low).abs();
@@ -57,7 +60,9 @@ pub fn estimate_digits(value: f64, [low, high]: [f64; 2]) -> [String; 3] {
     })
 }
 
-/// A number rounded at the decimal place `last`; with an exponent if that of the largest number asks for one.
+/// Formats a number rounded at the decimal place 10^`last`.
+///
+/// It has an exponent where the decimal exponent `largest` of the largest number is below -4 or above 5.
 fn rounded(value: f64, last: i32, largest: i32) -> String {
     if value == 0.0 || value.abs() < 0.5 * 10f64.powi(last) {
         return "0".to_owned();
@@ -69,7 +74,7 @@ fn rounded(value: f64, last: i32, largest: i32) -> String {
     format!("{value:.*e}", usize::try_from(own - last).unwrap_or(0))
 }
 
-/// Number with `count` significant digits, with an exponent only below 1e-4 and from 1e6.
+/// Formats a number with `count` significant digits, with an exponent only below 1e-4 and from 1e6.
 pub fn with_significant(value: f64, count: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 { "0".to_owned() } else { value.to_string() };

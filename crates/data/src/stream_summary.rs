@@ -7,38 +7,38 @@ use crate::trajectory::Trajectory;
 use serde::Serialize;
 use std::fmt;
 
-/// Ratio to the median interval above which an interval is a gap.
+/// Ratio of a sample interval of a stream to the median interval above which it counts as a gap.
 ///
 /// It is large because clocks of robots jitter by a factor of two.
 const GAP_FACTOR: f64 = 5.0;
 
-/// Summary of a stream whose fresh samples are marked by a column `<name>_new`.
+/// Summary of a sensor stream with its own clock; a column `<name>_new` flags its measured samples.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StreamSummary {
-    /// Name of the stream, such as `pusher`, `object` or `force`.
+    /// Name of the sensor stream, such as `pusher`, `object` or `force`.
     pub name: String,
-    /// Number of fresh samples in all trajectories.
+    /// Number of measured (not interpolated) samples of the stream in all trajectories.
     pub samples: usize,
-    /// Reciprocal of the median interval between fresh samples, Hz; `None` without intervals.
+    /// Reciprocal of the median interval between measured samples, Hz; `None` for fewer than two samples.
     pub median_rate_hz: Option<f64>,
-    /// Number of intervals longer than 5 times the median.
+    /// Number of intervals between measured samples longer than 5 times the median.
     pub gaps: usize,
-    /// Longest interval between samples, s.
+    /// Longest interval between measured samples, s.
     pub longest_interval_s: f64,
 }
 
-/// Ranges `[smallest, largest]` over all pushes of the changes from the first to the last sample.
+/// Ranges `[smallest, largest]`, over all pushes, of the displacements from the first to the last sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PushSummary {
-    /// Displacement of the rod, m.
+    /// Range of the displacement of the rod, m.
     pub rod_m: [f64; 2],
-    /// Displacement of the object, m.
+    /// Range of the displacement of the object, m.
     pub object_m: [f64; 2],
-    /// Rotation of the object, rad.
+    /// Range of the rotation of the object, rad.
     pub rotation_rad: [f64; 2],
 }
 
-/// The streams of `dataset` in column order; empty where there are no flags.
+/// Summarises the sensor streams of `dataset` in column order; empty without columns `<name>_new`.
 pub(crate) fn streams(dataset: &Dataset) -> Vec<StreamSummary> {
     let stream = |(i, column): (usize, &crate::Column)| {
         let name = column.name().strip_suffix(FRESH_SUFFIX)?.to_owned();
@@ -64,7 +64,7 @@ pub(crate) fn streams(dataset: &Dataset) -> Vec<StreamSummary> {
     dataset.columns().iter().enumerate().filter_map(stream).collect()
 }
 
-/// Ranges over all pushes; `None` where the columns are not those of pushes.
+/// Ranges of displacement and rotation over all pushes; `None` where the data are not pushes.
 pub(crate) fn pushes(dataset: &Dataset) -> Option<PushSummary> {
     let index = |name| dataset.column_index(name).ok();
     let rod = [index("pusher_x_m")?, index("pusher_y_m")?];
@@ -84,7 +84,7 @@ pub(crate) fn pushes(dataset: &Dataset) -> Option<PushSummary> {
     })
 }
 
-/// Difference between the last and the first measured value.
+/// Last minus first measured value of a column in a trajectory; `None` without measured values.
 fn change(t: &Trajectory, column: usize) -> Option<f64> {
     let mut measured = t.column(column).iter().filter(|v| v.is_finite());
     let first = *measured.next()?;

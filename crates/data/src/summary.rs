@@ -9,53 +9,53 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-/// Maximum relative deviation of an interval from the median interval of a regular trajectory.
+/// Maximum relative deviation of a regular trajectory's sampling intervals from their median.
 ///
 /// Times that are rounded to six digits are within it, the jitter of a camera is not.
 const REGULAR_TOLERANCE: f64 = 0.01;
-/// Ratio to the median interval above which an interval is a gap with at least one lost sample.
+/// Ratio of a sampling interval to the median interval above which it is a gap with a lost sample.
 const GAP_FACTOR: f64 = 1.5;
 
-/// Summary of a data set.
+/// Summary of a data set in a few figures: lengths, sampling, columns.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// File name, or "data set in memory".
     pub source: String,
-    /// Number of trajectories.
+    /// Number of trajectories of the data set.
     pub trajectories: usize,
     /// Number of samples of all trajectories.
     pub samples: usize,
     /// Number of trajectories of each group; empty without groups.
     pub groups: BTreeMap<String, usize>,
-    /// Numbers of samples per trajectory; `None` without trajectories.
+    /// Shortest, median and longest trajectory, in samples; `None` without trajectories.
     pub length: Option<LengthSummary>,
-    /// Sampling intervals; `None` where no trajectory has two samples.
+    /// Sampling intervals and durations; `None` where no trajectory has two samples.
     pub sampling: Option<SamplingSummary>,
-    /// Streams with separate clocks; empty where the data set has no flags of fresh samples.
+    /// Sensor streams with separate clocks; empty where the data set has one clock.
     pub streams: Vec<StreamSummary>,
-    /// Ranges of the pushes; `None` for other data.
+    /// Ranges of displacement and rotation of the pushes; `None` for other data.
     pub pushes: Option<PushSummary>,
-    /// Columns, in file order.
+    /// Summary of each column, in file order.
     pub columns: Vec<ColumnSummary>,
 }
 
-/// Numbers of samples per trajectory.
+/// Shortest, median and longest trajectory of a data set, in samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LengthSummary {
-    /// Shortest.
+    /// Number of samples of the shortest trajectory.
     pub min: usize,
-    /// Median (the lower one of an even number).
+    /// Median number of samples per trajectory (the lower one of an even number of trajectories).
     pub median: usize,
-    /// Longest.
+    /// Number of samples of the longest trajectory.
     pub max: usize,
 }
 
-/// Sampling intervals and durations.
+/// Sampling intervals and durations of the trajectories of a data set.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SamplingSummary {
     /// Median over all intervals between neighbouring samples, s.
     pub median_interval_s: f64,
-    /// Its reciprocal, Hz.
+    /// Median sample rate, Hz: the reciprocal of the median interval.
     pub median_rate_hz: f64,
     /// Whether every interval is within 1 % of the median of its trajectory.
     pub regular: bool,
@@ -67,36 +67,36 @@ pub struct SamplingSummary {
     pub duration_s: [f64; 2],
 }
 
-/// Summary of one column.
+/// Summary of one column of a data set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ColumnSummary {
-    /// Name.
+    /// Name of the column.
     pub name: String,
-    /// SI symbol; empty for a pure number.
+    /// Symbol of the column's SI unit; empty for a pure number.
     pub unit: String,
     /// Whether the column is constant in each trajectory.
     pub covariate: bool,
-    /// Number of cells without a value.
+    /// Number of samples without a value.
     pub missing: usize,
-    /// Range, mean and standard deviation; `None` where nothing was measured.
+    /// Range, mean and standard deviation of the measured values; `None` where nothing was measured.
     pub statistics: Option<Statistics>,
 }
 
 /// Range, mean and standard deviation of the measured values of a column, in its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Statistics {
-    /// Smallest.
+    /// Smallest measured value.
     pub min: f64,
-    /// Mean.
+    /// Mean of the measured values.
     pub mean: f64,
-    /// Largest.
+    /// Largest measured value.
     pub max: f64,
-    /// Standard deviation, divisor n.
+    /// Standard deviation of the measured values (divisor n).
     pub sd: f64,
 }
 
 impl Statistics {
-    /// Statistics of the values that are not NaN; `None` where there are none.
+    /// Computes the statistics of the values that are not NaN; `None` where there are none.
     pub fn from_values(values: impl Iterator<Item = f64> + Clone) -> Option<Statistics> {
         let measured = values.filter(|v| !v.is_nan());
         let count = measured.clone().count();
@@ -117,7 +117,7 @@ impl Statistics {
 }
 
 impl Summary {
-    /// Summary of `dataset`.
+    /// Summarises `dataset`.
     pub fn from_dataset(dataset: &Dataset) -> Summary {
         let trajectories = dataset.trajectories();
         let mut groups = BTreeMap::new();

@@ -2,7 +2,7 @@
 
 use crate::error::DataError;
 
-/// A run sampled at strictly increasing, possibly irregular times.
+/// Recording of one run, sampled at strictly increasing, possibly irregular times.
 ///
 /// Values are column-major, one vector of `len()` samples for each column of the data set. Finite numbers are
 /// measured values, NaN is a value that was not measured (see [`MissingCells`](crate::MissingCells)), and
@@ -16,7 +16,7 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Trajectory `id` with `values[column][sample]` at `time_s[sample]`.
+    /// Creates the trajectory `id` with `values[column][sample]` at the times `time_s[sample]`, s.
     ///
     /// ```
     /// use augsim_data::Trajectory;
@@ -67,7 +67,7 @@ impl Trajectory {
         Ok(self)
     }
 
-    /// Trajectory with the same identifier and group and other samples.
+    /// Copy of the trajectory with other samples and the same identifier and group.
     ///
     /// # Errors
     /// The errors of [`Trajectory::new`].
@@ -76,28 +76,28 @@ impl Trajectory {
         Ok(Trajectory { group, ..Self::new(self.id.clone(), time_s, values)? })
     }
 
-    /// Identifier, unique within a data set.
+    /// Identifier of the trajectory, unique within a data set.
     pub fn id(&self) -> &str {
         &self.id
     }
 
-    /// Group label, where the data set has groups.
+    /// Group label of the trajectory; `None` where the data set has no groups.
     pub fn group(&self) -> Option<&str> {
         self.group.as_deref()
     }
 
-    /// Sample times, s, strictly increasing.
+    /// Sample times of the trajectory, s, strictly increasing.
     pub fn time_s(&self) -> &[f64] {
         &self.time_s
     }
 
-    /// Number of samples, at least 1.
+    /// Number of samples of the trajectory, at least 1.
     #[expect(clippy::len_without_is_empty, reason = "a trajectory is never empty")]
     pub fn len(&self) -> usize {
         self.time_s.len()
     }
 
-    /// Samples of every column, in the order of the data set's columns.
+    /// Values of every column, `[column][sample]`, in the order of the data set's columns.
     pub fn values(&self) -> &[Vec<f64>] {
         &self.values
     }
@@ -112,7 +112,7 @@ impl Trajectory {
         &self.values[column]
     }
 
-    /// The value of a column that is constant in this trajectory; `None` where it changes or has gaps.
+    /// Value of a column that is constant in this trajectory; `None` where it changes or has gaps.
     ///
     /// ```
     /// use augsim_data::Trajectory;

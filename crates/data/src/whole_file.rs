@@ -11,7 +11,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Name of standard input on the command line.
+/// File name that stands for standard input on the command line.
 const STANDARD_INPUT: &str = "-";
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 
@@ -42,7 +42,7 @@ pub fn read_text(path: &Path) -> io::Result<String> {
     String::from_utf8(bytes).map_err(|_| not_utf8())
 }
 
-/// Reads the UTF-8 text of a data file.
+/// Reads all of a data file as UTF-8 text.
 pub(crate) fn read_log(path: &Path) -> Result<String, DataError> {
     let error = |_| DataError::Unreadable { path: path.to_owned(), cause: not_utf8() };
     String::from_utf8(read_whole(path)?).map_err(error)
@@ -52,7 +52,7 @@ fn not_utf8() -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, "the file is not UTF-8 text; save it as UTF-8")
 }
 
-/// Reads the bytes of `source`; `None` where there are more than the limit.
+/// Reads all bytes of `source`; `None` where there are more than the limit allows.
 pub(crate) fn read_within(source: impl Read, limit: Limit) -> io::Result<Option<Vec<u8>>> {
     let max_bytes = limit.value();
     let mut bytes = Vec::new();
@@ -65,7 +65,7 @@ pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
     bytes.starts_with(&GZIP_MAGIC)
 }
 
-/// Decompresses one or several gzip members.
+/// Decompresses a gzip file of one or several members.
 ///
 /// Zeros after the last member are padding. Other bytes are an error, because they may be data that would be
 /// lost.
@@ -96,7 +96,7 @@ pub(crate) fn gunzip(path: &Path, packed: &[u8]) -> Result<Vec<u8>, DataError> {
     }
 }
 
-/// Line, from 1, at which reading `content` stopped.
+/// Number of the line, from 1, at which decompression stopped; `content` is the text so far.
 fn line(content: &[u8]) -> u64 {
     content.iter().filter(|&&byte| byte == b'\n').count() as u64 + 1
 }

@@ -14,12 +14,12 @@ pub fn solve_positive_definite(matrix: &Mat<f64>, right: &Mat<f64>) -> Option<Ma
     Some(matrix.llt(Side::Lower).ok()?.solve(right))
 }
 
-/// Inverse of a positive definite matrix A, with the logarithm of the determinant of A.
+/// Inverse of a positive definite matrix A, with half the logarithm of the determinant of A.
 #[derive(Debug, Clone)]
 pub struct PositiveInverse {
-    /// A⁻¹, `[n, n]`.
+    /// Inverse A⁻¹ of the matrix A, `[n, n]`.
     pub inverse: Mat<f64>,
-    /// ln √(det A), the sum of the logarithms of the diagonal of L.
+    /// Half the log determinant, ln √(det A): the sum of the logarithms of the diagonal of the Cholesky factor L.
     pub half_log_determinant: f64,
 }
 

@@ -2,10 +2,10 @@
 
 use faer::{Mat, Side};
 
-/// Eigenvalues in ascending order, with orthonormal eigenvectors.
+/// Eigenvalues of a symmetric matrix in ascending order, with orthonormal eigenvectors.
 #[derive(Debug, Clone)]
 pub struct SymmetricEigen {
-    /// Eigenvalues, `[n]`.
+    /// Eigenvalues in ascending order, `[n]`.
     pub values: Vec<f64>,
     /// Eigenvectors, `[n, n]`; vector `k` is column `k`.
     pub vectors: Mat<f64>,
@@ -20,7 +20,7 @@ pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<SymmetricEigen> {
     Some(SymmetricEigen { values, vectors: eigen.U().to_owned() })
 }
 
-/// Scaled Gram matrix `scale` XᵀX, `[n, n]`, of a matrix X, `[m, n]`.
+/// Computes the scaled Gram matrix `scale` XᵀX, `[n, n]`, of a matrix X, `[m, n]`.
 pub fn gram(x: &Mat<f64>, scale: f64) -> Mat<f64> {
     x.transpose() * x * scale
 }

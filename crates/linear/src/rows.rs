@@ -3,7 +3,7 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
-/// Gram matrix XᵀX, `[width, width]`, of a matrix X, `[m, width]`; both are stored row by row.
+/// Computes the Gram matrix XᵀX, `[width, width]`, of a matrix X, `[m, width]`; both are stored row by row.
 ///
 /// It runs on one thread, so that the result does not depend on the number of threads.
 ///

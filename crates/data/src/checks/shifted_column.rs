@@ -10,22 +10,23 @@ use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 use crate::statistics::median;
 
-/// Minimum second difference of a shifted sample at a boundary, relative to the median of the column.
+/// Minimum second difference of a shifted sample at a trajectory's end, relative to the median of the column.
 const MIN_BREAK: f64 = 20.0;
-/// Minimum ratio of that second difference to the one with the neighbouring trajectory in the file.
+/// Minimum ratio of the second difference at a trajectory's end to that across to the next trajectory.
 const MIN_BREAK_RATIO: f64 = 5.0;
-/// Minimum share of the boundaries with such a break, per cent: a few breaks may be chance.
+/// Minimum share of the trajectory boundaries that show a shift, per cent; a few may be chance.
 const MIN_SHARE: usize = 50;
-/// Minimum number of such boundaries.
+/// Minimum number of trajectory boundaries that show a shift, for a finding.
 const MIN_BREAKS: usize = 3;
-/// Minimum number of samples of the trajectories at a boundary.
+/// Minimum number of samples of both trajectories at a boundary that is tested.
 const MIN_SAMPLES: usize = 4;
-/// Maximum error with the velocity of a shifted row, relative to that with its own or the next row.
+/// Maximum error of the height changes with a shifted velocity, relative to the error without a shift.
 ///
-/// Integrators that update the velocity first (PyBullet) agree with the next row, others with their own row.
+/// The error without a shift is the smaller one with the velocity of the same or the next row: integrators that update
+/// the velocity first (PyBullet) agree with the next row, others with their own row.
 const MAX_ERROR_RATIO: f64 = 0.5;
 
-/// Tests the boundaries of every column, and each height against its velocity.
+/// Finds columns shifted by a row, from the ends of trajectories and from each height with its velocity.
 pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     let mut findings: Vec<Finding> = (0..data.columns().len())
         .filter_map(|i| shift_at_boundaries(data, Series::of_column(data, i)))
@@ -34,7 +35,7 @@ pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     findings
 }
 
-/// Absolute second difference: distance of the first value from the line through the other two.
+/// Absolute second difference of three values: distance of the first from the line through the other two.
 fn second_difference(first: f64, second: f64, third: f64) -> f64 {
     (first - 2.0 * second + third).abs()
 }
@@ -91,7 +92,7 @@ fn shift_at_boundaries(data: &Dataset, series: Series<'_>) -> Option<Finding> {
     })
 }
 
-/// Finds a shift between a height and its velocity, by the error of the change of height per row.
+/// Finds the shift, in rows, at which the velocity agrees best with the change of the height per row.
 fn shift_of_velocity(data: &Dataset, [height, velocity]: [&str; 2]) -> Option<Finding> {
     let (z, v) = (Series::named(data, height)?, Series::named(data, velocity)?);
     let error = |rows: i64| {

@@ -8,9 +8,9 @@ use thiserror::Error;
 /// A data set is refused because of suspicious values.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub struct SuspiciousData {
-    /// Origin of the data set.
+    /// File from which the data set was read, or code that built it.
     pub origin: Source,
-    /// All findings that are not warnings; the message shows the first in full.
+    /// All findings that refuse the data set; the message shows the first in full.
     pub findings: Vec<Finding>,
 }
 

@@ -9,15 +9,15 @@ use crate::dataset::Dataset;
 /// Impacts between samples and the integrator of PyBullet leave 0.06 (pybullet-ball); another unit, sign or
 /// column leaves 0.9 or more.
 const MAX_DIFFERENCE: f64 = 0.5;
-/// Number of intervals over which the velocity is integrated, to reduce the effect of noise.
+/// Number of sample intervals over which the velocity is integrated, to reduce the effect of noise.
 const STRIDE: usize = 3;
-/// Minimum number of intervals.
+/// Minimum number of sample intervals that are compared, for a finding.
 const MIN_INTERVALS: usize = 30;
 
-/// Pairs of height and velocity columns.
+/// Names of columns that are compared: pairs of a height and its velocity.
 pub(super) const PAIRS: [[&str; 2]; 2] = [["height_m", "velocity_m_s"], ["z_m", "velocity_m_s"]];
 
-/// Compares each pair of columns that the data set has.
+/// Finds heights whose change disagrees with the integral of their velocity column.
 pub(super) fn run(data: &Dataset, _: &ExpectedData) -> Vec<Finding> {
     PAIRS.iter().filter_map(|pair| disagrees(data, *pair)).collect()
 }

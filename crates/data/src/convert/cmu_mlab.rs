@@ -18,10 +18,12 @@ use std::path::{Path, PathBuf};
 const EXPECTED: &str = "`sensor_log/*.txt`, or those files themselves";
 /// Centroid of the triangle (legs of 150 mm) relative to the logged right-angle corner, m.
 const CENTROID_M: [f64; 2] = [0.05, 0.05];
-/// Maximum interval of rod or force that is interpolated, s; the object is not interpolated.
+/// Maximum interval between samples of rod or force that is interpolated, s.
+///
+/// The object is not interpolated.
 const MAX_INTERPOLATED_S: f64 = 0.5;
 
-/// Model of the aluminium triangle.
+/// Model file of the pushed aluminium triangle.
 ///
 /// c is that of uniform pressure on the full face, although some runs support it on pins; friction is from
 /// the paper.
@@ -78,7 +80,7 @@ fn logs(path: &Path) -> Result<Vec<PathBuf>, DataError> {
     }
 }
 
-/// Short name of a log, and its group of surface and support, from the file name.
+/// Short name of a log and its group (`surface/support`), both from the file name.
 ///
 /// `wood_30_90_30_30_30_90__exp_…` is plywood and a support by three pins at x 30, 90, 30 and y 30, 30, 90 mm.
 fn names(file: &Path) -> (String, String) {

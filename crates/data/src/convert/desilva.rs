@@ -12,7 +12,7 @@ const LAYOUT: &str = "`drops.csv` needs the columns `ball,drop,t_s,height_m`";
 /// Distance below the highest point from which a drop is used, m; above, the ball may still be held.
 const MIN_FALL_M: f64 = 1.0;
 
-/// Model of gravity alone.
+/// Model file of a ball that falls under gravity alone.
 ///
 /// The time of release is uncertain, so the initial position and velocity are fitted.
 const MODEL: &str = "\

@@ -6,7 +6,7 @@ use crate::push::{TrialName, read_push_dataset};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Part of the model file: radius and friction of the rod from the paper, and measurement noise.
+/// Part of the TOML model file: radius and friction of the rod from the paper, and measurement noise.
 const CONTACT: &str = "\
 contact_friction = { nominal = 0.25, min = 0.0, max = 1.0 }
 rod_radius_m = { nominal = 0.00475, frozen = true }
@@ -16,7 +16,7 @@ position_sd_m = 0.0003
 angle_sd_rad = 0.002
 ";
 
-/// Reads a folder, a zip archive or a single file.
+/// Converts MIT Push files: a folder, a zip archive or a single file.
 ///
 /// There is a model file where all trials push the same object over the same support.
 pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 const LAYOUT: &str = "a run needs the columns `t_s,pusher_x_m,pusher_y_m,slider_x_m,slider_y_m,slider_th_rad,pusher_new,slider_new`";
 const INDEX: &str = "the index needs the column `file`";
 
-/// Model of the steel square of 90 mm: c of uniform pressure; mass, rod and friction of the authors.
+/// Model file of the steel square of 90 mm: c of uniform pressure; mass, rod and friction of the authors.
 const MODEL: &str = "\
 scenario = \"push\"
 object = \"rect1\"
@@ -68,7 +68,7 @@ fn runs(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
     }
 }
 
-/// The day of a run, `10-21` of `1021_NoPerturbations`.
+/// Day of a run (month-day) from its file name: `10-21` for `1021_NoPerturbations`.
 fn day(id: &str) -> Option<String> {
     let (day, _) = id.split_once('_')?;
     let digits = day.len() == 4 && day.bytes().all(|b| b.is_ascii_digit());

@@ -18,9 +18,9 @@ use std::path::Path;
 /// A converted data set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converted {
-    /// The trajectories.
+    /// Trajectories of the published set, in the long form.
     pub data: Dataset,
-    /// A model file to begin with; `None` where no single one fits all trajectories.
+    /// TOML text of a model file to begin with; `None` where no single model fits all trajectories.
     pub model_toml: Option<String>,
 }
 

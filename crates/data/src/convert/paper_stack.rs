@@ -18,7 +18,7 @@ const GRAVITY: f64 = 9.81;
 /// The ball is then in contact with the paper, which is not modelled.
 const CONTACT_FRAMES: f64 = 3.0;
 
-/// Model with one constant restitution per stack and one floor height per drop.
+/// Model file with one constant restitution per stack of paper and one floor height per drop.
 const MODEL: &str = "\
 scenario = \"ball\"
 
@@ -36,20 +36,20 @@ b_m = { nominal = 0.0, per = \"trajectory\" }
 
 /// A drop as the index describes it; lengths are in pixels, times in frames.
 struct Drop {
-    /// Acceleration in free flight.
+    /// Acceleration of the ball in free flight, pixels per frame squared.
     acceleration: f64,
-    /// Speed before the first impact.
+    /// Speed of the ball before the first impact, pixels per frame.
     speed: f64,
-    /// Times of the impacts.
+    /// Times of the impacts, frames.
     impacts: Vec<f64>,
-    /// Series, sheets and air pressure: the group.
+    /// Label of the stack (series, sheets of paper and air pressure), which becomes the group.
     stack: String,
 }
 
-/// Series and file that identify a drop.
+/// Series and file name, which together identify a drop.
 type DropKey = (String, String);
 
-/// Reads the drops with at least two usable impacts: heights above the first contact, m.
+/// Converts the drops with at least two usable impacts to heights above the first contact, m.
 ///
 /// The files are `index.csv` and `drops.csv`. The scale of each drop is its acceleration in free flight. The
 /// track begins while the ball is held, so it is used from a time after the release. Restitution depends on
@@ -85,7 +85,7 @@ pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {
     })
 }
 
-/// Reads the drops with at least two usable impacts and no remark.
+/// Reads from the index the drops with at least two usable impacts and no remark.
 fn read_index(path: &Path) -> Result<BTreeMap<DropKey, Drop>, DataError> {
     let mut index = CsvSource::open(path)?;
     let mut cells = Vec::new();
@@ -140,7 +140,7 @@ fn read_index(path: &Path) -> Result<BTreeMap<DropKey, Drop>, DataError> {
     Ok(drops)
 }
 
-/// Reads the tracks of `drops` as pairs of frame and vertical pixel, downwards.
+/// Reads the tracks of `drops`: pairs of frame number and vertical position in pixels, downwards.
 fn read_tracks(
     path: &Path,
     drops: &BTreeMap<DropKey, Drop>,

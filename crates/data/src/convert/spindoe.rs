@@ -17,7 +17,7 @@ const HALF_TABLE_M: (f64, f64) = (1.52, 0.86);
 /// Maximum plausible spin, rad/s; larger values are outliers of the spin measurement.
 const MAX_SPIN_RAD_S: f64 = 900.0;
 
-/// Model with gravity and constant restitution.
+/// Model file of a table-tennis ball with gravity and constant restitution.
 const MODEL: &str = "\
 scenario = \"ball\"
 

@@ -1,9 +1,9 @@
 //! Removes the brackets of lists that programs print: `{0.00, 0.40},` or `[0.00, 0.40]`.
 
-/// Number of lines from which brackets are recognised.
+/// Number of non-empty lines at the start of a file that are tested for being lists in brackets.
 const CHECKED_LINES: usize = 50;
 
-/// The numbers of a line such as `{…},`, `[…]`, `{{…},` or `(…);`; `None` for other lines.
+/// Text of the numbers in a line such as `{…},`, `[…]`, `{{…},` or `(…);`; `None` for other lines.
 fn inner(line: &str) -> Option<&str> {
     const OPEN: [char; 3] = ['{', '[', '('];
     const CLOSE: [char; 3] = ['}', ']', ')'];
@@ -15,7 +15,7 @@ fn inner(line: &str) -> Option<&str> {
     numbers.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '.')).then_some(numbers)
 }
 
-/// The bytes without brackets where most lines are lists of numbers; otherwise the bytes unchanged.
+/// Removes the brackets from a file where most lines are lists of numbers; other files are unchanged.
 ///
 /// Other lines, such as `double log[][2] = {`, become empty, so that line numbers remain those of the file.
 pub(super) fn without_brackets(bytes: Vec<u8>) -> Vec<u8> {

@@ -10,10 +10,10 @@ use hdf5_reader::{Dataset, Hdf5File, OpenOptions};
 use std::path::Path;
 
 const FORMAT: &str = "an HDF5 file";
-/// Maximum depth of groups that are searched.
+/// Maximum depth of nested HDF5 groups that are searched for vectors.
 const MAX_DEPTH: usize = 4;
 
-/// Whether the file has a stream of a published push.
+/// Whether the HDF5 file holds a published push trial (a member called `tip_pose`, for example).
 pub(super) fn holds_a_trial(bytes: &[u8]) -> bool {
     let members = || -> Option<bool> {
         let (_, members) = Hdf5File::from_vec(bytes.to_vec()).ok()?.root_group().ok()?.members().ok()?;
@@ -22,7 +22,7 @@ pub(super) fn holds_a_trial(bytes: &[u8]) -> bool {
     members().unwrap_or(false)
 }
 
-/// CSV text of the vectors of numbers.
+/// Converts the numeric vectors and matrices of an HDF5 file to CSV text.
 ///
 /// # Errors
 /// The file is damaged, or has no vectors of numbers.
@@ -69,7 +69,7 @@ fn collect(
     Ok(())
 }
 
-/// Elements as floating-point numbers; `None` for other types.
+/// Elements of an HDF5 data set as floating-point numbers; `None` for types other than numbers.
 fn numbers(member: &Dataset) -> Option<Vec<f64>> {
     if let Ok(cells) = member.read_array::<f64>() {
         return Some(cells.iter().copied().collect());

@@ -15,7 +15,7 @@ pub(super) fn is_json(bytes: &[u8]) -> bool {
     matches!((begin.next(), begin.next()), (Some(b'{'), Some(b'"' | b'}')) | (Some(b'['), Some(b'{' | b'[')))
 }
 
-/// CSV text of the table.
+/// Converts a table in JSON to CSV text.
 ///
 /// # Errors
 /// The text is not JSON, or is no table.
@@ -45,7 +45,7 @@ pub(super) fn text(path: &Path, bytes: &[u8]) -> Result<Vec<u8>, DataError> {
     Ok(out.into_bytes())
 }
 
-/// Text of a syntax error; Python writes NaN and Infinity, which are not JSON.
+/// Message for a JSON syntax error, with a remedy where the text holds NaN or Infinity as Python writes them.
 fn hint(bytes: &[u8], error: &serde_json::Error) -> String {
     let has_nan = [&b"NaN"[..], b"Infinity"].iter().any(|word| bytes.windows(word.len()).any(|w| w == *word));
     match has_nan {
@@ -65,7 +65,9 @@ fn cell(value: &Value) -> String {
     }
 }
 
-/// Names and rows of a table; `None` where the value is none. Rows of numbers have no names.
+/// Column names and rows of a table in JSON; `None` where the value is no table.
+///
+/// The names are empty for plain rows of numbers.
 fn rows_of(value: Value) -> Option<(Vec<String>, Vec<Vec<Value>>)> {
     match value {
         Value::Array(items) => match items.first()? {
@@ -93,7 +95,7 @@ fn rows_of(value: Value) -> Option<(Vec<String>, Vec<Vec<Value>>)> {
     }
 }
 
-/// Table of a list of records; a key that a record lacks is an empty cell.
+/// Column names and rows of a list of JSON objects; a key that an object lacks is an empty cell.
 fn records(items: Vec<Value>) -> Option<(Vec<String>, Vec<Vec<Value>>)> {
     let mut names: Vec<String> = Vec::new();
     let mut maps: Vec<Map<String, Value>> = Vec::with_capacity(items.len());
@@ -111,7 +113,7 @@ fn records(items: Vec<Value>) -> Option<(Vec<String>, Vec<Vec<Value>>)> {
     Some((names, rows))
 }
 
-/// Table of an object with one list per column, or with one object of rows per column as pandas writes.
+/// Column names and rows of a JSON object with one list, or one object by row number (pandas), per column.
 fn columns(map: &Map<String, Value>) -> Option<(Vec<String>, Vec<Vec<Value>>)> {
     let values = |value: &Value| -> Option<Vec<Value>> {
         match value {

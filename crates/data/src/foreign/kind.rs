@@ -26,7 +26,7 @@ const UNPACK: &str = "; unpack it, and give the files in it";
 const MEDIA: &str = "; augsim reads numbers: track the motion in it and export the positions as CSV";
 const MATLAB_73: &str = "; save it in MATLAB with save('FILE.mat', '-v7'), or as CSV with writetable";
 
-/// First bytes of each format.
+/// First bytes of each file format that is refused, with its name and conversion.
 const KINDS: [(&[u8], ForeignKind); 24] = [
     (b"PAR1", kind("a Parquet file", PANDAS_TABLE)),
     (b"ARROW1", kind("an Arrow or Feather file", PANDAS_FEATHER)),
@@ -59,18 +59,18 @@ const fn kind(name: &'static str, conversion: &'static str) -> ForeignKind {
 }
 
 impl ForeignKind {
-    /// An HDF5 file without vectors of numbers, such as one of pandas.
+    /// Refused format: an HDF5 file without vectors of numbers, such as one that pandas wrote.
     pub(super) const HDF5: ForeignKind = kind(
         "an HDF5 file without vectors of numbers",
         "\n  import pandas\n  pandas.read_hdf(\"FILE\").to_csv(\"FILE.csv\")",
     );
-    /// A spreadsheet other than `.xlsx`.
+    /// Refused format: a spreadsheet other than `.xlsx`.
     pub(super) const SPREADSHEET: ForeignKind = kind(
         "a spreadsheet in an older or another format (.xls, .xlsb, .ods)",
         "; save it in the spreadsheet program as .xlsx or CSV",
     );
 
-    /// The format with these first bytes; `None` where they are those of no known format.
+    /// Recognises a refused format from the first bytes of a file; `None` for any other file.
     pub(super) fn of(bytes: &[u8]) -> Option<ForeignKind> {
         if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WAVE") {
             return Some(kind("a sound file (.wav)", WAV));

@@ -12,7 +12,7 @@ pub(super) fn is_lvm(bytes: &[u8]) -> bool {
     bytes.starts_with(b"LabVIEW Measurement")
 }
 
-/// Keys of the headers that matter here.
+/// Values per channel from the header of a LabVIEW segment: units, start times and time steps.
 #[derive(Debug, Clone, Default)]
 struct Header {
     units: Vec<String>,
@@ -20,7 +20,7 @@ struct Header {
     step: Vec<String>,
 }
 
-/// CSV text with the time in s, one column per channel, and the segment as trajectory if there are several.
+/// Converts a LabVIEW measurement to CSV text: time in s, one column per channel, one trajectory per segment.
 ///
 /// # Errors
 /// The file has no data after its header.
@@ -84,7 +84,7 @@ pub(super) fn text(path: &Path, bytes: &[u8]) -> Result<Vec<u8>, DataError> {
     }
 }
 
-/// Header of the table: segment, time and channels with their units.
+/// CSV header of the converted file: the column of segments, the time, and the channels with their units.
 fn first_line(names: &[String], units: &[String], has_segments: bool) -> String {
     let symbol = |text: &str| match text.to_lowercase().as_str() {
         "volts" | "volt" => "V".to_owned(),

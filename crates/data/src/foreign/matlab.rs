@@ -16,9 +16,9 @@ const HEADER_BYTES: usize = 128;
 const COMPRESSED: u32 = 15;
 const MATRIX: u32 = 14;
 const STRUCT_CLASS: u8 = 2;
-/// Numeric classes: double, single, and the integers.
+/// Class codes of numeric MATLAB arrays: double, single, and the integers.
 const NUMERIC_CLASSES: std::ops::RangeInclusive<u8> = 6..=15;
-/// Maximum depth of structures in structures.
+/// Maximum depth of nested MATLAB structures that are read.
 const MAX_DEPTH: usize = 8;
 
 /// Whether the file is a MATLAB file of level 5.
@@ -26,7 +26,7 @@ pub(super) fn is_mat(bytes: &[u8]) -> bool {
     bytes.starts_with(b"MATLAB 5.0 MAT-file") && bytes.len() > HEADER_BYTES
 }
 
-/// CSV text of the vectors, the columns of matrices, and the fields of structures.
+/// Converts vectors, columns of matrices and fields of structures of a MATLAB file to CSV text.
 ///
 /// # Errors
 /// The file is damaged or has no vectors of numbers.
@@ -52,7 +52,7 @@ pub(super) fn text(path: &Path, bytes: &[u8]) -> Result<Vec<u8>, DataError> {
     out.text(path, FORMAT)
 }
 
-/// Iterates over the elements of a part of the file.
+/// Iterator over the data elements in a part of a MATLAB file.
 #[derive(Clone, Copy)]
 struct Elements<'a> {
     bytes: &'a [u8],
@@ -65,7 +65,7 @@ impl<'a> Elements<'a> {
         Some(if self.big_endian { u32::from_be_bytes(word) } else { u32::from_le_bytes(word) })
     }
 
-    /// Type and content of the next element: `Some(None)` at the end, `None` where the element is cut off.
+    /// Type code and content of the next element; `Some(None)` at the end, `None` where the element is cut off.
     fn next(&mut self) -> Option<Option<(u32, &'a [u8])>> {
         if self.bytes.len() < 8 {
             return Some(None);
@@ -92,7 +92,7 @@ impl<'a> Elements<'a> {
         self.next().flatten()
     }
 
-    /// Numbers of an element of this type.
+    /// Decodes the content of an element with the type code `kind` as numbers; `None` for other types.
     fn numbers(&self, kind: u32, content: &[u8]) -> Option<Vec<f64>> {
         macro_rules! values {
             ($type:ty) => {{
@@ -123,7 +123,7 @@ impl<'a> Elements<'a> {
     }
 }
 
-/// Adds the array or the structure in `elements`; `Ok(None)` where it is cut off.
+/// Adds the MATLAB array or structure in `elements` to `out`; `Ok(None)` where it is cut off.
 fn matrix(
     path: &Path,
     mut elements: Elements<'_>,
@@ -157,7 +157,7 @@ fn matrix(
     Ok(Some(()))
 }
 
-/// Adds the fields of a structure.
+/// Adds the fields of a MATLAB structure to `out`; `Ok(None)` where it is cut off.
 fn structure(
     path: &Path,
     mut elements: Elements<'_>,

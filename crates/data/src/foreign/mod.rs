@@ -25,21 +25,21 @@ use crate::whole_file::{gunzip, is_gzip};
 use crate::{MissingCells, csv_long};
 use std::path::Path;
 
-/// Extensions of text files that may be in a zip archive.
+/// Extensions of the text files that are read from a zip archive.
 const TEXT_EXTENSIONS: [&str; 7] = ["csv", "tsv", "txt", "dat", "lvm", "jsonl", "ndjson"];
-/// First bytes of a line of comment that the notes on a recording repeat.
+/// Prefix of a comment line whose text is shown in the notes on a recording.
 pub(crate) const NOTE_MARK: &str = "augsim: ";
 
 /// Content of a file after unpacking and conversion.
 pub(crate) enum Content {
-    /// Text of a table, in any dialect.
+    /// Text of a table with any separator and decimal mark.
     Text(Vec<u8>),
-    /// A data set that needs no inference: NPZ or published pushes.
+    /// Data set of a format with fixed names and units: NPZ or published pushes.
     Data(Dataset),
 }
 
 impl Content {
-    /// The content as text; a data set is written in the long form.
+    /// Returns the content as text; a data set is written as CSV in the long form.
     pub(crate) fn into_text(self) -> Vec<u8> {
         match self {
             Content::Text(text) => text,
@@ -83,7 +83,7 @@ pub(crate) fn content(path: &Path, mut bytes: Vec<u8>, missing: MissingCells) ->
     Ok(Content::Text(brackets::without_brackets(bytes)))
 }
 
-/// Content of a zip archive: NPZ, a spreadsheet, published pushes, or a single text file.
+/// Converts a zip archive that holds NPZ, a spreadsheet, published pushes, or a single text file.
 fn zipped(path: &Path, bytes: Vec<u8>, missing: MissingCells) -> Result<Content, DataError> {
     if is_npz(path, &bytes)? {
         return read_npz_bytes(path, &bytes, missing).map(Content::Data);
@@ -128,12 +128,12 @@ fn refused(path: &Path, reason: Unrecognised) -> DataError {
     DataError::NotRecognised { path: path.to_owned(), reason }
 }
 
-/// Error of a file whose format is known and whose content cannot be read.
+/// Creates the error for a file whose format is known and whose content cannot be read.
 fn damaged(path: &Path, format: &'static str, cause: impl ToString) -> DataError {
     refused(path, Unrecognised::Damaged { format, cause: cause.to_string() })
 }
 
-/// A table with one vector of numbers per name; vectors may have different lengths.
+/// Named vectors of numbers, in file order; they may have different lengths.
 #[derive(Debug, Default)]
 struct NamedVectors {
     vectors: Vec<(String, Vec<f64>)>,
@@ -150,7 +150,7 @@ impl NamedVectors {
         }
     }
 
-    /// CSV text of the vectors with as many values as the time, or with the most frequent length.
+    /// Writes the vectors of one length as CSV: that of the time vector, or else the most frequent one.
     ///
     /// # Errors
     /// There is no vector of at least two numbers, or a limit is exceeded.
@@ -185,13 +185,13 @@ impl NamedVectors {
     }
 }
 
-/// Checks a number of cells against its limit.
+/// Checks that a file has no more cells than the limit on cells allows.
 fn check_cells(path: &Path, cells: u64) -> Result<(), DataError> {
     let origin = || Source::File(path.to_owned());
     Limit::Cells.check(cells).map_err(|cause| DataError::Limit { origin: origin(), cause })
 }
 
-/// A cell of CSV, with quotes where they are needed.
+/// Text as a CSV cell, in quotes where they are needed.
 fn quoted(text: &str) -> String {
     let text = text.replace(['\n', '\r'], " ");
     match text.contains([',', '"']) {

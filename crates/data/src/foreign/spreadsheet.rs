@@ -12,10 +12,10 @@ use std::path::Path;
 
 const FORMAT: &str = "an Excel workbook";
 
-/// Cells of a sheet by row and column.
+/// Texts of the cells of a sheet, by (row, column).
 type Cells = BTreeMap<(u32, u32), String>;
 
-/// CSV text of the sheet with the most numbers.
+/// Converts the sheet of an Excel workbook with the most numbers to CSV text.
 ///
 /// # Errors
 /// The workbook is damaged, no sheet has numbers, or a limit is exceeded.
@@ -52,7 +52,7 @@ pub(super) fn text(path: &Path, bytes: Vec<u8>, names: &[String]) -> Result<Vec<
     Ok(out.into_bytes())
 }
 
-/// Cells of a sheet and their number of numbers; `None` where it is no worksheet.
+/// Number of cells of a sheet that hold numbers, and all its cells; `None` where it is no worksheet.
 fn cells(
     path: &Path,
     book: &mut Xlsx<Cursor<Vec<u8>>>,
@@ -87,7 +87,7 @@ fn too_wide(path: &Path) -> DataError {
     DataError::Limit { origin, cause: Limit::Columns.exceeded() }
 }
 
-/// ISO text of a date, or clock time of a duration or of a time of day.
+/// Text of an Excel time: an ISO date with time, or `hh:mm:ss.fff` for a duration or a time of day.
 fn clock_text(time: ExcelDateTime) -> String {
     let (year, month, day, hour, minute, second, milli) = time.to_ymd_hms_milli();
     // A workbook counts days from 1900; a time of day has no date.

@@ -9,7 +9,7 @@ use std::path::Path;
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-/// Maximum length of the name of a member, bytes; it is the limit of most file systems.
+/// Maximum length of the name of an archive member, bytes; it is the limit of most file systems.
 const MAX_NAME_BYTES: usize = 255;
 
 /// Whether the bytes begin with the magic number of a zip archive.
@@ -30,7 +30,7 @@ pub(crate) fn members(path: &Path, bytes: &[u8]) -> Result<Vec<String>, PushErro
     Ok(names)
 }
 
-/// Unpacks the members in `names` one after another and passes each to `read_member`.
+/// Unpacks the archive members in `names` one after another and passes each to `read_member`.
 pub(crate) fn unpack(
     path: &Path,
     bytes: &[u8],

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 const EXPECTED: &str = "`.h5`, `.json` or `.zip` files, named `motion_surface=…` or `block=…`";
 
-/// Reads the trials in `path`: an HDF5 or JSON file, a zip archive of them, or a folder.
+/// Reads the push trials in `path`: an HDF5 or JSON file, a zip archive of them, or a folder.
 ///
 /// Folders are searched recursively. Files with other extensions are skipped, and the trials are sorted by
 /// file name.
@@ -47,9 +47,9 @@ fn check_trials(path: &Path, trials: Vec<PushTrial>) -> Result<Vec<PushTrial>, D
     Ok(trials)
 }
 
-/// Reads the trials in `path` as a data set on the union of the clocks (see [`PushTrial::trajectory`]).
+/// Reads the push trials in `path` as a data set, each at the union of its streams' sample times.
 ///
-/// `group` is the support and the object.
+/// See [`PushTrial::trajectory`]. The group of a trajectory is the support and the object.
 ///
 /// # Errors
 /// The errors of [`read_push_trials`], and a trial whose streams do not overlap in time.
@@ -57,7 +57,7 @@ pub fn read_push_dataset(path: &Path) -> Result<Dataset, DataError> {
     dataset(path, read_push_trials(path)?)
 }
 
-/// [`read_push_dataset`] of a file whose bytes were read; `path` gives the trial's name.
+/// Like [`read_push_dataset`], for a file whose bytes were read; `path` gives the trial's name.
 pub(crate) fn read_push_dataset_bytes(path: &Path, bytes: Vec<u8>) -> Result<Dataset, DataError> {
     let mut trials = Vec::new();
     add_trials(path, bytes, &mut trials)?;
@@ -74,7 +74,7 @@ fn read_file(path: &Path, trials: &mut Vec<PushTrial>) -> Result<(), DataError> 
     add_trials(path, read_whole(path)?, trials)
 }
 
-/// Adds the trials in the bytes of a file or of an archive.
+/// Adds the push trials in the bytes of a file or of an archive to `trials`.
 fn add_trials(path: &Path, bytes: Vec<u8>, trials: &mut Vec<PushTrial>) -> Result<(), DataError> {
     if !is_zip(&bytes) {
         trials.push(PushTrial::from_bytes(path, bytes)?);

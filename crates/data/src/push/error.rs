@@ -17,21 +17,21 @@ pub enum PushError {
         "{}: file name: unknown {field} `{value}`; known values are {}; correct the name or remove the file",
         path.display(), known.join(", "), value = escaped_short(value))]
     UnknownName {
-        /// Path of the file.
+        /// Path of the push file.
         path: PathBuf,
-        /// `surface`, `shape` or `block`.
+        /// Name of the field: `surface`, `shape` or `block`.
         field: &'static str,
-        /// Value as it is in the file name.
+        /// Unknown value in the file name.
         value: String,
-        /// Known values.
+        /// Known values of the field.
         known: Vec<&'static str>,
     },
     /// The file name does not have the pattern, or a field is missing or not a number.
     #[error("{}: file name: {fault}; {NAME_LAYOUT}", path.display())]
     Name {
-        /// Path of the file.
+        /// Path of the push file.
         path: PathBuf,
-        /// The field and its fault.
+        /// Fault of the file name, with the field that has it.
         fault: NameFault,
     },
     /// The file is neither HDF5, JSON nor a zip archive.
@@ -40,15 +40,15 @@ pub enum PushError {
         path.display()
     )]
     UnknownContent {
-        /// Path of the file.
+        /// Path of the push file.
         path: PathBuf,
     },
     /// The HDF5 file, or one data set in it, cannot be decoded.
     #[error("{}: `{key}`: the HDF5 file is damaged or cut off ({cause}); copy or download it again", path.display(), key = escaped_short(key), cause = escaped_cause(cause))]
     Hdf5 {
-        /// Path of the file.
+        /// Path of the push file.
         path: PathBuf,
-        /// Data set, or `/` for the file as a whole.
+        /// Name of the HDF5 data set, or `/` for the file as a whole.
         key: String,
         /// Error of the decoder.
         cause: Box<hdf5_reader::error::Error>,
@@ -56,76 +56,76 @@ pub enum PushError {
     /// The text is not JSON, or is cut off.
     #[error("{}: not valid JSON ({cause}); the file is damaged or cut off: copy or download it again", path.display(), cause = escaped_cause(cause))]
     Json {
-        /// Path of the file.
+        /// Path of the push file.
         path: PathBuf,
         /// Error of the parser, with line and column.
         cause: serde_json::Error,
     },
-    /// One of the streams is missing.
+    /// A sensor stream (rod, object or force) is missing.
     #[error(
         "{}: stream `{key}` is missing; the file has: {}; a trial needs tip_pose, object_pose and ft_wrench: \
          copy or download the file again, or remove it", path.display(), escaped_list(found)
     )]
     MissingStream {
-        /// Path of the file.
+        /// Path of the push file.
         path: PathBuf,
-        /// Key of the stream.
+        /// Key of the sensor stream in the file, such as `tip_pose`.
         key: &'static str,
-        /// Names in the file.
+        /// Names that are in the file.
         found: Vec<String>,
     },
     /// A stream is not a table of four columns of 64-bit floating-point numbers.
     #[error("{}: stream `{key}` {found}; store it as rows of four numbers: time and three values", path.display())]
     Layout {
-        /// Path of the file.
+        /// Path of the push file.
         path: PathBuf,
-        /// Key of the stream.
+        /// Key of the sensor stream in the file, such as `tip_pose`.
         key: &'static str,
-        /// The layout in the file.
+        /// Layout that the stream has in the file.
         found: StreamLayout,
     },
-    /// A value is not a finite number.
+    /// A value in a sensor stream is not a finite number.
     #[error("{}: stream `{key}`, row {row}: a value is not a finite number; remove the row", path.display(), key = escaped_short(key))]
     NotFinite {
-        /// Path of the file.
+        /// Path of the push file.
         path: PathBuf,
-        /// Key of the stream.
+        /// Key of the sensor stream in the file, such as `tip_pose`.
         key: String,
-        /// Row, from 0.
+        /// Index of the faulty row in the stream, from 0.
         row: usize,
     },
-    /// The time decreases.
+    /// The time decreases within a sensor stream.
     #[error(
         "{}: stream `{key}`, row {row}: the time decreases ({time_s} s follows {previous_s} s); sort the rows by time, \
          or remove the trial if its clock was reset", path.display()
     )]
     TimeDecreases {
-        /// Path of the file.
+        /// Path of the push file.
         path: PathBuf,
-        /// Key of the stream.
+        /// Key of the sensor stream in the file, such as `tip_pose`.
         key: &'static str,
-        /// Row, from 0.
+        /// Index of the faulty row in the stream, from 0.
         row: usize,
-        /// Time of the row before, s.
+        /// Time in the row before, s.
         previous_s: f64,
-        /// Time of this row, s.
+        /// Time in the faulty row, s.
         time_s: f64,
     },
     /// A stream has fewer than two samples at different times.
     #[error("{}: stream `{key}` has fewer than two samples at different times; remove the trial", path.display())]
     TooShort {
-        /// Path of the file.
+        /// Path of the push file.
         path: PathBuf,
-        /// Key of the stream.
+        /// Key of the sensor stream in the file, such as `tip_pose`.
         key: &'static str,
     },
-    /// The streams do not overlap in time.
+    /// The sensor streams of a trial do not overlap in time.
     #[error(
         "{}: tip_pose, object_pose and ft_wrench do not overlap in time; check that their clocks are the same, \
          or remove the trial", path.display()
     )]
     NoCommonTime {
-        /// Path of the file.
+        /// Path of the push file.
         path: PathBuf,
     },
     /// A zip archive, or a member of it, cannot be unpacked.
@@ -133,7 +133,7 @@ pub enum PushError {
     Zip {
         /// Path of the archive.
         path: PathBuf,
-        /// Name of the member; `None` for the archive as a whole.
+        /// Name of the damaged member; `None` for the archive as a whole.
         member: Option<String>,
         /// Error of the decoder.
         cause: Box<zip::result::ZipError>,
@@ -143,7 +143,7 @@ pub enum PushError {
     MemberName {
         /// Path of the archive.
         path: PathBuf,
-        /// Name of the member.
+        /// Name of the archive member.
         member: String,
     },
     /// The same trial is in two files.
@@ -152,9 +152,9 @@ pub enum PushError {
         second.display(), first.display()
     )]
     DuplicateTrial {
-        /// File read first.
+        /// Path of the file with the trial that was read first.
         first: PathBuf,
-        /// File with the same trial.
+        /// Path of another file with the same trial.
         second: PathBuf,
     },
     /// A folder or an archive has no push files.
@@ -168,19 +168,19 @@ pub enum PushError {
     /// A file that an index lists is missing.
     #[error("{}: the listed file `{file}` is missing; restore it or remove its row", path.display(), file = escaped_short(file))]
     ListedFileMissing {
-        /// Path of the index.
+        /// Path of the index file.
         path: PathBuf,
-        /// File name in the index.
+        /// Name of the missing file, as it is in the index.
         file: String,
     },
-    /// A log is cut off or has another content.
+    /// A text log of a push is cut off or has another content than expected.
     #[error("{}: line {line}: expected {expected}; the log is damaged or cut off: copy or download it again", path.display())]
     Log {
-        /// Path of the file.
+        /// Path of the push file.
         path: PathBuf,
-        /// Line of the file, from 1.
+        /// Number of the faulty line, from 1.
         line: usize,
-        /// Description of the expected content.
+        /// Description of the content that is expected on the line.
         expected: &'static str,
     },
     /// A part of the file exceeds a [`Limit`](crate::Limit).
@@ -188,28 +188,28 @@ pub enum PushError {
     Limit {
         /// Path of the file or archive.
         path: PathBuf,
-        /// The part that is too large.
+        /// Part of the file that is too large.
         part: FilePart,
-        /// Limit that was exceeded.
+        /// Limit that was exceeded, with its value.
         cause: LimitExceeded,
     },
-    /// The sample rate is not a positive number.
+    /// The sample rate for resampling is not a positive number.
     #[error("the sample rate {rate_hz} Hz is not a positive number; give a positive rate such as 100")]
     Rate {
-        /// Requested rate, Hz.
+        /// Requested sample rate, Hz.
         rate_hz: f64,
     },
-    /// The sample rate gives more samples than a [`Limit`](crate::Limit) allows.
+    /// The sample rate for resampling gives more samples than a [`Limit`](crate::Limit) allows.
     #[error("at a sample rate of {rate_hz} Hz the data set {cause}")]
     RateTooHigh {
-        /// Requested rate, Hz.
+        /// Requested sample rate, Hz.
         rate_hz: f64,
-        /// Limit that was exceeded.
+        /// Limit that was exceeded, with its value.
         cause: LimitExceeded,
     },
 }
 
-/// Prefix with the name of a member; empty for the archive as a whole.
+/// Message prefix with the name of an archive member; empty for the archive as a whole.
 fn member_prefix(member: &Option<String>) -> String {
     member.as_ref().map_or(String::new(), |name| format!("member `{}`: ", escaped_short(name)))
 }

@@ -7,15 +7,15 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "the message of each variant shows its fields")]
 pub enum NameFault {
-    /// Another key is where `expected` should be.
+    /// The file name has the field `found` where a field with the key `expected` should be.
     Key { expected: String, stem: String, found: String },
-    /// There is a field after the last one.
+    /// The file name has an extra field after the last one.
     ExtraField { field: String },
-    /// A value is not a number, or not a whole number where one is needed.
+    /// The value of a field is not a number, or not a whole number where one is needed.
     NotNumber { field: String, value: String },
-    /// A number is outside its range.
+    /// The number of a field is outside its range `within`.
     OutOfRange { field: String, value: String, within: [f64; 2] },
-    /// An index is not a whole number.
+    /// The index of the side (field `i`) is not a whole number.
     NotWholeIndex { value: String },
 }
 
@@ -37,12 +37,12 @@ impl fmt::Display for NameFault {
     }
 }
 
-/// Part of the file of a trial or of an archive.
+/// Part of a push file or of an archive to which an error refers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FilePart {
-    /// Member of an archive, by name.
+    /// Member of a zip archive, by name.
     Member(String),
-    /// Stream of a trial, by key.
+    /// Sensor stream of a push trial, by key.
     Stream(&'static str),
 }
 
@@ -55,17 +55,17 @@ impl fmt::Display for FilePart {
     }
 }
 
-/// Layout of a stream that is not a table of four columns of 64-bit floating-point numbers.
+/// Wrong layout of a sensor stream, which must be a table of four columns of 64-bit floating-point numbers.
 #[derive(Debug)]
 #[expect(missing_docs, reason = "the message of each variant shows its fields")]
 pub enum StreamLayout {
     /// The stream does not have four columns.
     Shape { shape: Vec<u64> },
-    /// The elements have another type.
+    /// The elements of the stream are not 64-bit floating-point numbers.
     Type,
     /// The stream is not rows of numbers.
     NotRows { cause: serde_json::Error },
-    /// A row does not have four numbers.
+    /// A row of the stream does not have four numbers.
     Row { row: usize, numbers: usize },
 }
 

@@ -11,11 +11,11 @@ use crate::trajectory::Trajectory;
 /// Position and angle in the plane; also the transformation from the frame at this pose to the world.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PlanarPose {
-    /// Position along x, m.
+    /// Position of the frame's origin along x, m.
     pub x_m: f64,
-    /// Position along y, m.
+    /// Position of the frame's origin along y, m.
     pub y_m: f64,
-    /// Angle, counter-clockwise, rad.
+    /// Angle of the frame, counter-clockwise, rad.
     pub theta_rad: f64,
 }
 
@@ -44,7 +44,7 @@ impl PlanarPose {
     }
 }
 
-/// Transforms rod, pose and force of each trajectory to the frame of the object's first measured pose.
+/// Transforms rod, object pose and force of each trajectory to the frame of the object's first measured pose.
 ///
 /// # Errors
 /// A column of push data (`pusher_x_m`, `pusher_y_m`, `x_m`, `y_m`, `theta_rad`) is missing.

@@ -7,10 +7,10 @@ use hdf5_reader::error::Error;
 use hdf5_reader::{Hdf5File, OpenOptions};
 use std::path::Path;
 
-/// Size of a row of a stream (four doubles), bytes.
+/// Size of a row of a sensor stream (four doubles), bytes.
 const ROW_BYTES: u64 = 32;
 
-/// Reads the rows of the streams `keys`.
+/// Reads the rows (time and three values) of the sensor streams `keys` from an HDF5 file.
 pub(super) fn rows<const N: usize>(
     path: &Path,
     bytes: Vec<u8>,
@@ -56,7 +56,7 @@ pub(super) fn rows<const N: usize>(
     Ok(streams)
 }
 
-/// Whether the error is that a data set does not exist.
+/// Whether an HDF5 error means that a data set does not exist.
 fn is_not_found(error: &Error) -> bool {
     match error {
         Error::DatasetNotFound(_) => true,

@@ -7,7 +7,7 @@ use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Reads the rows of the streams `keys`.
+/// Reads the rows (time and three values) of the sensor streams `keys` from a JSON text.
 pub(super) fn rows<const N: usize>(
     path: &Path,
     bytes: &[u8],
@@ -45,7 +45,7 @@ pub(super) fn rows<const N: usize>(
     Ok(streams)
 }
 
-/// The error for invalid JSON; NaN and Infinity, which Python writes, are reported with stream and row.
+/// Creates the error for invalid JSON; NaN and Infinity, which Python writes, are reported with stream and row.
 fn syntax_error(path: &Path, bytes: &[u8], cause: serde_json::Error) -> PushError {
     let offset: usize =
         bytes.split_inclusive(|&b| b == b'\n').take(cause.line().saturating_sub(1)).map(<[u8]>::len).sum();

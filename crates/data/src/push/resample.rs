@@ -9,7 +9,7 @@ use crate::limits::Limit;
 use crate::trajectory::Trajectory;
 use crate::unit::Unit;
 
-/// Suffix of the name of a column that marks fresh samples.
+/// Suffix of the name of a column that flags measured (not interpolated) samples.
 pub(crate) const FRESH_SUFFIX: &str = "_new";
 
 /// Resamples each trajectory at `rate_hz` (Hz) from its first sample on, by linear interpolation.
@@ -55,7 +55,7 @@ pub fn resample(data: &Dataset, rate_hz: f64) -> Result<Dataset, DataError> {
     Dataset::with_origin(columns, trajectories, data.origin().clone())
 }
 
-/// Value at `time`, interpolated between the neighbouring samples.
+/// Value of a column at `time`, s, interpolated between the neighbouring samples.
 fn value_at(clock: &[f64], samples: &[f64], time: f64, is_angle: bool) -> f64 {
     let k = clock.partition_point(|&t| t <= time).saturating_sub(1);
     if clock[k] == time || k + 1 == clock.len() {

@@ -9,25 +9,25 @@ use std::path::Path;
 /// A logger that is faster than the sensor repeats its last value. Equal values over a longer time are
 /// measurements of a rod at rest.
 const MAX_REPEAT_S: f64 = 0.05;
-/// Tolerance of a jump by a quarter turn, rad.
+/// Maximum difference of an angle step from whole quarter turns for a jump by quarter turns, rad.
 ///
 /// Motion capture that confuses the markers of an object turns it by a quarter turn between two samples. The
 /// fastest real rotation in the set is 0.04 rad per sample.
 const QUARTER_TURN_TOLERANCE: f64 = 0.25;
-/// Maximum interval between two samples in which a jump is detected, s.
+/// Maximum interval between two samples across which a jump by quarter turns is detected, s.
 const MAX_JUMP_S: f64 = 0.1;
 
-/// Times with three values each: `x, y, yaw` in m and rad, or `fx, fy, torque` in N and N m.
+/// Sensor stream with its own clock: `x, y, yaw` in m and rad, or `fx, fy, torque` in N and N m.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Stream {
-    /// Times, s, strictly increasing.
+    /// Sample times of the stream, s, strictly increasing.
     pub time_s: Vec<f64>,
-    /// Three columns of values, one value per time.
+    /// Three columns of measured values, one value per sample time.
     pub values: [Vec<f64>; 3],
 }
 
 impl Stream {
-    /// Stream from the rows `t, a, b, c` of a file.
+    /// Creates a stream from the rows of a file: time, s, and three values.
     ///
     /// Of rows with equal times, which occur in the published files, the first is kept.
     ///
@@ -59,7 +59,7 @@ impl Stream {
         Ok(stream)
     }
 
-    /// Number of samples.
+    /// Number of samples of the stream.
     #[expect(clippy::len_without_is_empty, reason = "a stream that was read is never empty")]
     pub fn len(&self) -> usize {
         self.time_s.len()
@@ -76,7 +76,7 @@ impl Stream {
         [self.values[0][k], self.values[1][k], self.values[2][k]]
     }
 
-    /// The samples whose index `keep` accepts.
+    /// Stream of the samples whose index `keep` accepts.
     fn filter(&self, keep: impl Fn(usize) -> bool) -> Stream {
         let mut kept = Stream::default();
         (0..self.len()).filter(|&k| keep(k)).for_each(|k| kept.push(self.time_s[k], self.sample(k)));
@@ -108,7 +108,7 @@ impl Stream {
         self.filter(|k| !is_repeat[k])
     }
 
-    /// Removes samples whose angle is off by quarter turns, and makes the third value a continuous angle.
+    /// Removes poses whose angle jumped by quarter turns, and makes the angle continuous over full turns.
     ///
     /// Motion capture that confuses the markers of an object gives such wrong poses. Returns the stream and
     /// the number of removed samples.

@@ -25,14 +25,14 @@ pub(crate) const TRIAL_COLUMNS: [&str; 10] = [
     "force_new",
 ];
 
-/// One push: three streams with separate clocks, in the frame of the robot's base (z up).
+/// One measured push: three streams with separate clocks, in the frame of the robot's base (z up).
 #[derive(Debug, Clone, PartialEq)]
 pub struct PushTrial {
     /// File name with the settings of the push.
     pub name: TrialName,
-    /// File; for a member of an archive, the path of the archive and the name of the member.
+    /// Path of the file; for a member of an archive, the path of the archive and the name of the member.
     pub path: PathBuf,
-    /// Epoch time of `t = 0`, s: the first time at which all three streams are available.
+    /// Unix time of `t = 0`, s: the first time at which all three streams are available.
     pub start_s: f64,
     /// Centre of the rod: x, y in m, yaw of the tool in rad.
     pub tip: Stream,
@@ -104,7 +104,7 @@ impl PushTrial {
         Trajectory::new(self.name.to_string(), joined.time_s, values)?.with_group(self.name.group())
     }
 
-    /// Stream of the object with the position of its area centroid.
+    /// Pose of the object over time, with the position of its area centroid instead of the tracked frame's.
     pub fn centroid(&self) -> Stream {
         let mut object = self.object.clone();
         let offset = self.name.centroid_m();

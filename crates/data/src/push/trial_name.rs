@@ -9,7 +9,7 @@ use super::fault::NameFault;
 use std::fmt;
 use std::path::Path;
 
-/// Defines an enumeration with the names in the files; other names are refused.
+/// Defines an enumeration whose values have the names that the file names use.
 macro_rules! names {
     ($(#[$doc:meta])* $kind:ident: $($(#[$variant_doc:meta])* $variant:ident = $name:literal),+ $(,)?) => {
         $(#[$doc])*
@@ -36,13 +36,13 @@ macro_rules! names {
 names! {
     /// Support on which the object slides.
     Surface:
-    /// ABS plastic.
+    /// Support of ABS plastic.
     Abs = "abs",
-    /// Delrin.
+    /// Support of Delrin.
     Delrin = "delrin",
-    /// Plywood.
+    /// Support of plywood.
     Plywood = "plywood",
-    /// Polyurethane.
+    /// Support of polyurethane.
     Pu = "pu",
 }
 
@@ -74,18 +74,18 @@ names! {
 }
 
 names! {
-    /// Block of the preliminary pushes.
+    /// Block that is pushed in the preliminary pushes.
     Block:
     /// Steel square of 98.95 mm.
     Steel = "steel",
-    /// Aluminium, size not documented.
+    /// Aluminium block, size not documented.
     Al = "al",
-    /// Plastic, size not documented.
+    /// Plastic block, size not documented.
     Plastic = "plastic",
 }
 
 impl PushShape {
-    /// Number of sides, which the field `i` counts; 1 for curved outlines.
+    /// Number of sides of the outline, which the field `i` of a file name counts; 1 for curved outlines.
     pub fn sides(self) -> u32 {
         match self {
             PushShape::Rect1 | PushShape::Rect2 | PushShape::Rect3 => 4,
@@ -114,7 +114,7 @@ impl PushShape {
         }
     }
 
-    /// Position of the area centroid in the tracked frame, m.
+    /// Position of the object's area centroid in the frame that motion capture tracks, m.
     ///
     /// The triangles are tracked at a point 45 mm from both legs: vertices (d, d), (d - b, d), (d, d - a)
     /// (the set's shape table). All others are tracked at their centroid, the butter outline to 1e-17 m.
@@ -133,34 +133,34 @@ impl PushShape {
 /// Settings of a push of the published set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// Support.
+    /// Support on which the object slides.
     pub surface: Surface,
-    /// Object.
+    /// Object that is pushed.
     pub shape: PushShape,
     /// Acceleration of the rod, m/s^2; 0 for constant speed.
     pub acceleration_m_s2: f64,
     /// Speed of the rod, m/s; `None` where it accelerates.
     pub speed_m_s: Option<f64>,
-    /// Index of the side of the outline, from 0.
+    /// Index of the side of the outline that is pushed, from 0.
     pub side: u32,
-    /// Position on the side (or on the perimeter of a curved outline), 0 to 1.
+    /// Position of the contact along the side (or the perimeter of a curved outline), 0 to 1.
     pub position: f64,
     /// Angle of the push from the contact normal, rad.
     pub angle_rad: f64,
-    /// Number of the repetition; `None` without repetitions.
+    /// Number of the repetition of the same push; `None` without repetitions.
     pub repeat: Option<u32>,
 }
 
-/// Name of a trial.
+/// Parsed file name of a push trial.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TrialName {
-    /// A trial of the published set.
+    /// Push of the main series, whose name states all its settings.
     Motion(Motion),
-    /// A preliminary push of the published set.
+    /// Preliminary push, made before the main series; its name states only the block and the run.
     Preliminary {
-        /// Object.
+        /// Block that is pushed.
         block: Block,
-        /// Number of the run.
+        /// Number of the preliminary run.
         run: u32,
     },
 }
@@ -192,7 +192,7 @@ impl TrialName {
         }
     }
 
-    /// Position of the area centroid in the tracked frame, m.
+    /// Position of the object's area centroid in the frame that motion capture tracks, m.
     ///
     /// For the preliminary blocks it is not documented and assumed to be the tracked point (for steel it is
     /// within 2 mm).
@@ -215,7 +215,7 @@ impl<'a> Fields<'a> {
         PushError::Name { path: self.path.to_owned(), fault }
     }
 
-    /// Values of the `key=value` pairs of `text`, whose keys must be `keys` in this order.
+    /// Values of the `key=value` pairs of `text`, whose keys must be `keys` in the same order.
     fn split<const N: usize>(&self, text: &'a str, keys: [&str; N]) -> Result<[&'a str; N], PushError> {
         let mut parts = text.split('_');
         let mut values = [""; N];
@@ -233,7 +233,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// The value of a field with a list of known names.
+    /// Parses the value of a field that must be one of the known names of `all`.
     fn known<T: Copy>(
         &self,
         value: &str,
@@ -249,13 +249,13 @@ impl<'a> Fields<'a> {
         })
     }
 
-    /// Parses the number of a field.
+    /// Parses the value of a field as a number.
     fn number<T: std::str::FromStr>(&self, value: &str, field: &str) -> Result<T, PushError> {
         let fault = || NameFault::NotNumber { field: field.to_owned(), value: value.to_owned() };
         value.parse().map_err(|_| self.error(fault()))
     }
 
-    /// Parses the number of a field and checks its range.
+    /// Parses the value of a field as a number and checks that it is within the range `within`.
     fn number_within(&self, value: &str, field: &str, within: [f64; 2]) -> Result<f64, PushError> {
         let number: f64 = self.number(value, field)?;
         if !(within[0]..=within[1]).contains(&number) {
@@ -298,7 +298,7 @@ impl<'a> Fields<'a> {
 }
 
 impl fmt::Display for TrialName {
-    /// The file name without its extension.
+    /// Writes the file name without its extension.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             TrialName::Motion(m) => {

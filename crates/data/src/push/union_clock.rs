@@ -9,28 +9,28 @@ use std::f64::consts::TAU;
 /// A stream: columns that are measured at the same times.
 #[derive(Debug, Clone)]
 pub(crate) struct Source {
-    /// Times, s, strictly increasing.
+    /// Sample times of the stream, s, strictly increasing.
     pub(crate) time_s: Vec<f64>,
-    /// Values, column by column.
+    /// Values of the stream, column by column.
     pub(crate) columns: Vec<Vec<f64>>,
-    /// Whether each column is an angle.
+    /// For each column, whether it is an angle.
     pub(crate) angular: Vec<bool>,
-    /// Maximum interval that is interpolated, s; values within longer intervals are gaps.
+    /// Maximum interval between samples that is interpolated, s; values within longer intervals are gaps.
     pub(crate) max_interpolated_s: f64,
 }
 
-/// Streams on a common clock.
+/// Several streams, all given at the union of their sample times.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Union {
-    /// Times, s.
+    /// Union of the sample times, s.
     pub(crate) time_s: Vec<f64>,
-    /// Columns of the streams, in order.
+    /// Columns of all streams, in order, interpolated at the union of the times.
     pub(crate) columns: Vec<Vec<f64>>,
-    /// One flag column per stream: 1 at its samples, 0 elsewhere.
+    /// One flag column per stream: 1 at its measured samples, 0 where it is interpolated.
     pub(crate) fresh: Vec<Vec<f64>>,
 }
 
-/// Merges the streams on the union of their clocks; `None` where they share fewer than two times.
+/// Merges streams on the union of their sample times; `None` where fewer than two lie in their common time.
 pub(crate) fn union(sources: &[Source]) -> Option<Union> {
     let begin = sources.iter().filter_map(|s| s.time_s.first()).copied().fold(f64::NEG_INFINITY, f64::max);
     let end = sources.iter().filter_map(|s| s.time_s.last()).copied().fold(f64::INFINITY, f64::min);
@@ -50,7 +50,9 @@ pub(crate) fn union(sources: &[Source]) -> Option<Union> {
     Some(joined)
 }
 
-/// Values of `source` at the times `clock`, which are within its time, and the flags of its samples.
+/// Columns of `source` interpolated at the times `clock`, and flags of its measured samples.
+///
+/// The times `clock` must be within those of the stream.
 fn on_clock(source: &Source, clock: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
     let mut columns = vec![Vec::with_capacity(clock.len()); source.columns.len()];
     let mut fresh = Vec::with_capacity(clock.len());
@@ -76,7 +78,7 @@ fn on_clock(source: &Source, clock: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
     (columns, fresh)
 }
 
-/// Value at `fraction` of the way from `a` to `b`, for an angle along the shorter arc.
+/// Interpolated value at `fraction` of the way from `a` to `b`, for an angle along the shorter arc.
 pub(crate) fn interpolate(a: f64, b: f64, fraction: f64, is_angle: bool) -> f64 {
     let step = b - a;
     a + fraction * if is_angle { step - (step / TAU).round() * TAU } else { step }

@@ -9,7 +9,7 @@ use crate::escape_control_characters::{escaped_list, escaped_short};
 use crate::foreign::NOTE_MARK;
 use crate::statistics::digits;
 
-/// Note about separator, decimal mark, header and encoding.
+/// Note for the user about the inferred separator, decimal mark, header and encoding.
 pub(super) fn layout_note(file: &RecordedFile) -> String {
     let dialect = file.sheet.dialect;
     let separator = match dialect.separator {
@@ -36,7 +36,7 @@ pub(super) fn layout_note(file: &RecordedFile) -> String {
     text
 }
 
-/// Notes about the meaning of the columns, and about the columns that are not used.
+/// Notes for the user about the inferred meaning of the columns and about columns that are not used.
 pub(super) fn column_notes(file: &RecordedFile, columns: &[Target]) -> Vec<String> {
     let mut pairs = Vec::new();
     for (h, role) in file.headings.iter().zip(&file.roles) {
@@ -79,7 +79,7 @@ pub(super) fn column_notes(file: &RecordedFile, columns: &[Target]) -> Vec<Strin
     out
 }
 
-/// Notes about the division of the rows into trajectories, and about changes to the rows.
+/// Notes for the user about the division of the rows into trajectories and about changes to the rows.
 pub(super) fn row_notes(files: &[RecordedFile], drafts: &[Draft], changes: RowChanges) -> Vec<String> {
     let mut out = Vec::new();
     if files.len() > 1 {

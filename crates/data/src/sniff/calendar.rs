@@ -2,7 +2,7 @@
 
 use super::heading::{ColumnUnit, Heading};
 
-/// The unit of a column that counts calendar units, such as `Year` or `day`.
+/// Unit of a column whose name is a calendar unit, such as `Year` or `day`; `None` for other names.
 pub(super) fn calendar_unit(h: &Heading) -> Option<ColumnUnit> {
     let [word] = &h.words[..] else { return None };
     let is_calendar = matches!(
@@ -12,7 +12,7 @@ pub(super) fn calendar_unit(h: &Heading) -> Option<ColumnUnit> {
     (is_calendar && h.unit.is_none()).then(|| ColumnUnit::parse(word)).flatten()
 }
 
-/// Whether a heading is that of dates, which are the time only of a file without a time of day.
+/// Whether a column name is that of dates, which are the time only in a file without a time of day.
 pub(super) fn is_date(h: &Heading) -> bool {
     matches!(&h.words[..], [word] if matches!(word.as_str(), "date" | "datum"))
 }
@@ -20,15 +20,15 @@ pub(super) fn is_date(h: &Heading) -> bool {
 /// Form of the cells of a time column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Written {
-    /// Numbers.
+    /// The cells are numbers.
     Number,
-    /// ISO 8601 dates, with or without a time of day.
+    /// The cells are ISO 8601 dates, with or without a time of day.
     Date,
-    /// Clock times `hh:mm:ss`.
+    /// The cells are clock times `hh:mm:ss`.
     ClockTime,
 }
 
-/// A point in time: whole seconds and the fraction of a second.
+/// Point in time: whole seconds and the fraction of a second.
 pub(super) type Instant = (i64, f64);
 
 /// Point in time of a cell that is a date or a clock time, with its form; `None` for any other text.
@@ -73,7 +73,7 @@ fn days_since_1970(date: &str) -> Option<i64> {
     Some(era * 146_097 + day_of_era - 719_468)
 }
 
-/// Splits a time of day from its zone (`Z`, `+02:00`, `-0530`), whose shift is in seconds.
+/// Splits a time of day from its zone (`Z`, `+02:00`, `-0530`); returns its text and the zone's shift, s.
 fn split_zone(time: &str) -> Option<(&str, i64)> {
     if let Some(time) = time.strip_suffix(['Z', 'z']).or_else(|| time.strip_suffix(" UTC")) {
         return Some((time, 0));
@@ -89,7 +89,7 @@ fn split_zone(time: &str) -> Option<(&str, i64)> {
     Some((time[..at].trim(), sign * (hours * 3600 + minutes * 60)))
 }
 
-/// Seconds of `hh:mm:ss`, `hh:mm:ss.fff`, `hh:mm` or `mm:ss.fff`.
+/// Parses a clock time `hh:mm:ss`, `hh:mm:ss.fff`, `hh:mm` or `mm:ss.fff` as seconds from midnight.
 fn clock_time(text: &str) -> Option<Instant> {
     let parts: Vec<&str> = text.split(':').collect();
     let is_whole = |s: &&str| !s.is_empty() && s.len() <= 4 && s.bytes().all(|b| b.is_ascii_digit());

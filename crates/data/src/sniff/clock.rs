@@ -14,25 +14,28 @@ use crate::error::DataError;
 use crate::escape_control_characters::escaped_short;
 use crate::statistics::{digits, median};
 
-/// Seconds since 1970 that a recording of 2001 to 2099 has.
+/// Range of seconds since 1970 in which the time of a recording of 2001 to 2099 lies.
 ///
-/// As a time since the start of a recording they would be 31 years or more.
+/// As times since the start of a recording such numbers would be 31 years or more.
 const EPOCH_S: std::ops::Range<f64> = 1e9..4.1e9;
-/// Median step below which whole numbers are milliseconds; a recording has at least 2 samples per second.
+/// Median step below which whole-numbered times are taken as milliseconds.
 ///
-/// Above it they are microseconds, and above 1000 times as much nanoseconds.
+/// A recording has at least 2 samples per second. With larger steps the times are microseconds, from 1000 times as much
+/// on nanoseconds.
 const MAX_STEP_MS: f64 = 500.0;
-/// Units of a clock: name and size, s.
+/// Units of time that a column of numbers may have: name and size, s.
 const CLOCK_UNITS: [(&str, f64); 4] =
     [("seconds", 1.0), ("milliseconds", 1e-3), ("microseconds", 1e-6), ("nanoseconds", 1e-9)];
 const HALF_DAY_S: i64 = 43_200;
 const DAY_S: i64 = 86_400;
 
-/// Times of a column in the order of the rows; `None` for a gap.
+/// Parsed cells of a time column.
 pub(super) struct TimeCells {
-    /// Numbers of the file; seconds since the first cell where these are dates or clock times.
+    /// Times in the order of the rows; `None` for a gap.
+    ///
+    /// They are the numbers of the file, or for dates and clock times the seconds since the first cell.
     pub values: Vec<Option<f64>>,
-    /// Form of the cells.
+    /// Form of the cells: numbers, dates or clock times.
     pub written: Written,
 }
 
@@ -87,16 +90,16 @@ pub(super) fn read_times(sheet: &Sheet, column: usize, name: &str) -> Result<Tim
 /// Conversion of the numbers of a time column to seconds.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Clock {
-    /// Size of the unit of the file, s.
+    /// Size of the time unit of the file, s.
     pub unit_s: f64,
     /// Whether the times are points in time, which count from the first sample of each trajectory.
     pub is_absolute: bool,
-    /// What was taken, where the file does not state it.
+    /// Note for the user on the assumed unit or origin of the times; `None` where the file states the unit.
     pub note: Option<String>,
 }
 
 impl Clock {
-    /// The clock of the column `name`, whose numbers are `runs`, one list for each trajectory.
+    /// Infers the clock of the column `name`, whose numbers are `runs`, one list for each trajectory.
     ///
     /// `unit` is the unit that the user or the file states; it is no unit of frames. `unit_text` is the text of
     /// the unit in the header, which may be unknown.
@@ -158,7 +161,7 @@ impl Clock {
         Ok(Clock { unit_s, is_absolute: false, note: Some(note) })
     }
 
-    /// Seconds from `zero` to `time`, both as numbers of the file.
+    /// Converts the interval from `zero` to `time`, both as numbers of the file, to seconds.
     pub fn seconds(&self, time: f64, zero: f64) -> f64 {
         // Division by a whole rate gives the double nearest to the decimal number of seconds;
         // multiplication by its rounded reciprocal would not.
@@ -177,7 +180,7 @@ fn is_step_of_seconds(step: f64) -> bool {
     is_logger_step(step) && 1000.0 % step != 0.0
 }
 
-/// Whether a step, s, divides a minute, an hour or a day evenly and is a multiple of the next shorter unit.
+/// Whether a step, s, divides a minute, an hour or a day evenly and is whole seconds, minutes or hours.
 fn is_logger_step(step: f64) -> bool {
     [(1.0, 60.0), (60.0, 3600.0), (3600.0, 86_400.0)]
         .into_iter()

@@ -7,11 +7,11 @@ use crate::limits::Limit;
 use crate::source::Source;
 use std::path::{Path, PathBuf};
 
-/// Number of lines from which the dialect is inferred.
+/// Number of lines from which separator and decimal mark are inferred.
 const DIALECT_LINES: usize = 300;
-/// Number of lines at the beginning that may precede the data.
+/// Maximum number of lines before the data.
 const MAX_PREAMBLE_LINES: usize = 60;
-/// Separators, in the order of preference where several fit equally well.
+/// Candidate separators, in the order of preference where several fit equally well.
 const SEPARATORS: [char; 5] = [',', ';', '\t', '|', ' '];
 /// Cell contents that stand for a value that was not measured.
 const GAP_WORDS: [&str; 10] = ["", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "missing"];
@@ -26,38 +26,38 @@ pub(super) struct Dialect {
     pub decimal: char,
 }
 
-/// A table: the cells of a file, row by row.
+/// Table of text cells read from a file, with its header.
 #[derive(Debug)]
 pub(super) struct Sheet {
     pub path: PathBuf,
     pub dialect: Dialect,
-    /// Names of the columns; `None` for a file without a header.
+    /// Names of the columns from the header; `None` for a file without a header.
     pub names: Option<Vec<String>>,
-    /// Units in a separate row below the names; empty without such a row.
+    /// Units of the columns from a separate row below the names; empty without such a row.
     pub units: Vec<String>,
-    /// Comments before the data, without the comment mark.
+    /// Comment lines before the data, without the comment mark.
     pub comments: Vec<String>,
     /// Number of lines before the header that were skipped.
     pub skipped_lines: usize,
     pub columns: usize,
-    /// Line of each row, from 1.
+    /// Line number in the file of each row, from 1.
     pub lines: Vec<u64>,
-    /// Cells row by row, trimmed and without quotes.
+    /// Cells of the table row by row, trimmed and without quotes.
     cells: Vec<String>,
 }
 
 impl Sheet {
-    /// Cells of a row.
+    /// Cells of the row with the index `row`.
     pub fn row(&self, row: usize) -> &[String] {
         &self.cells[row * self.columns..(row + 1) * self.columns]
     }
 
-    /// Number of rows.
+    /// Number of rows of the table.
     pub fn rows(&self) -> usize {
         self.lines.len()
     }
 
-    /// A table without rows that has other columns.
+    /// Creates a table with other columns and without rows, for the same file.
     pub fn emptied(&self, names: Vec<String>, units: Vec<String>) -> Sheet {
         Sheet {
             path: self.path.clone(),
@@ -72,7 +72,7 @@ impl Sheet {
         }
     }
 
-    /// Adds a row with as many cells as there are columns.
+    /// Adds a row, read from the line `line`, with as many cells as there are columns.
     pub fn append(&mut self, line: u64, cells: impl Iterator<Item = String>) {
         self.lines.push(line);
         self.cells.extend(cells);
@@ -101,9 +101,9 @@ impl Sheet {
         Ok(())
     }
 
-    /// Sets the names and the units from the rows before the data.
+    /// Sets the column names and units from the rows before the data.
     ///
-    /// They end in a header, with an optional row of units below it.
+    /// The last of these rows is the header, or the row of units below it.
     fn set_header(&mut self, mut head: Vec<Vec<String>>) {
         let head_rows = head.len();
         // A header may lack empty cells at its end.
@@ -130,7 +130,7 @@ impl Sheet {
     }
 }
 
-/// Finite number in a cell; `None` for a gap.
+/// Parses a cell as a finite number; `None` for a gap.
 ///
 /// # Errors
 /// The cell is neither a finite number nor a gap.
@@ -190,9 +190,9 @@ fn usual_width(rows: &[Vec<String>]) -> (usize, usize) {
     runs.max_by_key(|&(width, count)| (count, width)).unwrap_or((0, 0))
 }
 
-/// Score of a dialect, between 0 and 1: product of two shares.
+/// Score, between 0 and 1, of how well a separator and a decimal mark fit the lines.
 ///
-/// They are the share of the lines with the usual number of cells, and the share of numbers among the
+/// It is the product of the share of the lines with the usual number of cells and the share of numbers among the
 /// non-empty cells of these lines.
 fn dialect_score(lines: &[&str], dialect: Dialect) -> f64 {
     let rows: Vec<Vec<String>> = lines.iter().map(|line| split_cells(line, dialect.separator)).collect();
@@ -206,12 +206,12 @@ fn dialect_score(lines: &[&str], dialect: Dialect) -> f64 {
     count as f64 / rows.len() as f64 * numbers as f64 / filled as f64
 }
 
-/// Minimum score of a table of measurements.
+/// Minimum score ([`dialect_score`]) of a table of measurements.
 ///
 /// Columns of text lower the score; prose has hardly any numbers.
 const MIN_SCORE: f64 = 0.2;
 
-/// The dialect with the best score; `None` where all scores are too low.
+/// Separator and decimal mark with the best score; `None` where all scores are too low.
 ///
 /// `separator` and `decimal` restrict the choice where they are given.
 fn infer_dialect(lines: &[&str], separator: Option<char>, decimal: Option<char>) -> Option<Dialect> {
@@ -233,10 +233,10 @@ fn infer_dialect(lines: &[&str], separator: Option<char>, decimal: Option<char>)
     best.filter(|(score, _)| *score > MIN_SCORE).map(|(_, dialect)| dialect)
 }
 
-/// Separator of a table with one column: no line contains it.
+/// Stands for the separator of a table with one column; no line contains it.
 const NO_SEPARATOR: char = '\n';
 
-/// The dialect of a table with one column; `None` where most lines are not numbers.
+/// Decimal mark of a table with one column; `None` where most lines are not numbers.
 fn single_column(lines: &[&str], decimal: Option<char>) -> Option<Dialect> {
     let marks = ['.', ','].into_iter().filter(|mark| decimal.is_none_or(|wanted| wanted == *mark));
     let count = |mark: char| lines.iter().filter(|line| is_number(line.trim(), mark)).count();

@@ -3,7 +3,7 @@
 use super::time_words::is_time_word;
 use crate::unit::{Dimensions, FileUnit, Unit};
 
-/// Accepted units, for messages.
+/// List of the accepted units of a column, for error messages.
 pub(super) const KNOWN_UNITS: &str = "known units are SI units with the usual prefixes (mm, kN, mV, mrad), cm, in, ft, \
                                       px, ms, us, ns, min, h, d, weeks, years, frames, deg, rpm, degC, degF, km/h, %, bar, \
                                       psi, L, Ah, Wh, and their products and quotients such as deg/s and L/min";
@@ -12,13 +12,13 @@ pub(super) const KNOWN_UNITS: &str = "known units are SI units with the usual pr
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Quantity {
     Length,
-    /// A length in an image of unknown scale.
+    /// Length in pixels of an image of unknown scale.
     Pixels,
     Time,
-    /// A time in frames of unknown rate.
+    /// Time in frames of unknown rate.
     Frames,
     Angle,
-    /// Any other quantity.
+    /// Any other quantity, such as a speed or a force.
     Other,
 }
 
@@ -30,12 +30,12 @@ pub(super) struct ColumnUnit {
 }
 
 impl ColumnUnit {
-    /// The unit of numbers of frames.
+    /// Unit of a time that is given in frames.
     pub fn frames() -> ColumnUnit {
         ColumnUnit { quantity: Quantity::Frames, conversion: FileUnit::scaled(Unit::DIMENSIONLESS, 1.0) }
     }
 
-    /// The unit that a text names; brackets around it are ignored.
+    /// Parses the text of a unit; brackets around it are ignored.
     pub fn parse(text: &str) -> Option<ColumnUnit> {
         let word = text.trim().trim_matches(|c| "()[]{}<>".contains(c)).trim().to_lowercase();
         let pure = FileUnit::scaled(Unit::DIMENSIONLESS, 1.0);
@@ -57,7 +57,7 @@ impl ColumnUnit {
         Some(ColumnUnit { quantity, conversion })
     }
 
-    /// The unit that an option gives: a known one, or its size in metres as a number.
+    /// Parses the unit in a command-line option: a known unit, or the size of a unit of length, m.
     pub fn parse_option(text: &str) -> Option<ColumnUnit> {
         let metres = || text.trim().parse::<f64>().ok().filter(|f| f.is_finite() && *f != 0.0);
         let of_size = |factor: f64| ColumnUnit {
@@ -73,20 +73,20 @@ impl ColumnUnit {
     }
 }
 
-/// A column name, its words and its unit.
+/// Parsed column name: its words and its unit.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Heading {
-    /// The name as it is in the file.
+    /// Column name as it is in the file.
     pub raw: String,
-    /// Its words in lower case, without the unit.
+    /// Words of the column name in lower case, without the unit.
     pub words: Vec<String>,
     pub unit: Option<ColumnUnit>,
-    /// The text of the unit; empty without one.
+    /// Text of the unit in the file; empty without one.
     pub unit_text: String,
 }
 
 impl Heading {
-    /// Parses a name; `unit_row` is its cell in the row of units, or empty.
+    /// Parses a column name; `unit_row` is the column's cell in the row of units, or empty.
     pub fn read(raw: &str, unit_row: &str) -> Heading {
         let (name, unit_text) = split_unit(raw.trim());
         let unit_text = if unit_row.is_empty() { unit_text } else { unit_row };
@@ -110,7 +110,7 @@ impl Heading {
 }
 
 impl Heading {
-    /// The name without its unit, in the characters of a column name; case is kept.
+    /// Column name without its unit, with underscores between words; case is kept.
     pub fn base(&self) -> String {
         let name = split_unit(&self.raw).0.trim();
         let words = name.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty());
@@ -118,14 +118,14 @@ impl Heading {
     }
 }
 
-/// Whether a name denotes a temperature: `T`, `T1`, `temp`, `Temperatur`.
+/// Whether a column name denotes a temperature: `T`, `T1`, `temp`, `Temperatur`.
 fn is_temperature(name: &str) -> bool {
     let name = name.trim();
     let is_symbol = name.strip_prefix('T').is_some_and(|rest| rest.chars().all(|c| c.is_ascii_digit()));
     is_symbol || name.to_lowercase().contains("temp")
 }
 
-/// Whether `unit`, written after a separator, is a unit of `name` and not the last word of the name.
+/// Whether `unit`, the last word of a column name, is a unit of `name` and not a part of it.
 ///
 /// Words such as `in`, `h` and `min` are a unit only of a time or of a coordinate.
 fn is_unit_of(name: &str, unit: &str) -> bool {

@@ -37,7 +37,7 @@ pub use recording::RecordingKind;
 pub(crate) use roles::names_trajectories;
 pub use unrecognised::Unrecognised;
 
-/// Options of [`recognise`]; what is not given is inferred.
+/// Layout of a file as the user states it for [`recognise`]; each `None` is inferred.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RecognitionOptions {
     /// Character between cells; a space stands for any sequence of white space.
@@ -56,18 +56,18 @@ pub struct RecognitionOptions {
     pub rate_hz: Option<f64>,
 }
 
-/// A column of values that a user names.
+/// Column of values that the user renames, with its unit in the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ColumnMapping {
-    /// Name in the file.
+    /// Name of the column in the file.
     pub from: String,
-    /// New name, including its unit.
+    /// New name of the column, including its SI unit.
     pub to: String,
-    /// Unit in the file; by default the unit in the name `from`, or else that of `to`.
+    /// Unit of the values in the file; `None` takes the unit in the name `from`, or else that of `to`.
     pub unit: Option<String>,
 }
 
-/// Writes the mapping as it is on the command line.
+/// Writes the mapping as it is on the command line, such as `x=x_m:cm`.
 impl std::fmt::Display for ColumnMapping {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let unit = self.unit.as_ref().map_or(String::new(), |unit| format!(":{unit}"));

@@ -17,29 +17,29 @@ use crate::unit::{FileUnit, Unit};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// A column of a table that is in another unit than SI.
+/// Name and unit conversion of a column whose header states a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct NamedUnit {
-    /// Words of the name in lower case, without the unit.
+    /// Column name in lower case, without the unit.
     pub base: String,
-    /// Name in SI units, such as `angle_rad`.
+    /// Column name with the SI unit, such as `angle_rad`.
     pub si_name: String,
-    /// Conversion to SI.
+    /// Conversion of the column's values to SI units.
     pub conversion: FileUnit,
 }
 
-/// A table as CSV, with the units of its columns.
+/// Table of unknown layout after its conversion to CSV, with the units of its columns.
 #[derive(Debug)]
 pub(crate) struct LongForm {
     /// The rows; the time is in the column `t_s`, the identifier of trajectories in `trajectory`.
     pub csv: Vec<u8>,
-    /// Unit of each column where the file states one.
+    /// Unit of each column; `None` where the file states none.
     pub units: Vec<Option<NamedUnit>>,
-    /// What was taken, one sentence each.
+    /// Assumptions about the time column, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Units of columns in the header of a file in the long form.
+/// Units that the header of a file in the long form states, one per column.
 pub(crate) fn units_of_header(header: &[String]) -> Vec<Option<NamedUnit>> {
     header.iter().map(|name| named_unit(&Heading::read(name, ""))).collect()
 }
@@ -111,7 +111,9 @@ pub(crate) fn in_long_form(
     Ok(csv.map(|csv| LongForm { csv, units, notes }))
 }
 
-/// Times of the rows, s, and notes on what was taken; `columns` are those of the time and of the identifiers.
+/// Times of the rows, s (`None` for a gap), and notes for the user on the assumed unit.
+///
+/// The last argument holds the indices of the time column and of the identifier column.
 fn seconds(
     sheet: &Sheet,
     headings: &[Heading],
@@ -153,7 +155,7 @@ fn seconds(
     Ok((seconds.collect(), notes))
 }
 
-/// CSV of the rows of a table, each on the line that it has in the file.
+/// Writes a table as CSV, with each row on the same line as in the file.
 fn csv_text<'a>(
     sheet: &Sheet,
     header: impl Iterator<Item = &'a str>,
@@ -203,7 +205,7 @@ pub(super) fn column_name(h: &Heading, index: usize, copy: &str) -> (String, Fil
     (name, pure)
 }
 
-/// Words joined by underscores, in ASCII letters; `column_3` where nothing remains.
+/// Name made of ASCII words joined by underscores; `column_3` (with `index` + 1) where nothing remains.
 fn ascii_words(base: &str, index: usize) -> String {
     let mut text = base.to_owned();
     for (from, to) in

@@ -23,28 +23,30 @@ use crate::unit::{Unit, to_si};
 use crate::whole_file::read_whole;
 use std::path::{Path, PathBuf};
 
-/// Extensions of recordings in a folder.
+/// Extensions of the files that are read as recordings when a folder is given.
 const EXTENSIONS: [&str; 11] =
     ["csv", "tsv", "txt", "dat", "csv.gz", "tsv.gz", "txt.gz", "lvm", "xlsx", "mat", "jsonl"];
-/// Extensions of recordings that are read singly, because folders hold such files for other purposes.
+/// Extensions of recordings that are read only when the file itself is given.
+///
+/// Folders hold such files for other purposes.
 const SINGLE_EXTENSIONS: [&str; 8] = ["csv.zip", "zip", "json", "ndjson", "h5", "hdf5", "npz", "gz"];
-/// Identifier of the only trajectory of a file.
+/// Identifier of the only trajectory of a single file.
 const SINGLE_ID: &str = "run";
 
-/// Result of [`recognise`]: the data set and the assumptions.
+/// Result of [`recognise`]: the data set and the assumptions with which it was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecognisedData {
-    /// The data set with SI columns.
+    /// Data set with columns in SI units.
     pub data: Dataset,
-    /// Kind of the recording.
+    /// Kind of the recording: a fall, a push, another motion, or no positions.
     pub recording: RecordingKind,
-    /// Assumptions, one sentence each.
+    /// Assumptions about layout, units and columns, one sentence each.
     pub assumptions: Vec<String>,
 }
 
 /// Reads files of unknown layout, or a folder of them; all must have the same columns.
 ///
-/// Each file has one or several trajectories.
+/// Each file holds one or several trajectories.
 ///
 /// # Errors
 /// [`DataError`] with file, line or column, and the option that states what could not be inferred.
@@ -82,7 +84,7 @@ pub fn recognise(
     recognised(&origin, sheets, reading, missing)
 }
 
-/// [`recognise`] of one file whose text was read, without options.
+/// Like [`recognise`], for one file whose text was read, without options.
 pub(crate) fn recognise_bytes(
     path: &Path,
     bytes: Vec<u8>,
@@ -93,7 +95,7 @@ pub(crate) fn recognise_bytes(
     recognised(path, vec![sheet], &reading, missing)
 }
 
-/// Files of a folder with the extension of a recording, sorted by name.
+/// Files of a folder that have the extension of a recording, sorted by name.
 pub(crate) fn files_in(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
     let unreadable = |cause| DataError::Unreadable { path: folder.to_owned(), cause };
     let mut files = Vec::new();
@@ -161,7 +163,7 @@ fn recognised(
     Ok(RecognisedData { data, recording, assumptions: assumed })
 }
 
-/// Each table with the roles of its columns, which are inferred from the first table.
+/// Pairs each table with the roles of its columns, which are inferred from the first table.
 ///
 /// # Errors
 /// The tables have different columns, or the roles cannot be inferred.

@@ -5,21 +5,21 @@ use super::heading::Heading;
 use super::roles::Role;
 use crate::dataset::Dataset;
 
-/// Kind of a recording.
+/// Kind of motion that a recording shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RecordingKind {
-    /// A falling object with this many coordinates.
+    /// An object falls freely; the number of its coordinates (1 to 3).
     Falls(usize),
     /// A rod pushes an object.
     Pushes,
-    /// Positions that do not accelerate as in free fall, with their acceleration, m/s², where there is one.
+    /// Positions that do not accelerate as in free fall, with the vertical acceleration, m/s²; `None` if unknown.
     Moves(Option<f64>),
     /// A recording without positions.
     Other,
 }
 
 impl RecordingKind {
-    /// Kind of a data set in the long form, from the names of its columns.
+    /// Kind of motion of a data set in the long form, from the names of its columns.
     pub(crate) fn of(data: &Dataset) -> Self {
         match (data.has_column("pusher_x_m"), data.has_column("x_m") && data.has_column("z_m")) {
             (true, _) => RecordingKind::Pushes,
@@ -30,22 +30,22 @@ impl RecordingKind {
     }
 }
 
-/// One file: its table and the heading and role of each column.
+/// One file of unknown layout: its table, and the heading and role of each column.
 pub(super) struct RecordedFile {
     pub sheet: Sheet,
     pub headings: Vec<Heading>,
     pub roles: Vec<Role>,
 }
 
-/// A column of the data set: its column in the file, its name, and the conversion to SI.
+/// Column of the data set that is built: its source in the file, its name, and the conversion to SI.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Target {
-    /// Index among the columns of values of the drafts.
+    /// Index of the source among the columns of values ([`Draft::values`](super::rows::Draft::values)).
     pub value: usize,
-    /// Name in the file.
+    /// Name of the column in the file.
     pub from: String,
     pub name: String,
     pub factor: f64,
-    /// Value of 0 in SI units; not 0 only for degC and degF.
+    /// Offset of the conversion, SI units: the value of 0 in the file's unit; not 0 only for degC and degF.
     pub offset: f64,
 }

@@ -8,13 +8,13 @@ use super::{ColumnMapping, RecognitionOptions};
 use crate::column::{Column, GROUP};
 use crate::unit::{FileUnit, Unit};
 
-/// A coordinate, before the direction of up is known.
+/// Coordinate that a column name denotes, before the vertical direction is inferred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Axis {
     X,
     Y,
     Z,
-    /// A vertical coordinate by its name.
+    /// A coordinate whose name says that it is vertical.
     Height,
     PusherX,
     PusherY,
@@ -22,24 +22,24 @@ pub(super) enum Axis {
 }
 
 impl Axis {
-    /// Whether this is a coordinate of the object (neither the rod nor an angle).
+    /// Whether the coordinate is a position of the object (neither of the rod nor an angle).
     pub fn is_position(self) -> bool {
         matches!(self, Axis::X | Axis::Y | Axis::Z | Axis::Height)
     }
 }
 
-/// Role of a column.
+/// Role of a column of a table of unknown layout.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Role {
-    /// The time, with its unit where it is known.
+    /// The column is the time; `None` where its unit is not stated.
     Time(Option<ColumnUnit>),
     Trajectory,
     Group,
-    /// A coordinate, with its unit where it is known.
+    /// The column is a coordinate; `None` where its unit is not stated.
     Axis(Axis, Option<ColumnUnit>),
-    /// A column with this name in the data set, and the conversion to SI.
+    /// The column is any other quantity, with its name in the data set and its conversion to SI.
     Named(String, FileUnit),
-    /// A column that is not used.
+    /// The column is not used.
     Unused,
 }
 
@@ -77,9 +77,9 @@ const TRAJECTORY: [&str; 29] = [
     "essai",
     "push",
 ];
-/// Words for a number or an identifier.
+/// Words in column names that mean a number or an identifier.
 const COUNTING: [&str; 9] = ["id", "no", "nr", "number", "num", "n", "name", "idx", "index"];
-/// Words beside the name of a coordinate that are ignored: the object, or "position".
+/// Words that are ignored beside the name of a coordinate, such as the object or "position".
 const IGNORED: [&str; 22] = [
     "pos",
     "position",
@@ -112,7 +112,7 @@ const ROD: [&str; 8] = ["pusher", "rod", "tip", "probe", "finger", "robot", "ee"
 /// Words that name the angle of a pushed object.
 const ANGLE: [&str; 8] = ["theta", "angle", "yaw", "orientation", "rotation", "winkel", "heading", "th"];
 
-/// Whether there are words and all of them are in `list`.
+/// Whether `words` is not empty and all its words are in `list`.
 fn are_all_in(words: &[&str], list: &[&str]) -> bool {
     !words.is_empty() && words.iter().all(|w| list.contains(w))
 }
@@ -202,7 +202,7 @@ pub(super) fn assign_roles(
     Ok(roles)
 }
 
-/// The conversion of a renamed column: from the unit of the option, or else that of its heading.
+/// Conversion of a column that the user renames, from the unit of the option, or else of its heading.
 fn conversion_of(renamed: &ColumnMapping, heading: Option<ColumnUnit>) -> Result<FileUnit, Unrecognised> {
     let unit = renamed.unit.as_deref().map_or(heading, ColumnUnit::parse_option);
     // A number is the size of the unit of the file in the unit of the new name.
@@ -230,7 +230,7 @@ fn name_and_unit<'t>(
     }
 }
 
-/// The unit of frames where a heading names frame numbers.
+/// Unit of a column of frame numbers; `None` where the heading does not name frame numbers.
 fn frames_unit(h: &Heading) -> Option<ColumnUnit> {
     let words: Vec<&str> = h.words.iter().map(String::as_str).collect();
     let is_number = words.iter().all(|w| FRAME.contains(w) || COUNTING.contains(w));
@@ -242,7 +242,7 @@ pub(super) fn is_time(h: &Heading) -> bool {
     time_role(h).is_some()
 }
 
-/// The role of the time where a heading names it.
+/// Role of a column whose heading names the time; `None` for other headings.
 fn time_role(h: &Heading) -> Option<Role> {
     let words: Vec<&str> = h.words.iter().map(String::as_str).collect();
     if !are_all_in(&words, &TIME_WORDS) || is_date(h) {
@@ -259,7 +259,7 @@ fn time_role(h: &Heading) -> Option<Role> {
     }
 }
 
-/// The role of a column that is not the time.
+/// Infers the role of a column that is not the time from its heading.
 ///
 /// An angle counts only where the file has a rod (`has_rod`), coordinates only where no option names the
 /// columns of values (`infer_axes`).
@@ -304,7 +304,7 @@ fn value_role(h: &Heading, has_rod: bool, infer_axes: bool) -> Role {
     }
 }
 
-/// Name in SI units of a column that has a unit, and its conversion; `None` without a unit.
+/// Name of a column with its SI unit, and its conversion; `None` for a column without a unit.
 pub(super) fn si_column(h: &Heading) -> Option<(String, FileUnit)> {
     let unit = h.unit.filter(|u| !matches!(u.quantity, Quantity::Pixels | Quantity::Frames))?;
     let base = h.base();
@@ -312,7 +312,7 @@ pub(super) fn si_column(h: &Heading) -> Option<(String, FileUnit)> {
     Column::new(&name).is_ok().then_some((name, unit.conversion))
 }
 
-/// Checks that a unit in the file and the name of the new column are of one quantity.
+/// Checks that a unit in the file and the unit in the new column name measure the same quantity.
 fn check_same_quantity(to: &str, unit: FileUnit) -> Result<(), Unrecognised> {
     match Column::new(to) {
         Ok(column) if column.unit().dimensions() != unit.unit().dimensions() => {

@@ -9,30 +9,32 @@ use crate::error::{DataError, EVERY_ROW_NEEDS_A_VALUE, EVERY_SAMPLE_NEEDS_A_TIME
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Maximum share of backward time steps that are restarts; above it the rows are unsorted.
+/// Maximum share of rows whose time goes back, for each of them to begin a new trajectory.
+///
+/// With more such rows, the file is one trajectory with unsorted rows.
 const MAX_RESTART_SHARE: f64 = 0.05;
 
-/// A trajectory in the units of the file.
+/// Trajectory as it is read, in the units of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Draft {
     pub id: String,
     pub group: Option<String>,
     pub times: Vec<f64>,
-    /// Form of the times in the file.
+    /// Form of the times in the file: numbers, dates or clock times.
     pub written: Written,
-    /// `values[column][sample]`, NaN where a value was not measured.
+    /// Values of the trajectory, `[column][sample]`; NaN where a value was not measured.
     pub values: Vec<Vec<f64>>,
     pub path: PathBuf,
-    /// Line of each sample.
+    /// Line number in the file of each sample.
     pub lines: Vec<u64>,
 }
 
-/// Changes to the rows while reading, for the notes.
+/// Changes that the reader made to the rows of the files, for the notes to the user.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct RowChanges {
     /// Whether rows were sorted by time.
     pub sorted: bool,
-    /// Number of rows that repeat another row.
+    /// Number of rows that were left out because they repeat another row.
     pub repeated_rows: usize,
     /// Whether rows were split into trajectories at restarts of the clock.
     pub has_restarts: bool,
@@ -40,14 +42,14 @@ pub(super) struct RowChanges {
     pub has_gap_words: bool,
 }
 
-/// One row as numbers.
+/// One row of a table as numbers, in the units of the file.
 struct SampledRow {
     line: u64,
     time: f64,
     values: Vec<f64>,
 }
 
-/// Rows with one identifier, in file order.
+/// Rows with the same trajectory identifier, in file order.
 struct NamedRows {
     id: String,
     group: Option<String>,
@@ -109,7 +111,7 @@ pub(super) fn read_drafts(
 
 /// Reads all rows as numbers and groups them by identifier, in the order of first appearance.
 ///
-/// Also returns the form of the times.
+/// Also returns the form of the times: numbers, dates or clock times.
 fn rows_by_id(
     file: &RecordedFile,
     stem: &str,
@@ -179,7 +181,7 @@ fn rows_by_id(
     Ok((out, written))
 }
 
-/// Whether two rows have the same values; two gaps are the same.
+/// Whether two rows have the same values; gaps (NaN) in both count as equal.
 fn are_same(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).all(|(x, y)| x == y || (x.is_nan() && y.is_nan()))
 }

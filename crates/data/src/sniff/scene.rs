@@ -14,20 +14,20 @@ use crate::escape_control_characters::escaped_short;
 use crate::statistics::{digits, median};
 use std::path::Path;
 
-/// First time of a trajectory, in steps, above which its times are shifted to begin at 0.
+/// Largest first time of a trajectory, in median time steps, at which its times are not shifted to begin at 0.
 const MAX_FIRST_TIME: f64 = 1.5;
 /// Largest angle without a unit that is read as radians; 7 is a little more than one turn.
 const MAX_ANGLE_RAD: f64 = 7.0;
-/// Names of positions in the long form.
+/// Names of position columns in the long form.
 const LONG_FORM_POSITIONS: [&str; 4] = ["x_m", "y_m", "z_m", "height_m"];
 
-/// Columns of the data set, kind of the recording, trajectories with times in s, and notes.
+/// Result of [`Scene::resolve`]: columns of the data set, kind of motion, trajectories (times in s), and notes.
 type Resolved = (Vec<Target>, RecordingKind, Vec<Draft>, Vec<String>);
 
-/// A coordinate: index of its column of values, axis, and unit where the file states it.
+/// Coordinate: index of its column of values, its axis, and its unit (`None` where the file states none).
 type Coordinate = (usize, Axis, Option<ColumnUnit>);
 
-/// Trajectories of all files while their units are inferred.
+/// Trajectories of all files, from which units, vertical direction and kind of motion are inferred.
 pub(super) struct Scene<'a> {
     origin: &'a Path,
     reading: &'a RecognitionOptions,
@@ -39,7 +39,7 @@ pub(super) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// Scene of `drafts`, whose columns of values are `used`; `first` is the first file.
+    /// Creates the state of the inference for `drafts`, whose columns of values are `used`; `first` is the first file.
     pub fn new(
         origin: &'a Path,
         reading: &'a RecognitionOptions,
@@ -50,7 +50,7 @@ impl<'a> Scene<'a> {
         Scene { origin, reading, first, drafts, used, notes: Vec::new() }
     }
 
-    /// Infers the clock, the units and the directions.
+    /// Infers time unit, units of length and vertical direction, and converts the times to seconds.
     ///
     /// # Errors
     /// A property cannot be inferred; the message names the option that states it.
@@ -110,7 +110,7 @@ impl<'a> Scene<'a> {
         Ok(())
     }
 
-    /// The clock of the time column, in the unit that is stated or that its numbers show.
+    /// Infers the clock of the time column, from the stated unit `unit` or from the numbers.
     fn clock(&self, column: Option<usize>, unit: Option<ColumnUnit>) -> Result<Clock, DataError> {
         let heading = column.map(|i| &self.first.headings[i]);
         let name = heading.map_or("", |h| h.raw.as_str());
@@ -125,7 +125,7 @@ impl<'a> Scene<'a> {
         Ok(clock)
     }
 
-    /// Frame rate, Hz: from the option, from a comment in the file, or from free fall.
+    /// Finds the frame rate, Hz: from the user's option, from a comment in the file, or from free fall.
     ///
     /// `has_frames` states whether the file has a column of frame numbers.
     fn frame_rate(&mut self, has_frames: bool) -> Result<f64, DataError> {
@@ -155,7 +155,7 @@ impl<'a> Scene<'a> {
         })
     }
 
-    /// The columns of the data set and the kind of recording.
+    /// Determines the columns of the data set and the kind of motion.
     fn columns(&mut self) -> Result<(Vec<Target>, RecordingKind), DataError> {
         let mut out: Vec<Target> = Vec::new();
         let mut axes: Vec<Coordinate> = Vec::new();
@@ -215,7 +215,7 @@ impl<'a> Scene<'a> {
         Ok((out, recording))
     }
 
-    /// Columns of a table without a header are coordinates only if one of them falls freely.
+    /// For a table without a header, drops the assumption that columns are coordinates if none falls freely.
     fn drop_axes_without_fall(&mut self, axes: &mut Vec<Coordinate>, out: &mut Vec<Target>) {
         let falls =
             |value: usize| acceleration(&self.drafts, value).is_some_and(|a| unit_of_fall(a).is_some());
@@ -253,7 +253,7 @@ impl<'a> Scene<'a> {
         axes.iter().map(|(_, _, unit)| unit.map_or(guess, |u| u.factor())).collect()
     }
 
-    /// Columns of positions in metres, the vertical one last and positive upwards.
+    /// Determines the columns of positions in metres, the vertical one last and positive upwards.
     fn positions(&mut self, axes: &[Coordinate]) -> Result<Vec<Target>, DataError> {
         if axes.is_empty() {
             return Ok(Vec::new());
@@ -331,7 +331,7 @@ impl<'a> Scene<'a> {
         })
     }
 
-    /// Columns of a recording of pushes.
+    /// Determines the columns of a recording of pushes.
     fn push_columns(&mut self, axes: &[Coordinate]) -> Vec<Target> {
         let known = axes.iter().find_map(|(_, a, unit)| unit.filter(|_| *a != Axis::Theta));
         if axes.iter().any(|(_, a, unit)| unit.is_none() && *a != Axis::Theta) {
@@ -367,10 +367,10 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// Index of the vertical coordinate, and whether it grows downwards.
+/// Finds the vertical coordinate: its index in `axes`, and whether it grows downwards.
 ///
-/// `accelerations` are in m/s². A coordinate called height comes first, then the one with the largest
-/// acceleration of free fall, then z, y and x.
+/// `accelerations` are those of the coordinates, m/s². A coordinate called height is preferred, then the one with the
+/// largest acceleration of free fall, then z, y and x.
 fn vertical_from_fall(axes: &[Coordinate], accelerations: &[Option<f64>]) -> (usize, bool) {
     let falls = |i: &usize| accelerations[*i].is_some_and(is_fall);
     let size = |i: &usize| accelerations[*i].unwrap_or(0.0).abs();
@@ -382,7 +382,7 @@ fn vertical_from_fall(axes: &[Coordinate], accelerations: &[Option<f64>]) -> (us
     (vertical, accelerations[vertical].is_some_and(|a| is_fall(a) && a > 0.0))
 }
 
-/// Frame rate, Hz, that a comment states.
+/// Frame rate, Hz, that a comment in a file states; `None` without one.
 fn rate_in_comment(comment: &str) -> Option<f64> {
     let text = comment.to_lowercase();
     if !["fps", "hz", "frame rate", "framerate", "frames per second"].iter().any(|word| text.contains(word)) {

@@ -5,7 +5,7 @@ use super::heading::Heading;
 use super::roles::is_time;
 use crate::column::TRAJECTORY;
 
-/// Words that number a run in the name of a column.
+/// Words that stand before the number of a run in a column name.
 const RUN_WORDS: [&str; 12] = [
     "run",
     "trial",
@@ -21,13 +21,13 @@ const RUN_WORDS: [&str; 12] = [
     "set",
 ];
 
-/// Columns of one run, in the order of the names.
+/// Columns of one of several runs that are side by side, in the order of the common names.
 struct Block {
     label: String,
     columns: Vec<usize>,
 }
 
-/// The table with the runs below each other and their labels in a column `trajectory`.
+/// Stacks runs that are side by side in a table and adds a column `trajectory` with their labels.
 ///
 /// The runs are recognised by names that differ only in the number of the run (`Run #1`, `Run 2: `), or by a
 /// repeated time column (`t, x, t, x`). Other tables are unchanged.
@@ -42,7 +42,7 @@ pub(super) fn stacked(sheet: Sheet) -> Sheet {
     }
 }
 
-/// Name without the number of its run, and the number; `None` where the name has no number of a run.
+/// Splits a column name into the name without the run number, and that number; `None` without a run number.
 fn run_number(name: &str) -> Option<(String, String)> {
     let lower = name.to_lowercase();
     for word in RUN_WORDS {
@@ -71,7 +71,7 @@ fn run_number(name: &str) -> Option<(String, String)> {
     None
 }
 
-/// Name without a number at its end, such as `angle_2`, `angle.1` or `angle 2`.
+/// Column name without its run number or the number at its end, as in `angle_2`, `angle.1` or `angle 2`.
 fn without_number(name: &str) -> String {
     if let Some((base, _)) = run_number(name) {
         return base;
@@ -81,7 +81,9 @@ fn without_number(name: &str) -> String {
     if base.is_empty() { name.to_owned() } else { base.to_owned() }
 }
 
-/// Runs that each begin with a time column of the same name, apart from a number.
+/// Finds runs that each begin with a time column of the same name, apart from a number.
+///
+/// Returns the common column names and the columns of each run; `None` for other tables.
 fn repeated_times(
     names: &[String],
     units: &[String],
@@ -111,7 +113,9 @@ fn repeated_times(
     Some((first, ranges.iter().enumerate().map(block).collect()))
 }
 
-/// Runs whose columns have the number of the run in their names, with the other columns in common.
+/// Finds runs whose column names hold the run number; columns without one belong to all runs.
+///
+/// Returns the common column names and the columns of each run; `None` for other tables.
 fn numbered_runs(names: &[String], columns: &[usize]) -> Option<(Vec<String>, Vec<Block>)> {
     let mut shared: Vec<usize> = Vec::new();
     let mut runs: Vec<(String, Vec<(String, usize)>)> = Vec::new();
@@ -138,7 +142,7 @@ fn numbered_runs(names: &[String], columns: &[usize]) -> Option<(Vec<String>, Ve
     Some((header, runs.into_iter().map(block).collect()))
 }
 
-/// The table with the blocks below each other; rows without a value in a block are left out there.
+/// Stacks the runs `blocks` of a table below each other; rows without values in a run are left out there.
 fn stack(sheet: Sheet, bases: Vec<String>, blocks: &[Block]) -> Sheet {
     let first = &blocks[0].columns;
     let units = match sheet.units.is_empty() {

@@ -11,19 +11,19 @@ pub enum Unrecognised {
     /// The folder has no file with the extension of a recording.
     #[error("the folder has no recordings; add files that end in .{}", endings.join(", ."))]
     NoRecordings {
-        /// Extensions of recordings.
+        /// Extensions of the files that are read as recordings.
         endings: &'static [&'static str],
     },
     /// No file was given.
     #[error("no file was given; name at least one recording")]
     NoFile,
-    /// The bytes are not text.
+    /// The file is not text.
     #[error("the file is not text; export the recording as CSV")]
     NotText,
     /// The file is in a format that is not read.
     #[error("{kind}")]
     Format {
-        /// The format, with its conversion.
+        /// Name of the format, with a conversion to CSV.
         kind: ForeignKind,
     },
     /// The zip archive holds no recording, or several.
@@ -38,17 +38,17 @@ pub enum Unrecognised {
     /// The file is in a known format, and its content cannot be read.
     #[error("this is {format} that cannot be read ({}); save it again, or as CSV", escaped_cause(cause))]
     Damaged {
-        /// The format.
+        /// Name of the format, with its article, such as "an Excel workbook".
         format: &'static str,
-        /// Description of the fault.
+        /// Description of the fault in the file.
         cause: String,
     },
     /// The file has no vector of numbers.
     #[error("this is {format} without a column of at least two numbers; it has {}", escaped_list(names))]
     NoVectors {
-        /// The format.
+        /// Name of the format, with its article, such as "an Excel workbook".
         format: &'static str,
-        /// Names of its variables or sheets.
+        /// Names of the variables or sheets of the file.
         names: Vec<String>,
     },
     /// The file is structured text, but not a table.
@@ -57,7 +57,7 @@ pub enum Unrecognised {
          or one list per column"
     )]
     NotATable {
-        /// The format.
+        /// Name of the format, with its article, such as "an Excel workbook".
         format: &'static str,
     },
     /// No separator and decimal mark split the lines into rows of numbers.
@@ -69,19 +69,19 @@ pub enum Unrecognised {
     /// The columns of the file differ from those of the first file.
     #[error("its columns differ from those of {} ({}); read it separately", first.display(), escaped_list(columns))]
     DifferentColumns {
-        /// File that was read first.
+        /// Path of the file that was read first.
         first: PathBuf,
-        /// Names of the columns of that file.
+        /// Names of the columns of the file that was read first.
         columns: Vec<String>,
     },
     /// An option names a column that does not exist.
     #[error("{option} {name}: there is no such column; the columns are {}", escaped_list(columns))]
     NoSuchColumn {
-        /// Option of the command.
+        /// Command-line option that names the column, such as `--time`.
         option: &'static str,
-        /// The name in the option.
+        /// Name that the option gives.
         name: String,
-        /// Names of the columns.
+        /// Names of the columns of the file.
         columns: Vec<String>,
     },
     /// The unit of the time column is not known.
@@ -91,7 +91,7 @@ pub enum Unrecognised {
         escaped_short(text)
     )]
     UnknownTimeUnit {
-        /// The unit as it is written.
+        /// Text of the unit as it is in the file or the option.
         text: String,
     },
     /// A cell of the time column is not a time.
@@ -102,19 +102,19 @@ pub enum Unrecognised {
         escaped_short(cell)
     )]
     NotATime {
-        /// Line of the file, from 1.
+        /// Number of the line with the cell, from 1.
         line: u64,
-        /// Name of the column.
+        /// Name of the time column.
         column: String,
-        /// Text of the cell.
+        /// Text of the cell that is not a time.
         cell: String,
     },
     /// A column is renamed to a name of another quantity.
     #[error("--columns: `{}` cannot hold values in {unit}; end the name in that unit", escaped_short(column))]
     OtherQuantity {
-        /// The new name.
+        /// New name of the column.
         column: String,
-        /// SI unit of the values of the file.
+        /// SI unit of the values in the file.
         unit: String,
     },
     /// The columns have no names, and their roles cannot be inferred from their numbers.
@@ -126,14 +126,14 @@ pub enum Unrecognised {
     /// The times are frame numbers, and the frame rate is unknown.
     #[error("the times are frame numbers; give the frame rate in Hz with --rate-hz (augsim start)")]
     NoFrameRate,
-    /// There is no time column.
+    /// The file has no time column.
     #[error(
         "no time column was found among {}; name it with --time NAME, or give the sample rate in Hz with \
          --rate-hz (augsim start), or rename it to t_s",
         escaped_list(columns)
     )]
     NoTimes {
-        /// Names of the columns.
+        /// Names of the columns of the file.
         columns: Vec<String>,
     },
     /// A coordinate is in pixels, and the size of a pixel is unknown.
@@ -143,25 +143,25 @@ pub enum Unrecognised {
         escaped_short(column)
     )]
     Pixels {
-        /// Name of the column.
+        /// Name of the column in pixels.
         column: String,
     },
-    /// There is no column of positions.
+    /// The file has no column of positions.
     #[error(
         "no column of positions was found among {}; name the columns with --columns x=x_m:cm,y=z_m:cm (augsim \
          start)",
         escaped_list(columns)
     )]
     NoPositions {
-        /// Names of the columns.
+        /// Names of the columns of the file.
         columns: Vec<String>,
     },
     /// The vertical coordinate that an option names does not exist.
     #[error("--up {name}: there is no such coordinate; the coordinates are {}", escaped_list(columns))]
     NoSuchCoordinate {
-        /// The name in the option.
+        /// Name that the option `--up` gives.
         name: String,
-        /// Names of the coordinates.
+        /// Names of the coordinates of the file.
         columns: Vec<String>,
     },
 }

@@ -3,16 +3,16 @@
 use std::fmt;
 use std::ops::{Div, Mul};
 
-/// Base units in the order in which [`Dimensions`] holds and prints them.
+/// SI base units in the order in which [`Dimensions`] holds and prints their exponents.
 ///
 /// The radian is a pure number. The candela is left out, because no sensor that this crate reads measures
 /// light.
 const BASES: [&str; 6] = ["kg", "m", "s", "A", "K", "mol"];
 
-/// Denominator of the stored exponents, with which square, cube and fourth roots are exact.
+/// Denominator of the stored exponents: with twelfths, square, cube and fourth roots are exact.
 pub(super) const TWELFTHS: i32 = 12;
 
-/// Exponents of kg, m, s, A, K and mol; all are 0 for angles and pure numbers.
+/// Physical dimensions: exponents of kg, m, s, A, K and mol; all are 0 for angles and pure numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Dimensions {
     twelfths: [i32; 6],
@@ -21,10 +21,10 @@ pub struct Dimensions {
 impl Dimensions {
     /// The dimensions of a pure number.
     pub const NONE: Dimensions = Dimensions { twelfths: [0; 6] };
-    /// The dimensions of a time; the rate of a state has the dimensions of the state divided by these.
+    /// The dimensions of a time.
     pub const TIME: Dimensions = Dimensions::from_exponents([0, 0, 1, 0, 0, 0]);
 
-    /// Dimensions with these whole exponents of kg, m, s, A, K and mol.
+    /// Creates dimensions from whole exponents of kg, m, s, A, K and mol.
     pub(super) const fn from_exponents(exponents: [i32; 6]) -> Dimensions {
         let mut twelfths = [0; 6];
         let mut base = 0;
@@ -35,17 +35,17 @@ impl Dimensions {
         Dimensions { twelfths }
     }
 
-    /// Whether this is a pure number (an angle is one).
+    /// Whether these are the dimensions of a pure number (an angle is one).
     pub fn is_pure(self) -> bool {
         self == Dimensions::NONE
     }
 
-    /// Exponents of kg, m, s, A, K and mol.
+    /// Exponents of kg, m, s, A, K and mol, in this order.
     pub fn exponents(self) -> [f64; 6] {
         self.twelfths.map(|t| f64::from(t) / f64::from(TWELFTHS))
     }
 
-    /// Base units with non-zero exponents, and these exponents in twelfths.
+    /// Base units with non-zero exponents: pairs (symbol, exponent in twelfths).
     pub(super) fn factors(self) -> impl Iterator<Item = (&'static str, i32)> {
         BASES.into_iter().zip(self.twelfths).filter(|(_, t)| *t != 0)
     }
@@ -68,7 +68,7 @@ impl Dimensions {
     }
 }
 
-/// `exponent` in twelfths, where it is a multiple of 1/12 up to rounding (1/3 with 15 digits is).
+/// Converts an exponent to twelfths; `None` where it is no multiple of 1/12 up to rounding, or too large.
 pub(super) fn whole_twelfths(exponent: f64) -> Option<i32> {
     let twelfths = exponent * f64::from(TWELFTHS);
     let whole = twelfths.round();
@@ -102,7 +102,7 @@ impl fmt::Display for Dimensions {
     }
 }
 
-/// Quotient of symbols with exponents in twelfths, such as `rad/(V s^2)`; empty without factors.
+/// Text of a unit from (symbol, exponent in twelfths) pairs, such as `rad/(V s^2)`; empty without pairs.
 pub(super) fn quotient(factors: &[(&str, i32)]) -> String {
     let side = |sign: i32| -> Vec<String> {
         let with_sign = factors.iter().filter(|(_, t)| t.signum() == sign);

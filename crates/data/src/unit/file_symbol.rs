@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// Conversion of one symbol: a value v is `factor * v + offset` in the SI unit `si`.
+/// Conversion of one unit symbol: a value v in it is `factor * v + offset` in the SI unit `si`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FileSymbol {
     pub factor: f64,
@@ -11,7 +11,7 @@ pub(super) struct FileSymbol {
     pub si: &'static str,
 }
 
-/// Spellings of each unit, its factor and its SI unit.
+/// Units of data files: spellings, factor of the conversion to SI, and SI unit.
 const SYMBOLS: [(&[&str], f64, &str); 47] = [
     (&["m", "meter", "meters", "metre", "metres"], 1.0, "m"),
     (&["centimeter", "centimeters", "centimetre", "centimetres"], 1e-2, "m"),
@@ -62,18 +62,18 @@ const SYMBOLS: [(&[&str], f64, &str); 47] = [
     (&["Hz", "hertz"], 1.0, "Hz"),
     (&["mol"], 1.0, "mol"),
 ];
-/// Volumes and pure numbers, whose SI unit has a power or no symbol.
+/// Volumes and pure numbers: spellings, factor of the conversion to SI, and SI unit.
 const OTHERS: [(&[&str], f64, &str); 3] = [
     (&["L", "l", "liter", "liters", "litre", "litres"], 1e-3, "m^3"),
     (&["%", "percent", "pct"], 1e-2, ""),
     (&["ppm"], 1e-6, ""),
 ];
-/// Temperatures with another zero: factor, and 0 of the scale in K.
+/// Temperature scales with another zero: spellings, K per degree, and the temperature of 0 degrees, K.
 const TEMPERATURES: [(&[&str], f64, f64); 2] = [
     (&["degC", "°C", "celsius", "Celsius", "deg C", "° C", "degc", "centigrade"], 1.0, 273.15),
     (&["degF", "°F", "fahrenheit", "Fahrenheit", "deg F", "° F", "degf"], 5.0 / 9.0, 273.15 - 160.0 / 9.0),
 ];
-/// Prefixes, and the symbols before which each is usual.
+/// SI prefixes: symbol, factor, and the unit symbols before which each is accepted.
 const PREFIXES: [(&str, f64, &[&str]); 7] = [
     ("n", 1e-9, &["m", "s", "g", "N", "V", "A", "W", "J", "C", "mol", "L"]),
     ("u", 1e-6, &["m", "s", "g", "N", "V", "A", "W", "J", "C", "mol", "L", "rad", "Pa", "Nm", "Ohm"]),
@@ -91,7 +91,7 @@ const PREFIXES: [(&str, f64, &[&str]); 7] = [
     ("M", 1e6, &["N", "V", "W", "J", "Pa", "Nm", "Ohm", "Hz", "Wh"]),
 ];
 
-/// Conversion of a symbol, with or without a prefix; `None` for an unknown one.
+/// Conversion of a unit symbol, with or without a prefix; `None` for an unknown one.
 pub(super) fn symbol(text: &str) -> Option<FileSymbol> {
     if let Some((_, factor, offset)) = TEMPERATURES.iter().find(|(spellings, ..)| spellings.contains(&text)) {
         return Some(FileSymbol { factor: *factor, offset: *offset, si: "K" });
@@ -108,7 +108,7 @@ pub(super) fn symbol(text: &str) -> Option<FileSymbol> {
     })
 }
 
-/// Conversion of a symbol without a prefix.
+/// Conversion of a unit symbol without a prefix; `None` for an unknown one.
 fn plain(text: &str) -> Option<FileSymbol> {
     let all = || SYMBOLS.iter().chain(&OTHERS);
     let (_, factor, si) = all().find(|(spellings, ..)| spellings.contains(&text))?;

@@ -9,7 +9,7 @@ use super::dimensions::{Dimensions, TWELFTHS};
 use super::file_symbol::{FileSymbol, symbol};
 use super::text::MAX_EXPONENT;
 
-/// A unit of a data file and its conversion to SI.
+/// Unit of a column of a data file, with its conversion to SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FileUnit {
     unit: Unit,
@@ -26,10 +26,10 @@ const AMBIGUOUS_ENDINGS: [&str; 28] = [
     "weeks", "year", "years", "rev", "turn", "mi", "kn", "kt", "bar", "lb", "month",
 ];
 
-/// Resolution of a temperature after the conversion to kelvins, 1/K; no thermometer is as fine.
+/// Number of steps per kelvin to which a converted temperature is rounded; no thermometer is as fine.
 const TEMPERATURE_STEPS_PER_KELVIN: f64 = 1e9;
 
-/// `factor * value + offset`, without the digits that binary numbers add to decimal ones.
+/// Computes `factor * value + offset` without the digits that binary rounding adds to decimal numbers.
 ///
 /// 245.53 mm times the binary number next to 0.001 is 0.24553000000000003 m. A division by 1000, which is exact, rounds once: the
 /// result is the binary number next to 0.24553. A temperature is rounded because 273.15 is no binary number either.
@@ -43,7 +43,7 @@ pub(crate) fn to_si(value: f64, factor: f64, offset: f64) -> f64 {
 }
 
 impl FileUnit {
-    /// SI unit after the conversion.
+    /// SI unit of the converted values.
     pub fn unit(&self) -> Unit {
         self.unit
     }
@@ -53,28 +53,27 @@ impl FileUnit {
         self.factor
     }
 
-    /// Value of 0 in SI units; not 0 only for degC and degF.
+    /// Offset of the conversion, SI units: the value of 0 in the file's unit; not 0 only for degC and degF.
     pub fn offset(&self) -> f64 {
         self.offset
     }
 
-    /// `value` in SI units.
+    /// Converts `value` from the unit of the file to SI units.
     pub fn to_si(&self, value: f64) -> f64 {
         to_si(value, self.factor, self.offset)
     }
 
-    /// Whether values are already in SI units.
+    /// Whether the unit of the file is the SI unit, so that values need no conversion.
     pub fn is_si(&self) -> bool {
         self.factor == 1.0 && self.offset == 0.0
     }
 
-    /// A conversion by `factor` to `unit`.
+    /// Creates a unit of a file whose values times `factor` are in `unit`.
     pub(crate) fn scaled(unit: Unit, factor: f64) -> FileUnit {
         FileUnit { unit, factor, offset: 0.0 }
     }
 
-    /// The unit that a text names, such as `km/h`, `N mm`, `°C`, `m s^-1` or `seconds`; brackets around it
-    /// are ignored.
+    /// Parses a unit such as `km/h`, `N mm`, `°C`, `m s^-1` or `seconds`; brackets around it are ignored.
     ///
     /// Symbols are case-sensitive (`mN`, `MN`), but the usual units of length, time and angle may be written
     /// in upper case as well.
@@ -106,7 +105,7 @@ impl FileUnit {
         })
     }
 
-    /// The unit that the words after an underscore name, such as `km_h`, `deg_per_s` or `N_mm`.
+    /// Parses a unit written with underscores, such as `km_h`, `deg_per_s` or `N_mm`.
     ///
     /// Two words without `per` are a quotient where the second is a time, otherwise a product.
     fn from_words(text: &str) -> Option<FileUnit> {
@@ -138,7 +137,7 @@ impl FileUnit {
         first.times(second, if is_time { -1 } else { 1 })
     }
 
-    /// Splits a name at its last unit: the name without the unit, and the unit.
+    /// Splits a column name into the name without its unit suffix, and the unit.
     ///
     /// `None` where the name does not end in a unit after an underscore, or where that ending is a word
     /// rather than a unit (`T_in`, `wheel_L`).
@@ -149,17 +148,17 @@ impl FileUnit {
             .find_map(|(base, suffix)| Some((base, FileUnit::exact(suffix)?)))
     }
 
-    /// Whether the ending of a name is more often a word than a unit.
+    /// Whether the last word of a column name is more often a word or an index than a unit.
     pub(crate) fn is_ambiguous_ending(text: &str) -> bool {
         AMBIGUOUS_ENDINGS.contains(&text)
     }
 
-    /// The unit of a text in which upper and lower case are as written.
+    /// Parses a unit in which upper and lower case matter.
     fn exact(text: &str) -> Option<FileUnit> {
         from_symbol(text).or_else(|| quotient(text)).or_else(|| FileUnit::from_words(text))
     }
 
-    /// Name of a column in SI units: `base` with the suffix of the SI unit.
+    /// Name of the converted column: `base` with the suffix of the SI unit.
     pub(crate) fn si_name(&self, base: &str) -> String {
         // A unit without a suffix gives a name that is no column name, and so no column.
         let suffix = self.unit.suffix().unwrap_or_else(|| self.unit.symbol());
@@ -180,18 +179,18 @@ impl FileUnit {
     }
 }
 
-/// A non-SI unit at the end of the name of a quantity of a model, with the name in SI units.
+/// Non-SI unit at the end of the name of a model quantity, with the name that has the SI unit instead.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NonSiEnding {
-    /// The unit as the name ends, such as `degC`.
+    /// Text of the unit at the end of the name, such as `degC`.
     pub ending: String,
-    /// The name with the SI unit instead, such as `room_K`.
+    /// Name with the SI unit instead, such as `room_K`.
     pub si_name: String,
     /// Dimensions of the unit.
     pub dimensions: Dimensions,
 }
 
-/// The non-SI unit in which `name` ends; `None` for an SI unit and for a name without a unit.
+/// Finds the non-SI unit at the end of `name`; `None` for an SI unit and for a name without a unit.
 ///
 /// ```
 /// use augsim_data::non_si_ending;
@@ -213,7 +212,7 @@ pub fn non_si_ending(name: &str) -> Option<NonSiEnding> {
     })
 }
 
-/// A text without the brackets around it; those of a part, as in `W/(m^2 K)`, stay.
+/// Removes the brackets around a unit; brackets around a part of it, as in `W/(m^2 K)`, stay.
 fn without_brackets(text: &str) -> &str {
     let text = text.trim();
     let inner = ["()", "[]", "{}", "<>"].iter().find_map(|pair| {
@@ -223,7 +222,7 @@ fn without_brackets(text: &str) -> &str {
     inner.map_or(text, without_brackets)
 }
 
-/// A word with a power at its end, such as `s2` or `mm^2`.
+/// Parses a unit symbol with an optional exponent at its end, such as `s2` or `mm^2`.
 fn power(word: &str) -> Option<FileUnit> {
     if let Some(unit) = from_symbol(word) {
         return Some(unit);
@@ -240,7 +239,7 @@ fn power(word: &str) -> Option<FileUnit> {
     Some(FileUnit::scaled(unit, base.factor.powi(exponent)))
 }
 
-/// Products and quotients: `kN m`, `km/h`, `m/s^2`, `W/(m^2 K)`, `1/min`, `m s^-1`.
+/// Parses products and quotients of units: `kN m`, `km/h`, `m/s^2`, `W/(m^2 K)`, `1/min`, `m s^-1`.
 fn quotient(text: &str) -> Option<FileUnit> {
     let (numerator, divisor) = match text.split_once('/') {
         Some((numerator, divisor)) => (numerator.trim(), Some(divisor.trim())),
@@ -266,13 +265,13 @@ fn quotient(text: &str) -> Option<FileUnit> {
     Some(out)
 }
 
-/// The unit of one symbol.
+/// Looks up the unit of one symbol.
 fn from_symbol(text: &str) -> Option<FileUnit> {
     let FileSymbol { factor, offset, si } = symbol(text)?;
     Some(FileUnit { unit: Unit::parse(si)?, factor, offset })
 }
 
-/// Units whose spelling in upper case is common: `MM`, `SEC`, `Deg`, `M/S`.
+/// Parses units whose spelling in upper case is common: `MM`, `SEC`, `Deg`, `M/S`.
 fn from_lower_case(lower: &str) -> Option<FileUnit> {
     const COMMON: [&str; 14] =
         ["m", "cm", "mm", "um", "s", "ms", "us", "ns", "rad", "deg", "m/s", "cm/s", "mm/s", "rad/s"];

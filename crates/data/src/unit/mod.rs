@@ -19,7 +19,7 @@ use dimensions::{TWELFTHS, quotient};
 use std::fmt;
 use symbol::Symbol;
 
-/// Named units that [`Unit::from_dimensions`] uses where they are shorter than base units.
+/// Named SI units that [`Unit::from_dimensions`] uses where they are shorter than base units.
 const NAMED: [Symbol; 6] =
     [Symbol::Newton, Symbol::Volt, Symbol::Pascal, Symbol::Watt, Symbol::Joule, Symbol::Ohm];
 
@@ -33,18 +33,18 @@ const MAX_FACTORS: usize = 6;
 /// [`Dimensions`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Unit {
-    /// Symbols and exponents in twelfths, `None` after the last one.
+    /// Factors of the unit: symbol and exponent in twelfths; `None` after the last one.
     factors: [Option<(Symbol, i32)>; MAX_FACTORS],
 }
 
 impl Unit {
-    /// A pure number: flags, counts, indices, ratios, coefficients.
+    /// Unit of pure numbers: flags, counts, indices, ratios, coefficients.
     pub const DIMENSIONLESS: Unit = Unit { factors: [None; MAX_FACTORS] };
-    /// Length.
+    /// Unit of length, the metre.
     pub const METRE: Unit = Unit::named(Symbol::Metre);
-    /// Angle.
+    /// Unit of angle, the radian.
     pub const RADIAN: Unit = Unit::named(Symbol::Radian);
-    /// Time.
+    /// Unit of time, the second.
     pub const SECOND: Unit = Unit::named(Symbol::Second);
 
     const fn named(symbol: Symbol) -> Unit {
@@ -53,7 +53,7 @@ impl Unit {
         Unit { factors }
     }
 
-    /// Unit of these factors with exponents in twelfths; `None` where there are too many factors.
+    /// Creates a unit from (symbol, exponent in twelfths) pairs; `None` where there are too many.
     fn of_factors(factors: &[(Symbol, i32)]) -> Option<Unit> {
         let mut unit = Unit::DIMENSIONLESS;
         for (k, factor) in factors.iter().enumerate() {
@@ -62,7 +62,7 @@ impl Unit {
         Some(unit)
     }
 
-    /// The unit with these dimensions that has the fewest symbols.
+    /// Finds the unit with the given dimensions that has the fewest symbols.
     ///
     /// It consists of base units, or of one named unit and base units where that takes fewer symbols; of
     /// several such units it is the one with the smallest exponents. `None` where it has too many factors.
@@ -89,7 +89,7 @@ impl Unit {
         Unit::of_factors(best.as_ref().unwrap_or(&base))
     }
 
-    /// Exponents of the base units.
+    /// Dimensions of the unit: exponents of the SI base units.
     pub fn dimensions(self) -> Dimensions {
         self.factors.into_iter().flatten().fold(Dimensions::NONE, |product, (symbol, twelfths)| {
             let exponent = f64::from(twelfths) / f64::from(TWELFTHS);
@@ -98,7 +98,7 @@ impl Unit {
         })
     }
 
-    /// SI symbol such as `m/s^2`, `N m` or `N s/m`; empty for a pure number.
+    /// Symbol of the unit, such as `m/s^2`, `N m` or `N s/m`; empty for a pure number.
     pub fn symbol(self) -> String {
         let factors: Vec<(&str, i32)> =
             self.factors.into_iter().flatten().map(|(symbol, twelfths)| (symbol.text(), twelfths)).collect();

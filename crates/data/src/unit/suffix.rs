@@ -8,7 +8,7 @@
 use super::symbol::Symbol;
 use super::{TWELFTHS, Unit};
 
-/// Factors of a compound: symbols with whole exponents.
+/// Factors of a unit of two symbols: pairs (symbol, whole exponent).
 type Factors = [(Symbol, i32); 2];
 
 const COMPOUNDS: [(&str, Factors); 6] = [
@@ -20,7 +20,7 @@ const COMPOUNDS: [(&str, Factors); 6] = [
     ("kg_m2", [(Symbol::Kilogram, 1), (Symbol::Metre, 2)]),
 ];
 
-/// Suffixes that messages list, without the quotients.
+/// Unit suffixes of column names that messages list, without the quotients.
 const LISTED_SUFFIXES: &str = "_m _m2 _m3 _m_s _m_s2 _rad _rad_s _rad_s2 _s _Hz _kg _kg_m2 _N _N_m _Pa _K _V _A _W _J _C \
                       _Ohm _mol";
 
@@ -28,7 +28,7 @@ const LISTED_SUFFIXES: &str = "_m _m2 _m3 _m_s _m_s2 _rad _rad_s _rad_s2 _s _Hz 
 const DIMENSIONLESS_WORDS: [&str; 8] =
     ["new", "flag", "count", "index", "ratio", "fraction", "restitution", "friction"];
 
-/// Units that are not accepted, and that must not precede a known suffix.
+/// Non-SI units that must not precede a known unit suffix in a column name.
 ///
 /// Without this list `speed_km_s` would be read as seconds.
 const REFUSED_UNITS: [&str; 38] = [
@@ -76,7 +76,7 @@ impl Unit {
     }
 }
 
-/// Unit of words that are all unit symbols or `per`; `None` where their combination is not a unit.
+/// Unit of words that are unit symbols or `per`; `None` where their combination is not a unit.
 fn unit_of(words: &[&str]) -> Option<Unit> {
     let mut sides = words.split(|word| *word == PER);
     let numerator = sides.next()?;
@@ -91,7 +91,7 @@ fn unit_of(words: &[&str]) -> Option<Unit> {
     Unit::of_factors(&factors)
 }
 
-/// Factors of one side of a quotient, or of a suffix without `per`.
+/// Factors (symbol, exponent in twelfths) of one side of `per`, or of a suffix without `per`.
 fn side(words: &[&str], in_quotient: bool) -> Option<Vec<(Symbol, i32)>> {
     let text = words.join("_");
     if let Some((_, factors)) = COMPOUNDS.iter().find(|(compound, _)| *compound == text) {
@@ -108,7 +108,7 @@ fn side(words: &[&str], in_quotient: bool) -> Option<Vec<(Symbol, i32)>> {
     }
 }
 
-/// Symbol of a word and its exponent in twelfths; the word may end in a power of 2 to 4.
+/// Parses a word such as `m`, `s2` or `kg` into symbol and exponent in twelfths; powers are 2 to 4.
 fn factor(word: &str) -> Option<(Symbol, i32)> {
     let (text, exponent) = match word.as_bytes().last()? {
         digit @ b'2'..=b'4' => (&word[..word.len() - 1], i32::from(digit - b'0')),

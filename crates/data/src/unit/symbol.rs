@@ -2,7 +2,7 @@
 
 use super::dimensions::Dimensions;
 
-/// One named SI unit.
+/// Named SI unit that column names and unit texts may use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Symbol {
     Metre,
@@ -22,7 +22,7 @@ pub(super) enum Symbol {
     Mole,
 }
 
-/// Symbol, its spelling, and its exponents of kg, m, s, A, K and mol.
+/// SI units by symbol: spelling, and exponents of kg, m, s, A, K and mol.
 const TABLE: [(Symbol, &str, [i32; 6]); 15] = [
     (Symbol::Metre, "m", [0, 1, 0, 0, 0, 0]),
     (Symbol::Radian, "rad", [0, 0, 0, 0, 0, 0]),
@@ -42,17 +42,17 @@ const TABLE: [(Symbol, &str, [i32; 6]); 15] = [
 ];
 
 impl Symbol {
-    /// The symbol with the spelling `text`.
+    /// Finds the unit symbol with the spelling `text`.
     pub(super) fn from_text(text: &str) -> Option<Symbol> {
         TABLE.iter().find(|(_, written, _)| *written == text).map(|(symbol, ..)| *symbol)
     }
 
-    /// Spelling of the symbol.
+    /// Spelling of the unit symbol.
     pub(super) fn text(self) -> &'static str {
         TABLE[self as usize].1
     }
 
-    /// Dimensions of the unit.
+    /// Dimensions of the unit: exponents of the SI base units.
     pub(super) fn dimensions(self) -> Dimensions {
         Dimensions::from_exponents(TABLE[self as usize].2)
     }

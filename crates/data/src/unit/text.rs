@@ -4,11 +4,11 @@ use super::Unit;
 use super::dimensions::whole_twelfths;
 use super::symbol::Symbol;
 
-/// Largest absolute exponent of a symbol.
+/// Largest absolute exponent of a symbol in a unit text.
 pub(super) const MAX_EXPONENT: f64 = 9.0;
 
 impl Unit {
-    /// Unit of `text` in the notation of [`Unit::symbol`]; `None` where the text is not a unit.
+    /// Parses a unit in the notation of [`Unit::symbol`]; `None` where the text is not a unit.
     ///
     /// Adjacent symbols are multiplied, `^` gives an exponent (whole or fractional, such as 0.5), there is at
     /// most one `/`, and a divisor of several symbols is in parentheses. Products may also be written `N*m`
@@ -45,7 +45,7 @@ impl Unit {
     }
 }
 
-/// Factors of a product such as `N s` or `kg m^2`; `None` for an empty text or an unknown symbol.
+/// Parses a product such as `N s` or `kg m^2` into factors; `None` for an empty text or an unknown symbol.
 fn product(text: &str) -> Option<Vec<(Symbol, i32)>> {
     let factors: Option<Vec<_>> = text.split_whitespace().map(factor).collect();
     factors.filter(|factors| !factors.is_empty())
