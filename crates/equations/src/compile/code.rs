@@ -5,19 +5,19 @@
 #[repr(u8)]
 #[expect(missing_docs, reason = "each of the others is the operation of its name")]
 pub enum Code {
-    /// The number whose bits are `a` (low) and `b` (high).
+    /// The constant whose bits are `a` (low) and `b` (high).
     Constant,
-    /// State number `a`.
+    /// The value of state number `a`.
     State,
-    /// Input number `a`.
+    /// The value of input number `a`.
     Input,
-    /// Time derivative of input number `a`.
+    /// The time derivative of input number `a`.
     InputSlope,
-    /// Seconds since the trajectory began.
+    /// Time in seconds since the trajectory began.
     Time,
-    /// Parameter number `a`.
+    /// The value of parameter number `a`.
     Parameter,
-    /// Width of smoothed discontinuity number `a`.
+    /// The width of smoothed discontinuity number `a`.
     Width,
     Add,
     Subtract,
@@ -33,9 +33,9 @@ pub enum Code {
     Minimum,
     Maximum,
     Absolute,
-    /// `b` where `a > 0`, else `c`.
+    /// `b` if `a > 0`, else `c`.
     Select,
-    /// Square root; 0 for negative arguments.
+    /// Square root of `a`; 0 for negative `a`.
     Sqrt,
     Cbrt,
     Exp,
@@ -52,14 +52,14 @@ pub enum Code {
     Atan2,
     Hypot,
     Power,
-    /// Table number `b` at argument `a`.
+    /// Value of table number `b` at argument `a`.
     Table,
     /// Slope of table number `b` at argument `a`.
     TableSlope,
 }
 
 impl Code {
-    /// How many of `a`, `b`, `c` are results of other operations.
+    /// Number of the operands `a`, `b`, `c` that are results of other operations.
     pub fn operands(self) -> usize {
         match self {
             Code::Constant
@@ -83,13 +83,14 @@ impl Code {
         }
     }
 
-    /// Whether the operands may be swapped.
+    /// Whether the operands of the operation may be swapped.
     pub(crate) fn commutes(self) -> bool {
         matches!(self, Code::Add | Code::Multiply)
     }
 }
 
-/// An operation with its operands: indices of earlier operations, or as documented for its code.
+/// An operation with its operands `a`, `b`, `c`: indices of earlier operations, or as documented for its
+/// code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Operation {
     pub(crate) code: Code,
@@ -108,13 +109,13 @@ impl Operation {
         Self::new(Code::Constant, bits as u32, (bits >> 32) as u32, 0)
     }
 
-    /// The value, if it is a constant.
+    /// Value of the operation if it is a constant; `None` otherwise.
     pub(crate) fn as_constant(&self) -> Option<f64> {
         let bits = u64::from(self.a) | u64::from(self.b) << 32;
         (self.code == Code::Constant).then(|| f64::from_bits(bits))
     }
 
-    /// The operations whose results it uses.
+    /// Indices of the operations whose results this one uses.
     pub(crate) fn inputs(&self) -> impl Iterator<Item = u32> {
         [self.a, self.b, self.c].into_iter().take(self.code.operands())
     }

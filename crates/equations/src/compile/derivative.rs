@@ -1,16 +1,16 @@
 //! Forward-mode differentiation of a graph, which appends the derivatives as further operations.
 //!
-//! Derivatives that are 0 are left out of the lists, so that a variable that does not matter costs nothing.
+//! Derivatives that are 0 are not listed, so that a variable without influence costs nothing.
 
 use super::{Code, Graph, Id};
 
-/// Arguments below this share one slope of the square root: that at this argument.
+/// Smallest argument at which the slope of a square root is computed, in the unit of the argument.
 ///
-/// Rates such as `sqrt(level)` would otherwise have unbounded sensitivities when a tank runs empty. In the
-/// unit of the argument.
+/// Smaller arguments have the slope at this one. Rates such as `sqrt(level)` would otherwise have unbounded
+/// sensitivities when a tank runs empty.
 const SQRT_SLOPE_FLOOR: f64 = 1e-6;
 
-/// A variable to differentiate with respect to.
+/// A variable with respect to which operations are differentiated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Variable {
     /// Index of a state.
@@ -21,14 +21,14 @@ pub(crate) enum Variable {
     Time,
 }
 
-/// Derivatives of operations, without those that are 0.
+/// Derivatives of a graph's operations that are computed so far, without those that are 0.
 #[derive(Debug, Default)]
 pub(crate) struct Derivatives {
-    /// By operation, its derivatives in the order of the variables, once they are known.
+    /// Derivatives of each operation, in the order of the variables; `None` where not computed yet.
     known: Vec<Option<Vec<(Variable, Id)>>>,
-    /// Parameters to differentiate with respect to.
+    /// Indices of the parameters to differentiate with respect to.
     active: Vec<usize>,
-    /// Parameter that delays each input.
+    /// For each input, the index of the parameter that delays it; `None` without a delay.
     delays: Vec<Option<usize>>,
 }
 
@@ -59,7 +59,7 @@ impl Derivatives {
         self.known.get(id as usize).cloned().flatten().unwrap_or_default()
     }
 
-    /// Differentiates one operation whose operands are differentiated already.
+    /// Differentiates operation `id`, whose operands are differentiated already.
     fn differentiate(&self, graph: &mut Graph, id: Id) -> Vec<(Variable, Id)> {
         let operation = graph.get(id);
         let (a, b, c) = (operation.a, operation.b, operation.c);
@@ -140,7 +140,7 @@ impl Derivatives {
         }
     }
 
-    /// Derivatives of a constant, or of the state, input or parameter number `index`.
+    /// Differentiates a constant, or the state, input or parameter number `index`.
     fn differentiate_leaf(&self, graph: &mut Graph, code: Code, index: usize) -> Vec<(Variable, Id)> {
         match code {
             Code::State => vec![(Variable::State(index), graph.constant(1.0))],
@@ -163,7 +163,7 @@ impl Derivatives {
     }
 }
 
-/// Derivative of a function of one variable `a` with value `id`.
+/// Appends the derivative of a function of one variable `a`; `id` is the value of the function.
 fn slope(g: &mut Graph, code: Code, id: Id, a: Id) -> Id {
     let one = g.constant(1.0);
     match code {
@@ -216,9 +216,10 @@ fn slope(g: &mut Graph, code: Code, id: Id, a: Id) -> Id {
     }
 }
 
-/// Partial derivatives of a function of two variables with value `id`.
+/// Appends the partial derivatives of a function of two variables `a` and `b`; `id` is the value of the
+/// function.
 ///
-/// The second one is not computed for a power whose exponent is constant.
+/// The derivative with respect to `b` is not computed for a power whose exponent is constant.
 fn partials(g: &mut Graph, code: Code, id: Id, (a, b): (Id, Id), exponent_is_constant: bool) -> [Id; 2] {
     let [zero, one] = [0.0, 1.0].map(|x| g.constant(x));
     match code {
@@ -249,7 +250,7 @@ fn partials(g: &mut Graph, code: Code, id: Id, (a, b): (Id, Id), exponent_is_con
     }
 }
 
-/// Product rule: `a' b + a b'`, or `2 a a'` for a square.
+/// Appends the derivative of a product `a b`: `a' b + a b'`, or `2 a a'` for a square.
 fn product(
     g: &mut Graph,
     (a, da): (Id, &[(Variable, Id)]),
@@ -267,7 +268,7 @@ fn product(
     })
 }
 
-/// Sum of two derivatives, of which one may be missing (0).
+/// Appends the sum of two derivatives, of which one may be missing (0).
 fn sum(g: &mut Graph, x: Option<Id>, y: Option<Id>) -> Id {
     match (x, y) {
         (Some(x), Some(y)) => g.add(x, y),
@@ -275,12 +276,12 @@ fn sum(g: &mut Graph, x: Option<Id>, y: Option<Id>) -> Id {
     }
 }
 
-/// Applies `f` to every derivative of a list.
+/// Applies `f` to every derivative in a list.
 fn map(list: &[(Variable, Id)], mut f: impl FnMut(Id) -> Id) -> Vec<(Variable, Id)> {
     list.iter().map(|(variable, id)| (*variable, f(*id))).collect()
 }
 
-/// Merges two lists in the order of their variables by combining their derivatives with `f`.
+/// Merges two lists of derivatives in the order of their variables, combining each pair with `f`.
 ///
 /// A derivative that one list does not have is passed as `None` (0).
 fn merge(

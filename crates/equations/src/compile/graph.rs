@@ -7,20 +7,20 @@ use crate::limits::MAX_OPERATIONS;
 use crate::machine;
 use std::collections::BTreeMap;
 
-/// Index of an operation; its operands have smaller indices.
+/// Index of an operation in a graph; its operands have smaller indices.
 pub(crate) type Id = u32;
 
-/// Operations, all of them different.
+/// Graph of the operations of a system; no operation is stored twice.
 #[derive(Debug, Default)]
 pub(crate) struct Graph {
     operations: Vec<Operation>,
-    /// Whether each depends on a state, an input or time.
+    /// For each operation, whether its result depends on a state, an input or time.
     varies: Vec<bool>,
     ids: BTreeMap<Operation, Id>,
 }
 
 impl Graph {
-    /// All operations, operands before the operations that use them.
+    /// All operations of the graph, operands before the operations that use them.
     pub(crate) fn operations(&self) -> &[Operation] {
         &self.operations
     }
@@ -34,7 +34,7 @@ impl Graph {
         self.operations[id as usize]
     }
 
-    /// Whether each operation, up to the last of `ids`, is needed to compute `ids`.
+    /// For each operation up to the last of `ids`, whether it is needed to compute `ids`.
     pub(crate) fn needed_by(&self, ids: &[Id]) -> Vec<bool> {
         let last = ids.iter().max().map_or(0, |id| *id as usize);
         let mut needed = vec![false; last + 1];
@@ -47,12 +47,12 @@ impl Graph {
         needed
     }
 
-    /// Whether a result depends on a state, an input or time, and not on parameters alone.
+    /// Whether the result of an operation depends on a state, an input or time, not on parameters alone.
     pub(crate) fn varies(&self, id: Id) -> bool {
         self.varies[id as usize]
     }
 
-    /// The value of a constant operation.
+    /// Value of an operation if it is a constant; `None` otherwise.
     pub(crate) fn value_of(&self, id: Id) -> Option<f64> {
         self.get(id).as_constant()
     }
@@ -62,7 +62,7 @@ impl Graph {
         self.intern(Operation::constant(if value == 0.0 { 0.0 } else { value }))
     }
 
-    /// A state, input, parameter, width or time.
+    /// Appends, or finds, the operation that reads a state, input, parameter, width or the time.
     pub(crate) fn leaf(&mut self, code: Code, index: usize) -> Id {
         self.intern(Operation::new(code, index as u32, 0, 0))
     }
@@ -83,12 +83,12 @@ impl Graph {
         id
     }
 
-    /// Whether an operation is a constant with this value.
+    /// Whether an operation is the constant `value`.
     fn is(&self, id: Id, value: f64) -> bool {
         self.value_of(id) == Some(value)
     }
 
-    /// Appends an operation on results; computes it at once if all of them are constants.
+    /// Appends an operation on earlier results; computes it at once if all of them are constants.
     fn make(&mut self, code: Code, mut a: Id, mut b: Id, c: Id) -> Id {
         if code.commutes() && b < a {
             (a, b) = (b, a);
@@ -113,7 +113,7 @@ impl Graph {
         self.make(code, a, b, 0)
     }
 
-    /// Table number `table`, or its slope, at `a`.
+    /// Appends the value, or the slope, of table number `table` at the argument `a`.
     pub(crate) fn table(&mut self, code: Code, a: Id, table: u32) -> Id {
         self.intern(Operation::new(code, a, table, 0))
     }
@@ -127,7 +127,7 @@ impl Graph {
         }
     }
 
-    /// `a + b`, fused with a product among them.
+    /// Appends `a + b`, fused with a product if `a` or `b` is one.
     ///
     /// The product is fused even if it is used elsewhere: the fused sum costs the same, and its value must
     /// not depend on what else is computed.
@@ -228,7 +228,7 @@ impl Graph {
         self.binary(Code::Divide, a, b)
     }
 
-    /// `a` to a whole power, by repeated squaring.
+    /// Appends `a` to the power of a whole number, by repeated squaring.
     pub(crate) fn whole_power(&mut self, a: Id, exponent: u32) -> Id {
         let mut result = self.constant(1.0);
         let (mut square, mut remaining) = (a, exponent);
@@ -244,7 +244,7 @@ impl Graph {
         result
     }
 
-    /// `b` where `a > 0`, else `c`.
+    /// Appends the selection of `b` if `a > 0`, else `c`.
     pub(crate) fn select(&mut self, a: Id, b: Id, c: Id) -> Id {
         match self.value_of(a) {
             _ if b == c => b,

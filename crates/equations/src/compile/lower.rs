@@ -6,7 +6,7 @@ use crate::model::{How, Model, Numerics, Target};
 use crate::text::{Comparison, Function, Kind, Symbol, Tree};
 use std::collections::BTreeMap;
 
-/// Whether discontinuities are smoothed.
+/// Whether discontinuities such as `sign` are smoothed when an expression is compiled.
 ///
 /// An integrator would step across a discontinuity in a rate; in an output or a reset it does no harm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -17,33 +17,34 @@ pub(crate) enum Smoothing {
     Sharp,
 }
 
-/// A smoothed discontinuity.
+/// A discontinuity that is smoothed over a width.
 #[derive(Debug, Clone)]
 pub(crate) struct Width {
-    /// The argument at whose zero the value is discontinuous.
+    /// The operation that computes the argument, at whose zero the value is discontinuous.
     pub(crate) argument: Id,
-    /// Text of the argument in the model.
+    /// Text of the argument in the model file.
     pub(crate) text: String,
-    /// Width that the file declares, in the unit of the argument.
+    /// Smoothing width that the file declares, in the unit of the argument; `None` if it declares none.
     pub(crate) declared: Option<f64>,
 }
 
-/// A model while it is compiled to a graph.
+/// Compiles a model to a graph of operations.
 #[derive(Debug)]
 pub(crate) struct Lowering<'m> {
     pub(crate) graph: Graph,
     pub(crate) widths: Vec<Width>,
     model: &'m Model,
     lets: BTreeMap<(usize, Smoothing), Id>,
-    /// Every compiled `[let]` value, with its index; exported programs name these values.
+    /// Operation and index of every compiled `[let]` value; exported programs name these values.
     pub(crate) let_ids: Vec<(Id, usize)>,
-    /// Values of inputs and parameters that effects have changed.
+    /// Inputs and parameters that effects have changed, with the operations of their changed values.
     changed: BTreeMap<Target, Id>,
-    /// Rates of states that belong to effects on an input: they use the input as it was before the effect.
+    /// Rates of states of effects on an input, by state; they use the input as it was before the effect.
     rates_before_input_effects: BTreeMap<usize, Id>,
-    /// The output that is being changed by effects, and its value so far.
+    /// Index of the output to which effects are being applied, and its value so far; `None` while there is
+    /// none.
     output: Option<(usize, Id)>,
-    /// Rates of all states, once they are compiled.
+    /// Rates of all states; empty until they are compiled.
     rates: Vec<Id>,
     probe: Probe,
 }
@@ -104,7 +105,8 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    /// Combines the value before a change with that of the change.
+    /// Combines a target's value `before` a change with the `value` of the change, by addition,
+    /// multiplication or replacement.
     fn combine(&mut self, before: Id, how: How, value: Id) -> Id {
         match how {
             How::Add => self.graph.add(before, value),
@@ -113,7 +115,7 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    /// Compiles the rates of all states, with the effects on them.
+    /// Compiles the rates of all states, with the effects on these rates.
     pub(crate) fn rates(&mut self) -> Vec<Id> {
         let model = self.model;
         let mut rates = Vec::with_capacity(model.states.len());
@@ -131,7 +133,7 @@ impl<'m> Lowering<'m> {
         rates
     }
 
-    /// Compiles the outputs with the effects on them; the rates must be compiled first.
+    /// Compiles the outputs, with the effects on these outputs; the rates must be compiled first.
     pub(crate) fn outputs(&mut self) -> Vec<Id> {
         let model = self.model;
         let mut outputs = Vec::with_capacity(model.outputs.len());
@@ -149,7 +151,7 @@ impl<'m> Lowering<'m> {
         outputs
     }
 
-    /// The value of an output as an effect uses it: after the effects before it, or as declared.
+    /// Value of an output as an effect uses it: with the effects applied so far, or as declared.
     fn output_for_effects(&mut self, index: usize, smoothing: Smoothing) -> Id {
         match self.output {
             Some((current, id)) if current == index => id,
@@ -163,7 +165,7 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    /// Change per second of an output: its gradient times the rates.
+    /// Compiles the change per second of an output: its gradient times the rates.
     fn speed_of_output(&mut self, index: usize, smoothing: Smoothing) -> Id {
         let value = self.output_for_effects(index, smoothing);
         let mut speed = self.graph.constant(0.0);
@@ -182,7 +184,7 @@ impl<'m> Lowering<'m> {
         speed
     }
 
-    /// Compiles an expression.
+    /// Compiles an expression tree to operations.
     pub(crate) fn tree(&mut self, tree: &Tree, smoothing: Smoothing) -> Id {
         let mut ids: Vec<Id> = Vec::with_capacity(tree.nodes.len());
         for node in &tree.nodes {
@@ -271,9 +273,9 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    /// A power; whole exponents up to 64 become products.
+    /// Compiles a power; whole exponents up to 64 become products.
     ///
-    /// For larger ones the rounding errors of the products would show.
+    /// With larger exponents the rounding errors of the products would matter.
     fn power(&mut self, base: Id, exponent: Id) -> Id {
         match self.graph.value_of(exponent) {
             Some(n) if n.fract() == 0.0 && n.abs() <= 64.0 => {
@@ -285,7 +287,7 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    /// Compiles the call of a function with arguments `z`, of which the first has the text `text`.
+    /// Compiles the call of a function with arguments `z`; `text` is the text of the first argument.
     fn call(&mut self, function: Function, z: &[Id], text: &str, smoothing: Smoothing) -> Id {
         let g = &mut self.graph;
         let code = match function {
@@ -337,7 +339,7 @@ impl<'m> Lowering<'m> {
         g.unary(code, z[0])
     }
 
-    /// `tanh(z / width)`.
+    /// Compiles a smoothed sign: `tanh(z / width)`.
     fn smooth_sign(&mut self, z: Id, text: &str) -> Id {
         let known = self.widths.iter().position(|w| w.argument == z);
         let index = known.unwrap_or_else(|| {
@@ -350,7 +352,7 @@ impl<'m> Lowering<'m> {
         self.graph.unary(Code::Tanh, scaled)
     }
 
-    /// `(1 + tanh(z / width)) / 2`.
+    /// Compiles a smoothed step from 0 to 1: `(1 + tanh(z / width)) / 2`.
     fn smooth_step(&mut self, z: Id, text: &str) -> Id {
         let sign = self.smooth_sign(z, text);
         let half = self.graph.constant(0.5);
@@ -358,7 +360,7 @@ impl<'m> Lowering<'m> {
         self.graph.add(scaled, half)
     }
 
-    /// Compiles an `if`; it is smoothed where its branches differ at the switch.
+    /// Compiles an `if`; it is smoothed if its branches differ where the condition changes.
     fn choose(
         &mut self,
         comparison: Comparison,
@@ -386,7 +388,7 @@ impl<'m> Lowering<'m> {
     }
 }
 
-/// The width that the file declares for a smoothed discontinuity, by the text of its argument.
+/// Width that the file declares for a smoothed discontinuity with this argument text; `None` without one.
 fn declared_width(numerics: &Numerics, text: &str) -> Option<f64> {
     numerics.widths.get(text).copied()
 }

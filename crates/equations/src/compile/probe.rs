@@ -1,7 +1,7 @@
 //! Numerical tests of properties of a model that its expressions do not show.
 //!
-//! They are evaluated at a few points where a quantity is 0: whether the branches of an `if` agree there, and
-//! whether an event moves its own condition away from 0.
+//! The tests evaluate expressions at a few points where a quantity is 0: whether the branches of an `if`
+//! agree there, and whether an event moves its own condition away from 0.
 
 use super::{Code, Graph, Id};
 use crate::machine;
@@ -11,21 +11,21 @@ use crate::model::{Model, Table};
 ///
 /// Beyond it the cautious answer is given, so that no file can make the compiler slow.
 const MAX_TEST_OPERATIONS: usize = 10_000_000;
-/// Number of zeros at which a property is tested.
+/// Number of points, zeros of a quantity, at which a property is tested.
 const TESTED_ZEROS: usize = 6;
-/// Number of attempts to find these zeros.
+/// Maximum number of attempts to find zeros of a quantity.
 const MAX_SEARCHES: usize = 24;
 
-/// Evaluates operations at points drawn from a fixed random sequence.
+/// Evaluates operations of a model at points drawn from a fixed random sequence.
 #[derive(Debug)]
 pub(crate) struct Probe {
     nominals: Vec<f64>,
     tables: Vec<Table>,
-    /// Operations that may still be evaluated.
+    /// Number of operations that may still be evaluated.
     remaining: usize,
 }
 
-/// Values of states, inputs, parameters and time.
+/// Values of states, inputs, parameters and time at which operations are evaluated.
 #[derive(Debug, Clone)]
 pub(crate) struct Point {
     states: Vec<f64>,
@@ -39,7 +39,7 @@ impl Probe {
         Self { nominals: model.nominals(), tables: model.tables.clone(), remaining: MAX_TEST_OPERATIONS }
     }
 
-    /// Whether `branches` have the same value at the zeros of `difference`, within rounding.
+    /// Whether two `branches` have the same value where `difference` is 0, within rounding.
     pub(crate) fn branches_agree(&mut self, graph: &Graph, difference: Id, branches: [Id; 2]) -> bool {
         let points = self.find_zeros(graph, difference);
         let agree = |point: &Point| {
@@ -50,7 +50,7 @@ impl Probe {
         points.len() == TESTED_ZEROS && points.iter().all(agree)
     }
 
-    /// Points where `id` is 0; empty if the budget is spent or none is found.
+    /// Finds points where operation `id` is 0; empty if the budget of operations is spent or none is found.
     pub(crate) fn find_zeros(&mut self, graph: &Graph, id: Id) -> Vec<Point> {
         let dependencies = dependencies(graph, id);
         let cost = graph.needed_by(&[id]).iter().filter(|n| **n).count();
@@ -72,9 +72,10 @@ impl Probe {
         points
     }
 
-    /// A value of one leaf at which `id` is 0, found by a scan and bisection.
+    /// Finds a value of one quantity (state, input or time) at which operation `id` is 0, by a scan and
+    /// bisection.
     ///
-    /// The other leaves have their values from `point`.
+    /// The other quantities have their values from `point`.
     fn find_zero_along(
         &self,
         graph: &Graph,
@@ -109,7 +110,7 @@ impl Probe {
         Some(high)
     }
 
-    /// Draws a point: states and inputs from -1 to 1, time from 0 to 10 s.
+    /// Draws a random point: states and inputs from -1 to 1, time from 0 to 10 s.
     ///
     /// Parameters are within 30 % of their nominal values.
     fn draw_point(&self, graph: &Graph, random: &mut u64) -> Point {
@@ -130,7 +131,7 @@ impl Probe {
         Point { states, inputs, time: 10.0 * next(), parameters }
     }
 
-    /// Values of `ids` at a point; widths of smoothed discontinuities are 0.01.
+    /// Computes the values of `ids` at a point; the widths of smoothed discontinuities are 0.01.
     pub(crate) fn values(&self, graph: &Graph, point: &Point, ids: &[Id]) -> Vec<f64> {
         let operations = graph.operations();
         let needed = graph.needed_by(ids);
@@ -176,13 +177,13 @@ impl Point {
         }
     }
 
-    /// States of the point, to be changed.
+    /// States of the point, for changes.
     pub(crate) fn states(&mut self) -> &mut Vec<f64> {
         &mut self.states
     }
 }
 
-/// The states, inputs and time that `id` depends on.
+/// Lists the states, inputs and time that operation `id` depends on.
 fn dependencies(graph: &Graph, id: Id) -> Vec<(Code, usize)> {
     let used = graph.needed_by(&[id]);
     let operations = graph.operations().iter().zip(used).filter(|(_, used)| *used);

@@ -2,39 +2,39 @@
 
 use super::{Code, Graph, Id, Operation};
 
-/// Registers of a compiled system.
+/// Assignment of a compiled system's values to registers.
 ///
-/// The first ones hold states, inputs, the time derivatives of inputs, time, parameters and widths.
+/// The first registers hold states, inputs, the time derivatives of inputs, time, parameters and widths.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Layout {
     pub(crate) states: usize,
     pub(crate) inputs: usize,
     pub(crate) parameters: usize,
-    /// Register of each operation that some section needs.
+    /// Register of each operation of the graph; `None` if no section needs the operation.
     register_of: Vec<Option<u32>>,
-    /// Constants and their registers.
+    /// Register and value of each constant.
     pub(crate) constants: Vec<(u32, f64)>,
     pub(crate) registers: usize,
     /// Whether some derivative needs the time derivative of an input.
     pub(crate) needs_input_slopes: bool,
 }
 
-/// Instructions for one purpose, and the registers of its results.
+/// Instructions that compute one group of values, such as the rates, and the registers of the results.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Section {
     /// Instructions to run whenever states, inputs or time have changed.
     pub(crate) body: Vec<Instruction>,
-    /// Registers of the results.
+    /// Registers of the computed values.
     pub(crate) results: Vec<u32>,
 }
 
-/// An operation on registers; its result goes into a later register than its operands.
+/// An operation on registers; its result is stored in a later register than its operands.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Instruction {
     pub(crate) code: Code,
-    /// Registers of the operands; 0 for unused ones.
+    /// Registers of the operands; 0 for an operand that the operation does not have.
     pub(crate) operands: [u32; 3],
-    /// Number of its table, if it reads one.
+    /// Index of the table that the operation reads; meaningless if it reads none.
     pub(crate) table: u32,
     pub(crate) to: u32,
 }
@@ -116,7 +116,7 @@ impl Layout {
         (layout, parameter_section, sections)
     }
 
-    /// Register of an operation that some section needs.
+    /// Register of an operation, which some section must need.
     pub(crate) fn register(&self, id: Id) -> u32 {
         self.assigned_register(id).unwrap_or(0)
     }
@@ -135,7 +135,7 @@ impl Layout {
     }
 }
 
-/// Whether each operation of the graph is needed to compute `results`.
+/// For each operation of the graph, whether it is needed to compute `results`.
 fn needed_in(graph: &Graph, results: &[Id]) -> Vec<bool> {
     let mut needed = graph.needed_by(results);
     needed.resize(graph.operations().len(), false);

@@ -15,44 +15,44 @@ use crate::compile::Section;
 use crate::system::{Column, Entry, Gradient, System};
 use pulp::{Simd, WithSimd};
 
-/// The inputs during a step, per lane: cubics in the time since the start of a piece.
+/// Inputs during a step, one per lane (window): cubics in the time since the start of a schedule piece.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub(crate) struct StepInputs<const L: usize> {
-    /// Time at the start of the piece, s.
+    /// Time at the start of the piece in each lane, s.
     pub(crate) begin: [f64; L],
-    /// `[input][power]`.
+    /// Coefficients of the cubics, `[input][power]`, for each lane.
     pub(crate) coefficients: CacheAligned<[[f64; L]; 4]>,
 }
 
-/// `L` windows: machine registers, states, sensitivities, and reused scratch space.
+/// `L` windows that are simulated together: registers, states, sensitivities, and reused scratch space.
 #[derive(Debug, Clone)]
 pub(crate) struct Block<const L: usize> {
     pub(crate) registers: Rows<L>,
-    /// States, `[state]`.
+    /// State of each window, `[state]`.
     pub(crate) x: Rows<L>,
-    /// Sensitivities, `[seed][state]`.
+    /// Sensitivities `S = dx/dp` of the states, `[seed][state]`.
     pub(crate) s: Rows<L>,
-    /// Rates at the start of the last step.
+    /// Rates of the states at the start of the last step, `[state]`.
     pub(crate) first_rate: Rows<L>,
     stage: Rows<L>,
     sum: Rows<L>,
-    /// Derivatives of the rates at the four stages, `[stage][slot]`.
+    /// Derivatives of the rates at the four Runge-Kutta stages, `[stage][slot]`.
     gradients: Rows<L>,
     column: Rows<L>,
 }
 
-/// The sensitivity columns: where the derivatives of the rates that each needs are stored.
+/// Variables of differentiation (seeds), and where the derivatives of the rates that each needs are stored.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Columns {
     pub(crate) seeds: Vec<Seed>,
-    /// Active parameter of each seed; `None` for a start state.
+    /// For each seed, the index of its active parameter; `None` for an initial state.
     pub(crate) active: Vec<Option<usize>>,
-    /// Slot of each entry of the gradient of the rates.
+    /// Slot in which each entry of the gradient of the rates is stored.
     slots: Vec<usize>,
-    /// Derivatives of each rate with respect to the states.
+    /// For each rate, its derivatives with respect to the states that are not always 0.
     rows: Vec<Vec<RowEntry>>,
-    /// Slot of the derivative of each rate with respect to the seed itself, `[seed][rate]`.
+    /// Slot of the derivative of each rate with respect to the seed's own parameter, `[seed][rate]`.
     direct_slots: Vec<Vec<usize>>,
 }
 
@@ -64,15 +64,16 @@ struct RowEntry {
     is_one: bool,
 }
 
-/// Runs a section at the present state, in the form that [`pulp`] dispatches to an instruction set.
+/// Runs a section of instructions at the present state, in the form that [`pulp`] dispatches to an
+/// instruction set.
 ///
-/// A closure in its place would remain a separate function, compiled for the lowest instruction set.
+/// A closure would remain a separate function, compiled for the lowest instruction set.
 struct Evaluation<'e, const L: usize> {
     system: &'e System,
     section: &'e Section,
     registers: &'e mut [[f64; L]],
     x: &'e [[f64; L]],
-    /// Inputs and times to set first; `None` if the section depends on parameters alone.
+    /// Inputs and times to set before the run; `None` if the section depends on parameters alone.
     at: Option<(&'e StepInputs<L>, &'e [f64; L])>,
 }
 
@@ -89,7 +90,8 @@ impl<const L: usize> WithSimd for Evaluation<'_, L> {
     }
 }
 
-/// Computes outputs and their derivatives at the present state, as work for an instruction set.
+/// Computes outputs and their derivatives at the present state, in the form that [`pulp`] dispatches to an
+/// instruction set.
 struct Measurement<'m, const L: usize> {
     block: &'m mut Block<L>,
     system: &'m System,
@@ -138,7 +140,7 @@ impl<const L: usize> WithSimd for Measurement<'_, L> {
     }
 }
 
-/// Takes a Runge-Kutta step, as work for an instruction set.
+/// Takes a Runge-Kutta step, in the form that [`pulp`] dispatches to an instruction set.
 struct Step<'s, const L: usize> {
     block: &'s mut Block<L>,
     system: &'s System,
@@ -146,7 +148,7 @@ struct Step<'s, const L: usize> {
     time: &'s [f64; L],
     h: &'s [f64; L],
     columns: Option<&'s Columns>,
-    /// States whose rate is 0 because of a bound or a rest.
+    /// For each state, whether its rate is 0 because of a bound or a rest.
     fixed: &'s [bool],
 }
 
@@ -213,7 +215,7 @@ impl<const L: usize> StepInputs<L> {
         Self { coefficients: filled(inputs, [[0.0; L]; 4]), begin: [0.0; L] }
     }
 
-    /// Sets the registers of time and inputs to their values at `time`.
+    /// Sets the registers of time and inputs to their values at `time`, s.
     #[inline(always)]
     pub(crate) fn set(&self, system: &System, registers: &mut [[f64; L]], time: &[f64; L]) {
         let layout = &system.layout;
@@ -238,7 +240,7 @@ impl<const L: usize> StepInputs<L> {
 }
 
 impl<const L: usize> Block<L> {
-    /// A block without windows, as a placeholder for one that was moved out.
+    /// Creates a block without windows, as a placeholder for one that was moved out.
     pub(crate) fn empty() -> Self {
         let empty_rows = || filled(0, [0.0; L]);
         Self {
@@ -253,7 +255,7 @@ impl<const L: usize> Block<L> {
         }
     }
 
-    /// A block for `seeds` sensitivity columns, with all states 0.
+    /// Creates a block for `seeds` sensitivity columns, with all states 0.
     pub(crate) fn new(system: &System, seeds: usize) -> Self {
         let n = system.states();
         let zeros = |count: usize| filled(count, [0.0; L]);
@@ -279,7 +281,7 @@ impl<const L: usize> Block<L> {
         }
     }
 
-    /// Sets the parameters of a lane; [`Block::prepare`] must follow.
+    /// Sets the parameters of one lane (window); [`Block::prepare`] must follow.
     pub(crate) fn set_parameters(&mut self, system: &System, lane: usize, parameters: &[f64]) {
         for (index, value) in parameters.iter().enumerate() {
             self.registers[system.layout.parameter(index)][lane] = *value;
@@ -289,12 +291,12 @@ impl<const L: usize> Block<L> {
         }
     }
 
-    /// Computes the values that depend on parameters alone.
+    /// Computes the values that depend on parameters alone, after all parameters are set.
     pub(crate) fn prepare(&mut self, system: &System) {
         self.run(system, &system.parameter_section, None);
     }
 
-    /// Runs a section at the present state.
+    /// Runs a section of instructions at the present state.
     pub(crate) fn evaluate(
         &mut self,
         system: &System,
@@ -326,13 +328,13 @@ impl<const L: usize> Block<L> {
         });
     }
 
-    /// Runs a section; with inputs and times, sets states, inputs and time first.
+    /// Runs a section of instructions; with `at`, sets states, inputs and time first.
     fn run(&mut self, system: &System, section: &Section, at: Option<(&StepInputs<L>, &[f64; L])>) {
         let Self { registers, x, .. } = self;
         system.machine.dispatch::<L, _>(Evaluation { system, section, registers, x, at });
     }
 
-    /// Takes a classical Runge-Kutta step from `time` of length `h`.
+    /// Takes a classical Runge-Kutta step of length `h` (s) from `time`, for all windows.
     ///
     /// The sensitivities of `columns` are advanced as well.
     ///
@@ -348,7 +350,7 @@ impl<const L: usize> Block<L> {
         system.machine.dispatch::<L, _>(Step { block: self, system, step_inputs, time, h, columns, fixed });
     }
 
-    /// Advances the states by a step.
+    /// Advances the states of all windows by a Runge-Kutta step.
     ///
     /// The derivatives of the rates at the four stages are stored for the sensitivities.
     #[inline(always)]
@@ -414,7 +416,7 @@ impl<const L: usize> Block<L> {
         }
     }
 
-    /// Advances all columns by the same step applied to formula (2).
+    /// Advances all sensitivity columns by the Runge-Kutta step applied to `S' = J S + P`, formula (2).
     ///
     /// This is the exact derivative of the step of the states.
     #[inline(always)]
@@ -463,9 +465,9 @@ impl<const L: usize> Block<L> {
         }
     }
 
-    /// Derivatives along a sensitivity column of values whose gradient was just evaluated.
+    /// Computes the derivatives, for one seed and lane, of values whose gradient was just evaluated.
     ///
-    /// They are `g_x S + g_p`, one per value.
+    /// They are `g_x S + g_p` (S the sensitivities of the states), one per value.
     pub(crate) fn directional_derivatives(
         &self,
         gradient: &Gradient,

@@ -5,7 +5,7 @@ use crate::model::{How, Model, Target};
 use crate::system::System;
 use crate::text::{Bindings, Kind, Symbol, Tree};
 
-/// The error of a window in which state number `state` is not finite at its sample `index`.
+/// Describes the divergence of a window, in which state number `state` is not finite at sample `index`.
 pub(crate) fn diverged(
     system: &System,
     window: &Window<'_>,
@@ -59,13 +59,13 @@ pub(crate) fn diverged(
     error
 }
 
-/// Values of everything that an expression may refer to, at one point of a window.
+/// Values of all quantities that an expression may use, at one point of a window.
 struct PointValues<'s> {
     model: &'s Model,
     window: &'s Window<'s>,
     x: &'s [f64],
     time: f64,
-    /// Values of `[let]`, as far as they are computed.
+    /// Values of `[let]` that are computed so far.
     lets: Vec<f64>,
 }
 
@@ -79,7 +79,7 @@ impl<'s> PointValues<'s> {
         values
     }
 
-    /// The rate of a state with the effects on it.
+    /// Rate of a state, with the effects on it.
     fn rate(&self, state: usize) -> f64 {
         let declared = self.model.states[state].rate.tree.value(self);
         let changes = self.model.additions.iter().flat_map(|a| &a.changes);
@@ -93,9 +93,9 @@ impl<'s> PointValues<'s> {
         })
     }
 
-    /// Describes why a rate is not finite.
+    /// Describes why the rate of a state is not finite; `None` if no cause is found.
     ///
-    /// The cause is in the first `[let]` value that is not finite, or else in the rate's own expression.
+    /// The cause is in the first `[let]` value that is not finite, or else in the expression of the rate.
     fn cause(&self, state: usize) -> Option<String> {
         let values = self.model.lets.iter().zip(&self.lets);
         let first_infinite = values.into_iter().find(|(_, value)| !value.is_finite());
@@ -129,7 +129,7 @@ impl Bindings for PointValues<'_> {
     }
 }
 
-/// Describes the first node that is not finite although its operands are.
+/// Describes the first node of an expression that is not finite although its operands are.
 fn cause_in(tree: &Tree, values: &[f64]) -> Option<String> {
     let is_broken = |i: &usize| !values[*i].is_finite();
     for (index, node) in tree.nodes.iter().enumerate() {
@@ -156,7 +156,7 @@ fn cause_in(tree: &Tree, values: &[f64]) -> Option<String> {
     None
 }
 
-/// Removes a pair of parentheses that encloses the whole text.
+/// Strips a pair of parentheses that encloses the whole text.
 fn without_outer_parentheses(text: &str) -> &str {
     let Some(inner) = text.strip_prefix('(').and_then(|t| t.strip_suffix(')')) else { return text };
     let mut depth = 0;

@@ -14,13 +14,13 @@ use super::lane::{Lane, StepFailure, condition_speed};
 use crate::limits::MAX_EVENTS_PER_WINDOW;
 use crate::system::{Column, System};
 
-/// A condition that passes 0 at less than this share of its typical speed barely touches it (grazing).
+/// Share of a condition's typical speed below which a zero crossing counts as grazing (barely touching).
 ///
-/// The derivative of the time of the event, formula (1), is then not reliable.
+/// At a grazing crossing the derivative of the time of the event, formula (1), is not reliable.
 const GRAZING_SPEED_RATIO: f64 = 1e-6;
 
 impl Lane {
-    /// Carries state and sensitivities across the discontinuity that `trigger` causes at `time`.
+    /// Carries states and sensitivities across the discontinuity that `trigger` causes at `time`, s.
     pub(super) fn cross_discontinuity(
         &mut self,
         system: &System,
@@ -72,7 +72,9 @@ impl Lane {
         Ok(())
     }
 
-    /// Applies the reset of an event, sets `shifts` (formula (1)), and starts the event's rest if it is due.
+    /// Applies the reset of an event and starts the event's rest if it is due.
+    ///
+    /// Sets `shifts` to the derivatives of the event's time, formula (1), one per seed.
     fn fire_event(
         &mut self,
         system: &System,
@@ -123,14 +125,15 @@ impl Lane {
         Ok(())
     }
 
-    /// Adds `sign f tau'` to the sensitivities, for each seed.
+    /// Adds `sign f tau'` to the sensitivities for each seed: `f` are `rates`, `tau'` are `shifts` (formula
+    /// 2).
     pub(super) fn shift_sensitivities(&mut self, rates: &[f64], shifts: &[f64], sign: f64) {
         for (column, shift) in self.block.s.chunks_exact_mut(rates.len()).zip(shifts) {
             column.iter_mut().zip(rates).for_each(|(s, f)| s[0] += sign * f * shift);
         }
     }
 
-    /// Speed of a condition, its typical size, and the derivative of the condition for each seed.
+    /// Computes the speed of a condition (per second), its typical size, and its derivative for each seed.
     pub(super) fn crossing(
         &mut self,
         system: &System,
@@ -153,7 +156,8 @@ impl Lane {
         (speed, typical_speed, slopes)
     }
 
-    /// Starts the rest of an event if its condition moves slowly enough and the rest would not end at once.
+    /// Starts the rest of an event if its condition changes slowly enough and the rest would not end at
+    /// once.
     pub(super) fn try_to_rest(
         &mut self,
         system: &System,
@@ -183,9 +187,10 @@ impl Lane {
         true
     }
 
-    /// Updates the sides of all conditions after an event.
+    /// Updates, after an event, on which side of 0 each condition is.
     ///
-    /// Its own side follows from its direction of motion, the others from their values.
+    /// The side of the event's own condition follows from its direction of motion, the others from their
+    /// values.
     pub(super) fn update_sides_after_event(&mut self, system: &System, event: usize, time: f64) {
         let speed = self.speed(system, event, time);
         let conditions = self.conditions(system, time);

@@ -1,7 +1,8 @@
 //! A step of one window that stops at every discontinuity within it.
 //!
-//! Each trigger is a value that rises through 0. It is checked in the middle and at the end of the step; a
-//! change of sign is located by repeating the step with shorter lengths.
+//! Each trigger (possible cause of a discontinuity) is a value that rises through 0. It is checked in the
+//! middle and at the end of the step; a change of sign is located by repeating the step with shorter
+//! lengths.
 
 use super::block::Columns;
 use super::lane::{Lane, StepFailure};
@@ -11,24 +12,24 @@ use crate::limits::MAX_EVENTS_PER_WINDOW;
 use crate::model::Direction;
 use crate::system::System;
 
-/// A condition smaller than this share of its scale is 0 within rounding.
+/// Share of its scale below which the value of a condition counts as 0 within rounding.
 const ROUNDING_RATIO: f64 = 1e-12;
 
-/// A cause of a discontinuity; it occurs where its value rises through 0.
+/// A cause of a discontinuity, which occurs where the trigger's value rises through 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Trigger {
-    /// The `when` of an event, times the sign that makes it rise.
+    /// The condition `when` of an event crosses 0; `sign` makes the crossing a rise.
     Event { event: usize, sign: f64 },
-    /// The condition that ends a rest.
+    /// The condition that ends the rest of an event becomes true.
     RestEnd { event: usize },
-    /// A state that passes its bound.
+    /// A state reaches its bound: `side` -1 for the lower, 1 for the upper one.
     BoundReached { state: usize, side: i8 },
-    /// The rate of a state at its bound, when it turns away from the bound.
+    /// The rate of a state at its bound turns away from the bound.
     BoundLeft { state: usize, side: i8 },
 }
 
 impl Lane {
-    /// Advances over a part of an interval in steps whose error stays below `tolerance`.
+    /// Advances over a part of a sample interval in steps whose error stays below `tolerance`.
     pub(crate) fn advance_adaptively(
         &mut self,
         system: &System,
@@ -70,7 +71,7 @@ impl Lane {
         Ok(())
     }
 
-    /// Advances from `time` by `h`, stopping at every discontinuity.
+    /// Advances the window from `time` by `h` (s), stopping at every discontinuity.
     pub(crate) fn step_through_events(
         &mut self,
         system: &System,
@@ -146,7 +147,7 @@ impl Lane {
         Err(StepFailure::TooManyEvents(0, time))
     }
 
-    /// Repeats a step from `begin`, with sensitivities.
+    /// Repeats a step from the saved state `begin`, now with sensitivities.
     pub(super) fn repeat_step(
         &mut self,
         system: &System,
@@ -159,7 +160,7 @@ impl Lane {
         self.advance(system, method, step, columns)
     }
 
-    /// The triggers that are possible in the present mode, always in the same order.
+    /// Lists the triggers that are possible in the present mode, always in the same order.
     pub(super) fn triggers(&self, system: &System) -> Vec<Trigger> {
         let mut list = Vec::new();
         for (event, declared) in system.model.events.iter().enumerate() {
@@ -187,7 +188,7 @@ impl Lane {
         list
     }
 
-    /// Values of all triggers; each occurs where its value rises through 0.
+    /// Computes the values of all triggers; each trigger occurs where its value rises through 0.
     pub(super) fn trigger_values(&mut self, system: &System, time: f64) -> Vec<f64> {
         let conditions = self.conditions(system, time);
         let needs_rates = self.mode.bounds.iter().any(|w| *w != 0);
@@ -211,7 +212,7 @@ impl Lane {
         self.triggers(system).into_iter().map(|w| exclude_zero(w, value(w))).collect()
     }
 
-    /// Locates the time since `now` at which the value of a trigger rises through 0, to 1e-12 s.
+    /// Locates the time after `now` at which the value of a trigger rises through 0, to 1e-12 s.
     ///
     /// False position with the Illinois rule, and bisection every eighth round; the step is repeated up to
     /// each trial time.
@@ -274,9 +275,9 @@ impl Lane {
         Ok(high)
     }
 
-    /// Whether a condition really rises at this time.
+    /// Whether the condition of an event really rises at this time.
     ///
-    /// Directly after an impact it is 0 within rounding while it moves away.
+    /// Directly after an impact the condition is 0 within rounding while it moves away.
     pub(super) fn is_true_crossing(
         &mut self,
         system: &System,
@@ -291,7 +292,8 @@ impl Lane {
         Ok(sign * self.speed(system, event, now + at) > 0.0)
     }
 
-    /// Sets the sides of all conditions that are not 0, except those of events at rest.
+    /// Updates on which side of 0 each condition is, except conditions that are 0 and those of events at
+    /// rest.
     pub(super) fn update_sides(&mut self, system: &System, time: f64) {
         let conditions = self.conditions(system, time);
         let modes = self.mode.sides.iter_mut().zip(&self.mode.resting);

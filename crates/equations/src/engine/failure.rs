@@ -3,7 +3,7 @@
 use augsim_data::digits;
 use thiserror::Error;
 
-/// The error of a window that cannot be simulated. Times are seconds since the trajectory began.
+/// Error: a window cannot be simulated. Times are seconds since the trajectory began.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each explains its values")]
 pub enum SimulationError {
@@ -43,7 +43,7 @@ pub enum SimulationError {
     NotActive { name: String },
 }
 
-/// The cause of a divergence, or general advice if it was not found.
+/// Sentence on the cause of a divergence, or general advice if the cause was not found.
 fn describe_cause(cause: &Option<String>) -> String {
     cause
         .as_ref()

@@ -12,12 +12,13 @@
 use super::block::{Block, Columns, StepInputs};
 use crate::system::{Column, System};
 
-/// 1 - 1/sqrt(2): the coefficient that makes two stages of order 2 L-stable.
+/// Coefficient g = 1 - 1/sqrt(2), which makes the two-stage Runge-Kutta method of order 2 L-stable.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-/// Maximum number of Newton iterations per stage.
+/// Maximum number of Newton iterations per Runge-Kutta stage.
 const MAX_NEWTON_ITERATIONS: usize = 30;
 
-/// Advances one window by `h`. Returns false, with the state unchanged, if a stage does not converge.
+/// Takes an implicit step of length `h` (s); returns false, with the state unchanged, if a stage does not
+/// converge.
 pub(crate) fn step(
     block: &mut Block<1>,
     system: &System,
@@ -90,10 +91,11 @@ pub(crate) fn step(
     true
 }
 
-/// Solves the equation of a stage for its rate by Newton's method; returns whether it converged.
+/// Solves the equation of a Runge-Kutta stage for the stage's rate by Newton's method; returns whether it
+/// converged.
 ///
-/// `known` is the part of the stage's state that does not depend on its rate. The iteration also ends when
-/// the change is small and no longer decreases, because rounding then prevents a smaller one.
+/// `known` is the part of the stage's state that does not depend on the stage's rate. The iteration also
+/// ends when the change is small and no longer decreases, because rounding then prevents a smaller one.
 fn solve_stage(
     block: &mut Block<1>,
     (known, h): (&[f64], f64),
@@ -119,7 +121,8 @@ fn solve_stage(
     false
 }
 
-/// Rates and their Jacobian with respect to the states, row by row; 0 for states that are `fixed`.
+/// Computes the rates and their Jacobian with respect to the states, row by row; 0 for states that are
+/// `fixed`.
 pub(crate) fn linearise(
     block: &mut Block<1>,
     system: &System,
@@ -142,14 +145,14 @@ pub(crate) fn linearise(
     (values, jacobian)
 }
 
-/// The matrix `I - gamma h J` of the Newton iterations.
+/// Builds the matrix `I - gamma h J` of the Newton iterations, row by row.
 fn iteration_matrix(jacobian: &[f64], h: f64) -> Vec<f64> {
     let n = jacobian.len().isqrt();
     let identity = |i: usize| if i / n == i % n { 1.0 } else { 0.0 };
     jacobian.iter().enumerate().map(|(i, j)| identity(i) - GAMMA * h * j).collect()
 }
 
-/// LU factors by Gaussian elimination with row pivoting.
+/// LU factors of a small matrix, by Gaussian elimination with row pivoting.
 ///
 /// Systems have a few states; the blocked factorisation of a library costs more to set up than these factors
 /// take to solve.
@@ -160,7 +163,7 @@ struct Factors {
 }
 
 impl Factors {
-    /// Factorises a matrix; `None` if it is singular or not finite.
+    /// Factorises an `n` by `n` matrix; `None` if it is singular or not finite.
     fn new(mut rows: Vec<f64>, n: usize) -> Option<Factors> {
         let mut row_order: Vec<usize> = (0..n).collect();
         for column in 0..n {
@@ -183,7 +186,7 @@ impl Factors {
         Some(Factors { rows, row_order, n })
     }
 
-    /// Replaces the right-hand side by the solution.
+    /// Solves the linear system in place: replaces the right-hand side by the solution.
     fn solve(&self, right: &mut [f64]) {
         let n = self.n;
         let mut x: Vec<f64> = self.row_order.iter().map(|i| right[*i]).collect();

@@ -1,4 +1,4 @@
-//! One window that is advanced by itself: it keeps track of events, state bounds and rests.
+//! One window that is advanced by itself, with its events, state bounds and rests.
 //!
 //! The sensitivities are carried across discontinuities with the derivative of the time at which these occur.
 
@@ -7,22 +7,22 @@ use super::{Method, SimulatedEvent, SimulationError, implicit, reference};
 use crate::limits::MAX_EVENTS_PER_WINDOW;
 use crate::system::{Column, Gradient, System};
 
-/// Which equations hold at present: sides of the event conditions, states at bounds, events at rest.
+/// Which equations hold in a window at present: sides of conditions, states at bounds, events at rest.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Mode {
-    /// Sign of each `when` before it passes 0 next.
+    /// For each event, the side of 0 (-1 or 1) on which its condition `when` is before its next crossing.
     pub(crate) sides: Vec<f64>,
-    /// For each event at rest, the side of its `when` before the event that led to the rest.
+    /// For each event at rest, the side of its condition before the event that led to the rest; else `None`.
     pub(super) resting: Vec<Option<f64>>,
-    /// For each state -1 at its lower bound, 1 at its upper bound, else 0.
+    /// For each state, -1 at its lower bound, 1 at its upper bound, else 0.
     pub(super) bounds: Vec<i8>,
-    /// States whose rate is 0 because of a bound or a rest.
+    /// For each state, whether its rate is 0 because of a bound or a rest.
     pub(super) fixed: Vec<bool>,
-    /// Number of events that have fired.
+    /// Number of events that have fired in the window so far.
     pub(super) fired: usize,
 }
 
-/// One window outside its block.
+/// One window that is simulated by itself, outside the block of windows.
 #[derive(Debug, Clone)]
 pub(crate) struct Lane {
     pub(crate) block: Block<1>,
@@ -33,7 +33,7 @@ pub(crate) struct Lane {
     pub(super) last_step: f64,
 }
 
-/// Why a step could not be completed.
+/// Why a step of a window could not be completed.
 pub(crate) enum StepFailure {
     TooManyEvents(usize, f64),
     Zeno(usize, f64),
@@ -41,7 +41,7 @@ pub(crate) enum StepFailure {
 }
 
 impl StepFailure {
-    /// The error that a user sees.
+    /// Converts the failure to the error that a user sees.
     pub(crate) fn into_error(self, system: &System, record: &str) -> SimulationError {
         let record = record.to_owned();
         let name = |event: usize| system.model.events.get(event).map_or_else(String::new, |e| e.name.clone());
@@ -75,7 +75,7 @@ impl Mode {
         self.bounds.iter().all(|w| *w == 0) && self.resting.iter().all(Option::is_none)
     }
 
-    /// Recomputes which states are fixed.
+    /// Recomputes for which states the rate is fixed at 0.
     pub(super) fn update_fixed(&mut self, system: &System) {
         for (state, fixed) in self.fixed.iter_mut().enumerate() {
             *fixed = self.bounds[state] != 0;
@@ -99,7 +99,7 @@ impl Lane {
         Lane { block, step_inputs, mode, events: Vec::new(), last_step: 0.0 }
     }
 
-    /// A lane without a window, as a placeholder for one that was moved out.
+    /// Creates a lane without a window, as a placeholder for one that was moved out.
     pub(crate) fn empty() -> Lane {
         Lane {
             block: Block::empty(),
@@ -110,28 +110,28 @@ impl Lane {
         }
     }
 
-    /// Values of all conditions at the present state.
+    /// Computes the values of all conditions at the present state.
     pub(super) fn conditions(&mut self, system: &System, time: f64) -> Vec<f64> {
         self.block.evaluate(system, &system.conditions, &self.step_inputs, &[time]);
         let registers = &self.block.registers;
         system.conditions.results.iter().map(|r| registers[*r as usize][0]).collect()
     }
 
-    /// Rates at the present state as the equations give them, ignoring bounds and rests.
+    /// Computes the rates at the present state as the equations give them, ignoring bounds and rests.
     pub(super) fn raw_rates(&mut self, system: &System, time: f64) -> Vec<f64> {
         self.block.evaluate(system, &system.rates, &self.step_inputs, &[time]);
         let registers = &self.block.registers;
         system.rates.results.iter().map(|r| registers[*r as usize][0]).collect()
     }
 
-    /// Rates at the present state; 0 for fixed states.
+    /// Computes the rates at the present state; 0 for states fixed by a bound or a rest.
     pub(super) fn rates(&mut self, system: &System, time: f64) -> Vec<f64> {
         let mut rates = self.raw_rates(system, time);
         rates.iter_mut().zip(&self.mode.fixed).filter(|(_, fixed)| **fixed).for_each(|(rate, _)| *rate = 0.0);
         rates
     }
 
-    /// Starts a window: moves start states into their bounds, and sets the side of each condition.
+    /// Starts a window: moves initial states into their bounds, and sets the side of each condition.
     pub(crate) fn begin(&mut self, system: &System, time: f64) {
         let n = system.states();
         for (state, declared) in system.model.states.iter().enumerate() {
@@ -154,7 +154,7 @@ impl Lane {
         }
     }
 
-    /// Sum of the absolute terms of a condition's derivative at a state, as a scale for rounding errors.
+    /// Scale of rounding errors of a condition at a state: the sum of the absolute terms of its derivative.
     pub(super) fn condition_scale(
         &mut self,
         system: &System,
@@ -209,7 +209,7 @@ impl Lane {
         self.mode.update_fixed(system);
     }
 
-    /// Advances by `h` without looking for events.
+    /// Advances the window by a step without looking for events.
     pub(super) fn advance(
         &mut self,
         system: &System,

@@ -4,23 +4,23 @@ use super::block::{Block, StepInputs};
 use crate::compile::Section;
 use crate::system::{Column, System};
 
-/// Values of states, inputs, parameters and time at which a system is evaluated.
+/// A point at which a system is evaluated: states, inputs, parameters and time.
 #[derive(Debug, Clone, Copy)]
 pub struct Point<'a> {
-    /// States in the order of the model.
+    /// Values of the states, in the order of the model.
     pub state: &'a [f64],
-    /// Inputs in the order of the model.
+    /// Values of the inputs, in the order of the model.
     pub inputs: &'a [f64],
-    /// Parameters in the order of the model.
+    /// Values of the parameters, in the order of the model.
     pub parameters: &'a [f64],
-    /// Seconds since the trajectory began.
+    /// Time in seconds since the trajectory began.
     pub time: f64,
 }
 
-/// Rates at a point with their derivatives.
+/// Rates of the states at a point, with the derivatives of the rates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Linearisation {
-    /// Rate of each state.
+    /// Rate of each state, per second.
     pub rates: Vec<f64>,
     /// Derivatives of the rates with respect to the states, `[rate][state]`.
     pub by_state: Vec<f64>,
@@ -29,19 +29,20 @@ pub struct Linearisation {
 }
 
 impl System {
-    /// Noise-free outputs at points, `[point][output]`.
+    /// Computes noise-free outputs at points, `[point][output]`.
     pub fn outputs_at<'p>(&self, points: impl IntoIterator<Item = Point<'p>>) -> Vec<f64> {
         self.values_at(&self.outputs, self.model.outputs.len(), points)
     }
 
-    /// Values of the `when` of each event at points, `[point][event]`.
+    /// Computes the condition `when` of each event at points, `[point][event]`.
     pub fn conditions_at<'p>(&self, points: impl IntoIterator<Item = Point<'p>>) -> Vec<f64> {
         self.values_at(&self.conditions, self.model.events.len(), points)
     }
 
-    /// The first `count` results of a section at points.
+    /// Computes the first `count` results of a section at points.
     ///
-    /// States and inputs of the wrong length are cut or keep the values before; too many parameters are cut.
+    /// Lists of states and inputs that are too long are cut; values missing in them stay those of the point
+    /// before. Too many parameters are cut.
     fn values_at<'p>(
         &self,
         section: &Section,
@@ -68,9 +69,9 @@ impl System {
         values
     }
 
-    /// Rates at a point with all their derivatives, by the same operations as in simulations.
+    /// Computes the rates at a point with all their derivatives, by the same operations as in simulations.
     ///
-    /// Lists of the wrong length are cut, or filled with 0.
+    /// Lists of the wrong length in the point are cut, or filled with 0.
     pub fn linearise(&self, point: &Point<'_>) -> Linearisation {
         let (n, active) = (self.states(), self.active.len());
         let mut block = Block::<1>::new(self, 0);

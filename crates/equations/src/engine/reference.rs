@@ -10,9 +10,9 @@
 use super::block::{Block, StepInputs};
 use crate::system::System;
 
-/// Nodes `c`.
+/// Nodes `c` of the Dormand-Prince method, as shares of the step.
 const NODES: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
-/// Stage coefficients `a`.
+/// Stage coefficients `a` of the Dormand-Prince method, one row per stage.
 const COEFFICIENTS: [&[f64]; 7] = [
     &[],
     &[0.2],
@@ -22,11 +22,12 @@ const COEFFICIENTS: [&[f64]; 7] = [
     &[9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0],
     &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
 ];
-/// Error weights `e`: weights of order 5 minus those of order 4.
+/// Error weights `e` of the Dormand-Prince method: weights of order 5 minus those of order 4.
 const ERROR_WEIGHTS: [f64; 7] =
     [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
 
-/// Advances by `h`; returns the error estimate divided by the allowed error (accurate up to 1).
+/// Advances one window by `h` (s); returns the error estimate divided by the allowed error (accurate up to
+/// 1).
 ///
 /// The allowed error is `tolerance` times the size of the state plus 1e-3.
 pub(crate) fn step(

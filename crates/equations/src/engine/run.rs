@@ -9,29 +9,29 @@ use super::stability::{FastestMode, fastest_modes, unstable};
 use super::{Method, Options, Seed, Simulated, SimulationError, Window};
 use crate::system::System;
 
-/// A block of windows during its simulation.
+/// A block of windows during its simulation, one window per lane.
 pub(super) struct Run<'r, const L: usize> {
     system: &'r System,
     windows: Vec<&'r Window<'r>>,
-    /// Number of requested windows; the lanes beyond repeat the last one.
+    /// Number of requested windows; lanes beyond them repeat the last window.
     requested: usize,
     columns: &'r Columns,
     options: &'r Options,
-    /// Limits of the explicit steps of each window.
+    /// The fastest mode of each window, which limits the length of explicit steps.
     fastest: [FastestMode; L],
     block: Block<L>,
     step_inputs: StepInputs<L>,
-    /// The windows as single lanes, if something may happen to one that does not happen to others.
+    /// The windows as single lanes, if events or bounds may affect one without the others.
     ///
     /// Empty if all lanes step together.
     lanes: Vec<Lane>,
     pub(super) failures: Vec<Option<SimulationError>>,
     results: Vec<Simulated>,
-    /// Sums of squares of the arguments of smoothed discontinuities, and the number of samples.
+    /// For each smoothed discontinuity, the sum of the squares of its argument; and the number of samples.
     ///
-    /// `None` if they are not recorded.
+    /// `None` if these sums are not recorded.
     pub(super) discontinuity_squares: Option<(Vec<f64>, u32)>,
-    /// States of the first window at its samples, if they are recorded.
+    /// States of the first window at its samples; `None` if they are not recorded.
     pub(super) states: Option<Vec<f64>>,
     /// Scratch: states and sensitivities at the start of a step.
     before: (Rows<L>, Rows<L>),
@@ -45,13 +45,13 @@ pub(super) struct Run<'r, const L: usize> {
     slopes: Rows<L>,
 }
 
-/// A part of a sample interval, per lane, in which each input is one cubic.
+/// A part of a sample interval, for each lane, in which each input is one cubic.
 #[repr(C, align(64))]
 struct Part<const L: usize> {
     begin: [f64; L],
     end: [f64; L],
     steps: [usize; L],
-    /// Length of a step, s; 0 for a lane without steps.
+    /// Length of an integration step, s; 0 for a lane without steps.
     step: [f64; L],
 }
 
@@ -69,7 +69,7 @@ impl<const L: usize> Part<L> {
 }
 
 impl<'r, const L: usize> Run<'r, L> {
-    /// Prepares the windows; those that do not fit the system get their error at once.
+    /// Prepares the simulation of windows; those that do not fit the system get their error at once.
     pub(super) fn new(
         system: &'r System,
         windows: &'r [Window<'r>],
@@ -124,7 +124,7 @@ impl<'r, const L: usize> Run<'r, L> {
         run
     }
 
-    /// Sets parameters, start states and the unit sensitivities of the start states.
+    /// Sets the parameters, the initial states, and the unit sensitivities of the initial states.
     fn begin(&mut self) {
         let (system, n) = (self.system, self.system.states());
         let steps_alone = !system.is_smooth() || !self.options.method.is_explicit();
@@ -153,7 +153,7 @@ impl<'r, const L: usize> Run<'r, L> {
         }
     }
 
-    /// Finds how many steps each window needs to be stable; one that needs too many fails.
+    /// Determines how many steps each window needs for stability; a window that needs too many fails.
     fn limit_steps(&mut self) {
         for lane in 0..self.windows.len() {
             self.sample_inputs(lane, self.windows[lane].first);
@@ -167,7 +167,8 @@ impl<'r, const L: usize> Run<'r, L> {
         }
     }
 
-    /// Simulates to the last sample; returns the sums over discontinuity arguments, if recorded.
+    /// Simulates all windows to their last samples; returns the sums over discontinuity arguments, if
+    /// recorded.
     pub(super) fn advance_all(&mut self) -> Option<(Vec<f64>, u32)> {
         let intervals = self.windows.iter().map(|w| w.last - w.first).max().unwrap_or(0);
         if !self.windows.is_empty() {
@@ -183,7 +184,7 @@ impl<'r, const L: usize> Run<'r, L> {
         self.discontinuity_squares.take()
     }
 
-    /// Simulates to the last sample; returns the result of each window.
+    /// Simulates all windows to their last samples; returns the result of each.
     pub(super) fn run(mut self) -> Vec<Result<Simulated, SimulationError>> {
         self.advance_all();
         let n = self.system.states();
@@ -206,7 +207,7 @@ impl<'r, const L: usize> Run<'r, L> {
         interval < window.last - window.first && self.failures.get(lane).is_none_or(Option::is_none)
     }
 
-    /// Number of steps of a lane in a sample interval of this length (s).
+    /// Number of integration steps of a lane in a sample interval of this length, s.
     fn substeps(&self, lane: usize, interval_s: f64) -> usize {
         self.fastest[lane].substeps(interval_s, self.options.substeps)
     }
@@ -273,13 +274,13 @@ impl<'r, const L: usize> Run<'r, L> {
         }
     }
 
-    /// The sensitivity columns, or `None` if there are no seeds.
+    /// The variables of differentiation; `None` if there are no seeds.
     fn columns(&self) -> Option<&'r Columns> {
         let columns: &'r Columns = self.columns;
         (!columns.seeds.is_empty()).then_some(columns)
     }
 
-    /// Takes a step of all lanes; lanes in which something happens repeat it by themselves.
+    /// Takes a step of all lanes; lanes with a discontinuity in the step repeat it by themselves.
     fn step(&mut self, time: &[f64; L], h: &[f64; L]) {
         let (system, columns) = (self.system, self.columns());
         if self.lanes.is_empty() {
@@ -314,9 +315,9 @@ impl<'r, const L: usize> Run<'r, L> {
         self.lanes[index] = lane;
     }
 
-    /// Finds the lanes in which something may have happened during the step that was just taken.
+    /// Finds the lanes in which a discontinuity may have occurred during the step that was just taken.
     ///
-    /// The conditions are checked in the middle and at the end of the step.
+    /// The conditions of events are checked in the middle and at the end of the step.
     fn lanes_with_discontinuities(&mut self, time: &[f64; L], h: &[f64; L]) -> [bool; L] {
         let (system, n) = (self.system, self.system.states());
         let (events, block) = (system.model.events.len(), &mut self.block);
@@ -362,7 +363,7 @@ impl<'r, const L: usize> Run<'r, L> {
         has_discontinuity
     }
 
-    /// Advances every lane over a part of its interval with the adaptive reference.
+    /// Advances every lane over a part of its interval with the adaptive reference integrator.
     fn advance_adaptively(&mut self, part: &Part<L>, tolerance: f64) {
         for index in 0..L {
             let failed = self.failures.get(index).is_some_and(Option::is_some);
@@ -383,9 +384,10 @@ impl<'r, const L: usize> Run<'r, L> {
         }
     }
 
-    /// Adds the jump of the sensitivities where a delayed zero-order-hold input changes its value.
+    /// Adds to the sensitivities the jump where a delayed zero-order-hold input changes its value.
     ///
-    /// The fitted delay moves the time of the jump: S += (f before - f after), for the seed of the delay.
+    /// The fitted delay moves the time of the jump: `S += (f before - f after)` for the seed of the delay,
+    /// with sensitivities `S` and rates `f`.
     fn add_delay_jump(&mut self, index: usize, piece: &SchedulePiece) {
         let (system, n) = (self.system, self.system.states());
         for input in &piece.jumps {
@@ -418,20 +420,20 @@ impl<'r, const L: usize> Run<'r, L> {
         }
     }
 
-    /// Copies a window out of the block: as it was before the step, or as it is.
+    /// Copies a window out of the block: as it was before the step if `before`, else as it is.
     fn extract_lane(&self, index: usize, lane: &mut Lane, before: bool) {
         let (x, s) = if before { (&self.before.0, &self.before.1) } else { (&self.block.x, &self.block.s) };
         lane.block.x.iter_mut().zip(x.iter()).for_each(|(to, from)| to[0] = from[index]);
         lane.block.s.iter_mut().zip(s.iter()).for_each(|(to, from)| to[0] = from[index]);
     }
 
-    /// Copies a window back into the block.
+    /// Copies a window that was advanced by itself back into the block.
     fn insert_lane(&mut self, index: usize, lane: &Lane) {
         self.block.x.iter_mut().zip(lane.block.x.iter()).for_each(|(to, from)| to[index] = from[0]);
         self.block.s.iter_mut().zip(lane.block.s.iter()).for_each(|(to, from)| to[index] = from[0]);
     }
 
-    /// Sets the inputs of a lane to the pieces that start at a sample.
+    /// Sets the inputs of a lane to the cubics that begin at a sample.
     fn sample_inputs(&mut self, lane: usize, sample: usize) {
         let window = self.windows[lane];
         let time = window.record.times[sample];

@@ -9,15 +9,15 @@ pub(crate) struct SchedulePiece {
     pub(crate) begin: f64,
     pub(crate) end: f64,
     pub(crate) steps: usize,
-    /// Coefficients of each input in the time since `begin`.
+    /// Coefficients of the cubic of each input, in powers of the time since `begin`.
     pub(crate) inputs: Vec<[f64; 4]>,
-    /// Inputs with zero-order hold and a delay that change their value at `begin`.
+    /// Indices of inputs with zero-order hold and a delay whose value changes at `begin`.
     pub(crate) jumps: Vec<usize>,
 }
 
-/// The parts of the interval from sample `index` of a record to the next.
+/// Divides the interval from sample `index` of a record to the next into pieces.
 ///
-/// They have `substeps` steps in all, or more if an input changes its cubic within the interval.
+/// The pieces have `substeps` steps in all, or more if an input changes its cubic within the interval.
 pub(crate) fn pieces(
     model: &Model,
     record: &Record,

@@ -8,18 +8,19 @@ use pulp::Simd;
 /// Maximum number of states with a dense Jacobian; a longer column would not fit into registers.
 const MAX_DENSE_STATES: usize = 6;
 
-/// For each stage: position of the next stage as a share of the step, and its own weight in sixths.
+/// For each Runge-Kutta stage: position of the next stage as a share of the step, and its own weight in
+/// sixths.
 pub(super) const STAGES: [(f64, f64); 4] = [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)];
 
-/// Layout of the derivatives of the rates at each stage of a step.
+/// Layout of the memory slots for derivatives of the rates at each stage of a step.
 ///
 /// First the Jacobian row by row if it is dense, then every entry of the gradient, and last one slot that is
 /// always 0.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Slots {
-    /// Number of slots of the dense Jacobian; 0 if it is not dense.
+    /// Number of slots of the dense Jacobian; 0 if the Jacobian is not dense.
     pub(super) dense: usize,
-    /// Number of all slots.
+    /// Number of all slots of a stage.
     pub(super) count: usize,
 }
 
@@ -29,13 +30,13 @@ impl Slots {
         Self { dense, count: dense + entries + 1 }
     }
 
-    /// The slot that is always 0.
+    /// Index of the slot that is always 0.
     pub(super) fn zero(self) -> usize {
         self.count - 1
     }
 }
 
-/// Advances all columns by a step with lengths `h`; every number is `L` lanes wide.
+/// Advances all sensitivity columns by a step with lengths `h`; every number is `L` lanes wide.
 ///
 /// `direct` has, per column, the slot of each rate's derivative with respect to the seed itself; `gradients`
 /// holds the derivatives of the rates at the four stages, by slots. Returns false, with nothing changed, if
@@ -68,7 +69,7 @@ pub(super) fn advance_dense_sensitivities<S: Simd, const L: usize>(
     true
 }
 
-/// A step of all columns; numbers are vectors side by side.
+/// A Runge-Kutta step of all sensitivity columns, in vectors of the instruction set.
 struct Step<'s, S: Simd> {
     simd: S,
     direct: &'s [Vec<usize>],
@@ -77,7 +78,7 @@ struct Step<'s, S: Simd> {
 }
 
 impl<S: Simd> Step<'_, S> {
-    /// Advances all columns of a system with `N` states.
+    /// Advances all sensitivity columns of a system with `N` states.
     #[inline(always)]
     fn all_columns<const N: usize>(&self, s: &mut [S::f64s]) {
         let width = self.h.len();
@@ -89,7 +90,7 @@ impl<S: Simd> Step<'_, S> {
         }
     }
 
-    /// Advances one vector of lanes of a column.
+    /// Advances one vector of lanes of a sensitivity column.
     ///
     /// `direct` has the slot of each rate's derivative with respect to the seed.
     #[inline(always)]

@@ -2,19 +2,20 @@
 
 use crate::model::Hold;
 
-/// An input as a function of time.
+/// An input as a function of time: a piecewise cubic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Signal {
     times: Vec<f64>,
-    /// Coefficients of the powers 0 to 3 of the time since each knot.
+    /// Coefficients of each piece: powers 0 to 3 of the time since its knot.
     pieces: Vec<[f64; 4]>,
     hold: Hold,
 }
 
 impl Signal {
-    /// Interpolates `values` at `times` (s, increasing).
+    /// Interpolates `values` at `times` (s, increasing) according to `hold`.
     ///
-    /// Missing values (NaN) are left out. Before the first knot and after the last the input is constant;
+    /// Missing values (NaN) are left out. The signal is constant before the first knot and after the last;
+    /// without any value it is 0.
     /// without any value it is 0.
     pub fn new(times: &[f64], values: &[f64], hold: Hold) -> Signal {
         let (times, values): (Vec<f64>, Vec<f64>) =
@@ -34,46 +35,47 @@ impl Signal {
         Signal { times, pieces, hold }
     }
 
-    /// The cubic between two samples of a spline, from the values and second derivatives there.
+    /// Builds the cubic between two samples of a spline, from the values and second derivatives there.
     pub fn spline_between(times: [f64; 2], values: [f64; 2], curvatures: [f64; 2]) -> Signal {
         let h = times[1] - times[0];
         let first = cubic(h, values, curvatures);
         Signal { times: times.to_vec(), pieces: vec![first, [values[1], 0.0, 0.0, 0.0]], hold: Hold::Spline }
     }
 
-    /// Second derivative at a time; at a knot, that of the piece after it.
+    /// Second derivative of the signal at a time, s; at a knot, that of the piece after it.
     pub fn curvature_at(&self, time: f64) -> f64 {
         2.0 * self.coefficients_around(time, time)[2]
     }
 
-    /// Creates a signal from the coefficients of the powers 0 to 3 of the time since each knot.
+    /// Creates a signal from coefficients of the powers 0 to 3 of the time since each knot.
     ///
-    /// They may be part of what [`coefficients`](Signal::coefficients) returns for a longer signal.
+    /// The coefficients may be part of what [`coefficients`](Signal::coefficients) returns for a longer
+    /// signal.
     pub(crate) fn from_coefficients(times: Vec<f64>, pieces: Vec<[f64; 4]>, hold: Hold) -> Signal {
         Signal { times, pieces, hold }
     }
 
-    /// Times of the knots and the coefficients of the piece after each.
+    /// Times of the knots (s), and the coefficients of the piece after each.
     pub(crate) fn coefficients(&self) -> (&[f64], &[[f64; 4]]) {
         (&self.times, &self.pieces)
     }
 
-    /// Interpolation between samples.
+    /// Interpolation of the signal between samples.
     pub fn hold(&self) -> Hold {
         self.hold
     }
 
-    /// Times at which the cubic changes.
+    /// Times of the knots, at which the cubic changes, s.
     pub(crate) fn knots(&self) -> &[f64] {
         &self.times
     }
 
-    /// Coefficients of the piece after a knot.
+    /// Coefficients of the piece after knot number `knot`.
     pub(crate) fn piece(&self, knot: usize) -> [f64; 4] {
         self.pieces.get(knot).copied().unwrap_or([0.0; 4])
     }
 
-    /// Coefficients, in powers of the time since `begin`, of the piece that contains the time `inside`.
+    /// Coefficients of the piece that contains the time `inside`, in powers of the time since `begin`.
     pub(crate) fn coefficients_around(&self, inside: f64, begin: f64) -> [f64; 4] {
         let after = self.times.partition_point(|knot| *knot <= inside);
         let Some(index) = after.checked_sub(1) else {
@@ -87,16 +89,16 @@ impl Signal {
         [a + s * (b + s * (c + s * d)), b + s * (2.0 * c + 3.0 * s * d), c + 3.0 * s * d, d]
     }
 
-    /// Value at a time; at a knot, that of the piece after it.
+    /// Value of the signal at a time, s; at a knot, that of the piece after it.
     pub fn at(&self, time: f64) -> f64 {
         self.coefficients_around(time, time)[0]
     }
 
-    /// Local averages for a signal of the same interpolation with knots only at `times` (s, increasing).
+    /// Local averages of the signal, as values of a signal with knots only at `times` (s, increasing).
     ///
-    /// With zero-order hold this is the mean up to the next knot, otherwise the mean weighted by a triangle
-    /// that ends at the neighbouring knots. A knot at an end without the neighbour that is needed keeps the
-    /// value of the signal.
+    /// With zero-order hold an average is the mean up to the next knot, otherwise the mean weighted by a
+    /// triangle that ends at the neighbouring knots. A knot at an end without the neighbour that is needed
+    /// keeps the value of the signal.
     pub fn averaged(&self, times: &[f64]) -> Vec<f64> {
         let mean = |k: usize| {
             let knot_time = times[k];
@@ -137,13 +139,13 @@ impl Signal {
     }
 }
 
-/// Coefficients of the cubic over `h` seconds with the given values and second derivatives at its ends.
+/// Coefficients of the cubic over `h` seconds with these values and second derivatives at its ends.
 fn cubic(h: f64, [from, to]: [f64; 2], [m, n]: [f64; 2]) -> [f64; 4] {
     let slope = (to - from) / h - h * (2.0 * m + n) / 6.0;
     [from, slope, 0.5 * m, (n - m) / (6.0 * h)]
 }
 
-/// Second derivatives of the natural cubic spline at its knots, by the Thomas algorithm.
+/// Second derivatives of the natural cubic spline at the knots, by the Thomas algorithm.
 ///
 /// de Boor, A Practical Guide to Splines, 1978, chapter 4.
 fn curvatures(times: &[f64], values: &[f64]) -> Vec<f64> {

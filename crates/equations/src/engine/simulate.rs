@@ -1,4 +1,4 @@
-//! Simulates windows in blocks of SIMD lanes; each result is the same as if simulated alone.
+//! Simulates windows in blocks of SIMD lanes; each result is the same as if the window were simulated alone.
 
 use super::block::Columns;
 use super::run::Run;
@@ -9,36 +9,37 @@ use rayon::prelude::*;
 
 /// Default number of windows per block: more windows share the cost of decoding each operation.
 const DEFAULT_LANES: usize = 32;
-/// Number of windows per block without sensitivities, if there are enough for every thread.
+/// Number of windows per block without sensitivities, if there are enough windows for every thread.
 ///
-/// Their registers leave room for more lanes in the first-level cache.
+/// Without sensitivities the registers of a window are few, so more lanes fit into the first-level cache.
 const WIDE_LANES: usize = 64;
-/// Number of windows per block with sensitivities, if there are too few for larger blocks.
+/// Number of windows per block with sensitivities, if there are too few windows for larger blocks.
 ///
 /// Larger blocks would leave threads idle.
 const NARROW_LANES: usize = 16;
 /// Number of windows up to which a small block is faster than a large one that is mostly padding.
 ///
-/// It is the number of lanes of the widest vector: fewer windows take as long, and their sensitivities leave
+/// It is the number of lanes of the widest vector. Fewer windows take as long, and their sensitivities no
+/// longer stay in registers.
 /// the registers.
 const SMALL_LANES: usize = 8;
 /// Number of windows of the smallest block, for instruction sets with four lanes or fewer.
 ///
-/// It is used if there are no more windows than that.
+/// This block is used if there are no more windows than that.
 const SMALLEST_LANES: usize = 4;
 
-/// Integration method.
+/// Integration method of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
-    /// Classical Runge-Kutta of order 4 with equal steps, and with more of them where a fast mode would otherwise be unstable.
+    /// Classical Runge-Kutta of order 4 with equal steps; more steps where a fast mode would be unstable.
     RungeKutta,
-    /// The same with exactly the given number of steps, to find out how many are accurate.
+    /// Classical Runge-Kutta with exactly the given number of steps, to find out how many are accurate.
     UncheckedRungeKutta,
     /// Diagonally implicit Runge-Kutta of order 2 with fixed steps, for stiff systems.
     Implicit,
-    /// Dormand-Prince 5(4) with adaptive steps, values only: slow, to check the others against.
+    /// Dormand-Prince 5(4) with adaptive steps, values only: slow, to check the other methods against.
     Reference {
-        /// Error allowed per step, relative to the state.
+        /// Allowed error per step, relative to the size of the state.
         tolerance: f64,
     },
 }
@@ -50,7 +51,7 @@ impl Method {
     }
 }
 
-/// Number of doubles in a vector of the instruction set found at run time.
+/// Finds the number of doubles in a vector of the instruction set of this computer.
 struct VectorLanes;
 
 impl WithSimd for VectorLanes {
@@ -63,7 +64,7 @@ impl WithSimd for VectorLanes {
 }
 
 impl System {
-    /// Simulates windows, with derivatives with respect to `seeds`.
+    /// Simulates windows, with derivatives of the outputs with respect to `seeds`.
     ///
     /// The result of a window is bit-identical whatever the other windows, their order and the number of
     /// threads.
@@ -103,7 +104,7 @@ impl System {
         windows.par_chunks(lanes).flat_map_iter(run).collect()
     }
 
-    /// All states at all samples of a window, `[sample][state]`.
+    /// Simulates all states at all samples of a window, `[sample][state]`.
     ///
     /// # Errors
     /// Those of [`System::simulate`].
@@ -118,7 +119,7 @@ impl System {
         }
     }
 
-    /// Returns why a window does not fit this system or these seeds; `None` if it does.
+    /// Determines why a window does not fit this system or these seeds; `None` if it does.
     pub(super) fn validate(&self, window: &Window<'_>, seeds: &[Seed]) -> Option<SimulationError> {
         let record = window.record;
         let name = || record.name.clone();
@@ -151,7 +152,7 @@ impl System {
     }
 }
 
-/// Root mean square of the argument of each smoothed discontinuity over the samples of `windows`.
+/// Root mean square of the argument of each smoothed discontinuity, over the samples of `windows`.
 ///
 /// # Errors
 /// The first error of the simulation.

@@ -15,32 +15,32 @@ use super::{Method, Point, SimulationError, Window};
 use crate::limits::{MAX_STABLE_SUBSTEPS, MAX_SUBSTEPS};
 use crate::system::{Column, System};
 
-/// Maximum product of the fastest rate and the step length for explicit steps.
+/// Maximum product of the fastest mode's rate (1/s) and the step length (s) for explicit steps.
 ///
 /// The stability limit of classical Runge-Kutta on the negative real axis is 2.79; close to it the step is
 /// stable but not accurate.
 const STABILITY_LIMIT: f64 = 2.5;
-/// Number of squarings of the matrix whose norm bounds the spectral radius.
+/// Number of times the matrix is squared for the norm that bounds its spectral radius.
 const SQUARINGS: usize = 6;
 
-/// The fastest mode of a window, as far as it limits the steps.
+/// The fastest mode of a window's linearised rates, as far as it limits the steps.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct FastestMode {
     /// Spectral radius of the derivatives of the rates, 1/s; 0 if it does not limit the steps.
     rate: f64,
-    /// State that the mode moves most.
+    /// Index of the state that the mode moves most.
     state: usize,
 }
 
 impl FastestMode {
-    /// Number of steps that an interval of this length (s) needs, at least `substeps`.
+    /// Number of integration steps that an interval of this length (s) needs, at least `substeps`.
     pub(super) fn substeps(&self, interval_s: f64, substeps: usize) -> usize {
         // The limit holds only for lanes that repeat a window which was refused.
         let stable = (self.rate * interval_s / STABILITY_LIMIT).ceil() as usize;
         substeps.max(stable.min(MAX_STABLE_SUBSTEPS))
     }
 
-    /// The error of a window with an interval that needs too many steps.
+    /// Error if an interval of the window needs more than `max_substeps` steps; `None` if none does.
     fn check(&self, system: &System, window: &Window<'_>, max_substeps: usize) -> Option<SimulationError> {
         let state = || system.model.states[self.state].name.clone();
         let is_too_long = |interval: f64| self.rate * interval > STABILITY_LIMIT * max_substeps as f64;
@@ -63,9 +63,9 @@ impl FastestMode {
     }
 }
 
-/// The fastest mode of each lane at the start of its window, where `block` and `step_inputs` are.
+/// Finds the fastest mode of each lane at the start of its window, where `block` and `step_inputs` are.
 ///
-/// Explicit steps are limited by it; other methods are not.
+/// Explicit steps are limited by this mode; steps of other methods are not.
 pub(super) fn fastest_modes<const L: usize>(
     system: &System,
     block: &mut Block<L>,
@@ -94,13 +94,13 @@ pub(super) fn fastest_modes<const L: usize>(
     modes
 }
 
-/// Length of the longest sample interval of a window, s.
+/// Duration of the longest sample interval of a window, s.
 fn longest_interval_s(window: &Window<'_>) -> f64 {
     let times = &window.record.times[window.first..=window.last];
     times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
 }
 
-/// The errors of windows whose fastest mode needs too many explicit steps.
+/// Lists the errors of windows whose fastest mode needs too many explicit steps.
 pub(super) fn unstable(
     system: &System,
     windows: &[&Window<'_>],
@@ -110,7 +110,8 @@ pub(super) fn unstable(
 }
 
 impl System {
-    /// Whether the fastest mode at the start of a window needs more explicit steps per sample interval than the choice of steps tries.
+    /// Whether the fastest mode at the start of a window needs more explicit steps per sample interval than
+    /// [`System::choose_steps`] tries.
     pub(super) fn is_stiff(&self, windows: &[Window<'_>]) -> bool {
         windows.iter().any(|window| {
             let time = window.record.times[window.first];
@@ -123,7 +124,7 @@ impl System {
     }
 }
 
-/// The fastest mode of a matrix, or none if its rate is at most `allowed`.
+/// Finds the fastest mode of a matrix; none (rate 0) if its rate is at most `allowed`.
 ///
 /// Every norm of a power bounds the spectral radius: `r <= |A^k|^(1/k)`. Most matrices need no more than the first norm.
 fn limiting_mode(jacobian: &[f64], n: usize, allowed: f64) -> FastestMode {
@@ -135,14 +136,15 @@ fn limiting_mode(jacobian: &[f64], n: usize, allowed: f64) -> FastestMode {
     FastestMode { rate: if rate > allowed { rate } else { 0.0 }, state }
 }
 
-/// Maximum sum of the absolute values of a row.
+/// Maximum over the rows of a matrix of the sum of the absolute values.
 fn row_sum_norm(matrix: &[f64], n: usize) -> f64 {
     matrix.chunks_exact(n.max(1)).map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
 }
 
-/// Spectral radius of a matrix, and the row that its dominant mode moves most.
+/// Computes the spectral radius of a matrix, and the index of the row that its dominant mode moves most.
 ///
-/// By Gelfand's formula, the norm of the 64th power to the power 1/64: within some percent, also for complex
+/// By Gelfand's formula, it is the norm of the 64th power to the power 1/64: within some percent, also for
+/// complex eigenvalues.
 /// eigenvalues.
 pub(crate) fn fastest_mode(jacobian: &[f64], n: usize) -> (f64, usize) {
     let mut power = jacobian.to_vec();

@@ -6,31 +6,31 @@ use crate::limits::MAX_SUBSTEPS;
 use crate::model::Integrator;
 use crate::system::System;
 
-/// Maximum root mean square change of the outputs when the number of steps is doubled.
+/// Maximum accepted root mean square change of the outputs when the number of steps is doubled.
 ///
-/// In units of the scales of the outputs.
+/// In units of the scales of the outputs, such as the standard deviation of the sensor.
 const MAX_RMS_CHANGE: f64 = 0.01;
-/// Maximum change of a single output value, in units of its scale.
+/// Maximum accepted change of a single output value when steps are doubled, in units of its scale.
 const MAX_SINGLE_CHANGE: f64 = 0.1;
-/// Number of steps per sample interval with which a method is tried, and with which widths are chosen.
+/// Number of steps per sample interval for trials of a method and for choosing smoothing widths.
 pub(crate) const TRIAL_SUBSTEPS: usize = 8;
 /// Width of a smoothed discontinuity as a share of the root mean square of its argument.
 const WIDTH_RATIO: f64 = 0.01;
 
-/// Chosen steps, and how much the outputs change with finer ones.
+/// Chosen integration steps, and how much the outputs change with finer ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChosenSteps {
-    /// Method and number of steps per sample interval.
+    /// Chosen method and number of steps per sample interval.
     pub options: Options,
     /// Root mean square change of the outputs when the number of steps is doubled.
     ///
-    /// In units of the scales of the outputs.
+    /// In units of the scales of the outputs, such as the standard deviation of the sensor.
     pub change: f64,
 }
 
-/// The difference between the outputs of two simulations, in units of their scales.
+/// Difference between the outputs of two simulations, in units of the scales of the outputs.
 ///
-/// NaN if an output is NaN.
+/// The difference is NaN if an output is NaN.
 #[derive(Clone, Copy)]
 pub(crate) struct OutputChange {
     pub(crate) root_mean_square: f64,
@@ -38,10 +38,10 @@ pub(crate) struct OutputChange {
 }
 
 impl OutputChange {
-    /// The difference to a simulation that failed.
+    /// The difference that stands for a simulation that failed.
     pub(crate) const INFINITE: Self = Self { root_mean_square: f64::INFINITY, largest: f64::INFINITY };
 
-    /// Compares two lists of outputs, with the scales of the outputs.
+    /// Compares two lists of outputs, in units of the `scales` of the outputs.
     pub(crate) fn compare(a: &[f64], b: &[f64], scales: &[f64]) -> Self {
         let differences =
             a.iter().zip(b).zip(scales.iter().cycle()).map(|((a, b), scale)| (a - b).abs() / scale);
@@ -51,7 +51,7 @@ impl OutputChange {
         Self { root_mean_square: (squares / a.len().max(1) as f64).sqrt(), largest }
     }
 
-    /// Whether the difference is small enough to treat both as the same simulation.
+    /// Whether the difference is small enough to treat both simulations as the same.
     pub(crate) fn is_accepted(self) -> bool {
         self.root_mean_square <= MAX_RMS_CHANGE && self.largest <= MAX_SINGLE_CHANGE
     }
@@ -74,7 +74,8 @@ impl System {
         self.choose_substeps(windows, scales, self.method_for(windows))
     }
 
-    /// The integration method that the file declares; if it declares none, explicit steps where they can simulate all windows.
+    /// Chooses the integration method: the one that the file declares, else explicit steps if they can
+    /// simulate all windows.
     pub fn method_for(&self, windows: &[Window<'_>]) -> Method {
         let can_simulate = |method| {
             let results = self.simulate(windows, &[], &Options { method, substeps: TRIAL_SUBSTEPS });
@@ -87,7 +88,7 @@ impl System {
         if is_explicit || !can_simulate(Method::Implicit) { self.declared_method() } else { Method::Implicit }
     }
 
-    /// Chooses the number of steps of a method.
+    /// Chooses the number of steps per sample interval of a method.
     fn choose_substeps(
         &self,
         windows: &[Window<'_>],
@@ -130,7 +131,7 @@ impl System {
         }
     }
 
-    /// The integration method that the file declares; explicit steps if it declares none.
+    /// Integration method that the file declares; explicit steps if it declares none.
     pub fn declared_method(&self) -> Method {
         match self.model.numerics.integrator {
             Integrator::Automatic | Integrator::Explicit => Method::RungeKutta,
@@ -138,9 +139,10 @@ impl System {
         }
     }
 
-    /// Sets the widths of smoothed discontinuities that the file leaves open.
+    /// Chooses the widths of smoothed discontinuities for which the file declares none.
     ///
-    /// Each becomes 1 % of the root mean square of its argument in a simulation of `windows`; one whose
+    /// Each becomes 1 % of the root mean square of its argument in a simulation of `windows`; a width whose
+    /// argument stays 0 is not changed.
     /// argument stays 0 keeps its width.
     ///
     /// # Errors

@@ -1,8 +1,8 @@
-//! The input and the result of a simulation.
+//! Input and result of a simulation by the engine.
 
 use super::{Method, Signal, SimulationError};
 
-/// A recording: times of the samples, and inputs.
+/// A recording in the form of the engine: times of the samples, and inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     pub(crate) name: String,
@@ -30,12 +30,12 @@ impl Record {
         Ok(Record { name: name.into(), times, inputs, is_aligned })
     }
 
-    /// Times of the samples, s.
+    /// Times of the record's samples, s.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
 
-    /// Inputs in the order of the model.
+    /// Inputs of the record, in the order of the model.
     pub fn inputs(&self) -> &[Signal] {
         &self.inputs
     }
@@ -44,28 +44,28 @@ impl Record {
 /// A range of samples of a record, simulated from the state at the first of them.
 #[derive(Debug, Clone)]
 pub struct Window<'a> {
-    /// The record.
+    /// The record of which the window is a part.
     pub record: &'a Record,
-    /// First and last sample; both are simulated.
+    /// Index of the first sample of the window; it is simulated, as is the last.
     pub first: usize,
-    /// See `first`.
+    /// Index of the last sample of the window; it is simulated, as is the first.
     pub last: usize,
-    /// State at the first sample.
+    /// State at the first sample of the window.
     pub start: &'a [f64],
     /// Values of all parameters of the model.
     pub parameters: &'a [f64],
 }
 
-/// The variable of a derivative.
+/// Variable with respect to which a simulation is differentiated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seed {
-    /// A parameter, by its index in the model; it must be active in the compiled system.
+    /// A parameter, by its index in the model; the compiled system must have derivatives with respect to it.
     Parameter(usize),
-    /// A state at the first sample of the window.
+    /// A state at the first sample of the window, by its index.
     Start(usize),
 }
 
-/// How a window is simulated.
+/// Integration method and number of steps of a simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Integration method.
@@ -74,30 +74,30 @@ pub struct Options {
     pub substeps: usize,
 }
 
-/// An event that occurred in a simulation.
+/// An event that occurred in a simulated window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SimulatedEvent {
-    /// Index into the events of the model.
+    /// Index of the event in the model.
     pub event: usize,
-    /// Seconds since the trajectory began.
+    /// Time of the event, seconds since the trajectory began.
     pub time: f64,
-    /// Whether the condition barely passed 0, so that the derivatives are not reliable.
+    /// Whether the condition barely crossed 0, so that derivatives after the event are not reliable.
     pub is_grazing: bool,
-    /// Whether a rest starts with this event.
+    /// Whether a rest of the system begins with this event.
     pub begins_rest: bool,
 }
 
 /// The result of a simulated window.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Simulated {
-    /// Outputs, `[sample][output]`.
+    /// Outputs at the samples, `[sample][output]`.
     pub values: Vec<f64>,
     /// Derivatives of the outputs, `[sample][output][seed]`.
     pub slopes: Vec<f64>,
-    /// State at the last sample.
+    /// State at the last sample of the window.
     pub end: Vec<f64>,
     /// Derivatives of the state at the last sample, `[state][seed]`.
     pub end_slopes: Vec<f64>,
-    /// Events in the order of time.
+    /// Events in the window, in the order of time.
     pub events: Vec<SimulatedEvent>,
 }
