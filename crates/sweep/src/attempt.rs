@@ -1,4 +1,4 @@
-//! Runs one attempt at a task: the command as a separate process, with its result in the plan folder.
+//! Runs one attempt at a task: the command as a separate process; stores its result in the plan folder.
 //!
 //! A separate process isolates tasks: if one is killed for its memory, overflows its stack or is
 //! stopped, the others continue. Its threads and global state end with it, and the parent needs the
@@ -21,25 +21,25 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// Outcome of an attempt.
+/// Outcome of one attempt at a task of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AttemptOutcome {
     /// The task has a result.
     Done {
-        /// Whether the criterion of the task is met; `true` without a criterion.
+        /// Whether the criterion of the task's command is met (exit code 0); `true` without a criterion.
         criterion_met: bool,
-        /// Whether the result existed before.
+        /// Whether the result existed before this attempt.
         kept: bool,
     },
-    /// The attempt failed, and the failure was recorded.
+    /// The attempt failed, and the failure was written to the plan folder.
     Failed(Failure),
-    /// The user stopped it; the next attempt resumes.
+    /// The user stopped the attempt; the next one resumes from its checkpoint.
     Stopped,
-    /// Another process runs it.
+    /// Another process runs the task.
     RunsElsewhere,
 }
 
-/// Runs the tasks of a plan.
+/// Runs attempts at the tasks of a plan.
 #[derive(Debug)]
 pub struct Runner {
     plan: Plan,
@@ -50,7 +50,7 @@ pub struct Runner {
 }
 
 impl Runner {
-    /// Makes the runner of a plan's tasks.
+    /// Makes the runner of a plan's tasks; `program` parses their command lines.
     ///
     /// # Errors
     /// The plan's folder cannot be written to.
@@ -62,7 +62,7 @@ impl Runner {
         Ok(Runner { plan, store, command, program, hasher: Hasher::default() })
     }
 
-    /// Returns the plan.
+    /// Returns the plan whose tasks are run.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
@@ -71,7 +71,7 @@ impl Runner {
     /// runs it.
     ///
     /// # Errors
-    /// The plan folder is not writable. Errors of the task itself are recorded as its failure.
+    /// The plan folder is not writable. Errors of the task itself are stored as its failure.
     pub fn attempt(
         &self,
         task: &Task,
@@ -110,7 +110,7 @@ impl Runner {
         Ok(AttemptOutcome::Failed(failure))
     }
 
-    /// Checks that the version of augsim and the inputs are those of the plan.
+    /// Checks that the version of augsim and the inputs of a task are those of the plan.
     fn check(&self, task: &Task) -> anyhow::Result<()> {
         let (here, planned) = (env!("CARGO_PKG_VERSION"), &task.content.augsim);
         if here != planned {
@@ -127,7 +127,7 @@ impl Runner {
         Ok(())
     }
 
-    /// Runs the command.
+    /// Runs the command of a task as a child process and waits for its end.
     fn run(
         &self,
         task: &Task,
@@ -184,19 +184,19 @@ impl Runner {
     }
 }
 
-/// Outcome of the command of a task.
+/// How the command of a task ended.
 enum CommandEnd {
     Result { criterion_met: bool, result: Value },
     Failed { code: u8, error: String },
     Stopped,
 }
 
-/// Whether a command has written its settings into its folder.
+/// Whether the command of an earlier attempt has written its settings into its output folder.
 fn has_settings(out: &Path) -> bool {
     [RECORD, CONFIG].iter().any(|name| out.join(name).exists())
 }
 
-/// Starts the child in a separate process group: this process forwards signals of the terminal.
+/// Starts the child in its own process group, because this process forwards signals of the terminal.
 #[cfg(unix)]
 fn set_process_group(command: &mut Command) {
     use std::os::unix::process::CommandExt;
@@ -206,7 +206,7 @@ fn set_process_group(command: &mut Command) {
 #[cfg(not(unix))]
 fn set_process_group(_command: &mut Command) {}
 
-/// Waits for the child and forwards a stop request of the user.
+/// Waits for the child process to end and forwards a stop request of the user to it.
 fn wait(child: &mut Child, keeper: &CheckpointGuard) -> anyhow::Result<ExitStatus> {
     // The polling interval starts short for tasks of milliseconds, and grows to a length that costs
     // nothing.
@@ -225,7 +225,7 @@ fn wait(child: &mut Child, keeper: &CheckpointGuard) -> anyhow::Result<ExitStatu
     }
 }
 
-/// Asks a child to end after writing its checkpoint.
+/// Asks a child process to write its checkpoint and end.
 #[cfg(unix)]
 fn stop(child: &mut Child) {
     // Fails only if the child has already ended.
@@ -238,7 +238,7 @@ fn stop(child: &mut Child) {
     let _ = child.kill();
 }
 
-/// Returns the exit code and the name of the signal that ended a child.
+/// Returns exit code (128 plus signal number) and signal name of a child process that was killed.
 #[cfg(unix)]
 fn killed_by(status: ExitStatus) -> (u8, String) {
     use std::os::unix::process::ExitStatusExt;
@@ -252,8 +252,9 @@ fn killed_by(_status: ExitStatus) -> (u8, String) {
     (u8::MAX, "the system".to_owned())
 }
 
-/// Reads the result of a command: `result.json`, else the last line of the metrics, else the standard
-/// output.
+/// Reads the result of a command.
+///
+/// It is in `result.json`, else in the last line of the metrics, else in the standard output.
 fn result(out: &Path, stdout_path: &Path) -> anyhow::Result<Value> {
     let read = |path: &Path| {
         std::fs::read_to_string(path).with_context(|| format!("{}: cannot read it", path.display()))
@@ -270,7 +271,7 @@ fn result(out: &Path, stdout_path: &Path) -> anyhow::Result<Value> {
     serde_json::from_str(&text).with_context(|| format!("{}: not a result", path.display()))
 }
 
-/// Returns the error message of a failed command.
+/// Returns the error message in the log of a failed command.
 fn first_error(log: &Path) -> String {
     let text =
         std::fs::read(log).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Options of a swept command from its clap parser, and the check of command lines of tasks.
+//! Reads the options of a swept command from its clap parser, and checks the command lines of tasks.
 
 use super::fault::{OptionFault, SweepFault};
 use super::file::Value;
@@ -11,16 +11,16 @@ use std::path::PathBuf;
 
 /// Commands that can be swept: each writes into one folder or prints one result.
 const COMMANDS: [&str; 4] = ["train", "discover", "evaluate", "reproduce"];
-/// Options that the sweep sets itself or that do not change results.
+/// Options that no sweep file may set: the sweep sets them itself, or they do not change results.
 const RESERVED_OPTIONS: [&str; 9] =
     ["out", "resume", "force", "json", "verbose", "quiet", "threads", "help", "version"];
 
-/// Parser of the swept program.
+/// Parser and checks of the program whose commands a sweep runs.
 #[derive(Debug, Clone, Copy)]
 pub struct Program {
-    /// Makes the parser of command lines.
+    /// Function that makes the parser of command lines.
     pub parser: fn() -> Command,
-    /// Checks of a parsed command line beyond the parser.
+    /// Function that checks a parsed command line beyond the parser.
     pub check: fn(&ArgMatches) -> Result<(), Usage>,
 }
 
@@ -35,16 +35,16 @@ pub enum Kind {
     Positional,
 }
 
-/// An option that a sweep may set.
+/// An option of a command that a sweep may set.
 #[derive(Debug, Clone)]
 pub struct CommandOption {
-    /// Form on the command line.
+    /// Form of the option on the command line.
     pub kind: Kind,
-    /// Whether its value is the path of an input.
+    /// Whether the option's value is the path of an input.
     pub is_input: bool,
 }
 
-/// A command and its options.
+/// A command that a sweep runs, with its options.
 #[derive(Debug, Clone)]
 pub struct SweptCommand {
     /// Command and its positional words, such as `reproduce` and `push`.
@@ -52,14 +52,14 @@ pub struct SweptCommand {
     parser: Command,
     check: fn(&ArgMatches) -> Result<(), Usage>,
     options: BTreeMap<String, CommandOption>,
-    /// Names of the positional arguments in order. The first may be fixed by `words`.
+    /// Names of the command's positional arguments in order. The first may be fixed by `words`.
     positional: Vec<String>,
     takes_out: bool,
     takes_resume: bool,
 }
 
 impl SweptCommand {
-    /// Finds the command of a command line.
+    /// Finds the command and its options from a command line such as `reproduce push`.
     ///
     /// # Errors
     /// The command cannot be swept.
@@ -102,7 +102,7 @@ impl SweptCommand {
         Ok(SweptCommand { words, parser, check: program.check, options, positional, takes_out, takes_resume })
     }
 
-    /// Returns an option by name.
+    /// Returns the option of the command with this name.
     ///
     /// # Errors
     /// The command has no such option, or a sweep must not set it.
@@ -117,8 +117,9 @@ impl SweptCommand {
         })
     }
 
-    /// Returns the command line arguments of a task, in the order of option names. `resume` continues an
-    /// existing run.
+    /// Returns the command line arguments of a task, in the order of option names.
+    ///
+    /// `resume` adds the option that continues an existing run.
     pub fn arguments(
         &self,
         settings: &BTreeMap<String, Value>,
@@ -157,7 +158,7 @@ impl SweptCommand {
         line
     }
 
-    /// Checks a command line with the parser and the checks of the command.
+    /// Checks the command line of a task with the parser and the checks of the command.
     ///
     /// # Errors
     /// The command rejects the options.
@@ -168,7 +169,7 @@ impl SweptCommand {
     }
 }
 
-/// Whether the values of an option are paths.
+/// Whether the values of an option are paths, by its clap value parser.
 fn is_path(parser: &ValueParser) -> bool {
     parser.type_id() == TypeId::of::<PathBuf>()
 }

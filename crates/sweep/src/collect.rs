@@ -22,9 +22,9 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Name of the table file.
+/// Name of the file with the table of results.
 const TABLE: &str = "table.csv";
-/// Maximum number of tasks without a result that a message lists.
+/// Maximum number of tasks without a result that an error message lists.
 const MAX_SHOWN_TASKS: usize = 10;
 
 #[derive(Serialize)]
@@ -37,10 +37,10 @@ struct Summary<'a> {
     missing: usize,
 }
 
-/// Collects the results of a plan.
+/// Collects the results of a plan in a table, a JSON file and a report.
 ///
 /// # Errors
-/// A score selects several values, or the folder must not be written.
+/// The path of a score selects several values, or the output folder must not be written.
 pub fn collect(
     plan: &Path,
     out: Option<&Path>,
@@ -86,7 +86,7 @@ pub fn collect(
     Ok(Outcome::Done)
 }
 
-/// Collects all rows, and the SHA-256 of the task ids.
+/// Reads the results of all tasks; returns them with the SHA-256 of all task ids.
 fn collect_results(plan: &Plan) -> anyhow::Result<(Collected, String)> {
     let shared = &plan.shared;
     let requested: Vec<Score> =
@@ -166,7 +166,7 @@ fn table(collected: &Collected) -> anyhow::Result<String> {
     Ok(String::from_utf8(writer.into_inner()?)?)
 }
 
-/// Formats the message about tasks without a result.
+/// Formats the message about tasks that have no result.
 fn without_result(collected: &Collected, partial: bool) -> String {
     let rows: Vec<&Row> =
         collected.tasks.iter().filter(|row| matches!(row.state, State::Failed | State::Missing)).collect();

@@ -1,31 +1,31 @@
-//! Collected results of a plan: content of `result.json` and of the page.
+//! Collected results of a plan: content of `result.json` and of the report page.
 
 use super::curves::Curve;
 use super::row::{Row, State};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Content of `result.json`.
+/// Collected results of all tasks of a plan: content of `result.json`.
 #[derive(Debug, Serialize)]
 pub struct Collected {
     /// Schema name `augsim.sweep/1`.
     pub schema: &'static str,
-    /// Command of all tasks.
+    /// Command that all tasks run, such as `reproduce push`.
     pub command: String,
-    /// Settings with several values.
+    /// Names of the settings that have several values in the sweep.
     pub crossed: Vec<String>,
-    /// Columns of scores.
+    /// Names of the score columns.
     pub scores: Vec<String>,
-    /// SHA-256 of each input by path.
+    /// SHA-256 of each input file or folder, by path.
     pub inputs: BTreeMap<String, String>,
-    /// All tasks in the order of the plan.
+    /// Settings, state and scores of all tasks, in the order of the plan.
     pub tasks: Vec<Row>,
-    /// Numeric scores over each crossed setting.
+    /// Means of each numeric score over each setting with several values.
     pub curves: Vec<Curve>,
 }
 
 impl Collected {
-    /// Returns the number of tasks in a state.
+    /// Returns the number of tasks with this outcome.
     pub fn count(&self, state: State) -> usize {
         self.tasks.iter().filter(|row| row.state == state).count()
     }

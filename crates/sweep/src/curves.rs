@@ -1,43 +1,43 @@
-//! Curves of scores over settings: mean and interval over the tasks that share a point.
+//! Curves of scores over settings: mean and interval over the tasks that share a setting value.
 
 use super::file::Value;
 use super::row::Row;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Name of the seed setting, whose values are repetitions of an experiment.
+/// Name of the setting of the seed, whose values are repetitions of an experiment.
 const SEED: &str = "seed";
-/// Maximum number of series in a figure, so that they stay distinguishable.
+/// Maximum number of series in one figure, so that they stay distinguishable.
 const MAX_SERIES: usize = 5;
 
-/// A score over a crossed setting.
+/// Curve of one score over one setting that has several values in the sweep.
 #[derive(Debug, Clone, Serialize)]
 pub struct Curve {
-    /// Score.
+    /// Name of the score.
     pub score: String,
-    /// Setting on the axis.
+    /// Name of the setting on the horizontal axis.
     pub over: String,
-    /// Settings with a series for each value. Other settings are averaged.
+    /// Names of the settings with a series for each value; the score is averaged over all other settings.
     pub by: Vec<String>,
-    /// One series per combination of values of `by`.
+    /// Series of the curve, one per combination of values of the settings in `by`.
     pub series: Vec<Series>,
 }
 
-/// A series of a curve.
+/// One series of a curve: the score over the setting for fixed values of other settings.
 #[derive(Debug, Clone, Serialize)]
 pub struct Series {
-    /// Values of the settings in `by`; empty if there are none.
+    /// Name of the series: values of the settings in `by`; empty if there are none.
     pub name: String,
-    /// Points in the order of the setting.
+    /// Points of the series, in the order of the setting's values.
     pub points: Vec<Point>,
 }
 
-/// A point of a series.
+/// A point of a series: the score at one value of the setting.
 #[derive(Debug, Clone, Serialize)]
 pub struct Point {
-    /// Value of the setting.
+    /// Value of the setting on the horizontal axis.
     pub at: Value,
-    /// Statistics of the score.
+    /// Statistics of the score over the tasks with this value.
     #[serde(flatten)]
     pub summary: Summary,
 }
@@ -45,22 +45,22 @@ pub struct Point {
 /// Statistics of a score over several tasks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// Number of tasks.
+    /// Number of tasks with the score.
     pub tasks: usize,
-    /// Mean.
+    /// Mean of the score.
     pub mean: f64,
-    /// Standard deviation between tasks; absent for one task.
+    /// Standard deviation of the score between tasks; `None` for one task.
     pub sd: Option<f64>,
-    /// 95 % interval of the mean, from Student's distribution; absent for one task.
+    /// 95 % interval of the mean, from Student's distribution; `None` for one task.
     pub ci95: Option<[f64; 2]>,
-    /// Smallest.
+    /// Smallest value of the score.
     pub min: f64,
-    /// Largest.
+    /// Largest value of the score.
     pub max: f64,
 }
 
 impl Summary {
-    /// Computes the statistics; `None` without values.
+    /// Computes the statistics of these values; `None` if there are none.
     pub fn from_values(values: &[f64]) -> Option<Self> {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
@@ -78,8 +78,11 @@ impl Summary {
     }
 }
 
-/// Returns the 0.975 quantile of Student's distribution. Beyond the table, the first two terms of its
-/// expansion in 1 / degrees (Abramowitz and Stegun 26.7.5) have an error below 5e-4.
+/// Returns the 0.975 quantile of Student's distribution with `degrees` degrees of freedom.
+///
+/// Beyond the table, the first two terms of its expansion in 1 / degrees (Abramowitz and Stegun 26.7.5) have
+/// an
+/// error below 5e-4.
 fn student_975(degrees: usize) -> f64 {
     const TABLE: [f64; 20] = [
         12.706_205, 4.302_653, 3.182_446, 2.776_445, 2.570_582, 2.446_912, 2.364_624, 2.306_004, 2.262_157,
@@ -98,7 +101,7 @@ fn student_975(degrees: usize) -> f64 {
     }
 }
 
-/// Makes the curves of all numeric scores over all crossed settings.
+/// Makes the curve of each numeric score over each setting with several values (`crossed`).
 pub fn curves(rows: &[Row], crossed: &[String], scores: &[String]) -> Vec<Curve> {
     let mut curves = Vec::new();
     for score in scores {
@@ -132,8 +135,9 @@ fn curve(rows: &[Row], crossed: &[String], score: &str, over: &str) -> Option<Cu
     Some(Curve { score: score.to_owned(), over: over.to_owned(), by, series: series.collect() })
 }
 
-/// Chooses the settings with a series per value: crossed settings except seeds, as many as fit in one
-/// figure.
+/// Chooses the settings that get a series per value.
+///
+/// They are the settings with several values except seeds, as many as fit in one figure.
 fn split<'a>(rows: &[(&Row, f64)], crossed: &'a [String], over: &str) -> Vec<&'a String> {
     let mut by = Vec::new();
     let mut series = 1;
@@ -150,7 +154,7 @@ fn split<'a>(rows: &[(&Row, f64)], crossed: &'a [String], over: &str) -> Vec<&'a
     by
 }
 
-/// Scores of the tasks at one point.
+/// Scores of the tasks that share one value of the setting.
 struct PointScores {
     at: Value,
     scores: Vec<f64>,

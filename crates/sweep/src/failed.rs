@@ -1,6 +1,6 @@
 //! Error of a sweep with failed tasks.
 
-/// Tasks of a sweep failed. The first failure determines the exit code.
+/// Error of a sweep in which tasks failed; the first failure determines the exit code.
 #[derive(Debug)]
 pub struct TaskFailed {
     /// Index of the first failed task.
@@ -9,7 +9,7 @@ pub struct TaskFailed {
     pub failures: usize,
     /// Exit code of the first failed task.
     pub code: u8,
-    /// Its error message.
+    /// Error message of the first failed task.
     pub error: String,
 }
 

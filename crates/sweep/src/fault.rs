@@ -8,67 +8,67 @@ use std::fmt;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Usage error of a sweep.
+/// Usage error of a sweep: wrong sweep file, options, plan or index (exit code 2).
 #[derive(Debug, Error)]
 pub enum SweepFault {
-    /// The file of the sweep cannot be read.
+    /// The sweep file cannot be read.
     #[error("{}: cannot read it: {cause}", file.display())]
     Unreadable { file: PathBuf, cause: std::io::Error },
     /// The sweep file is not TOML, or has unknown keys.
     #[error("{}: line {line}: {}; the grammar is in docs/sweeps.md", file.display(), one_line(cause.message()))]
     Grammar { file: PathBuf, line: usize, cause: Box<toml::de::Error> },
-    /// The sweep file has an error.
+    /// The sweep file has the error `fault`; names the file.
     #[error("{}: {fault}", file.display())]
     InFile { file: PathBuf, fault: Box<SweepFault> },
-    /// The command cannot be swept.
+    /// The command of the sweep file is not one that can be swept.
     #[error("command = \"{line}\": cannot be swept; use one of {}", known.join(", "))]
     UnknownCommand { line: String, known: &'static [&'static str] },
-    /// An option or its list of values is invalid.
+    /// An option in the sweep file, or its list of values, is invalid.
     #[error("[{section}] {option}: {fault}")]
     Option { section: &'static str, option: String, fault: OptionFault },
-    /// The path of a score is invalid.
+    /// The JSONPath of a score is invalid.
     #[error("[scores] {column} = \"{path}\": not a valid JSONPath (RFC 9535): {cause}")]
     ScorePath { column: String, path: String, cause: serde_json_path::ParseError },
-    /// A score has the name of an option, which is already a column.
+    /// A score has the same name as an option, which is already a column of the table.
     #[error("[scores] `{column}` is the name of an option; rename the score")]
     ScoreName { column: String },
-    /// The seed is invalid.
+    /// The value of the seed is not an integer of at least 0.
     #[error("seed: {value} is not an integer of at least 0")]
     Seed { value: String },
-    /// The sweep has too many tasks.
+    /// The sweep has more tasks than the maximum.
     #[error("the lists combine to more than {most} tasks; split the sweep")]
     TooManyTasks { most: usize },
-    /// Two tasks are identical.
+    /// Two tasks of the sweep are identical.
     #[error("task {index} is given twice")]
     TaskTwice { index: usize },
-    /// The parser of the command rejects the options of a task.
+    /// The clap parser of the command rejects the options of a task.
     #[error("{}", clap_message(cause))]
     CommandLine { cause: clap::Error },
-    /// The command rejects the options of a task.
+    /// A check of the command beyond its parser rejects the options of a task.
     #[error(transparent)]
     Request(#[from] Usage),
-    /// An input of a task is invalid.
+    /// An input file or folder of a task is invalid.
     #[error("{0}")]
     Input(InputFault),
-    /// The folder has no plan.
+    /// The folder contains no plan.
     #[error("{}: cannot read it ({cause}); give the folder of `sweep plan`", file.display())]
     NoPlan { file: PathBuf, cause: std::io::Error },
-    /// The plan file is invalid.
+    /// The plan file cannot be parsed.
     #[error("{}: not a valid plan of augsim: {cause}", file.display())]
     ForeignPlan { file: PathBuf, cause: serde_json::Error },
-    /// The plan was made by another version.
+    /// The plan was made by another version of augsim.
     #[error("the sweep was planned for augsim {planned}, but this is {here}; plan the sweep again")]
     OtherVersion { planned: String, here: &'static str },
-    /// The plan has no task at a place.
+    /// The plan has no task with this index.
     #[error("{}: has no task {index}; its {tasks} tasks are 0 to {}", plan.display(), tasks.saturating_sub(1))]
     NoTask { plan: PathBuf, index: usize, tasks: usize },
-    /// The environment variable of a scheduler is not an index.
+    /// The environment variable of a scheduler does not hold a task index.
     #[error("{variable}={value}: not a task index")]
     NoPlace { variable: &'static str, value: String },
-    /// No task index is given.
+    /// No task index was given on the command line or by a scheduler.
     #[error("no task is given; use --index N, set {}, or run all of them with --all", variables.join(" or "))]
     NoIndex { variables: &'static [&'static str] },
-    /// Slurm is not installed.
+    /// `sbatch`, the command of Slurm that submits jobs, is not installed.
     #[error(
         "`sbatch` was not found; submit from a machine of the cluster, print the script with --dry-run, or run the tasks here with \
          `augsim sweep run PLAN --all`"
@@ -80,38 +80,38 @@ pub enum SweepFault {
          in a job"
     )]
     TasksPerJob { asked: usize, limit: usize, tasks: usize, least: usize },
-    /// The partition or time limit is invalid.
+    /// The name of the Slurm partition or the time limit is invalid.
     #[error("--{option} {value}: not a valid value for Slurm")]
     SlurmName { option: &'static str, value: String },
-    /// A path cannot be written in a script.
+    /// The path cannot be written in a shell script.
     #[error("{}: this path cannot be written in a script; move the folder", path.display())]
     ScriptPath { path: PathBuf },
 }
 
-/// Invalid content of a plan, its inputs, its results, or a rejection by the cluster: exit code 3.
+/// Invalid content of a plan, its inputs or its results, or a rejection by the cluster: exit code 3.
 #[derive(Debug, Error)]
 pub enum SweepDataError {
-    /// An input has changed since the plan was made.
+    /// An input of a task has changed since the plan was made.
     #[error(
         "{}: the input {name} has changed since the sweep was planned (SHA-256 {} then, {} now); restore it, or plan the \
          sweep again", path.display(), short(planned), short(found)
     )]
     Input { path: PathBuf, name: String, planned: String, found: String },
-    /// The id of a task does not match its content.
+    /// The id of a task in the plan does not match its content.
     #[error("{}: line {line}: task {id} was edited, so its id does not match its content; plan the sweep again", plan.display())]
     Task { plan: PathBuf, line: usize, id: String },
-    /// A score is a list or an object.
+    /// The JSONPath of a score selects a list or an object.
     #[error("[scores] {column}: {path} selects a list or an object, not a single value")]
     ScoreOfMany { column: String, path: JsonPath },
-    /// A score selects several values.
+    /// The JSONPath of a score selects several values.
     #[error("[scores] {column}: {path} selects {values} values; make it more specific")]
     ScoreTwice { column: String, path: JsonPath, values: usize },
-    /// Slurm rejects the jobs.
+    /// Slurm rejects the submitted jobs.
     #[error("{}: Slurm refused the jobs: {}; edit the script and run it with `sh`", script.display(), one_line(stderr))]
     Refused { script: PathBuf, stderr: String },
 }
 
-/// Shortens a hash for display.
+/// Shortens a SHA-256 hash to 12 digits for display.
 fn short(sha256: &str) -> &str {
     sha256.get(..12).unwrap_or(sha256)
 }
@@ -119,33 +119,33 @@ fn short(sha256: &str) -> &str {
 /// Error of an option in a sweep file, without the name of the option.
 #[derive(Debug)]
 pub enum OptionFault {
-    /// The sweep itself sets it.
+    /// The sweep itself sets the option, so the file must not.
     NotForSweeps { name: String },
-    /// The command has none of this name.
+    /// The command has no option of this name.
     Unknown { name: String, command: String, known: Vec<String> },
     /// The option is given twice.
     Twice,
-    /// A value is given twice.
+    /// The list of an option contains a value twice.
     ValueTwice { value: String },
-    /// The list of values is empty.
+    /// The list of an option's values is empty.
     NoValue,
-    /// The value of an option is an empty list.
+    /// One of an option's values is an empty list.
     EmptyList,
-    /// A single value in `[cross]`.
+    /// An option in `[cross]` has a single value instead of a list.
     Single,
-    /// The range is invalid or too long.
+    /// The range of whole numbers is invalid or has too many numbers.
     Range { most: usize },
-    /// The number is not finite.
+    /// The number given for an option is not finite.
     NotFinite { value: f64 },
-    /// The lists are nested too deeply.
+    /// The lists of an option's values are nested too deeply.
     Nested,
-    /// The value is a date or a table.
+    /// The value of an option is a date or a table.
     NoValueOfOption,
-    /// The value is not a path.
+    /// The value of an option that needs a path is not text.
     NoPath { value: String },
-    /// Several files match the value of one option.
+    /// Several files match the value of an option that takes one.
     SeveralFiles { count: usize },
-    /// The input is invalid.
+    /// The input file or folder given for an option is invalid.
     Input(InputFault),
 }
 
@@ -179,22 +179,22 @@ impl fmt::Display for OptionFault {
     }
 }
 
-/// Error of an input of a task.
+/// Error of an input file or folder of a task.
 #[derive(Debug)]
 pub enum InputFault {
-    /// Standard input, which only one task could read.
+    /// The input is standard input, which only one task could read.
     StandardInput,
-    /// The path does not exist.
+    /// The path of the input does not exist.
     Absent { path: PathBuf },
-    /// The pattern is invalid.
+    /// The glob pattern of the input is invalid.
     Pattern { path: PathBuf, cause: glob::PatternError },
-    /// A folder cannot be read.
+    /// A folder cannot be read while files are matched with a glob pattern.
     Unreadable { path: PathBuf, cause: glob::GlobError },
-    /// A file name is not UTF-8.
+    /// The name of a matching file is not UTF-8.
     NotUtf8 { pattern: PathBuf, path: PathBuf },
-    /// No file matches the pattern.
+    /// No file matches the glob pattern.
     NoMatch { path: PathBuf },
-    /// The path is neither a file nor a folder.
+    /// The path of the input is neither a file nor a folder.
     Special { path: PathBuf },
 }
 

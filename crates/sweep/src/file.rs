@@ -10,12 +10,12 @@ use std::path::Path;
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SweepFile {
-    /// Command with its positional words, such as `reproduce push`.
+    /// Command that all tasks run, with its positional words, such as `reproduce push`.
     pub command: String,
-    /// Options that all tasks share.
+    /// Options with one value that all tasks share.
     #[serde(default)]
     pub options: BTreeMap<String, toml::Value>,
-    /// Lists of option values. Each combination of values is a task.
+    /// Lists of values of further options. Each combination of values is one task.
     #[serde(default)]
     pub cross: BTreeMap<String, toml::Value>,
     /// JSONPath (RFC 9535) of each score in a task's result, by column name.
@@ -23,15 +23,15 @@ pub struct SweepFile {
     pub scores: BTreeMap<String, String>,
 }
 
-/// A value of an option.
+/// A value of an option in a sweep file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Value {
-    /// A flag.
+    /// A flag that is given or not.
     Flag(bool),
     /// An integer.
     Integer(i64),
-    /// A finite number.
+    /// A finite floating-point number.
     Number(f64),
     /// A text.
     Text(String),
@@ -40,7 +40,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// Returns the values as command line words.
+    /// Returns the option's values as command line words.
     pub fn command_line_words(&self) -> Vec<String> {
         match self {
             Value::Several(all) => all.iter().flat_map(Value::command_line_words).collect(),
@@ -48,7 +48,7 @@ impl Value {
         }
     }
 
-    /// Returns the value as a number, if it is one.
+    /// Returns the value as a number; `None` if it is a flag, a text or a list.
     pub fn number(&self) -> Option<f64> {
         match self {
             Value::Integer(v) => Some(*v as f64),
@@ -74,7 +74,7 @@ impl std::fmt::Display for Value {
 }
 
 impl SweepFile {
-    /// Reads a sweep file.
+    /// Reads and parses a sweep file.
     ///
     /// # Errors
     /// The file cannot be read, is not TOML or has unknown keys.
@@ -93,7 +93,7 @@ pub fn dashed(name: &str) -> String {
     name.replace('_', "-")
 }
 
-/// Converts a TOML value.
+/// Converts a TOML value to the value of an option.
 ///
 /// # Errors
 /// The value is a date, a table, an empty or nested list, or not finite.

@@ -18,9 +18,9 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Environment variables with the index of an array job: Slurm arrays, Kubernetes indexed jobs.
+/// Environment variables that hold the task index: Slurm array jobs, Kubernetes indexed jobs.
 const INDEX_VARIABLES: [&str; 2] = ["SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX"];
-/// Maximum number of attempts at a task that is killed, for example because of its memory.
+/// Maximum number of attempts at a task whose process is killed, for example because of its memory.
 const MAX_ATTEMPTS: u32 = 3;
 /// Time between two checks of a task that another process runs.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
@@ -35,14 +35,14 @@ struct Run {
     kept: usize,
     /// Number of requested tasks that do not meet their criterion.
     criterion_not_met: usize,
-    /// Failures by task index.
+    /// Failure of each failed task, by task index.
     failed: BTreeMap<usize, Failure>,
 }
 
-/// Runs `count` tasks from an index on, one after another.
+/// Runs `count` tasks from the task `index` on, one after another.
 ///
 /// # Errors
-/// [`TaskFailed`] if a task failed; no such task exists; no index is given.
+/// [`TaskFailed`] if a task failed; the plan has no such task; no index is given.
 pub fn run_some(
     plan: &Path,
     index: Option<usize>,
@@ -61,7 +61,7 @@ pub fn run_some(
     Work::new(&runner, tasks, threads, 1).run(1, output)
 }
 
-/// Runs all tasks in parallel on `threads` threads (all cores if `None`).
+/// Runs all tasks of a plan in parallel on `threads` threads (all cores if `None`).
 ///
 /// # Errors
 /// [`TaskFailed`] if a task failed.
@@ -93,19 +93,19 @@ fn index_from_environment() -> Result<usize, SweepFault> {
     Err(SweepFault::NoIndex { variables: &INDEX_VARIABLES })
 }
 
-/// Tasks that the workers share, and their state.
+/// Requested tasks that the worker threads share, and their progress.
 struct Work<'a> {
     runner: &'a Runner,
     /// Number of requested tasks.
     tasks: usize,
-    /// Number of threads of each task.
+    /// Number of threads of each task's process; all cores if `None`.
     threads: Option<u16>,
-    /// Maximum number of attempts at a task that is killed.
+    /// Maximum number of attempts at a task whose process is killed.
     attempts: u32,
     ledger: Mutex<Ledger>,
 }
 
-/// State of the tasks.
+/// Progress of the requested tasks: waiting, running and ended ones.
 #[derive(Default)]
 struct Ledger {
     waiting: VecDeque<Waiting>,
@@ -115,11 +115,11 @@ struct Ledger {
     stopped: bool,
 }
 
-/// A task that no worker has started.
+/// A task that no worker runs yet.
 struct Waiting {
     index: usize,
     task: Task,
-    /// Number of attempts so far.
+    /// Number of attempts at the task so far.
     attempts: u32,
 }
 
@@ -185,7 +185,7 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Runs tasks until none is waiting.
+    /// Runs waiting tasks on this worker thread until none is left.
     fn work(&self, keeper: &CheckpointGuard, steps: &Steps, output: &Output) -> anyhow::Result<()> {
         // Number of consecutive tasks that other processes run. If it reaches the number of waiting
         // tasks, this worker waits.

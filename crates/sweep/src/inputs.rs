@@ -14,12 +14,12 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::SystemTime;
 
-/// An input of a task.
+/// An input file or folder of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Input {
     /// Path as written in the sweep file.
     pub path: String,
-    /// SHA-256 of the content, in hexadecimal digits.
+    /// SHA-256 of the input's content, in hexadecimal digits.
     pub sha256: String,
 }
 
@@ -32,10 +32,10 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Expands a glob pattern into the sorted matching paths; an existing path is returned as it is.
+/// Expands a glob pattern into the sorted matching paths; returns an existing path as it is.
 ///
 /// # Errors
-/// The path does not exist, or no path matches.
+/// The path does not exist, or no path matches the pattern.
 pub fn expand(folder: &Path, text: &str) -> Result<Vec<String>, InputFault> {
     if text == "-" {
         return Err(InputFault::StandardInput);
@@ -133,8 +133,9 @@ fn hash_file(path: &Path) -> std::io::Result<String> {
     }
 }
 
-/// Collects the files in a folder recursively. Links to folders are not followed, so cycles are
-/// impossible.
+/// Adds the files in a folder and its subfolders to `files`.
+///
+/// Links to folders are not followed, so cycles are impossible.
 fn list(folder: &Path, files: &mut Vec<PathBuf>) -> anyhow::Result<()> {
     let unreadable = || format!("{}: cannot read the folder", folder.display());
     for entry in std::fs::read_dir(folder).with_context(unreadable)? {

@@ -8,14 +8,14 @@ use augsim_report::page::{
     Block, Cell, Column, Columns, DataSource, Grid, KeyFigure, Method, Page, Provenance, Row, Section, Table,
 };
 
-/// Maximum number of scores with figures. The table has all scores.
+/// Maximum number of scores for which the page has figures. The table has all scores.
 const MAX_DRAWN_SCORES: usize = 6;
-/// Maximum number of tasks on the page. `table.csv` has all tasks.
+/// Maximum number of tasks that the page lists. `table.csv` has all tasks.
 const MAX_LISTED_TASKS: usize = 200;
-/// Ratio of the largest to the smallest setting from which a logarithmic axis is used.
+/// Ratio of the largest to the smallest value of a setting from which its axis is logarithmic.
 const MIN_LOG_AXIS_RATIO: f64 = 20.0;
 
-/// Makes the page of a sweep.
+/// Makes the report page of the collected results of a sweep.
 pub fn page(c: &Collected) -> Page {
     let scores = scores_to_draw(c);
     let curves: Vec<&Curve> = c.curves.iter().filter(|curve| scores.contains(&curve.score)).collect();
@@ -69,7 +69,7 @@ pub fn page(c: &Collected) -> Page {
     }
 }
 
-/// Returns the numeric scores that differ between tasks, at most [`MAX_DRAWN_SCORES`].
+/// Returns the names of numeric scores that differ between tasks, at most [`MAX_DRAWN_SCORES`].
 fn scores_to_draw(c: &Collected) -> Vec<String> {
     let differs = |score: &&String| {
         let mut values = c.tasks.iter().filter_map(|row| row.number(score));
@@ -79,7 +79,7 @@ fn scores_to_draw(c: &Collected) -> Vec<String> {
     c.scores.iter().filter(differs).take(MAX_DRAWN_SCORES).cloned().collect()
 }
 
-/// Makes the figures of all scores over one setting.
+/// Makes the figures of the curves over one setting, one per score.
 fn figures(curves: &[&Curve]) -> Vec<Block> {
     let Some(first) = curves.first() else { return Vec::new() };
     let figures = curves.iter().map(|curve| figure(curve)).collect();
@@ -216,7 +216,7 @@ fn without_result(c: &Collected) -> Vec<Block> {
     vec![Block::List(items)]
 }
 
-/// Makes the table of tasks with their crossed settings and scores_to_draw scores.
+/// Makes the table of tasks with their settings that have several values, and the given scores.
 fn tasks(c: &Collected, scores: &[String]) -> Vec<Block> {
     let mut columns = vec![Column::number("task", "").decimals(0)];
     columns.extend(c.crossed.iter().map(|name| Column::text(name)));

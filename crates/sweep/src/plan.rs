@@ -1,4 +1,4 @@
-//! `sweep plan`: writes the tasks of a sweep into a folder and reads them back.
+//! `sweep plan`: writes the tasks of a sweep into a folder, and reads such a folder.
 
 use super::clap_options::{Program, SweptCommand};
 use super::fault::{OptionFault, SweepDataError, SweepFault};
@@ -20,32 +20,32 @@ use std::path::{Path, PathBuf};
 
 /// Name of the task file, one task per line.
 pub const TASKS: &str = "tasks.jsonl";
-/// Name of the file with the settings that all tasks share.
+/// Name of the file with the data that all tasks share.
 const SWEEP: &str = "sweep.json";
 /// Maximum number of tasks of a sweep. A longer list is probably a mistake.
 const MAX_TASKS: usize = 1_000_000;
 
-/// Content of `sweep.json`: settings that all tasks share.
+/// Data that all tasks of a plan share: content of `sweep.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Shared {
-    /// Folder that the tasks' paths are relative to: that of the sweep file.
+    /// Folder to which the tasks' paths are relative: that of the sweep file.
     pub folder: PathBuf,
-    /// Command of all tasks.
+    /// Command that all tasks run, such as `reproduce push`.
     pub command: String,
     /// Number of tasks.
     pub tasks: usize,
-    /// Options with several values.
+    /// Names of the options that have several values.
     pub crossed: Vec<String>,
-    /// JSONPath of each score by column.
+    /// JSONPath of each score, by column name.
     pub scores: BTreeMap<String, String>,
 }
 
-/// A written plan.
+/// A plan that was written to a folder.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// Absolute path of the plan folder.
     pub folder: PathBuf,
-    /// Settings that all tasks share.
+    /// Data that all tasks share.
     pub shared: Shared,
 }
 
@@ -56,7 +56,7 @@ struct Planned<'a> {
     inputs: usize,
 }
 
-/// Writes the tasks of a sweep file into a folder.
+/// Writes the tasks of a sweep file into the folder `out`.
 ///
 /// # Errors
 /// The file has options that the command does not have, an input is missing, or the folder must not be
@@ -100,12 +100,12 @@ pub fn write_plan(
     Ok(Outcome::Done)
 }
 
-/// All combinations of the lists of a sweep.
+/// The tasks of a sweep: all combinations of its lists of values.
 struct Crossed {
-    /// Content of `tasks.jsonl`.
+    /// Text of the file `tasks.jsonl`, one task per line.
     tasks: String,
     shared: Shared,
-    /// Number of input files and folders.
+    /// Number of input files and folders of all tasks.
     inputs: usize,
 }
 
@@ -159,7 +159,7 @@ fn cross(file: &SweepFile, folder: PathBuf, program: Program) -> anyhow::Result<
     Ok(Crossed { tasks, shared, inputs: inputs.len() })
 }
 
-/// An option and its values: one fixed value or a list.
+/// An option of a sweep and its values: one fixed value or a list.
 struct Axis {
     name: String,
     values: Vec<Value>,
@@ -203,7 +203,7 @@ fn axes(file: &SweepFile, command: &SweptCommand, folder: &Path) -> Result<Vec<A
     Ok(axes)
 }
 
-/// Expands `{ from = 1, to = 5 }`, both ends included.
+/// Expands the range `{ from = 1, to = 5 }` to its whole numbers, both ends included.
 fn whole_numbers(range: &toml::Table) -> Result<Vec<Value>, OptionFault> {
     let end = |name: &str| range.get(name).and_then(toml::Value::as_integer);
     match (end("from"), end("to"), range.len()) {
@@ -214,7 +214,7 @@ fn whole_numbers(range: &toml::Table) -> Result<Vec<Value>, OptionFault> {
     }
 }
 
-/// Checks path values and expands glob patterns.
+/// Checks that values are path texts, and expands glob patterns.
 fn paths(values: Vec<Value>, is_crossed: bool, folder: &Path) -> Result<Vec<Value>, OptionFault> {
     let mut paths = Vec::new();
     for value in values {
@@ -229,7 +229,7 @@ fn paths(values: Vec<Value>, is_crossed: bool, folder: &Path) -> Result<Vec<Valu
     }
 }
 
-/// Returns the index of each list value of a task; the last list varies fastest.
+/// Returns, for task number `index`, the index of its value in each list; the last list varies fastest.
 fn value_indices(index: usize, axes: &[Axis]) -> Vec<usize> {
     let mut remaining = index;
     let mut value_indices: Vec<usize> = (axes.iter().rev())
@@ -243,9 +243,11 @@ fn value_indices(index: usize, axes: &[Axis]) -> Vec<usize> {
     value_indices
 }
 
-/// Values that the command's parser has already accepted. The parser checks single values and
-/// combinations of flags, so a combination of accepted values and flags need not be parse_task again. For
-/// 100,000 tasks this saves most of the time.
+/// Values and combinations of flags that the command's parser has already accepted.
+///
+/// The parser checks single values and combinations of flags, so other combinations of accepted values need
+/// not
+/// be parsed again. For 100,000 tasks this saves most of the time.
 #[derive(Default)]
 struct AcceptedValues {
     values: BTreeSet<(usize, usize)>,
@@ -253,7 +255,7 @@ struct AcceptedValues {
 }
 
 impl AcceptedValues {
-    /// Whether a task has a value or a combination of flags that no earlier task had.
+    /// Whether a task has a value or a combination of flags that no earlier task had; stores them.
     fn is_new(&mut self, value_indices: &[usize], axes: &[Axis]) -> bool {
         let is_flag = |axis: &Axis| axis.values.iter().any(|value| matches!(value, Value::Flag(_)));
         let flags = value_indices.iter().zip(axes).filter(|(_, axis)| is_flag(axis)).map(|(place, _)| *place);
@@ -265,7 +267,7 @@ impl AcceptedValues {
     }
 }
 
-/// Makes the task content for these list values.
+/// Makes the content of the task with these list values.
 fn content(
     value_indices: &[usize],
     axes: &[Axis],
@@ -300,10 +302,10 @@ fn parse_seed(value: &Value) -> Result<u64, SweepFault> {
 }
 
 impl Plan {
-    /// Opens the plan in a folder.
+    /// Opens the plan in `folder`.
     ///
     /// # Errors
-    /// The folder has no plan.
+    /// The folder contains no plan, or one that cannot be parsed.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         let path = folder.join(SWEEP);
         let file = || path.clone();
@@ -324,7 +326,7 @@ impl Plan {
         self.each_line(|index, line| each(index, parse_task(index, line, &self.folder)?))
     }
 
-    /// Returns all tasks.
+    /// Reads all tasks of the plan.
     ///
     /// # Errors
     /// Those of [`Plan::each_task`].
@@ -337,7 +339,7 @@ impl Plan {
         Ok(tasks)
     }
 
-    /// Returns `count` tasks from an index on, or fewer at the end of the plan.
+    /// Returns `count` tasks from the index `first` on, or fewer at the end of the plan.
     ///
     /// # Errors
     /// No task has this index, or an error of [`Plan::each_task`].

@@ -12,16 +12,16 @@ use crate::submit::{SubmitOptions, submit};
 use augsim_terminal::Outcome;
 use augsim_terminal::output::Output;
 
-/// Global options of the program.
+/// Global command line options that all actions of `sweep` use.
 #[derive(Debug, Clone, Copy)]
 pub struct Shared {
     /// Number of worker threads; all cores if `None`.
     pub threads: Option<u16>,
-    /// Whether results of another run are overwritten.
+    /// Whether results of another run may be overwritten.
     pub force: bool,
 }
 
-/// Runs the subcommand; `program` parses the command lines of the tasks.
+/// Runs `augsim sweep`; `program` parses the command lines of the tasks.
 ///
 /// # Errors
 /// The sweep file or the plan is invalid, a file cannot be read or written, or the scheduler rejects the
@@ -49,8 +49,9 @@ pub fn run(args: &Sweep, shared: Shared, program: Program, output: &Output) -> a
     }
 }
 
-/// Returns the exit code of a failed sweep: that of the failed task, 2 for an error in the sweep file,
-/// otherwise `None`.
+/// Returns the exit code of a failed sweep: that of the failed task, or 2 for a usage error.
+///
+/// `None` for any other error.
 pub fn exit_code(error: &anyhow::Error) -> Option<u8> {
     let failed = error.chain().find_map(|cause| cause.downcast_ref::<TaskFailed>());
     let is_usage_error = || error.chain().any(|cause| cause.is::<SweepFault>());

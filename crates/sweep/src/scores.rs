@@ -1,11 +1,11 @@
-//! Scores: values from a task's result that fill a row of the table.
+//! Scores: values that are picked from a task's result and fill a row of the table.
 
 use super::fault::{SweepDataError, SweepFault};
 use serde_json::Value;
 use serde_json_path::JsonPath;
 use std::collections::BTreeMap;
 
-/// A table column and the JSONPath of its value.
+/// A column of the table and the JSONPath of its value in a result.
 #[derive(Debug)]
 pub struct Score {
     column: String,
@@ -13,7 +13,7 @@ pub struct Score {
 }
 
 impl Score {
-    /// Parses the JSONPath (RFC 9535) of a column.
+    /// Parses the JSONPath (RFC 9535) of a score's column.
     ///
     /// # Errors
     /// The path is not valid.
@@ -25,7 +25,7 @@ impl Score {
         }
     }
 
-    /// Returns the value at the path; `None` if it is absent or null.
+    /// Reads the score from a result; `None` if it is absent or null.
     ///
     /// # Errors
     /// The path selects several values, a list or an object.
@@ -46,8 +46,9 @@ impl Score {
     }
 }
 
-/// Returns the scores of a result by column: the requested ones, or all values outside lists if none are
-/// requested.
+/// Returns the scores of a result by column name.
+///
+/// If none are requested, these are all values of the result outside lists.
 ///
 /// # Errors
 /// A path selects more than one value.
@@ -65,7 +66,7 @@ pub fn scores(requested: &[Score], result: &Value) -> anyhow::Result<BTreeMap<St
     Ok(found)
 }
 
-/// Collects all values outside lists by dotted path, except texts of several lines.
+/// Adds all values of `value` outside lists to `found` by dotted path, except texts of several lines.
 fn leaves(path: &str, value: &Value, found: &mut BTreeMap<String, Value>) {
     match value {
         Value::Object(all) => {

@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Maximum number of failures in the text; `--json` has all.
+/// Maximum number of failures that the text lists; `--json` lists all.
 const MAX_SHOWN_FAILURES: usize = 20;
 
 #[derive(Serialize)]
@@ -17,15 +17,16 @@ struct Status {
     done: usize,
     running: usize,
     failed: Vec<FailedTask>,
-    /// Tasks that were stopped and can be resumed.
+    /// Number of tasks that were stopped and can be resumed.
     stopped: usize,
-    /// Tasks that were not started.
+    /// Number of tasks that were not started.
     waiting: usize,
-    /// Mean run time of the latest completed tasks.
+    /// Mean run time of the latest completed tasks, s; `None` if none has a run time.
     seconds_per_task: Option<f64>,
-    /// Estimated seconds until all tasks are done, with the current number of running tasks.
+    /// Time until all tasks are done, s, with as many running tasks as now, or one; `None` if unknown.
+    /// unknown.
     seconds_left: Option<f64>,
-    /// Expected end in seconds since 1970.
+    /// Expected end of the sweep, seconds since 1970; `None` if unknown.
     expected_end_unix_s: Option<u64>,
 }
 
@@ -123,7 +124,7 @@ fn text(s: &Status) -> String {
     out
 }
 
-/// Formats a duration with a suitable unit.
+/// Formats a duration, given in seconds, with a suitable unit.
 fn duration(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {

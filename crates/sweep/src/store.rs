@@ -17,32 +17,32 @@ use std::time::{Duration, SystemTime};
 
 const SCHEMA: &str = "augsim.sweep.result/1";
 
-/// Result of a task.
+/// Stored result of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TaskResult {
     schema: String,
-    /// Id of the task.
+    /// Id of the task that has the result.
     id: String,
-    /// Whether the criterion of the task is met.
+    /// Whether the criterion of the task's command is met.
     pub criterion_met: bool,
-    /// SHA-256 of `result`, to detect damaged files.
+    /// SHA-256 of `result`, by which damaged files are detected.
     sha256: String,
-    /// Result document of the command.
+    /// Result document that the command wrote.
     pub result: Value,
 }
 
-/// Failure of a task.
+/// Stored failure of the last attempt at a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Failure {
-    /// Id of the task.
+    /// Id of the failed task.
     pub id: String,
-    /// Exit code; 128 plus the signal number if the task was killed.
+    /// Exit code of the command; 128 plus the signal number if it was killed.
     pub code: u8,
-    /// First line of the error message.
+    /// First line of the command's error message.
     pub error: String,
 }
 
-/// Run time of a task, for the expected end of the sweep.
+/// Run time of a task over all attempts, s, from which the end of the sweep is estimated.
 #[derive(Debug, Serialize, Deserialize)]
 struct Timing {
     seconds: f64,
@@ -57,7 +57,7 @@ pub enum TaskLock {
     Busy,
 }
 
-/// Plan folder with results.
+/// Reads and writes results, failures and work files of tasks in this plan folder.
 #[derive(Debug, Clone)]
 pub struct Store(PathBuf);
 
@@ -67,8 +67,9 @@ impl Store {
         Store(plan.to_owned())
     }
 
-    /// Makes the result folders. Empty folders are kept, because another process may be about to write
-    /// there.
+    /// Creates the folders of results, failures and work files.
+    ///
+    /// Empty folders are kept, because another process may be about to write there.
     ///
     /// # Errors
     /// A folder cannot be made.
@@ -86,12 +87,12 @@ impl Store {
         self.0.join("failed").join(format!("{id}.json"))
     }
 
-    /// Returns the work folder of a task: lock, outputs, and `out`, where the command writes.
+    /// Returns the work folder of a task: its lock, its outputs, and `out`, where the command writes.
     pub fn work(&self, id: &str) -> PathBuf {
         self.0.join("work").join(id)
     }
 
-    /// Returns the valid result of a task, if there is one.
+    /// Returns the result of a task; `None` if there is none or it is damaged.
     pub fn result(&self, id: &str) -> Option<TaskResult> {
         let text = std::fs::read_to_string(self.result_path(id)).ok()?;
         let found: TaskResult = serde_json::from_str(&text).ok()?;
@@ -102,7 +103,7 @@ impl Store {
     /// Writes the result of a task atomically and removes the failure of an earlier attempt.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn write_result(&self, task: &Task, criterion_met: bool, result: Value) -> anyhow::Result<()> {
         let (schema, id, sha256) = (SCHEMA.to_owned(), task.id.clone(), checksum(&result)?);
         let text = serde_json::to_string(&TaskResult { schema, id, criterion_met, sha256, result })?;
@@ -116,22 +117,22 @@ impl Store {
         }
     }
 
-    /// Returns the failure of a task, if there is one.
+    /// Returns the failure of the last attempt at a task; `None` if there is none.
     pub fn failure(&self, id: &str) -> Option<Failure> {
         serde_json::from_str(&std::fs::read_to_string(self.failure_path(id)).ok()?).ok()
     }
 
-    /// Writes the failure of a task.
+    /// Writes the failure of a task, replacing that of an earlier attempt.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn write_failure(&self, failure: &Failure) -> anyhow::Result<()> {
         let text = serde_json::to_string(failure)?;
         atomic_write(&self.failure_path(&failure.id), |w| w.write_all(text.as_bytes()))?;
         Ok(())
     }
 
-    /// Adds to the run time of a task. Errors are ignored, because the time is only an estimate.
+    /// Adds `took` to the run time of a task. Errors are ignored, because the time is only an estimate.
     pub fn add_seconds(&self, id: &str, took: Duration) {
         let path = self.work(id).join("timing.json");
         let before = seconds_in(&path).unwrap_or(0.0);
@@ -140,9 +141,9 @@ impl Store {
         }
     }
 
-    /// Returns the mean run time in s of the latest completed tasks.
+    /// Returns the mean run time of the latest completed tasks, s; `None` if no run time is known.
     pub fn mean_seconds(&self) -> Option<f64> {
-        /// Number of latest tasks in the mean.
+        /// Maximum number of latest tasks in the mean.
         const LATEST: usize = 100;
         let mut done: Vec<(SystemTime, String)> = (std::fs::read_dir(self.0.join("results")).ok()?.flatten())
             .filter_map(|entry| {
@@ -162,12 +163,12 @@ impl Store {
         names(&self.0.join("results"), ".json")
     }
 
-    /// Returns the ids of tasks whose last attempt failed.
+    /// Returns the ids of the tasks whose last attempt failed.
     pub fn with_failure(&self) -> BTreeSet<String> {
         names(&self.0.join("failed"), ".json")
     }
 
-    /// Returns the ids of started tasks.
+    /// Returns the ids of the tasks that were started.
     pub fn started(&self) -> BTreeSet<String> {
         names(&self.0.join("work"), "")
     }
@@ -210,8 +211,9 @@ fn seconds_in(path: &Path) -> Option<f64> {
     Some(timing.seconds)
 }
 
-/// Returns the names of files that end in `end`, without it. Temporary files begin with a dot and are
-/// skipped.
+/// Returns the names of the files in `folder` that end in `end`, without this ending.
+///
+/// Temporary files begin with a dot and are skipped.
 fn names(folder: &Path, end: &str) -> BTreeSet<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let name = |entry: std::fs::DirEntry| Some(entry.file_name().to_str()?.strip_suffix(end)?.to_owned());

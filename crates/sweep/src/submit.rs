@@ -16,23 +16,23 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::Command;
 
-/// Default of Slurm's `MaxArraySize`: array indices must be smaller.
+/// Default of Slurm's setting `MaxArraySize`; array indices must be smaller.
 const DEFAULT_MAX_ARRAY_SIZE: usize = 1001;
-/// Maximum number of times that a killed job is requeued.
+/// Maximum number of times that Slurm requeues a killed job.
 const MAX_RESTARTS: u32 = 3;
 
-/// Options of the user for the cluster.
+/// Options of `sweep submit` for the cluster.
 #[derive(Debug, Clone, Copy)]
 pub struct SubmitOptions<'a> {
-    /// Maximum number of jobs at the same time.
+    /// Maximum number of jobs that run at the same time; no limit if `None`.
     pub max_parallel: Option<u32>,
-    /// Partition.
+    /// Name of the Slurm partition; that of the cluster's default if `None`.
     pub partition: Option<&'a str>,
-    /// Time limit of a job.
+    /// Time limit of a job in the format of `sbatch`; that of the partition if `None`.
     pub time: Option<&'a str>,
-    /// Number of tasks per job.
+    /// Number of tasks that each job runs; as few as the array limit allows if `None`.
     pub tasks_per_job: Option<u32>,
-    /// Threads, and so cores, per task.
+    /// Number of threads, and so of cores, per task; 1 if `None`.
     pub threads: Option<u16>,
 }
 
@@ -44,7 +44,7 @@ struct Submitted {
     collecting_job: Option<String>,
 }
 
-/// Submits the remaining tasks, or prints the script.
+/// Submits the tasks without a result to Slurm, or prints the script.
 ///
 /// # Errors
 /// The plan or Slurm is missing, or Slurm rejects the jobs.
@@ -108,7 +108,7 @@ pub fn submit(
     Ok(Outcome::Done)
 }
 
-/// Returns the indices of tasks without a result.
+/// Returns the indices of the tasks that have no result.
 fn remaining_tasks(plan: &Plan) -> anyhow::Result<Vec<usize>> {
     let done = Store::for_plan(&plan.folder).with_result();
     let mut left = Vec::new();
@@ -121,17 +121,16 @@ fn remaining_tasks(plan: &Plan) -> anyhow::Result<Vec<usize>> {
     Ok(left)
 }
 
-/// Indices of an array job and the number of tasks per job.
+/// Array job of Slurm: its indices and the number of tasks per job.
 struct Array {
-    /// Number of tasks per job.
+    /// Number of tasks that each job runs.
     tasks_per_job: usize,
-    /// Array indices, ascending.
+    /// Array indices of the jobs, ascending.
     places: Vec<usize>,
 }
 
 impl Array {
-    /// Distributes the tasks in `remaining`, of `tasks` in total, over jobs with array indices below
-    /// `limit`.
+    /// Distributes the tasks with indices `left`, of `tasks` in total, over jobs with indices below `limit`.
     fn new(left: &[usize], tasks: usize, limit: usize, wish: Option<u32>) -> Result<Self, SweepFault> {
         let least = tasks.div_ceil(limit).max(1);
         let tasks_per_job = wish.map_or(least, |n| n as usize);
@@ -143,7 +142,7 @@ impl Array {
         Ok(Array { tasks_per_job, places })
     }
 
-    /// Formats the indices for `--array`: `0-3,7`.
+    /// Formats the array indices for Slurm's option `--array`: `0-3,7`.
     fn spelled(&self) -> String {
         let mut ranges: Vec<(usize, usize)> = Vec::new();
         for &place in &self.places {
@@ -157,7 +156,7 @@ impl Array {
     }
 }
 
-/// Makes the shell script.
+/// Makes the shell script that submits the array job and the collecting job.
 fn script(plan: &Plan, array: &Array, left: usize, wishes: &SubmitOptions<'_>) -> anyhow::Result<String> {
     let program = std::env::current_exe().context("cannot find the program itself")?;
     let (program, folder) = (path_text(&program)?, path_text(&plan.folder)?);
@@ -242,7 +241,7 @@ fn is_installed(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok()
 }
 
-/// Reads `MaxArraySize` of the cluster, if available.
+/// Reads the setting `MaxArraySize` of the cluster; `None` if it is not available.
 fn largest_array() -> Option<usize> {
     let shown = Command::new("scontrol").args(["show", "config"]).output().ok()?;
     let text = String::from_utf8_lossy(&shown.stdout).into_owned();

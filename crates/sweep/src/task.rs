@@ -1,4 +1,4 @@
-//! A task: one run of a command and everything that determines its result.
+//! A task of a sweep: one run of a command and everything that determines its result.
 
 use super::file::Value;
 use super::inputs::{Input, sha256};
@@ -12,24 +12,24 @@ const ID_DIGITS: usize = 16;
 /// Everything that determines the result of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Content {
-    /// Version of augsim; other versions may give other results.
+    /// Version of augsim that runs the task; other versions may give other results.
     pub augsim: String,
-    /// Command and its positional words.
+    /// Command that the task runs, with its positional words.
     pub command: Vec<String>,
-    /// Options by name.
+    /// Values of the command's options, by option name.
     pub settings: BTreeMap<String, Value>,
-    /// Random seed.
+    /// Random seed of the command.
     pub seed: u64,
-    /// Input files and folders by option name.
+    /// Input files and folders, by option name.
     pub inputs: BTreeMap<String, Input>,
 }
 
-/// A line of `tasks.jsonl`.
+/// A task with its id: a line of `tasks.jsonl`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Task {
-    /// Task id: first digits of the SHA-256 of the content.
+    /// Id of the task: first digits of the SHA-256 of its content.
     pub id: String,
-    /// Content of the task.
+    /// Command, options, seed and inputs that determine the result.
     #[serde(flatten)]
     pub content: Content,
 }
@@ -45,7 +45,7 @@ impl Task {
         Ok(Task { id, content })
     }
 
-    /// Returns the value of an option, or the path of an input.
+    /// Returns the value of an option, or the path of an input; `None` if it is not set.
     pub fn value(&self, name: &str) -> Option<Value> {
         let Content { settings, seed, inputs, .. } = &self.content;
         if name == "seed" {
@@ -55,7 +55,7 @@ impl Task {
         settings.get(name).cloned().or_else(read)
     }
 
-    /// Returns the paths of the inputs as written in the sweep file.
+    /// Returns the paths of the inputs by option name, as written in the sweep file.
     pub fn paths(&self) -> BTreeMap<String, String> {
         self.content.inputs.iter().map(|(name, input)| (name.clone(), input.path.clone())).collect()
     }
