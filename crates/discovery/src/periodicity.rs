@@ -21,8 +21,12 @@ struct Point {
     y: [f64; 2],
 }
 
-/// p-value of a period in the event offsets: deviations of the events' parameter (such as a restitution) by
-/// event.
+/// p-value of a period in the event offsets: deviations of the events' parameter (such as a restitution).
+///
+/// It is the smallest p-value of least-squares periodograms (Lomb 1976; Zechmeister and Kürster 2009, with a
+/// mean) of the offsets, and of the offsets times the strength of their events. Slow frequencies (multiples of
+/// 1/(2 T) over a time span T) count as n independent tests for n offsets (Horne and Baliunas 1986); fast ones
+/// (0.05 to 30 Hz) count singly.
 pub(crate) fn p_value(sample: &ChosenRecords<'_>, fit: &Fit) -> f64 {
     let points = points(sample, fit);
     if points.len() < MIN_OFFSETS {

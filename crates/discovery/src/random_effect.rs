@@ -31,71 +31,73 @@ use augsim_system::{Per, RecordRandomEffect};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Number of Gauss-Newton steps of the records' own values.
+/// Number of Gauss-Newton steps in the estimation of each record's own parameter values.
 const NEWTON_STEPS: usize = 4;
-/// Minimum number of records: a few disturbed records look like the spread of a few.
+/// Minimum number of records for an estimate: a few disturbed records look like the spread of a few.
 const MIN_RECORDS: usize = 15;
-/// Minimum mean number of windows per record: own values fit a record of one window whatever effect is
-/// missing.
+/// Minimum mean number of windows per record. A record of one window is fitted by its own parameter values
+/// whatever effect is missing.
 const MIN_WINDOWS_PER_RECORD: usize = 2;
 
-/// A fit with common values of the parameters that may vary; it includes the mean of the draws.
+/// Fit in which the parameters that may vary between records have common values for all records. These values
+/// include the mean of the random effect.
 #[derive(Debug)]
 pub(crate) struct CommonFit {
     drawn: RecordRandomEffect,
     hypothesis: Hypothesis,
     theta: Vec<f64>,
-    /// Nuisances of the fitted windows.
+    /// Nuisances (initial state, record parameters, event offsets) of each fitted window.
     nuisance: Vec<Vec<f64>>,
-    /// Entries of theta that vary between records.
+    /// Range in theta (the shared parameters) of the entries that vary between records.
     varying: Range<usize>,
 }
 
-/// State of the estimation.
+/// Point in the estimation of a random effect per record: common values, and each record's deviations from
+/// them.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
-    /// Common values of theta.
+    /// Common values of the shared parameters theta.
     theta: Vec<f64>,
-    /// Deviation of each record's own values from the common ones.
+    /// Deviations of each record's own values from the common ones, `[record][varying parameter]`.
     own: Vec<Vec<f64>>,
     nuisance: Vec<Vec<f64>>,
     pub normals: Vec<NormalEquations>,
 }
 
-/// Quadratic approximation of one record about its own values: constant, gradient and curvature at the
-/// common values.
+/// Quadratic approximation of the cost of one record about its own parameter values. Constant `c`,
+/// gradient `v` and curvature `s` are given at the common values.
 struct RecordQuadratic {
     c: f64,
     v: Vec<f64>,
     s: Square,
-    /// Squared differences between its windows, and their degrees of freedom.
+    /// Squared differences between the windows of the record, and their degrees of freedom.
     between_windows: [f64; 2],
     /// Squared residuals at the record's own values, and their degrees of freedom.
     own_residuals: [f64; 2],
 }
 
-/// -2 ln likelihood with the shared parameters profiled out, the restricted one, and the step to their
-/// optimum.
+/// Likelihood of the random effect with the shared parameters profiled out: -2 ln of it and of the restricted
+/// likelihood, and the step of the shared parameters to their optimum.
 struct Profile {
     profiled: f64,
     restricted: f64,
     step: Vec<f64>,
 }
 
-/// Estimate of a random effect.
+/// Estimated standard deviation of a random effect per record, with its interval and gain.
 #[derive(Debug)]
 pub(crate) struct ScatterEstimate {
     pub sd: f64,
     pub ci95: [f64; 2],
-    /// Decrease of -2 ln likelihood relative to no random effect.
+    /// Decrease of -2 ln likelihood relative to a model without the random effect.
     pub gain: f64,
-    /// State with each record at its own values.
+    /// Estimated parameters, with each record at its own values.
     pub state: State,
 }
 
 impl CommonFit {
-    /// Fits a set of additions with common values of the parameters that may vary; `None` with too few
-    /// records or windows.
+    /// Fits a set of additions with common values of the parameters that may vary between records. `None`
+    /// with too few records or windows.
     pub fn with(
         drawn: &RecordRandomEffect,
         sample: &ChosenRecords<'_>,
@@ -136,12 +138,13 @@ impl CommonFit {
         Some(Self { drawn: drawn.clone(), hypothesis, theta, nuisance, varying })
     }
 
-    /// Derivative lanes of all windows.
+    /// Order of the derivatives in each window of a sample.
     fn lanes(&self, sample: &ChosenRecords<'_>) -> Vec<Lanes> {
         sample.windows().into_iter().map(|at| Lanes::new(&self.hypothesis, at, &[])).collect()
     }
 
-    /// State with all records at the common values, nuisances fitted from `nuisance`.
+    /// Evaluates the model with all records at the common values `theta`; the nuisances are fitted starting
+    /// from `nuisance`.
     fn common_state(&self, sample: &ChosenRecords<'_>, theta: &[f64], nuisance: &[Vec<f64>]) -> State {
         let fitted = fit_nuisance(sample, &self.hypothesis, theta, nuisance);
         let normals = assemble_all(sample, &self.hypothesis, &self.lanes(sample), theta, &fitted.nuisance);
@@ -149,7 +152,8 @@ impl CommonFit {
         State { theta: theta.to_vec(), own: deviations, nuisance: fitted.nuisance, normals }
     }
 
-    /// Estimates the random effect from the fitted records; `None` where no scatter is most likely.
+    /// Estimates the random effect from the records of `sample`; `None` if no variation between records is
+    /// most likely.
     pub fn estimate(&self, sample: &ChosenRecords<'_>) -> Option<ScatterEstimate> {
         let least = sample.data.white_share;
         let base = self.common_state(sample, &self.theta, &self.nuisance);
@@ -171,7 +175,8 @@ impl CommonFit {
         Some(ScatterEstimate { sd, ci95, gain: none - value, state })
     }
 
-    /// Evidence of each window on the entries of theta that do not vary: entry, curvature, gradient.
+    /// For each window, its contribution to the cost in the parameters that do not vary between records. Each
+    /// entry is (index in theta, curvature, gradient) of half the cost.
     pub fn parts(
         &self,
         sample: &ChosenRecords<'_>,
@@ -186,7 +191,7 @@ impl CommonFit {
         self.lanes(sample).iter().zip(normals).map(evidence).collect()
     }
 
-    /// Quadratic approximation of each record at a state.
+    /// Quadratic approximation of the cost of each record at a point of the estimation.
     fn quadratics(&self, sample: &ChosenRecords<'_>, state: &State) -> Vec<RecordQuadratic> {
         let p = self.theta.len();
         let b: Vec<usize> = self.varying.clone().collect();
@@ -227,7 +232,7 @@ impl CommonFit {
         all.into_par_iter().map(|(range, own)| of_record(range, own)).collect()
     }
 
-    /// `M` of a record.
+    /// Matrix M of a record in the formulas of the module: curvature in its own values plus prior precision.
     fn precision(&self, n: &RecordQuadratic, sd: f64, phi: f64) -> Square {
         let b: Vec<usize> = self.varying.clone().collect();
         let mut m = n.s.sub(&b);
@@ -235,7 +240,7 @@ impl CommonFit {
         m
     }
 
-    /// -2 ln likelihood of one record at fixed shared parameters.
+    /// Computes -2 ln likelihood of one record at fixed shared parameters.
     fn deviance_of_record(&self, n: &RecordQuadratic, sd: f64, phi: f64) -> f64 {
         if sd == 0.0 {
             return n.c / phi;
@@ -247,7 +252,8 @@ impl CommonFit {
         (n.c - fall) / phi + m.log_det + x.len() as f64 * (sd * sd / phi).ln()
     }
 
-    /// Profiles the shared parameters out of the likelihood.
+    /// Computes the likelihood with the shared parameters profiled out, for the standard deviation `sd` and
+    /// dispersion `phi`.
     fn profile(&self, records: &[RecordQuadratic], sd: f64, phi: f64) -> Profile {
         let p = self.theta.len();
         let b: Vec<usize> = self.varying.clone().collect();
@@ -277,7 +283,7 @@ impl CommonFit {
         Profile { profiled, restricted: profiled + factor.log_det, step }
     }
 
-    /// Moves the shared parameters by `shared` and each record to its most probable values there; keeps the
+    /// Moves the shared parameters by `shared`, and each record to its most probable values there. Keeps the
     /// shared parameters if the joint cost would rise.
     fn step(
         &self,
@@ -298,7 +304,7 @@ impl CommonFit {
         self.move_to(sample, state, records, &vec![0.0; shared.len()], scales)
     }
 
-    /// Moves the shared parameters by `shared` and each record to its most probable values there.
+    /// Moves the shared parameters by `shared`, and each record to its most probable values there.
     fn move_to(
         &self,
         sample: &ChosenRecords<'_>,
@@ -367,7 +373,7 @@ impl CommonFit {
     }
 }
 
-/// Curvature and gradient of a window in all of theta, nuisances eliminated.
+/// Curvature and gradient of a window in all `p` shared parameters, with its nuisances eliminated.
 fn reduced(lanes: &Lanes, normal: &NormalEquations, p: usize) -> (Square, Vec<f64>) {
     let (sw, uw, _) = eliminate(&normal.h, &normal.g, lanes.common());
     let (mut s, mut u) = (Square::zero(p), vec![0.0; p]);
@@ -380,7 +386,7 @@ fn reduced(lanes: &Lanes, normal: &NormalEquations, p: usize) -> (Square, Vec<f6
     (s, u)
 }
 
-/// `v' S^-1 v` and the rank of `S`.
+/// Computes `v' S^-1 v` and the rank of the symmetric matrix `s`.
 fn quadratic_form(s: &Square, v: &[f64]) -> (f64, f64) {
     let scale: Vec<f64> = (0..s.n).map(|i| s.at(i, i)).collect();
     let scaled = |i: usize, j: usize| s.at(i, j) / (scale[i] * scale[j]).max(1e-300).sqrt();
@@ -392,7 +398,8 @@ fn quadratic_form(s: &Square, v: &[f64]) -> (f64, f64) {
     (x.iter().map(|x| x * x).sum(), rank as f64)
 }
 
-/// Dispersion `phi`, at least `least`.
+/// Dispersion factor `phi` of the cost, at least `least`. It is the larger one of the differences between
+/// windows of a record and the residuals at the records' own values, per degree of freedom.
 fn dispersion(records: &[RecordQuadratic], least: f64) -> f64 {
     let [between, freedom] = [0, 1].map(|k| records.iter().map(|n| n.between_windows[k]).sum::<f64>());
     let mut residual: Vec<f64> = records
@@ -404,17 +411,19 @@ fn dispersion(records: &[RecordQuadratic], least: f64) -> f64 {
     within.max(median(&mut residual)).max(least)
 }
 
-/// Minimum standard deviation, in units of the typical one; smaller scatters have no practical cause.
+/// Minimum standard deviation of a random effect, in units of its typical one; smaller ones have no practical
+/// cause.
 const MIN_SD: f64 = 0.02;
-/// Number of standard deviations that are tried, evenly spaced in the logarithm.
+/// Number of steps in the grid of standard deviations that are tried, evenly spaced in the logarithm.
 const GRID_POINTS: usize = 60;
 
-/// Minimum and maximum standard deviation.
+/// Minimum and maximum standard deviation of a random effect per record.
 fn sd_bounds(drawn: &RecordRandomEffect) -> (f64, f64) {
     drawn.scatter.parameters.first().map_or((1e-6, 1.0), |p| (MIN_SD * p.typical, p.max))
 }
 
-/// Minimum of a function of the standard deviation; `None` if it is at the smallest one.
+/// Standard deviation of the random effect that minimises `criterion` (-2 ln likelihood). `None` if it is the
+/// smallest one tried.
 fn most_likely_sd(drawn: &RecordRandomEffect, criterion: impl Fn(f64) -> f64) -> Option<f64> {
     let (least, most) = sd_bounds(drawn);
     let span = (most / least).ln();
@@ -432,7 +441,8 @@ fn most_likely_sd(drawn: &RecordRandomEffect, criterion: impl Fn(f64) -> f64) ->
     Some((0.5 * (low + high)).exp())
 }
 
-/// 95 % interval by the profile likelihood.
+/// 95 % interval of the random effect's standard deviation, by the profile likelihood `criterion` about
+/// `best`.
 fn interval(drawn: &RecordRandomEffect, criterion: impl Fn(f64) -> f64, best: f64) -> [f64; 2] {
     let edge = criterion(best) + chi2_quantile(0.05, 1.0);
     let (least, most) = sd_bounds(drawn);

@@ -7,23 +7,24 @@ use crate::score::Scored;
 use crate::search::{Penalty, Search};
 use augsim_system::RecordRandomEffect;
 
-/// A random effect that the records support.
+/// A random effect per record that the records support, with its gain.
 pub(crate) struct RandomEffectEstimate {
-    /// Gain, nats.
+    /// Gain in log likelihood over a model without the random effect, nats.
     pub gain: f64,
-    /// Whether the model already declares it.
+    /// Whether the model already declares the random effect.
     pub is_declared: bool,
-    /// Evidence of each window on the entries of theta that do not vary: entry, curvature, gradient.
+    /// For each window, its contribution to the cost in the parameters that do not vary between records. Each
+    /// entry is (index in theta, curvature, gradient).
     pub parts: Vec<Vec<(usize, f64, f64)>>,
 }
 
-/// Parameters that may vary between records in the system of a sample.
+/// Parameters that may vary between records, as the system of a sample declares them; `None` if it has none.
 fn varying_parameters<'s>(sample: &'s ChosenRecords<'_>) -> Option<&'s RecordRandomEffect> {
     sample.data.system.schema().record_random_effect.as_ref()
 }
 
-/// The random effect beside a set, if its gain exceeds the penalty or the model declares it; `None` with too
-/// few records or windows.
+/// Finds a random effect per record beside a set of effects, if its gain exceeds the penalty or the model
+/// declares it. `None` otherwise, and with too few records or windows.
 pub(crate) fn find_random_effect(
     search: &Search<'_>,
     set: &Scored,
@@ -41,7 +42,7 @@ pub(crate) fn find_random_effect(
     Some(RandomEffectEstimate { gain, is_declared, parts })
 }
 
-/// Fits and estimates the random effect beside the additions of a fit.
+/// Fits the model with the random effect per record beside the additions of `fit`, and estimates its size.
 fn estimated(
     sample: &ChosenRecords<'_>,
     drawn: &RecordRandomEffect,
@@ -52,7 +53,7 @@ fn estimated(
     Some((shared, found))
 }
 
-/// Gain of the random effect beside a set, nats; 0 where there is none.
+/// Gain of a random effect per record beside a set of effects, nats; 0 if there is none.
 pub(crate) fn gain(search: &Search<'_>, set: &Scored) -> f64 {
     let sample = search.sample();
     varying_parameters(&sample)
@@ -60,7 +61,7 @@ pub(crate) fn gain(search: &Search<'_>, set: &Scored) -> f64 {
         .map_or(0.0, |(_, found)| 0.5 * found.gain)
 }
 
-/// Standard deviation of the random effect at a fit to `sample`.
+/// Standard deviation of the random effect per record, estimated from `sample`; `None` if there is none.
 pub(crate) fn size(sample: &ChosenRecords<'_>, fit: &Fit) -> Option<Estimate> {
     let drawn = varying_parameters(sample)?;
     let (_, found) = estimated(sample, drawn, fit)?;

@@ -10,14 +10,15 @@ use augsim_system::{
 use std::ops::Range;
 use std::sync::Arc;
 
-/// One record with the weights of its samples.
+/// One measured record with the weights of its samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
-    /// Measured values, as the system reads them.
+    /// Measured values and windows, as the system reads them.
     pub data: SystemRecord,
     /// `weight[channel][sample]` = 1/σ in the unit of the channel; 0 for samples that are missing or masked.
     pub weight: Vec<Vec<f64>>,
-    /// Whether σ is a tolerance: residuals below it are not rewarded beyond the Gaussian cost.
+    /// Whether σ is a tolerance rather than noise: residuals below it are not rewarded beyond the Gaussian
+    /// cost.
     pub is_tolerance: bool,
 }
 
@@ -29,39 +30,38 @@ pub(crate) struct RecordWindow<'a> {
 }
 
 impl Record {
-    /// Windows of the record, in order.
+    /// Windows of the record, in order of time.
     pub fn windows(&self) -> impl Iterator<Item = RecordWindow<'_>> {
         self.data.windows.iter().map(|window| RecordWindow { record: self, window })
     }
 }
 
-/// All records of a data set, with the declared system.
+/// All records of a data set, with the declared system that models them.
 #[derive(Clone, Debug)]
 pub(crate) struct Measured {
     pub name: String,
-    /// The declared system.
+    /// System that the model declares, without additions.
     pub system: Arc<dyn System>,
     pub records: Vec<Record>,
-    /// Whole recordings, where fits divide them into several windows.
+    /// Recordings that fits divide into several windows, each as a whole; empty if there are none.
     pub recordings: Vec<Recording>,
     pub groups: Vec<String>,
-    /// Session time at which the clocks of the records start, s; `None` unless every record has a start
-    /// time.
+    /// Session time at which the clocks of the records start, s. `None` unless every record has a start time.
     pub clock_reference_s: Option<f64>,
-    /// Share of the noise variance that differences of neighbouring samples show: a lower bound of the
-    /// residual variance.
+    /// Share of the noise variance that differences of neighbouring samples show. It is a lower bound of the
+    /// ratio of residual variance to noise variance.
     pub white_share: f64,
-    /// Counts of the work done on these records and their copies.
+    /// Counters of the work done on these records and their copies.
     pub work: Arc<WorkCounter>,
-    /// Deadline of the fits to these records.
+    /// Deadline of calibration and search on these records.
     pub clock: Clock,
-    /// Effects that a search on these records tries.
+    /// Which effects a search on these records tries.
     pub effects: Arc<AllowedEffects>,
 }
 
 impl Measured {
-    /// Reads the columns that the system knows; ignores the others. The session clock starts at the model's
-    /// reference or, without one, at the mean start time of the records.
+    /// Reads the columns that the system of `model` knows from a data set, and ignores the other columns. The
+    /// session clock starts at the model's reference or, without one, at the mean start time of the records.
     pub fn from_dataset(data: &Dataset, model: &dyn Declaration) -> Result<Self, DiscoveryError> {
         let name = data.origin().to_string();
         let system = model.open(&|column| data.has_column(column)).map_err(|objection| {
@@ -116,12 +116,12 @@ impl Measured {
         (0..self.system.schema().channels.len()).any(|channel| self.system.resolution(channel) > 0.0)
     }
 
-    /// The records as the system reads them.
+    /// The records in the form in which the system reads them.
     pub fn system_records(&self) -> Vec<&SystemRecord> {
         self.records.iter().map(|r| &r.data).collect()
     }
 
-    /// A data set with other records and the same metadata; it has no whole recordings.
+    /// A data set with other records and the same metadata, without whole recordings.
     pub fn with_records(&self, records: Vec<Record>) -> Self {
         Self {
             name: self.name.clone(),
@@ -138,22 +138,22 @@ impl Measured {
     }
 }
 
-/// A recording (or a long part of one) that is fitted in several windows, with the records that its parts
+/// A recording (or a long part of one) that is fitted in several windows, and the records that its parts
 /// became.
 #[derive(Clone, Debug)]
 pub(crate) struct Recording {
     pub whole: Record,
-    /// Index of each record that is a part of it, and the first sample of that part.
+    /// For each part: index of the record that it became, and its first sample in the recording.
     pub parts: Vec<(usize, usize)>,
 }
 
-/// The records that a fit uses.
+/// The records of a data set that a fit uses.
 #[derive(Clone, Copy)]
 pub(crate) struct ChosenRecords<'a> {
     pub data: &'a Measured,
-    /// Indices of the records.
+    /// Indices of the used records in the data set.
     pub chosen: &'a [usize],
-    /// Correlation of the noise of neighbouring samples.
+    /// Correlation of the noise of neighbouring samples of a channel.
     pub correlation: f64,
 }
 
@@ -162,12 +162,12 @@ impl ChosenRecords<'_> {
         self.chosen.iter().map(|&j| &self.data.records[j])
     }
 
-    /// Windows of the records, in order.
+    /// Windows of all used records, in order.
     pub fn windows(&self) -> Vec<RecordWindow<'_>> {
         self.records().flat_map(Record::windows).collect()
     }
 
-    /// Range of the windows of each record, in order.
+    /// For each used record, the range of its windows in [`windows`](Self::windows).
     pub fn windows_by_record(&self) -> Vec<Range<usize>> {
         let mut first = 0;
         let range = |record: &Record| {
@@ -177,7 +177,7 @@ impl ChosenRecords<'_> {
         self.records().map(range).collect()
     }
 }
-/// Whether a column has no measured value, or the same one everywhere.
+/// Whether a column has no measured value, or the same value in all samples.
 fn is_constant(data: &Dataset, column: usize) -> bool {
     let mut values =
         data.trajectories().iter().flat_map(|t| t.column(column)).copied().filter(|v| v.is_finite());

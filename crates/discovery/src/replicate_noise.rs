@@ -6,17 +6,19 @@
 use crate::fit::{ChosenRecords, Fit};
 use crate::residuals::record_residuals;
 
-/// Noise of the replicates, relative to the noise that was estimated before the search.
+/// Measurement noise of simulated replicates, relative to the noise that was estimated before the search.
 #[derive(Debug)]
 pub(crate) struct ReplicateNoise {
-    /// Factor of the standard deviation of each channel, at most 1.
+    /// Ratio of the replicates' standard deviation to the one estimated before the search, by channel; at
+    /// most 1.
     pub factors: Vec<f64>,
-    /// Correlation of the noise of neighbouring samples.
+    /// Correlation of the replicates' noise between neighbouring samples.
     pub correlation: f64,
 }
 
 impl ReplicateNoise {
-    /// Computes the noise from the residuals of `fit`, which has the nuisances of the sample.
+    /// Estimates the measurement noise from the residuals of `fit`, whose initial states and event offsets
+    /// (nuisances) were fitted to the records of `sample`.
     pub fn of_residuals(sample: &ChosenRecords<'_>, fit: &Fit) -> Self {
         let channels = sample.data.system.schema().channels.len();
         let (mut squares, mut counts) = (vec![0.0; channels], vec![0.0; channels]);

@@ -20,7 +20,8 @@ use crate::sentence::{order, sentence};
 use augsim_system::{Addition as Added, Augmentation, Per, ScatterPer};
 use std::collections::BTreeMap;
 
-/// Name and unit of each free parameter; parameters of additions without the kind.
+/// Name and unit of each free parameter of a hypothesis. Names of added parameters do not contain the kind of
+/// the effect.
 fn names(h: &Hypothesis) -> Vec<(String, String)> {
     h.free
         .iter()
@@ -40,7 +41,8 @@ fn names(h: &Hypothesis) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Estimates of the free parameters of one addition, or of the declared model.
+/// Estimates of the free parameters of one addition by name, or of the declared model if `addition` is
+/// `None`.
 fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> BTreeMap<String, Estimate> {
     let (fit, h) = (&set.fit, &set.fit.hypothesis);
     let (ci, names_and_units, intervals) = (set.ci95(), names(h), set.intervals());
@@ -87,12 +89,13 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
     out
 }
 
-/// Correlation of two estimates from which they are not distinguishable.
+/// Absolute correlation of two estimates above which the data do not distinguish them.
 ///
-/// Beyond it the other one explains more than half of the variance.
+/// Above it, one estimate explains more than half of the variance of the other.
 const INSEPARABLE_CORRELATION: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Names of the parameters that are not distinguishable from an entry of theta whose interval fills its bounds.
+/// Names of the parameters from which an entry of theta, whose interval fills its bounds, is not
+/// distinguishable.
 fn inseparable(set: &Scored, fills_bounds: &[bool], entry: usize, axis: &[String]) -> Vec<String> {
     let correlations = set.correlations();
     let is_inseparable = |j: &usize| {
@@ -101,10 +104,11 @@ fn inseparable(set: &Scored, fills_bounds: &[bool], entry: usize, axis: &[String
     (0..axis.len()).filter(is_inseparable).map(|j| axis[j].clone()).collect()
 }
 
-/// Last digit of the gains in the list of candidates, nats; a smaller difference is shown as 0.0.
+/// Last displayed digit of the gains in the list of candidates, nats. A smaller difference is shown as 0.0.
 const SHOWN_STEP: f64 = 0.1;
 
-/// Fitted sets, each once, by their gain over the chosen set, with the reason why each is chosen or not.
+/// Fitted sets of effects, each once, with the reason why each is chosen or not. They are sorted by their
+/// gain over the chosen set.
 fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
     let (found, best) = (parts.found, parts.best);
     let mut known_keys: Vec<Vec<String>> = Vec::new();
@@ -157,7 +161,7 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
     out
 }
 
-/// The set without one of its additions; fitted now if it was not before.
+/// The set of effects without one of its additions; it is fitted now if it was not fitted before.
 fn set_without(parts: &AnswerParts<'_>, set: &Scored, number: usize) -> Scored {
     let remaining = without(set.additions(), number);
     match parts.found.with_key(&labels(&remaining)) {
@@ -166,7 +170,7 @@ fn set_without(parts: &AnswerParts<'_>, set: &Scored, number: usize) -> Scored {
     }
 }
 
-/// The effects of the result, in the order of the sentence.
+/// The effects of the result with their estimates, in the order of its sentence.
 fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
     let (best, findings) = (parts.best, &parts.judged.findings);
     let named = &parts.found.sets[findings.named];
@@ -214,8 +218,8 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
     out
 }
 
-/// The random effect per record, if one was found, and its share of the gain; `laws` is the gain of the
-/// other effects.
+/// The random effect per record, if one was found, and its share of the total gain. `laws` is the gain of the
+/// other effects, nats.
 fn random_effect(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64)> {
     let scattered = parts
         .judged
@@ -238,7 +242,8 @@ fn random_effect(parts: &AnswerParts<'_>, laws: f64) -> Option<(FoundEffect, f64
     Some((found, share))
 }
 
-/// The leads of the result, each with its reason and the experiment that would confirm it.
+/// The leads (effects that are not established), each with the reason and the experiment that would confirm
+/// it.
 fn leads(parts: &AnswerParts<'_>) -> Vec<Lead> {
     let lead = |lead: &SearchResult| Lead {
         kind: kinds(std::slice::from_ref(&lead.addition))[0].clone(),
@@ -255,7 +260,7 @@ fn leads(parts: &AnswerParts<'_>) -> Vec<Lead> {
     parts.judged.findings.leads.iter().map(lead).collect()
 }
 
-/// Names of the entries of theta, with the group in brackets.
+/// Names of the entries of theta (the shared parameters), with the group in brackets.
 fn axis(h: &Hypothesis, groups: &[String]) -> Vec<String> {
     let mut axis: Vec<String> = Vec::new();
     for (f, (name, _)) in h.free.iter().zip(names(h)) {
@@ -268,13 +273,13 @@ fn axis(h: &Hypothesis, groups: &[String]) -> Vec<String> {
 }
 
 impl AnswerParts<'_> {
-    /// Gain of the result in the log predictive density of left-out blocks, nats.
+    /// Gain of the result over the calibrated model in the log predictive density of left-out blocks, nats.
     pub fn gain(&self) -> f64 {
         let gain = self.best.gain_over(self.base, self.best.evidence.independence.share);
         if gain.is_finite() { gain } else { 0.0 }
     }
 
-    /// Error table of the deciding measure.
+    /// Error table of the deciding measure, the first of the schema.
     pub fn table(&self) -> ErrorTable {
         let data = &self.prepared.data;
         let folds = Some(self.errors.folds.len()).filter(|n| *n > 0);
@@ -285,7 +290,7 @@ impl AnswerParts<'_> {
         ErrorTable { folds, free_run, ..table }
     }
 
-    /// Error tables of the other measures.
+    /// Error tables of all measures but the deciding one, by name.
     fn other_tables(&self) -> BTreeMap<String, ErrorTable> {
         let schema = self.prepared.data.system.schema();
         let folds = Some(self.errors.folds.len()).filter(|n| *n > 0);
@@ -293,7 +298,7 @@ impl AnswerParts<'_> {
         all.into_iter().map(|(name, table)| (name, ErrorTable { folds, ..table })).collect()
     }
 
-    /// Residual tests of the result.
+    /// Tests of the residuals that the augmented model leaves, in the format of the result.
     fn tests(&self) -> Tests {
         let tests = &self.judged.residual_tests;
         let schema = self.prepared.data.system.schema();
@@ -309,7 +314,7 @@ impl AnswerParts<'_> {
         }
     }
 
-    /// Noise estimate of the result.
+    /// Noise estimate, in the format of the result.
     fn noise(&self) -> NoiseFound {
         let (noise, data) = (&self.prepared.noise, &self.prepared.data);
         let (unit, decides) = deciding_measure(data.system.schema());
@@ -328,7 +333,7 @@ impl AnswerParts<'_> {
         }
     }
 
-    /// Numbers of windows, where some are excluded.
+    /// Numbers of fitted and excluded windows; `None` where no window can be excluded.
     fn windows(&self) -> Option<Windows> {
         if !self.limit.is_finite() {
             return None;
@@ -353,7 +358,7 @@ impl AnswerParts<'_> {
         })
     }
 
-    /// The augmented model file.
+    /// Text of the augmented model file.
     fn model_toml(&self) -> Result<String, DiscoveryError> {
         let (full, data) = (self.full, &self.prepared.data);
         let h = &full.fit.hypothesis;
@@ -369,7 +374,7 @@ impl AnswerParts<'_> {
         Ok(self.model.augmented(&augmentation)?)
     }
 
-    /// The declared and the calibrated model file.
+    /// Texts of the declared and the calibrated model file.
     fn models(&self) -> Result<Models, DiscoveryError> {
         let (base, data) = (self.base, &self.prepared.data);
         let mut calibrated = base.fit.hypothesis.augmentation(
@@ -386,7 +391,7 @@ impl AnswerParts<'_> {
     }
 }
 
-/// Assembles the result. Fails if a number is not finite or the model file cannot be written.
+/// Assembles the result of a discovery. Fails if a number is not finite or the model file cannot be written.
 pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryError> {
     let (data, findings) = (&parts.prepared.data, &parts.judged.findings);
     let error = parts.table();

@@ -14,23 +14,24 @@ use augsim_data::Dataset;
 use augsim_system::Declaration;
 use std::ops::Range;
 
-/// Samples per coefficient of a polynomial.
+/// Number of samples for each coefficient of a polynomial that is fitted to a segment.
 const SAMPLES_PER_COEFFICIENT: usize = 5;
-/// Minimum and maximum number of coefficients: up to a cubic with the next term for long segments.
+/// Minimum and maximum number of coefficients of the polynomial fitted to a segment: from a parabola (3) to
+/// degree 4 (5) for long segments.
 const COEFFICIENTS: (usize, usize) = (3, 5);
 
-/// A record resampled at regular times.
+/// A record resampled at regular times, with the rates of change of its channels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UniformRecord {
-    /// Name in the data.
+    /// Name of the record in the data.
     pub id: String,
-    /// Name of the group, where there is one.
+    /// Name of the record's group; `None` without groups.
     pub group: Option<String>,
-    /// Times, s, in equal steps from the first sample.
+    /// Times of the resampled values, s, in equal steps from the first sample.
     pub times: Vec<f64>,
-    /// `values[channel][sample]`, in the unit of the channel.
+    /// Resampled values, `[channel][sample]`, in the unit of the channel.
     pub values: Vec<Vec<f64>>,
-    /// Rates, in that unit per second.
+    /// Rates of change, `[channel][sample]`, in the unit of the channel per second.
     pub rates: Vec<Vec<f64>>,
 }
 
@@ -48,8 +49,8 @@ pub fn resample_uniformly(
     Ok(data.records.iter().filter_map(|r| clocked(r, group(r), step_s)).collect())
 }
 
-/// A record resampled from its first segment to the last one before a segment with too few samples; `None`
-/// without such a segment.
+/// Resamples a record from its first smooth segment up to the first one that has too few samples. `None`
+/// if the first segment has too few, or if fewer than two times result.
 fn clocked(record: &Record, group: Option<String>, step_s: f64) -> Option<UniformRecord> {
     let data = &record.data;
     let channels = data.values.len();
@@ -81,8 +82,8 @@ fn clocked(record: &Record, group: Option<String>, step_s: f64) -> Option<Unifor
     (count >= 2).then(|| UniformRecord { id: data.id.clone(), group, times, values, rates })
 }
 
-/// Sample ranges of smooth motion, each with the time at which it ends: at an event, or at the end of the
-/// known samples.
+/// Sample ranges of smooth motion, each with the time, s, at which it ends: at an event, or after the known
+/// samples.
 fn stretches(record: &Record) -> Vec<(f64, Range<usize>)> {
     let data = &record.data;
     let mut out = Vec::new();
@@ -101,7 +102,7 @@ fn stretches(record: &Record) -> Vec<(f64, Range<usize>)> {
     out
 }
 
-/// A polynomial in time.
+/// A polynomial in time that approximates one channel.
 struct Curve {
     middle: f64,
     half: f64,
@@ -109,7 +110,8 @@ struct Curve {
 }
 
 impl Curve {
-    /// Least-squares polynomial through the measured samples of a channel; `None` where they are too few.
+    /// Fits a polynomial through the measured samples of a channel by weighted least squares; `None` if they
+    /// are too few.
     fn through(record: &Record, channel: usize, samples: Range<usize>) -> Option<Self> {
         let times = &record.data.times;
         let chosen: Vec<usize> = samples.filter(|&k| record.weight[channel][k] > 0.0).collect();
@@ -131,7 +133,7 @@ impl Curve {
         (n > 1).then_some(Curve { middle, half, coefficients: g })
     }
 
-    /// Value and slope at time `t`.
+    /// Value and slope of the polynomial at time `t`, s.
     fn at(&self, t: f64) -> (f64, f64) {
         let u = (t - self.middle) / self.half;
         let rows = self.coefficients.iter().enumerate();

@@ -6,12 +6,12 @@ use crate::result::{Anatomy, Bin};
 use crate::statistics::quantile;
 use std::collections::BTreeMap;
 
-/// Bins of the residuals against a feature. For display only.
+/// Number of bins of the residuals against a feature, for display only.
 const BINS: usize = 20;
-/// Lags of the displayed autocorrelation. For display only.
+/// Number of lags of the displayed autocorrelation of the residuals.
 const LAGS: usize = 12;
 
-/// Collects the residuals of a fit, in units of the noise.
+/// Collector of the residuals of a fit, in units of the noise.
 #[derive(Default)]
 struct Collector {
     points: BTreeMap<String, Vec<(f64, f64)>>,
@@ -21,7 +21,7 @@ struct Collector {
 }
 
 impl Collector {
-    /// Bins, autocorrelation and quantiles.
+    /// Computes the bins by feature, the autocorrelation and the quantiles of the collected residuals.
     fn finish(mut self) -> (BTreeMap<String, Vec<Bin>>, Vec<f64>, Vec<f64>) {
         self.values.retain(|v| v.is_finite());
         self.values.sort_by(f64::total_cmp);
@@ -35,7 +35,7 @@ impl Collector {
     }
 }
 
-/// Structure of the residuals of two fits to the same sample.
+/// Structure of the residuals of two fits to the same records: against features, in time, and in size.
 pub(crate) fn anatomy(sample: &ChosenRecords<'_>, before: &Fit, after: &Fit) -> Anatomy {
     let (before, autocorrelation_before, quantiles_before) = collect(sample, before).finish();
     let (after, autocorrelation_after, quantiles_after) = collect(sample, after).finish();
@@ -49,7 +49,7 @@ pub(crate) fn anatomy(sample: &ChosenRecords<'_>, before: &Fit, after: &Fit) -> 
     }
 }
 
-/// Collects the residuals of a fit.
+/// Collects the residuals of a fit, in units of the noise.
 fn collect(sample: &ChosenRecords<'_>, fit: &Fit) -> Collector {
     let mut out = Collector::default();
     for (record, fitted) in sample.records().zip(record_residuals(sample, fit)) {
@@ -73,7 +73,7 @@ fn collect(sample: &ChosenRecords<'_>, fit: &Fit) -> Collector {
     out
 }
 
-/// Mean and root mean square of the values in bins of equal width.
+/// Sorts points (feature, residual) into bins of equal width; mean and root mean square residual of each bin.
 fn binned(mut points: Vec<(f64, f64)>) -> Vec<Bin> {
     points.retain(|p| p.0.is_finite() && p.1.is_finite());
     points.sort_by(|a, b| a.0.total_cmp(&b.0));

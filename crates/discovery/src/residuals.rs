@@ -5,13 +5,14 @@ use crate::fit::{ChosenRecords, Fit};
 use crate::statistics::median;
 use augsim_system::Event;
 
-/// Residuals of a fit in one record.
+/// Residuals (measured minus predicted values) of a fit in one record.
 pub(crate) struct RecordResiduals {
-    /// `[channel][sample]`, in the unit of the channel; NaN where a sample is not used or in no window.
+    /// Residuals `[channel][sample]`, in the unit of the channel. NaN where a sample is not used or lies in
+    /// no window.
     pub residuals: Vec<Vec<f64>>,
-    /// Events in the simulated windows, in order.
+    /// Events that occurred in the simulations of the record's windows, in order.
     pub events: Vec<Event>,
-    /// Number of nuisances fitted to the record.
+    /// Number of nuisances (initial states, record parameters, event offsets) that were fitted to the record.
     pub nuisances: usize,
 }
 
@@ -26,7 +27,7 @@ pub(crate) fn record_residuals(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Rec
         .collect()
 }
 
-/// Residuals in record number `i` of the sample, whose windows have the numbers `windows`.
+/// Residuals in record number `i` of the sample; `windows` are the numbers of its windows in the sample.
 fn residuals_of_record(
     sample: &ChosenRecords<'_>,
     fit: &Fit,
@@ -57,18 +58,19 @@ fn residuals_of_record(
     out
 }
 
-/// Ratio of a window's mean squared residual to the typical one beyond which it is excluded: three standard
-/// deviations.
+/// Ratio of a window's mean squared residual to the typical one above which it is excluded. It corresponds to
+/// three standard deviations.
 const EXCLUDED_RATIO: f64 = 9.0;
 
-/// Mean squared residual, in units of the noise, beyond which a window is excluded.
+/// Mean squared residual, in units of the noise variance, above which a window is excluded from prediction
+/// errors.
 pub(crate) fn limit(best: &Fit) -> f64 {
     let mut ratios: Vec<f64> = best.residual_norms.iter().map(|[misfit, freedom]| misfit / freedom).collect();
     EXCLUDED_RATIO * median(&mut ratios).max(1.0)
 }
 
-/// Marks the windows that neither the calibrated nor the best model fits within `limit`. Fits give them
-/// little weight already; they are counted, and excluded from the predictions.
+/// Marks the windows whose mean squared residuals exceed `limit` for the calibrated and the best model. Fits
+/// give them little weight already; they are counted, and excluded from the prediction errors.
 pub(crate) fn outlying_windows(limit: f64, fits: [&Fit; 2]) -> Vec<bool> {
     let [base, best] = fits.map(|fit| &fit.residual_norms);
     let beyond = |[misfit, freedom]: &[f64; 2]| misfit > &(limit * freedom);

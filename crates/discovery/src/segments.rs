@@ -3,15 +3,15 @@
 use crate::noise::polynomial_variance;
 use crate::record::Measured;
 
-/// Segment lengths that are tried, measured values of each channel.
+/// Segment lengths that are tried, in measured values of each channel.
 const LENGTHS: [usize; 5] = [12, 24, 48, 96, 192];
-/// Ratio of the residual of polynomials to that over the shortest segments above which the motion is not
-/// smooth.
+/// Ratio of the residual variance about polynomials to that over the shortest segments above which motion is
+/// not smooth.
 const MAX_SMOOTH_RATIO: f64 = 1.3;
 
-/// Cuts records into the longest segments over which polynomials fit every channel as well as over the
-/// shortest ones. Returns whether polynomials follow the motion at all: if samples are too sparse, their
-/// residuals are not measurement noise.
+/// Divides records into the longest segments over which polynomials fit every channel as well as over the
+/// shortest. Returns whether polynomials follow the motion at all: if samples are too sparse, their residuals
+/// are not measurement noise.
 pub(crate) fn split_smooth_segments(data: &mut Measured) -> bool {
     if data.records.iter().any(|r| !r.data.smooth_segments.is_empty()) {
         return true;
@@ -46,7 +46,8 @@ pub(crate) fn split_smooth_segments(data: &mut Measured) -> bool {
     is_smooth
 }
 
-/// Number of rows for each measured value of the channel with the fewest: 2 where two sensors are read in alternate rows. Channels without any value do not count.
+/// Number of rows per measured value of the channel with the fewest values. It is 2 where two sensors are
+/// read in alternate rows. Channels without any value do not count.
 fn rows_per_value(data: &Measured) -> usize {
     let rows: usize = data.records.iter().map(|r| r.data.times.len()).sum();
     let count = |channel: usize| -> usize {
@@ -57,7 +58,7 @@ fn rows_per_value(data: &Measured) -> usize {
     counts.min().map_or(1, |fewest| rows_per_value_of(rows, fewest))
 }
 
-/// A channel with a few gaps keeps its segments: only whole multiples of the measured values count.
+/// Number of rows per measured value, rounded so that a channel with a few gaps gives 1.
 fn rows_per_value_of(rows: usize, values: usize) -> usize {
     ((rows as f64 / values as f64).round() as usize).max(1)
 }

@@ -7,22 +7,23 @@ use crate::result::{ErrorTable, FoundEffect, Unexplained, Verdict};
 use crate::search::ALPHA;
 use augsim_data::digits;
 
-/// Increase of the error without an effect, relative to the calibrated model, above which predictions
-/// diverge. The number then has no meaning.
+/// Increase of the error without an effect, relative to the calibrated model's error, above which predictions
+/// count as diverged. The number then has no meaning.
 const DIVERGED_RATIO: f64 = 10.0;
 /// Share of the log-likelihood gain, or of the removed error, below which an effect is small. Small effects
 /// are named in the second sentence.
 pub(crate) const SMALL_SHARE: f64 = 0.03;
 
-/// Removed error at or below which an effect is negligible, where all effects together removed `reduction`.
+/// Removed error up to which an effect is negligible, if all effects together removed the error `reduction`.
 fn negligible_error(reduction: f64) -> f64 {
     (SMALL_SHARE * reduction).max(0.0)
 }
 
-/// Sorts effects that together removed the error `reduction`: first those that remove more than a negligible
-/// error, by the error removed; then those that do not change predictions (random effects) and single
-/// effects; last those that remove no error, because the others compensate or because held-out predictions
-/// do not confirm them. The last two by their share of the log-likelihood gain.
+/// Sorts the effects of a result, which together removed the error `reduction`, for its sentence. First come
+/// those that remove more than a negligible error, by the error removed. Then come those that do not change
+/// predictions (random effects) and single effects. Last come those that remove no error, because the others
+/// compensate or because held-out predictions do not confirm them. The last two are sorted by their share of
+/// the log-likelihood gain.
 pub(crate) fn order(effects: &mut [FoundEffect], reduction: f64) {
     let negligible_error = negligible_error(reduction);
     let rank = |e: &FoundEffect| match e.removed {
@@ -51,16 +52,16 @@ fn by_size(effects: &[FoundEffect], reduction: f64, has_table: bool) -> [Vec<&Fo
     [large, small]
 }
 
-/// Maximum number of decimals with which all errors are written; with more, each is written with three
+/// Maximum number of decimals for printed errors; if more are needed, each error is printed with three
 /// digits.
 const MAX_DECIMALS: usize = 6;
 
-/// An error with `decimals` decimals, or with three digits if that would be too many.
+/// Prints an error with `decimals` decimals, or with three digits if that would be too many decimals.
 fn format_error(error: f64, decimals: usize) -> String {
     if decimals <= MAX_DECIMALS { format!("{error:.decimals$}") } else { with_three_digits(error) }
 }
 
-/// A number with three digits, in scientific notation where it is small or large.
+/// Prints a number with three digits, in scientific notation if it is small or large.
 pub(crate) fn with_three_digits(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -73,8 +74,8 @@ pub(crate) fn with_three_digits(value: f64) -> String {
     }
 }
 
-/// An effect with its parameters and the error that it removes; `calibrated` is the error of the calibrated
-/// model.
+/// Text on an effect: its parameters and the error that it removes. `calibrated` is the error of the
+/// calibrated model.
 fn describe_effect(effect: &FoundEffect, calibrated: f64, error_text: &dyn Fn(f64) -> String) -> String {
     let mut details: Vec<String> = effect.parameters.iter().map(|(name, value)| value.phrase(name)).collect();
     details.extend(effect.removed.map(|removed| match removed {
@@ -95,7 +96,7 @@ fn describe_effect(effect: &FoundEffect, calibrated: f64, error_text: &dyn Fn(f6
     }
 }
 
-/// The sentence of a result, and a second sentence for small effects.
+/// The sentence that states a result, followed by a second sentence for small effects.
 pub(crate) fn sentence(
     parts: &AnswerParts<'_>,
     error: &ErrorTable,
@@ -156,7 +157,7 @@ pub(crate) fn sentence(
     }
 }
 
-/// Description of the unexplained structure: the unlisted effect, the records that differ, or a period.
+/// Text on the structure that remains unexplained: the unlisted effect, the records that differ, or a period.
 fn unexplained_structure(parts: &AnswerParts<'_>, unexplained: &Option<Unexplained>) -> String {
     if let Some(u) = unexplained {
         return format!(

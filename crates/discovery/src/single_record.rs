@@ -3,8 +3,8 @@
 use crate::record::Record;
 use augsim_system::{InitialValue, Prepare};
 
-/// The two parts of a record, split in the middle of a smooth segment near its middle, and the time of the
-/// split, s. `None` where the system names no smooth segments or has a fixed initial state.
+/// Splits a record into two parts, in the middle of a smooth segment near its middle. Also returns the time
+/// of the split, s. `None` where the system names no smooth segments or has a fixed initial state.
 pub(crate) fn split_record(system: &dyn Prepare, record: &Record, sd: &[f64]) -> Option<(Vec<Record>, f64)> {
     let starts_anywhere = system.schema().states.iter().all(|s| !matches!(s.initial, InitialValue::Fixed(_)));
     let mut whole = record.data.clone();

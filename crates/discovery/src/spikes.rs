@@ -8,12 +8,12 @@ use crate::fit::{ChosenRecords, Fit};
 use crate::record::Measured;
 use crate::residuals::record_residuals;
 
-/// Difference from the mean of the two neighbours, in its standard deviations, beyond which a sample is an
-/// outlier.
+/// Difference of a sample from the mean of its two neighbours, in standard deviations of that difference,
+/// above which it is an outlier.
 const SPIKE_SD: f64 = 4.5;
 
-/// Isolated outliers with respect to `fit`, as `(record, channel, index)`. The fit is to all records of the
-/// sample.
+/// Finds isolated outliers with respect to `fit`, as `(record, channel, sample)` indices. The fit is to all
+/// records of the sample.
 pub(crate) fn spikes(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(usize, usize, usize)> {
     let mut out = Vec::new();
     for (&j, fitted) in sample.chosen.iter().zip(record_residuals(sample, fit)) {
@@ -38,7 +38,7 @@ pub(crate) fn spikes(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(usize, usize
     out
 }
 
-/// Masks samples: gives them weight 0.
+/// Masks samples, given as `(record, channel, sample)`: sets their weights to 0.
 pub(crate) fn mask(data: &mut Measured, samples: &[(usize, usize, usize)]) {
     for &(record, channel, k) in samples {
         data.records[record].weight[channel][k] = 0.0;

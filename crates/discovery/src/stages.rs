@@ -9,7 +9,7 @@ use crate::result::Verdict;
 use crate::score::Scored;
 use crate::search::{Search, SearchResult, run};
 
-/// A search result with its view of the data and its candidate families.
+/// A search result with the data that it was searched on and the families of candidates.
 pub(crate) struct SearchStage {
     pub view: View,
     pub families: Vec<Family>,
@@ -22,19 +22,20 @@ impl SearchStage {
     }
 }
 
-/// Judged search result.
+/// A search result with the judgement of its findings.
 pub(crate) struct Judged {
     pub findings: Findings,
-    /// Index of the final set: the named set, with tables where there are some.
+    /// Index in the fitted sets of the final set: the named effects, with tables where there are any.
     pub best: usize,
     pub random_effect: Option<RandomEffectEstimate>,
     pub residual_tests: ResidualTests,
     pub verdict: Verdict,
-    /// Reason why the data are not from the declared system.
+    /// Reason why the data are not from the declared system; `None` if they can be.
     pub withdrawal_reason: Option<String>,
 }
 
-/// Searches data in the windows of `view`, from the calibrated model and sets that are already fitted.
+/// Searches for effects on the data in `view`, from the calibrated model `base` and the already fitted
+/// `known_sets`.
 pub(crate) fn search_in(
     prepared: &Prepared,
     view: View,

@@ -3,7 +3,7 @@
 use augsim_system::NORMAL_95;
 pub(crate) use augsim_system::statistics::{median, quantile};
 
-/// Logarithm of the gamma function (Lanczos, g = 7).
+/// Natural logarithm of the gamma function (Lanczos approximation, g = 7).
 fn ln_gamma(x: f64) -> f64 {
     const C: [f64; 9] = [
         0.999_999_999_999_809_9,
@@ -57,8 +57,8 @@ pub(crate) fn chi2_tail(x: f64, df: f64) -> f64 {
     }
 }
 
-/// Value that a chi-squared variable with `df` degrees of freedom exceeds with probability `tail`, by
-/// bisection.
+/// Value that a chi-squared variable with `df` degrees of freedom exceeds with probability `tail`. Computed
+/// by bisection.
 pub(crate) fn chi2_quantile(tail: f64, df: f64) -> f64 {
     let (mut low, mut high) = (0.0, 10.0 * df + 200.0);
     for _ in 0..100 {
@@ -82,7 +82,7 @@ pub(crate) fn f_tail(x: f64, a: f64, b: f64) -> f64 {
     incomplete_beta(z, 0.5 * b, 0.5 * a)
 }
 
-/// Regularised incomplete beta function of `x` in 0 to 1.
+/// Regularised incomplete beta function I_x(a, b), for `x` from 0 to 1.
 fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
     if x > (a + 1.0) / (a + b + 2.0) {
         return 1.0 - incomplete_beta(1.0 - x, b, a);
@@ -110,15 +110,15 @@ fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
     (front.exp() * h / a).clamp(0.0, 1.0)
 }
 
-/// Upper tail probability of Hotelling's T squared: `t2` is the squared distance of `k` means in a
-/// covariance with `freedom` degrees of freedom (Hotelling 1931); 1 where these are too few.
+/// Upper tail probability of Hotelling's T squared (Hotelling 1931). `t2` is the squared distance of `k`
+/// means in their covariance, which has `freedom` degrees of freedom; 1 where these are too few.
 pub(crate) fn hotelling_tail(t2: f64, k: usize, freedom: f64) -> f64 {
     let (k, rest) = (k as f64, freedom + 1.0 - k as f64);
     if k > 0.0 && rest > 0.0 { f_tail(t2 * rest / (k * freedom), k, rest) } else { 1.0 }
 }
 
-/// Two-sided 95 % quantile of Student's t with `df` degrees of freedom: the third-order expansion of
-/// Abramowitz and Stegun 26.7.5, accurate to 0.3 % from four degrees of freedom on.
+/// Two-sided 95 % quantile of Student's t with `df` degrees of freedom. Computed by the third-order expansion
+/// of Abramowitz and Stegun 26.7.5, accurate to 0.3 % from four degrees of freedom on.
 pub(crate) fn student_quantile(df: f64) -> f64 {
     let z = NORMAL_95;
     let odd = |powers: [f64; 4]| powers.iter().rev().fold(0.0, |sum, c| sum * z * z + c) * z;

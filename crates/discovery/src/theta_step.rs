@@ -5,31 +5,31 @@ use crate::fit_state::State;
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Square, eliminate};
 
-/// Maximum length of the next step after a rejected one, relative to it.
+/// Maximum length of the step tried after a rejected one, relative to the rejected one.
 const RETRY_LENGTH: f64 = 0.4;
-/// Damping beyond which no step is tried.
+/// Levenberg-Marquardt damping beyond which no further step is tried.
 const MAX_DAMPING: f64 = 1e9;
-/// Maximum share of a window's curvature along its gradient that the robust cost may remove.
+/// Maximum share of a window's curvature along its gradient by which the robust cost may reduce it.
 const MAX_SOFTENED_SHARE: f64 = 0.5;
 
-/// A step of theta.
+/// A step of theta, the vector of shared parameters.
 pub(crate) struct Step {
     pub change: Vec<f64>,
-    /// Predicted decrease of the cost along the step, with refitted nuisances.
+    /// Predicted decrease of the cost along the step, if the nuisances are refitted.
     pub predicted_decrease: f64,
-    /// Length of the step in the metric of the diagonal curvature.
+    /// Length of the step, measured with the diagonal of the curvature.
     pub length: f64,
 }
 
 impl Step {
-    /// The zero step.
+    /// The step of length 0.
     pub fn none(theta: &[f64]) -> Self {
         Self { change: vec![0.0; theta.len()], predicted_decrease: 0.0, length: 0.0 }
     }
 }
 
-/// Increases the damping until the step is clearly shorter than the rejected one. A slightly shorter step
-/// would be rejected as well. Returns the step and its damping.
+/// Increases the damping until the step is clearly shorter than `failed`, the rejected one. A slightly
+/// shorter step would be rejected as well. Returns the step and its damping.
 pub(crate) fn shorter_step(
     h: &Hypothesis,
     lanes: &[Lanes],
@@ -48,8 +48,8 @@ pub(crate) fn shorter_step(
     }
 }
 
-/// Curvature and gradient of the cost in theta, nuisances eliminated, with the diagonal multiplied by `1 +
-/// damping`.
+/// Curvature and gradient of the cost in theta (the shared parameters), with the nuisances eliminated. The
+/// diagonals of the windows' curvatures are multiplied by `1 + damping`.
 ///
 /// The robust cost has less curvature than the sum of squares. With missing effects, where residuals are
 /// large, steps that ignore this are too short by a factor.
@@ -80,8 +80,8 @@ pub(crate) fn curvature(
     (s, u)
 }
 
-/// The damped step that minimises the quadratic approximation within `bounds`; `plain` is the undamped
-/// curvature.
+/// The damped step that minimises the quadratic approximation of the cost within `bounds`. `plain` is the
+/// undamped curvature.
 pub(crate) fn theta_step(
     h: &Hypothesis,
     lanes: &[Lanes],

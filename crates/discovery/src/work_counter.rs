@@ -6,7 +6,7 @@
 use crate::result::Work;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Counters of one run. Threads add to them in any order; the sums do not depend on it.
+/// Counters of the work of one run. Threads add to them in any order; the sums do not depend on it.
 #[derive(Debug, Default)]
 pub(crate) struct WorkCounter {
     simulations: AtomicU64,
@@ -15,22 +15,22 @@ pub(crate) struct WorkCounter {
 }
 
 impl WorkCounter {
-    /// Counts one simulation with derivatives.
+    /// Counts one simulation of a window with derivatives.
     pub fn count_simulation(&self) {
         self.simulations.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Counts one minimisation.
+    /// Counts one minimisation of the cost.
     pub fn count_fit(&self) {
         self.fits.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Counts one candidate whose gain was computed without a fit.
+    /// Counts one candidate effect whose gain was computed without a fit.
     pub fn count_score(&self) {
         self.scores.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The counts so far.
+    /// Returns the counts so far.
     pub fn totals(&self) -> Work {
         let [simulations, fits, scores] =
             [&self.simulations, &self.fits, &self.scores].map(|c| c.load(Ordering::Relaxed));
