@@ -10,7 +10,9 @@ use augsim_physics::ball::drop_distribution::DropDistribution;
 use augsim_physics::ball::floor::{Ensemble, ErrorFloorOptions, Floor, Start, floor, published_error_floor};
 use rand_distr::{Distribution, StandardNormal};
 
-/// Trajectories of two samples: 0, and a standard normal height; all errors have a closed form.
+/// Data set and ensemble sampler of trajectories with two heights: 0, and a standard normal number.
+///
+/// All errors have a closed form.
 fn normal_law() -> (Dataset, impl Fn(Start, &mut rand_xoshiro::Xoshiro256PlusPlus, &mut Ensemble)) {
     let mut rng = augsim_data::random_stream(5, "truth", 0);
     let rows = (0..4000).map(|i| {

@@ -17,7 +17,7 @@ struct Scene {
 }
 
 impl Scene {
-    /// A throw with spin, with these effects at these parameter values.
+    /// A throw with spin, under the given effects with these parameter values.
     fn new(axes: Axes, effects: &[(&str, f64)]) -> Self {
         let mut world = World::new(axes);
         let mut parameters = vec![G, 0.8, 0.02, 0.4, 0.0];
@@ -59,7 +59,7 @@ impl Scene {
         self.sample(parameters, start, t)
     }
 
-    /// Compares derivatives of the position at `t` with central differences.
+    /// Compares derivatives of the position at time `t` by dual numbers with central differences.
     fn check(&self, t: f64, label: &str) {
         let n = self.parameters.len();
         let dual: Vec<_> = (0..n).map(|i| Dual::<12>::variable(self.parameters[i], i)).collect();

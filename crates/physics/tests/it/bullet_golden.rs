@@ -18,7 +18,7 @@ struct Case {
     trajectory: Vec<(f64, f64)>,
 }
 
-/// Reads the recorded trajectories of a file.
+/// Reads the recorded PyBullet trajectories of a file.
 fn cases(path: &Path, step_s: f64) -> Vec<Case> {
     let file = File::open(path).expect("the file exists");
     let mut rows = csv::Reader::from_reader(GzDecoder::new(file));
@@ -45,7 +45,9 @@ fn cases(path: &Path, step_s: f64) -> Vec<Case> {
     cases
 }
 
-/// Largest differences in m and m/s over the cases with one ground; samples are `every` steps apart.
+/// Largest difference of height, m, and of velocity, m/s, over the cases with this ground.
+///
+/// Recorded samples are `every` steps apart.
 #[expect(clippy::print_stdout, reason = "the measured differences, for --nocapture")]
 fn max_difference(cases: &[Case], ground: Ground, every: usize) -> (f64, f64) {
     let mut max = (0.0_f64, 0.0_f64);

@@ -21,7 +21,7 @@ fn damped() -> DropDistribution {
     law
 }
 
-/// Drop heights and restitutions of the test set, in file order.
+/// Drop heights and restitutions of the published test set, in file order.
 fn drops(path: &Path) -> Vec<Drop> {
     let file = File::open(path).expect("the file exists");
     let content: Box<dyn Read> = if path.extension().is_some_and(|e| e == "gz") {
@@ -37,7 +37,7 @@ fn drops(path: &Path) -> Vec<Drop> {
         .collect()
 }
 
-/// Largest difference of each column.
+/// Largest absolute difference of the height, m, and of the velocity, m/s, of two data sets.
 fn largest_difference(a: &Dataset, b: &Dataset) -> [f64; 2] {
     assert_eq!(a.trajectories().len(), b.trajectories().len());
     ["height_m", "velocity_m_s"].map(|column| {

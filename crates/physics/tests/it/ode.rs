@@ -38,7 +38,7 @@ fn parameter(name: &str, nominal: f64) -> Parameter {
     Parameter::free(name.into(), nominal, -100.0, 100.0)
 }
 
-/// Everything that a scene needs to be simulated.
+/// Simulation input of a test: parameters, initial state, record and offsets.
 struct Scene<'a> {
     parameters: &'a [f64],
     start: &'a [f64],
@@ -73,7 +73,7 @@ fn times(n: usize, step: f64) -> Record {
     Record { times: (0..n).map(|k| step * k as f64).collect(), ..Record::default() }
 }
 
-/// x'' = -w² x, and a viscous friction that may be missing.
+/// Test system x'' = -w² x, with a viscous friction as effect that may be missing.
 #[derive(Debug)]
 struct Oscillator(Schema, Vec<Parameter>, Vec<Effect>);
 
@@ -196,7 +196,9 @@ fn an_effect_that_is_added_acts_through_its_place() {
     }
 }
 
-/// A ball that bounces with restitution e from where the floor is; slower than 1 mm/s it stays, if it may.
+/// Test system: a ball that bounces with restitution e on a floor.
+///
+/// With the flag set, it stays on the floor if slower than 1 mm/s.
 #[derive(Debug)]
 struct Bouncing(Schema, Vec<Parameter>, bool);
 
@@ -242,7 +244,7 @@ impl Equations for Bouncing {
     }
 }
 
-/// Height of a ball dropped from `h` after time `t`, with an offset of e at each bounce, and how often it has bounced.
+/// Height at time `t` of a ball dropped from `h`, with offset `xi[n]` of e, and its number of bounces.
 fn bounced(g: f64, e: f64, h: f64, xi: &[f64], t: f64) -> (f64, usize) {
     let (mut v, mut begin, mut n) = ((2.0 * g * h).sqrt(), (2.0 * h / g).sqrt(), 0);
     if t < begin {
@@ -349,7 +351,7 @@ fn any_number_of_seeds_gives_the_bytes_of_one_at_a_time() {
     }
 }
 
-/// x' = k u.
+/// Test system x' = k u with input u.
 #[derive(Debug)]
 struct Driven(Schema, Vec<Parameter>);
 
@@ -396,7 +398,9 @@ fn inputs_are_held_or_linear_between_their_own_samples() {
     }
 }
 
-/// A block that is pressed against a stop at 0 until a force that grows as `r t` exceeds what presses it.
+/// Test system: a block pressed against a stop at 0.
+///
+/// It leaves the stop when a force that grows as `r t` exceeds the pressing force.
 #[derive(Debug)]
 struct Stop(Schema, Vec<Parameter>);
 
@@ -464,7 +468,7 @@ fn a_block_rests_until_it_is_pulled_off() {
     }
 }
 
-/// x' = x²: leaves the finite numbers at t = 1/x(0).
+/// Test system x' = x², whose state becomes infinite at t = 1/x(0).
 #[derive(Debug)]
 struct Explosion(Schema);
 

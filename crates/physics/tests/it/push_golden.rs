@@ -24,7 +24,7 @@ fn folder() -> PathBuf {
     workspace().join("fixtures/push-golden")
 }
 
-/// A fixture table, read by column name.
+/// A table of reference data, read by column name.
 struct Rows {
     names: Vec<String>,
     rows: Vec<Vec<String>>,
@@ -57,7 +57,7 @@ impl Rows {
     }
 }
 
-/// A line with a transverse sine: the path of case 26.
+/// Rod path for reference case 26: a line with a transverse sine.
 #[derive(Clone, Copy)]
 struct Sine {
     start: Vector<f64>,

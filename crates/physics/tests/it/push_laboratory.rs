@@ -69,7 +69,9 @@ fn every_object_and_support_gives_finite_pushes_that_move() {
     assert!(moved * 10 > total * 8, "{moved} of {total} moved");
 }
 
-/// Distances, m, between the true ends of pushes and those predicted by the declared model, sorted.
+/// Distances, m, between true and predicted ends of the pushes that `only` selects, sorted.
+///
+/// The declared model predicts.
 fn end_errors(set: &Generated, only: impl Fn(usize) -> bool) -> Vec<f64> {
     let (world, parameters) = set.declared.world();
     let mut run = Run::default();

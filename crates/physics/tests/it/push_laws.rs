@@ -15,7 +15,7 @@ use augsim_physics::push::{
 use augsim_physics::{Dual, Scalar};
 use proptest::prelude::*;
 
-/// A straight push that touches `side` at `fraction`, at `angle` from the inward normal.
+/// Path of a straight push that touches `side` at `fraction`, at `angle` from the inward normal.
 fn push_path(
     object: &Object,
     pose: Pose<f64>,

@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 
 const HOME: [f64; 3] = [0.1, 0.2, 0.3];
 
-/// A push that starts 3 mm from a side at `fraction`, at `angle` from the normal.
+/// Path of a push that starts 3 mm from a side at `fraction`, at `angle` from the normal.
 fn path(object: &Object, fraction: f64, angle: f64) -> StraightPush {
     let home = Pose::new(HOME[0], HOME[1], HOME[2]);
     let (point, normal) = object.point_on_side(0, fraction);
@@ -121,7 +121,7 @@ fn a_straight_path_is_simplified_to_its_ends() {
     assert!(simplify_path(&[], &[], &[], 1e-9).is_empty());
 }
 
-/// Effects whose contacts are solved numerically, and whose sensors report the true pose.
+/// Kinds of effects whose contacts are solved numerically, and whose sensors report the true pose.
 const KINDS: [&str; 6] = [
     "contact-friction-slip",
     "exact-surface",

@@ -23,13 +23,13 @@ fn plain(axes: Axes, release: &str) -> Ball {
     Model::parse(&text, "model.toml").expect("a model").open(axes)
 }
 
-/// An effect of the library by kind.
+/// Model term for the library effect of this kind.
 fn law(system: &dyn System, kind: &str) -> ModelTerm {
     let index = system.library().iter().position(|e| e.kind == kind);
     ModelTerm::Effect(index.unwrap_or_else(|| panic!("{kind} in the library")))
 }
 
-/// A table of a target against a feature.
+/// Model term for a table of a target against a feature, by their names.
 fn table(
     system: &dyn System,
     target: &str,
@@ -49,7 +49,7 @@ fn record(radius: f64) -> Record {
     Record { times: (0..200).map(|k| f64::from(k) / 100.0).collect(), covariates, ..Record::default() }
 }
 
-/// Asserts that two simulations have the same bits.
+/// Asserts that two simulations have bit-identical values, derivatives and event times.
 fn assert_same(a: &Simulated, b: &Simulated) {
     assert_eq!((a.samples(), a.channels(), a.lanes()), (b.samples(), b.channels(), b.lanes()));
     for k in 0..a.samples() {

@@ -20,7 +20,9 @@ fn system() -> (Pushing, PushModel) {
     (model.open(), model)
 }
 
-/// A rod that pushes one side of `rect1` off-centre for 6 cm, sampled at other times than the pose.
+/// Record of a rod that pushes one side of `rect1` off-centre for 6 cm.
+///
+/// Rod and pose are sampled at different times.
 fn record() -> Record {
     let rod: Vec<f64> = (0..40).map(|k| 0.1 * f64::from(k)).collect();
     let x: Vec<f64> = rod.iter().map(|t| -0.0505 - 0.0003 + 0.0155 * t).collect();

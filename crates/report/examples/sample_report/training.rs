@@ -14,7 +14,7 @@ impl Noise {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
 
-    /// Uniform in [0, 1).
+    /// Random number, uniform in [0, 1).
     pub fn uniform(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -22,13 +22,13 @@ impl Noise {
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Approximately standard normal: the sum of twelve uniform numbers, minus 6.
+    /// Random number, approximately standard normal: the sum of twelve uniform numbers, minus 6.
     pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }
 }
 
-/// Height and velocity of a bouncing ball at time `t`.
+/// Height, m, and velocity, m/s, at time `t`, s, of a ball dropped from `h0` with restitution `e`.
 pub fn ball(h0: f64, e: f64, t: f64) -> (f64, f64) {
     let g = 9.81;
     let first = (2.0 * h0 / g).sqrt();
@@ -193,7 +193,7 @@ fn rows() -> Vec<ResultRow> {
     ]
 }
 
-/// The sample report.
+/// Invented content of a training report.
 pub fn sample() -> BenchmarkReport {
     BenchmarkReport {
         kind: "training report · ball".into(),

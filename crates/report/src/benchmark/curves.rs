@@ -53,7 +53,7 @@ pub(super) fn errors(report: &BenchmarkReport, tones: &Tones) -> Vec<Block> {
     grid(figures, &caption)
 }
 
-/// Upper end of the axis if one curve is far above all others, so that these remain readable.
+/// Upper end of an axis that cuts off one curve far above all others; `None` without such a curve.
 fn axis_end_without_outlier(series: &[Series]) -> Option<f64> {
     let mut peaks: Vec<f64> =
         (series.iter()).filter_map(|s| extent(s.y.iter().copied()).map(|range| range.1)).collect();
@@ -141,7 +141,7 @@ fn runs(runs: &[TrainingRun]) -> Table {
     }
 }
 
-/// A curve point by point, or, if it is long, the mean and the 5 % and 95 % quantiles of each bin.
+/// Series of a curve point by point or, if it is long, the mean and 5 % and 95 % quantiles of each bin.
 fn summarised(name: &str, tone: Tone, iteration: &[f64], values: &[f64]) -> Series {
     let n = iteration.len().min(values.len());
     if n <= 2 * CURVE_BINS {
@@ -166,7 +166,7 @@ fn summarised(name: &str, tone: Tone, iteration: &[f64], values: &[f64]) -> Seri
     Series::line(name, tone, x, mean).with_band(0.9, lower, upper)
 }
 
-/// One figure for each measure; `{}` in `title` and `y` stands for the measure.
+/// One figure of the curves for each error measure; `{}` in `title` and `y` stands for the measure.
 fn measure_figures(
     curves: &[Curve],
     title: &str,

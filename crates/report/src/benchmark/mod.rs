@@ -14,21 +14,21 @@ use crate::page::{Column, KeyFigure, Method, Provenance};
 /// Content of the report of a benchmark.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BenchmarkReport {
-    /// Kind of report, e.g. `training report · ball`.
+    /// Kind of the report, e.g. `training report · ball`.
     pub kind: String,
-    /// Title, e.g. `Bouncing ball: forecasts from the initial state`.
+    /// Title of the report, e.g. `Bouncing ball: forecasts from the initial state`.
     pub title: String,
-    /// The outcome in one or two sentences.
+    /// Outcome of the benchmark in one or two sentences.
     pub summary: String,
     /// The model that the report is about, e.g. `Hybrid`; it has the first colour.
     pub subject: String,
-    /// Word for one and for several trajectories, e.g. `push`, `pushes`.
+    /// Words for one and for several trajectories, e.g. `push`, `pushes`.
     #[serde(default)]
     pub words: [String; 2],
-    /// Key figures, shown in large type.
+    /// Key figures of the report, shown in large type.
     #[serde(default)]
     pub key_figures: Vec<KeyFigure>,
-    /// One table for each test set.
+    /// Scores of the models: one table for each test set.
     pub results: Vec<Results>,
     /// Error over the size of the training set: one entry per model and measure.
     #[serde(default)]
@@ -36,7 +36,7 @@ pub struct BenchmarkReport {
     /// Displacements in a repeated experiment, one cloud each for the truth (first) and the models.
     #[serde(default)]
     pub clouds: Vec<Cloud>,
-    /// Caption of the clouds.
+    /// Caption of the figure with the clouds of displacements.
     #[serde(default)]
     pub clouds_caption: String,
     /// Forecasts over true trajectories: one entry per model, trajectory and channel.
@@ -48,31 +48,31 @@ pub struct BenchmarkReport {
     /// Error of a measure over equal parts of the duration: one entry per model.
     #[serde(default)]
     pub parts: Vec<Curve>,
-    /// Caption of the errors over parts of the duration.
+    /// Caption of the figure with the errors over parts of the duration.
     #[serde(default)]
     pub parts_caption: String,
-    /// Fitted parameters: name, declared value, fitted value, 95 % interval.
+    /// Fitted parameters, each with name, declared value, fitted value and 95 % confidence interval.
     #[serde(default)]
     pub parameters: Vec<(String, f64, f64, [f64; 2])>,
-    /// Loss parts over the iterations, one entry per trained model.
+    /// Learning curves: parts of the loss over the iterations, one entry per trained model.
     #[serde(default)]
     pub learning: Vec<LearningCurve>,
-    /// Iterations of each trained model, and its recipe.
+    /// Recipe, size and iterations of each trained model.
     #[serde(default)]
     pub training: Vec<TrainingRun>,
-    /// Remarks, one paragraph each.
+    /// Remarks of the report, one paragraph each.
     #[serde(default)]
     pub notes: Vec<String>,
     /// Commands that reproduce the results.
     pub reproduce: Vec<String>,
-    /// Methods with references.
+    /// Methods that were used, with references.
     #[serde(default)]
     pub methods: Vec<Method>,
-    /// Version, seed and data.
+    /// Version, seed and data files of the run.
     pub provenance: Provenance,
 }
 
-/// How a prediction was made. Numbers of different protocols are never compared.
+/// How a prediction was made; numbers of different protocols are never compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Protocol {
@@ -86,7 +86,7 @@ pub enum Protocol {
 }
 
 impl Protocol {
-    /// Name in tables.
+    /// Name of the protocol in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -97,14 +97,14 @@ impl Protocol {
     }
 }
 
-/// Models on one test set.
+/// Scores of the models on one test set, as a table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    /// Meaning of the numbers, and the test set.
+    /// Caption of the table: meaning of the numbers, and the test set.
     pub caption: String,
-    /// Columns of the numbers.
+    /// Columns with the scores.
     pub columns: Vec<Column>,
-    /// The rows.
+    /// Rows of the table with the scores of the models.
     pub rows: Vec<ResultRow>,
     /// Notes under the table.
     #[serde(default)]
@@ -114,56 +114,56 @@ pub struct Results {
 /// Results of a model under a protocol; absent values are shown as "–".
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ResultRow {
-    /// Model, e.g. `Hybrid`.
+    /// Name of the model, e.g. `Hybrid`.
     pub model: String,
-    /// Protocol.
+    /// How the model's predictions were made.
     pub protocol: Protocol,
     /// How samples were combined into one prediction, e.g. `mean of 10`.
     ///
     /// The columns for protocol and prediction are shown if any row has this.
     #[serde(default)]
     pub estimator: String,
-    /// One number per column, in its unit.
+    /// Scores of the model, one per column and in its unit; `None` if absent.
     pub values: Vec<Option<f64>>,
 }
 
-/// A curve of one model.
+/// Error of one model over the size of the training set or over parts of the duration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
-    /// Model.
+    /// Name of the model.
     pub model: String,
-    /// Measure, e.g. `Position`.
+    /// Name of the error measure, e.g. `Position`.
     pub measure: String,
-    /// Its unit.
+    /// Unit of the error measure.
     pub unit: String,
-    /// Horizontal values, ascending.
+    /// Training-set sizes or parts of the duration, ascending.
     #[serde(with = "crate::nullable")]
     pub x: Vec<f64>,
-    /// Errors.
+    /// Errors, one for each `x`.
     #[serde(with = "crate::nullable")]
     pub y: Vec<f64>,
 }
 
-/// Loss parts of one model over the iterations.
+/// Learning curve of one model: the parts of its loss over the iterations.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LearningCurve {
-    /// Model.
+    /// Name of the model.
     pub model: String,
     /// Iteration numbers, ascending.
     #[serde(with = "crate::nullable")]
     pub iteration: Vec<f64>,
-    /// Parts, e.g. KL and reconstruction, each with one value per iteration.
+    /// Parts of the loss, e.g. KL and reconstruction, each with one value per iteration.
     pub parts: Vec<LossPart>,
 }
 
-/// One part of a loss.
+/// One part of a training loss, e.g. the KL divergence, over the iterations.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LossPart {
-    /// Name, e.g. `KL`; the same in every model.
+    /// Name of the loss part, e.g. `KL`; the same in every model.
     pub name: String,
-    /// Unit, e.g. `nats per step`.
+    /// Unit of the loss part, e.g. `nats per step`.
     pub unit: String,
-    /// One value per iteration; NaN where missing.
+    /// Value of the loss part in each iteration; NaN where missing.
     #[serde(with = "crate::nullable")]
     pub values: Vec<f64>,
 }
@@ -171,52 +171,52 @@ pub struct LossPart {
 /// A forecast of one channel of one trajectory. All vectors have one value per time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Forecast {
-    /// Model.
+    /// Name of the model.
     pub model: String,
-    /// Trajectory, e.g. `trajectory 17`.
+    /// Name of the trajectory, e.g. `trajectory 17`.
     pub trajectory: String,
-    /// Channel, e.g. `height`.
+    /// Name of the channel, e.g. `height`.
     pub channel: String,
-    /// Its unit, e.g. `m`.
+    /// Unit of the channel, e.g. `m`.
     pub unit: String,
-    /// Times, s.
+    /// Sample times of the forecast, s.
     #[serde(with = "crate::nullable")]
     pub t_s: Vec<f64>,
-    /// The measured values.
+    /// Measured values of the channel.
     #[serde(with = "crate::nullable")]
     pub truth: Vec<f64>,
     /// Median of the samples, or the only prediction of a deterministic model.
     #[serde(with = "crate::nullable")]
     pub median: Vec<f64>,
-    /// 25 % quantile; empty for a deterministic model.
+    /// 25 % quantile of the forecast samples; empty for a deterministic model.
     #[serde(default, with = "crate::nullable")]
     pub lower50: Vec<f64>,
-    /// 75 % quantile.
+    /// 75 % quantile of the forecast samples; empty for a deterministic model.
     #[serde(default, with = "crate::nullable")]
     pub upper50: Vec<f64>,
-    /// 5 % quantile.
+    /// 5 % quantile of the forecast samples; empty for a deterministic model.
     #[serde(default, with = "crate::nullable")]
     pub lower90: Vec<f64>,
-    /// 95 % quantile.
+    /// 95 % quantile of the forecast samples; empty for a deterministic model.
     #[serde(default, with = "crate::nullable")]
     pub upper90: Vec<f64>,
 }
 
-/// Mean absolute error over the test trajectories at each time.
+/// Mean absolute error of a model over the test trajectories, at each time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorCurve {
-    /// Model; for the floor, the name of its predictor.
+    /// Name of the model; for the smallest possible error (floor), the name of its predictor.
     pub model: String,
-    /// Protocol.
+    /// How the model's predictions were made.
     pub protocol: Protocol,
-    /// Channel, e.g. `height`.
+    /// Name of the channel, e.g. `height`.
     pub channel: String,
-    /// Its unit.
+    /// Unit of the channel.
     pub unit: String,
-    /// Times, s.
+    /// Sample times of the curve, s.
     #[serde(with = "crate::nullable")]
     pub t_s: Vec<f64>,
-    /// Mean absolute error at each time.
+    /// Mean absolute error at each time, in the unit of the channel.
     #[serde(with = "crate::nullable")]
     pub error: Vec<f64>,
 }
@@ -224,36 +224,36 @@ pub struct ErrorCurve {
 /// How a model was trained.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TrainingRun {
-    /// Model.
+    /// Name of the model.
     pub model: String,
-    /// Short description of the recipe.
+    /// Short description of the training recipe.
     pub recipe: String,
-    /// Number of trained parameters.
+    /// Number of trained parameters; `None` if unknown.
     pub parameters: Option<u64>,
-    /// Number of iterations.
+    /// Number of training iterations; `None` if unknown.
     pub iterations: Option<u64>,
 }
 
-/// A cloud of displacements, with its distance from the truth.
+/// Displacements of the object in a repeated push, with their distance from the true ones.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cloud {
-    /// Name.
+    /// Name of the cloud, e.g. of the model.
     pub name: String,
     /// Displacement along the first axis of the first pose, mm.
     #[serde(with = "crate::nullable")]
     pub x_mm: Vec<f64>,
-    /// Displacement along the second axis, mm.
+    /// Displacement along the second axis of the first pose, mm.
     #[serde(with = "crate::nullable")]
     pub y_mm: Vec<f64>,
-    /// Chamfer distance to the truth, mm; absent for the truth.
+    /// Chamfer distance to the true displacements, mm; `None` for the truth itself.
     pub chamfer_mm: Option<f64>,
-    /// Chamfer distance to the truth, divided by that of a second truth.
+    /// Chamfer distance to the truth divided by that of a second true set; `None` for the truth.
     pub over_floor: Option<f64>,
-    /// Energy distance to the truth, mm.
+    /// Energy distance to the true displacements, mm; `None` for the truth itself.
     pub energy_mm: Option<f64>,
 }
 
-/// The report as one HTML page.
+/// Renders the report as one HTML page.
 #[must_use]
 pub fn benchmark_report(report: &BenchmarkReport) -> String {
     page::page(report).render()

@@ -52,7 +52,7 @@ fn names_protocols(results: &Results) -> bool {
 }
 
 impl Results {
-    /// The tables of the results, one per protocol: their errors are not comparable.
+    /// Tables of the scores, one per protocol, since errors of different protocols are not comparable.
     #[must_use]
     pub fn tables(&self) -> Vec<Table> {
         let mut protocols: Vec<Protocol> = self.rows.iter().map(|r| r.protocol).collect();
@@ -65,7 +65,7 @@ impl Results {
         protocols.iter().map(|protocol| self.table(*protocol, caption(protocol))).collect()
     }
 
-    /// The table of the rows of one protocol.
+    /// Table of the scores under one protocol.
     fn table(&self, protocol: Protocol, caption: String) -> Table {
         let named = names_protocols(self);
         let mut columns = vec![Column::text("model")];

@@ -3,7 +3,7 @@
 use super::{BenchmarkReport, Protocol};
 use crate::figure::Tone;
 
-/// Colours of the models: the subject has the first one, floors are muted.
+/// Models of a report in the order of their colours: first the subject; floors have a muted colour.
 pub(super) struct Tones<'a>(Vec<&'a str>);
 
 impl<'a> Tones<'a> {
@@ -27,7 +27,7 @@ impl<'a> Tones<'a> {
     }
 }
 
-/// Distinct values of a key, in order of appearance.
+/// Distinct values of `key` over the items, in order of appearance.
 pub(super) fn distinct<'a, T>(items: &'a [T], key: impl Fn(&'a T) -> &'a str) -> Vec<&'a str> {
     let mut distinct = Vec::new();
     for item in items.iter().map(key) {

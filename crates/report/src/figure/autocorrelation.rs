@@ -9,32 +9,32 @@ use crate::plot::marker::marker;
 use crate::plot::scale::{Scale, drawable};
 use crate::plot::text::coordinate as c;
 
-/// The autocorrelation of one residual.
+/// Autocorrelation of one residual at several lags.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Correlogram {
-    /// Name for the legend.
+    /// Name of the residual in the legend.
     pub name: String,
-    /// Colour and marker shape.
+    /// Colour and marker shape of the residual.
     pub tone: Tone,
     /// Lags, in the figure's lag unit, without lag 0.
     #[serde(with = "crate::nullable")]
     pub lag: Vec<f64>,
-    /// Correlations, one per lag.
+    /// Autocorrelation of the residual at each lag.
     #[serde(with = "crate::nullable")]
     pub value: Vec<f64>,
 }
 
-/// A correlogram of one or several residuals.
+/// Figure of the autocorrelation of one or several residuals.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Autocorrelation {
-    /// Title.
+    /// Title of the figure.
     pub title: String,
     /// Unit of the lags, e.g. `samples` or `s`.
     pub lag_unit: String,
-    /// Half width of the 95 % band of white noise, `1.96 / sqrt(n)`; absent: no band.
+    /// Half width of the 95 % band of white noise, `1.96 / sqrt(n)`; `None` draws no band.
     #[serde(default)]
     pub white95: Option<f64>,
-    /// The residuals.
+    /// Autocorrelations of the residuals.
     pub series: Vec<Correlogram>,
 }
 

@@ -4,34 +4,34 @@ use serde::{Deserialize, Serialize};
 
 use crate::plot::{palette, text};
 
-/// Linear or logarithmic scale.
+/// Scale of an axis: linear or logarithmic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
-    /// Equal steps are equal differences.
+    /// Linear scale: equal steps are equal differences.
     #[default]
     Linear,
-    /// Equal steps are equal ratios; values that are not positive are left out.
+    /// Logarithmic scale: equal steps are equal ratios; values that are not positive are left out.
     Log,
 }
 
-/// A numeric axis.
+/// A numeric axis of a figure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
-    /// Quantity, e.g. `height`.
+    /// Name of the quantity on the axis, e.g. `height`.
     pub label: String,
-    /// Unit, e.g. `m`; empty for a pure number.
+    /// Unit of the axis, e.g. `m`; empty for a pure number.
     pub unit: String,
-    /// Linear or logarithmic.
+    /// Whether the axis is linear or logarithmic.
     #[serde(default)]
     pub scale: Scale,
-    /// Range to show; `None` uses the range of the data. Marks outside are clipped.
+    /// Range that the axis shows; `None` uses the range of the data. Marks outside are clipped.
     #[serde(default)]
     pub domain: Option<[f64; 2]>,
-    /// Whether a linear axis must show zero.
+    /// Whether a linear axis must contain zero.
     #[serde(default)]
     pub include_zero: bool,
-    /// Whether ticks are at whole numbers only, e.g. for iterations.
+    /// Whether the axis has ticks at whole numbers only, e.g. for iterations.
     #[serde(default)]
     pub integer: bool,
 }
@@ -49,19 +49,19 @@ impl Axis {
         Self { scale: Scale::Log, ..Self::linear(label, unit) }
     }
 
-    /// This axis with zero in its range.
+    /// Extends the range of this axis to contain zero.
     #[must_use]
     pub fn with_zero(self) -> Self {
         Self { include_zero: true, ..self }
     }
 
-    /// This axis with ticks at whole numbers only.
+    /// Restricts the ticks of this axis to whole numbers.
     #[must_use]
     pub fn with_integers(self) -> Self {
         Self { integer: true, ..self }
     }
 
-    /// This axis with the range `low` to `high` instead of the data's.
+    /// Sets the range of this axis to `low` to `high` instead of that of the data.
     #[must_use]
     pub fn with_domain(self, low: f64, high: f64) -> Self {
         Self { domain: Some([low, high]), ..self }
@@ -80,7 +80,7 @@ impl Axis {
         }
     }
 
-    /// A value with three significant digits and the unit.
+    /// Text of a value on this axis, with three significant digits and the unit.
     pub(crate) fn value(&self, value: f64) -> String {
         let number = text::significant(value, 3);
         if self.unit.is_empty() { number } else { format!("{number} {}", self.unit) }
@@ -91,12 +91,12 @@ impl Axis {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tone {
-    /// The text colour, solid: measured or true values.
+    /// Text colour, solid: for measured or true values.
     #[default]
     Ink,
-    /// Muted, dashed: floors and baselines.
+    /// Muted colour, dashed: for smallest possible errors and baselines.
     Muted,
-    /// One of five colours, each with its own dash and marker shape; higher numbers start over.
+    /// One of five series colours, each with its own dash and marker shape; higher numbers start over.
     Series(u8),
 }
 
@@ -111,21 +111,21 @@ impl Tone {
     }
 }
 
-/// A line at a value of the dependent axis, with a label.
+/// Reference line at a value of the dependent axis, with a label.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reference {
-    /// The value, in the axis' unit.
+    /// Value at which the line is drawn, in the unit of the axis.
     pub value: f64,
-    /// Name of the quantity, e.g. `noise floor`.
+    /// Label of the line, e.g. `noise floor`.
     pub label: String,
 }
 
-/// A vertical marker at a position on the horizontal axis, e.g. an impact.
+/// Vertical marker of an event at a position on the horizontal axis, e.g. an impact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
-    /// Position on the horizontal axis, in its unit.
+    /// Position of the event marker on the horizontal axis, in the unit of that axis.
     pub at: f64,
-    /// Name of the event; empty for no label. Labels that do not fit are left out.
+    /// Label of the event; empty for none. Labels that do not fit are left out.
     #[serde(default)]
     pub label: String,
 }

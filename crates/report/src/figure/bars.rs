@@ -9,58 +9,58 @@ use crate::plot::marker::marker;
 use crate::plot::scale::{Scale, drawable};
 use crate::plot::text::{coordinate as c, shorten, significant, width};
 
-/// One bar.
+/// One horizontal bar of a bar chart.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bar {
-    /// Name; bars of the same name share a legend entry.
+    /// Name of the bar; bars of the same name share a legend entry.
     pub name: String,
-    /// Colour.
+    /// Colour of the bar.
     pub tone: Tone,
-    /// Length; absent: the bar says "no data".
+    /// Length of the bar, in the unit of the value axis; `None` shows "no data".
     pub value: Option<f64>,
-    /// Interval drawn over the end of the bar.
+    /// Interval drawn over the end of the bar; `None` draws none.
     #[serde(default)]
     pub interval: Option<[f64; 2]>,
 }
 
-/// Bars under one label.
+/// Bars of a chart under one label.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BarGroup {
-    /// Label; empty if the names of the bars suffice.
+    /// Label of the group; empty if the names of the bars suffice.
     pub label: String,
-    /// The bars, top to bottom.
+    /// Bars of the group, top to bottom.
     pub bars: Vec<Bar>,
 }
 
-/// How a value is drawn.
+/// Whether values are drawn as bars or as dots.
 ///
 /// The length of a bar is meaningful only on an axis that contains zero; use dots on others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BarShape {
-    /// A bar from zero.
+    /// Values are drawn as bars from zero.
     #[default]
     Bar,
-    /// A dot on a thin line.
+    /// Values are drawn as dots on a thin line.
     Dot,
 }
 
-/// A bar chart.
+/// A chart of horizontal bars or dots.
 ///
 /// With one group each bar is labelled by its name; with several, groups are labelled and a legend names the
 /// bars.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bars {
-    /// Title.
+    /// Title of the chart.
     pub title: String,
-    /// Axis of the values.
+    /// Axis of the values, which is horizontal.
     pub value: Axis,
-    /// The groups, top to bottom.
+    /// Groups of bars, top to bottom.
     pub groups: Vec<BarGroup>,
-    /// Vertical reference lines.
+    /// Vertical reference lines of the chart.
     #[serde(default)]
     pub references: Vec<Reference>,
-    /// How the values are drawn.
+    /// Whether the values are drawn as bars or as dots.
     #[serde(default)]
     pub shape: BarShape,
 }
@@ -69,7 +69,7 @@ pub struct Bars {
 const BAR_THICKNESS: f64 = 13.0;
 /// Distance between the centres of neighbouring bars, px.
 const ROW_HEIGHT: f64 = 20.0;
-/// Radius of a dot, px.
+/// Radius of the dot that shows a value, px.
 const RADIUS: f64 = 4.0;
 
 impl Bars {
@@ -166,7 +166,7 @@ impl Bars {
         words
     }
 
-    /// One bar or dot with its name, its interval, and the number at the right.
+    /// Draws one bar or dot with its name, its interval, and its number at the right.
     fn row(
         &self,
         scale: &Scale,

@@ -8,42 +8,42 @@ use crate::plot::frame::{Frame, Key, Spec, Swatch, no_data};
 use crate::plot::path;
 use crate::plot::scale::{Scale, drawable};
 
-/// A fan chart. All vectors have one value per time; NaN is a gap.
+/// Fan chart of a forecast. All vectors have one value per time; NaN is a gap.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Fan {
-    /// Title, e.g. model and trajectory.
+    /// Title of the chart, e.g. model and trajectory.
     pub title: String,
-    /// Time axis.
+    /// Horizontal axis: time.
     pub x: Axis,
     /// Axis of the forecast quantity.
     pub y: Axis,
-    /// Colour of the forecast.
+    /// Colour of the forecast and its bands.
     pub tone: Tone,
-    /// Times.
+    /// Times of the forecast, in the unit of the time axis.
     #[serde(with = "crate::nullable")]
     pub t: Vec<f64>,
-    /// Median of the samples; empty for a band without one.
+    /// Median of the forecast samples; empty to draw the bands without a median.
     #[serde(with = "crate::nullable")]
     pub median: Vec<f64>,
     /// Lower end of the 50 % band; empty for a deterministic forecast.
     #[serde(default, with = "crate::nullable")]
     pub lower50: Vec<f64>,
-    /// Upper end of the 50 % band.
+    /// Upper end of the 50 % band; empty for a deterministic forecast.
     #[serde(default, with = "crate::nullable")]
     pub upper50: Vec<f64>,
-    /// Lower end of the 90 % band.
+    /// Lower end of the 90 % band; empty for a deterministic forecast.
     #[serde(default, with = "crate::nullable")]
     pub lower90: Vec<f64>,
-    /// Upper end of the 90 % band.
+    /// Upper end of the 90 % band; empty for a deterministic forecast.
     #[serde(default, with = "crate::nullable")]
     pub upper90: Vec<f64>,
-    /// The measured values.
+    /// Measured values of the forecast quantity.
     #[serde(with = "crate::nullable")]
     pub truth: Vec<f64>,
-    /// Vertical markers, e.g. impacts.
+    /// Vertical event markers, e.g. impacts.
     #[serde(default)]
     pub events: Vec<Event>,
-    /// Omits the legend, for figures in a grid with a common legend.
+    /// Whether the legend is omitted, for figures in a grid with a common legend.
     #[serde(default)]
     pub hide_legend: bool,
 }
@@ -60,7 +60,7 @@ impl Fan {
         .to_vec()
     }
 
-    /// All vertical values, for a range that several fans share.
+    /// All values on the vertical axis, to find a range that several fan charts share.
     pub(crate) fn values(&self) -> impl Iterator<Item = f64> {
         [&self.median, &self.lower50, &self.upper50, &self.lower90, &self.upper90, &self.truth]
             .into_iter()

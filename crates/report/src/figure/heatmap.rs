@@ -8,14 +8,14 @@ use crate::plot::frame::{LABEL, TICK, header, label, no_data, svg};
 use crate::plot::scale::drawable;
 use crate::plot::text::{coordinate as c, fixed, shorten, width};
 
-/// A matrix of correlations, lower triangle drawn.
+/// Heat map of a correlation matrix, of which the lower triangle is drawn.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Heatmap {
-    /// Title.
+    /// Title of the heat map.
     pub title: String,
-    /// Names of the parameters.
+    /// Names of the correlated parameters.
     pub names: Vec<String>,
-    /// Correlations in `[-1, 1]`, one row per name; missing ones are shown as "–".
+    /// Correlations in `[-1, 1]`, one row per parameter; `None` is shown as "–".
     pub values: Vec<Vec<Option<f64>>>,
 }
 

@@ -8,26 +8,26 @@ use crate::plot::frame::{Frame, Key, Spec, Swatch, no_data};
 use crate::plot::path;
 use crate::plot::scale::{Scale, drawable, extent};
 
-/// A named sample.
+/// A named sample whose distribution a histogram shows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HistogramSample {
-    /// Name for the legend.
+    /// Name of the sample in the legend.
     pub name: String,
-    /// Colour and dash.
+    /// Colour and dash of the sample.
     pub tone: Tone,
-    /// The values; missing ones are left out.
+    /// Values of the sample; NaN is left out.
     #[serde(with = "crate::nullable")]
     pub values: Vec<f64>,
 }
 
-/// A histogram; every sample's area is one.
+/// Histogram of one or several samples, each with area one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Histogram {
-    /// Title.
+    /// Title of the histogram.
     pub title: String,
-    /// Axis of the values.
+    /// Axis of the sample values.
     pub x: Axis,
-    /// The samples.
+    /// Samples that are drawn in common bins.
     pub samples: Vec<HistogramSample>,
 }
 
@@ -81,7 +81,7 @@ impl Histogram {
     }
 }
 
-/// Common bin edges by the rule of Freedman and Diaconis (1981), 5 to 60 bins.
+/// Edges of the common bins by the rule of Freedman and Diaconis (1981), 5 to 60 bins.
 fn bins(values: &[f64]) -> Vec<f64> {
     let Some((low, high)) = extent(values.iter().copied()) else {
         return Vec::new();
@@ -96,7 +96,7 @@ fn bins(values: &[f64]) -> Vec<f64> {
     (0..=count as u32).map(|i| low + (high - low) * f64::from(i) / count).collect()
 }
 
-/// Share of `values` per unit in each bin.
+/// Density of `values` in each bin: their share in the bin divided by its width.
 fn density(values: &[f64], edges: &[f64]) -> Vec<f64> {
     let mut counts = vec![0.0_f64; edges.len().saturating_sub(1)];
     for value in values {

@@ -10,68 +10,68 @@ use crate::plot::path;
 use crate::plot::scale::{Scale, drawable, extent};
 use crate::plot::text::{coordinate as c, shorten, width};
 
-/// How a series is drawn.
+/// Whether a series is drawn as a line, as points or both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mark {
-    /// A line; missing values are gaps.
+    /// The series is a line; missing values are gaps.
     #[default]
     Line,
-    /// A marker at each value.
+    /// The series is a marker at each value.
     Points,
-    /// A line with a marker at each value.
+    /// The series is a line with a marker at each value.
     LinePoints,
 }
 
-/// An interval around a series.
+/// An interval around a series, drawn as a band.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Band {
-    /// Coverage probability, e.g. `0.9`.
+    /// Coverage probability of the band, e.g. `0.9`.
     pub level: f64,
-    /// Lower ends, one per x.
+    /// Lower ends of the band, one for each x of the series.
     #[serde(with = "crate::nullable")]
     pub lower: Vec<f64>,
-    /// Upper ends, one per x.
+    /// Upper ends of the band, one for each x of the series.
     #[serde(with = "crate::nullable")]
     pub upper: Vec<f64>,
 }
 
-/// A named series.
+/// A named series of points in a line chart.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Series {
-    /// Name for legend and direct label.
+    /// Name of the series in the legend or at its line.
     pub name: String,
-    /// Colour, dash, marker.
+    /// Colour, dash and marker shape of the series.
     pub tone: Tone,
-    /// Horizontal values.
+    /// Horizontal values of the series.
     #[serde(with = "crate::nullable")]
     pub x: Vec<f64>,
-    /// Vertical values; NaN is a gap.
+    /// Vertical values of the series; NaN is a gap.
     #[serde(with = "crate::nullable")]
     pub y: Vec<f64>,
-    /// Intervals, widest first.
+    /// Bands around the series, widest first.
     #[serde(default)]
     pub bands: Vec<Band>,
-    /// Line or points.
+    /// Whether the series is drawn as a line, as points or both.
     #[serde(default)]
     pub mark: Mark,
 }
 
 impl Series {
-    /// A plain line.
+    /// A series that is drawn as a line without bands.
     #[must_use]
     pub fn line(name: &str, tone: Tone, x: Vec<f64>, y: Vec<f64>) -> Self {
         Self { name: name.to_owned(), tone, x, y, ..Self::default() }
     }
 
-    /// This series with a band of probability `level`.
+    /// Adds a band with coverage probability `level` to this series.
     #[must_use]
     pub fn with_band(mut self, level: f64, lower: Vec<f64>, upper: Vec<f64>) -> Self {
         self.bands.push(Band { level, lower, upper });
         self
     }
 
-    /// This series with another mark.
+    /// Sets whether this series is drawn as a line, as points or both.
     #[must_use]
     pub fn with_mark(self, mark: Mark) -> Self {
         Self { mark, ..self }
@@ -82,16 +82,16 @@ impl Series {
     }
 }
 
-/// A line chart.
+/// A line chart of one or several series.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Line {
-    /// Title, one or two short lines.
+    /// Title of the chart, one or two short lines.
     pub title: String,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// The series, drawn in order.
+    /// Series of the chart, drawn in order.
     pub series: Vec<Series>,
     /// Horizontal reference lines.
     #[serde(default)]
@@ -99,22 +99,22 @@ pub struct Line {
     /// Vertical event markers.
     #[serde(default)]
     pub events: Vec<Event>,
-    /// Omits the legend, for figures in a grid with a common legend.
+    /// Whether the legend is omitted, for figures in a grid with a common legend.
     #[serde(default)]
     pub hide_legend: bool,
-    /// Whether both axes have the same scale, as on a map.
+    /// Whether both axes have the same number of pixels per unit, as on a map.
     #[serde(default)]
     pub to_scale: bool,
 }
 
 impl Line {
-    /// An empty chart.
+    /// A line chart without series.
     #[must_use]
     pub fn new(title: &str, x: Axis, y: Axis) -> Self {
         Self { title: title.to_owned(), x, y, ..Self::default() }
     }
 
-    /// This chart with one more series.
+    /// Adds a series to this chart.
     #[must_use]
     pub fn with(mut self, series: Series) -> Self {
         self.series.push(series);
@@ -190,12 +190,12 @@ impl Line {
     }
 }
 
-/// Maximum height of the plot area of a map, px.
+/// Maximum height of the plot area of a chart with equal scales, px.
 const MAX_HEIGHT: f64 = 360.0;
 /// Width of the figure outside the plot area, px.
 const MARGIN_WIDTH: f64 = 54.0;
 
-/// The axes of a map: widens their ranges so that both have the same scale.
+/// Axes of a chart with equal scales: widens the ranges so that both have the same pixels per unit.
 fn equal_scale_axes(
     x: &Axis,
     y: &Axis,
@@ -214,7 +214,7 @@ fn equal_scale_axes(
     )
 }
 
-/// Whether the lines end far enough from each other for names beside them; otherwise a legend is drawn.
+/// Whether the lines end far enough apart for names at their ends; otherwise a legend is drawn.
 fn has_room_for_labels(y: &Scale, drawn: &[&Series]) -> bool {
     // The plot area is about 230 px high. `direct_labels` moves names to 15 px distance, so ends may be
     // somewhat closer.
@@ -232,7 +232,7 @@ fn keys(drawn: &[&Series]) -> Vec<Key> {
     drawn.iter().map(|s| Key { name: s.name.clone(), tone: s.tone, swatch: swatch(s) }).collect()
 }
 
-/// The area of a band; bands of up to 70 % are darker than wider ones.
+/// Draws the area of a band; bands of up to 70 % are darker than wider ones.
 fn draw_band(frame: &Frame, series: &Series, band: &Band) -> Markup {
     let area = path::area(series.x.iter().zip(band.lower.iter().zip(&band.upper)).map(|(x, (l, u))| {
         let (px, low) = frame.pixel(*x, *l)?;
@@ -255,7 +255,7 @@ fn draw_series(frame: &Frame, series: &Series) -> Markup {
     }
 }
 
-/// Names at the ends of the lines, at least 15 px from each other, each connected to its line.
+/// Draws names at the ends of the lines, at least 15 px apart, each connected to its line.
 fn direct_labels(frame: &Frame, drawn: &[&Series], room: f64) -> Markup {
     let plot = frame.plot;
     let mut ends: Vec<((f64, f64), &Series)> = (drawn.iter())

@@ -32,33 +32,33 @@ pub use scatter::{Cloud, Scatter};
 use maud::Markup;
 use serde::{Deserialize, Serialize};
 
-/// Any figure.
+/// A figure of any kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "figure", rename_all = "kebab-case")]
 pub enum Figure {
-    /// Named series over a numeric axis.
+    /// Line chart: named series over a numeric axis.
     Line(Line),
-    /// Forecast bands with the true trajectory.
+    /// Fan chart: forecast bands with the true trajectory.
     Fan(Fan),
-    /// Clouds of points.
+    /// Scatter plot: clouds of points.
     Scatter(Scatter),
-    /// Horizontal bars or dots with intervals.
+    /// Bar chart: horizontal bars or dots with intervals.
     Bars(Bars),
-    /// Densities of samples.
+    /// Histogram: densities of samples.
     Histogram(Histogram),
-    /// Sample quantiles against those of a normal distribution.
+    /// Quantile plot: sample quantiles against those of a normal distribution.
     Quantile(Quantile),
-    /// Autocorrelation against lag.
+    /// Autocorrelation of residuals against lag.
     Autocorrelation(Autocorrelation),
-    /// A matrix of correlations.
+    /// Heat map of a correlation matrix.
     Heatmap(Heatmap),
 }
 
 /// Where a figure is drawn: its width, the prefix of its ids, and its style.
 pub(crate) struct Target<'a> {
-    /// Width in pixels; the height follows.
+    /// Width of the figure, px; its height follows.
     pub(crate) width: f64,
-    /// Prefix of the element ids, unique in the page.
+    /// Prefix of the figure's element ids, unique in the page.
     pub(crate) id: &'a str,
     /// Whether the SVG has its own style (a file) or uses that of the page.
     pub(crate) standalone: bool,

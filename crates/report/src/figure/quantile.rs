@@ -9,12 +9,12 @@ use crate::plot::marker::marker;
 use crate::plot::path;
 use crate::plot::scale::{Scale, drawable};
 
-/// The quantiles of one sample.
+/// Quantiles of one sample and of the standard normal distribution.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct QuantileSeries {
-    /// Name for the legend.
+    /// Name of the sample in the legend.
     pub name: String,
-    /// Colour and marker shape.
+    /// Colour and marker shape of the sample.
     pub tone: Tone,
     /// Quantiles of the standard normal distribution.
     #[serde(with = "crate::nullable")]
@@ -27,9 +27,9 @@ pub struct QuantileSeries {
 /// A quantile plot, with the diagonal that normal noise follows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quantile {
-    /// Title.
+    /// Title of the plot.
     pub title: String,
-    /// The samples.
+    /// Samples whose quantiles are drawn.
     pub series: Vec<QuantileSeries>,
 }
 

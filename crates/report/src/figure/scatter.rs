@@ -11,14 +11,14 @@ use crate::plot::scale::{Scale, drawable};
 /// A named cloud of points.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cloud {
-    /// Name for the legend.
+    /// Name of the cloud in the legend.
     pub name: String,
-    /// Colour and marker shape.
+    /// Colour and marker shape of the cloud.
     pub tone: Tone,
-    /// Horizontal values.
+    /// Horizontal values of the points.
     #[serde(with = "crate::nullable")]
     pub x: Vec<f64>,
-    /// Vertical values.
+    /// Vertical values of the points.
     #[serde(with = "crate::nullable")]
     pub y: Vec<f64>,
 }
@@ -26,18 +26,18 @@ pub struct Cloud {
 /// A scatter plot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scatter {
-    /// Title.
+    /// Title of the plot.
     pub title: String,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// The clouds, drawn in order.
+    /// Clouds of points, drawn in order.
     pub clouds: Vec<Cloud>,
     /// Horizontal reference lines.
     #[serde(default)]
     pub references: Vec<Reference>,
-    /// Omits the legend, for figures in a grid with a common legend.
+    /// Whether the legend is omitted, for figures in a grid with a common legend.
     #[serde(default)]
     pub hide_legend: bool,
 }

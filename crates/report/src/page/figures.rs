@@ -16,34 +16,34 @@ const NARROW: f64 = 360.0;
 /// A figure over the whole width of the page.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FigureBlock {
-    /// The figure.
+    /// The figure that is drawn.
     pub figure: Figure,
-    /// How to read the figure; may be empty.
+    /// Caption: how to read the figure; may be empty.
     pub caption: String,
 }
 
-/// Columns of a grid on a wide screen.
+/// Number of columns of a grid of figures on a wide screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Columns {
-    /// Two columns.
+    /// The grid has two columns.
     #[default]
     Two,
-    /// Three columns.
+    /// The grid has three columns.
     Three,
 }
 
-/// Figures in columns, with one legend and one caption.
+/// A grid of figures with one legend and one caption.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
-    /// Columns on a wide screen.
+    /// Number of columns on a wide screen.
     pub columns: Columns,
     /// Common legend of all figures, which then hide theirs; may be empty.
     #[serde(default)]
     pub legend: Vec<LegendEntry>,
-    /// The figures, row by row.
+    /// Figures of the grid, row by row.
     pub figures: Vec<Figure>,
-    /// How to read the figures; may be empty.
+    /// Caption: how to read the figures; may be empty.
     pub caption: String,
 }
 
@@ -51,11 +51,11 @@ pub struct Grid {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LegendEntry {
-    /// A line with name and tone.
+    /// A line with its name and colour.
     Line(String, Tone),
-    /// A marker with name and tone.
+    /// A marker with its name and colour.
     Points(String, Tone),
-    /// The median and the two bands of a fan chart, and the truth.
+    /// Median and both bands of a fan chart in this colour, and the truth.
     Fan(Tone),
 }
 
@@ -71,7 +71,7 @@ impl LegendEntry {
     }
 }
 
-/// Counts figures, so that every element id is unique in the page.
+/// Counter of figures, which makes every element id unique in the page.
 #[derive(Debug, Default)]
 pub(super) struct Ids {
     figures: usize,

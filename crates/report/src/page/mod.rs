@@ -18,60 +18,60 @@ use crate::plot::palette;
 pub use crate::plot::text::significant;
 use figures::Ids;
 
-/// A page.
+/// Content of a self-contained HTML page of a report: title, summary, key figures and sections.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Page {
     /// Small line above the title, e.g. the kind of report.
     pub overline: String,
-    /// Title.
+    /// Title of the page.
     pub title: String,
-    /// Short verdict, e.g. `explained`; empty for none.
+    /// Short verdict of the report, e.g. `explained`; empty for none.
     #[serde(default)]
     pub verdict: String,
-    /// The outcome in one or two sentences.
+    /// Outcome of the report in one or two sentences.
     pub summary: String,
-    /// Key figures.
+    /// Key figures of the page, shown in large type.
     #[serde(default)]
     pub key_figures: Vec<KeyFigure>,
-    /// The body.
+    /// Sections of the page, in order.
     pub sections: Vec<Section>,
-    /// Version, seed and data, shown at the end.
+    /// Version, seed and data of the run, shown at the end.
     #[serde(default)]
     pub provenance: Provenance,
 }
 
-/// A number in large type.
+/// A key figure: a number in large type with unit and label.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct KeyFigure {
     /// The number as text.
     pub value: String,
-    /// Its unit.
+    /// Unit of the number.
     pub unit: String,
-    /// Name of the quantity.
+    /// Name of the quantity that the number measures.
     pub label: String,
     /// Note under the number, e.g. what to compare it with.
     #[serde(default)]
     pub note: String,
 }
 
-/// A section with a heading.
+/// A section of a page, with a heading.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Section {
-    /// Heading.
+    /// Heading of the section.
     pub title: String,
-    /// Content, in order.
+    /// Content of the section, in order.
     pub blocks: Vec<Block>,
 }
 
-/// A piece of a section.
+/// One element of a section: text, table, figure or other content.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "block", content = "content", rename_all = "kebab-case")]
 pub enum Block {
-    /// A paragraph.
+    /// A paragraph of text.
     Prose(String),
-    /// A smaller heading.
+    /// A heading within a section.
     Heading(String),
-    /// Terms with their meanings.
+    /// A list of terms with their meanings.
     Definitions(Vec<(String, String)>),
     /// An unordered list.
     List(Vec<String>),
@@ -81,22 +81,22 @@ pub enum Block {
     Table(Table),
     /// A figure over the whole width.
     Figure(Box<FigureBlock>),
-    /// Small multiples.
+    /// A grid of small figures.
     Grid(Grid),
     /// Text to copy: commands, a model file.
     Code {
-        /// Name of the text.
+        /// Name of the text, shown above it.
         caption: String,
-        /// The text, kept line by line.
+        /// Text to copy, kept line by line.
         text: String,
     },
-    /// Methods with references.
+    /// A list of methods with references.
     Methods(Vec<Method>),
-    /// Blocks that open on a click.
+    /// Blocks that are hidden until the reader opens them by a click.
     Folded {
-        /// The line that is always shown.
+        /// Line that is always shown, which opens the blocks.
         title: String,
-        /// The folded blocks.
+        /// Blocks that are hidden at first.
         blocks: Vec<Block>,
     },
 }
@@ -104,32 +104,32 @@ pub enum Block {
 /// A method that was used, with its reference.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Method {
-    /// Name.
+    /// Name of the method.
     pub name: String,
-    /// Purpose in this analysis.
+    /// Purpose of the method in this analysis.
     pub purpose: String,
-    /// Author, title, place, year.
+    /// Reference of the method: author, title, place, year.
     pub reference: String,
 }
 
 /// Origin of a report. The caller passes all of it, so that a report depends on its input alone.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
-    /// Version of the program.
+    /// Version of augsim that wrote the report.
     pub version: String,
-    /// Seed of every random stream.
+    /// Seed of every random stream of the run; `None` if not stated.
     #[serde(default)]
     pub seed: Option<u64>,
-    /// Data files.
+    /// Data files that were read.
     #[serde(default)]
     pub data: Vec<DataSource>,
-    /// Machine, e.g. processor and thread count.
+    /// Machine of the run, e.g. processor and thread count; `None` if not stated.
     #[serde(default)]
     pub machine: Option<String>,
-    /// Date, e.g. `2026-01-31`.
+    /// Date of the run, e.g. `2026-01-31`; `None` if not stated.
     #[serde(default)]
     pub date: Option<String>,
-    /// Anything else, as name and value.
+    /// Further facts about the run, as name and value.
     #[serde(default)]
     pub more: Vec<(String, String)>,
 }
@@ -137,22 +137,22 @@ pub struct Provenance {
 /// A data file and the hash of its bytes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DataSource {
-    /// Path or name.
+    /// Path or name of the data file.
     pub path: String,
-    /// Hash with its algorithm, e.g. `sha256:…`; empty for generated data.
+    /// Hash of the file with its algorithm, e.g. `sha256:…`; empty for generated data.
     #[serde(default)]
     pub hash: String,
 }
 
 impl Section {
-    /// A section with `blocks`.
+    /// A section with this title and these blocks.
     #[must_use]
     pub fn new(title: &str, blocks: Vec<Block>) -> Self {
         Self { title: title.to_owned(), blocks }
     }
 }
 
-/// Escaped text with `code` between backticks.
+/// Escapes a text and marks `code` between backticks.
 pub(crate) fn rich(text: &str) -> Markup {
     let pieces: Vec<&str> = text.split('`').collect();
     // With an odd number of backticks the text is shown unchanged.
@@ -166,7 +166,7 @@ pub(crate) fn rich(text: &str) -> Markup {
     }
 }
 
-/// Number of sections of an excerpt.
+/// Maximum number of sections in a short version of a page.
 const EXCERPT_SECTIONS: usize = 3;
 
 impl Page {
@@ -178,7 +178,7 @@ impl Page {
         self
     }
 
-    /// All figures of the page, in order.
+    /// All figures of the page, in the order of its sections.
     #[must_use]
     pub fn into_figures(self) -> Vec<Figure> {
         let blocks = self.sections.into_iter().flat_map(|section| section.blocks);
@@ -212,7 +212,7 @@ pub fn figure_names(figures: &[Figure]) -> Vec<String> {
 }
 
 impl Page {
-    /// The page as HTML. Sections without blocks are left out.
+    /// Renders the page as HTML; sections without blocks are left out.
     #[must_use]
     pub fn render(&self) -> String {
         let mut ids = Ids::default();

@@ -7,47 +7,47 @@ use super::rich;
 use crate::plot::text::{fixed, significant, typographic};
 use augsim_data::estimate_digits;
 
-/// A table.
+/// A table of a page: caption, columns, rows and footnotes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Table {
-    /// Subject of the table.
+    /// Subject of the table, shown above it.
     pub caption: String,
-    /// The columns; the first one heads the rows.
+    /// Columns of the table; the first one heads the rows.
     pub columns: Vec<Column>,
-    /// The rows.
+    /// Rows of the table.
     pub rows: Vec<Row>,
     /// Notes under the table.
     #[serde(default)]
     pub footnotes: Vec<String>,
 }
 
-/// Which value of a column is best.
+/// Which value of a column counts as best.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Best {
-    /// The smallest.
+    /// The smallest value is best.
     Lowest,
-    /// The largest.
+    /// The largest value is best.
     Highest,
-    /// The nearest to a target, e.g. a nominal coverage.
+    /// The value nearest to this target is best, e.g. to a nominal coverage.
     Nearest(f64),
 }
 
-/// A column.
+/// A column of a table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Column {
-    /// Quantity.
+    /// Name of the quantity in the column.
     pub title: String,
-    /// Unit; empty for none.
+    /// Unit of the column; empty for none.
     #[serde(default)]
     pub unit: String,
-    /// Right-aligned numbers.
+    /// Whether the column has right-aligned numbers.
     #[serde(default)]
     pub numeric: bool,
-    /// Decimals of plain numbers; absent: three significant digits, cell by cell.
+    /// Decimals of plain numbers; `None`: three significant digits, cell by cell.
     #[serde(default)]
     pub decimals: Option<usize>,
-    /// Which value is best, if the column has a best one.
+    /// Which value of the column is marked as best; `None` marks none.
     #[serde(default)]
     pub best: Option<Best>,
 }
@@ -65,25 +65,25 @@ impl Column {
         Self { title: title.to_owned(), unit: unit.to_owned(), numeric: true, ..Self::default() }
     }
 
-    /// This column with fixed decimals.
+    /// Sets the number of decimals of this column.
     #[must_use]
     pub fn decimals(self, decimals: usize) -> Self {
         Self { decimals: Some(decimals), ..self }
     }
 
-    /// This column with its best value marked.
+    /// Sets which value of this column is marked as best.
     #[must_use]
     pub fn best(self, best: Best) -> Self {
         Self { best: Some(best), ..self }
     }
 }
 
-/// A row.
+/// A row of a table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// One cell per column.
+    /// Cells of the row, one per column.
     pub cells: Vec<Cell>,
-    /// Group within which the best value is marked; a row without a group is not compared.
+    /// Group of rows among which the best value is marked; `None`: the row is not compared.
     #[serde(default)]
     pub compare: Option<String>,
     /// Whether the row is highlighted.
@@ -97,42 +97,42 @@ impl From<Vec<Cell>> for Row {
     }
 }
 
-/// A cell.
+/// A cell of a table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Cell {
-    /// No value, shown as "–".
+    /// The cell has no value and shows "–".
     #[default]
     Missing,
-    /// Words.
+    /// The cell contains text.
     Text(String),
-    /// A number in the column's unit.
+    /// The cell contains a number in the column's unit.
     Number(f64),
-    /// A number with its interval.
+    /// The cell contains a number with its interval.
     Interval {
-        /// The estimate.
+        /// Estimated value.
         value: f64,
-        /// Lower end.
+        /// Lower end of the interval.
         low: f64,
-        /// Upper end.
+        /// Upper end of the interval.
         high: f64,
     },
 }
 
 impl Cell {
-    /// Words.
+    /// A cell with text.
     #[must_use]
     pub fn text(text: impl Into<String>) -> Self {
         Self::Text(text.into())
     }
 
-    /// A number, or a missing value.
+    /// A cell with a number; `None` gives a cell without a value.
     #[must_use]
     pub fn number(value: Option<f64>) -> Self {
         value.map_or(Self::Missing, Self::Number)
     }
 
-    /// An estimate, with an interval if there is one.
+    /// A cell with an estimate, and with its interval if there is one.
     #[must_use]
     pub fn estimate(value: f64, interval: Option<[f64; 2]>) -> Self {
         interval.map_or(Self::Number(value), |[low, high]| Self::Interval { value, low, high })
@@ -192,7 +192,7 @@ impl Table {
         group_values.len() > 1 && badness(row).is_some_and(|own| group_values.iter().all(|v| own <= *v))
     }
 
-    /// Whether a new group begins at this row, so that a line is drawn above it.
+    /// Whether row `i` begins a new group, so that a line is drawn above it.
     fn starts_group(&self, i: usize) -> bool {
         i > 0 && self.rows.get(i).map(|r| &r.compare) != self.rows.get(i - 1).map(|r| &r.compare)
     }

@@ -7,7 +7,7 @@ use super::text::{coordinate as c, shorten, width, wrap};
 use super::{marker::marker, palette};
 use crate::figure::{Axis, Event, Reference, Target, Tone};
 
-/// Font size of the title, px.
+/// Font size of a figure's title, px.
 pub(crate) const TITLE: f64 = 13.0;
 /// Font size of axis labels and legends, px.
 pub(crate) const LABEL: f64 = 11.5;
@@ -16,22 +16,22 @@ pub(crate) const TICK: f64 = 11.0;
 /// Width of bold text relative to regular text: DejaVu Sans Bold is 10 to 14 % wider.
 const BOLD: f64 = 1.15;
 
-/// How a legend entry is drawn.
+/// Symbol by which a legend entry is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Swatch {
-    /// A line with its dash.
+    /// The symbol is a line with the dash of the series.
     Line,
-    /// A solid line.
+    /// The symbol is a solid line.
     Solid,
-    /// A marker with its shape.
+    /// The symbol is a marker with the shape of the series.
     Point,
-    /// The darker box of a 50 % band.
+    /// The symbol is the darker box of a 50 % band.
     Band50,
-    /// The lighter box of a 90 % band.
+    /// The symbol is the lighter box of a 90 % band.
     Band90,
-    /// A filled bar.
+    /// The symbol is a filled bar.
     Bar,
-    /// The dotted line of a reference.
+    /// The symbol is the dotted line of a reference value.
     Reference,
 }
 
@@ -43,7 +43,7 @@ pub(crate) struct Key {
     pub(crate) swatch: Swatch,
 }
 
-/// A rectangle in pixels.
+/// A rectangle of a figure, in pixels from the top left.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rect {
     pub(crate) left: f64,
@@ -52,12 +52,12 @@ pub(crate) struct Rect {
     pub(crate) bottom: f64,
 }
 
-/// A text element; font size and position are attributes, so that tests can check for overlaps.
+/// An SVG text element; font size and position are attributes, so that tests can check for overlaps.
 pub(crate) fn label(class: &str, x: f64, y: f64, size: f64, content: &str) -> Markup {
     html! { text class=(class) x=(c(x)) y=(c(y)) font-size=(c(size)) { (content) } }
 }
 
-/// The whole `<svg>`, with title and description for screen readers.
+/// The `<svg>` element of a figure, with title and description for screen readers.
 pub(crate) fn svg(target: &Target, height: f64, title: &str, description: &str, body: &Markup) -> Markup {
     let (w, h) = (c(target.width), c(height));
     let (title_id, desc_id) = (format!("{}-t", target.id), format!("{}-d", target.id));
@@ -128,7 +128,7 @@ pub(crate) fn swatch(key: &Key, x: f64, y: f64) -> Markup {
     }
 }
 
-/// A figure with the text "no data" and the reason.
+/// An SVG with the text "no data" and the reason, in place of a figure.
 pub(crate) fn no_data(target: &Target, title: &str, reason: &str) -> Markup {
     let (head, top) = header(target.width, title, &[]);
     let height = top + 96.0;
@@ -141,7 +141,7 @@ pub(crate) fn no_data(target: &Target, title: &str, reason: &str) -> Markup {
     svg(target, height, title, &format!("No data: {reason}."), &body)
 }
 
-/// Description of a frame.
+/// Input of the layout of a frame: title, axes, legend entries and proportions.
 pub(crate) struct Spec<'a> {
     pub(crate) title: &'a str,
     pub(crate) x: &'a Axis,
@@ -204,12 +204,12 @@ impl Frame {
         Self { plot, x, y, height: plot.bottom + 40.0, head, axes }
     }
 
-    /// The pixel of a data point; `None` if it cannot be drawn.
+    /// Pixel of a data point; `None` if it cannot be drawn.
     pub(crate) fn pixel(&self, x: f64, y: f64) -> Option<(f64, f64)> {
         Some((self.x.pixel(x)?, self.y.pixel(y)?))
     }
 
-    /// Horizontal reference lines, vertical event lines, and the labels that fit beside them.
+    /// Draws reference lines, event lines, and the labels that fit beside them; returns lines and labels.
     pub(crate) fn guides(&self, references: &[Reference], events: &[Event]) -> (Markup, Markup) {
         let plot = self.plot;
         let shown: Vec<(f64, &Reference)> = (references.iter())
@@ -247,7 +247,7 @@ impl Frame {
         (marks, html! { @for l in event_labels.iter().chain(&reference_labels) { (l) } })
     }
 
-    /// The finished figure: `marks` are clipped to the plot area, `labels` are not.
+    /// The SVG of the finished figure; `marks` are clipped to the plot area, `labels` are not.
     pub(crate) fn finish(
         &self,
         target: &Target,

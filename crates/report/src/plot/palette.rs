@@ -3,7 +3,7 @@
 //! Tests check that the five series can be distinguished with every common kind of colour vision, and that
 //! contrasts suffice. Dashes and marker shapes also distinguish the series.
 
-/// Light mode: page background, text, muted text, rules, grid, panel, accent, and the five series.
+/// Colours of light mode: page background, text, muted text, rules, grid, panel, accent, five series.
 pub(crate) const LIGHT: [(&str, &str); 12] = [
     ("bg", "#fcfcfa"),
     ("ink", "#1d2127"),
@@ -19,7 +19,7 @@ pub(crate) const LIGHT: [(&str, &str); 12] = [
     ("s4", "#629a2a"),
 ];
 
-/// Dark mode, with the names of [`LIGHT`].
+/// Colours of dark mode, with the names of [`LIGHT`].
 pub(crate) const DARK: [(&str, &str); 12] = [
     ("bg", "#16181c"),
     ("ink", "#e8e9ea"),
@@ -35,7 +35,7 @@ pub(crate) const DARK: [(&str, &str); 12] = [
     ("s4", "#f0e468"),
 ];
 
-/// Number of series colours.
+/// Number of different colours for series.
 pub(crate) const SERIES: u8 = 5;
 
 fn variables(colours: &[(&str, &str)]) -> String {

@@ -2,13 +2,13 @@
 
 use super::text::coordinate;
 
-/// A point in pixels.
+/// A point of a figure, in pixels.
 pub(crate) type Point = (f64, f64);
 
 /// Maximum distance by which simplification may move a line, px.
 const TOLERANCE: f64 = 0.12;
 
-/// Splits points at gaps (missing values) into runs.
+/// Splits points at missing values into runs without gaps.
 pub(crate) fn runs(points: impl IntoIterator<Item = Option<Point>>) -> Vec<Vec<Point>> {
     let mut runs = vec![Vec::new()];
     for point in points {

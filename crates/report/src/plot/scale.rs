@@ -3,15 +3,15 @@
 use super::{text, ticks};
 use crate::figure::{Axis, Scale as Kind};
 
-/// Magnitudes from here on count as missing, since their differences could overflow.
+/// Magnitude from which values count as missing, since their differences could overflow.
 const MAX_MAGNITUDE: f64 = 1e150;
 
-/// Whether a value can be drawn at all.
+/// Whether a value is finite and small enough to be drawn.
 pub(crate) fn drawable(value: f64) -> bool {
     value.is_finite() && value.abs() < MAX_MAGNITUDE
 }
 
-/// Smallest and largest drawable value; `None` without data.
+/// Smallest and largest value that can be drawn; `None` if there is none.
 pub(crate) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     values.into_iter().filter(|v| drawable(*v)).fold(None, |range, v| match range {
         None => Some((v, v)),
@@ -19,7 +19,7 @@ pub(crate) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)
     })
 }
 
-/// A map from a data range to a pixel range.
+/// A map from a range of data values to a range of pixels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scale {
     kind: Kind,
@@ -91,7 +91,7 @@ impl Scale {
         Some(self.start + fraction.clamp(-1.0, 2.0) * (self.end - self.start))
     }
 
-    /// Whether `value` lies in the range.
+    /// Whether `value` lies in the data range of the scale.
     pub(crate) fn contains(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
@@ -132,7 +132,7 @@ impl Scale {
     }
 }
 
-/// The power of ten, a multiple of three, by which very small or large tick labels are scaled; 0 for others.
+/// Power of ten, a multiple of three, taken out of very small or large tick labels; 0 for others.
 fn common_power(largest: f64) -> i32 {
     if largest > 0.0 && !(0.01..1e6).contains(&largest) {
         (largest.log10() / 3.0).floor() as i32 * 3

@@ -63,7 +63,7 @@ pub(crate) fn shorten(text: &str, size: f64, max_width: f64) -> String {
     format!("{}…", cut.trim_end())
 }
 
-/// A coordinate with at most one decimal; a tenth of a pixel is not visible.
+/// Text of a pixel coordinate with at most one decimal; a tenth of a pixel is not visible.
 pub(crate) fn coordinate(value: f64) -> String {
     let rounded = (value * 10.0).round() / 10.0;
     if rounded == 0.0 || !rounded.is_finite() {
@@ -72,7 +72,7 @@ pub(crate) fn coordinate(value: f64) -> String {
     format!("{rounded}")
 }
 
-/// A number with fixed decimals, a true minus sign, and thin spaces between thousands from 10 000.
+/// Text of a number with fixed decimals, a true minus sign, and thin spaces from 10 000.
 pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return "–".to_owned();
@@ -97,7 +97,7 @@ pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     out
 }
 
-/// A number that is already text, such as `-1.5e-7`, with a true minus sign, thin spaces and a power of ten.
+/// Converts the text of a number, such as `-1.5e-7`, to a true minus sign, thin spaces, a power of ten.
 pub(crate) fn typographic(number: &str) -> String {
     let (mantissa, exponent) = number.split_once('e').map_or((number, None), |(m, e)| (m, Some(e)));
     let decimals = mantissa.split_once('.').map_or(0, |(_, fraction)| fraction.len());
@@ -108,7 +108,7 @@ pub(crate) fn typographic(number: &str) -> String {
     }
 }
 
-/// A number with `digits` significant digits; as a power of ten outside 10⁻³ to 10⁶.
+/// Text of a number with `digits` significant digits; as a power of ten outside 10⁻³ to 10⁶.
 #[must_use]
 pub fn significant(value: f64, digits: usize) -> String {
     if !value.is_finite() {
@@ -136,20 +136,20 @@ pub(crate) fn decimals_for(value: f64, digits: usize) -> usize {
     usize::try_from(i32::try_from(digits).unwrap_or(3) - 1 - exponent).unwrap_or(0)
 }
 
-/// Decimal exponent after rounding to `digits` digits, e.g. 1 for 9.996 and three digits.
+/// Decimal exponent of a value rounded to `digits` digits, e.g. 1 for 9.996 and three digits.
 fn exponent_of(value: f64, digits: usize) -> i32 {
     let printed = format!("{:.*e}", digits.saturating_sub(1), value.abs());
     printed.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0)
 }
 
-/// `word` with a capital first letter.
+/// Copy of `word` with a capital first letter.
 #[must_use]
 pub fn capitalised(word: &str) -> String {
     let mut chars = word.chars();
     chars.next().map_or_else(String::new, |first| first.to_uppercase().chain(chars).collect())
 }
 
-/// An integer in superscript digits.
+/// Text of an integer in superscript digits.
 pub(crate) fn superscript(value: i32) -> String {
     value
         .to_string()

@@ -10,9 +10,9 @@
 //! The functions `*_max` are upper bounds of the terms, with which the search skips candidates that cannot be
 //! best.
 
-/// Step mantissas in order of preference (the paper's Q).
+/// Step mantissas of ticks in order of preference (Q in the paper).
 const STEPS: [f64; 6] = [1.0, 5.0, 2.0, 2.5, 4.0, 3.0];
-/// Weights of simplicity, coverage and density (the paper's w).
+/// Weights of simplicity, coverage and density in the score (w in the paper).
 const WEIGHTS: [f64; 3] = [0.25, 0.2, 0.5];
 
 fn score(simplicity: f64, coverage: f64, density: f64) -> f64 {
@@ -50,7 +50,7 @@ fn density_max(count: f64, target: f64) -> f64 {
     if count >= target { 2.0 - (count - 1.0) / (target - 1.0) } else { 1.0 }
 }
 
-/// About `target` round values inside `[low, high]`, ascending; both ends if the search finds none.
+/// About `target` round tick values inside `[low, high]`, ascending; both ends if there are none.
 ///
 /// Unlike in the paper's default, no tick is outside the range, since the frame ends where the data end.
 pub(crate) fn linear(low: f64, high: f64, target: usize) -> Vec<f64> {

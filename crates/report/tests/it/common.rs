@@ -6,7 +6,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 const SVG: &str = "http://www.w3.org/2000/svg";
 
-/// Left, top, right, bottom in pixels.
+/// Bounding box: left, top, right and bottom, in pixels.
 type Box4 = (f64, f64, f64, f64);
 
 /// Parses the numbers of an attribute such as path data.
@@ -41,7 +41,7 @@ fn text_box(node: Node) -> Box4 {
     (left, y - size * 0.7, left + width, y + size * 0.15)
 }
 
-/// Checks one `<svg>` that is a figure.
+/// Checks one `<svg>` element that is a figure.
 pub fn check_figure(svg: Node) {
     let view = numbers(svg.attribute("viewBox").expect("viewBox"));
     let (width, height) = (view[2], view[3]);

@@ -16,7 +16,7 @@ fn wave(n: u32, scale: f64) -> (Vec<f64>, Vec<f64>) {
     (x, y)
 }
 
-/// Bars in two groups, with an interval and a reference.
+/// Bar chart of two groups, with an interval and a reference line.
 fn bars(y: &[f64], name: &str) -> Bars {
     let bar = |name: &str, i, value, interval| Bar { name: name.into(), tone: tone(i), value, interval };
     let group = |label: &str, bar| BarGroup { label: label.into(), bars: vec![bar] };
@@ -32,7 +32,7 @@ fn bars(y: &[f64], name: &str) -> Bars {
     }
 }
 
-/// The same values as dots, on an axis without zero.
+/// The chart of [`bars`] with dots, on an axis without zero.
 fn dots(y: &[f64], name: &str) -> Bars {
     Bars { value: Axis::log("height", "m"), references: Vec::new(), shape: BarShape::Dot, ..bars(y, name) }
 }

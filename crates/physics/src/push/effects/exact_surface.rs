@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, Rival};
 use crate::push::setting::{Friction, Setting};
 
-/// Limit surface with the dissipation `D = <|v + w x rho|>` over the footprint.
+/// Limit surface of a uniformly pressed footprint, with dissipation `D = <|v + w x rho|>` (area mean).
 pub struct ExactSurface;
 
 static SPEC: EffectSpec = EffectSpec {

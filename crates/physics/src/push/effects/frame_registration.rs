@@ -5,7 +5,9 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::{Registration, Setting};
 
-/// The true rod position is `(1 + scale) R(angle)` times the reported one, plus `(dx, dy)`, in the world.
+/// True rod position: `(1 + scale) R(angle)` times the reported one, plus `(dx, dy)`.
+///
+/// Both are in the world frame.
 pub struct FrameRegistration;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,9 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// Friction `mu = mu0 (1 + g.x)`, which moves the centre of friction by `<rho rho'> g`.
+/// Friction of the table `mu = mu0 (1 + g.x)` at position x.
+///
+/// The centre of friction moves by `<rho rho'> g`.
 pub struct FrictionGradient;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, Rival};
 use crate::push::setting::Setting;
 
-/// Equation of motion `M d(twist)/dt = contact - friction`.
+/// Inertia of the object: `M d(twist)/dt = contact - friction`, with the wrenches of rod and support.
 pub struct Inertia;
 
 static SPEC: EffectSpec = EffectSpec {

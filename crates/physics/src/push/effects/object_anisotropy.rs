@@ -6,7 +6,9 @@ use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::{Anisotropy, Setting};
 use augsim_system::Polar;
 
-/// Dissipation `D = |A^(1/2) v|`, `A = R diag(ratio, 1/ratio) R'`, `R` by `angle` in the body frame.
+/// Friction with dissipation `D = |A^(1/2) v|`, `A = R diag(ratio, 1/ratio) R'`, fixed to the object.
+///
+/// `R` is the rotation by `angle` in the body frame.
 pub struct ObjectAnisotropy;
 
 static SPEC: EffectSpec = EffectSpec {

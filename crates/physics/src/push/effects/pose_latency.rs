@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::Setting;
 
-/// The pose reported at t is the true pose at t - delay.
+/// Delay of the pose sensor: the pose reported at t is the true pose at t - delay.
 pub struct PoseLatency;
 
 static SPEC: EffectSpec = EffectSpec {

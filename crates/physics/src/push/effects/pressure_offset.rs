@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// Friction acts about the point `(dx, dy)` of the body.
+/// Centre of friction that is the point `(dx, dy)` of the body instead of the centroid.
 pub struct PressureOffset;
 
 static SPEC: EffectSpec = EffectSpec {

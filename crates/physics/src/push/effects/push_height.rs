@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// The centre of pressure moves by `z f / (m g)` along the force `f` of the rod.
+/// Shift of the centre of pressure by `z f / (m g)` along the force `f` of the rod at height `z`.
 pub struct PushHeight;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// The true rod position is the reported one minus `c F`, with `F` the force on the object.
+/// True rod position: the reported one minus `c F`, with `F` the force on the object.
 pub struct RodCompliance;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,10 +5,10 @@
 
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 
-/// Kind of the scatter of friction.
+/// Kind of effect by which model files name the scatter of friction.
 pub const SCATTER_KIND: &str = "friction-scatter";
 
-/// Description of the scatter of friction.
+/// Description of the random variation of friction between pushes.
 pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     kind: SCATTER_KIND,
     location: Location::Support,

@@ -6,7 +6,7 @@ use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::Setting;
 use crate::push::surface::patches::SpeedLaw;
 
-/// Friction `mu = mu0 (1 + a exp(-(v/v0)^2))`, integrated over the footprint.
+/// Friction `mu = mu0 (1 + a exp(-(v/v0)^2))` at the sliding speed v, integrated over the footprint.
 pub struct SpeedDependentFriction;
 
 static SPEC: EffectSpec = EffectSpec {

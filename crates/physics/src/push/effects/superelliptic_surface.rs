@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::{Friction, Setting};
 
-/// Limit surface `|f|^p + |m/c|^p = 1`.
+/// Limit surface `|f|^p + |m/c|^p = 1` for force f and moment m.
 pub struct SuperellipticSurface;
 
 static SPEC: EffectSpec = EffectSpec {

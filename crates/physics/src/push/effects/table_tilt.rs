@@ -6,7 +6,7 @@ use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::Setting;
 use augsim_system::Polar;
 
-/// A load `m g sin(theta)` acts at the centre of mass, downhill along `direction`.
+/// Load `m g sin(theta)` of a tilted table at the centre of mass, downhill along `direction`.
 pub struct TableTilt;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// The true rod position is the reported one plus `(dx, dy)`, in the world frame.
+/// True rod position: the reported one plus `(dx, dy)`, in the world frame.
 pub struct TipOffset;
 
 static SPEC: EffectSpec = EffectSpec {

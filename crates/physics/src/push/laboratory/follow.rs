@@ -5,16 +5,15 @@ use super::map;
 use crate::push::{Object, Pose, Push, Recorded, Run, simulate};
 use augsim_data::random_stream;
 
-/// Margin of the friction map beyond object and rod path, m.
+/// Margin of the friction map beyond the object and the path of the rod, m.
 const MARGIN_M: f64 = 0.1;
 
 impl PushRecipe {
-    /// Simulates one push along the rod path `rod` (x and y, m, at `times`, s) and returns the true poses at
-    /// `times`.
+    /// Simulates one push along the rod path `rod` (x and y, m, at `times`, s); returns the true poses there.
     ///
     /// The object begins at `start`. The friction map is that of push `index` of `seed`: each index has its
-    /// own, and it is the one of [`generate`](PushRecipe::generate) if the object starts at the same place. The
-    /// object has inertia if the rod is anywhere faster than `inertia_above_m_s`. No measurement noise is
+    /// own, and it is the one of [`generate`](PushRecipe::generate) if the object starts at the same place.
+    /// The object has inertia if the rod is anywhere faster than `inertia_above_m_s`. No measurement noise is
     /// added.
     ///
     /// # Errors

@@ -13,10 +13,10 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Columns of the data besides `trajectory` and `t_s`.
+/// Names of the columns of the data besides `trajectory` and `t_s`.
 pub const COLUMNS: [&str; 5] = ["pusher_x_m", "pusher_y_m", "x_m", "y_m", "theta_rad"];
 
-/// Time at rest before the push, s.
+/// Duration of rest that is recorded before the push, s.
 const REST_BEFORE_S: f64 = 0.05;
 /// Time recorded after the push, s, in which a fast object coasts.
 const REST_AFTER_S: f64 = 0.25;
@@ -32,15 +32,15 @@ const PATCHES_ACROSS: usize = 8;
 /// Specification of a set of pushes: design, object, support, sampling and measurement noise.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PushRecipe {
-    /// The experiment design.
+    /// Experiment design: contacts, angles, speeds and travel of the pushes.
     pub protocol: PushDesign,
     /// Name of the object, one of [`OBJECTS`](crate::push::OBJECTS).
     pub object: String,
-    /// The support surface.
+    /// Support surface on which the object slides.
     pub support: SupportSheet,
-    /// Number of pushes.
+    /// Number of pushes in the set.
     pub pushes: usize,
-    /// Samples per second.
+    /// Sampling rate of the data, Hz.
     pub rate_hz: f64,
     /// Standard deviation of the measured position, m.
     pub position_sd_m: f64,
@@ -48,7 +48,7 @@ pub struct PushRecipe {
     pub angle_sd_rad: f64,
     /// Standard deviation of the start position about its nominal value, m.
     pub place_sd_m: f64,
-    /// Standard deviation of the start angle, rad; a random design draws any angle.
+    /// Standard deviation of the start angle, rad; not used by a random design, which draws any angle.
     pub place_sd_rad: f64,
     /// Speed of the rod above which the true object has inertia, m/s.
     pub inertia_above_m_s: f64,
@@ -72,16 +72,16 @@ impl PushRecipe {
     }
 }
 
-/// The true values of one generated push.
+/// True values of one generated push: plan, start and end pose, inertia.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GeneratedTruth {
     /// The commanded push.
     pub planned: PlannedPush,
-    /// True start of the object: x, y, m, and angle, rad.
+    /// True start pose of the object: x, m, y, m, and angle, rad.
     pub start: [f64; 3],
-    /// True end of the object: x, y, m, and angle, rad.
+    /// True end pose of the object: x, m, y, m, and angle, rad.
     pub end: [f64; 3],
-    /// Whether the object had inertia.
+    /// Whether the object had inertia in this push.
     pub inertia: bool,
 }
 
@@ -90,7 +90,7 @@ pub struct GeneratedTruth {
 pub struct Generated {
     /// The data: [`COLUMNS`] in the world frame; the pose is that of the area centroid.
     pub data: Dataset,
-    /// The declared model.
+    /// The declared model, whose physics differs from the truth.
     pub declared: PushModel,
     /// True values of each push.
     pub truths: Vec<GeneratedTruth>,
@@ -99,20 +99,20 @@ pub struct Generated {
 /// Error of a set that cannot be generated.
 #[derive(Debug, thiserror::Error)]
 pub enum LaboratoryError {
-    /// The object is not built in.
+    /// The object of the recipe is not built in.
     #[error("there is no object `{name}`; choose one of {}", crate::push::OBJECTS.join(", "))]
     Object {
-        /// Name that was given.
+        /// Name of the unknown object.
         name: String,
     },
-    /// A setting is out of range.
+    /// A setting of the recipe is out of range.
     #[error("`{setting}` = {value} {rule}")]
     Setting {
-        /// Name of the setting.
+        /// Name of the setting that is out of range.
         setting: &'static str,
-        /// Value that was given.
+        /// Value of the setting.
         value: f64,
-        /// Rule that the value violates.
+        /// Rule that the value of the setting violates.
         rule: &'static str,
     },
     /// The path of the rod is malformed.
@@ -120,10 +120,10 @@ pub enum LaboratoryError {
         "the path of the rod is malformed; give one finite x and y for each time, and strictly increasing times"
     )]
     Path,
-    /// A push cannot be simulated.
+    /// A push of the set cannot be simulated.
     #[error("push {index}: {source}")]
     Push {
-        /// Index of the push.
+        /// Index of the push that cannot be simulated.
         index: usize,
         /// Error of the simulation.
         source: PushError,
@@ -270,7 +270,7 @@ impl PushRecipe {
     }
 }
 
-/// The true worlds, with and without inertia, and their parameters.
+/// The true worlds of the generated pushes, with and without inertia, and their parameter values.
 pub(super) struct Truth {
     quasi_static: World,
     dynamic: World,
@@ -278,20 +278,20 @@ pub(super) struct Truth {
 }
 
 impl Truth {
-    /// Sub-steps of the true simulations, twice as long as the default.
+    /// Bounds on the sub-steps of the true simulations, twice as long as the default.
     pub(super) const STEPS: Steps = Steps { travel_m: 1e-3, duration_s: f64::INFINITY, inertial_s: 2e-3 };
 
-    /// The world with inertia or without.
+    /// The true world with inertia or without.
     pub(super) fn world(&self, has_inertia: bool) -> &World {
         if has_inertia { &self.dynamic } else { &self.quasi_static }
     }
 
-    /// Parameter values of both worlds.
+    /// Parameter values of both true worlds.
     pub(super) fn parameters(&self) -> &[f64] {
         &self.parameters
     }
 
-    /// Builds the true worlds of a recipe.
+    /// Builds the true worlds that a recipe describes.
     pub(super) fn new(recipe: &PushRecipe, object: &Object) -> Self {
         let support = &recipe.support;
         let mut quasi_static = World::new(object.clone()).with_patches(PATCHES_ACROSS, |_| 1.0);
@@ -311,7 +311,7 @@ impl Truth {
     }
 }
 
-/// Path of the rod for an object at its nominal pose.
+/// Path of the rod for a planned push of an object at its nominal pose.
 ///
 /// It starts `start_distance` from the side and travels `clearance` further than planned.
 fn path(
@@ -338,7 +338,7 @@ fn path(
 struct Delayed(StraightPush);
 
 impl Delayed {
-    /// Position of the rod at `time`, s, m.
+    /// Position of the rod at `time` (s), m.
     fn position(&self, time: f64) -> Vector<f64> {
         Path::<f64>::piece(self, time).position(time)
     }
@@ -358,7 +358,7 @@ impl Path<f64> for Delayed {
     }
 }
 
-/// One piece of a [`Delayed`] push.
+/// One piece of a [`Delayed`] push: rest before it, or motion.
 #[derive(Clone, Copy, Debug)]
 enum DelayedPiece {
     Rest(Vector<f64>),

@@ -5,7 +5,7 @@ use augsim_data::random_stream;
 use rand::Rng;
 use serde::Serialize;
 
-/// Experiment design of a set of pushes.
+/// Experiment design: contacts, angles, speeds and travel of a set of pushes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PushDesign {
@@ -23,15 +23,15 @@ pub enum PushDesign {
 /// One commanded push.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PlannedPush {
-    /// Index of the side of the object.
+    /// Index of the pushed side of the object.
     pub side: usize,
-    /// Position along the side, 0 to 1.
+    /// Position of the contact along the side, 0 to 1.
     pub fraction: f64,
-    /// Angle of the push from the inward normal, rad.
+    /// Angle between the direction of the push and the inward normal, rad.
     pub angle_rad: f64,
-    /// Constant speed, or highest speed if accelerated, m/s.
+    /// Speed of the rod, m/s: constant, or the highest speed if accelerated.
     pub speed_m_s: f64,
-    /// Acceleration from rest, m/s²; 0 for constant speed.
+    /// Acceleration of the rod from rest, m/s²; 0 for constant speed.
     pub acceleration_m_s2: f64,
     /// Travel of the rod beyond the nominal contact, m.
     pub travel_m: f64,
@@ -73,7 +73,7 @@ impl PushDesign {
     }
 }
 
-/// Push `index` of the random design.
+/// Draws push `index` of the random design.
 fn random(object: &Object, seed: u64, index: u64) -> PlannedPush {
     let mut rng = random_stream(seed, "push-layout", index);
     let side = (uniform(&mut rng, 0.0, object.sides() as f64) as usize).min(object.sides() - 1);

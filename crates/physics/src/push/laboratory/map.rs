@@ -5,14 +5,14 @@ use crate::push::planar::Vector;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Number of grid nodes per correlation length.
+/// Number of grid nodes of the friction map per correlation length.
 const NODES_PER_LENGTH: f64 = 3.0;
 
-/// Draws a Gaussian random field with mean 1, standard deviation `scatter` and correlation `exp(-r²/(2
-/// length²))`.
+/// Draws a random friction map: a Gaussian field with mean 1 and standard deviation `scatter`.
 ///
-/// The square grid is centred at `centre` and extends `reach_m` to each side. White noise is smoothed along
-/// both axes; values below 0.1 are set to 0.1, because friction must be positive.
+/// The correlation at distance r is `exp(-r²/(2 length²))`. The square grid is centred at `centre` and
+/// extends `reach_m` to each side. White noise is smoothed along both axes; values below 0.1 are
+/// set to 0.1, because friction must be positive.
 pub fn draw(
     scatter: f64,
     length_m: f64,

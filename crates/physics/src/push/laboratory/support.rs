@@ -9,9 +9,9 @@ use serde::Serialize;
 /// and no numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SupportSheet {
-    /// Name of the surface.
+    /// Name of the support surface.
     pub name: &'static str,
-    /// Mean coefficient of friction.
+    /// Mean coefficient of friction between object and support.
     pub friction: f64,
     /// Standard deviation of the friction over the sheet, relative to the mean.
     pub friction_scatter: f64,
@@ -19,13 +19,13 @@ pub struct SupportSheet {
     pub correlation_m: f64,
     /// Ratio of friction along the direction of anisotropy to friction across it; 1 for none.
     pub anisotropy_ratio: f64,
-    /// Direction of the anisotropy, rad.
+    /// Direction of the anisotropy, rad, in the frame of the table.
     pub anisotropy_angle_rad: f64,
     /// True friction between rod and object; the declared one is 0.25.
     pub contact_friction: f64,
 }
 
-/// All support surfaces.
+/// All support surfaces of the MIT set.
 pub const SUPPORTS: [SupportSheet; 4] = [
     SupportSheet {
         name: "abs",

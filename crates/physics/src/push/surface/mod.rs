@@ -24,19 +24,19 @@ pub type Matrix<S> = [[S; 2]; 2];
 /// A limit surface about the centre of friction.
 #[derive(Clone, Copy, Debug)]
 pub enum Surface<'a, S> {
-    /// `|f|² + (m/c)² = 1`.
+    /// Ellipsoidal limit surface `|f|² + (m/c)² = 1` for force f and moment m.
     Ellipsoid {
-        /// Ratio of the largest moment to the largest force, m.
+        /// Ratio `c` of the largest moment to the largest force, m.
         c: S,
     },
-    /// `|f|^p + |m/c|^p = 1`.
+    /// Superellipsoidal limit surface `|f|^p + |m/c|^p = 1` for force f and moment m.
     Superellipsoid {
-        /// Ratio of the largest moment to the largest force, m.
+        /// Ratio `c` of the largest moment to the largest force, m.
         c: S,
-        /// The exponent p, above 1.
+        /// Exponent p of the surface, above 1.
         exponent: S,
     },
-    /// A level set of a convex polynomial of the fourth degree.
+    /// Limit surface that is a level set of a convex polynomial of the fourth degree.
     Quartic {
         /// The polynomial whose level set is the surface.
         quartic: &'a Quartic,
@@ -45,25 +45,27 @@ pub enum Surface<'a, S> {
     Uniform {
         /// Polygon on which the object rests.
         footprint: &'a UniformPolygon,
-        /// Factor on all lengths of the footprint.
+        /// Factor by which all lengths of the footprint are multiplied.
         scale: S,
     },
-    /// Coulomb friction summed over patches.
+    /// Coulomb friction summed over patches of the footprint.
     Patches {
         /// The patches of the footprint.
         patches: &'a [Patch],
         /// Share of each patch in the sliding force; the shares sum to 1 if the mean friction is the declared
         /// one.
         weights: &'a [f64],
-        /// Factor on all lengths of the footprint.
+        /// Factor by which all lengths of the footprint are multiplied.
         scale: S,
-        /// Friction that depends on the sliding speed.
+        /// Dependence of friction on the sliding speed; `None` if it does not depend on it.
         speed: Option<SpeedLaw<S>>,
     },
 }
 
 impl<'a, S: Scalar> Surface<'a, S> {
-    /// Force and moment that keep the footprint moving with `velocity`, m/s, and `rotation`, rad/s.
+    /// Force and moment, in units of the sliding force, that keep the footprint in motion against friction.
+    ///
+    /// The motion has `velocity`, m/s, and `rotation`, rad/s.
     ///
     /// `velocity` is that of the centre of friction. `map` stretches the footprint, for anisotropic friction.
     /// The wrench is zero at rest.
@@ -111,7 +113,7 @@ impl<'a, S: Scalar> Surface<'a, S> {
         }
     }
 
-    /// Converts the surface to another scalar.
+    /// Converts the numbers of the surface to another scalar with `f`.
     pub fn map<T: Scalar>(&self, f: impl Fn(S) -> T) -> Surface<'a, T> {
         match *self {
             Surface::Ellipsoid { c } => Surface::Ellipsoid { c: f(c) },

@@ -17,23 +17,23 @@ use crate::push::moments::Moments;
 use crate::push::outline::{Outline, Polygon};
 use crate::push::planar::{Vector, Wrench, constant, dot, rot90};
 
-/// A cell of the footprint.
+/// A cell of the footprint, which acts as a small ellipsoidal limit surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patch {
-    /// Centroid in the body frame, m.
+    /// Centroid of the patch in the body frame, m.
     pub position: Vector<f64>,
-    /// Square of the patch's `c` in equation (1), m².
+    /// Square of `c` in formula (1): half the mean square radius of the patch, m².
     pub c_squared: f64,
-    /// Share of the footprint's area.
+    /// Area of the patch relative to that of the footprint.
     pub share: f64,
 }
 
 /// Friction that depends on the sliding speed `v` by the factor `1 + rise exp(-(v/speed)²)`.
 #[derive(Clone, Copy, Debug)]
 pub struct SpeedLaw<S> {
-    /// Relative increase of the friction at rest.
+    /// Relative increase of the friction at rest over that at high speed.
     pub rise: S,
-    /// Speed at which the increase has fallen to 37 % (1/e), m/s.
+    /// Speed at which the increase of friction has fallen to 37 % (1/e), m/s.
     pub speed_m_s: S,
 }
 
@@ -100,7 +100,7 @@ fn clip(vertices: &[Vector<f64>], low: Vector<f64>, high: Vector<f64>) -> Vec<Ve
     clipped_vertices
 }
 
-/// Friction wrench of the patches; see [`Surface::wrench`](super::Surface::wrench).
+/// Friction wrench of the patches, summed; see [`Surface::wrench`](super::Surface::wrench).
 pub fn wrench<S: Scalar>(
     patches: &[Patch],
     weights: &[f64],
@@ -130,7 +130,7 @@ pub fn wrench<S: Scalar>(
     w
 }
 
-/// The friction wrench and its Jacobian with respect to `twist` (velocity x, velocity y, rotation).
+/// Friction wrench and its Jacobian with respect to `twist` (velocity x, velocity y, rotation).
 pub(super) fn wrench_with_jacobian(
     patches: &[Patch],
     weights: &[f64],
@@ -148,7 +148,7 @@ pub(super) fn wrench_with_jacobian(
     w
 }
 
-/// The friction wrench under a speed law and its Jacobian.
+/// Friction wrench of patches whose friction depends on the speed, and its Jacobian.
 ///
 /// The inputs are velocity x, velocity y, rotation, and the rise and speed of the [`SpeedLaw`].
 pub(super) fn wrench_with_jacobian_by_speed(

@@ -20,7 +20,7 @@
 use super::wrench_jacobian::WrenchWithJacobian;
 use crate::scalar::{cross, dot};
 
-/// Number of quadratic forms `A_k` in the sum (1).
+/// Number of quadratic forms `A_k` in the polynomial of formula (1).
 pub const QUADRATIC_FORMS: usize = 2;
 /// Maximum number of Newton steps for one wrench; convergence is quadratic.
 const MAX_NEWTON_STEPS: usize = 40;
@@ -35,9 +35,9 @@ type Mat3 = [Vec3; 3];
 /// The polynomial `H` of equation (1) for one footprint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quartic {
-    /// Length by which moments are divided, m.
+    /// Length `c` by which moments are divided, m.
     c_m: f64,
-    /// The matrices `A_k`.
+    /// Matrices `A_k` of the polynomial.
     forms: [Mat3; QUADRATIC_FORMS],
 }
 
@@ -64,13 +64,13 @@ impl Quartic {
         Self { c_m, forms: [form; QUADRATIC_FORMS] }
     }
 
-    /// Ratio of the moment in pure rotation to the force along the first axis, m.
+    /// Ratio of the moment in pure rotation to the force along the x axis, m.
     pub fn nominal_c(&self) -> f64 {
         let along = |k: usize| self.forms.iter().map(|a| a[k][k].powi(2)).sum::<f64>();
         self.c_m * (along(0) / along(2)).powf(0.25)
     }
 
-    /// The friction wrench against a twist (m/s, m/s, rad/s) and its Jacobian.
+    /// Friction wrench against a twist (m/s, m/s, rad/s), and its Jacobian.
     pub(super) fn wrench_with_jacobian(&self, twist: Vec3) -> WrenchWithJacobian<3> {
         let unit = [1.0, 1.0, self.c_m];
         let v = [0, 1, 2].map(|i| twist[i] * unit[i]);
@@ -96,7 +96,7 @@ impl Quartic {
         }
     }
 
-    /// The minimum of (2) for a unit twist `v`, by damped Newton steps.
+    /// Scaled wrench at which the function (2) is smallest for a unit twist `v`, by damped Newton steps.
     fn conjugate(&self, v: &Vec3) -> Vec3 {
         let merit = |g: &Vec3| self.quarter_value(g) - dot(g, v);
         // Start at the minimum along the direction of V itself.
@@ -125,12 +125,12 @@ impl Quartic {
         g
     }
 
-    /// The value of `H/4` at `g`.
+    /// Value of `H/4` at the scaled wrench `g`.
     fn quarter_value(&self, g: &Vec3) -> f64 {
         0.25 * self.forms.iter().map(|a| dot(g, &apply(a, g)).powi(2)).sum::<f64>()
     }
 
-    /// Gradient of `H/4` at `g`.
+    /// Gradient of `H/4` at the scaled wrench `g`.
     fn gradient(&self, g: &Vec3) -> Vec3 {
         let mut out = [0.0; 3];
         for a in &self.forms {
@@ -141,7 +141,7 @@ impl Quartic {
         out
     }
 
-    /// Hessian of `H/4` at `g`.
+    /// Hessian of `H/4` at the scaled wrench `g`.
     fn hessian(&self, g: &Vec3) -> Mat3 {
         let mut out = [[0.0; 3]; 3];
         for a in &self.forms {
@@ -157,7 +157,7 @@ impl Quartic {
     }
 }
 
-/// Matrix-vector product.
+/// Product of a 3 x 3 matrix and a vector.
 fn apply(a: &Mat3, g: &Vec3) -> Vec3 {
     [dot(&a[0], g), dot(&a[1], g), dot(&a[2], g)]
 }

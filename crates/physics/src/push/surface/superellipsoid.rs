@@ -6,7 +6,9 @@
 use crate::Scalar;
 use crate::push::planar::{Vector, Wrench, norm, scale};
 
-/// Friction wrench against a twist: the gradient of `D = (|v|^q + |c ω|^q)^(1/q)`, `q = p/(p-1)`.
+/// Friction wrench of the superellipsoid against a twist: the gradient of its dissipation `D`.
+///
+/// `D = (|v|^q + |c ω|^q)^(1/q)`, `q = p/(p-1)`.
 ///
 /// Zero at rest. Both speeds are divided by the larger one before powers are taken, against overflow and
 /// underflow.

@@ -32,7 +32,7 @@ use crate::push::planar::{Vector, Wrench, constant, cross, dot, norm, rot90, sca
 /// Ratio of the footprint's radius to the distance of the centre of rotation below which quadrature is used.
 const NEAR_TRANSLATION: f64 = 1e-2;
 
-/// A polygon with the precomputed quantities of its limit surface.
+/// A uniformly pressed polygon with the precomputed quantities of its limit surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UniformPolygon {
     vertices: Vec<Vector<f64>>,
@@ -40,11 +40,11 @@ pub struct UniformPolygon {
     area: f64,
     radius: f64,
     mean_radius: f64,
-    /// Quadrature points, m, and their weights, which sum to 1.
+    /// Quadrature points in the body frame, m, and their weights, which sum to 1.
     quadrature: Vec<(Vector<f64>, f64)>,
 }
 
-/// An edge from a vertex to the next.
+/// Edge of the polygon from a vertex to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Edge {
     /// Unit vector along the edge.
@@ -82,12 +82,12 @@ impl UniformPolygon {
         }
     }
 
-    /// Mean distance from the centre, m.
+    /// Mean distance of the polygon's area from the centre of friction, m.
     pub fn mean_radius(&self) -> f64 {
         self.mean_radius
     }
 
-    /// Friction wrench by equations (2) and (3); see [`Surface::wrench`](super::Surface::wrench).
+    /// Friction wrench by formulas (2) and (3); see [`Surface::wrench`](super::Surface::wrench).
     pub fn wrench<S: Scalar>(&self, velocity: Vector<S>, rotation: S, map: Option<&Matrix<S>>) -> Wrench<S> {
         let speed = norm(velocity.map(S::value));
         if rotation.value().abs() * self.radius <= NEAR_TRANSLATION * speed {
@@ -128,8 +128,9 @@ impl UniformPolygon {
         Wrench { force, moment: about_centre * (sign / 3.0) + cross(centre, force) }
     }
 
-    /// The friction wrench and its Jacobian with respect to `twist` (velocity x, velocity y, rotation),
-    /// without a map.
+    /// Friction wrench and its Jacobian with respect to `twist` (velocity x, velocity y, rotation).
+    ///
+    /// Without a map, that is, for isotropic friction.
     pub(super) fn wrench_with_jacobian(&self, twist: [f64; 3]) -> WrenchWithJacobian<3> {
         let [x, y, rotation] = twist;
         let speed = norm([x, y]);
@@ -195,7 +196,7 @@ impl UniformPolygon {
         w
     }
 
-    /// Friction wrench by quadrature, for motion that is nearly a translation.
+    /// Friction wrench of the polygon by quadrature, for motion that is nearly a translation.
     fn near_translation<S: Scalar>(
         &self,
         velocity: Vector<S>,

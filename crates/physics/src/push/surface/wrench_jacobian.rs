@@ -10,7 +10,7 @@ use crate::push::planar::{Vector, Wrench, dot};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WrenchWithJacobian<const K: usize> {
     pub values: [f64; 3],
-    /// Derivatives, indexed `[output][input]`.
+    /// Derivatives of the wrench with respect to the inputs, `[force x, force y, moment][input]`.
     pub jacobian: [[f64; K]; 3],
 }
 
@@ -49,28 +49,28 @@ impl<const K: usize> WrenchWithJacobian<K> {
     }
 }
 
-/// A small patch of a moving footprint.
+/// A small patch of a moving footprint: arm, velocity and size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MovingPatch {
     /// Position of the patch, rotated by 90 degrees, m.
     pub arm: Vector<f64>,
     /// Velocity of the centre of the patch, m/s.
     pub v: Vector<f64>,
-    /// Square of the patch's `c`, m².
+    /// Square of the length `c` of the patch as a small ellipsoidal surface, m².
     pub c_squared: f64,
     /// Angular velocity of the footprint, rad/s.
     pub rotation: f64,
 }
 
 impl MovingPatch {
-    /// The patch at `arm` of a footprint with `twist` (velocity x, velocity y, rotation).
+    /// The patch at `arm` of a footprint that moves with `twist` (velocity x, velocity y, rotation).
     #[inline(always)]
     pub fn new(arm: Vector<f64>, c_squared: f64, twist: [f64; 3]) -> Self {
         let [x, y, rotation] = twist;
         Self { arm, v: [x + arm[0] * rotation, y + arm[1] * rotation], c_squared, rotation }
     }
 
-    /// `|v|² + c² ω²`, m²/s².
+    /// Squared generalised speed `|v|² + c² ω²` of the patch, m²/s².
     #[inline(always)]
     pub fn square(&self) -> f64 {
         dot(self.v, self.v) + self.rotation * self.rotation * self.c_squared
@@ -108,7 +108,7 @@ mod tests {
         }
     }
 
-    /// Twists with the centre of rotation inside, on a vertex, on an edge, outside, and far away.
+    /// Twists for the tests, with the centre of rotation inside, on a vertex, on an edge, outside, far away.
     const TWISTS: [[f64; 3]; 8] = [
         [0.01, -0.02, 1.0],
         [0.0, 0.0, -2.0],
