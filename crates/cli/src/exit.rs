@@ -7,14 +7,14 @@ use augsim_tensor::TensorError;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Prints the error as one paragraph and returns its exit code.
+/// Prints an error as one paragraph on standard error and returns its exit code.
 pub fn report(error: &anyhow::Error) -> ExitCode {
     // Nothing can be done when standard error is closed.
     let _ = writeln!(std::io::stderr(), "augsim: error: {}", escape_control_characters(&sentence(error)));
     ExitCode::from(code(error))
 }
 
-/// Whether a cause is a usage error that only the command line can detect.
+/// Whether a cause of an error is a wrong environment variable, which counts as a usage error.
 fn is_usage_error(cause: &(dyn std::error::Error + 'static)) -> bool {
     cause.is::<LimitSettingError>() || matches!(cause.downcast_ref(), Some(TensorError::Simd { .. }))
 }

@@ -36,9 +36,9 @@ const ONE_DIGIT_MANTISSA: f64 = 4.95;
 
 /// Formats an estimate and its interval limits with the digits that the interval supports.
 ///
-/// The last digit is the second one of the interval's half-width where that begins with 1 to 4, and the first one
-/// otherwise. No number that
-/// is not zero is printed as zero. Without a finite interval each number has five significant digits.
+/// The last printed digit is the second one of the interval's half-width where that begins with 1 to 4, and the first
+/// one otherwise. No number that is not zero is printed as zero. Without a finite interval each number has five
+/// significant digits.
 pub fn estimate_digits(value: f64, [low, high]: [f64; 2]) -> [String; 3] {
     let half = 0.5 * (high - low).abs();
     let size = value.abs().max(low.abs()).max(high.abs());

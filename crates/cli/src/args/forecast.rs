@@ -101,24 +101,24 @@ pub struct Evaluate {
 }
 
 impl Predict {
-    /// The measured data.
+    /// Source of the measured data: files and the time column that the user names.
     pub fn measured(&self) -> DataFrom {
         self.time.of_all(&self.data)
     }
 
-    /// The paths that the output must not overwrite: these and those of the data.
+    /// Paths that the output must not overwrite: `others` and those of the data.
     pub fn inputs<'a>(&'a self, others: impl IntoIterator<Item = &'a Path>) -> Vec<&'a Path> {
         others.into_iter().chain(self.data.iter().map(PathBuf::as_path)).collect()
     }
 }
 
 impl Evaluate {
-    /// The measured data.
+    /// Source of the measured data: files and the time column that the user names.
     pub fn measured(&self) -> DataFrom {
         self.time.of_all(&self.data)
     }
 
-    /// The model that is scored, or the first of two.
+    /// Path of the model that is scored, or of the first one of two.
     pub fn model(&self) -> &Path {
         self.run.first().map_or(Path::new(""), PathBuf::as_path)
     }

@@ -27,7 +27,7 @@ pub enum ModelAction {
     },
 }
 
-/// Parser of the names of all template models.
+/// Argument parser that accepts the names of all template models.
 fn templates() -> PossibleValuesParser {
     let built_in = augsim_physics::model::TEMPLATES.map(|(name, _)| name);
     PossibleValuesParser::new(built_in.into_iter().chain(augsim_equations::EXAMPLES.map(|(name, _)| name)))

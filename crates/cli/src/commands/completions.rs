@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 const NAME: &str = "augsim";
 
-/// Prints the completion script of a shell.
+/// Runs `augsim completions`: prints the completion script of a shell.
 pub fn completions(shell: Shell) -> anyhow::Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Args::command(), NAME, &mut script);
@@ -30,7 +30,7 @@ struct Pages {
     folder: PathBuf,
 }
 
-/// Writes one manual page per command into a folder.
+/// Runs `augsim man`: writes one manual page per command into a folder.
 pub fn man(folder: &Path, output: &Output) -> anyhow::Result<Outcome> {
     folders::make(folder)?;
     let written = || format!("{}: cannot write the manual pages", folder.display());

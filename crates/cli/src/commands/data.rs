@@ -24,14 +24,14 @@ struct Written {
     pushes: bool,
 }
 
-/// Options for a new clock of the samples.
+/// Options of `data convert` for other sample times: a constant rate, Hz, or the frame clock of a camera.
 #[derive(Clone, Copy)]
 struct Clock {
     rate_hz: Option<f64>,
     frames: bool,
 }
 
-/// A converter with its source and destination.
+/// Conversion of a published data set: the converter, the path that it reads, and the files that it writes.
 struct Conversion<'a> {
     converter: Converter,
     input: &'a Path,
@@ -39,7 +39,7 @@ struct Conversion<'a> {
     model: PathBuf,
 }
 
-/// Runs the subcommand.
+/// Runs `augsim data`: inspects a data file or converts a published data set.
 pub fn run(args: &Data, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     match &args.action {
         DataAction::Inspect { file, model, time } => {
@@ -122,7 +122,7 @@ fn model_path(file: &Path) -> PathBuf {
 }
 
 impl Conversion<'_> {
-    /// Reads and converts the data set.
+    /// Reads and converts the data set, with the requested sample times and coordinate frame.
     fn run(&self, clock: Clock, frame: Frame) -> anyhow::Result<Converted> {
         let mut converted = (self.converter)(self.input)?;
         let rate_hz = clock.rate_hz;
@@ -142,7 +142,7 @@ impl Conversion<'_> {
         Ok(converted)
     }
 
-    /// Writes the data and, if there is one, the model.
+    /// Writes the converted data file and, if there is one, the model file.
     fn write(self, converted: Converted) -> anyhow::Result<Written> {
         let Converted { data: set, model_toml } = converted;
         write_dataset(&set, &self.data)?;

@@ -15,16 +15,16 @@ use augsim_terminal::record::Record;
 use augsim_trainer::Recipe;
 use std::io::Write;
 
-/// A measured data set with an effect that its model file does not declare, and this model file.
+/// Files of the demonstration: a measured data set, and a model file that lacks one effect of these data.
 const DEMO_FILES: [(&str, &[u8]); 2] = [
     ("bounces.csv", include_bytes!("../../demo/bounces.csv")),
     ("declared.toml", include_bytes!("../../demo/declared.toml")),
 ];
 
-/// Training iterations of each of the three networks: as many for one as for another.
+/// Number of training iterations of each of the three networks.
 const ITERATIONS: u64 = 900;
 
-/// Runs the subcommand.
+/// Runs `augsim demo`: discovery on a measured data set, then training of three networks.
 pub fn run(args: &Demo, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let record = Record::new("demo").setting("seed", seed);
     let claim =

@@ -11,7 +11,7 @@ use augsim_terminal::watched::Stop;
 use serde::Serialize;
 use std::fmt::Write as _;
 
-/// Runs the subcommand.
+/// Runs `augsim discover`: finds the effects that a model lacks and prints the result.
 pub fn run(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let Ended { found, stop } = match run_discovery(args, seed, force, output) {
         Err(error) if is_system_rejection(&error) => {
@@ -32,7 +32,7 @@ pub fn run(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::
     })
 }
 
-/// Output for data that the declared system rejects before a calibration.
+/// Output where the data are not of the declared system, as found before any calibration.
 #[derive(Debug, Serialize)]
 struct Refusal {
     schema: &'static str,
@@ -40,13 +40,16 @@ struct Refusal {
     sentence: String,
 }
 
-/// Whether the error says that the data are not of the declared system.
+/// Whether the discovery failed because the data are not of the declared system.
 fn is_system_rejection(error: &anyhow::Error) -> bool {
     let is_rejection = |cause: &DiscoveryError| matches!(cause, DiscoveryError::Objection { .. });
     error.chain().filter_map(|cause| cause.downcast_ref()).any(is_rejection)
 }
 
-/// Formats the support of the findings: inclusion in resamples, q-values, leads and the null rate.
+/// Formats the statistical support of the effects: share of resamples with them, q-values, leads and null rate.
+///
+/// A lead is an effect that is not established. The null rate is the share of simulated recordings without a missing
+/// effect for which the search finds one.
 fn confidence(d: &Discovery) -> String {
     let mut out = String::new();
     let percent = |share: f64| 100.0 * share;
@@ -82,17 +85,19 @@ fn confidence(d: &Discovery) -> String {
     out
 }
 
-/// Formats a probability; values below 0.001 as a bound.
+/// Formats a probability with three decimals; values below 0.001 become `< 0.001`.
 fn probability(p: f64) -> String {
     if p < 0.001 { "< 0.001".to_owned() } else { format!("{p:.3}") }
 }
 
-/// Whether a run was stopped before its errors were measured on other data than the fitted ones.
+/// Whether the errors of a discovery were measured only on the fitted data, because it was stopped early.
 fn is_fitted(d: &Discovery) -> bool {
     d.error.folds.is_none() && d.heldout.is_empty()
 }
 
-/// Formats the errors of one measure, a row for each model. `fitted`: measured on the fitted data.
+/// Formats the errors of one measure, with one row per model.
+///
+/// `fitted` states that the errors were measured on the fitted data.
 fn error_rows(e: &ErrorTable, fitted: bool, has_additions: bool) -> String {
     let of = if e.measure.is_empty() { String::new() } else { format!(" of `{}`", e.measure) };
     let mut out = format!(
@@ -120,7 +125,7 @@ fn error_rows(e: &ErrorTable, fitted: bool, has_additions: bool) -> String {
     out
 }
 
-/// Formats the result as a short text.
+/// Formats the result of a discovery as a short text.
 fn text(args: &Discover, d: &Discovery) -> String {
     let mut out = format!("{}\n\n", d.sentence);
     // Writing to a string cannot fail.

@@ -16,10 +16,10 @@ use std::path::Path;
 #[derive(Debug, Serialize)]
 struct List {
     model: String,
-    /// Whether typical values are those of the data or of a built-in library.
+    /// Whether the effects have typical values, which come from data or from a built-in library.
     measured: bool,
     effects: Vec<Listed>,
-    /// Kind of effect that the user asked for.
+    /// Kind of effect that the user asked for; `None` for all kinds.
     #[serde(skip)]
     kind: Option<String>,
 }
@@ -30,7 +30,7 @@ struct Listed {
     place: String,
     formula: String,
     parameters: Vec<Parameter>,
-    /// Columns or events that the data must have; empty if there is no requirement.
+    /// Columns or events that the data must have for this effect; empty if there is no requirement.
     #[serde(skip_serializing_if = "str::is_empty")]
     needs: &'static str,
     stands_for: Vec<String>,
@@ -41,10 +41,11 @@ struct Listed {
 struct Parameter {
     name: String,
     unit: String,
-    /// Absent for equations without data, because typical values depend on the motion.
+    /// Typical value, in `unit`; absent for equations without data, because it depends on the motion.
     typical: Option<f64>,
-    /// Initial values of fits, in `unit` or, without data, in multiples of `grid_of`. Empty for a linear
-    /// coefficient, whose initial value is the estimate of its test.
+    /// Initial values of the parameter in fits, in `unit` or, without data, in multiples of `grid_of`.
+    ///
+    /// It is empty for a linear coefficient, whose initial value is the estimate of its test.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     grid: Vec<f64>,
     /// Name of the quantity that scales the values of `grid`.
@@ -52,7 +53,7 @@ struct Parameter {
     grid_of: Option<String>,
 }
 
-/// Runs the subcommand.
+/// Runs `augsim effects`: lists the effects that can be added to a model.
 pub fn run(args: &Effects, output: &Output) -> anyhow::Result<Outcome> {
     let list = match &args.model {
         Some(model) => list_for_model(model, args.kind.as_deref(), args.data.as_deref())?,
@@ -62,7 +63,7 @@ pub fn run(args: &Effects, output: &Output) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Effects of the built-in systems, including the random effects per event.
+/// Effects of the built-in ball and push models, including the random effects per event.
 fn libraries() -> [(&'static str, Vec<&'static EffectSpec>); 2] {
     use augsim_physics::ball::effects;
     use augsim_physics::push::effects as push;
@@ -72,7 +73,7 @@ fn libraries() -> [(&'static str, Vec<&'static EffectSpec>); 2] {
     ]
 }
 
-/// Lists both libraries, one of them, or one effect.
+/// Lists the effects of both built-in models, of one of them, or a single effect.
 fn list_libraries(kind: Option<&str>) -> anyhow::Result<List> {
     let libraries = libraries();
     let is_requested = |library: &str, spec: &EffectSpec| kind.is_none_or(|k| k == library || k == spec.kind);
@@ -129,8 +130,9 @@ fn list_for_built_in_model(path: &Path, kind: Option<&str>) -> anyhow::Result<Ve
     }
 }
 
-/// Lists the effects for a model of equations and its own candidates, with typical values if there are
-/// data.
+/// Lists the effects for a model of equations, with the candidates that the model file declares.
+///
+/// They have typical values if there are data.
 fn list_for_equations(path: &Path, kind: Option<&str>, data: Option<&Path>) -> anyhow::Result<Vec<Listed>> {
     let model = equations::read(path)?;
     let all = match data {
@@ -154,7 +156,7 @@ fn unknown(model: &Path, name: &str, nearest: Vec<String>) -> anyhow::Error {
     Usage::Unknown(UnknownName::EffectOn { name: name.to_owned(), model: model.to_owned(), nearest }).into()
 }
 
-/// Returns the candidates of a model with typical values from the data.
+/// Returns the effects that can be added to a model of equations, with typical values from the data.
 fn measured_candidates(model: &Model, data: &Path) -> anyhow::Result<Vec<Candidate>> {
     let measured = records::read(data, model)?;
     let list = records::records(&measured.data, model, true)?;
@@ -204,7 +206,7 @@ fn from_candidate(candidate: &Candidate, measured: bool) -> Listed {
     }
 }
 
-/// Formats a parameter: name, typical value or unit, and initial values of fits.
+/// Formats a parameter of an effect: name, typical value or unit, and initial values of fits.
 fn parameter_text(p: &Parameter) -> String {
     let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
     let size = match p.typical {

@@ -40,7 +40,7 @@ struct Written {
     text: String,
 }
 
-/// Runs the subcommand.
+/// Runs `augsim export`: writes the equations of a model as LaTeX, Python or C.
 pub fn run(args: &Export, output: &Output) -> anyhow::Result<Outcome> {
     let ModelOrRun::Model { file, .. } = ModelOrRun::from_path(&args.model)? else {
         return Err(Usage::model(args.model.display(), ModelFault::NetExported).into());

@@ -18,10 +18,10 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
 
-/// Name of the file with the calibrated model.
+/// Name of the output file with the calibrated model.
 const MODEL: &str = "model.toml";
 
-/// Runs the subcommand.
+/// Runs `augsim fit`: calibrates the parameters of a model and writes the calibrated model.
 pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let subject = Subject::read(&args.model)?;
     let inputs: Vec<&Path> = [&args.model].into_iter().chain(&args.data).map(PathBuf::as_path).collect();

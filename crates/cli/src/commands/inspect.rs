@@ -9,7 +9,7 @@ use serde::Serialize;
 use std::fmt;
 use std::path::Path;
 
-/// Contents of a data set and the results of the checks.
+/// Output of `augsim data inspect`: summary of a data set and the results of all checks.
 #[derive(Debug, Serialize)]
 pub struct Inspection {
     #[serde(flatten)]
@@ -17,7 +17,7 @@ pub struct Inspection {
     checks: Vec<Checked>,
 }
 
-/// Result of one check.
+/// Result of one check of the data, with its findings as text.
 #[derive(Debug, Serialize)]
 pub struct Checked {
     check: Check,
@@ -26,7 +26,7 @@ pub struct Checked {
     findings: Vec<String>,
 }
 
-/// Outcome of a check.
+/// Outcome of a check of the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum CheckOutcome {
@@ -49,8 +49,9 @@ impl CheckOutcome {
 }
 
 impl Checked {
-    /// Runs all checks; `has_model` states whether `expected` comes from a model file, and `further` is a finding of
-    /// that model.
+    /// Runs all checks of suspicious data.
+    ///
+    /// `has_model` states whether `expected` comes from a model file, and `further` is a finding of that model.
     pub fn run_all(
         data: &Dataset,
         expected: &ExpectedData,
@@ -85,7 +86,7 @@ impl Checked {
     }
 }
 
-/// Reads data and runs all checks; `model` enables those that compare the data with a model.
+/// Reads and summarises data and runs all checks; `model` enables those that compare data with a model.
 pub fn inspect(from: &DataFrom, model: Option<&Path>, output: &Output) -> anyhow::Result<Inspection> {
     let data = from.read(MissingCells::AsGap)?;
     if !data.notes().is_empty() {

@@ -12,7 +12,7 @@ use serde::Serialize;
 use std::fmt;
 use std::path::Path;
 
-/// Contents of a data set: columns that the model names, with their roles, and other columns.
+/// Output of `augsim data inspect` with a model of equations: columns that the model names, other columns, checks.
 #[derive(Debug, Serialize)]
 pub struct Inspection {
     trajectories: usize,
@@ -23,7 +23,7 @@ pub struct Inspection {
     checks: Vec<Checked>,
 }
 
-/// Statistics of one column.
+/// Role and statistics of one column that the model names.
 #[derive(Debug, Serialize)]
 struct ColumnSummary {
     name: String,
@@ -33,19 +33,18 @@ struct ColumnSummary {
     rate_hz: f64,
     least: f64,
     most: f64,
-    /// The smallest or largest value and its number of samples, if there are many: a limit of the
-    /// sensor.
+    /// Limit of the sensor: the smallest or largest value, with its number of samples; `None` if they are few.
     at_limit: Option<(f64, usize)>,
-    /// Quantisation step of the sensor, if all differences of values are multiples of one step.
+    /// Quantisation step of the sensor, in `unit`; `None` unless all differences of values are multiples of it.
     step: Option<f64>,
 }
 
-/// Minimum number of samples at an extreme value that indicate a limit of the sensor.
+/// Minimum number of samples at the smallest or largest value that indicates a limit of the sensor.
 const MIN_SAMPLES_AT_LIMIT: usize = 5;
 /// Maximum number of values that are searched for a quantisation step.
 const MAX_QUANTISATION_VALUES: usize = 20_000;
 
-/// Reads data with a model of equations and summarises each column; runs all checks.
+/// Reads data with a model of equations, summarises each column and runs all checks.
 ///
 /// # Errors
 /// The model or the data cannot be read, or do not match.
@@ -98,13 +97,12 @@ pub fn inspect(from: &DataFrom, model: &Path, output: &Output) -> anyhow::Result
     })
 }
 
-/// Finds angles in degrees by short fits of the model, which the checks of the data alone cannot do.
+/// Finds angles in degrees by fits of the model to short windows; the data alone do not show them.
 fn degree_finding(model: &Model, data: &Dataset) -> anyhow::Result<Option<Finding>> {
     Ok(degrees::find(model, &records::records(data, model, true)?))
 }
 
-/// Returns the quantisation step if all differences of values are multiples of it and values repeat
-/// often.
+/// Quantisation step of the values; `None` unless all differences are multiples of it and values repeat often.
 fn quantisation(values: &[f64]) -> Option<f64> {
     let mut sorted: Vec<f64> = values.iter().copied().take(MAX_QUANTISATION_VALUES).collect();
     sorted.sort_by(f64::total_cmp);

@@ -28,20 +28,20 @@ use augsim_terminal::Outcome;
 use augsim_terminal::output::Output;
 use std::fmt::Display;
 
-/// Prints what was taken for the time and the units of data; nothing where the file states all of it.
+/// Prints the assumptions about time column and units of data; nothing where the file states them all.
 fn note_conversions(data: impl Display, conversions: &[String], output: &Output) {
     if !conversions.is_empty() {
         output.note(format!("{data}: {}", conversions.join("; ")));
     }
 }
 
-/// Prints what is taken for the time and the units of the data of a model of equations.
+/// Prints the assumptions about time column and units with which a model of equations reads the data.
 fn note_reading(from: &DataFrom, model: &Model, output: &Output) -> anyhow::Result<()> {
     note_conversions(from, &records::reading(from, model)?, output);
     Ok(())
 }
 
-/// Runs the subcommand.
+/// Runs the subcommand that the parsed command line names.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<Outcome> {
     let Global { seed, force, .. } = args.global;
     match &args.command {

@@ -17,7 +17,7 @@ struct Written {
     model: PathBuf,
 }
 
-/// Runs the subcommand.
+/// Runs `augsim model new`: writes a template model file.
 pub fn run(args: &ModelArgs, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let ModelAction::New { name, out } = &args.action;
     let built_in = template(name);

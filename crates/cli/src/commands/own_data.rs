@@ -6,18 +6,18 @@ use augsim_terminal::record::Record;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// The data of a command are those that the model was found on.
+/// Result of the test whether the data of a command are those that the model was fitted to.
 #[derive(Debug)]
 pub(super) struct OwnData {
-    /// Trajectories that no fit has used; empty if all were used.
+    /// Names of the trajectories that no fit has used; empty if all were used.
     pub held_out: BTreeSet<String>,
 }
 
 impl OwnData {
-    /// Compares `data` with the data from which the folder of the model file was made; `None` if no file or folder is
-    /// the same.
+    /// Compares `data` with the data that `model` was fitted to; `None` if no file or folder is the same.
     ///
-    /// The held-out trajectories are known only if all data are the same: their names depend on the set.
+    /// The fitted data are those that the record in the model's folder lists. The held-out trajectories are known only
+    /// if all data are the same: their names depend on the set.
     pub fn find(model: &Path, data: &[PathBuf]) -> Option<Self> {
         let folder = if model.is_dir() { model } else { model.parent()? };
         let record = Record::read(folder).ok().flatten()?;

@@ -15,7 +15,7 @@ failure, 130 interrupted (143 by SIGTERM, 129 by SIGHUP). Rules that hold for al
 [the README of the program](../crates/cli/README.md).
 ";
 
-/// Runs the subcommand.
+/// Runs `augsim reference`: prints all commands and options as Markdown.
 pub fn run(output: &Output) -> anyhow::Result<Outcome> {
     let mut root = Args::command();
     root.build();
@@ -28,7 +28,7 @@ pub fn run(output: &Output) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Appends a command and its subcommands.
+/// Appends the description of a command and of its subcommands to the Markdown page.
 fn describe(page: &mut String, command: &Command) {
     if command.is_hide_set() || command.get_name() == "help" {
         return;
@@ -53,7 +53,7 @@ fn is_shown(arg: &Arg) -> bool {
     !arg.is_hide_set() && !matches!(arg.get_id().as_str(), "help" | "version")
 }
 
-/// Appends a heading, an introduction and, if there are arguments, a table of them.
+/// Appends a section to the Markdown page: heading, introduction and, if there are any, a table of arguments.
 fn section<'a>(page: &mut String, heading: &str, intro: &str, arguments: impl Iterator<Item = &'a Arg>) {
     // Writing to a string cannot fail.
     let _ = write!(page, "\n## {heading}\n");
@@ -66,7 +66,7 @@ fn section<'a>(page: &mut String, heading: &str, intro: &str, arguments: impl It
     }
 }
 
-/// Formats an argument as a table row: names and value, help text, possible values and default.
+/// Formats a command-line argument as a table row: names and value, help text, possible values and default.
 fn row(arg: &Arg) -> String {
     let values: Vec<&str> =
         arg.get_value_names().unwrap_or(&[]).iter().map(clap::builder::Str::as_str).collect();

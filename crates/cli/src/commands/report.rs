@@ -49,7 +49,7 @@ struct Listed {
     written: Option<PathBuf>,
 }
 
-/// Runs the subcommand.
+/// Runs `augsim report`: lists the figures of a discovery report, or writes one of them as SVG.
 pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
     let Some(found) = discovery_in(&args.folder) else {
         return Err(Usage::path(&args.folder, PathFault::NoDiscovery).into());
@@ -91,7 +91,7 @@ pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The data that the discovery in `folder` was made from; `None` where they are no longer the same.
+/// Data that the discovery in `folder` used; `None` where a file was changed or moved.
 fn data_of(folder: &Path) -> Option<DataFrom> {
     let record = Record::read(folder).ok().flatten()?;
     let names = |name: &&String| *name == "data" || name.starts_with("data-");

@@ -16,7 +16,7 @@ use augsim_trainer::{Recipe, Settings};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Number of generated trajectories if no data are given, as in the paper.
+/// Number of ball drops that are generated for training if no data are given, as in the paper.
 const GENERATED_TRAJECTORIES: usize = 800;
 
 #[derive(Serialize)]
@@ -28,7 +28,7 @@ struct Summary {
     seconds_per_iteration: Option<f64>,
 }
 
-/// Runs the subcommand.
+/// Runs `augsim train`: trains a network and writes a run directory.
 pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let model = args.residual_of.as_ref().map(|found| found.join(residual::MODEL));
     let inputs = args.data.iter().chain(&model).chain(&args.model).map(PathBuf::as_path);
@@ -64,7 +64,7 @@ pub fn run(args: &Train, seed: u64, force: bool, output: &Output) -> anyhow::Res
     }
 }
 
-/// Reads the configuration of a run that is resumed, and checks that its data are no output.
+/// Reads the configuration of a run that is resumed, and checks that the run would not overwrite its data.
 fn resumed_config(run: &RunDir) -> anyhow::Result<Config> {
     let config = run.read_config()?;
     if let DataSource::File(data) = &config.data {
@@ -73,7 +73,7 @@ fn resumed_config(run: &RunDir) -> anyhow::Result<Config> {
     Ok(config)
 }
 
-/// Makes the configuration of a new run from the options, with notes on the engine.
+/// Makes the configuration of a new run from the options, with notes on the physics model.
 fn new_config(args: &Train, seed: u64, force: bool, run: &RunDir) -> anyhow::Result<(Config, Vec<String>)> {
     if !force {
         check_free(run)?;
@@ -96,7 +96,7 @@ fn new_config(args: &Train, seed: u64, force: bool, run: &RunDir) -> anyhow::Res
     Ok((config, notes))
 }
 
-/// Prints the summary of a finished run.
+/// Prints the summary of a finished training run.
 fn print_trained(trained: &Trained, settings: &Settings, out: &Path, output: &Output) -> anyhow::Result<()> {
     if trained.model.shrinkage().is_some_and(|trust| trust.gain == 0.0) {
         output.note(
@@ -117,7 +117,7 @@ fn print_trained(trained: &Trained, settings: &Settings, out: &Path, output: &Ou
     })
 }
 
-/// Refuses to overwrite the run of another command.
+/// Checks that the folder holds no training run or result that would be overwritten.
 fn check_free(run: &RunDir) -> anyhow::Result<()> {
     let found = [CHECKPOINT, RESULT, RECORD].into_iter().find(|name| run.file(name).exists());
     let Some(name) = found else { return Ok(()) };

@@ -40,7 +40,7 @@ pub(super) struct RecordedFile {
 /// Column of the data set that is built: its source in the file, its name, and the conversion to SI.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Target {
-    /// Index of the source among the columns of values ([`Draft::values`](super::rows::Draft::values)).
+    /// Index of the source among the columns of values of `Draft`.
     pub value: usize,
     /// Name of the column in the file.
     pub from: String,

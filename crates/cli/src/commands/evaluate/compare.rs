@@ -2,8 +2,7 @@
 
 use augsim_data::estimate_digits;
 
-/// Root mean square errors of two models on the same trajectories, and the 95 % interval of their
-/// difference.
+/// Root mean square errors of two models on the same trajectories, and the 95 % interval of their difference.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ErrorReduction {
     pub before: f64,
@@ -11,8 +10,9 @@ pub(super) struct ErrorReduction {
     pub ci95: [f64; 2],
 }
 
-/// States whether `what` has a smaller error than `than`. Errors are displayed in `unit`, `scale` per
-/// unit of the data.
+/// Sentence that states whether the model `what` has a smaller error than the model `than`.
+///
+/// Errors, in the unit of the data, are multiplied by `scale` and displayed in `unit`.
 pub(super) fn verdict(what: &str, than: &str, reduction: ErrorReduction, unit: &str, scale: f64) -> String {
     let ErrorReduction { before, after, ci95: [low, high] } = reduction;
     let digits = |v: f64, ends: [f64; 2]| estimate_digits(scale * v, ends.map(|end| scale * end));

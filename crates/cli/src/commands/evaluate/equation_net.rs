@@ -16,12 +16,12 @@ use std::fmt::Write;
 struct Score {
     trajectories: usize,
     burn_in: u32,
-    /// Random draws per trajectory.
+    /// Number of random draws of each trajectory.
     samples: usize,
-    /// Shrinkage of the corrections of the network, chosen on held-out recordings.
+    /// Factors by which the network's corrections are scaled, chosen on held-out recordings; `None` without them.
     #[serde(skip_serializing_if = "Option::is_none")]
     trust: Option<CorrectionShrinkage>,
-    /// Scores of the physics alone, then of the network, one row per output.
+    /// Scores of the physics model alone, then of the network, one row per output.
     rows: Vec<OutputScores>,
 }
 
@@ -32,7 +32,7 @@ struct CorrectionShrinkage {
     memory_s: f64,
 }
 
-/// Scores the network.
+/// Scores free runs of a network on a model of equations, and of the model alone.
 pub(super) fn run(args: &Evaluate, model: &NetModel, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     if args.require_pos_m.is_some() {
         return Err(Usage::Inapplicable(Inapplicable::PositionOfEquations).into());

@@ -21,33 +21,34 @@ use augsim_trainer::{Forecaster, SAMPLES};
 use serde::Serialize;
 use std::fmt::Write;
 
-/// Scores of one model with one prefix length.
+/// Scores of one model whose forecasts start after a measured prefix of one length.
 #[derive(Debug, Serialize)]
 struct Row {
     model: String,
-    /// Always `filtered`.
+    /// Name of the protocol, always `filtered`.
     protocol: &'static str,
-    /// The prefix length as given on the command line.
+    /// Length of the measured prefix, as given on the command line.
     seen: String,
-    /// Trajectories that are longer than the prefix.
+    /// Number of trajectories that are longer than the prefix.
     trajectories: usize,
-    /// Sum of errors divided by the sum of absolute values over all samples, mean over trajectories,
-    /// first measure.
+    /// Error of the first measure over all rows, %: sum of errors divided by the sum of absolute values.
+    ///
+    /// It is the mean over trajectories; measured rows count as zero error.
     whole_percent: f64,
-    /// Sum of errors divided by the sum of absolute values over the forecast rows.
+    /// Error of the first measure over the forecast rows, %: sum of errors divided by the sum of absolute values.
     rest_percent: f64,
-    /// One entry per measure.
+    /// Errors in each measure (such as the position).
     measures: Vec<MeasureErrors>,
-    /// Share of measured values in the 50 % band; absent for a point forecast.
+    /// Share, 0 to 1, of the measured values in the 50 % prediction band; absent for a point forecast.
     coverage50: Option<f64>,
-    /// Share of measured values in the 90 % band; absent for a point forecast.
+    /// Share, 0 to 1, of the measured values in the 90 % prediction band; absent for a point forecast.
     coverage90: Option<f64>,
 }
 
-/// Errors of the median of the samples in one measure, in its unit.
+/// Errors of the median forecast in one measure, in the unit of the measure.
 #[derive(Debug, Serialize)]
 struct MeasureErrors {
-    /// Columns of the measure.
+    /// Names of the columns that form the measure.
     columns: Vec<String>,
     /// Unit of the errors.
     unit: String,
@@ -60,7 +61,7 @@ struct MeasureErrors {
     median_rest: f64,
     /// Mean error over the last 70 % of the rows, for every prefix length.
     common: f64,
-    /// Continuous ranked probability score over the forecast rows.
+    /// Continuous ranked probability score (CRPS) over the forecast rows.
     crps: f64,
 }
 
@@ -69,7 +70,7 @@ struct Scored {
     rows: Vec<Row>,
 }
 
-/// Scores the network or the models that were given.
+/// Scores a network with its physics model, or all models of a discovery, on filtered forecasts.
 pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let prefixes = args.seen.iter().map(|word| word.parse()).collect::<Result<Vec<PrefixLength>, Usage>>()?;
     let (from, view) = (args.measured(), args.view.view());
@@ -118,7 +119,7 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
     check_criterion(args, all.rows.last())
 }
 
-/// Checks the error of the last model with the longest prefix against the required limit.
+/// Checks the last row's position error, m, against the limit that `--require-pos-m` gives.
 fn check_criterion(args: &Evaluate, row: Option<&Row>) -> anyhow::Result<Outcome> {
     let Some(limit) = args.require_pos_m else { return Ok(Outcome::Done) };
     let Some(position) = row.and_then(|r| r.measures.first()).filter(|m| m.unit == "m") else {
@@ -127,7 +128,7 @@ fn check_criterion(args: &Evaluate, row: Option<&Row>) -> anyhow::Result<Outcome
     Ok(if position.rest < limit { Outcome::Done } else { Outcome::CriterionNotMet })
 }
 
-/// Scores one model with all prefix lengths.
+/// Scores the forecasts of one model with each of the prefix lengths `seen`.
 fn score_model(
     name: &str,
     model: &dyn PrefixForecaster,

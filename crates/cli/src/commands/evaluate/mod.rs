@@ -14,7 +14,7 @@ use augsim_session::{ModelOrRun, equations};
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 
-/// Runs the subcommand.
+/// Runs `augsim evaluate`: scores a model file, a discovery or a network on unseen data.
 pub fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     if let [a, b] = &args.run[..] {
         return side_by_side::run(args, [a, b], seed, output);

@@ -26,10 +26,10 @@ struct Row {
     rmse: f64,
     ci95: [f64; 2],
     unit: String,
-    /// Fit, 100 (1 - error / standard deviation), %.
+    /// Fit of the forecast, %: 100 (1 - error / standard deviation).
     fit_percent: f64,
     r2: f64,
-    /// Share of the measured values of this measure in the 50 % band.
+    /// Share, 0 to 1, of the measured values of this measure in the 50 % prediction band.
     coverage50: f64,
     coverage90: f64,
 }
@@ -37,14 +37,14 @@ struct Row {
 #[derive(Debug, Serialize)]
 struct Scored {
     trajectories: usize,
-    /// Whether these are the trajectories that the discovery held out of its own data.
+    /// Whether only the trajectories that the discovery held out of its own data are scored.
     held_out: bool,
-    /// Whether the models were fitted to these trajectories, because the discovery held none out.
+    /// Whether the models were fitted to the scored trajectories, because the discovery held none out.
     fitted: bool,
-    /// Description of the samples that the initial state was estimated from.
+    /// Description of the samples from which the initial states were estimated.
     start: String,
     rows: Vec<Row>,
-    /// Whether the discovered effects improve the forecasts; absent for a model file alone.
+    /// Sentence that states whether the discovered effects improve the forecasts; absent for a model file alone.
     verdict: Option<String>,
 }
 
@@ -93,7 +93,7 @@ pub(super) fn run(
     check_criterion(args, last)
 }
 
-/// Checks the position error against the required limit.
+/// Checks the position error, m, against the limit that `--require-pos-m` gives.
 fn check_criterion(args: &Evaluate, scored: Option<&PredictionSet>) -> anyhow::Result<Outcome> {
     let Some(limit) = args.require_pos_m else { return Ok(Outcome::Done) };
     let position = scored.and_then(|f| f.errors.first()).filter(|e| e.unit == "m");

@@ -20,19 +20,19 @@ use augsim_trainer::{
 };
 use serde::Serialize;
 
-/// Score of the network, and all rows of the table.
+/// Output of the evaluation of a network: its score, and all rows of the table.
 #[derive(Debug, Serialize)]
 struct Scored<'a> {
     #[serde(flatten)]
     net: &'a Row,
-    /// Rows of the physics models, then of the network.
+    /// Scores of the physics models, then of the network.
     rows: &'a [Row],
-    /// Whether the network improves the forecasts; absent if it used the whole trajectory.
+    /// Sentence that states whether the network improves the forecasts; absent if it used the whole trajectory.
     #[serde(skip_serializing_if = "Option::is_none")]
     verdict: Option<String>,
 }
 
-/// Scores the network.
+/// Scores a trained network and the physics model that it corrects.
 pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let run = RunDir::open(args.model());
     let model = NetModel::new(run.read_model()?)?;
@@ -74,8 +74,9 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
     Ok(if is_met { Outcome::Done } else { Outcome::CriterionNotMet })
 }
 
-/// Returns the physics model that the network corrects. For a discovered model the declared and the
-/// calibrated models come first.
+/// Returns the physics model that the network corrects, with its name in the table.
+///
+/// For a discovered model the declared and the calibrated models come first.
 pub(super) fn physics(
     config: &Config,
     engine: &Engine,
@@ -102,7 +103,7 @@ pub(super) fn physics(
     Ok(out)
 }
 
-/// Compares the network with the physics model by the error of the mean in the first measure.
+/// Sentence that compares the mean forecasts of the network and the physics model in the first measure.
 fn network_verdict(physics: &[Score], net: &[Score], test: &Sequences, seed: u64) -> String {
     // The tables show the mean error of each trajectory, so each trajectory contributes one squared mean
     // error.

@@ -22,20 +22,22 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Draws of each prediction: the compared errors are those of the predictions without noise, and 2 is the minimum.
+/// Number of random draws of each prediction.
+///
+/// The compared errors are those of the predictions without noise, so the minimum of 2 suffices.
 const DRAWS: usize = 2;
 
 /// Errors of both models in one measure that both predict.
 #[derive(Debug, Serialize)]
 struct Row {
-    /// Output, or measure of a ball or push.
+    /// Name of the output of the equations, or of the measure of a ball or push.
     measure: String,
     unit: String,
-    /// Root mean square error of each model.
+    /// Root mean square errors of the two models.
     rmse: [f64; 2],
-    /// Error of the second model as a multiple of that of the first.
+    /// Error of the second model divided by that of the first.
     ratio: f64,
-    /// Fit of each model, 100 (1 - error / standard deviation), %.
+    /// Fit of the two models, %: 100 (1 - error / standard deviation).
     fit_percent: [f64; 2],
     r2: [f64; 2],
 }
@@ -44,16 +46,16 @@ struct Row {
 struct Compared {
     models: [String; 2],
     trajectories: usize,
-    /// Whether these are the trajectories that both models were not fitted to, of the data that they were found on.
+    /// Whether only those trajectories of the models' own data are scored to which neither model was fitted.
     held_out: bool,
-    /// Whether a model was fitted to these trajectories.
+    /// Whether a model was fitted to the scored trajectories.
     fitted: bool,
     start: String,
     rows: Vec<Row>,
-    /// Measures that only one of the models predicts.
+    /// Names of the measures that only one of the models predicts.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     not_compared: Vec<String>,
-    /// Whether the second model has a smaller error in the first measure.
+    /// Sentence that states whether the second model has a smaller error in the first measure.
     verdict: String,
 }
 
@@ -102,7 +104,7 @@ pub(super) fn run(
     Ok(Outcome::Done)
 }
 
-/// Predictions of a model file, a discovery, or a net on equations.
+/// Predicts the data with a model file, a discovery, or a network on equations.
 fn predictions(
     args: &Evaluate,
     path: &Path,
@@ -128,7 +130,7 @@ fn predictions(
     }
 }
 
-/// Rows of the measures that both models predict, and the names of the others.
+/// Compares the measures that both models predict; also returns the names of the other measures.
 fn rows(sets: &[PredictionSet; 2]) -> (Vec<Row>, Vec<String>) {
     let [a, b] = sets;
     let pair = |one: &augsim_discovery::PredictionError| {
@@ -153,7 +155,7 @@ fn rows(sets: &[PredictionSet; 2]) -> (Vec<Row>, Vec<String>) {
     (rows, others)
 }
 
-/// Whether the second model has a smaller error, in the measure that both list first.
+/// Sentence that states whether the second model has a smaller error in the measure that both list first.
 fn in_words(models: &[String; 2], [a, b]: &[PredictionSet; 2], seed: u64) -> String {
     let has_same_measure = a.errors.first().map(|e| &e.measure) == b.errors.first().map(|e| &e.measure);
     if !has_same_measure || a.squares.len() != b.squares.len() {

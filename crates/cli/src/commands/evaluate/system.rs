@@ -16,14 +16,14 @@ use std::fmt::Write;
 struct Score {
     trajectories: usize,
     burn_in: u32,
-    /// Whether these are the trajectories that the discovery held out of its own data.
+    /// Whether only the trajectories that the discovery held out of its own data are scored.
     held_out: bool,
-    /// Whether the model was fitted to these trajectories.
+    /// Whether the model was fitted to the scored trajectories.
     fitted: bool,
     rows: Vec<forecast::Row>,
 }
 
-/// Runs the subcommand on a model file.
+/// Scores the free run of a model of equations: simulates each trajectory from its estimated initial state.
 pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
     if args.require_pos_m.is_some() {
         return Err(Usage::Inapplicable(Inapplicable::PositionOfEquations).into());
@@ -75,7 +75,7 @@ fn system_score_text(score: &Score) -> String {
     text
 }
 
-/// Formats the errors of one output as a line.
+/// Formats the errors of one output of the model as a line.
 pub(super) fn errors_text(row: &forecast::Row) -> String {
     if row.samples == 0 {
         return format!("{}: no sample was measured after the first ones, so there is no error", row.output);

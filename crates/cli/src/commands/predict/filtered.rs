@@ -14,28 +14,28 @@ use augsim_trainer::filter::FilterSettings;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Default number of random draws per trajectory.
+/// Default number of random draws of each trajectory's forecast.
 const DRAWS: u32 = 100;
 
 #[derive(Serialize)]
 struct Written {
     forecast: PathBuf,
-    /// Always `filtered`.
+    /// Name of the protocol, always `filtered`.
     protocol: &'static str,
-    /// The prefix length as given on the command line.
+    /// Length of the measured prefix, as given on the command line.
     seen: String,
     trajectories: usize,
     samples: u32,
 }
 
 impl ViewArgs {
-    /// Converts the options into the form of the library.
+    /// Converts the command-line options on observed columns and sensor noise to the library's type.
     pub fn view(&self) -> ObservedColumns {
         ObservedColumns { columns: self.seen_columns.clone(), sensor_sd: self.sensor_sd.clone() }
     }
 }
 
-/// Forecasts the rows after the prefix `seen`.
+/// Forecasts each trajectory from its first rows (the prefix `seen`) and writes the prediction bands.
 pub(super) fn run(args: &Predict, seen: PrefixLength, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let (from, view) = (args.measured(), args.view.view());
     let samples = args.samples.unwrap_or(DRAWS);

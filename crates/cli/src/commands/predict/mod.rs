@@ -9,7 +9,7 @@ use augsim_session::ModelOrRun;
 use augsim_terminal::Outcome;
 use augsim_terminal::output::Output;
 
-/// Runs the subcommand.
+/// Runs `augsim predict`: forecasts trajectories with a model file, a discovery or a network.
 pub fn run(args: &Predict, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     if let Some(seen) = &args.seen {
         return filtered::run(args, seen.parse()?, seed, output);

@@ -19,12 +19,12 @@ struct Written {
     forecast: PathBuf,
     trajectories: usize,
     samples: usize,
-    /// Description of the samples that the initial state was estimated from.
+    /// Description of the samples from which the initial states were estimated.
     start: String,
     errors: Vec<Error>,
-    /// Whether the model was fitted to these data, or to most of them.
+    /// Whether the model was fitted to the predicted data, or to a part of them.
     fitted: bool,
-    /// Share of the measured values of all columns after the initial samples in the 50 % band; absent if there are none.
+    /// Share, 0 to 1, of the measured values after the initial samples in the 50 % band; absent without such values.
     coverage50: Option<f64>,
     coverage90: Option<f64>,
 }
@@ -35,12 +35,12 @@ struct Error {
     rmse: f64,
     ci95: [f64; 2],
     unit: String,
-    /// Share of the measured values of this measure in the 50 % band.
+    /// Share, 0 to 1, of the measured values of this measure in the 50 % prediction band.
     coverage50: f64,
     coverage90: f64,
 }
 
-/// Forecasts with the model in `file`.
+/// Forecasts the data with the model in `file` and writes the prediction bands.
 pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     data_file(&args.out, &[], &args.inputs([file]))?;
     let model = Subject::read(file)?;
@@ -62,7 +62,7 @@ pub(super) fn run(args: &Predict, file: &Path, seed: u64, output: &Output) -> an
     Ok(Outcome::Done)
 }
 
-/// Writes the bands and prints the errors.
+/// Writes the prediction bands of all trajectories and prints the errors.
 pub(super) fn write_predictions(
     args: &Predict,
     all: &PredictionSet,

@@ -14,7 +14,7 @@ use augsim_trainer::NetModel;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Default number of random draws per trajectory.
+/// Default number of random draws of each trajectory's forecast.
 const DRAWS: u32 = 100;
 
 #[derive(Serialize)]
@@ -24,7 +24,7 @@ struct Written {
     samples: usize,
 }
 
-/// Forecasts with the network.
+/// Forecasts the data with a trained network and writes the prediction bands.
 pub(super) fn run(args: &Predict, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let run = RunDir::open(&args.run);
     let trained = FILES.map(|name| run.file(name));

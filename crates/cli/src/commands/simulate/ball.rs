@@ -18,7 +18,7 @@ struct Written {
     samples: usize,
 }
 
-/// Generates drops with the random restitution of the paper.
+/// Generates ball drops with the random restitution of the paper and writes data and true values.
 pub(super) fn run(args: &Simulate, seed: u64, output: &Output) -> anyhow::Result<Outcome> {
     let (out, [truth]) = prepare_output(args.out.as_deref(), "out/ball.csv", ["truth.csv"])?;
     let distribution = DropDistribution { samples: args.samples as usize, ..DropDistribution::default() };

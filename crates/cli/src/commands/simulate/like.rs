@@ -18,7 +18,7 @@ struct Written {
     data: PathBuf,
     trajectories: usize,
     samples: usize,
-    /// Description of the samples that the initial state was estimated from.
+    /// Description of the samples from which the initial states were estimated.
     start: String,
 }
 

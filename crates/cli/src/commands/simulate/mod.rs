@@ -13,7 +13,7 @@ use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 use std::path::{Path, PathBuf};
 
-/// Runs the subcommand.
+/// Runs `augsim simulate`: simulates a model file or generates data of a built-in scenario.
 pub fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     if let Some(given) = args.model.as_ref().or(args.named_model.as_ref()) {
         return match ModelOrRun::from_path(given)? {
@@ -36,8 +36,9 @@ fn sibling_path(out: &Path, suffix: &str) -> PathBuf {
     out.with_file_name(format!("{stem}.{suffix}"))
 }
 
-/// Returns the output file and the files next to it, after checking that they can be written and making
-/// the folder.
+/// Returns the output file and the files next to it, one for each of `suffixes`.
+///
+/// It checks that they can be written and makes their folder.
 fn prepare_output<const N: usize>(
     out: Option<&Path>,
     default: &str,

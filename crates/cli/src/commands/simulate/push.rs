@@ -23,7 +23,7 @@ struct Written {
     with_inertia: usize,
 }
 
-/// Truth record of a data set: declared parameters, hidden effects and recipe.
+/// Record of how pushes were generated: declared parameters, effects that the model lacks, and settings.
 #[derive(Serialize)]
 struct Record<'a> {
     schema: &'static str,
@@ -56,7 +56,7 @@ struct Hidden {
     inertia_above_m_s: f64,
 }
 
-/// Generates pushes in the virtual laboratory.
+/// Generates pushes with effects that the model file lacks, and writes data, model file and true values.
 pub(super) fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let suffixes = ["model.toml", "truth.toml", "truth.csv"];
     let (out, [model, truth, pushes]) = prepare_output(args.out.as_deref(), "out/push.csv", suffixes)?;

@@ -13,13 +13,13 @@ use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Simulated time without `--duration-s`, in s.
+/// Default duration of a simulation without data, s.
 const DURATION_S: f64 = 10.0;
 /// Maximum number of samples of a simulation without data.
 const MAX_SAMPLES: u64 = 100_000_000;
-/// Number of periods of the default sine input.
+/// Number of periods of the default sine input over the simulated time.
 const DEFAULT_INPUT_PERIODS: f64 = 5.0;
-/// Initial output of a system without inputs and without data, so that the simulation moves.
+/// Initial value of all outputs of a system without inputs and data, so that the simulation moves.
 const DEFAULT_DEFLECTION: f64 = 0.5;
 
 #[derive(Debug, Serialize)]
@@ -32,7 +32,7 @@ struct Written {
     check: Vec<Deviation>,
 }
 
-/// Largest deviation of an output from the adaptive reference solver.
+/// Largest deviation of one simulated output from the adaptive reference solver, in the output's unit.
 #[derive(Debug, Serialize)]
 struct Deviation {
     output: String,
@@ -40,7 +40,7 @@ struct Deviation {
     unit: String,
 }
 
-/// Simulates a model.
+/// Simulates a model of equations and writes its inputs and outputs.
 pub(super) fn run(args: &Simulate, model: &Path, output: &Output) -> anyhow::Result<Outcome> {
     if !equations::is_model(model) {
         augsim_physics::model::ModelFile::read(model)?;
@@ -129,7 +129,7 @@ fn simulation_text(written: &Written) -> String {
     text
 }
 
-/// Makes a record without data: regular times and the inputs of the command line.
+/// Makes a record without measurements: regular sample times and the inputs of the command line.
 fn record_without_data(args: &Simulate, model: &Model, output: &Output) -> anyhow::Result<Record> {
     let duration_s = args.duration_s.unwrap_or(DURATION_S);
     let samples = duration_s * args.rate_hz;
@@ -170,8 +170,9 @@ fn record_without_data(args: &Simulate, model: &Model, output: &Output) -> anyho
     Ok(Record { id: "1".into(), times, values, inputs: streams.into(), ..Record::default() })
 }
 
-/// Sets the initial state: from the options, else from the data, else a deflection if the model has no
-/// inputs.
+/// Sets the initial state of a record: from `--start`, else from the data, else a default.
+///
+/// The default is rest, or a deflection if the model has no inputs.
 fn set_initial_state(
     args: &Simulate,
     model: &Model,

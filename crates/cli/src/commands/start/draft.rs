@@ -3,7 +3,7 @@
 use augsim_data::{Dataset, Dimensions, Unit, digits};
 use std::fmt::Write;
 
-/// Words in the name of a column that is commanded or disturbs the system, and is not its response.
+/// Words in column names that mark an input of the system: a command or a disturbance.
 const INPUT_WORDS: [&str; 34] = [
     "u",
     "cmd",
@@ -40,16 +40,16 @@ const INPUT_WORDS: [&str; 34] = [
     "strom",
     "kraft",
 ];
-/// Units in which actuators are commanded.
+/// Units of columns that are taken as inputs, because actuators are commanded in them.
 const INPUT_UNITS: [&str; 5] = ["V", "A", "N", "N m", "W"];
-/// Words in the name of a column that counts rows.
+/// Words in column names that mark a counter of rows, which the draft does not use.
 const COUNTER_WORDS: [&str; 6] = ["frame", "index", "idx", "sample", "count", "row"];
-/// Maximum length of a column name that a model file uses, so that prefixed names remain valid.
+/// Maximum length of a column name that the drafted model uses, so that prefixed names remain valid.
 const MAX_NAME: usize = 48;
-/// Factor between the nominal value of a drafted parameter and its bounds, wide enough for any recording.
+/// Ratio of the bound of a drafted parameter to its scale, wide enough for any recording.
 const BOUND: f64 = 1000.0;
 
-/// Role of a column in the draft.
+/// Role of a column of the recording in the drafted model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
     Input,
@@ -58,25 +58,27 @@ enum Role {
     Unused,
 }
 
-/// A column with its statistics.
+/// Column of the recording with its role and its statistics.
 struct Quantity {
     name: String,
     unit: Option<Unit>,
     role: Role,
     mean: f64,
     range: f64,
-    /// Angular frequency of its swings about the mean, rad/s; 0 without swings.
+    /// Angular frequency of the column's swings about its mean, rad/s; 0 without swings.
     frequency: f64,
 }
 
-/// The draft and the names of its inputs and outputs.
+/// Text of the drafted model file, and the names of its inputs and outputs.
 pub(super) struct Draft {
     pub text: String,
     pub inputs: Vec<String>,
     pub outputs: Vec<String>,
 }
 
-/// Drafts a model for `data`; `None` where no column varies. `name` and `source` appear in the text.
+/// Drafts a model file of linear equations for `data`; `None` where no column varies.
+///
+/// `name` and `source` appear in the text.
 pub(super) fn draft(data: &Dataset, name: &str, source: &str) -> Option<Draft> {
     let mut quantities: Vec<Quantity> = (0..data.columns().len()).map(|i| quantity(data, i)).collect();
     // Where every column looks like an input, the last one is taken as the response.
@@ -136,7 +138,7 @@ fn quantity(data: &Dataset, index: usize) -> Quantity {
     }
 }
 
-/// Angular frequency of swings about the mean, rad/s.
+/// Angular frequency of a column's swings about its mean, rad/s; 0 without swings.
 ///
 /// A swing counts where the value goes from a quarter of its range below the mean to a quarter above it.
 fn frequency(data: &Dataset, index: usize, mean: f64, range: f64) -> f64 {
@@ -155,7 +157,7 @@ fn frequency(data: &Dataset, index: usize, mean: f64, range: f64) -> f64 {
     if seconds > 0.0 { std::f64::consts::TAU * f64::from(swings) / seconds } else { 0.0 }
 }
 
-/// Entry `unit = "…"` of a parameter with this unit times `numerator / divisor`; empty where one is unknown.
+/// Entry `unit = "…"` of a parameter in `numerator / (divisor s^per_seconds)`; empty where a unit is unknown.
 fn unit_entry(numerator: Option<Unit>, divisor: Option<Unit>, per_seconds: i32) -> String {
     let (Some(numerator), Some(divisor)) = (numerator, divisor) else { return String::new() };
     let mut dimensions = numerator.dimensions() / divisor.dimensions();
@@ -212,12 +214,12 @@ fn text(quantities: &[Quantity], name: &str, source: &str, duration_s: f64) -> S
     out
 }
 
-/// Entry for a quantity without a known unit; empty for others.
+/// Entry `unit = "1"` for a quantity without a known unit; empty for others.
 fn dimensionless(q: &Quantity) -> &'static str {
     if q.unit.is_none() { ", unit = \"1\"" } else { "" }
 }
 
-/// Adds state, parameters and rate of an output.
+/// Adds the state, the parameters and the rate of one output to the texts of the drafted model.
 ///
 /// A position or an angle swings about its rest, `y'' = -k (y - rest) - d y' + gain u`; any other quantity
 /// approaches a level, `y' = (level - y) / T + gain u`.

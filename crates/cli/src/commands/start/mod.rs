@@ -21,28 +21,28 @@ use std::path::{Path, PathBuf};
 
 const DATA: &str = "data.csv";
 const MODEL: &str = "model.toml";
-/// Floor height in m above which the model declares it, larger than the radius of a ball.
+/// Absolute floor height, m, above which the model file declares it; larger than the radius of a ball.
 const MIN_DECLARED_FLOOR_M: f64 = 0.05;
 
-/// Files that were written and how the recording was interpreted.
+/// Output of `augsim start`: the written files and how the recording was interpreted.
 #[derive(Debug, Serialize)]
 struct StartResult {
     data: PathBuf,
-    /// Absent if no built-in model fits the recording.
+    /// Path of the model file; absent if no column varies, so that there is nothing to model.
     model: Option<PathBuf>,
     recording: &'static str,
     trajectories: usize,
     samples: usize,
     assumed: Vec<String>,
     floor_height_m: Option<f64>,
-    /// Columns that the drafted equations take as inputs.
+    /// Names of the columns that the drafted equations take as inputs.
     inputs: Vec<String>,
-    /// Columns that the drafted equations take as outputs.
+    /// Names of the columns that the drafted equations take as outputs.
     outputs: Vec<String>,
     next: String,
 }
 
-/// Runs the subcommand.
+/// Runs `augsim start`: converts raw recordings into a data file and a starting model file.
 pub fn run(args: &Start, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     if let Some(rate) = args.rate_hz.filter(|rate| !(*rate > 0.0 && rate.is_finite())) {
         return Err(Usage::option("--rate-hz", rate, Takes::Positive).into());
@@ -94,7 +94,7 @@ pub fn run(args: &Start, force: bool, output: &Output) -> anyhow::Result<Outcome
     Ok(Outcome::Done)
 }
 
-/// Recognises the layout of the recordings.
+/// Reads the recordings, with the layout that the options state or that is inferred.
 fn read(args: &Start) -> Result<RecognisedData, DataError> {
     let reading = RecognitionOptions {
         separator: args.sep,
@@ -119,7 +119,7 @@ fn word(recording: &RecordingKind) -> &'static str {
     }
 }
 
-/// Returns the starting model file; `None` if no built-in model fits.
+/// Text of a starting model file of a ball or of pushing; `None` if neither fits the recording.
 fn model(recording: RecordingKind, floor: Option<f64>, source: &str) -> Option<String> {
     let head = |text: &str| format!("# Made by augsim start from {source}.\n{text}");
     match recording {
@@ -146,7 +146,7 @@ fn model(recording: RecordingKind, floor: Option<f64>, source: &str) -> Option<S
     }
 }
 
-/// Name of the system in a drafted model: that of the first file, in letters and digits.
+/// Name of the system in a drafted model: that of the first file, reduced to letters and digits.
 fn system_name(files: &[PathBuf]) -> String {
     let stem = files.first().and_then(|f| f.file_stem()).unwrap_or_default().to_string_lossy().into_owned();
     let name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { ' ' }).collect();
@@ -154,7 +154,7 @@ fn system_name(files: &[PathBuf]) -> String {
     if name.is_empty() { "system".to_owned() } else { name }
 }
 
-/// The next commands; `is_draft` if the model is a draft of equations.
+/// Text with the commands to run next; `is_draft` states that the model is a draft of equations.
 fn next(recording: &RecordingKind, data: &Path, model: Option<&Path>, is_draft: bool) -> String {
     let words = |list: &[&str]| quoted(&list.iter().map(|w| (*w).to_owned()).collect::<Vec<_>>());
     let data = data.display().to_string();
