@@ -7,10 +7,10 @@ use augsim_nn::{Adam, AdamState, Bound, GaussianHead, Gru, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 use rand_distr::{Distribution, StandardNormal};
 
-/// Number of hidden units.
+/// Number of hidden units of the GRU.
 pub const HIDDEN: usize = 8;
 
-/// The network; layers hold only the ids of their parameters.
+/// The network: a GRU and a Gaussian head, which hold only the identifiers of their parameters.
 pub struct TinyNet {
     memory: Gru,
     head: GaussianHead,
@@ -25,7 +25,8 @@ impl TinyNet {
         TinyNet { memory, head }
     }
 
-    /// Summed negative log-likelihood of `next` given `inputs`, `[time, 1, lanes]` each, without constants.
+    /// Records the summed negative log-likelihood of `next` given `inputs`, `[time, 1, lanes]` each, without
+    /// constants.
     ///
     /// # Errors
     /// [`TensorError`] if shapes are incompatible.
@@ -73,7 +74,7 @@ pub fn train<T: Scalar>(
     Ok(losses)
 }
 
-/// Oscillations with noise of standard deviation 0.1, `[time, lanes]`, and the values one step later.
+/// Generates oscillations with noise of standard deviation 0.1, `[time, lanes]`, and the values one step later.
 pub fn oscillations(seed: u64, time: usize, lanes: usize) -> (Vec<f64>, Vec<f64>) {
     let mut random = random_stream(seed, "oscillations", 0);
     let mut noise = || -> f64 { StandardNormal.sample(&mut random) };

@@ -11,16 +11,16 @@
 use augsim_tensor::Scalar;
 use serde::{Deserialize, Serialize};
 
-/// Settings of the optimiser.
+/// Settings of the Adam optimiser.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Adam {
-    /// β1, the decay rate of the first moment.
+    /// β1, the decay rate of the first moment of the gradient.
     pub beta1: f64,
-    /// β2, the decay rate of the second moment.
+    /// β2, the decay rate of the second moment of the gradient.
     pub beta2: f64,
-    /// ε, added to the square root of the second moment.
+    /// ε, added to the square root of the second moment in the denominator of a step.
     pub eps: f64,
-    /// λ, the factor of the L2 term.
+    /// λ, the factor of the weight decay (L2 term) in the gradient.
     pub weight_decay: f64,
 }
 
@@ -30,7 +30,7 @@ impl Default for Adam {
     }
 }
 
-/// Moments m and v of every parameter, and the number of steps.
+/// State of the Adam optimiser: moments m and v of every parameter, and the number of steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AdamState<T> {
     steps: u64,
@@ -39,24 +39,24 @@ pub struct AdamState<T> {
 }
 
 impl<T: Scalar> AdamState<T> {
-    /// State before the first step, for `n` parameters.
+    /// Creates the optimiser state before the first step, for `n` parameters.
     pub fn new(n: usize) -> Self {
         AdamState { steps: 0, first: vec![T::ZERO; n], second: vec![T::ZERO; n] }
     }
 
-    /// Number of parameters.
+    /// Number of parameters that are optimised.
     pub fn len(&self) -> usize {
         self.first.len()
     }
 
-    /// Whether there are no parameters.
+    /// Whether there are no parameters to optimise.
     pub fn is_empty(&self) -> bool {
         self.first.is_empty()
     }
 }
 
 impl Adam {
-    /// Takes one step with the learning rate `lr`.
+    /// Takes one Adam step of `params` with the learning rate `lr`.
     ///
     /// ```
     /// use augsim_nn::{Adam, AdamState};

@@ -7,13 +7,13 @@
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::{Path, PathBuf};
 
-/// First bytes of every checkpoint file.
+/// First bytes of every checkpoint file, by which it is recognised.
 const MAGIC: [u8; 8] = *b"AUGSIMCK";
-/// Version of the layout and of the stored values; it changes whenever older files become unreadable.
+/// Version of the checkpoint format; it is increased whenever older files become unreadable.
 pub const VERSION: u32 = 3;
-/// Length of the header in bytes.
+/// Length of the header of a checkpoint file in bytes.
 const HEADER: usize = 8 + 4 + 8 + 4;
-/// Maximum number of bytes of a body.
+/// Maximum number of bytes of the body of a checkpoint file.
 ///
 /// Checkpoints are far smaller; a larger length means that the file is damaged.
 const MAX_BODY: usize = 1 << 30;
@@ -21,44 +21,44 @@ const MAX_BODY: usize = 1 << 30;
 /// Errors of writing or reading a checkpoint.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
-    /// The file cannot be read.
+    /// The checkpoint file cannot be read.
     #[error("{}: cannot read the checkpoint: {source}", path.display())]
     Io {
-        /// The file.
+        /// Path of the checkpoint file.
         path: PathBuf,
         /// Error of the file system.
         source: std::io::Error,
     },
-    /// The value cannot be serialised.
+    /// The value cannot be serialised for a checkpoint.
     #[error("the training state cannot be serialised: {source}")]
     Encode {
-        /// Error of the encoder.
+        /// Error of the serialiser.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The file does not begin with the magic number.
     #[error("{}: not an augsim checkpoint; give the checkpoint.bin of a run directory", path.display())]
     NotACheckpoint {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// The file has another format version.
+    /// The checkpoint file has another format version than this program reads.
     #[error(
         "{}: checkpoint format version {found}, but this augsim reads version {VERSION}; train again, or use the \
          augsim that wrote it",
         path.display()
     )]
     Version {
-        /// The file.
+        /// Path of the checkpoint file.
         path: PathBuf,
-        /// Version in the file.
+        /// Format version in the checkpoint file.
         found: u32,
     },
-    /// The file is truncated, too long or modified.
+    /// The checkpoint file is truncated, too long or modified.
     #[error("{}: the checkpoint is damaged ({damage}); use an older checkpoint or train again", path.display())]
     Damaged {
-        /// The file.
+        /// Path of the checkpoint file.
         path: PathBuf,
-        /// How the file is damaged.
+        /// How the checkpoint file is damaged.
         damage: Damage,
     },
 }
@@ -72,9 +72,9 @@ pub enum Damage {
     /// The length of the body differs from that in the header.
     #[error("it should hold {expected} bytes but holds {found}")]
     Length {
-        /// Number of bytes according to the header.
+        /// Number of bytes of the body according to the header.
         expected: u64,
-        /// Number of bytes in the file.
+        /// Number of bytes of the body in the file.
         found: u64,
     },
     /// The CRC-32 of the body differs from that in the header.
@@ -83,10 +83,10 @@ pub enum Damage {
     /// The body cannot be decoded as the expected value.
     #[error(transparent)]
     Body(Box<dyn std::error::Error + Send + Sync>),
-    /// The body continues after the value.
+    /// The body continues after the end of the value.
     #[error("there are {bytes} bytes after the end of the data")]
     LeftOver {
-        /// Number of bytes after the value.
+        /// Number of superfluous bytes after the value.
         bytes: usize,
     },
 }

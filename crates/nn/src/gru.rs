@@ -1,9 +1,9 @@
-//! Multi-layer GRU (`torch.nn.GRU`).
+//! Multi-layer GRU (gated recurrent unit), as `torch.nn.GRU`.
 
 use crate::{Bound, Init, ParamId, Params};
 use augsim_tensor::{GruVars, Scalar, Tape, TensorError, Var};
 
-/// Parameters of one layer.
+/// Identifiers of the parameters of one GRU layer.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Layer {
     pub w_ih: ParamId,
@@ -19,7 +19,7 @@ pub struct Gru {
 }
 
 impl Gru {
-    /// Registers `{prefix}.weight_ih_l0` and so on, the names of PyTorch.
+    /// Registers the parameters `{prefix}.weight_ih_l0` and so on, under PyTorch's names.
     ///
     /// All are initialised uniformly within 1 / sqrt(hidden), as in PyTorch.
     pub fn new<T: Scalar>(
@@ -45,7 +45,7 @@ impl Gru {
         Gru { layers }
     }
 
-    /// Hidden states of the last layer `[time, hidden, batch]` for `x [time, in, batch]`.
+    /// Records the hidden states of the last layer, `[time, hidden, batch]`, for inputs `x [time, in, batch]`.
     ///
     /// `h0` holds one initial state `[hidden, batch]` per layer, or is empty for states of 0.
     ///
@@ -76,7 +76,7 @@ impl Gru {
         self.forward_layers(tape, p, x, h0, |_| ())
     }
 
-    /// [`Gru::forward`] that also passes the hidden states of each layer, from the lowest, to `on_layer`.
+    /// Runs [`Gru::forward`] and passes the hidden states of each layer, from the lowest, to `on_layer`.
     ///
     /// The states are `[time, hidden, batch]`; those of their last steps are `h_n` of PyTorch.
     ///

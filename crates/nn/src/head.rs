@@ -6,13 +6,13 @@ use augsim_tensor::{Scalar, Tape, TensorError, Var};
 /// Mean and standard deviation of a diagonal Gaussian, both `[time, feature, batch]`.
 #[derive(Debug, Clone, Copy)]
 pub struct Gaussian {
-    /// Mean.
+    /// Mean of the Gaussian.
     pub mean: Var,
-    /// Standard deviation, positive.
+    /// Standard deviation of the Gaussian, positive.
     pub sd: Var,
 }
 
-/// Two affine layers: one for the mean, one followed by softplus for the standard deviation.
+/// A Gaussian output layer: an affine layer for the mean, another with softplus for the standard deviation.
 #[derive(Debug, Clone, Copy)]
 pub struct GaussianHead {
     pub(crate) mean: Linear,
@@ -21,7 +21,7 @@ pub struct GaussianHead {
 }
 
 impl GaussianHead {
-    /// Registers `{prefix}.mean` and `{prefix}.std`.
+    /// Registers the parameters `{prefix}.mean` and `{prefix}.std` of the two layers.
     ///
     /// `sd_floor` is added to the standard deviation; it keeps 1 / sd finite in single precision.
     pub fn new<T: Scalar>(
@@ -38,7 +38,7 @@ impl GaussianHead {
         }
     }
 
-    /// Distribution for features `x [time, in, batch]`.
+    /// Records mean and standard deviation for features `x [time, in, batch]`.
     ///
     /// ```
     /// use augsim_data::random_stream;

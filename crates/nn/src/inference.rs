@@ -9,7 +9,7 @@ use augsim_tensor::kernels::draw::{Draw, draw};
 use augsim_tensor::kernels::{GruWeights, LinearDims, LinearForward, PackedGru, linear_simd, pointwise};
 use augsim_tensor::simd::Level;
 
-/// A stack of GRU layers with its hidden states.
+/// A stack of GRU layers with its hidden states, which runs without a tape.
 #[derive(Debug, Clone)]
 pub struct GruRunner {
     layers: Vec<PackedGru>,
@@ -22,7 +22,7 @@ pub struct GruRunner {
 impl GruRunner {
     /// Packs the weights of `gru`, for `lanes` sequences and at most `steps` steps per call.
     ///
-    /// The states are 0.
+    /// The hidden states are initially 0.
     pub fn new(gru: &Gru, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
         let layers: Vec<PackedGru> = gru
             .layers
@@ -44,12 +44,12 @@ impl GruRunner {
         }
     }
 
-    /// Sets all states to 0.
+    /// Sets all hidden states to 0.
     pub fn reset(&mut self) {
         self.states.iter_mut().for_each(|s| s.fill(0.0));
     }
 
-    /// Hidden states of the last layer `[steps, hidden, lane]` for `x [steps, input, lane]`.
+    /// Computes the hidden states of the last layer, `[steps, hidden, lane]`, for `x [steps, input, lane]`.
     pub fn run(&mut self, x: &[f32], steps: usize) -> &[f32] {
         let [from, to] = &mut self.outputs;
         let mut len = 0;
@@ -63,7 +63,7 @@ impl GruRunner {
     }
 }
 
-/// An affine layer; see [`Linear`].
+/// An affine layer that runs without a tape; see [`Linear`].
 #[derive(Debug, Clone)]
 pub struct LinearRunner {
     w: Vec<f32>,
@@ -79,7 +79,7 @@ impl LinearRunner {
         Self::concatenated(&[linear], params, lanes, steps)
     }
 
-    /// Layers with the same inputs as one layer, their outputs one after the other.
+    /// Joins layers with the same inputs to one layer, whose outputs are theirs one after the other.
     fn concatenated(layers: &[Linear], params: &Params<f32>, lanes: usize, steps: usize) -> Self {
         let concatenate = |id: fn(&Linear) -> ParamId| -> Vec<f32> {
             layers.iter().flat_map(|layer| params.get(id(layer)).iter().copied()).collect()
@@ -89,7 +89,7 @@ impl LinearRunner {
         LinearRunner { y: vec![0.0; steps * b.len() * lanes], w, b, scratch, lanes }
     }
 
-    /// Maps `x [steps, in, lane]` to `[steps, out, lane]`.
+    /// Applies the affine layer: maps `x [steps, in, lane]` to `[steps, out, lane]`.
     pub fn run(&mut self, x: &[f32], steps: usize) -> &mut [f32] {
         self.forward(x, steps, false)
     }
@@ -105,7 +105,7 @@ impl LinearRunner {
     }
 }
 
-/// A multi-layer perceptron; see [`Mlp`].
+/// A multi-layer perceptron that runs without a tape; see [`Mlp`].
 #[derive(Debug, Clone)]
 pub struct MlpRunner(Vec<LinearRunner>);
 
@@ -115,7 +115,7 @@ impl MlpRunner {
         MlpRunner(mlp.layers.iter().map(|layer| LinearRunner::new(*layer, params, lanes, steps)).collect())
     }
 
-    /// Maps `x [steps, in, lane]` to `[steps, out, lane]`.
+    /// Applies the perceptron: maps `x [steps, in, lane]` to `[steps, out, lane]`.
     pub fn run<'a>(&'a mut self, x: &'a [f32], steps: usize) -> &'a [f32] {
         let mut features = x;
         for layer in &mut self.0 {
@@ -125,7 +125,7 @@ impl MlpRunner {
     }
 }
 
-/// An affine layer followed by softplus and the addition of a floor: a standard deviation.
+/// An output layer for a standard deviation: affine, then softplus, then the addition of a floor.
 #[derive(Debug, Clone)]
 pub struct SdRunner {
     raw: LinearRunner,
@@ -134,13 +134,13 @@ pub struct SdRunner {
 }
 
 impl SdRunner {
-    /// Copies the weights of `std`, for `lanes` sequences and at most `steps` steps per call.
+    /// Copies the weights of the layer `std`, for `lanes` sequences and at most `steps` steps per call.
     pub fn new(std: Linear, floor: f64, params: &Params<f32>, lanes: usize, steps: usize) -> Self {
         let raw = LinearRunner::new(std, params, lanes, steps);
         SdRunner { sd: vec![0.0; raw.y.len()], raw, floor: floor as f32 }
     }
 
-    /// Maps `x [steps, in, lane]` to `[steps, out, lane]`.
+    /// Computes standard deviations `[steps, out, lane]` for features `x [steps, in, lane]`.
     pub fn run(&mut self, x: &[f32], steps: usize) -> &[f32] {
         let raw = self.raw.run(x, steps);
         let sd = &mut self.sd[..raw.len()];
@@ -152,7 +152,7 @@ impl SdRunner {
     }
 }
 
-/// A Gaussian head without a tape; see [`GaussianHead`].
+/// A Gaussian output layer that runs without a tape; see [`GaussianHead`].
 #[derive(Debug, Clone)]
 pub struct GaussianRunner {
     mean: LinearRunner,
@@ -168,13 +168,13 @@ impl GaussianRunner {
         }
     }
 
-    /// Mean and standard deviation, `[steps, out, lane]` each, for `x [steps, in, lane]`.
+    /// Computes mean and standard deviation, `[steps, out, lane]` each, for features `x [steps, in, lane]`.
     pub fn run(&mut self, x: &[f32], steps: usize) -> (&[f32], &[f32]) {
         (self.mean.run(x, steps), self.sd.run(x, steps))
     }
 }
 
-/// Sampler of a Gaussian head.
+/// Draws samples from the Gaussian that a [`GaussianHead`] predicts, without a tape.
 #[derive(Debug, Clone)]
 pub struct DrawRunner {
     heads: LinearRunner,

@@ -1,9 +1,9 @@
-//! Affine layer (`torch.nn.Linear`).
+//! Affine layer, as `torch.nn.Linear`.
 
 use crate::{Bound, Init, ParamId, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// `y = W x + b` over the feature axis, with W `[out, in]` and b `[out]`.
+/// An affine layer: `y = W x + b` over the feature axis, with W `[out, in]` and b `[out]`.
 #[derive(Debug, Clone, Copy)]
 pub struct Linear {
     pub(crate) weight: ParamId,
@@ -11,7 +11,7 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// Registers `{prefix}.weight` and `{prefix}.bias`.
+    /// Registers the parameters `{prefix}.weight` and `{prefix}.bias` of an affine layer.
     ///
     /// Both are initialised uniformly within 1 / sqrt(inputs), as in PyTorch.
     ///
@@ -32,7 +32,7 @@ impl Linear {
         }
     }
 
-    /// Maps `x [time, in, batch]` to `[time, out, batch]`.
+    /// Records the affine layer on the tape: maps `x [time, in, batch]` to `[time, out, batch]`.
     ///
     /// # Errors
     /// [`TensorError`] if `x` does not have the layer's number of inputs.
@@ -40,7 +40,7 @@ impl Linear {
         tape.linear(x, p[self.weight], p[self.bias])
     }
 
-    /// tanh of [`Linear::forward`], computed in one pass.
+    /// Records tanh of [`Linear::forward`] on the tape, computed in one pass.
     ///
     /// # Errors
     /// The errors of [`Linear::forward`].

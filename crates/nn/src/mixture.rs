@@ -6,7 +6,7 @@ use crate::inference::{LinearRunner, SdRunner};
 use crate::{Bound, Linear, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// Three affine layers: logits, means, and (with softplus) standard deviations of the components.
+/// Output layer for a Gaussian mixture: affine layers for logits, means, and (softplus) standard deviations.
 #[derive(Debug, Clone, Copy)]
 pub struct MixtureHead {
     logits: Linear,
@@ -18,7 +18,7 @@ pub struct MixtureHead {
 }
 
 impl MixtureHead {
-    /// Registers `{prefix}.logits`, `{prefix}.mean` and `{prefix}.std` for `[inputs, outputs, components]`.
+    /// Registers the parameters `{prefix}.logits`, `.mean` and `.std` for `[inputs, outputs, components]`.
     ///
     /// `sd_floor` is added to every standard deviation. The rows of component k begin at `k * outputs`.
     pub fn new<T: Scalar>(
@@ -37,7 +37,7 @@ impl MixtureHead {
         }
     }
 
-    /// Negative log-likelihood `[time, 1, batch]` of targets `x [time, out, batch]` given features `h`.
+    /// Records the negative log-likelihood `[time, 1, batch]` of targets `x [time, out, batch]` given features `h`.
     ///
     /// `h` is `[time, in, batch]`. The constant `out ln(2 pi) / 2` is omitted.
     ///
@@ -84,7 +84,7 @@ impl MixtureHead {
     }
 }
 
-/// ln of the sum of exponentials over the feature axis: maps `[time, F, batch]` to `[time, 1, batch]`.
+/// Records ln of the sum of exponentials over the feature axis: `[time, F, batch]` to `[time, 1, batch]`.
 ///
 /// The largest value is subtracted first and added at the end, as a constant. This changes neither the value
 /// nor the gradient, and the exponentials stay finite.
@@ -107,7 +107,7 @@ fn log_sum_exp<T: Scalar>(tape: &mut Tape<T>, x: Var) -> Result<Var, TensorError
     tape.add(ln, largest)
 }
 
-/// A [`MixtureHead`] without a tape, which draws a component for each lane.
+/// A [`MixtureHead`] without a tape, which draws one mixture component for each lane.
 #[derive(Debug, Clone)]
 pub struct MixtureRunner {
     logits: LinearRunner,

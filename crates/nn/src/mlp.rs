@@ -3,14 +3,14 @@
 use crate::{Bound, Linear, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// A sequence of affine layers, each followed by tanh; without layers it is the identity.
+/// A multi-layer perceptron: affine layers, each followed by tanh; without layers it is the identity.
 #[derive(Debug, Clone, Default)]
 pub struct Mlp {
     pub(crate) layers: Vec<Linear>,
 }
 
 impl Mlp {
-    /// Registers the layers `{prefix}.0`, `{prefix}.2`, …
+    /// Registers the parameters of the layers `{prefix}.0`, `{prefix}.2`, …
     ///
     /// These are the names of a `torch.nn.Sequential` in which every other module is tanh. `widths` holds the
     /// number of inputs, then the number of outputs of each layer.
@@ -33,7 +33,7 @@ impl Mlp {
         Mlp { layers }
     }
 
-    /// Maps `x [time, in, batch]` to `[time, out, batch]`.
+    /// Records the perceptron on the tape: maps `x [time, in, batch]` to `[time, out, batch]`.
     ///
     /// # Errors
     /// [`TensorError`] if `x` does not have the first layer's number of inputs.

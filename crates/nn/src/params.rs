@@ -4,23 +4,23 @@ use augsim_tensor::{Scalar, Tape, TensorError, Var};
 use rand_distr::{Distribution, Uniform};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Index of a parameter in its store.
+/// Index of a parameter in its store [`Params`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ParamId(usize);
 
-/// Initial value of a parameter.
+/// How a parameter is initialised.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Init {
     /// Uniform random values on `[-bound, bound]`.
     Uniform {
-        /// Half-width of the interval.
+        /// Half-width of the interval around 0.
         bound: f64,
     },
-    /// One value for all elements.
+    /// One constant value for all elements.
     Constant(f64),
 }
 
-/// Name, extents and range of values of a parameter.
+/// Name, extents and range in the flat buffer of one parameter.
 #[derive(Debug, Clone, PartialEq)]
 struct Entry {
     name: String,
@@ -38,12 +38,12 @@ pub struct Params<T> {
 }
 
 impl<T: Scalar> Params<T> {
-    /// An empty store; `rng` draws the random initial values, in the order of registration.
+    /// Creates an empty store; `rng` draws the random initial values, in the order of registration.
     pub fn new(rng: Xoshiro256PlusPlus) -> Self {
         Params { rng, entries: Vec::new(), values: Vec::new() }
     }
 
-    /// Adds a parameter.
+    /// Adds a parameter with these extents and initial values; returns its index.
     ///
     /// ```
     /// use augsim_data::random_stream;
@@ -70,17 +70,17 @@ impl<T: Scalar> Params<T> {
         ParamId(self.entries.len() - 1)
     }
 
-    /// All values, in the order of registration.
+    /// Values of all parameters, in the order of registration.
     pub fn values(&self) -> &[T] {
         &self.values
     }
 
-    /// All values, for an optimiser to change.
+    /// Values of all parameters, for an optimiser to change.
     pub fn values_mut(&mut self) -> &mut [T] {
         &mut self.values
     }
 
-    /// Values of one parameter.
+    /// Values of one parameter, row-major.
     pub fn get(&self, id: ParamId) -> &[T] {
         let entry = &self.entries[id.0];
         &self.values[entry.start..entry.end]
@@ -96,13 +96,13 @@ impl<T: Scalar> Params<T> {
         self.entries.iter().map(|e| (e.name.as_str(), &e.dims[..], &self.values[e.start..e.end]))
     }
 
-    /// Extents and mutable values of the parameter `name`.
+    /// Extents and mutable values of the parameter `name`; `None` if there is no such parameter.
     pub fn get_mut(&mut self, name: &str) -> Option<(&[usize], &mut [T])> {
         let entry = self.entries.iter().find(|e| e.name == name)?;
         Some((&entry.dims, &mut self.values[entry.start..entry.end]))
     }
 
-    /// The range of a flat buffer, such as the gradients, that belongs to the parameter `name`.
+    /// Returns the part of a flat buffer, such as the gradients, that belongs to the parameter `name`.
     ///
     /// ```
     /// use augsim_data::random_stream;
@@ -142,7 +142,7 @@ impl<T: Scalar> Params<T> {
         Ok(())
     }
 
-    /// Copies the gradients of the bound parameters to a flat buffer.
+    /// Copies the gradients of the bound parameters to the flat buffer `into`.
     pub fn gather_grads(&self, tape: &Tape<T>, bound: &Bound, into: &mut [T]) {
         for (e, v) in self.entries.iter().zip(&bound.vars) {
             into[e.start..e.end].copy_from_slice(tape.grad(*v));
@@ -150,7 +150,7 @@ impl<T: Scalar> Params<T> {
     }
 }
 
-/// The parameters of a store, as recorded on a tape.
+/// Tape variables of all parameters of a store.
 #[derive(Debug, Clone, Default)]
 pub struct Bound {
     vars: Vec<Var>,

@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Learning rate that is multiplied by `factor` every `every` iterations.
+/// Learning-rate schedule: the rate is multiplied by `factor` every `every` iterations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StepDecay {
     /// Learning rate of the first iteration.
     pub initial: f64,
-    /// Factor of each reduction.
+    /// Factor by which the learning rate is multiplied at each reduction.
     pub factor: f64,
     /// Number of iterations between reductions; 0 for a constant rate.
     pub every: u64,

@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 /// Errors of importing or exporting weights.
 #[derive(Debug, thiserror::Error)]
 pub enum WeightsError {
-    /// The file cannot be read.
+    /// The weights file cannot be read.
     #[error("{}: {source}", path.display())]
     Io {
-        /// The file.
+        /// Path of the weights file.
         path: PathBuf,
         /// Error of the file system.
         source: std::io::Error,
@@ -23,56 +23,56 @@ pub enum WeightsError {
         /// Error of the safetensors writer.
         source: SafeTensorError,
     },
-    /// The file is not a valid safetensors file.
+    /// The file is no valid safetensors file.
     #[error("{}: not a usable safetensors file: {}", path.display(), escape_control_characters(&source.to_string(), MAX_REASON_CHARS))]
     Format {
-        /// The file.
+        /// Path of the weights file.
         path: PathBuf,
         /// Error of the safetensors reader.
         source: SafeTensorError,
     },
-    /// A parameter of the net is not in the file.
+    /// A parameter of the net is missing in the file.
     #[error("{}: parameter `{name}` is missing; the file holds {}", path.display(), list_names(available))]
     Missing {
-        /// The file.
+        /// Path of the weights file.
         path: PathBuf,
-        /// The parameter.
+        /// Name of the missing parameter.
         name: String,
-        /// Names in the file, in alphabetical order.
+        /// Names of the tensors in the file, in alphabetical order.
         available: Vec<String>,
     },
     /// A tensor of the file is not a parameter of the net.
     #[error("{}: tensor `{}` does not belong to this net", path.display(), escape_control_characters(name, MAX_NAME_CHARS))]
     Unknown {
-        /// The file.
+        /// Path of the weights file.
         path: PathBuf,
-        /// The tensor.
+        /// Name of the unknown tensor.
         name: String,
     },
     /// A tensor differs from the parameter in its extents, or has an unsupported element type.
     #[error("{}: `{name}` is {found:?} of {dtype:?}, but the net needs {expected:?} of F32 or F64", path.display())]
     Mismatch {
-        /// The file.
+        /// Path of the weights file.
         path: PathBuf,
-        /// The parameter.
+        /// Name of the parameter that does not match.
         name: String,
-        /// Extents in the file.
+        /// Extents of the tensor in the file.
         found: Vec<usize>,
-        /// Element type in the file.
+        /// Element type of the tensor in the file.
         dtype: Dtype,
-        /// Extents that the net needs.
+        /// Extents that the net's parameter has.
         expected: Vec<usize>,
     },
 }
 
-/// Maximum number of characters of a name in a message.
+/// Maximum number of characters of a tensor name in an error message.
 const MAX_NAME_CHARS: usize = 60;
-/// Maximum number of characters of an error of the safetensors reader in a message.
+/// Maximum number of characters of the safetensors reader's error in an error message.
 const MAX_REASON_CHARS: usize = 300;
-/// Maximum number of names in a message.
+/// Maximum number of tensor names in an error message.
 const MAX_LISTED_NAMES: usize = 20;
 
-/// The first `max_chars` characters of a text from a file, with control characters escaped.
+/// Returns the first `max_chars` characters of a text from a file, with control characters escaped.
 fn escape_control_characters(text: &str, max_chars: usize) -> String {
     let mut out = String::new();
     for c in text.chars().take(max_chars) {
@@ -81,7 +81,7 @@ fn escape_control_characters(text: &str, max_chars: usize) -> String {
     out
 }
 
-/// The first names of a list, for a message.
+/// Joins the first names of a list for an error message.
 fn list_names(names: &[String]) -> String {
     let first: Vec<String> =
         names.iter().take(MAX_LISTED_NAMES).map(|n| escape_control_characters(n, MAX_NAME_CHARS)).collect();

@@ -7,7 +7,7 @@ use std::ops::{Deref, DerefMut};
 /// A vector that crosses a cache line costs two memory accesses.
 const ALIGNMENT: usize = 64;
 
-/// A buffer that starts at a cache line.
+/// A buffer whose memory starts at a cache line.
 #[derive(Debug)]
 pub(crate) struct Buffer<T> {
     memory: Vec<T>,
@@ -47,12 +47,12 @@ impl<T> DerefMut for Buffer<T> {
 /// Free buffers, by exact length.
 #[derive(Debug, Default)]
 pub(crate) struct Pool<T> {
-    /// `(length, buffers of that length)`, sorted by length.
+    /// Free buffers as `(length, buffers of that length)`, sorted by length.
     free: Vec<(usize, Vec<Buffer<T>>)>,
 }
 
 impl<T: Copy + Default> Pool<T> {
-    /// A buffer of `len` elements with undefined contents.
+    /// Takes a buffer of `len` elements with undefined contents from the pool.
     pub(crate) fn take(&mut self, len: usize) -> Buffer<T> {
         if len == 0 {
             return Buffer::default();
@@ -65,7 +65,7 @@ impl<T: Copy + Default> Pool<T> {
         Buffer::new(len)
     }
 
-    /// A buffer of `len` zeros.
+    /// Takes a buffer of `len` zeros from the pool.
     pub(crate) fn take_zeroed(&mut self, len: usize) -> Buffer<T> {
         let mut buffer = self.take(len);
         buffer.fill(T::default());

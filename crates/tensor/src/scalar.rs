@@ -28,13 +28,13 @@ pub trait Scalar:
     + MulAssign
     + Sum
 {
-    /// Additive identity.
+    /// Additive identity, 0.
     const ZERO: Self;
-    /// Multiplicative identity.
+    /// Multiplicative identity, 1.
     const ONE: Self;
-    /// Nearest value to `x`.
+    /// Converts `x` to the nearest value of this type.
     fn from_f64(x: f64) -> Self;
-    /// The value in double precision.
+    /// Converts the value to double precision.
     fn to_f64(self) -> f64;
     /// Whether the value is neither NaN nor infinite.
     fn is_finite(self) -> bool;
@@ -50,27 +50,27 @@ pub trait Scalar:
     fn sigmoid(self) -> Self;
     /// ln(1 + exp(x)), without overflow.
     fn softplus(self) -> Self;
-    /// `out (m x n) = a (m x k) b (k x n)`, or `out += a b` if `accumulate`.
+    /// Matrix product `out (m x n) = a (m x k) b (k x n)`, or `out += a b` if `accumulate`.
     fn matmul(dims: kernels::MatmulDims, a: &[Self], b: &[Self], out: &mut [Self], accumulate: bool);
-    /// One GRU layer over a sequence: [`crate::kernels::gru_reference::forward`] or the SIMD kernel.
+    /// Runs one GRU layer over a sequence: [`crate::kernels::gru_reference::forward`] or the SIMD kernel.
     fn gru_forward(args: GruForward<'_, Self>, scratch: &mut [Self]);
     /// Vector-Jacobian product of [`Scalar::gru_forward`].
     fn gru_backward(args: GruBackward<'_, Self>, scratch: &mut [Self]);
     /// Number of scratch elements that the two GRU kernels need for a layer.
     fn gru_scratch(input: usize, hidden: usize) -> usize;
-    /// `y = ln(1 + exp(x))`, element by element.
+    /// Softplus `y = ln(1 + exp(x))`, element by element.
     fn softplus_forward(x: &[Self], y: &mut [Self]);
     /// `y = tanh x`, element by element.
     fn tanh_forward(x: &[Self], y: &mut [Self]);
-    /// `dx += g sigmoid(x)`, or `dx = g sigmoid(x)` if `fresh`.
+    /// Gradient of softplus: `dx += g sigmoid(x)`, or `dx = g sigmoid(x)` if `fresh`.
     fn softplus_backward(x: &[Self], g: &[Self], dx: &mut [Self], fresh: bool);
     /// Kullback-Leibler divergence KL(q || p) of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
     fn kl_forward(operands: [&[Self]; 4], y: &mut [Self]);
-    /// Adds the gradients of the operands of [`Scalar::kl_forward`]; overwrites those that are `fresh`.
+    /// Adds the gradients of the operands of [`Scalar::kl_forward`]; overwrites those marked in `fresh`.
     fn kl_backward(operands: [&[Self]; 4], g: &[Self], grads: [&mut [Self]; 4], fresh: [bool; 4]);
     /// Negative log-likelihood of a Gaussian, element by element, from `[x, mean, sd]`.
     fn nll_forward(operands: [&[Self]; 3], y: &mut [Self]);
-    /// Adds the gradients of the operands of [`Scalar::nll_forward`]; overwrites those that are `fresh`.
+    /// Adds the gradients of the operands of [`Scalar::nll_forward`]; overwrites those marked in `fresh`.
     fn nll_backward(operands: [&[Self]; 3], g: &[Self], grads: [&mut [Self]; 3], fresh: [bool; 3]);
     /// Affine map over the feature axis of a sequence.
     fn linear_forward(args: LinearForward<'_, Self>, scratch: &mut [Self]);
@@ -80,7 +80,7 @@ pub trait Scalar:
     fn linear_scratch(input: usize, output: usize) -> usize;
 }
 
-/// Fills the `fresh` gradients with zeros: the reference kernels only add.
+/// Fills the gradients marked in `fresh` with zeros, because the reference kernels only add.
 fn zero_fresh<const N: usize>(mut grads: [&mut [f64]; N], fresh: [bool; N]) -> [&mut [f64]; N] {
     for (grad, fresh) in grads.iter_mut().zip(fresh) {
         if fresh {

@@ -5,7 +5,7 @@ use crate::TensorError;
 /// Largest number of axes of a tensor.
 pub const MAX_RANK: usize = 4;
 
-/// The extents of a tensor, row-major: the last axis is contiguous.
+/// The extents of a tensor along its axes, row-major: the last axis is contiguous.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Shape {
     dims: [usize; MAX_RANK],
@@ -16,7 +16,7 @@ impl Shape {
     /// The shape of a scalar: no axes, one element.
     pub const SCALAR: Shape = Shape { dims: [1; MAX_RANK], rank: 0 };
 
-    /// A shape from its extents.
+    /// Creates a shape from its extents.
     ///
     /// # Errors
     /// [`TensorError::RankTooHigh`] for more than [`MAX_RANK`] axes.
@@ -29,22 +29,22 @@ impl Shape {
         Ok(out)
     }
 
-    /// The extents.
+    /// Extents of the tensor along its axes.
     pub fn dims(&self) -> &[usize] {
         &self.dims[..self.rank]
     }
 
-    /// Number of axes.
+    /// Number of axes of the tensor.
     pub fn rank(&self) -> usize {
         self.rank
     }
 
-    /// Number of elements.
+    /// Number of elements of the tensor.
     pub fn len(&self) -> usize {
         self.dims().iter().product()
     }
 
-    /// Whether there are no elements.
+    /// Whether the tensor has no elements.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -57,13 +57,13 @@ impl Shape {
         (d[..axis].iter().product(), d[axis], d[axis + 1..].iter().product())
     }
 
-    /// The same shape with another extent on `axis`.
+    /// Returns the shape with another extent on `axis`.
     pub(crate) fn with(mut self, axis: usize, extent: usize) -> Self {
         self.dims[axis] = extent;
         self
     }
 
-    /// The extents `(time, feature, batch)` of a sequence.
+    /// Returns the extents `(time, feature, batch)` of a sequence.
     ///
     /// # Errors
     /// [`TensorError::BadShape`] unless there are three axes.

@@ -5,29 +5,29 @@ use crate::kernels::vector::Vector;
 use pulp::{Scalar, Simd, WithSimd};
 use std::sync::OnceLock;
 
-/// Environment variable that forces a level: `scalar`, `v3` (AVX2 and FMA), `v4` (AVX-512) or `neon`.
+/// Environment variable that forces an instruction set: `scalar`, `v3` (AVX2, FMA), `v4` (AVX-512) or `neon`.
 pub const VARIABLE: &str = "AUGSIM_SIMD";
 
-/// Supported instruction sets, from the slowest to the fastest.
+/// Instruction sets that the kernels support, from the slowest to the fastest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// No SIMD; runs on every machine.
+    /// No SIMD instructions; runs on every machine.
     Scalar,
-    /// 4 lanes (AArch64).
+    /// Neon: 4 lanes of f32 (AArch64).
     Neon,
-    /// 8 lanes: AVX2 and FMA.
+    /// AVX2 and FMA: 8 lanes of f32.
     V3,
-    /// 16 lanes: AVX-512.
+    /// AVX-512: 16 lanes of f32.
     V4,
 }
 
 impl Level {
-    /// The levels of this machine, from the slowest to the fastest; the last is the default.
+    /// The instruction sets of this machine, from the slowest to the fastest; the last is the default.
     pub fn available() -> impl Iterator<Item = Level> {
         [Level::Scalar, Level::Neon, Level::V3, Level::V4].into_iter().filter(|l| l.is_supported())
     }
 
-    /// Name of the level, as a value of [`VARIABLE`].
+    /// Name of the instruction set, as a value of [`VARIABLE`].
     pub fn name(self) -> &'static str {
         match self {
             Level::Scalar => "scalar",
@@ -37,7 +37,7 @@ impl Level {
         }
     }
 
-    /// The level that [`VARIABLE`] requests, or the fastest of this machine if it is not set.
+    /// The instruction set that [`VARIABLE`] requests, or the fastest of this machine if it is not set.
     ///
     /// # Errors
     /// [`TensorError::Simd`] if the variable is not the name of a level of this machine.
@@ -51,7 +51,7 @@ impl Level {
         })
     }
 
-    /// The level of this process, which is determined at the first call.
+    /// The instruction set that this process uses, which is determined at the first call.
     ///
     /// If [`Level::requested`] is an error this is the fastest level; programs report that error when they
     /// start.
@@ -75,13 +75,13 @@ impl Level {
         }
     }
 
-    /// Runs a plain loop, which the compiler vectorises for this level.
+    /// Runs a plain loop, which the compiler vectorises for this instruction set.
     #[inline]
     pub(crate) fn vectorised<R>(self, f: impl FnOnce() -> R) -> R {
         self.dispatch(f)
     }
 
-    /// Runs a kernel at this level for `lanes` sequences.
+    /// Runs a kernel with this instruction set for `lanes` sequences.
     ///
     /// Up to 8 sequences fill at most half of an AVX-512 vector. They run faster on AVX2 vectors, compiled
     /// for AVX-512 to have its 32 registers.
@@ -117,7 +117,7 @@ impl Level {
         Simd::vectorize(Scalar, KernelOn::<_, _, false>(kernel, Scalar));
     }
 
-    /// Runs `op` at this level, or at the scalar level if the machine does not have it.
+    /// Runs `op` with this instruction set, or without SIMD if the machine does not have it.
     #[inline]
     fn dispatch<Op: WithSimd>(self, op: Op) -> Op::Output {
         match self {
@@ -155,7 +155,7 @@ pub(crate) trait Kernel {
     fn run<S: Vector, const MANY_REGISTERS: bool>(self, simd: S);
 }
 
-/// A kernel with its vector type, which may be narrower than the widest of the dispatched level.
+/// A kernel with its vector type, which may be narrower than the widest of the instruction set.
 struct KernelOn<K, N, const MANY_REGISTERS: bool>(K, N);
 
 impl<K: Kernel, N: Vector, const MANY_REGISTERS: bool> WithSimd for KernelOn<K, N, MANY_REGISTERS> {

@@ -21,7 +21,7 @@ pub struct Mark {
     args: usize,
 }
 
-/// A recorded tensor without its values.
+/// A recorded tensor without its values: shape, operation, and whether it needs a gradient.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     shape: Shape,
@@ -39,7 +39,7 @@ pub struct Tape<T> {
     grads: Vec<Buffer<T>>,
     /// Intermediate results that the forward pass of an operation keeps for its vector-Jacobian product.
     saved: Vec<Buffer<T>>,
-    /// Operands of the operations with a variable number of operands.
+    /// Operands of those operations that have a variable number of operands.
     pub(crate) args: Vec<Var>,
     pub(crate) pool: Pool<T>,
     check_finite: bool,
@@ -60,7 +60,7 @@ impl<T: Scalar> Default for Tape<T> {
 }
 
 impl<T: Scalar> Tape<T> {
-    /// An empty tape.
+    /// Creates an empty tape.
     ///
     /// In debug builds every operation checks that its output is finite.
     pub fn new() -> Self {
@@ -72,7 +72,7 @@ impl<T: Scalar> Tape<T> {
         self.check_finite = on;
     }
 
-    /// Removes all records; the buffers go back to the pool.
+    /// Removes all recorded tensors; their buffers go back to the pool.
     pub fn reset(&mut self) {
         self.nodes.clear();
         self.args.clear();
@@ -125,7 +125,7 @@ impl<T: Scalar> Tape<T> {
         self.nodes[v.index()].op.name()
     }
 
-    /// Values of a recorded tensor, row-major.
+    /// Values of a recorded tensor, in row-major order.
     pub fn value(&self, v: Var) -> &[T] {
         &self.values[v.index()]
     }
@@ -151,12 +151,12 @@ impl<T: Scalar> Tape<T> {
         Ok(())
     }
 
-    /// The position after the last record.
+    /// Position after the last recorded tensor.
     pub fn mark(&self) -> Mark {
         Mark { nodes: self.nodes.len(), args: self.args.len() }
     }
 
-    /// Differentiates one term of a loss and removes the records after `mark`.
+    /// Differentiates one term of a loss and removes the tensors recorded after `mark`.
     ///
     /// The gradient of `loss` is propagated to the tensors recorded before `mark`, where the gradients of
     /// several terms add up; [`Tape::finish_backward`] then propagates them to the variables. The memory of a
@@ -183,7 +183,7 @@ impl<T: Scalar> Tape<T> {
         self.fill_missing_grads();
     }
 
-    /// Sets the gradient of `loss` with respect to itself, 1.
+    /// Sets the gradient of `loss` with respect to itself to 1.
     fn seed_gradient(&mut self, loss: Var) -> Result<(), TensorError> {
         let shape = self.shape(loss);
         if shape.len() != 1 {
@@ -194,7 +194,7 @@ impl<T: Scalar> Tape<T> {
         Ok(())
     }
 
-    /// Propagates the gradients of the nodes `first..end` to their operands, last node first.
+    /// Propagates the gradients of the recorded tensors `first..end` to their operands, the last tensor first.
     fn sweep(&mut self, first: usize, end: usize) {
         for i in (first..end).rev() {
             if matches!(self.nodes[i].op, Op::Leaf) || self.grads[i].is_empty() {
@@ -208,7 +208,7 @@ impl<T: Scalar> Tape<T> {
         }
     }
 
-    /// Sets the gradient of variables on which the loss does not depend to zero.
+    /// Sets the gradients of variables on which the loss does not depend to zero.
     fn fill_missing_grads(&mut self) {
         for (node, grad) in self.nodes.iter().zip(&mut self.grads) {
             if node.needs_grad && matches!(node.op, Op::Leaf) && grad.is_empty() {
@@ -217,7 +217,7 @@ impl<T: Scalar> Tape<T> {
         }
     }
 
-    /// Appends a node with its values.
+    /// Appends a recorded tensor with its values to the tape.
     ///
     /// # Errors
     /// [`TensorError::NotFinite`] when the check is on.
@@ -246,12 +246,12 @@ impl<T: Scalar> Tape<T> {
         Ok(Var((self.nodes.len() - 1) as u32))
     }
 
-    /// Stores an intermediate result of a node for its vector-Jacobian product.
+    /// Stores an intermediate result of the operation that produced `v`, for its vector-Jacobian product.
     pub(crate) fn save(&mut self, v: Var, buffer: Buffer<T>) {
         self.saved[v.index()] = buffer;
     }
 
-    /// The intermediate result stored by [`Tape::save`].
+    /// Intermediate result that [`Tape::save`] stored for `v`.
     pub(crate) fn saved(&self, v: Var) -> &[T] {
         &self.saved[v.index()]
     }

@@ -36,7 +36,7 @@ fn assert_close(what: &str, got: &[f32], want: &[f64], tolerance: f64) {
     }
 }
 
-/// Operands of the forward and the backward pass of a GRU layer.
+/// Operands of the forward and the backward pass of a GRU layer, for comparing kernels.
 struct GruOperands<T> {
     dims: GruDims,
     w_ih: Vec<T>,
@@ -50,18 +50,18 @@ struct GruOperands<T> {
     dx_inputs: usize,
 }
 
-/// Results of both passes.
+/// Results of the forward and the backward pass of a GRU layer.
 struct GruResults<T> {
     y: Vec<T>,
     saved: Vec<T>,
-    /// Gradients in the order of [`GRADIENTS`].
+    /// Gradients of all operands, in the order of [`GRADIENTS`].
     grads: Vec<Vec<T>>,
 }
 
 const GRADIENTS: [&str; 6] = ["dx", "dh0", "dw_ih", "dw_hh", "db_ih", "db_hh"];
 
 impl GruOperands<f32> {
-    /// Draws operands; with an initial state, the last third of the inputs is not differentiated.
+    /// Draws random operands; with an initial state, the last third of the inputs is not differentiated.
     fn draw(dims: GruDims, seed: u64, initial: bool) -> Self {
         let GruDims { time, input, hidden, batch } = dims;
         let draw = |k: u64, n: usize, scale: f32| -> Vec<f32> {
@@ -90,7 +90,7 @@ impl GruOperands<f32> {
 }
 
 impl<T: Copy + From<f32>> GruOperands<T> {
-    /// Runs both passes with `scratch_len` elements of scratch memory, which are NaN before each pass.
+    /// Runs forward and backward pass with `scratch_len` elements of scratch memory, NaN before each pass.
     fn run(
         &self,
         scratch_len: usize,
@@ -184,7 +184,7 @@ fn gru_simd_equals_the_reference() {
     }
 }
 
-/// Random extents from 1 to `limits`.
+/// Draws random extents from 1 to `limits`.
 fn random_extents<const N: usize>(seed: u64, limits: [usize; N]) -> [usize; N] {
     let draws = normals_f32(seed, N);
     let mut draws = draws.into_iter();
@@ -273,7 +273,7 @@ fn linear_simd_equals_the_reference() {
     }
 }
 
-/// A sequence in several calls with packed weights equals the whole sequence, bit for bit.
+/// Running a sequence in several calls with packed weights equals running it whole, bit for bit.
 #[test]
 fn packed_gru_continues_from_its_last_state() {
     for (level, batch) in Level::available().flat_map(|l| [1, 5, 16, 19].map(|b| (l, b))) {
@@ -300,7 +300,7 @@ fn packed_gru_continues_from_its_last_state() {
     }
 }
 
-/// Pointwise kernels against the reference in f64, for every length of the incomplete vector.
+/// Pointwise kernels agree with the reference in f64, for every length of the incomplete last vector.
 #[test]
 fn pointwise_kernels_equal_the_reference() {
     for n in 0..40 {

@@ -14,8 +14,7 @@ pub enum Protocol {
     Forecast,
     /// The encoder observes the whole trajectory: not a prediction.
     Reconstruction,
-    /// Best score that any predictor can reach from the first state, computed with the true data
-    /// distribution.
+    /// Best score that any predictor can reach from the first state, computed with the true data distribution.
     Floor,
 }
 

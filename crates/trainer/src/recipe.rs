@@ -11,8 +11,7 @@ pub enum Recipe {
     Neural,
     /// DCVRNN, conditioned on the initial state s_0 and the physics roll-out from it.
     Hybrid,
-    /// Hybrid (DCVRNN with physics roll-out) on standardised states and conditions, with a faster learning
-    /// rate.
+    /// Hybrid (DCVRNN with physics roll-out) on standardised states and conditions, with a faster learning rate.
     HybridStandardised,
     /// Hybrid+: a net corrects physics step by step, with one latent per trajectory and learned deviations.
     HybridPlus,

@@ -67,8 +67,7 @@ pub struct PointError {
     /// Error of the first measure in per cent of its size: sum of errors over sum of distances from zero.
     /// Mean over the trajectories.
     pub trans_percent: f64,
-    /// Error of the first measure in per cent of its motion: sum of errors over sum of distances from the
-    /// start.
+    /// Error of the first measure in per cent of its motion: sum of errors over sum of distances from the start.
     /// Both sums are over all trajectories.
     pub moved_percent: f64,
     /// Sum of the errors of the first measure over the scored samples, in its unit.
@@ -94,8 +93,7 @@ pub struct Score {
     pub coverage90: Option<f64>,
     /// Error of the paper's estimate at each scored sample: `[time][measure]`.
     pub error_by_sample: Vec<Vec<f64>>,
-    /// Error of the mean of all samples in the first measure, for each of [`PARTS`] equal parts of the
-    /// duration.
+    /// Error of the mean of all samples in the first measure, for each of [`PARTS`] equal parts of the duration.
     ///
     /// NaN for a part without samples.
     pub error_by_part: Vec<f64>,
@@ -230,8 +228,7 @@ pub(crate) fn median_of(samples: &[f32], sorted: &mut [f32]) -> f64 {
     quantile(sorted, 0.5)
 }
 
-/// Estimates the CRPS (continuous ranked probability score) of sorted samples against the true value `y`
-/// (formula 2).
+/// Estimates the CRPS (continuous ranked probability score) of sorted samples against the true value `y` (formula 2).
 pub fn crps_from_samples(sorted: &[f32], y: f64) -> f64 {
     let m = sorted.len() as f64;
     // For sorted values the sum of |x_i - x_j| over all pairs i < j is the sum of (2 i + 1 - m) x_i, because

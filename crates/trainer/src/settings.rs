@@ -11,13 +11,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Correction {
-    /// The net corrects single steps, each from the last predicted state; the paper's nets predict states
-    /// directly.
+    /// The net corrects single steps, each from the last predicted state; the paper's nets predict states directly.
     Step,
     /// The net corrects the whole roll-out from the initial state, for states too noisy to start a step from.
     Rollout,
-    /// The net corrects rates (time derivatives) of a system of equations, one correction per sample
-    /// interval.
+    /// The net corrects rates (time derivatives) of a system of equations, one correction per sample interval.
     Rates,
 }
 

@@ -64,8 +64,7 @@ struct MarkovStepper {
 pub struct Next<'a> {
     /// Mean of the next state, one value per state column.
     pub mean: &'a [f64],
-    /// Standard deviation of the next state; 0 for the paper's nets, whose samples differ only by their
-    /// latents.
+    /// Standard deviation of the next state; 0 for the paper's nets, whose samples differ only by their latents.
     pub sd: &'a [f64],
 }
 
@@ -153,8 +152,7 @@ impl Stepper {
         Ok(())
     }
 
-    /// Predicts the distribution of the state one step after `state [S]`, or after the current state if
-    /// `None`.
+    /// Predicts the distribution of the state one step after `state [S]`, or after the current state if `None`.
     ///
     /// The paper's nets ignore `state`: they continue the roll-out from the start of the trajectory. Unlike a
     /// forecast of Hybrid+, the distribution is not restricted by the ground and energy limits of the ball.
@@ -213,8 +211,7 @@ impl RecurrentStepper {
 }
 
 impl MarkovStepper {
-    /// Writes mean and standard deviation of the next state: the physics step from `now` to `next`,
-    /// corrected.
+    /// Writes mean and standard deviation of the next state: the physics step from `now` to `next`, corrected.
     fn correct(
         &mut self,
         (engine, scales): (&Engine, &Scales),

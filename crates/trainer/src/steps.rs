@@ -19,8 +19,7 @@ const ASINH_GAIN: f64 = 500.0;
 /// Number of features per state column.
 const FEATURES: usize = 5;
 
-/// Constant added to the physics step, relative to its root mean square, in the unit of corrections (formula
-/// 1).
+/// Constant added to the physics step, relative to its root mean square, in the unit of corrections (formula 1).
 ///
 /// At an apex or at rest the physics step is nearly 0 but may still be wrong, so the unit must not vanish.
 const MIN_RELATIVE_STEP: f64 = 0.05;
@@ -84,8 +83,7 @@ impl Scales {
         self.unit_of(j, next[j] - now[j])
     }
 
-    /// Unit of the correction of column `j` for a physics step that changes this column by `moved` (formula
-    /// 1).
+    /// Unit of the correction of column `j` for a physics step that changes this column by `moved` (formula 1).
     pub(crate) fn unit_of(&self, j: usize, moved: f64) -> f64 {
         self.correction[j] * (moved.abs() / self.step[j] + MIN_RELATIVE_STEP)
     }

@@ -57,8 +57,7 @@ pub(crate) struct TileResult {
     pub loss: TileLoss,
 }
 
-/// Writes the sum of the tiles' gradients, added in tile order, to `grads`; returns their summed loss times
-/// `scale`.
+/// Writes the sum of the tiles' gradients, added in tile order, to `grads`; returns their summed loss times `scale`.
 pub(crate) fn sum_gradients<'t>(
     tiles: impl IntoIterator<Item = &'t TileResult>,
     scale: f64,

@@ -93,8 +93,7 @@ pub struct Training {
     grads: Vec<f32>,
     /// The training set, for a class that is fitted directly; `None` for a net trained by gradients.
     fit_data: Option<Sequences>,
-    /// Held-out records of a system of equations, on which the shrinkage factors of the corrections are
-    /// chosen.
+    /// Held-out records of a system of equations, on which the shrinkage factors of the corrections are chosen.
     held_out: Vec<Sequence>,
 }
 
@@ -298,8 +297,7 @@ impl Training {
     }
 }
 
-/// Splits records of a system of equations into training segments and held-out records; `None` for other
-/// systems.
+/// Splits records of a system of equations into training segments and held-out records; `None` for other systems.
 fn cut_records(settings: &Settings, train: &Sequences) -> Option<Segments> {
     // Corrections of league classes are not shrunk, so nothing is held out of their training.
     settings.engine.rate_model().map(|_| split_records(train, settings.recipe.class().is_none()))

@@ -19,8 +19,7 @@ pub(crate) const TOUCH_M: f64 = 7e-4;
 pub enum Violations {
     /// Violations by a ball over flat ground.
     Ball {
-        /// Share of sampled states that lie deeper below the ground than one time step at the highest
-        /// possible speed.
+        /// Share of sampled states that lie deeper below the ground than one time step at the highest possible speed.
         ///
         /// That is how deep a time-stepping engine may let the ball sink.
         under_share: f64,

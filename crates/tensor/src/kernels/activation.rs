@@ -5,20 +5,20 @@
 //! `softplus` 4e-7 relative to max(1, |y|).
 
 const LOG2_E: f32 = std::f32::consts::LOG2_E;
-/// ln 2 in two parts (Cody and Waite), so that n * LN2_HI is exact for every n that occurs.
+/// First part of ln 2, split (Cody and Waite) so that n * LN2_HI is exact for every n that occurs.
 const LN2_HI: f32 = 0.693_359_4;
 const LN2_LO: f32 = -2.121_944_4e-4;
-/// 1.5 * 2^23: adding it rounds to the nearest integer and leaves that integer in the low bits.
+/// Rounding constant 1.5 * 2^23: adding it rounds to the nearest integer, which is left in the low bits.
 const ROUND: f32 = 12_582_912.0;
 const EXP_MIN: f32 = -87.0;
 const EXP_MAX: f32 = 88.0;
-/// exp(r) on |r| <= ln 2 / 2, minimax (Cephes expf).
+/// Coefficients of a polynomial for exp(r) on |r| <= ln 2 / 2, minimax (Cephes expf).
 const EXP_POLY: [f32; 6] =
     [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 0.5];
 
 /// Largest |x| of the rational approximation tanh(x) = x P(x^2) / Q(x^2), minimax.
 pub(crate) const TANH_CLAMP: f32 = 7.905_311;
-/// P of the approximation of tanh, highest power first.
+/// Coefficients of P in the approximation tanh(x) = x P(x^2) / Q(x^2), highest power first.
 pub(crate) const TANH_P: [f32; 7] = [
     -2.760_768_5e-16,
     2.000_188e-13,
@@ -28,9 +28,9 @@ pub(crate) const TANH_P: [f32; 7] = [
     6.372_619_3e-4,
     4.893_524_6e-3,
 ];
-/// Q of the approximation of tanh, highest power first.
+/// Coefficients of Q in the approximation tanh(x) = x P(x^2) / Q(x^2), highest power first.
 pub(crate) const TANH_Q: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
-/// ln(1 + u) / u on [0, 1], highest power first; near-minimax with a relative error of 6e-8.
+/// Polynomial for ln(1 + u) / u on [0, 1], highest power first; near-minimax, relative error 6e-8.
 pub(crate) const LN1P_POLY: [f32; 9] = [
     5.253_458e-3,
     -2.958_850_7e-2,
@@ -43,7 +43,7 @@ pub(crate) const LN1P_POLY: [f32; 9] = [
     1.0,
 ];
 
-/// Exponential function; x is clamped to [-87, 88].
+/// Exponential function of x; x is clamped to [-87, 88].
 #[inline(always)]
 pub fn exp(x: f32) -> f32 {
     let x = x.clamp(EXP_MIN, EXP_MAX);
@@ -58,7 +58,7 @@ pub fn exp(x: f32) -> f32 {
     f32::from_bits(y.to_bits().wrapping_add(t.to_bits() << 23))
 }
 
-/// Hyperbolic tangent.
+/// Hyperbolic tangent of x.
 #[inline(always)]
 pub fn tanh(x: f32) -> f32 {
     let x = x.clamp(-TANH_CLAMP, TANH_CLAMP);
@@ -74,13 +74,13 @@ pub fn tanh(x: f32) -> f32 {
     x * p / q
 }
 
-/// Logistic function, as (1 + tanh(x / 2)) / 2.
+/// Logistic function of x, computed as (1 + tanh(x / 2)) / 2.
 #[inline(always)]
 pub fn sigmoid(x: f32) -> f32 {
     tanh(x * 0.5) * 0.5 + 0.5
 }
 
-/// ln(1 + exp(x)) = max(x, 0) + ln(1 + exp(-|x|)).
+/// Softplus function ln(1 + exp(x)), computed as max(x, 0) + ln(1 + exp(-|x|)).
 #[inline(always)]
 pub fn softplus(x: f32) -> f32 {
     let u = exp(-x.abs());

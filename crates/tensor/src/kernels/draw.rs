@@ -1,30 +1,30 @@
-//! Samples of a Gaussian head, in one pass over memory.
+//! Samples from the Gaussian that an output layer predicts, in one pass over memory.
 
 use super::pointwise::softplus_at;
 use super::vector::Vector;
 use crate::simd::{Kernel, Level};
 
-/// Arguments of [`draw`].
+/// Arguments of [`draw`], for T steps, L values per step and B sequences.
 #[derive(Debug)]
 pub struct Draw<'a> {
-    /// Means, then the standard deviations before softplus, `[T, 2 L, B]`.
+    /// Outputs of the layer `[T, 2 L, B]`: means, then the standard deviations before softplus.
     pub heads: &'a [f32],
     /// Standard normal random numbers `[T, L, B]`.
     pub eps: &'a [f32],
-    /// Value that is added to the standard deviations.
+    /// Value that is added to the standard deviations after softplus.
     pub floor: f32,
     /// Number of values per step, L B.
     pub row: usize,
-    /// Output: the samples `[T, L, B]`.
+    /// Output of the kernel: the samples `[T, L, B]`.
     pub z: &'a mut [f32],
 }
 
-/// Samples `z = mean + eps (softplus(raw) + floor)`.
+/// Draws samples `z = mean + eps (softplus(raw) + floor)` of all steps.
 pub fn draw(args: Draw<'_>) {
     draw_at(Level::current(), args);
 }
 
-/// [`draw`] at a given level.
+/// Runs [`draw`] with a given instruction set.
 pub fn draw_at(level: Level, args: Draw<'_>) {
     if args.row > 0 {
         level.run(args.row, args);
@@ -54,7 +54,7 @@ impl Kernel for Draw<'_> {
     }
 }
 
-/// One vector of samples.
+/// Computes one vector of samples.
 #[inline(always)]
 fn sample<S: Vector>(simd: S, floor: S::f32s, [mean, raw, eps]: [S::f32s; 3]) -> S::f32s {
     simd.mul_add_e_f32s(eps, simd.add_f32s(softplus_at(simd, raw), floor), mean)

@@ -3,13 +3,13 @@
 use super::lanes::{at_least, at_most};
 use pulp::Simd;
 
-/// Largest |t|: the product of two factors of at most 1 + 2^43 is finite.
+/// Largest |t| for which 2^t is computed: the product of two factors of at most 1 + 2^43 is finite.
 const MAX_EXPONENT: f32 = 43.0;
-/// 1.5 * 2^23 + 127: adding it rounds to the nearest integer n and leaves n + 127 in the low bits.
+/// Rounding constant 1.5 * 2^23 + 127: adding it rounds to the nearest integer n, left as n + 127 in the low bits.
 ///
 /// n + 127 is the biased exponent of 2^n.
 const ROUND: f32 = 12_582_912.0 + 127.0;
-/// (2^f - 1) / f on |f| <= 1/2, highest power first; minimax with a relative error of 2^f of 9.2e-8.
+/// Polynomial for (2^f - 1) / f on |f| <= 1/2, highest power first; minimax, relative error of 2^f 9.2e-8.
 #[expect(clippy::approx_constant, reason = "a fitted coefficient near ln 2, not ln 2")]
 const EXP2: [f32; 5] = [1.326_472_7e-3, 9.671_513e-3, 5.550_733_6e-2, 2.402_224_2e-1, 6.931_47e-1];
 
@@ -30,7 +30,7 @@ fn powers<S: Simd>(simd: S, t: S::f32s) -> (S::f32s, S::f32s) {
     (power, simd.mul_add_e_f32s(p, f, k(1.0)))
 }
 
-/// 1 + 2^t, with t clamped to +-43.
+/// Computes 1 + 2^t, with t clamped to +-43.
 #[inline(always)]
 pub(crate) fn one_plus_exp2<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
     let k = |c: f32| simd.splat_f32s(c);
@@ -39,7 +39,7 @@ pub(crate) fn one_plus_exp2<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
     simd.mul_add_e_f32s(f, n, k(1.0))
 }
 
-/// 2^t for t <= 0; 2^-126 if t < -126.
+/// Computes 2^t for t <= 0; 2^-126 if t < -126.
 #[inline(always)]
 pub(crate) fn exp2<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
     let (n, f) = powers(simd, at_least(simd, t, -126.0));

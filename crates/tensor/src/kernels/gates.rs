@@ -11,18 +11,18 @@
 
 use super::vector::Vector;
 
-/// Factor in the weights of the reset and update gates.
+/// Factor that is included in the weights of the reset and update gates: -log2(e).
 pub(crate) const SIGMOID_SCALE: f32 = -std::f32::consts::LOG2_E;
-/// Factor in the weights of the candidate state.
+/// Factor that is included in the weights of the candidate state: 2 log2(e).
 pub(crate) const TANH_SCALE: f32 = 2.0 * std::f32::consts::LOG2_E;
 
-/// Logistic functions of two arguments, which are multiplied by [`SIGMOID_SCALE`] already.
+/// Logistic functions of two arguments, which have been multiplied by [`SIGMOID_SCALE`].
 #[inline(always)]
 pub(crate) fn sigmoids<S: Vector>(simd: S, a: S::f32s, b: S::f32s) -> (S::f32s, S::f32s) {
     simd.over_one_plus_exp2(1.0, a, b)
 }
 
-/// Hyperbolic tangents of two arguments, which are multiplied by [`TANH_SCALE`] already.
+/// Hyperbolic tangents of two arguments, which have been multiplied by [`TANH_SCALE`].
 #[inline(always)]
 pub(crate) fn tanhs<S: Vector>(simd: S, a: S::f32s, b: S::f32s) -> (S::f32s, S::f32s) {
     let (a, b) = simd.over_one_plus_exp2(-2.0, a, b);

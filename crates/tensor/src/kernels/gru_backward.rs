@@ -21,7 +21,7 @@ use super::{GruBackward, GruDims};
 use crate::simd::Kernel;
 use pulp::Simd;
 
-/// Number of time steps by which memory is prefetched.
+/// Number of time steps ahead for which memory is prefetched.
 const PREFETCH_STEPS: usize = 2;
 
 /// Number of vectors from the gate gradients of one step to those of the next.
@@ -32,7 +32,7 @@ const fn stride_of(hidden: usize) -> usize {
     4 * hidden + 1
 }
 
-/// Number of scratch elements of a layer.
+/// Number of scratch elements that the backward pass of a layer needs.
 pub(crate) fn scratch(input: usize, hidden: usize) -> usize {
     let rows = 3 * hidden;
     let packed = packed_len(hidden, rows) + packed_len(input, rows);
@@ -42,7 +42,7 @@ pub(crate) fn scratch(input: usize, hidden: usize) -> usize {
     packed + MAX_LANES * (2 * hidden + accumulators + block)
 }
 
-/// Operands and scratch memory.
+/// Kernel of the backward pass: operands and scratch memory.
 pub(crate) struct Backward<'a, 'b>(pub GruBackward<'a, f32>, pub &'b mut [f32]);
 
 impl Kernel for Backward<'_, '_> {
@@ -145,12 +145,12 @@ fn previous_states<'a, S: Simd>(
     &buffer[..steps * hidden]
 }
 
-/// First row of a gate in the weights of PyTorch, for the order of gates a_n, r, z of this kernel.
+/// First row of a gate in PyTorch's weights, by the gate's place in this kernel's order a_n, r, z.
 pub(crate) const fn gate_row(slot: usize, hidden: usize) -> usize {
     (slot + 2) % 3 * hidden
 }
 
-/// Destination of the gradients of the inputs of a block.
+/// Where and how the gradients with respect to the inputs of a block of steps are written.
 struct InputGradient<'a> {
     dx: &'a mut [f32],
     is_fresh: bool,
@@ -160,7 +160,7 @@ struct InputGradient<'a> {
 }
 
 impl InputGradient<'_> {
-    /// Computes the gradients of the inputs from the gate gradients of the block.
+    /// Computes the gradients with respect to the inputs from the gate gradients of the block.
     #[inline(always)]
     fn compute<S: Simd, const MANY_REGISTERS: bool>(
         self,
@@ -188,7 +188,7 @@ impl InputGradient<'_> {
     }
 }
 
-/// Adds the accumulated gradients of weights and biases, summed over the lanes, to the outputs.
+/// Adds the accumulated gradients of weights and biases, summed over the SIMD lanes, to the outputs.
 #[inline(always)]
 fn add_weight_gradients<S: Simd>(
     simd: S,
@@ -208,18 +208,18 @@ fn add_weight_gradients<S: Simd>(
     }
 }
 
-/// Operands of the gate gradients of consecutive steps.
+/// Operands from which the gate gradients of consecutive steps are computed.
 #[derive(Clone, Copy)]
 pub(crate) struct Block<'a, V> {
-    /// State before each step.
+    /// Hidden state before each step.
     pub previous: &'a [V],
-    /// r, z, n and c_n, saved by the forward pass.
+    /// Gates r, z, n and recurrent part c_n of each step, saved by the forward pass.
     pub saved: &'a [V],
-    /// Gradient of the state after each step, from its use as an output.
+    /// Gradient of the loss with respect to the output of each step (the state after it).
     pub dy: &'a [V],
 }
 
-/// Computes the gate gradients of a block, from its last step to its first.
+/// Computes the gate gradients of a block of steps, from its last step to its first.
 ///
 /// `carry` is the gradient of the state after the block and is replaced by that of the state before it.
 #[inline(always)]

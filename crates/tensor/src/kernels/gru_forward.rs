@@ -11,7 +11,7 @@ use super::vector::Vector;
 use super::{GruDims, GruForward, GruWeights};
 use crate::simd::Kernel;
 
-/// Number of time steps by which memory is prefetched.
+/// Number of time steps ahead for which memory is prefetched.
 const PREFETCH_STEPS: usize = 2;
 
 /// Number of floats of the packed weights of a layer.
@@ -19,17 +19,17 @@ pub(crate) const fn packed_len(input: usize, hidden: usize) -> usize {
     hidden.next_multiple_of(4) * (3 * (input + hidden) + 4)
 }
 
-/// Number of scratch elements of a layer whose weights are packed already.
+/// Number of scratch elements that the forward pass of a layer with packed weights needs.
 pub(crate) const fn scratch_packed(input: usize, hidden: usize) -> usize {
     MAX_LANES * (hidden + BLOCK * (input + 5 * hidden))
 }
 
-/// Number of scratch elements of a layer.
+/// Number of scratch elements that the forward pass of a layer needs, packed weights included.
 pub(crate) const fn scratch(input: usize, hidden: usize) -> usize {
     packed_len(input, hidden) + scratch_packed(input, hidden)
 }
 
-/// Packs weights for [`Sequence`]; the layout depends on the level.
+/// Kernel that packs weights for [`Sequence`]; the layout depends on the instruction set.
 pub(crate) struct Pack<'a, 'b>(pub GruWeights<'a, f32>, pub GruDims, pub &'b mut [f32]);
 
 impl Kernel for Pack<'_, '_> {
@@ -39,7 +39,7 @@ impl Kernel for Pack<'_, '_> {
     }
 }
 
-/// Operands and scratch memory: packs the weights, then runs the sequence.
+/// Kernel of the forward pass: packs the weights, then runs the sequence; operands and scratch memory.
 pub(crate) struct Forward<'a, 'b>(pub GruForward<'a, f32>, pub &'b mut [f32]);
 
 impl Kernel for Forward<'_, '_> {
@@ -60,7 +60,8 @@ pub(crate) struct Sequence<'a> {
     pub h0: &'a [f32],
     pub y: &'a mut [f32],
     pub saved: &'a mut [f32],
-    /// State `[H, B]` before the sequence, which replaces `h0`, and then after it; may be empty.
+    /// Hidden state `[H, B]`: before the sequence (replaces `h0`), and after it when the kernel returns; may
+    /// be empty.
     pub state: &'a mut [f32],
     pub scratch: &'a mut [f32],
 }
@@ -97,7 +98,7 @@ fn pack_columns<const U: usize>(packed: &mut [f32], w: &[f32], hidden: usize, co
     }
 }
 
-/// Packs weights and biases.
+/// Packs the weights and biases of a layer.
 fn pack<const U: usize>(w: GruWeights<'_, f32>, d: GruDims, packed: &mut [f32]) {
     let units = d.hidden.next_multiple_of(U);
     let (w_ih, remaining) = packed.split_at_mut(3 * units * d.input);
@@ -117,7 +118,7 @@ fn pack<const U: usize>(w: GruWeights<'_, f32>, d: GruDims, packed: &mut [f32]) 
 }
 
 impl<'a, const U: usize> Packed<'a, U> {
-    /// The parts of packed weights.
+    /// Splits packed weights into their parts.
     fn view(packed: &'a [f32], d: GruDims) -> Self {
         let units = d.hidden.next_multiple_of(U);
         let (w_ih, remaining) = packed.split_at(3 * units * d.input);
@@ -168,7 +169,7 @@ fn run<S: Vector, const U: usize>(simd: S, g: Sequence<'_>) {
     }
 }
 
-/// Runs a block of steps; `h` is the state before it and is replaced by the state after it.
+/// Runs a block of steps; `h` is the hidden state before it and is replaced by the state after it.
 #[inline(always)]
 fn block<S: Vector, const U: usize>(
     simd: S,
@@ -192,7 +193,7 @@ fn block<S: Vector, const U: usize>(
     h.copy_from_slice(&y[(steps - 1) * hidden..]);
 }
 
-/// Computes the state `now` after one step from the state `h`.
+/// Computes the hidden state `now` after one step from the hidden state `h` before it.
 #[inline(always)]
 fn step<S: Vector, const U: usize>(
     simd: S,

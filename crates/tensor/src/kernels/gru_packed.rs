@@ -4,7 +4,7 @@ use super::gru_forward::{self, Sequence};
 use super::{GruDims, GruWeights};
 use crate::simd::Level;
 
-/// Packed weights of one layer.
+/// A GRU layer whose weights are packed for one instruction set.
 #[derive(Debug, Clone)]
 pub struct PackedGru {
     level: Level,
@@ -14,7 +14,7 @@ pub struct PackedGru {
 }
 
 impl PackedGru {
-    /// Packs the weights of a layer for a level.
+    /// Packs the weights of a GRU layer for a given instruction set.
     pub fn new(level: Level, weights: GruWeights<'_, f32>, input: usize, hidden: usize) -> Self {
         let mut packed = vec![0.0; gru_forward::packed_len(input, hidden)];
         let dims = GruDims { time: 0, input, hidden, batch: 0 };
@@ -22,12 +22,12 @@ impl PackedGru {
         PackedGru { level, input, hidden, packed }
     }
 
-    /// Number of inputs I.
+    /// Number of inputs I of the layer.
     pub fn input(&self) -> usize {
         self.input
     }
 
-    /// Number of hidden units H.
+    /// Number of hidden units H of the layer.
     pub fn hidden(&self) -> usize {
         self.hidden
     }

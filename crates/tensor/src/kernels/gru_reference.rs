@@ -11,12 +11,12 @@
 use super::{GruBackward, GruForward};
 use crate::Scalar;
 
-/// Number of scratch elements of a layer, enough for both passes.
+/// Number of scratch elements that a layer needs, enough for forward and backward pass.
 pub fn scratch(_input: usize, hidden: usize) -> usize {
     6 * hidden
 }
 
-/// Forward pass.
+/// Runs the forward pass of the GRU layer in plain loops.
 pub fn forward<T: Scalar>(g: GruForward<'_, T>, scratch: &mut [T]) {
     let (nt, ni, nh, nb) = (g.dims.time, g.dims.input, g.dims.hidden, g.dims.batch);
     let w = g.weights;
@@ -54,7 +54,7 @@ pub fn forward<T: Scalar>(g: GruForward<'_, T>, scratch: &mut [T]) {
     }
 }
 
-/// Vector-Jacobian product; see [`GruBackward`].
+/// Computes the vector-Jacobian product of the GRU layer in plain loops; see [`GruBackward`].
 pub fn backward<T: Scalar>(g: GruBackward<'_, T>, scratch: &mut [T]) {
     if g.dx_fresh {
         g.dx.fill(T::ZERO);
@@ -109,7 +109,7 @@ pub fn backward<T: Scalar>(g: GruBackward<'_, T>, scratch: &mut [T]) {
     }
 }
 
-/// Hidden unit `j` of sequence `b` before step `t`.
+/// Value of hidden unit `j` of sequence `b` before step `t`.
 fn previous_state<T: Scalar>(g: &GruBackward<'_, T>, t: usize, j: usize, b: usize) -> T {
     let (nh, nb) = (g.dims.hidden, g.dims.batch);
     match t {

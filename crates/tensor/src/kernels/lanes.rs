@@ -14,7 +14,7 @@ pub(crate) const MAX_LANES: usize = 16;
 /// cache.
 pub(crate) const BLOCK: usize = 32;
 
-/// Loads a row of at most one vector; unused lanes are 0.
+/// Loads a row of at most one vector of values; unused lanes are 0.
 #[inline(always)]
 fn load<S: Simd>(simd: S, row: &[f32]) -> S::f32s {
     match S::as_simd_f32s(row) {
@@ -23,7 +23,7 @@ fn load<S: Simd>(simd: S, row: &[f32]) -> S::f32s {
     }
 }
 
-/// Stores a row of at most one vector.
+/// Stores the first lanes of a vector to a row of at most one vector of values.
 #[inline(always)]
 fn store<S: Simd>(simd: S, row: &mut [f32], v: S::f32s) {
     match S::as_mut_simd_f32s(row) {
@@ -53,14 +53,14 @@ pub(crate) fn at_most<S: Simd>(simd: S, x: S::f32s, bound: f32) -> S::f32s {
     simd.min_f32s(bound, x)
 }
 
-/// Splits `n` vectors off a scratch buffer; returns them and the remainder.
+/// Splits `n` SIMD vectors off a scratch buffer; returns them and the remainder.
 #[inline(always)]
 pub(crate) fn vectors<S: Simd>(scratch: &mut [f32], n: usize) -> (&mut [S::f32s], &mut [f32]) {
     let (head, remainder) = scratch.split_at_mut(n * S::F32_LANES);
     (S::as_mut_simd_f32s(head).0, remainder)
 }
 
-/// The sequences `first..first + count` of a batch, at most one per lane of a vector.
+/// A chunk of a batch: the sequences `first..first + count`, at most one per lane of a vector.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Chunk {
     batch: usize,
@@ -69,7 +69,7 @@ pub(crate) struct Chunk {
 }
 
 impl Chunk {
-    /// Divides a batch into chunks.
+    /// Divides a batch of sequences into chunks of at most one vector.
     #[inline(always)]
     pub fn all<S: Simd>(batch: usize) -> impl Iterator<Item = Chunk> {
         let chunk = move |first| Chunk { batch, first, count: S::F32_LANES.min(batch - first) };
@@ -122,13 +122,13 @@ impl Chunk {
     }
 }
 
-/// `rows` rows from row `start` of an array whose rows are whole vectors.
+/// Views `rows` rows from row `start` of an array whose rows are whole vectors.
 #[inline(always)]
 pub(crate) fn rows_mut<S: Simd>(array: &mut [f32], start: usize, rows: usize) -> &mut [S::f32s] {
     &mut S::as_mut_simd_f32s(array).0[start..start + rows]
 }
 
-/// Adds the sum over lanes of each accumulator to `out`.
+/// Adds the sum over the lanes of each accumulator vector to the element of `out` with its index.
 #[inline(always)]
 pub(crate) fn reduce_into<S: Simd>(simd: S, out: &mut [f32], acc: &[S::f32s]) {
     for (o, a) in out.iter_mut().zip(acc) {

@@ -5,7 +5,7 @@
 use super::{LinearBackward, LinearForward};
 use crate::Scalar;
 
-/// `y[t, o, b] = sum_i w[o, i] x[t, i, b] + bias[o]`, or tanh of it.
+/// Computes `y[t, o, b] = sum_i w[o, i] x[t, i, b] + bias[o]`, or tanh of it.
 pub fn forward<T: Scalar>(g: LinearForward<'_, T>) {
     let d = g.dims;
     for t in 0..d.time {
@@ -21,7 +21,7 @@ pub fn forward<T: Scalar>(g: LinearForward<'_, T>) {
     }
 }
 
-/// Vector-Jacobian product; see [`LinearBackward`].
+/// Computes the vector-Jacobian product of the affine map in plain loops; see [`LinearBackward`].
 pub fn backward<T: Scalar>(g: LinearBackward<'_, T>) {
     if g.dx_fresh {
         g.dx.fill(T::ZERO);

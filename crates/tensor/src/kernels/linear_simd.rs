@@ -8,28 +8,28 @@ use super::vector::Vector;
 use super::{LinearBackward, LinearDims, LinearForward};
 use crate::simd::{Kernel, Level};
 
-/// Number of scratch elements of a layer, enough for both passes.
+/// Number of scratch elements that a layer needs, enough for forward and backward pass.
 pub fn scratch(input: usize, output: usize) -> usize {
     let packed = packed_len(output, input).max(packed_len(input, output));
     packed + MAX_LANES * (BLOCK * (2 * input + 3 * output) + output * input + output)
 }
 
-/// Forward pass.
+/// Runs the forward pass of the affine map with the instruction set of this process.
 pub fn forward(args: LinearForward<'_, f32>, scratch: &mut [f32]) {
     forward_at(Level::current(), args, scratch);
 }
 
-/// Forward pass at a given level.
+/// Runs the forward pass of the affine map with a given instruction set.
 pub fn forward_at(level: Level, args: LinearForward<'_, f32>, scratch: &mut [f32]) {
     level.run(args.dims.batch, Forward(args, scratch));
 }
 
-/// Vector-Jacobian product; see [`LinearBackward`].
+/// Computes the vector-Jacobian product with the instruction set of this process; see [`LinearBackward`].
 pub fn backward(args: LinearBackward<'_, f32>, scratch: &mut [f32]) {
     backward_at(Level::current(), args, scratch);
 }
 
-/// Vector-Jacobian product at a given level.
+/// Computes the vector-Jacobian product of the affine map with a given instruction set.
 pub fn backward_at(level: Level, args: LinearBackward<'_, f32>, scratch: &mut [f32]) {
     level.run(args.dims.batch, Backward(args, scratch));
 }

@@ -3,14 +3,14 @@
 use faer::linalg::matmul::matmul as faer_matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
-/// Extents and layouts of `out (m x n) = a (m x k) b (k x n)`. `out` is row-major.
+/// Extents and layouts of a matrix product `out (m x n) = a (m x k) b (k x n)`. `out` is row-major.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MatmulDims {
-    /// Rows of the result.
+    /// Number of rows of the product.
     pub m: usize,
-    /// Inner extent.
+    /// Inner extent: number of columns of `a` and rows of `b`.
     pub k: usize,
-    /// Columns of the result.
+    /// Number of columns of the product.
     pub n: usize,
     /// Whether `a` is stored as its transpose (k x m, row-major).
     pub a_transposed: bool,
@@ -18,7 +18,7 @@ pub struct MatmulDims {
     pub b_transposed: bool,
 }
 
-/// `out = a b`, or `out += a b` if `accumulate`.
+/// Computes the matrix product `out = a b`, or `out += a b` if `accumulate`.
 pub fn matmul<T: faer::traits::ComplexField>(
     d: MatmulDims,
     a: &[T],

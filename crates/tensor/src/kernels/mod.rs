@@ -33,43 +33,43 @@ pub use matmul::{MatmulDims, matmul};
 /// Extents of one GRU layer over a sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GruDims {
-    /// Time steps T.
+    /// Number of time steps T.
     pub time: usize,
-    /// Input features I.
+    /// Number of input features I.
     pub input: usize,
-    /// Hidden units H.
+    /// Number of hidden units H.
     pub hidden: usize,
-    /// Sequences B.
+    /// Number of sequences B in the batch.
     pub batch: usize,
 }
 
 /// Weights of one GRU layer in PyTorch's layout: H rows for each of the gates r, z, n.
 #[derive(Debug, Clone, Copy)]
 pub struct GruWeights<'a, T> {
-    /// `[3H, I]`.
+    /// Input weights `[3H, I]` (H hidden units, I inputs).
     pub w_ih: &'a [T],
-    /// `[3H, H]`.
+    /// Recurrent weights `[3H, H]` (H hidden units).
     pub w_hh: &'a [T],
-    /// `[3H]`.
+    /// Input biases `[3H]` (H hidden units).
     pub b_ih: &'a [T],
-    /// `[3H]`.
+    /// Recurrent biases `[3H]` (H hidden units).
     pub b_hh: &'a [T],
 }
 
 /// Operands of the GRU forward kernel.
 #[derive(Debug)]
 pub struct GruForward<'a, T> {
-    /// Extents.
+    /// Extents of the layer and the sequence.
     pub dims: GruDims,
-    /// Weights.
+    /// Weights of the layer.
     pub weights: GruWeights<'a, T>,
-    /// Inputs `[T, I, B]`.
+    /// Inputs `[T, I, B]`: T time steps, I features, B sequences.
     pub x: &'a [T],
-    /// Initial hidden state `[H, B]`; empty means zero.
+    /// Initial hidden state `[H, B]` (H units, B sequences); empty means zero.
     pub h0: &'a [T],
-    /// Output: hidden states `[T, H, B]`.
+    /// Output of the kernel: hidden states `[T, H, B]` (T time steps, H units, B sequences).
     pub y: &'a mut [T],
-    /// Output for the vector-Jacobian product, `[T, 4H, B]`: r, z, n and W_hn h + b_hn.
+    /// Output for the vector-Jacobian product, `[T, 4H, B]`: gates r, z, n, and W_hn h + b_hn.
     ///
     /// Empty if no gradient is needed.
     pub saved: &'a mut [T],
@@ -80,63 +80,63 @@ pub struct GruForward<'a, T> {
 /// Only a `dx` that is fresh is overwritten.
 #[derive(Debug)]
 pub struct GruBackward<'a, T> {
-    /// Extents.
+    /// Extents of the layer and the sequence.
     pub dims: GruDims,
-    /// Weights.
+    /// Weights of the layer.
     pub weights: GruWeights<'a, T>,
-    /// Inputs `[T, I, B]`.
+    /// Inputs of the forward pass `[T, I, B]`: T time steps, I features, B sequences.
     pub x: &'a [T],
-    /// Initial hidden state `[H, B]`; empty means zero.
+    /// Initial hidden state `[H, B]` (H units, B sequences); empty means zero.
     pub h0: &'a [T],
-    /// Hidden states of the forward pass `[T, H, B]`.
+    /// Hidden states that the forward pass returned, `[T, H, B]`.
     pub y: &'a [T],
-    /// `saved` of the forward pass, `[T, 4H, B]`.
+    /// Gates that the forward pass stored in `saved`, `[T, 4H, B]`.
     pub saved: &'a [T],
-    /// Gradient of the loss with respect to y `[T, H, B]`.
+    /// Gradient of the loss with respect to the hidden states y, `[T, H, B]`.
     pub dy: &'a [T],
-    /// Gradient of x `[T, I, B]`; empty if it is not needed.
+    /// Gradient with respect to the inputs x, `[T, I, B]`; empty if it is not needed.
     pub dx: &'a mut [T],
-    /// Whether `dx` is undefined before, and is therefore overwritten.
+    /// Whether the contents of `dx` are undefined, so that they must be overwritten and not added to.
     pub dx_fresh: bool,
-    /// Number of leading inputs whose gradient is needed; `dx` is undefined for the others.
+    /// Number of first input features whose gradient is needed; `dx` is undefined for the others.
     pub dx_inputs: usize,
-    /// Gradient of h0 `[H, B]`; empty if it is not needed.
+    /// Gradient with respect to the initial state h0, `[H, B]`; empty if it is not needed.
     pub dh0: &'a mut [T],
-    /// Gradient of w_ih `[3H, I]`.
+    /// Gradient with respect to the input weights w_ih, `[3H, I]`.
     pub dw_ih: &'a mut [T],
-    /// Gradient of w_hh `[3H, H]`.
+    /// Gradient with respect to the recurrent weights w_hh, `[3H, H]`.
     pub dw_hh: &'a mut [T],
-    /// Gradient of b_ih `[3H]`.
+    /// Gradient with respect to the input biases b_ih, `[3H]`.
     pub db_ih: &'a mut [T],
-    /// Gradient of b_hh `[3H]`.
+    /// Gradient with respect to the recurrent biases b_hh, `[3H]`.
     pub db_hh: &'a mut [T],
 }
 
 /// Extents of an affine map over the feature axis of a sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LinearDims {
-    /// Time steps T.
+    /// Number of time steps T.
     pub time: usize,
-    /// Input features I.
+    /// Number of input features I.
     pub input: usize,
-    /// Output features O.
+    /// Number of output features O.
     pub output: usize,
-    /// Sequences B.
+    /// Number of sequences B in the batch.
     pub batch: usize,
 }
 
 /// Operands of the affine map `y = W x + b` at each time and for each sequence.
 #[derive(Debug)]
 pub struct LinearForward<'a, T> {
-    /// Extents.
+    /// Extents of the map and the sequence.
     pub dims: LinearDims,
-    /// Weights `[O, I]`.
+    /// Weights `[O, I]`: O outputs, I inputs.
     pub w: &'a [T],
-    /// Bias `[O]`.
+    /// Biases `[O]` of the O outputs.
     pub b: &'a [T],
-    /// Inputs `[T, I, B]`.
+    /// Inputs `[T, I, B]`: T time steps, I features, B sequences.
     pub x: &'a [T],
-    /// Outputs `[T, O, B]`.
+    /// Output of the kernel, `[T, O, B]`: T time steps, O features, B sequences.
     pub y: &'a mut [T],
     /// Whether tanh is applied to the outputs.
     pub tanh: bool,
@@ -147,22 +147,22 @@ pub struct LinearForward<'a, T> {
 /// Only a `dx` that is fresh is overwritten.
 #[derive(Debug)]
 pub struct LinearBackward<'a, T> {
-    /// Extents.
+    /// Extents of the map and the sequence.
     pub dims: LinearDims,
-    /// Weights `[O, I]`.
+    /// Weights `[O, I]`: O outputs, I inputs.
     pub w: &'a [T],
-    /// Inputs `[T, I, B]`.
+    /// Inputs of the forward pass `[T, I, B]`: T time steps, I features, B sequences.
     pub x: &'a [T],
-    /// Outputs of the forward pass `[T, O, B]` if tanh was applied to them; empty otherwise.
+    /// Outputs of the forward pass `[T, O, B]` if tanh was applied to them; otherwise empty.
     pub y: &'a [T],
-    /// Gradient of y `[T, O, B]`.
+    /// Gradient of the loss with respect to the outputs y, `[T, O, B]`.
     pub dy: &'a [T],
-    /// Gradient of x `[T, I, B]`; empty if it is not needed.
+    /// Gradient with respect to the inputs x, `[T, I, B]`; empty if it is not needed.
     pub dx: &'a mut [T],
-    /// Whether `dx` is undefined before, and is therefore overwritten.
+    /// Whether the contents of `dx` are undefined, so that they must be overwritten and not added to.
     pub dx_fresh: bool,
-    /// Gradient of w `[O, I]`.
+    /// Gradient with respect to the weights w, `[O, I]`.
     pub dw: &'a mut [T],
-    /// Gradient of b `[O]`.
+    /// Gradient with respect to the biases b, `[O]`.
     pub db: &'a mut [T],
 }

@@ -11,7 +11,7 @@ use super::vector::Vector;
 use crate::simd::{Kernel, Level};
 use pulp::Simd;
 
-/// Random number generators of up to 16 lanes.
+/// Generators of standard normal random numbers, one for each of up to 16 SIMD lanes.
 #[derive(Debug, Clone)]
 pub struct NormalLanes {
     state: [[u32; MAX_LANES]; 4],
@@ -19,10 +19,10 @@ pub struct NormalLanes {
 }
 
 impl NormalLanes {
-    /// Maximum number of lanes.
+    /// Maximum number of lanes, each with its own generator.
     pub const MAX: usize = MAX_LANES;
 
-    /// One generator for each of the first [`NormalLanes::MAX`] seeds.
+    /// Creates one generator for each of the first [`NormalLanes::MAX`] seeds.
     ///
     /// Seeds should come from a good generator, because they are the state; a seed of zeros is replaced.
     pub fn new(seeds: impl IntoIterator<Item = [u64; 2]>) -> Self {
@@ -39,19 +39,19 @@ impl NormalLanes {
         NormalLanes { state, lanes }
     }
 
-    /// Number of lanes in use.
+    /// Number of lanes in use: independent generators.
     pub fn lanes(&self) -> usize {
         self.lanes
     }
 
-    /// Fills `out [rows, lanes]` with the next numbers.
+    /// Fills `out [rows, lanes]` with the next standard normal numbers of every lane.
     ///
     /// Rows are generated in pairs; for an odd number of rows the second row of the last pair is discarded.
     pub fn fill(&mut self, out: &mut [f32]) {
         self.fill_at(Level::current(), out);
     }
 
-    /// [`NormalLanes::fill`] at a given level.
+    /// Runs [`NormalLanes::fill`] with a given instruction set.
     pub fn fill_at(&mut self, level: Level, out: &mut [f32]) {
         if self.lanes > 0 {
             level.run(self.lanes, Fill(self, out));
@@ -94,14 +94,14 @@ impl Kernel for Fill<'_> {
     }
 }
 
-/// Rotates the bits to the left.
+/// Rotates the bits of every lane of `x` to the left.
 #[inline(always)]
 fn rotate<S: Simd>(simd: S, x: S::u32s, by: u32) -> S::u32s {
     let left = simd.wrapping_dyn_shl_u32s(x, simd.splat_u32s(by));
     simd.or_u32s(left, simd.wrapping_dyn_shr_u32s(x, simd.splat_u32s(32 - by)))
 }
 
-/// Next word of xoshiro128++.
+/// Advances the xoshiro128++ generator of every lane; returns its next 32-bit words.
 #[inline(always)]
 fn next<S: Simd>(simd: S, s: &mut [S::u32s; 4]) -> S::u32s {
     let result = simd.add_u32s(rotate(simd, simd.add_u32s(s[0], s[3]), 7), s[0]);
@@ -115,12 +115,12 @@ fn next<S: Simd>(simd: S, s: &mut [S::u32s; 4]) -> S::u32s {
     result
 }
 
-/// sin(pi t) / t as a polynomial in t^2 on |t| <= 1/2, highest power first; minimax error 1.4e-8.
+/// Polynomial in t^2 for sin(pi t) / t on |t| <= 1/2, highest power first; minimax error 1.4e-8.
 const SIN: [f32; 5] = [7.765_940_6e-2, -5.982_922e-1, 2.550_077_7, -5.167_710_3, std::f32::consts::PI];
-/// cos(pi t) as a polynomial in t^2 on |t| <= 1/2, highest power first; minimax error 2e-10.
+/// Polynomial in t^2 for cos(pi t) on |t| <= 1/2, highest power first; minimax error 2e-10.
 const COS: [f32; 6] = [-2.439_671_8e-2, 2.349_375_6e-1, -1.335_212_1, 4.058_709, -4.934_802, 1.0];
 
-/// Value of a polynomial, coefficients of the highest power first.
+/// Evaluates a polynomial at `x`; coefficients of the highest power first.
 #[inline(always)]
 fn polynomial<S: Simd, const N: usize>(simd: S, x: S::f32s, coefficients: [f32; N]) -> S::f32s {
     let mut p = simd.splat_f32s(coefficients[0]);
@@ -130,7 +130,7 @@ fn polynomial<S: Simd, const N: usize>(simd: S, x: S::f32s, coefficients: [f32; 
     p
 }
 
-/// The upper 24 bits as a float, converted in two halves of 12 bits that fit into a mantissa.
+/// Converts the upper 24 bits of `x` to a float, in two halves of 12 bits that fit into a mantissa.
 #[inline(always)]
 fn upper_bits<S: Simd>(simd: S, x: S::u32s) -> S::f32s {
     let bits = |c: u32| simd.splat_u32s(c);
@@ -143,7 +143,7 @@ fn upper_bits<S: Simd>(simd: S, x: S::u32s) -> S::f32s {
     simd.mul_add_e_f32s(high, simd.splat_f32s(4096.0), low)
 }
 
-/// Two normal numbers from two words: sqrt(-2 ln u) times the cosine and the sine of a uniform angle.
+/// Computes two normal numbers from two words: sqrt(-2 ln u) times cosine and sine of a uniform angle.
 #[inline(always)]
 fn box_muller<S: Simd>(simd: S, a: S::u32s, b: S::u32s) -> (S::f32s, S::f32s) {
     let k = |c: f32| simd.splat_f32s(c);
@@ -167,7 +167,7 @@ mod tests {
     //! rounding.
     use super::*;
 
-    /// A well-mixed seed.
+    /// Seed of a lane, with well-mixed bits.
     fn seed(lane: u64) -> [u64; 2] {
         let mix = |z: u64| {
             let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -5,17 +5,17 @@ use pulp::Simd;
 /// Vectors of consecutive steps: `stride` vectors per step, of which `count` from `first` are used.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rows<'a, V> {
-    /// The vectors of all steps.
+    /// The vectors of all steps, one step after the other.
     pub vectors: &'a [V],
     /// Number of vectors from one step to the next.
     pub stride: usize,
-    /// First used vector of a step.
+    /// Index of the first used vector within a step.
     pub first: usize,
-    /// Number of used vectors of a step.
+    /// Number of used vectors within a step.
     pub count: usize,
 }
 
-/// `acc[row * cols + col] += sum over steps of g[step][row] * x[step][col]`.
+/// Adds outer products: `acc[row * cols + col] += sum over steps of g[step][row] * x[step][col]`.
 #[inline(always)]
 pub(crate) fn outer<S: Simd, const MANY_REGISTERS: bool>(
     simd: S,
@@ -42,7 +42,7 @@ pub(crate) fn outer<S: Simd, const MANY_REGISTERS: bool>(
     }
 }
 
-/// Adds the products of `R` rows with all columns, in tiles of nearly equal width.
+/// Adds the products of `R` rows with all columns to `acc`, in tiles of nearly equal width.
 #[inline(always)]
 fn columns<S: Simd, const R: usize>(
     simd: S,
@@ -66,7 +66,7 @@ fn columns<S: Simd, const R: usize>(
     }
 }
 
-/// Adds the products of `R` rows from `row` with `C` columns from `col`, with all sums in registers.
+/// Adds the products of `R` rows from `row` with `C` columns from `col` to `acc`, with all sums in registers.
 #[inline(always)]
 fn tile<S: Simd, const R: usize, const C: usize>(
     simd: S,
@@ -94,7 +94,7 @@ fn tile<S: Simd, const R: usize, const C: usize>(
     }
 }
 
-/// `acc[row] += sum over steps of g[step][row]`.
+/// Adds sums over time: `acc[row] += sum over steps of g[step][row]`.
 #[inline(always)]
 pub(crate) fn sums<S: Simd>(simd: S, acc: &mut [S::f32s], g: Rows<'_, S::f32s>, steps: usize) {
     let mut r = 0;
@@ -107,7 +107,7 @@ pub(crate) fn sums<S: Simd>(simd: S, acc: &mut [S::f32s], g: Rows<'_, S::f32s>, 
     }
 }
 
-/// Adds the sums of `N` rows from `row`; returns `N`.
+/// Adds the sums over time of `N` rows from `row` to `acc`; returns `N`.
 #[inline(always)]
 fn sum_rows<S: Simd, const N: usize>(
     simd: S,

@@ -24,7 +24,7 @@ pub(crate) const fn packed_len(outputs: usize, inputs: usize) -> usize {
     outputs * inputs
 }
 
-/// Packed weights `[tile][input][output in tile]`.
+/// Weights of a matrix product, packed as `[tile][input][output in tile]`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Panels<'a> {
     packed: &'a [f32],
@@ -33,7 +33,7 @@ pub(crate) struct Panels<'a> {
 }
 
 impl<'a> Panels<'a> {
-    /// Packs `weight(output, input)`.
+    /// Packs the weights that `weight(output, input)` returns.
     #[inline(always)]
     pub fn pack<const MANY_REGISTERS: bool>(
         packed: &'a mut [f32],
@@ -87,18 +87,18 @@ impl<'a> Panels<'a> {
     }
 }
 
-/// The value to which a product is added.
+/// The value to which a matrix product is added.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum InitialSum<'a> {
-    /// Zero.
+    /// The product is added to zero.
     Zero,
-    /// A bias for each output.
+    /// The product is added to a bias for each output.
     Bias(&'a [f32]),
-    /// The present value of the output.
+    /// The product is added to the present value of the output.
     Output,
 }
 
-/// The outputs of one tile, from output `first`, over all steps.
+/// A tile of outputs (packed weights and first output) that is computed over all steps.
 struct OutputTile<'a> {
     packed: &'a [f32],
     initial: InitialSum<'a>,
@@ -107,7 +107,7 @@ struct OutputTile<'a> {
 }
 
 impl OutputTile<'_> {
-    /// Runs `N` outputs, `M` steps at once.
+    /// Computes the `N` outputs of the tile for all steps, `M` steps at once.
     #[inline(always)]
     fn run<S: Simd, const N: usize, const M: usize>(
         &self,
@@ -126,7 +126,7 @@ impl OutputTile<'_> {
         }
     }
 
-    /// Computes `N` outputs of `M` steps from step `s`.
+    /// Computes the `N` outputs of the tile for `M` steps from step `s`.
     #[inline(always)]
     fn tile<S: Simd, const N: usize, const M: usize>(
         &self,

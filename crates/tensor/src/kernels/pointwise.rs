@@ -12,17 +12,17 @@ use crate::simd::{Kernel, Level};
 use pulp::Simd;
 use std::marker::PhantomData;
 
-/// `OUT` functions of `IN` values.
+/// Elementwise functions: `OUT` output values from `IN` input values.
 trait Pointwise<const IN: usize, const OUT: usize> {
-    /// Evaluates the functions in every lane.
+    /// Evaluates the functions in every SIMD lane.
     fn evaluate<S: Simd>(simd: S, x: [S::f32s; IN]) -> [S::f32s; OUT];
 }
 
-/// Pointwise functions, applied to slices of equal lengths.
+/// Kernel that applies elementwise functions to slices of equal lengths.
 struct PointwiseKernel<'a, F, const IN: usize, const OUT: usize> {
     inputs: [&'a [f32]; IN],
     outputs: [&'a mut [f32]; OUT],
-    /// Whether each output is overwritten rather than added to.
+    /// Whether each output is overwritten instead of added to.
     fresh: [bool; OUT],
     function: PhantomData<F>,
 }
@@ -60,7 +60,7 @@ impl<F: Pointwise<IN, OUT>, const IN: usize, const OUT: usize> Kernel for Pointw
     }
 }
 
-/// Applies pointwise functions at the level of this process.
+/// Applies elementwise functions to slices, with the SIMD instruction set of this process.
 fn apply<F: Pointwise<IN, OUT>, const IN: usize, const OUT: usize>(
     _: F,
     inputs: [&[f32]; IN],
@@ -70,7 +70,7 @@ fn apply<F: Pointwise<IN, OUT>, const IN: usize, const OUT: usize>(
     Level::current().run(usize::MAX, PointwiseKernel { inputs, outputs, fresh, function: PhantomData::<F> });
 }
 
-/// (ln(1 + t) - t + t^2 / 2) / t^3 on [sqrt(1/2) - 1, sqrt(2) - 1], highest power first.
+/// Polynomial for (ln(1 + t) - t + t^2 / 2) / t^3 on [sqrt(1/2) - 1, sqrt(2) - 1], highest power first.
 ///
 /// Minimax with a relative error of the logarithm of 3.3e-8.
 const LN: [f32; 7] = [
@@ -84,7 +84,7 @@ const LN: [f32; 7] = [
 ];
 const LN_2: f32 = std::f32::consts::LN_2;
 
-/// Natural logarithm.
+/// Natural logarithm in every SIMD lane.
 #[inline(always)]
 pub(crate) fn ln<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let (k, bits) = (|c: f32| simd.splat_f32s(c), |c: u32| simd.splat_u32s(c));
@@ -115,7 +115,7 @@ pub(crate) fn ln<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     simd.select_f32s(is_positive, y, special)
 }
 
-/// ln(1 + exp(x)) = max(x, 0) + ln(1 + exp(-|x|)).
+/// Softplus in every SIMD lane: ln(1 + exp(x)) = max(x, 0) + ln(1 + exp(-|x|)).
 #[inline(always)]
 pub(super) fn softplus_at<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let u = exp2(simd, simd.mul_f32s(simd.abs_f32s(x), simd.splat_f32s(SIGMOID_SCALE)));
@@ -134,7 +134,7 @@ impl Pointwise<1, 1> for Softplus {
     }
 }
 
-/// Hyperbolic tangent, by the rational approximation of [`super::activation::tanh`].
+/// Hyperbolic tangent in every SIMD lane, by the rational approximation of [`super::activation::tanh`].
 #[inline(always)]
 pub(super) fn tanh_at<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let x = at_most(simd, at_least(simd, x, -TANH_CLAMP), TANH_CLAMP);
@@ -158,7 +158,7 @@ impl Pointwise<1, 1> for Tanh {
     }
 }
 
-/// g sigmoid(x), with g the gradient of softplus(x).
+/// Vector-Jacobian product of softplus: g sigmoid(x), with g the gradient of softplus(x).
 struct SoftplusVjp;
 impl Pointwise<2, 1> for SoftplusVjp {
     #[inline(always)]
@@ -222,37 +222,38 @@ impl Pointwise<4, 3> for NllVjp {
     }
 }
 
-/// `y = ln(1 + exp(x))`.
+/// Computes softplus, `y = ln(1 + exp(x))`, element by element.
 pub fn softplus(x: &[f32], y: &mut [f32]) {
     apply(Softplus, [x], [y], [true]);
 }
 
-/// `dx += g sigmoid(x)`, or `dx = g sigmoid(x)` if `fresh`.
+/// Gradient of softplus: `dx += g sigmoid(x)`, or `dx = g sigmoid(x)` if `fresh`.
 pub fn softplus_vjp(x: &[f32], g: &[f32], dx: &mut [f32], fresh: bool) {
     apply(SoftplusVjp, [x, g], [dx], [fresh]);
 }
 
-/// `y = tanh x`.
+/// Computes `y = tanh x`, element by element.
 pub fn tanh(x: &[f32], y: &mut [f32]) {
     apply(Tanh, [x], [y], [true]);
 }
 
-/// Kullback-Leibler divergence KL(q || p) of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
+/// Computes the Kullback-Leibler divergence KL(q
+/// p) of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
 pub fn gaussian_kl(operands: [&[f32]; 4], y: &mut [f32]) {
     apply(Kl, operands, [y], [true]);
 }
 
-/// Adds the gradients of the four operands of [`gaussian_kl`]; overwrites those that are `fresh`.
+/// Adds the gradients of the four operands of [`gaussian_kl`]; overwrites those marked in `fresh`.
 pub fn gaussian_kl_vjp([mq, sq, mp, sp]: [&[f32]; 4], g: &[f32], grads: [&mut [f32]; 4], fresh: [bool; 4]) {
     apply(KlVjp, [mq, sq, mp, sp, g], grads, fresh);
 }
 
-/// `ln sd + (x - mean)^2 / (2 sd^2)`, from `[x, mean, sd]`.
+/// Computes the Gaussian negative log-likelihood `ln sd + (x - mean)^2 / (2 sd^2)`, from `[x, mean, sd]`.
 pub fn gaussian_nll(operands: [&[f32]; 3], y: &mut [f32]) {
     apply(Nll, operands, [y], [true]);
 }
 
-/// Adds the gradients of the three operands of [`gaussian_nll`]; overwrites those that are `fresh`.
+/// Adds the gradients of the three operands of [`gaussian_nll`]; overwrites those marked in `fresh`.
 pub fn gaussian_nll_vjp([x, mean, sd]: [&[f32]; 3], g: &[f32], grads: [&mut [f32]; 3], fresh: [bool; 3]) {
     apply(NllVjp, [x, mean, sd, g], grads, fresh);
 }
@@ -271,7 +272,7 @@ mod tests {
         }
     }
 
-    /// A grid over all floats, with special values.
+    /// A grid of floats over their whole range, with special values.
     fn floats() -> Vec<f32> {
         let mut x: Vec<f32> = (0..=u32::MAX).step_by(4099).map(f32::from_bits).collect();
         x.extend((0..=100_000).map(|i| 0.5 + i as f32 * 2e-5));

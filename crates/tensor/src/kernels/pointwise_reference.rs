@@ -2,28 +2,29 @@
 
 use crate::Scalar;
 
-/// `y = ln(1 + exp(x))`.
+/// Computes softplus, `y = ln(1 + exp(x))`, element by element.
 pub fn softplus<T: Scalar>(x: &[T], y: &mut [T]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y = x.softplus();
     }
 }
 
-/// `y = tanh x`.
+/// Computes `y = tanh x`, element by element.
 pub fn tanh<T: Scalar>(x: &[T], y: &mut [T]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y = x.tanh();
     }
 }
 
-/// `dx += g sigmoid(x)`.
+/// Adds the gradient of softplus: `dx += g sigmoid(x)`.
 pub fn softplus_vjp<T: Scalar>(x: &[T], g: &[T], dx: &mut [T]) {
     for ((d, x), g) in dx.iter_mut().zip(x).zip(g) {
         *d += *g * x.sigmoid();
     }
 }
 
-/// Kullback-Leibler divergence KL(q || p) of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
+/// Computes the Kullback-Leibler divergence KL(q
+/// p) of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
 ///
 /// `ln(sd_p / sd_q) + (sd_q^2 + (mean_q - mean_p)^2) / (2 sd_p^2) - 1/2`.
 pub fn gaussian_kl<T: Scalar>([mq, sq, mp, sp]: [&[T]; 4], y: &mut [T]) {
@@ -46,7 +47,7 @@ pub fn gaussian_kl_vjp<T: Scalar>([mq, sq, mp, sp]: [&[T]; 4], g: &[T], grads: [
     }
 }
 
-/// `ln sd + (x - mean)^2 / (2 sd^2)`, from `[x, mean, sd]`.
+/// Computes the Gaussian negative log-likelihood `ln sd + (x - mean)^2 / (2 sd^2)`, from `[x, mean, sd]`.
 pub fn gaussian_nll<T: Scalar>([x, mean, sd]: [&[T]; 3], y: &mut [T]) {
     let half = T::from_f64(0.5);
     for (i, y) in y.iter_mut().enumerate() {

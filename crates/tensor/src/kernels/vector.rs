@@ -3,7 +3,7 @@
 use super::exp2;
 use pulp::Simd;
 
-/// A vector of a supported instruction set.
+/// A SIMD vector of a supported instruction set, with the operation on which the gates are based.
 pub(crate) trait Vector: Simd {
     /// Returns numerator / (1 + 2^a) and numerator / (1 + 2^b).
     #[inline(always)]
@@ -41,7 +41,7 @@ mod wide {
 
     use pulp::{Simd, cast, f32x16, x86::V4};
 
-    /// 2^(i/32) for i from 0 to 31.
+    /// Table of 2^(i/32) for i from 0 to 31.
     static TABLE: [f32x16; 2] = [
         f32x16(
             1.0,
@@ -80,16 +80,16 @@ mod wide {
             1.957_144_1,
         ),
     ];
-    /// 1.5 * 2^18: adding it to t and rounding down leaves the integer floor(32 t) in the low bits.
+    /// Rounding constant 1.5 * 2^18: adding it to t and rounding down leaves floor(32 t) in the low bits.
     const FLOOR_32T: f32 = 393_216.0;
-    /// Rounding mode: down, without floating-point exceptions.
+    /// AVX-512 rounding mode: down, without floating-point exceptions.
     const ROUND_DOWN: i32 = 0x09;
-    /// Mode of the reduction that keeps the remainder of t after 5 binary places, between 0 and 1/32.
+    /// AVX-512 reduction mode that keeps the remainder of t after 5 binary places, between 0 and 1/32.
     const REMAINDER: i32 = (5 << 4) | ROUND_DOWN;
-    /// (2^f - 1) / f on [0, 1/32], highest power first; minimax with a relative error of 2^f of 6.6e-8.
+    /// Polynomial for (2^f - 1) / f on [0, 1/32], highest power first; minimax, relative error of 2^f 6.6e-8.
     const EXP2: [f32; 2] = [2.426_527e-1, 6.931_237_6e-1];
 
-    /// 1 + 2^t.
+    /// Computes 1 + 2^t in every SIMD lane.
     #[inline(always)]
     pub fn one_plus_exp2(simd: V4, t: f32x16) -> f32x16 {
         let k = |c: f32| simd.splat_f32s(c);

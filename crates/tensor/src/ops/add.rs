@@ -5,7 +5,7 @@ use super::elementwise::vectorised;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Sum of two tensors, with broadcasting.
+    /// Records the sum of two tensors, with broadcasting.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

@@ -4,7 +4,7 @@ use super::Op;
 use crate::{MAX_RANK, Scalar, Shape, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// `a` broadcast to `shape` by NumPy's rule; `a` itself if it has that shape.
+    /// Broadcasts `a` to `shape` by NumPy's rule; returns `a` itself if it has that shape.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -41,7 +41,7 @@ pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, out: Var, grad: &[T]) {
     tape.accumulate(a, |da, _| for_each_source(from, shape, |to, source| da[source] += grad[to]));
 }
 
-/// Calls `f(index in the broadcast tensor, index in the original)` for every element; indices are flat.
+/// Calls `f(flat index in the broadcast tensor, flat index in the original)` for every element.
 fn for_each_source(from: Shape, to: Shape, mut f: impl FnMut(usize, usize)) {
     let offset = to.rank() - from.rank();
     let mut strides = [0; MAX_RANK];

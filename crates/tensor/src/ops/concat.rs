@@ -4,7 +4,7 @@ use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Concatenates `parts` along `axis`, in order.
+    /// Concatenates the tensors `parts` along `axis`, in order.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

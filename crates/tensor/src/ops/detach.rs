@@ -1,10 +1,10 @@
-//! A copy of a tensor as a constant.
+//! Copies a tensor as a constant.
 
 use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// The values of `a` as a constant: no gradient is propagated to `a`.
+    /// Records the values of `a` as a constant: no gradient is propagated to `a`.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

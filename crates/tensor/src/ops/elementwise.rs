@@ -11,7 +11,7 @@ pub(crate) fn vectorised<R>(f: impl FnOnce() -> R) -> R {
 }
 
 impl<T: Scalar> Tape<T> {
-    /// Records `f` applied to every element.
+    /// Records a tensor with `f` applied to every element of `a`.
     pub(crate) fn map(&mut self, op: Op, a: Var, f: impl Fn(T) -> T) -> Result<Var, TensorError> {
         let mut out = self.pool.take(self.shape(a).len());
         let x = self.value(a);
@@ -23,7 +23,7 @@ impl<T: Scalar> Tape<T> {
         self.push(op, self.shape(a), self.needs_grad(&[a]), out)
     }
 
-    /// Records `f` applied to every pair of elements, after broadcasting both operands.
+    /// Records a tensor with `f` applied to every pair of elements of `a` and `b`, after broadcasting both.
     pub(crate) fn zip(
         &mut self,
         op: fn(Var, Var) -> Op,

@@ -48,7 +48,7 @@ impl<T: Scalar> Tape<T> {
     }
 }
 
-/// `dx[t, i, b] = sum_o J[t, o, i, b] dy[t, o, b]`.
+/// Adds the gradient of `x`: `dx[t, i, b] += sum_o J[t, o, i, b] dy[t, o, b]`, J the given Jacobian.
 pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, x: Var, out: Var, grad: &[T]) {
     let (inputs, outputs) = (tape.shape(x).dims()[1], tape.shape(out).dims()[1]);
     let batch = tape.shape(x).dims()[2];

@@ -5,7 +5,8 @@ use super::elementwise::same_shape;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Kullback-Leibler divergence KL(q || p) of `q = N(mean_q, sd_q^2)` and `p = N(mean_p, sd_p^2)`.
+    /// Records the Kullback-Leibler divergence KL(q
+    /// p) of `q = N(mean_q, sd_q^2)`, `p = N(mean_p, sd_p^2)`.
     ///
     /// Element by element: `ln(sd_p / sd_q) + (sd_q^2 + (mean_q - mean_p)^2) / (2 sd_p^2) - 1/2`. The
     /// standard deviations must be positive.

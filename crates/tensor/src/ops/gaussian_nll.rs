@@ -5,7 +5,7 @@ use super::elementwise::same_shape;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// `ln sd + (x - mean)^2 / (2 sd^2)`, element by element. `sd` must be positive.
+    /// Records `ln sd + (x - mean)^2 / (2 sd^2)`, element by element. `sd` must be positive.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

@@ -4,7 +4,7 @@ use super::gru_sequence::GruVars;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// The hidden states of [`Tape::gru_sequence`], composed of elementary operations.
+    /// Records the hidden states of a GRU layer as [`Tape::gru_sequence`], composed of elementary operations.
     ///
     /// It is slow; tests compare the fused layer with it.
     ///

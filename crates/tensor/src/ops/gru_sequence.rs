@@ -9,13 +9,13 @@ use crate::{Scalar, Shape, Tape, TensorError, Var};
 /// Weights of one GRU layer in PyTorch's layout (`torch.nn.GRU`): rows are the gates r, z, n.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GruVars {
-    /// `[3H, I]`.
+    /// Input weights `[3H, I]` (H hidden units, I inputs).
     pub w_ih: Var,
-    /// `[3H, H]`.
+    /// Recurrent weights `[3H, H]` (H hidden units).
     pub w_hh: Var,
-    /// `[3H]`.
+    /// Input biases `[3H]` (H hidden units).
     pub b_ih: Var,
-    /// `[3H]`.
+    /// Recurrent biases `[3H]` (H hidden units).
     pub b_hh: Var,
 }
 
@@ -26,7 +26,7 @@ impl GruVars {
 }
 
 impl<T: Scalar> Tape<T> {
-    /// Hidden states `[time, hidden, batch]` of a GRU layer for inputs `x [time, input, batch]`.
+    /// Records the hidden states `[time, hidden, batch]` of a GRU layer for inputs `x [time, input, batch]`.
     ///
     /// `h0 [hidden, batch]` is the initial state, 0 if it is `None`. With the reset gate r, the update gate z
     /// and the candidate state n:
@@ -81,7 +81,7 @@ impl<T: Scalar> Tape<T> {
         GruWeights { w_ih, w_hh, b_ih, b_hh }
     }
 
-    /// Extents of a GRU layer from the shapes of its operands.
+    /// Determines the extents of a GRU layer from the shapes of its operands, and checks these.
     ///
     /// # Errors
     /// [`TensorError::BadShape`] or [`TensorError::ShapeMismatch`].
@@ -115,7 +115,7 @@ impl<T: Scalar> Tape<T> {
     }
 }
 
-/// Number of leading features of `x` whose gradient is needed.
+/// Number of first features of `x` whose gradient is needed.
 ///
 /// Constants are often concatenated behind the differentiated features; their gradient is not computed.
 fn differentiated_inputs<T: Scalar>(tape: &Tape<T>, x: Var, inputs: usize) -> usize {

@@ -5,7 +5,7 @@ use crate::kernels::{LinearBackward, LinearDims, LinearForward};
 use crate::{Scalar, Shape, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// `w x + b`, `[time, out, batch]`, for `x [time, in, batch]`, `w [out, in]` and `b [out]`.
+    /// Records `w x + b`, `[time, out, batch]`, for `x [time, in, batch]`, `w [out, in]` and `b [out]`.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -25,7 +25,7 @@ impl<T: Scalar> Tape<T> {
         self.linear_layer(x, w, b, false)
     }
 
-    /// tanh of [`Tape::linear`], computed in one pass.
+    /// Records tanh of [`Tape::linear`], computed in one pass.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

@@ -4,7 +4,7 @@ use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Natural logarithm, element by element.
+    /// Records the natural logarithm of every element.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

@@ -5,7 +5,7 @@ use crate::kernels::MatmulDims;
 use crate::{Scalar, Shape, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// `a [m, k]` times `b [k, n]`.
+    /// Records the matrix product of `a [m, k]` and `b [k, n]`.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

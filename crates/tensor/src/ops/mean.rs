@@ -3,11 +3,11 @@
 use super::{Op, sum};
 use crate::{Scalar, Shape, Tape, TensorError, Var};
 
-/// Message for tensors without elements.
+/// Error message for tensors without elements, whose mean is undefined.
 const EMPTY_RULE: &str = "the mean of no elements is undefined";
 
 impl<T: Scalar> Tape<T> {
-    /// Mean over `axis`, which keeps the extent 1.
+    /// Records the mean over `axis`, which keeps the extent 1.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -29,7 +29,7 @@ impl<T: Scalar> Tape<T> {
         self.sum_axis(Op::Mean(a, axis), a, axis, T::ONE / T::from_f64(extent as f64))
     }
 
-    /// Mean of all elements, a scalar.
+    /// Records the mean of all elements, a scalar.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

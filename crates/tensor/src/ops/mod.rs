@@ -36,7 +36,7 @@ mod tanh;
 
 use crate::{Scalar, Tape, Var};
 
-/// The operation that produced a node, with its operands.
+/// The operation that produced a tensor on the tape, with its operands.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Op {
     Leaf,
@@ -80,7 +80,7 @@ macro_rules! names {
         pub const OPERATIONS: &[&str] = &[$($name),*];
 
         impl Op {
-            /// Name of the operation.
+            /// Name of the operation, as in error messages.
             pub(crate) fn name(self) -> &'static str {
                 match self {
                     $($pattern => $name,)*
@@ -124,7 +124,7 @@ names! {
     Op::External(..) => "external",
 }
 
-/// Vector-Jacobian product of `op`: adds the gradients of its operands, given that of its output.
+/// Runs the vector-Jacobian product of `op`: adds the gradients of its operands, given that of its output.
 pub(crate) fn vjp<T: Scalar>(tape: &mut Tape<T>, op: Op, out: Var, grad: &[T]) {
     match op {
         Op::Leaf => {}

@@ -4,7 +4,7 @@ use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Product of two tensors, element by element, with broadcasting.
+    /// Records the product of two tensors, element by element, with broadcasting.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

@@ -1,10 +1,10 @@
-//! Negative, element by element.
+//! Negation, element by element.
 
 use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Negative, element by element.
+    /// Records the negation of every element.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

@@ -1,10 +1,10 @@
-//! The elements of a tensor with another shape.
+//! Gives the elements of a tensor another shape.
 
 use super::Op;
 use crate::{Scalar, Shape, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// The elements of `a`, in the same order, with the shape `dims`.
+    /// Records the elements of `a`, in the same order, with the shape `dims`.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

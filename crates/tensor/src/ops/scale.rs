@@ -4,7 +4,7 @@ use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// `factor * a`.
+    /// Records `factor * a`, for a constant number `factor`.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

@@ -4,7 +4,7 @@ use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// `a + offset`.
+    /// Records `a + offset`, for a constant number `offset`.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

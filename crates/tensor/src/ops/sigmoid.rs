@@ -4,7 +4,7 @@ use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Logistic function 1 / (1 + exp(-x)), element by element.
+    /// Records the logistic function 1 / (1 + exp(-x)) of every element.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

@@ -1,10 +1,10 @@
-//! A range of a tensor along one axis.
+//! Selects a range of a tensor along one axis.
 
 use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// The range `start..end` along `axis`.
+    /// Records the elements of `a` with indices `start..end` along `axis`.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

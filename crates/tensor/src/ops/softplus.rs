@@ -1,10 +1,10 @@
-//! ln(1 + exp(x)), element by element.
+//! Softplus, ln(1 + exp(x)), element by element.
 
 use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// ln(1 + exp(x)), element by element.
+    /// Records softplus, ln(1 + exp(x)), of every element.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

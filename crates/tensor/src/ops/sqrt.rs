@@ -4,7 +4,7 @@ use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Square root, element by element.
+    /// Records the square root of every element.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

@@ -8,7 +8,7 @@ use super::elementwise::{same_shape, vectorised};
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// `(x - mean)^2 / 2`, element by element.
+    /// Records half the squared difference, `(x - mean)^2 / 2`, element by element.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

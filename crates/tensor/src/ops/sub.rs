@@ -4,7 +4,7 @@ use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Difference of two tensors, with broadcasting.
+    /// Records the difference of two tensors, with broadcasting.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

@@ -5,7 +5,7 @@ use super::elementwise::vectorised;
 use crate::{Scalar, Shape, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Sum over `axis`, which keeps the extent 1.
+    /// Records the sum over `axis`, which keeps the extent 1.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -22,7 +22,7 @@ impl<T: Scalar> Tape<T> {
         self.sum_axis(Op::Sum(a, axis), a, axis, T::ONE)
     }
 
-    /// Sum of all elements, a scalar.
+    /// Records the sum of all elements, a scalar.
     ///
     /// ```
     /// # use augsim_tensor::Tape;
@@ -43,12 +43,12 @@ impl<T: Scalar> Tape<T> {
         self.push(Op::SumAll(a), Shape::SCALAR, self.needs_grad(&[a]), out)
     }
 
-    /// Sum of all elements by partial sums of 64, so that rounding errors grow slowly.
+    /// Computes the sum of all elements by partial sums of 64, so that rounding errors grow slowly.
     pub(super) fn total(&self, a: Var) -> T {
         self.value(a).chunks(64).map(|c| c.iter().copied().sum::<T>()).sum()
     }
 
-    /// Records `k` times the sum over `axis`.
+    /// Records `k` times the sum of `a` over `axis`.
     pub(super) fn sum_axis(&mut self, op: Op, a: Var, axis: usize, k: T) -> Result<Var, TensorError> {
         let shape = self.shape(a);
         if axis >= shape.rank() {
@@ -77,7 +77,7 @@ pub(super) fn vjp<T: Scalar>(tape: &mut Tape<T>, a: Var, axis: usize, grad: &[T]
     broadcast_gradient(tape, a, axis, grad, T::ONE);
 }
 
-/// Adds `k * grad` to the gradient of every element of each sum.
+/// Adds `k * grad` to the gradient of every element of `a`, where `grad` is that of the sums over `axis`.
 pub(super) fn broadcast_gradient<T: Scalar>(tape: &mut Tape<T>, a: Var, axis: usize, grad: &[T], k: T) {
     let (outer, extent, inner) = tape.shape(a).split_at_axis(axis);
     tape.accumulate(a, |da, _| {

@@ -4,7 +4,7 @@ use super::Op;
 use crate::{Scalar, Tape, TensorError, Var};
 
 impl<T: Scalar> Tape<T> {
-    /// Hyperbolic tangent, element by element.
+    /// Records the hyperbolic tangent of every element.
     ///
     /// ```
     /// # use augsim_tensor::Tape;

@@ -54,8 +54,7 @@ struct SerialisedEngine {
 
 impl EquationEngine {
     /// Creates the engine of a system whose integration steps and smoothing widths suit its data.
-    /// `step_s` is the time between samples in s, `sensor_sd` the measurement noise of each output in its
-    /// unit.
+    /// `step_s` is the time between samples in s, `sensor_sd` the measurement noise of each output in its unit.
     ///
     /// # Errors
     /// [`EngineError`] if the step is not positive, or the model cannot be serialised or compiled.
@@ -148,8 +147,7 @@ pub(crate) struct EquationMotion {
     step_s: f64,
     /// Indices of the states whose rates are corrected.
     corrected: Vec<usize>,
-    /// States whose rate is proportional to a corrected state: (state, index in `corrected`, rate per unit of
-    /// it).
+    /// States whose rate is proportional to a corrected state: (state, index in `corrected`, rate per unit of it).
     driven: Vec<(usize, usize, f64)>,
     /// Period of each state in its unit; `None` for a state that is not periodic.
     periods: Vec<Option<f64>>,
@@ -303,8 +301,7 @@ impl EquationMotion {
         out.copy_from_slice(predicted);
     }
 
-    /// Adds a `share` of the corrections over an interval to a state, by formula (1), within the state
-    /// bounds.
+    /// Adds a `share` of the corrections over an interval to a state, by formula (1), within the state bounds.
     fn apply_share(&self, predicted: &[f64], rates: &[f64], share: f64, out: &mut [f64]) {
         let h = self.step_s;
         out.copy_from_slice(predicted);

@@ -86,8 +86,7 @@ impl Engine {
         self.motion().ignored_effects()
     }
 
-    /// Duration of contacts that single steps treat as instantaneous, s; `None` if the model has no such
-    /// effect.
+    /// Duration of contacts that single steps treat as instantaneous, s; `None` if the model has no such effect.
     pub fn contact_duration_s(&self) -> Option<f64> {
         self.motion().contact_duration_s()
     }
@@ -123,8 +122,7 @@ impl Engine {
         self.motion().step(state, from, to, next);
     }
 
-    /// Number P of trajectory-specific parameters in
-    /// [`trajectory_sensitivities`](Self::trajectory_sensitivities).
+    /// Number P of trajectory-specific parameters in [`trajectory_sensitivities`](Self::trajectory_sensitivities).
     pub(crate) fn sensitivity_count(&self) -> usize {
         self.motion().sensitivity_count()
     }

@@ -34,8 +34,7 @@ pub(super) trait EngineModel: Any + Debug + Send + Sync {
     /// Writes the state one step after `state` to `next`, while the actions go from `from` to `to`.
     fn step(&self, state: &[f64], from: &[f64], to: &[f64], next: &mut [f64]);
 
-    /// Number P of trajectory-specific parameters in
-    /// [`trajectory_sensitivities`](Self::trajectory_sensitivities).
+    /// Number P of trajectory-specific parameters in [`trajectory_sensitivities`](Self::trajectory_sensitivities).
     fn sensitivity_count(&self) -> usize {
         0
     }
@@ -61,8 +60,7 @@ pub(super) trait EngineModel: Any + Debug + Send + Sync {
         &[]
     }
 
-    /// Duration of contacts that single steps treat as instantaneous, s; `None` if the model has no such
-    /// effect.
+    /// Duration of contacts that single steps treat as instantaneous, s; `None` if the model has no such effect.
     fn contact_duration_s(&self) -> Option<f64> {
         None
     }

@@ -31,8 +31,7 @@ struct SerialisedEngine {
 
 impl SystemEngine {
     /// Creates the engine of a model file.
-    /// `step_s` is the time between samples of the data in s, for systems whose actions do not include the
-    /// time.
+    /// `step_s` is the time between samples of the data in s, for systems whose actions do not include the time.
     ///
     /// # Errors
     /// [`EngineError`] if an effect depends on more than the states, or the step is not positive.

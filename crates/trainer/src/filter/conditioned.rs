@@ -16,15 +16,15 @@ use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
 use super::trajectory_regression::{MIN_COMPONENT_VARIANCE, components, dot, scores};
 use crate::{Forecaster, Samples, TrainerError};
 
-/// Minimum number of samples for the regression.
+/// Minimum number of forecast samples for the regression.
 const MIN_SAMPLES: usize = 500;
 /// Maximum number of principal components of the observed rows.
 /// It exceeds the number of unknowns of a trajectory and is small enough for the number of samples.
 const MAX_COMPONENTS: usize = 8;
-/// Scale of a column that is measured exactly, in the column's unit.
+/// Unit of deviations in a column that is measured exactly, in the column's unit.
 const EXACT_SCALE: f64 = 1e-6;
 
-/// A forecaster from the first row whose samples are conditioned on further observed rows.
+/// A forecaster from the first row, whose samples are conditioned on all rows observed so far.
 #[derive(Clone, Copy)]
 pub struct ConditionedForecaster<'m> {
     model: &'m dyn Forecaster,
@@ -39,12 +39,12 @@ impl std::fmt::Debug for ConditionedForecaster<'_> {
 }
 
 impl<'m> ConditionedForecaster<'m> {
-    /// Conditions the forecasts of `model` on the observed rows.
+    /// Creates a forecaster that conditions the samples of `model` on the observed rows.
     pub fn new(model: &'m dyn Forecaster) -> Self {
         ConditionedForecaster { model, max_components: MAX_COMPONENTS }
     }
 
-    /// Forecasts of `model` that ignore all observed rows after the first: the baseline.
+    /// Creates the baseline: forecasts of `model` that ignore all observed rows after the first.
     pub fn unconditioned(model: &'m dyn Forecaster) -> Self {
         ConditionedForecaster { model, max_components: 0 }
     }
@@ -74,9 +74,9 @@ impl PrefixForecaster for ConditionedForecaster<'_> {
 /// Deviations of the samples from their mean, in units of the measurement noise.
 struct SampleDeviations<'a> {
     scales: &'a [f64],
-    /// Mean of the samples `[T S]`, in the columns' units.
+    /// Mean of the samples, `[T S]` (S columns at T times), in the columns' units.
     mean: Vec<f64>,
-    /// Deviations from the mean, `[sample][T S]`.
+    /// Deviations of the samples from the mean, `[sample][T S]`, in units of the measurement noise.
     deviations: Vec<Vec<f64>>,
 }
 
@@ -91,8 +91,8 @@ impl<'a> SampleDeviations<'a> {
         SampleDeviations { scales, mean, deviations }
     }
 
-    /// The first `samples` draws of the rows after `readings [n, S]`, conditioned on them by (1).
-    /// `most` is the maximum number of principal components.
+    /// Returns `samples` draws of the rows after `readings [n, S]`, conditioned on these by formula (1).
+    /// `max_components` is the maximum number of principal components.
     fn condition_on_prefix(&self, readings: &[f64], max_components: usize, samples: usize) -> Samples {
         let (s, observed_values, sample_count) =
             (self.scales.len(), readings.len(), self.deviations.len() as f64);
@@ -143,7 +143,7 @@ mod tests {
 
     const NOISE: f64 = 0.1;
 
-    /// Straight lines from 0 with one random slope, and noise on each row but the first.
+    /// Test model: straight lines from 0 with one random slope, and noise on each row but the first.
     struct Lines;
 
     impl Forecaster for Lines {

@@ -5,7 +5,7 @@ use crate::TrainerError;
 use crate::engine::Engine;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// A physics engine whose parameters are known; the only unknown is the state.
+/// A physics engine with known parameters as a transition model; the only unknown is the state.
 #[derive(Debug, Clone)]
 pub struct EngineTransition<'e> {
     engine: &'e Engine,
@@ -13,7 +13,7 @@ pub struct EngineTransition<'e> {
 }
 
 impl<'e> EngineTransition<'e> {
-    /// The transition model of `engine`.
+    /// Creates the transition model of `engine`.
     pub fn new(engine: &'e Engine) -> Self {
         EngineTransition { states: engine.columns().len(), engine }
     }

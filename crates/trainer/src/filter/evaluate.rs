@@ -1,4 +1,4 @@
-//! The protocol `filtered`: every model observes the same noisy rows and forecasts the remaining ones.
+//! The protocol `filtered`: every model observes the same noisy first rows and forecasts the remaining ones.
 
 use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
 use super::score::{FilteredScore, tally_forecast};
@@ -10,12 +10,12 @@ use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-/// The same prefix lengths for each of `trajectories` trajectories, `[trajectory][prefix]`.
+/// Repeats the prefix lengths `rows` for each of `trajectories` trajectories, `[trajectory][prefix]`.
 pub fn same_prefix_lengths(rows: &[usize], trajectories: usize) -> Vec<Vec<usize>> {
     vec![rows.to_vec(); trajectories]
 }
 
-/// Scores a model's forecasts after prefixes of `lengths [trajectory][prefix]` rows (ascending).
+/// Scores a model's forecasts after prefixes (first rows) of `lengths [trajectory][prefix]` rows, ascending.
 /// A trajectory that is not longer than a prefix is left out of the score for that prefix. The true states
 /// are those of `test`; the model observes them with simulated measurement noise, or as they are where they
 /// are measured.
@@ -82,9 +82,9 @@ pub(super) fn map_forecasts<T: Send>(
     collect_in_order(results)
 }
 
-/// Rows `[T, S]` of a trajectory with simulated measurement noise; NaN in unobserved columns.
-/// Each trajectory and seed has its own noise stream. Without a seed the rows are measurements already and
-/// no noise is added.
+/// Returns rows `[T, S]` of a trajectory with simulated measurement noise; NaN in unobserved columns.
+/// Each trajectory and seed has its own noise stream.
+/// Without a seed the rows are measurements already and no noise is added.
 pub fn measured_rows(q: &Sequence, sensor: &Sensor, seed: Option<u64>, index: u64) -> Vec<f64> {
     let mut rng = random_stream(seed.unwrap_or_default(), "sensor", index);
     let scale = if seed.is_some() { 1.0 } else { 0.0 };

@@ -5,10 +5,10 @@ use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
 use super::{InitialStatePrior, Sensor};
 use crate::{Samples, Sequences, TrainerError};
 
-/// The forecasts of a model after the prefixes of one set; other forecasts are refused.
+/// Stored forecasts of a model after the prefixes (first rows) of one set; other forecasts are refused.
 #[derive(Debug, Clone)]
 pub struct CachedForecasts {
-    /// Number of observed rows and forecast, `[trajectory][prefix]`.
+    /// For each prefix of each trajectory, the number of observed rows and the forecast, `[trajectory][prefix]`.
     forecasts_by_prefix: Vec<Vec<(usize, Samples)>>,
 }
 

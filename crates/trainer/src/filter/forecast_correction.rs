@@ -33,50 +33,50 @@ use rayon::prelude::*;
 
 /// Number of cross-validation folds.
 const FOLDS: usize = 5;
-/// Training iterations of each net.
+/// Number of training iterations of each net.
 const ITERATIONS: u64 = 400;
-/// Forecasts in a training batch.
+/// Number of forecasts in a training batch.
 const BATCH: usize = 32;
-/// Maximum norm of a gradient; larger ones are scaled down to it.
+/// Maximum norm of a gradient; larger gradients are scaled down to it.
 const CLIP: f64 = 10.0;
 /// Learning rate: initial 3e-3, halved after every eighth of the iterations.
 const LEARNING_RATE: StepDecay = StepDecay { initial: 3e-3, factor: 0.5, every: ITERATIONS / 8 };
-/// Candidate shrinkage factors of the correction; 0 keeps the model's median.
+/// Candidate shrinkage factors of the correction; 0 keeps the median of the uncorrected forecast.
 const SHRINKAGE_FACTORS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 /// Share of the typical spread that is added to the spread of the samples.
 /// Samples that agree can all be wrong, so their spread alone would give a unit of zero.
 const TYPICAL_SPREAD_SHARE: f64 = 0.1;
 /// Bound of the standardised features: values beyond it were never trained on.
 const FEATURE_BOUND: f64 = 6.0;
-/// Number of features per column, and per row in addition.
+/// Number of features per state column, and number of additional features per row.
 const FEATURES_PER_COLUMN: usize = 3;
 const FEATURES_PER_ROW: usize = 2;
 
-/// A correction of a model's forecasts that was learned from trajectories.
+/// A learned correction of a model's forecasts: nets, scales and shrinkage factor.
 #[derive(Debug, Clone)]
 pub struct ForecastCorrection {
     net: ForecastNet,
-    /// Parameters of the nets, one for each fold that was left out.
+    /// Parameters of the nets, one per cross-validation fold; each was trained without its fold.
     params: Vec<Params<f32>>,
     scales: Scales,
     shrinkage: f64,
 }
 
-/// Scales that standardise features and corrections.
+/// Normalisation scales of features and corrections.
 #[derive(Debug, Clone, Default)]
 struct Scales {
-    /// Mean and standard deviation of the medians of each column.
+    /// Mean and standard deviation over all rows of the forecast medians, per column.
     mean: Vec<f64>,
     sd: Vec<f64>,
-    /// Root mean square change of the median from row to row, per column.
+    /// Root mean square change of the forecast median from row to row, per column.
     row_change: Vec<f64>,
-    /// Median over all rows of the standard deviation of the samples, per column.
+    /// Median over all rows of the samples' standard deviation, per column.
     spread: Vec<f64>,
-    /// Mean number of forecast rows, and mean number of observed rows.
+    /// Mean number of forecast rows, and mean number of observed rows, over the training forecasts.
     mean_rows: [f64; 2],
 }
 
-/// Median and standard deviation of the samples `[horizon, S]` of a forecast after `observed_rows` rows.
+/// Median and standard deviation `[horizon, S]` of a forecast's samples, after `observed_rows` rows.
 struct Summary {
     observed_rows: usize,
     median: Vec<f64>,
@@ -125,12 +125,12 @@ impl Scales {
         scales
     }
 
-    /// Unit of the correction of column `j` where the samples have standard deviation `spread`.
+    /// Unit of the correction of state column `j` where the samples have standard deviation `spread`.
     fn unit(&self, j: usize, spread: f64) -> f64 {
         spread + TYPICAL_SPREAD_SHARE * self.spread[j]
     }
 
-    /// Features `[horizon, U]` of a forecast.
+    /// Computes the net's features `[horizon, U]` of a forecast, U features per row.
     fn features(&self, summary: &Summary) -> Vec<f32> {
         let s = self.mean.len();
         let mut features =
@@ -155,7 +155,7 @@ impl Scales {
         features
     }
 
-    /// Features and targets of a forecast, up to the first row with a missing measurement.
+    /// Computes features and targets of a forecast, up to the first row with a missing measurement.
     fn prepare(&self, summary: &Summary, q: &Sequence) -> Prepared {
         let s = self.mean.len();
         let truth = &q.states[summary.observed_rows * s..];
@@ -241,13 +241,13 @@ impl ForecastCorrection {
             .1
     }
 
-    /// Shrinkage factor that multiplies the correction.
+    /// Shrinkage factor that multiplies the correction; chosen by cross-validation.
     pub fn shrinkage(&self) -> f64 {
         self.shrinkage
     }
 }
 
-/// Trains one net by Adam on random batches.
+/// Trains one correction net by Adam on random batches.
 fn train_net(
     net: &ForecastNet,
     params: &mut Params<f32>,
@@ -294,17 +294,17 @@ pub struct CorrectedForecaster<'a> {
 }
 
 impl<'a> CorrectedForecaster<'a> {
-    /// Corrects the forecasts of `model` by the mean of all nets.
+    /// Creates a forecaster that corrects the forecasts of `model` by the mean of all nets.
     pub fn new(model: &'a dyn PrefixForecaster, correction: &'a ForecastCorrection) -> Self {
         CorrectedForecaster { model, correction, is_cross_validated: false }
     }
 
-    /// Corrects forecasts of the training trajectories, each by the net that was trained without it.
+    /// Creates a forecaster for the training trajectories, each corrected by the net trained without it.
     pub fn out_of_fold(model: &'a dyn PrefixForecaster, correction: &'a ForecastCorrection) -> Self {
         CorrectedForecaster { model, correction, is_cross_validated: true }
     }
 
-    /// Location and scale `[horizon, S]` of the correction of a forecast, in units of [`Scales::unit`].
+    /// Predicts location and scale `[horizon, S]` of the correction of a forecast, in units of [`Scales::unit`].
     fn predict_correction(&self, summary: &Summary, index: u64) -> [Vec<f64>; 2] {
         let ForecastCorrection { net, params, scales, .. } = self.correction;
         let fold = index as usize % FOLDS;
@@ -359,7 +359,7 @@ mod tests {
     const TIME: usize = 30;
     const NOISE: f64 = 0.05;
 
-    /// Extrapolates the line through the first and the last observed row.
+    /// Test model that extrapolates the line through the first and the last observed row.
     struct LinearExtrapolation;
 
     impl PrefixForecaster for LinearExtrapolation {
@@ -386,7 +386,7 @@ mod tests {
         }
     }
 
-    /// Trajectories that curve away from a straight line after row 10.
+    /// Generates trajectories that curve away from a straight line after row 10.
     fn curved_trajectories(count: usize, curvature: f64, purpose: &str) -> Sequences {
         let item = |i: usize| {
             let mut rng = random_stream(3, purpose, i as u64);

@@ -15,15 +15,15 @@ use augsim_nn::inference::{GaussianRunner, GruRunner};
 use augsim_nn::{Bound, GaussianHead, Gru, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// Width of the hidden state.
+/// Number of hidden units of the GRU.
 const HIDDEN_WIDTH: usize = 16;
 /// Degrees of freedom of Student's t.
 /// About one trajectory in ten has a very large error. The heavy tails keep it from dominating the fit.
 const DEGREES_OF_FREEDOM: f64 = 2.0;
-/// Minimum scale, in the units of the corrections.
+/// Minimum scale of the Student's t distribution, in the units of the corrections.
 const MIN_SCALE: f64 = 1e-2;
 
-/// Net from U features a row to location and scale of the corrections of S columns.
+/// Net that maps U features per row to location and scale of the corrections of S columns.
 #[derive(Debug, Clone)]
 pub(super) struct ForecastNet {
     extents: Extents,
@@ -32,7 +32,7 @@ pub(super) struct ForecastNet {
 }
 
 impl ForecastNet {
-    /// Registers the parameters of the net.
+    /// Creates the net and registers its parameters.
     pub fn new<T: Scalar>(extents: Extents, params: &mut Params<T>) -> Self {
         ForecastNet {
             extents,
@@ -41,7 +41,7 @@ impl ForecastNet {
         }
     }
 
-    /// Loss of a tile: the sum of (1) over the unmasked values.
+    /// Records the loss of a batch tile: the sum of formula (1) over the unmasked values.
     fn loss<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -56,7 +56,7 @@ impl ForecastNet {
         Ok(LossVars { total: nll, kl: zero(tape)?, negative_ln_likelihood: nll })
     }
 
-    /// Location and scale `[time, S]` of the corrections for features `u [time, U]`.
+    /// Computes location and scale `[time, S]` of the corrections for features `u [time, U]`.
     pub fn predict(&self, params: &Params<f32>, u: &[f32]) -> [Vec<f32>; 2] {
         let time = u.len() / self.extents.condition;
         let mut runner = GruRunner::new(&self.gru, params, 1, time);

@@ -7,9 +7,9 @@ use augsim_system::{Offsets, Record, Seed, Simulate, Simulated, Task};
 pub(super) struct Unknown {
     /// Place of the unknown in the simulation: a parameter, an initial state or an event offset.
     pub seed: Seed,
-    /// Mean and standard deviation of its normal prior; `None` for a flat prior.
+    /// Mean and standard deviation of the unknown's normal prior; `None` for a flat prior.
     pub prior: Option<(f64, f64)>,
-    /// Lower and upper bound.
+    /// Lower and upper bound of the unknown.
     pub bounds: [f64; 2],
 }
 
@@ -17,16 +17,16 @@ pub(super) struct Unknown {
 pub(super) struct InferenceProblem<'a> {
     pub system: &'a dyn Simulate,
     pub unknowns: &'a [Unknown],
-    /// Parameter values of the system, in its order.
+    /// Parameter values of the system, in the order of its parameters.
     pub parameters: &'a [f64],
     /// Whether all events share one offset.
     pub has_shared_offset: bool,
     pub record: &'a Record,
-    /// Observed rows `[n, C]`; NaN where not measured.
+    /// Observed rows `[n, C]` of C channels; NaN where not measured.
     pub rows: &'a [f64],
     /// Standard deviation of the measurement noise of each channel.
     pub sd: Vec<f64>,
-    /// Rough initial state from which fits start, in the order of the schema.
+    /// Rough initial state from which fits start, in the order of the system's states.
     pub start: Vec<f64>,
 }
 
@@ -41,9 +41,9 @@ impl InferenceProblem<'_> {
         self.rows[..n * self.sd.len()].iter().filter(|v| v.is_finite()).count()
     }
 
-    /// Simulates the first `samples` of the record at given values of the unknowns.
-    /// Derivatives are computed with respect to `seeds`. Returns false if the simulation fails or any
-    /// output is not finite.
+    /// Simulates the first `samples` samples of the record with given values of the unknowns, into `out`.
+    /// Derivatives are computed with respect to `seeds`. Returns false if the simulation fails or any output
+    /// is not finite.
     pub fn simulate(&self, values: &[f64], samples: usize, seeds: &[Seed], out: &mut Simulated) -> bool {
         let (mut parameters, mut start) = (self.parameters.to_vec(), self.start.clone());
         let mut offsets = Vec::new();
@@ -80,7 +80,7 @@ impl InferenceProblem<'_> {
         self.half_squared_residuals(n, out) + self.negative_log_prior(values)
     }
 
-    /// Half the sum of squared residuals of the first `n` rows, each divided by its noise level.
+    /// Half the sum of squared residuals in the first `n` rows, each divided by its noise standard deviation.
     pub fn half_squared_residuals(&self, n: usize, out: &Simulated) -> f64 {
         let channels = self.sd.len();
         let residual =

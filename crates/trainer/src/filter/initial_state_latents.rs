@@ -11,14 +11,14 @@ use crate::latent::cholesky_into;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// A model with S extra standard normal latents that determine the initial state.
-/// Its latents `[L + S]` begin with those of `inner`.
+/// A transition model with S extra standard normal latents, which determine the S-column initial state.
+/// Its latents `[L + S]` begin with the L latents of the model `inner`.
 #[derive(Debug, Clone)]
 pub(super) struct WithInitialState<L> {
     inner: L,
     mean: Vec<f64>,
     factor: Vec<f64>,
-    /// Latents of the inner model, `[lane, L]`.
+    /// Latents of the model `inner`, `[lane, L]`.
     inner_latents: Vec<f64>,
 }
 

@@ -20,16 +20,16 @@ use augsim_system::Seed;
 use augsim_system::statistics::median;
 use rayon::prelude::*;
 
-/// Number of expectation-maximisation rounds.
+/// Number of expectation-maximisation rounds in which the priors are learned.
 /// Well identified quantities converge in three, those that only some trajectories identify in about ten.
 const EM_ROUNDS: usize = 12;
-/// Cap on squared distances from the mean, in variances of the current prior.
+/// Cap on squared distances of modes from the mean of a prior, in variances of the current prior.
 /// A single outlier, such as a ball that hit the net, then does not widen the prior of all others.
 const MAX_SQUARED_DISTANCE: f64 = 9.0;
-/// Minimum standard deviation of a learned prior, as a share of the initial one.
+/// Minimum standard deviation of a learned prior, as a share of that of the initial prior.
 const MIN_SD_SHARE: f64 = 1e-3;
 
-/// Learned priors of the quantities that differ from trajectory to trajectory, and of the noise.
+/// Learned priors of the quantities that differ between trajectories, and learned measurement noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LearnedPriors {
     laws: Vec<(Seed, f64, f64)>,
@@ -91,12 +91,12 @@ impl LearnedPriors {
         Ok(LearnedPriors { laws: indices.into_iter().map(learned).collect(), noise })
     }
 
-    /// Each quantity with the mean and the standard deviation of its prior.
+    /// Learned priors as (unknown quantity, mean, standard deviation).
     pub fn normal_priors(&self) -> &[(Seed, f64, f64)] {
         &self.laws
     }
 
-    /// Standard deviation of the measurement noise of each channel, in its unit.
+    /// Learned standard deviation of the measurement noise of each channel, in its unit.
     pub fn noise(&self) -> &[f64] {
         &self.noise
     }

@@ -1,4 +1,4 @@
-//! Baseline of the filter: PyBullet's ball fitted to the prefix by least squares. A point forecast.
+//! Baseline of the filter: fits PyBullet's ball to the observed rows by least squares. A point forecast.
 //!
 //! The objective is piecewise smooth, because a rebound happens at a whole step of the engine. The fit
 //! therefore runs Levenberg-Marquardt steps from several initial values.
@@ -12,44 +12,44 @@ const START_RESTITUTIONS: [f64; 5] = [0.3, 0.45, 0.6, 0.75, 0.9];
 /// Dampings from which a fit starts, 1/s, besides the declared one.
 /// Another damping gives another number of steps to the ground, where the objective jumps.
 const START_DAMPINGS: [f64; 3] = [0.0, 0.015, 0.03];
-/// Maximum number of Levenberg-Marquardt iterations.
+/// Maximum number of Levenberg-Marquardt iterations from one start.
 const MAX_ITERATIONS: usize = 40;
-/// Steps of the central differences: initial height in m, restitution, damping in 1/s.
+/// Steps of the central differences by the initial height (m), restitution, and damping (1/s).
 const DIFFERENCE_STEPS: [f64; 3] = [1e-5, 1e-4, 1e-4];
 
-/// Unknowns that are fitted besides the initial height.
+/// Which unknowns are fitted besides the initial height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FreeParameters {
-    /// None: the engine as declared.
+    /// Only the initial height is fitted; the engine stays as declared.
     Height,
-    /// Restitution and damping: the engine calibrated on the prefix.
+    /// Restitution and damping are fitted too: the engine is calibrated on the observed rows.
     Calibrated,
-    /// Restitution, for an engine whose damping is known.
+    /// The restitution is fitted too, for an engine whose damping is known.
     Restitution,
 }
 
-/// A ball that is dropped from rest.
+/// A ball that is dropped from rest, fitted to observed rows by least squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FittedDrop {
-    /// The engine, with its declared values.
+    /// The ball's engine, with its declared parameter values.
     pub ball: BulletBall,
-    /// Unknowns that are fitted besides the initial height.
+    /// Which unknowns are fitted besides the initial height.
     pub freedom: FreeParameters,
 }
 
 impl FittedDrop {
-    /// Heights and velocities `[time, 2]` of the drop fitted to the rows `[n, 2]` measured by `sensor`.
+    /// Simulates the drop fitted to the rows `[n, 2]` measured by `sensor`: heights and velocities `[time, 2]`.
     pub fn path(&self, rows: &[f64], sensor: &Sensor, time: usize) -> Vec<f64> {
         self.simulate(self.fit(rows, sensor), time)
     }
 
-    /// The engine with the values fitted to the rows `[n, 2]` measured by `sensor`.
+    /// Returns the engine with the values fitted to the rows `[n, 2]` measured by `sensor`.
     pub fn fitted(&self, rows: &[f64], sensor: &Sensor) -> BulletBall {
         let [_, restitution, damping] = self.fit(rows, sensor);
         BulletBall { restitution, damping, ..self.ball }
     }
 
-    /// Initial height, restitution and damping with the smallest residual over several starts.
+    /// Finds initial height, restitution and damping with the smallest residual over several starts.
     fn fit(&self, rows: &[f64], sensor: &Sensor) -> [f64; 3] {
         let declared = [rows[0], self.ball.restitution, self.ball.damping];
         let start_values = |declared: f64, others: &[f64], is_free: bool| -> Vec<f64> {
@@ -94,7 +94,7 @@ impl FittedDrop {
         (0..rows.len() / 2).flat_map(|t| columns.iter().map(move |&c| residual(t, c))).collect()
     }
 
-    /// Levenberg-Marquardt minimisation with central differences from one start.
+    /// Minimises the squared residuals from one start by Levenberg-Marquardt with central differences.
     /// Restitution and damping are kept between 0 and 1. Returns the sum of squares and the values.
     fn minimise(&self, start: [f64; 3], rows: &[f64], sensor: &Sensor) -> (f64, [f64; 3]) {
         let free_parameters = self.free_parameters();

@@ -59,32 +59,32 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// A probabilistic model of one sample step, given the latents of a trajectory.
 pub trait TransitionModel {
-    /// Number L of latents of a trajectory.
+    /// Number L of latent variables of a trajectory.
     fn latent_dim(&self) -> usize;
 
     /// Number S of state columns.
     fn state_dim(&self) -> usize;
 
-    /// Draws `count` latents `[count, L]` from their prior.
+    /// Draws `count` latents `[count, L]` of L values each from their prior.
     fn draw(&self, count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<f64>;
 
     /// Log prior density of a latent, up to a constant.
     fn log_density(&mut self, latent: &[f64]) -> f64;
 
-    /// Accuracy of the model's steps in column `j`, in its unit.
+    /// Accuracy of the model's steps in state column `j`, in the column's unit.
     /// Measurements count as no more accurate than this: the model's errors over many rows are not
     /// independent and would otherwise be taken for information about the latents.
     fn resolution(&self, _j: usize) -> f64 {
         0.0
     }
 
-    /// Receives the distribution of the initial state, updated by the first row.
+    /// Sets the distribution of the initial state, updated by the first row.
     /// Returns true if the initial state is part of the latents.
     fn set_initial_state(&mut self, _mean: &[f64], _covariance: &[f64]) -> bool {
         false
     }
 
-    /// Writes the initial state of a latent; only called where the latents include it.
+    /// Writes the initial state that a latent determines; only called where the latents include it.
     fn initial_state(&self, _latent: &[f64], _state: &mut [f64]) {}
 
     /// Computes means and variances `[lane, S]` of the next states.
@@ -102,11 +102,11 @@ pub trait TransitionModel {
     ) -> Result<(), TrainerError>;
 }
 
-/// Output buffers for the next states, `[lane, S]` each.
+/// Output buffers for mean and variance of the next states, `[lane, S]` each.
 #[derive(Debug)]
 pub struct Moments<'a> {
-    /// Means.
+    /// Means of the next states.
     pub mean: &'a mut [f64],
-    /// Variances of the process noise of the step.
+    /// Variances of the step's process noise.
     pub variance: &'a mut [f64],
 }

@@ -15,9 +15,9 @@ use augsim_system::{Seed, Simulated};
 
 /// Maximum number of Levenberg-Marquardt iterations, accepted or not.
 const MAX_ITERATIONS: usize = 60;
-/// Relative decrease of the cost below which the minimisation stops.
+/// Relative decrease of the cost (negative log posterior) below which the minimisation stops.
 const CONVERGED_DECREASE: f64 = 1e-9;
-/// Damping beyond which the minimisation gives up: steps are then too small to lower the cost.
+/// Damping factor above which the minimisation gives up: steps are then too small to lower the cost.
 const MAX_DAMPING: f64 = 1e12;
 /// Number of rows of the first fit; each later fit uses twice as many.
 /// A rough initial velocity may lead far away over a long prefix, so fits start on a short one.
@@ -26,19 +26,19 @@ const FIRST_FIT_ROWS: usize = 8;
 /// Several are tried because the cost may have several minima.
 const OFFSET_STARTS: [f64; 5] = [0.0, -1.0, 1.0, -2.0, 2.0];
 
-/// A minimum of the cost.
+/// A minimum of the cost (negative log posterior density) of a trajectory's unknowns.
 #[derive(Debug, Clone)]
 pub(super) struct Mode {
     /// Values of the unknowns at the minimum.
     pub values: Vec<f64>,
-    /// Cost at the minimum.
+    /// Cost (negative log posterior density, up to a constant) at the minimum.
     pub cost: f64,
-    /// Covariance of the unknowns `[U, U]`: the inverse of the curvature.
+    /// Covariance `[U, U]` of the U unknowns: the inverse of the cost's curvature at the minimum.
     pub covariance: Vec<f64>,
 }
 
 impl Mode {
-    /// Returns the best minimum over all starts, or `None` if the system cannot be simulated.
+    /// Finds the lowest minimum of the cost over all starts; `None` if the system cannot be simulated.
     pub fn find(problem: &InferenceProblem<'_>) -> Option<Self> {
         let first_offset = problem.unknowns.iter().position(|u| matches!(u.seed, Seed::Offset(_)));
         let offset_starts = if first_offset.is_some() { &OFFSET_STARTS[..] } else { &OFFSET_STARTS[..1] };
@@ -148,6 +148,7 @@ impl InferenceProblem<'_> {
     }
 
     /// Gauss-Newton curvature `[U, U]` and negative gradient `[U]` of the cost over the first `rows` rows.
+    /// `None` if the simulation fails.
     fn normal_equations(&self, values: &[f64], rows: usize) -> Option<(Mat<f64>, Vec<f64>)> {
         let seeds: Vec<Seed> = self.unknowns.iter().map(|u| u.seed).collect();
         let mut out = Simulated::default();

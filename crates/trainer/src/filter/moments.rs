@@ -2,7 +2,7 @@
 
 use crate::latent::cholesky_into;
 
-/// Mean `[S]` and covariance `[S, S]` of a state.
+/// Mean `[S]` and covariance `[S, S]` of a state with S columns.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Gaussian {
     pub mean: Vec<f64>,
@@ -10,7 +10,7 @@ pub(super) struct Gaussian {
 }
 
 impl Gaussian {
-    /// A Gaussian with a diagonal covariance.
+    /// Creates a Gaussian with a diagonal covariance.
     pub fn diagonal(mean: &[f64], sd: &[f64]) -> Self {
         let s = mean.len();
         let mut covariance = vec![0.0; s * s];
@@ -20,7 +20,7 @@ impl Gaussian {
         Gaussian { mean: mean.to_vec(), covariance }
     }
 
-    /// Updates by a measurement of column `j`; returns its log density, up to a constant.
+    /// Kalman update by a measurement of column `j`; returns its log density, up to a constant.
     pub fn measure(&mut self, j: usize, value: f64, variance: f64) -> f64 {
         measure(&mut self.mean, &mut self.covariance, j, value, variance)
     }
@@ -53,7 +53,7 @@ pub(super) fn measure(mean: &mut [f64], covariance: &mut [f64], j: usize, value:
     -0.5 * (total.ln() + innovation * innovation / total)
 }
 
-/// The 2 S points of the spherical cubature rule, `[2 S, S]` (Arasaratnam and Haykin 2009).
+/// Computes the 2 S points of the spherical cubature rule, `[2 S, S]` (Arasaratnam and Haykin 2009).
 /// They are the mean plus and minus sqrt(S) times the columns of the Cholesky factor of the covariance.
 /// Written to `out`; `factor [S, S]` is scratch.
 pub(super) fn cubature(mean: &[f64], covariance: &[f64], factor: &mut [f64], out: &mut [f64]) {
@@ -69,14 +69,15 @@ pub(super) fn cubature(mean: &[f64], covariance: &[f64], factor: &mut [f64], out
     }
 }
 
-/// Weighted mean and covariance of rows `[n, dim]`.
+/// Computes the weighted mean and covariance of rows `[n, dim]`.
 pub(super) fn weighted(rows: &[f64], weights: &[f64], dim: usize) -> Gaussian {
     let mut out = Gaussian { mean: Vec::new(), covariance: Vec::new() };
     weighted_into(rows, |i| weights[i], weights.iter().sum(), dim, &mut out);
     out
 }
 
-/// Like [`weighted`], with a function for the weights and their sum, written to `out`.
+/// Computes the weighted mean and covariance of rows `[n, dim]` as [`weighted`], into `out`.
+/// `weight` is a function of the row's index, and `total` the sum of the weights.
 pub(super) fn weighted_into(
     rows: &[f64],
     weight: impl Fn(usize) -> f64,

@@ -13,12 +13,12 @@ use augsim_nn::Params;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Accuracy of the corrections along a smooth path, in standard deviations of a state column.
-/// Single-precision rounding of the features and the decoder's residual error of a step add up to about
-/// this over tens of rows.
+/// Accuracy of a corrected step along a smooth path, in standard deviations of a state column.
+/// Single-precision rounding of the features and the decoder's residual error of a step add up to about this
+/// over tens of rows.
 const RESOLUTION: f64 = 1e-3;
 
-/// The steps of the physics engine with the corrections of a trained net.
+/// The physics engine's steps, corrected by a trained net, as a transition model.
 #[derive(Debug)]
 pub struct NetTransition<'m> {
     net: &'m Stepwise,
@@ -26,7 +26,7 @@ pub struct NetTransition<'m> {
     engine: &'m Engine,
     scales: &'m Scales,
     prior: &'m LatentDistribution,
-    /// One runner per number of lanes: particles, their cubature points, and forecast samples differ.
+    /// Decoders of the net, one per number of lanes: particles, cubature points and forecast samples differ.
     runners: Vec<StepRunner>,
     whitened: Vec<f64>,
     engine_next: Vec<f64>,
@@ -35,7 +35,7 @@ pub struct NetTransition<'m> {
 }
 
 impl<'m> NetTransition<'m> {
-    /// The transition model of a trained net that corrects single steps.
+    /// Creates the transition model of a trained net that corrects single steps.
     ///
     /// # Errors
     /// [`TrainerError::Mismatch`] if the net is of another kind, or its training has not ended.

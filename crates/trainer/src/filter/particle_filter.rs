@@ -23,13 +23,13 @@ use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Effective share of the particles below which they are resampled and moved.
+/// Effective sample size, as a share of the particles, below which they are resampled and moved.
 const RESAMPLING_THRESHOLD: f64 = 0.5;
-/// Effective share of the particles that one tempering step must leave.
+/// Minimum effective sample size after one tempering step, as a share of the particles.
 const MIN_TEMPERED_SHARE: f64 = 0.25;
-/// Metropolis steps of every particle after a resampling.
+/// Number of Metropolis steps of every particle after a resampling.
 const MOVES_PER_RESAMPLING: usize = 2;
-/// Size of a move: a preconditioned Crank-Nicolson step keeps sqrt(1 - MOVE_SIZE^2) of the old value.
+/// Size of a Metropolis move: a Crank-Nicolson step keeps sqrt(1 - MOVE_SIZE^2) of the old value.
 const MOVE_SIZE: f64 = 0.7;
 /// Maximum number of tempering steps of one row.
 /// Each step narrows the posterior at least fourfold, so only a row that no particle explains needs more.
@@ -53,17 +53,17 @@ pub struct Filter<'m> {
     rng: Xoshiro256PlusPlus,
     stream: (u64, u64),
     count: usize,
-    /// Observed rows, `[t, S]`.
+    /// Observed rows of the trajectory, `[t, S]`.
     rows: Vec<f64>,
-    /// Latents of the particles, `[n, L]`.
+    /// Latents of the n particles, `[n, L]`.
     latents: Vec<f64>,
     states: States,
-    /// Log weights of the particles, `[n]`.
+    /// Log weights of the n particles, `[n]`.
     weights: Vec<f64>,
-    /// Log density of the rows observed after those of `shared_state`, `[n]`.
+    /// For each particle, log density of the rows observed after those of `shared_state`, `[n]`.
     prefix_log_density: Vec<f64>,
-    /// Number of leading rows after which all particles had one state, and that state.
-    /// These rows are not replayed when latents are moved.
+    /// Number of first rows after which all particles had one state, and that state.
+    /// These rows are not simulated again when latents are moved.
     shared_state: (usize, Gaussian),
     /// Whether all particles still have one state.
     is_shared: bool,
@@ -74,10 +74,10 @@ pub struct Filter<'m> {
     samples: Samples,
 }
 
-/// Number of rows for which memory is reserved; more rows allocate again.
+/// Number of observed rows for which memory is reserved; more rows allocate again.
 const RESERVED_ROWS: usize = 4096;
 
-/// Buffers for a row, a move and a forecast; nothing is allocated once each has been used.
+/// Scratch buffers of the filter; nothing is allocated once each has been used.
 #[derive(Debug, Clone, Default)]
 struct Scratch {
     next: States,
@@ -100,7 +100,7 @@ struct Scratch {
 }
 
 impl Scratch {
-    /// Reserves room for `n` particles with `l` latents and `s` state columns.
+    /// Reserves memory for `n` particles with `l` latents and `s` state columns.
     /// Without it the first resampling, at an impact, would take longer than the later ones.
     fn with_capacity(n: usize, l: usize, s: usize) -> Self {
         let (buffer, max_width) = (|count: usize| Vec::with_capacity(count), l.max(s));
@@ -134,7 +134,7 @@ impl std::fmt::Debug for Filter<'_> {
 }
 
 impl<'m> Filter<'m> {
-    /// A filter of `particles` particles before any row.
+    /// Creates a filter of `particles` particles before any row is observed.
     /// `actions [T, A]` are known in advance and `width` is A; `stream` holds the seed and the index of the
     /// trajectory in its set.
     pub fn new(
@@ -326,7 +326,7 @@ impl<'m> Filter<'m> {
         Ok(())
     }
 
-    /// The initial state: its prior, updated by the first row.
+    /// Computes the distribution of the initial state: its prior, updated by the first row.
     fn first_state(&self, row: &[f64]) -> Gaussian {
         let mut initial = Gaussian::diagonal(&self.start.mean, &self.start.sd);
         for (j, variance) in self.sensor.observed_columns() {
@@ -339,8 +339,8 @@ impl<'m> Filter<'m> {
         initial
     }
 
-    /// Replaces the particles' states by their mean while they are equal, and resets the weights.
-    /// The rows observed so far then carry no information about the latents and need no replay.
+    /// Replaces the particles' states by their mean and resets the weights, while the states are equal.
+    /// The rows observed so far then carry no information about the latents and need not be simulated again.
     fn merge_equal_states(&mut self, scratch: &mut Scratch) {
         let (n, s) = (self.count, self.model.state_dim());
         let Scratch { particle_moments, factor: covariance, .. } = scratch;
@@ -365,7 +365,7 @@ impl<'m> Filter<'m> {
         }
     }
 
-    /// The largest tempering increment, at most `remaining`, that leaves enough effective particles.
+    /// Finds the largest tempering increment, at most `remaining`, that keeps the minimum effective sample size.
     fn tempering_increment(&self, row_log_density: &[f64], remaining: f64, shares: &mut Vec<f64>) -> f64 {
         let tempered =
             |increment: f64| self.weights.iter().zip(row_log_density).map(move |(w, d)| w + increment * d);
@@ -388,7 +388,7 @@ impl<'m> Filter<'m> {
         self.weights.fill(0.0);
     }
 
-    /// Makes one Metropolis step of every latent, invariant under its posterior given the observed rows.
+    /// Makes one Metropolis step of every particle's latent, which leaves the posterior invariant.
     /// `partial` is a row that is being assimilated, with the tempering exponent reached so far. Proposals
     /// are preconditioned Crank-Nicolson steps (Cotter et al. 2013) about the particles' own mean and
     /// covariance.
@@ -443,7 +443,7 @@ impl<'m> Filter<'m> {
         Ok(())
     }
 
-    /// Proposes new latents and computes the logarithms of their proposal ratios.
+    /// Proposes new latents of the particles and computes the logarithms of their proposal ratios.
     fn propose(&mut self, scratch: &mut Scratch) {
         let (l, n) = (self.model.latent_dim(), self.count);
         let Scratch { proposed, log_proposal_ratios, particle_moments, factor, whitened, moved, .. } =
@@ -470,7 +470,7 @@ impl<'m> Filter<'m> {
         }
     }
 
-    /// Writes the particles' states after the leading rows that carry no information about the latents.
+    /// Writes the particles' states after the first rows, which carry no information about the latents.
     fn write_shared_states(&self, latents: &[f64], states: &mut States) {
         states.repeat(&self.shared_state.1, self.count);
         if self.has_initial_state_latents {
@@ -481,7 +481,7 @@ impl<'m> Filter<'m> {
         }
     }
 
-    /// Computes states after all observed rows, and the rows' log density, for the proposed latents.
+    /// Simulates the proposed latents over the observed rows: states after them, and the rows' log density.
     fn replay(&mut self, scratch: &mut Scratch) -> Result<(), TrainerError> {
         let s = self.model.state_dim();
         let Scratch { replayed, prefix_log_density, proposed, .. } = scratch;
@@ -503,7 +503,7 @@ impl<'m> Filter<'m> {
     }
 }
 
-/// The actions at the samples before and at row `t`.
+/// Returns the actions at sample `t - 1` and at sample `t`.
 fn actions_before_and_at(actions: &[f64], width: usize, t: usize) -> [&[f64]; 2] {
     [t - 1, t].map(|t| &actions[t * width..(t + 1) * width])
 }

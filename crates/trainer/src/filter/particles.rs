@@ -12,13 +12,13 @@ pub(super) struct States {
 }
 
 impl States {
-    /// Copies all states from `from`.
+    /// Copies the states of all particles from `source`.
     pub fn copy_from(&mut self, source: &States) {
         self.mean.clone_from(&source.mean);
         self.covariance.clone_from(&source.covariance);
     }
 
-    /// Copies the states of the particles `chosen` from `from`.
+    /// Copies the states of the particles `chosen` from `source`.
     pub fn select_from(&mut self, source: &States, chosen: &[usize], s: usize) {
         gather_rows(&source.mean, chosen, s, &mut self.mean);
         gather_rows(&source.covariance, chosen, s * s, &mut self.covariance);
@@ -34,7 +34,7 @@ impl States {
         }
     }
 
-    /// Copies the state of particle `i` from `from`.
+    /// Copies the state of particle `i` from `source`.
     pub fn copy_one(&mut self, source: &States, i: usize, s: usize) {
         let (a, b) = (i * s..(i + 1) * s, i * s * s..(i + 1) * s * s);
         self.mean[a.clone()].copy_from_slice(&source.mean[a]);
@@ -48,7 +48,7 @@ pub(super) fn gather_rows(values: &[f64], chosen: &[usize], width: usize, out: &
     chosen.iter().for_each(|&i| out.extend_from_slice(&values[i * width..(i + 1) * width]));
 }
 
-/// Buffers for the steps of particles; nothing is allocated after the first step.
+/// Buffers for one step of all particles; nothing is allocated after the first step.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Workspace {
     points: Vec<f64>,
@@ -116,7 +116,8 @@ impl Workspace {
     }
 }
 
-/// Mean and covariance of equally weighted points `means [k, S]` with independent `variances [k, S]`.
+/// Computes the mean and covariance of an equally weighted mixture of k Gaussians.
+/// The components have means `means [k, S]` and diagonal covariances `variances [k, S]`.
 fn gather(means: &[f64], variances: &[f64], mean: &mut [f64], covariance: &mut [f64]) {
     let s = mean.len();
     let k = (means.len() / s) as f64;

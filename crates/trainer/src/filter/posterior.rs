@@ -19,21 +19,21 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Standard deviation of q relative to that of the curvature.
+/// Standard deviation of the proposal q in formula (1), relative to that of the curvature at the mode.
 const PROPOSAL_WIDTH: f64 = 1.1;
-/// Effective share of the particles that one tempering step must leave.
+/// Minimum effective sample size after one tempering step, as a share of the particles.
 const MIN_EFFECTIVE_SHARE: f64 = 0.5;
-/// Maximum number of tempering steps; the last one always reaches b = 1.
+/// Maximum number of tempering steps; the last one always reaches exponent b = 1.
 const MAX_TEMPERING_STEPS: usize = 12;
-/// Metropolis steps of every particle after a tempering step that did not reach b = 1.
+/// Number of Metropolis steps of every particle after a tempering step that did not reach exponent b = 1.
 const MOVES: usize = 3;
-/// Size of a preconditioned Crank-Nicolson move.
+/// Size of a Metropolis move: a Crank-Nicolson step keeps sqrt(1 - MOVE_SIZE^2) of the old value.
 const MOVE_SIZE: f64 = 0.6;
 
-/// Log density of impossible values; finite, so that any multiple of it is finite.
+/// Log density of impossible values of the unknowns; finite, so that any multiple of it is finite.
 const MIN_LOG_DENSITY: f64 = -1e300;
 
-/// Draws `count` particles `[count, U]` and returns them with their log weights.
+/// Draws `count` particles `[count, U]` from the posterior of U unknowns; returns them and their log weights.
 pub(super) fn posterior(
     problem: &InferenceProblem<'_>,
     mode: &Mode,

@@ -12,9 +12,9 @@ use rand_distr::{Distribution, StandardNormal};
 /// Settings of a filter run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FilterSettings {
-    /// Number of particles.
+    /// Number of particles of the filter.
     pub particles: usize,
-    /// Number of draws of a forecast.
+    /// Number of sampled trajectories per forecast.
     pub samples: usize,
     /// Seed of the simulated measurement noise and of the particles.
     pub seed: u64,
@@ -24,33 +24,33 @@ pub struct FilterSettings {
 }
 
 impl FilterSettings {
-    /// Settings with [`SAMPLES`] draws a forecast, for rows that hold true states.
+    /// Creates settings with [`SAMPLES`] samples per forecast, for rows that hold true states.
     pub fn new(particles: usize, seed: u64) -> Self {
         FilterSettings { particles, samples: SAMPLES, seed, is_measured: false }
     }
 }
 
-/// Everything that a model may use for its forecast: observed rows, sensor, prior, and actions.
+/// Everything that a model may use for a forecast: observed rows, sensor, prior, and actions.
 #[derive(Debug, Clone, Copy)]
 pub struct Prefix<'a> {
-    /// Identifier of the trajectory.
+    /// Identifier of the observed trajectory.
     pub id: &'a str,
-    /// Observed rows `[n, S]`.
+    /// Rows `[n, S]` (n samples of S state columns) observed so far.
     pub rows: &'a [f64],
     /// Sensor through which the rows were observed.
     pub sensor: &'a Sensor,
     /// Prior distribution of the initial state.
     pub start: &'a InitialStatePrior,
-    /// Actions `[T, A]` of the whole trajectory, known in advance.
+    /// Actions `[T, A]` (T samples, A columns) of the whole trajectory, known in advance.
     pub actions: &'a [f64],
     /// Number T of rows of the whole trajectory.
     pub time: usize,
-    /// Index of the trajectory in its set.
+    /// Index of the trajectory in its set; selects the random stream.
     pub index: u64,
 }
 
 impl<'a> Prefix<'a> {
-    /// The task of forecasting from the first row alone.
+    /// Returns the task of forecasting from the first row alone.
     pub(super) fn task(&self) -> Task<'a> {
         let s = self.sensor.sd().len();
         Task { start: &self.rows[..s], actions: self.actions, time: self.time, index: self.index }
@@ -186,7 +186,7 @@ fn forecast_with_filter<'m>(
     Ok(out)
 }
 
-/// Adds measurement noise to samples `[horizon, S, sample]` of states, column by column.
+/// Adds simulated measurement noise to samples `[horizon, S, sample]` of states, column by column.
 pub(super) fn add_measurement_noise(
     samples: &mut Samples,
     sd: &[Option<f64>],

@@ -8,17 +8,17 @@ use super::prefix::{FilterSettings, Prefix, PrefixForecaster};
 use crate::score::median_of;
 use crate::{Samples, TrainerError};
 
-/// A forecaster with the spread of its samples rescaled.
+/// A forecaster whose samples' distances from their median are multiplied by a factor.
 #[derive(Clone, Copy)]
 pub struct RescaledSpread<'a> {
     model: &'a dyn PrefixForecaster,
-    /// Factor of the spread for each prefix length, in their order.
+    /// Factor of the spread for each prefix length, in the order of the lengths.
     factors: &'a [f64],
 }
 
 impl<'a> RescaledSpread<'a> {
-    /// Multiplies the samples' distances from their median by `factors[i]` after the i-th prefix.
-    /// The factor is 1 for prefixes beyond the end of the list.
+    /// Creates a forecaster that multiplies the samples' distances from their median by `factors`.
+    /// `factors[i]` applies after the i-th prefix; the factor is 1 for prefixes beyond the end of the list.
     pub fn new(model: &'a dyn PrefixForecaster, factors: &'a [f64]) -> Self {
         RescaledSpread { model, factors }
     }
@@ -49,7 +49,7 @@ mod tests {
     use super::*;
     use crate::filter::{InitialStatePrior, Sensor};
 
-    /// A forecaster with samples 0, 1, 3, 4 of one row after every prefix.
+    /// Test forecaster with samples 0, 1, 3, 4 of one row after every prefix.
     struct FourSamples;
 
     impl PrefixForecaster for FourSamples {

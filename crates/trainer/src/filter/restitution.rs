@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-/// Number of rows of a training drop that are fitted.
+/// Number of rows of a training drop to which its restitution is fitted.
 /// After the second rebound the cost of a restitution has many minima, because how deep an impact falls
 /// within a step decides the next one.
 const FITTED_ROWS: usize = 80;
@@ -17,11 +17,11 @@ const FIT_SD: f64 = 1e-5;
 /// A ball whose restitution is drawn from N(mean, sd) for each trajectory; negative values act as 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RandomRestitution {
-    /// All parameters but the restitution.
+    /// The ball's engine, with all parameters but the restitution.
     pub ball: BulletBall,
-    /// Mean of the restitution.
+    /// Mean of the random restitution.
     pub mean: f64,
-    /// Standard deviation of the restitution.
+    /// Standard deviation of the random restitution.
     pub sd: f64,
 }
 

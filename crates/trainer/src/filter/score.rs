@@ -1,9 +1,9 @@
-//! Scores of forecasts after an observed prefix.
+//! Scores of forecasts after an observed prefix (the first rows of a trajectory).
 //!
-//! There are two definitions. *whole* divides by all samples of the trajectory, of which the observed
-//! ones count as no error (comparable with forecasts from the first state). *rest* divides by the forecast
-//! samples alone. Percentages of the rest are ratios of sums over the set, because a mean of ratios would
-//! be dominated by objects at rest.
+//! There are two definitions. *whole* divides by all samples of the trajectory, of which the observed ones
+//! count as no error (comparable with forecasts from the first state). *rest* divides by the forecast samples
+//! alone. Percentages of the rest are ratios of sums over the set, because a mean of ratios would be
+//! dominated by objects at rest.
 
 use crate::Samples;
 use crate::score::{Scoring, crps_from_samples, length, quantile};
@@ -14,43 +14,44 @@ use std::ops::Range;
 /// The narrow bands of a resting object would raise the coverage.
 const MIN_BAND_WIDTH: f64 = 1e-3;
 
-/// Scores over the trajectories of a set.
+/// Scores of forecasts after a prefix, over the trajectories of a set.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FilteredScore {
-    /// Number of trajectories.
+    /// Number of scored trajectories.
     pub trajectories: usize,
-    /// State columns of each measure.
+    /// State columns of each measure (neighbouring columns with the same unit).
     pub columns: Vec<Range<usize>>,
-    /// Error of the median summed over forecast rows and divided by all rows; mean over trajectories.
-    /// One entry per measure.
+    /// Error of the median summed over the forecast rows, divided by the number of all rows.
+    /// Mean over trajectories; one entry per measure, in its unit.
     pub all_rows: Vec<f64>,
     /// Standard error of [`all_rows`](Self::all_rows) over trajectories.
     pub all_rows_se: Vec<f64>,
-    /// Errors summed over forecast rows relative to distances from zero over all rows, per cent.
-    /// Of the first measure; mean over trajectories.
+    /// Errors of the first measure over forecast rows, relative to its distances from zero over all rows, per cent.
+    /// A ratio of sums; mean over trajectories.
     pub all_rows_percent: f64,
-    /// Mean error of the median over the forecast rows.
+    /// Mean error of the median over the forecast rows, one entry per measure, in its unit.
     pub forecast_rows: Vec<f64>,
-    /// Median over trajectories of the mean error of the median over the forecast rows.
+    /// Median over trajectories of the mean error of the median over the forecast rows, per measure, in its unit.
     /// Robust to a few trajectories with very large errors.
     pub median_forecast_rows: Vec<f64>,
-    /// Sum of errors relative to the sum of distances from zero, over all forecast rows, per cent.
-    /// Of the first measure.
+    /// Errors of the first measure relative to its distances from zero, both over the forecast rows, per cent.
+    /// A ratio of sums over all trajectories.
     pub forecast_rows_percent: f64,
-    /// Mean error of the median in the last 70 % of the samples: the same rows for prefixes up to 30 %.
+    /// Mean error of the median in the last 70 % of the samples, per measure, in its unit.
+    /// These are the same rows for all prefixes up to 30 %.
     pub last_70_percent: Vec<f64>,
-    /// Fair continuous ranked probability score over the forecast rows.
+    /// Mean CRPS (fair continuous ranked probability score) over the forecast rows, per measure, in its unit.
     pub crps: Vec<f64>,
-    /// Median over trajectories of the mean continuous ranked probability score over the forecast rows.
+    /// Median over trajectories of the mean CRPS over the forecast rows, per measure, in its unit.
     pub median_crps: Vec<f64>,
     /// Share of true values in the central 50 % band where the 90 % band is wide enough.
     /// `None` for a point forecast.
     pub coverage50: Option<f64>,
-    /// Share of true values in the central 90 % band.
+    /// Share of true values in the central 90 % band where that band is wide enough; `None` for a point forecast.
     pub coverage90: Option<f64>,
 }
 
-/// Sums over the rows of one trajectory.
+/// Sums of errors and scores over the forecast rows of one trajectory.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Tally {
     columns: Vec<Range<usize>>,
@@ -67,7 +68,7 @@ pub(super) struct Tally {
     is_point_forecast: bool,
 }
 
-/// Scores `samples [horizon, S, sample]` of the rows `n..` of `truth [time, S]`.
+/// Scores a forecast, `samples [horizon, S, sample]`, against the rows from `n` on of `truth [time, S]`.
 /// Rows with a missing measurement do not count.
 pub(super) fn tally_forecast(samples: &Samples, truth: &[f64], n: usize, scoring: &Scoring) -> Tally {
     let measures = &scoring.measures;
@@ -125,14 +126,14 @@ pub(super) fn tally_forecast(samples: &Samples, truth: &[f64], n: usize, scoring
     out
 }
 
-/// Median of the finite values.
+/// Computes the median of the finite values.
 fn finite_median(values: impl Iterator<Item = f64>) -> f64 {
     let mut finite: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     if finite.is_empty() { f64::NAN } else { median(&mut finite) }
 }
 
 impl FilteredScore {
-    /// Averages over all trajectories of a set.
+    /// Averages the sums of all trajectories of a set.
     pub(super) fn from_tallies(tallies: &[Tally]) -> Self {
         let n = tallies.len() as f64;
         let measures = 0..tallies.first().map_or(0, |t| t.errors.len());

@@ -12,7 +12,7 @@ pub struct Sensor {
 }
 
 impl Sensor {
-    /// A sensor from the standard deviation of each state column, in its unit.
+    /// Creates a sensor from the standard deviation of its noise in each state column, in the column's unit.
     /// `None` marks a column that is not observed, 0 one that is exact.
     ///
     /// # Errors
@@ -28,12 +28,12 @@ impl Sensor {
         Ok(Sensor { sd })
     }
 
-    /// A sensor that observes every column with these standard deviations, each 0 or more.
+    /// Creates a sensor that observes every column with these noise standard deviations, each 0 or more.
     pub(super) fn with_sd<const N: usize>(sd: [f64; N]) -> Self {
         Sensor { sd: sd.map(Some).to_vec() }
     }
 
-    /// A sensor that observes every column exactly.
+    /// Creates a sensor that observes every column exactly.
     pub fn exact(columns: usize) -> Self {
         Sensor { sd: vec![Some(0.0); columns] }
     }
@@ -43,18 +43,18 @@ impl Sensor {
         self.sd.iter().all(|sd| *sd == Some(0.0))
     }
 
-    /// Observed state columns with the variance of their measurement.
+    /// Iterates over the observed columns: index, and variance of the measurement noise.
     pub fn observed_columns(&self) -> impl Iterator<Item = (usize, f64)> {
         self.sd.iter().enumerate().filter_map(|(j, sd)| Some((j, (*sd)?.max(MIN_SD).powi(2))))
     }
 
-    /// Raises the noise of column `j` to at least `resolution(j)`.
+    /// Returns a sensor whose noise in column `j` is at least `resolution(j)`.
     pub(super) fn with_min_sd(&self, resolution: impl Fn(usize) -> f64) -> Self {
         let sd = self.sd.iter().enumerate().map(|(j, sd)| sd.map(|sd| sd.max(resolution(j)))).collect();
         Sensor { sd }
     }
 
-    /// Standard deviation of each column; `None` where it is not observed.
+    /// Standard deviation of the measurement noise of each column; `None` where it is not observed.
     pub fn sd(&self) -> &[Option<f64>] {
         &self.sd
     }
@@ -63,14 +63,14 @@ impl Sensor {
 /// Prior of the initial state: mean and standard deviation over the training set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InitialStatePrior {
-    /// Mean, `[S]`.
+    /// Mean of the initial state, `[S]`, one value per state column.
     pub mean: Vec<f64>,
-    /// Standard deviation, `[S]`.
+    /// Standard deviation of the initial state, `[S]`, one value per state column.
     pub sd: Vec<f64>,
 }
 
 impl InitialStatePrior {
-    /// Mean and standard deviation of the initial states of a set, column by column.
+    /// Computes mean and standard deviation of the initial states of a set, column by column.
     pub fn from_training_set(train: &Sequences) -> Self {
         let (n, s) = (train.items.len().max(1) as f64, train.state_dim());
         let initial_states = || train.items.iter().map(|q| q.state(0));

@@ -12,28 +12,28 @@ use augsim_data::random_stream;
 use augsim_system::{InitialValue, Parameter, Per, Prepare, Record, Scatter, ScatterPer, Seed, Simulated};
 use std::sync::Arc;
 
-/// Number of events of a trajectory with an offset of their own; later events have none.
+/// Maximum number of events of a trajectory whose offset is estimated; later events have none.
 const MAX_EVENT_OFFSETS: usize = 16;
 /// Minimum standard deviation of a measurement, in the column's unit: files carry six digits.
 const MIN_SD: f64 = 1e-6;
-/// Number of measurements beyond the unknowns that an estimate of the noise needs.
+/// Number of measurements in excess of the unknowns that are needed to estimate the noise.
 const MIN_SPARE_READINGS: usize = 8;
 
 /// A forecaster after observed prefixes that samples the posterior of a system's unknowns.
 #[derive(Debug, Clone)]
 pub struct SystemFilter {
     system: Arc<dyn Prepare>,
-    /// Parameter values, `[trajectory][parameter]`.
+    /// Parameter values of the system for each trajectory, `[trajectory][parameter]`.
     parameters: Vec<Vec<f64>>,
     unknowns: Vec<Unknown>,
     has_shared_offset: bool,
     records: Vec<Record>,
-    /// Learned measurement noise of each channel.
+    /// Learned standard deviation of the measurement noise of each channel; `None` before learning.
     noise: Option<Vec<f64>>,
 }
 
 impl SystemFilter {
-    /// A filter of the system with the values of its model file.
+    /// Creates a filter of the system with the parameter values of its model file.
     /// Estimated for each trajectory are its initial state, its per-trajectory parameters (with a prior at
     /// the declared value and the spread of their bounds), parameters with a 95 % interval, and event
     /// offsets where the model declares them random. Of `records`, one per trajectory, times, inputs and
@@ -84,28 +84,28 @@ impl SystemFilter {
         self
     }
 
-    /// Indices of the unknowns that are parameters with a prior.
+    /// Indices of those unknowns that are parameters with a prior.
     pub(super) fn prior_indices(&self) -> Vec<usize> {
         let has_prior = |u: &Unknown| matches!(u.seed, Seed::Parameter(_)) && u.prior.is_some();
         (0..self.unknowns.len()).filter(|&i| has_prior(&self.unknowns[i])).collect()
     }
 
-    /// Place in the simulation of the unknown with an index.
+    /// Place in the simulation (parameter, initial state or event offset) of the unknown `index`.
     pub(super) fn seed(&self, index: usize) -> Seed {
         self.unknowns[index].seed
     }
 
-    /// Mean and standard deviation of an unknown's prior; (0, infinity) for a flat prior.
+    /// Mean and standard deviation of the prior of the unknown `index`; (0, infinity) for a flat prior.
     pub(super) fn prior(&self, index: usize) -> (f64, f64) {
         self.unknowns[index].prior.unwrap_or((0.0, f64::INFINITY))
     }
 
-    /// Replaces the prior of an unknown.
+    /// Replaces the prior of the unknown `index` by a mean and a standard deviation.
     pub(super) fn set_prior(&mut self, index: usize, prior: (f64, f64)) {
         self.unknowns[index].prior = Some(prior);
     }
 
-    /// Mode and variance of the unknowns at `indices` after a whole prefix, and the noise of each channel.
+    /// Fits the unknowns to a whole prefix: `[mode, variance]` of those at `indices`, and noise of each channel.
     pub(super) fn fit_unknowns(
         &self,
         prefix: &Prefix<'_>,
@@ -160,8 +160,8 @@ fn without_measurements(record: &Record) -> Record {
 }
 
 impl SystemFilter {
-    /// Finds the maximum a posteriori unknowns given `rows`.
-    /// Unknown noise levels are estimated from the residuals.
+    /// Finds the maximum a posteriori values of the unknowns given `rows`.
+    /// Noise standard deviations that are not known are estimated from the residuals.
     fn find_mode<'a>(
         &'a self,
         prefix: &Prefix<'a>,
@@ -218,7 +218,7 @@ impl SystemFilter {
         Ok((problem, mode))
     }
 
-    /// Rough initial state to fit from and rough noise of each channel, from the observed rows alone.
+    /// Estimates a rough initial state and rough noise of each channel, from the observed rows alone.
     fn rough_start(&self, record: &Record, rows: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let schema = self.system.schema();
         let channels = schema.channels.len();
@@ -241,7 +241,7 @@ impl SystemFilter {
     }
 }
 
-/// Noise of readings from the median absolute third difference, at least [`MIN_SD`].
+/// Estimates the noise of readings from the median absolute third difference, at least [`MIN_SD`].
 /// For white noise of standard deviation s the third differences have standard deviation sqrt(20) s, and
 /// the median of the absolute value of a normal variable is 0.674 standard deviations. With fewer than four
 /// readings a third difference of 1e-3 is assumed.

@@ -28,20 +28,20 @@ const MAX_COMPONENTS: [usize; 2] = [8, 12];
 /// Minimum variance of an observed component, in variances of the measurement noise.
 /// A component below it is mostly noise.
 pub(super) const MIN_COMPONENT_VARIANCE: f64 = 1.2;
-/// Every n-th trajectory is used for validation.
+/// Every n-th trajectory is used for the choice of the hyperparameters only, as validation.
 const VALIDATION_STRIDE: usize = 8;
-/// Maximum number of trajectories for the choice of the hyperparameters: cost grows with its cube.
+/// Maximum number of trajectories with which hyperparameters are chosen: the cost grows with its cube.
 const MAX_SELECTION_TRAJECTORIES: usize = 1200;
-/// Candidate whitening exponents w of (1): 1 gives all observed components the same variance.
+/// Candidate whitening exponents w of kernel (1): 1 gives all observed components the same variance.
 const WHITENING_EXPONENTS: [f64; 3] = [0.0, 0.5, 1.0];
-/// Candidate length scales l, in root mean square distances from the mean.
+/// Candidate length scales l of kernel (1), in root mean square distances from the mean.
 const LENGTH_SCALES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
-/// Candidate ridges: variance not explained by the observed components, in the kernel's unit.
+/// Candidate ridges (variance not explained by the observed components), in the kernel's unit.
 const RIDGES: [f64; 3] = [0.003, 0.03, 0.3];
 /// Weight of the linear part of the kernel.
 const LINEAR_WEIGHT: f64 = 1.0;
 
-/// Forecasts of repeated trajectories after prefixes of given lengths.
+/// Forecasts repeated trajectories by Gaussian-process regression on past ones, after prefixes of given lengths.
 #[derive(Debug, Clone)]
 pub struct TrajectoryRegression {
     mean: Vec<f64>,
@@ -49,19 +49,19 @@ pub struct TrajectoryRegression {
     conditionals: BTreeMap<usize, Conditional>,
 }
 
-/// Distribution of the remaining rows given a number of observed rows.
+/// Distribution of the remaining rows given the first rows, for one prefix length.
 #[derive(Debug, Clone)]
 struct Conditional {
-    /// Principal directions `[k, n S]` of the observed rows, and `[m, (T - n) S]` of the remaining ones.
+    /// Principal directions of the n observed rows, `[k, n S]`, then those of the remaining rows, `[m, (T - n) S]`.
     observed_directions: Vec<Vec<f64>>,
     remaining_directions: Vec<Vec<f64>>,
-    /// Variances of the observed components.
+    /// Variances of the principal components of the observed rows.
     variances: Vec<f64>,
-    /// Observed components of the training trajectories.
+    /// Principal component scores of the observed rows, for each training trajectory.
     training_scores: Vec<Vec<f64>>,
-    /// Kernel and weights of each remaining component.
+    /// Kernel and weights of the Gaussian process of each remaining component.
     processes: Vec<(Kernel, Vec<f64>)>,
-    /// Cholesky factor of the covariance of the remaining components, `[m, m]`.
+    /// Cholesky factor of the covariance of the errors in the m remaining components, `[m, m]`.
     factor: Vec<f64>,
 }
 
@@ -73,7 +73,7 @@ struct Kernel {
 }
 
 impl Kernel {
-    /// The diagonal of S in (1), and the mean square v of all components under it.
+    /// Returns the diagonal of S and the sum v of S_ii var_i, as in kernel (1), for components of these variances.
     fn scales(&self, variances: &[f64]) -> (Vec<f64>, f64) {
         let scales: Vec<f64> = variances.iter().map(|v| v.powf(-self.whitening)).collect();
         let size = dot(&scales, variances);
@@ -91,11 +91,10 @@ impl Kernel {
 }
 
 impl TrajectoryRegression {
-    /// Learns from trajectories of equal length; `sd` is the measurement noise of each column.
+    /// Learns the regression from trajectories of equal length; `sd` is the measurement noise of each column.
     ///
     /// # Errors
-    /// [`TrainerError`] if the trajectories differ in length or are too few, or a prefix is empty or leaves
-    /// no row.
+    /// [`TrainerError`] if the trajectories differ in length or are too few, or a prefix is empty or leaves no row.
     pub fn fit(train: &Sequences, sd: &[f64], lengths: &[usize]) -> Result<Self, TrainerError> {
         let time = train.items.first().map_or(0, |q| q.time);
         if let Some(other) = train.items.iter().find(|q| q.time != time) {
@@ -121,7 +120,7 @@ impl TrajectoryRegression {
     }
 }
 
-/// Principal directions of rows, `[component, width]`, and their variances, largest first.
+/// Computes the principal directions of rows, `[component, width]`, and their variances, largest first.
 /// At most `most` of them, with variances above `least`; the first is always kept.
 pub(super) fn components(rows: &[&[f64]], most: usize, least: f64) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
     let width = rows.first()?.len();
@@ -136,17 +135,18 @@ pub(super) fn components(rows: &[&[f64]], most: usize, least: f64) -> Option<(Ve
     )
 }
 
-/// Inner product.
+/// Inner product of two vectors.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Principal component scores of a row.
+/// Principal component scores of a row: its inner products with the directions.
 pub(super) fn scores(directions: &[Vec<f64>], row: &[f64]) -> Vec<f64> {
     directions.iter().map(|d| dot(d, row)).collect()
 }
 
-/// Process weights of every target `[target][trajectory]`; `None` where the matrix is singular.
+/// Fits the Gaussian-process weights of every target, `[target][trajectory]`.
+/// `None` where the kernel matrix is singular.
 fn process_weights(
     kernel: &Kernel,
     training_scores: &[Vec<f64>],
@@ -206,7 +206,8 @@ fn validation_errors(
 }
 
 impl Conditional {
-    /// Fits to curves in units of the measurement noise, of which the first values are observed.
+    /// Fits the distribution of the remaining values given the first `observed_values` values of `curves`.
+    /// Curves are deviations from the mean trajectory in units of the measurement noise.
     fn fit(curves: &[Vec<f64>], observed_values: usize) -> Result<Self, TrainerError> {
         let refuse = || TrainerError::NoTrajectories { what: "the varying part of the training set" };
         let validation: Vec<&Vec<f64>> = curves.iter().step_by(VALIDATION_STRIDE).collect();

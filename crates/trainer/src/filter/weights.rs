@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Draws `count` particles in proportion to their weights by systematic resampling, into `chosen`.
+/// Draws `count` particles by systematic resampling, in proportion to their weights, into `chosen`.
 /// `log` are log weights; `shares` is scratch.
 pub(super) fn resample_into(
     log: &[f64],
@@ -26,7 +26,7 @@ pub(super) fn resample_into(
     }
 }
 
-/// Draws `count` particles in proportion to their weights by systematic resampling.
+/// Draws `count` particles by systematic resampling, in proportion to their weights; returns their indices.
 pub(super) fn resample(log: &[f64], count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<usize> {
     let (mut shares, mut chosen) = (Vec::new(), Vec::with_capacity(count));
     resample_into(log, count, rng, &mut shares, &mut chosen);
@@ -56,7 +56,7 @@ pub(super) fn effective_size_into(log: impl Iterator<Item = f64>, shares: &mut V
     1.0 / shares.iter().map(|w| w * w).sum::<f64>()
 }
 
-/// The largest tempering increment, at most `remaining`, that leaves `enough` effective particles.
+/// Finds the largest tempering increment, at most `remaining`, that leaves `enough` effective particles.
 /// `effective_size_after` gives their number after an increment; the increment is found by bisection.
 pub(super) fn largest_increment(
     mut effective_size_after: impl FnMut(f64) -> f64,
@@ -74,7 +74,7 @@ pub(super) fn largest_increment(
     low
 }
 
-/// Effective sample size of log weights.
+/// Computes the effective sample size of log weights.
 pub(super) fn effective_size(log: &[f64]) -> f64 {
     effective_size_into(log.iter().copied(), &mut Vec::with_capacity(log.len()))
 }

@@ -36,30 +36,30 @@ pub(crate) static CALIBRATED: Class = Class {
     is_pushing_only: false,
 };
 
-/// Maximum number of trajectories in the fit, evenly spaced in the set; a few parameters need no more.
+/// Maximum number of trajectories for the fit, evenly spaced in the set; a few parameters need no more.
 const MAX_TRAJECTORIES: usize = 400;
-/// Number of grid intervals along each parameter.
+/// Number of grid intervals along each fitted parameter.
 const GRID_INTERVALS: usize = 24;
-/// Number of rounds of coordinate-wise search over all parameters.
+/// Number of rounds of coordinate-wise search over all fitted parameters.
 const COORDINATE_ROUNDS: usize = 2;
-/// Number of golden-section steps around the best grid point.
+/// Number of golden-section steps around the best grid point of a parameter.
 const GOLDEN_STEPS: usize = 16;
-/// Number of simplex iterations per parameter.
+/// Number of iterations of the simplex search per parameter.
 const SIMPLEX_STEPS: usize = 30;
 /// Number of reweighted least-squares iterations for the noise variances.
 const REWEIGHTINGS: usize = 8;
 
-/// Numbers of free parameters and of state columns.
+/// The class of calibrated physics: numbers of free parameters and of state columns.
 #[derive(Debug)]
 struct Calibrated {
     free: usize,
     states: usize,
 }
 
-/// Lower and upper bound of a free parameter.
+/// Lower and upper bound of a free parameter of the physics.
 type Bounds = [f64; 2];
 
-/// Bounds of the free parameters of an engine.
+/// Returns the bounds of the free parameters of an engine.
 ///
 /// For a push only their number counts, because `calibrate` has its own bounds.
 fn parameter_bounds(engine: &Engine) -> Vec<Bounds> {
@@ -75,7 +75,7 @@ fn parameter_bounds(engine: &Engine) -> Vec<Bounds> {
     }
 }
 
-/// Model file of an engine, if it was built from one.
+/// Model file of an engine; `None` if the engine was not built from one.
 fn model_of(engine: &Engine) -> Option<ModelFile> {
     ModelFile::parse(engine.model()?, "model of the run").ok()
 }
@@ -253,7 +253,7 @@ fn path_lengths(path: &[f64], states: usize, length_m: Option<f64>) -> Vec<f64> 
     out
 }
 
-/// Fits the variances [a, b] of pairs (error, path length W), where the error has variance a + b W^2.
+/// Fits the variances `[a, b]` of errors with variance a + b W^2, from pairs (error, path length W).
 ///
 /// Squared errors are regressed on W^2 with weights (a + b W^2)^-2, the inverse variance of a squared normal
 /// error up to a constant, and the weights are updated in each iteration. Both variances are constrained to

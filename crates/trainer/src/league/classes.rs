@@ -1,4 +1,4 @@
-//! Maps recipes to league classes, and answers questions about a recipe that depend on its class.
+//! Maps recipes to classes of the benchmark league, and answers questions that depend on the class.
 
 use super::inputs::ClassInputs;
 use super::{
@@ -9,7 +9,7 @@ use super::{
 use crate::recipe::Recipe;
 
 impl Recipe {
-    /// League class of the recipe; `None` for the nets in [`crate::nets`].
+    /// Class of the recipe in the benchmark league; `None` for the nets in [`crate::nets`].
     pub(crate) fn class(self) -> Option<&'static Class> {
         Some(match self {
             Recipe::PhysicsCalibrated => &CALIBRATED,
@@ -36,7 +36,7 @@ impl Recipe {
         })
     }
 
-    /// Whether the recipe uses no physics.
+    /// Whether the recipe's model uses no physics.
     pub fn is_without_physics(self) -> bool {
         match self.class() {
             Some(class) => !class.inputs.uses_physics(),
@@ -55,7 +55,7 @@ impl Recipe {
         self == Recipe::NeuralPlus || self.class().is_some_and(|class| class.is_pushing_only)
     }
 
-    /// Whether the class is fitted directly in one iteration, so that it has no hyperparameters to tune.
+    /// Whether the recipe is fitted directly in one iteration, so that it has no hyperparameters to tune.
     pub fn is_fitted(self) -> bool {
         self.class().is_some_and(|class| matches!(class.kind, Kind::Fitted(_)))
     }

@@ -1,35 +1,37 @@
-//! Quasi-static contact model of one stride of a push, with replaceable friction and contact.
+//! Quasi-static contact model of one stride (short straight motion of the rod) of a push.
+//!
+//! Friction and contact are replaceable.
 
 use crate::engine::ModelPush;
 use augsim_physics::Scalar as Real;
 use augsim_physics::push::planar::{Rotation, add, dot, rot90, scale};
 use augsim_physics::push::{ContactFriction, Outline, Pose, Support, Touch, respond};
 
-/// Number of equal time steps per stride, in each of which the contact is linearised.
+/// Number of equal time steps per stride (motion of the rod), in each of which the contact is linearised.
 const SUBSTEPS: usize = 4;
 
-/// Object, rod and declared friction parameters.
+/// A pushed object, the rod, and their declared friction parameters.
 #[derive(Debug, Clone)]
 pub(super) struct Contact {
     outline: Outline,
     rod_radius_m: f64,
-    /// Ratio of the largest moment to the largest force of the support friction, m.
+    /// Ratio c of the largest moment to the largest force of the support friction, m.
     pub c_m: f64,
     /// Friction coefficient between rod and object.
     pub friction: f64,
 }
 
-/// Offset of the contact from the one that the outline gives.
+/// Offset of the contact from the one that the object's outline gives.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ContactOffset<S> {
-    /// Shift of the contact point along the side, m.
+    /// Shift of the contact point along the object's side, m.
     pub shift: S,
     /// Rotation of the contact normal, rad.
     pub turn: S,
 }
 
 impl Contact {
-    /// Takes object, rod and friction of a declared model.
+    /// Takes object, rod and friction from a declared pushing model.
     pub fn from_model(push: &ModelPush) -> Self {
         Contact {
             outline: push.world().object().outline.clone(),
@@ -39,7 +41,7 @@ impl Contact {
         }
     }
 
-    /// Computes the object's displacement (m, m, rad) while the rod moves from `rod` by `travel`, m.
+    /// Computes the object's displacement (m, m, rad) while the rod moves from position `rod` by `travel`, m.
     ///
     /// All in the object's frame at the start of the stride.
     pub fn displacement<S: Real>(

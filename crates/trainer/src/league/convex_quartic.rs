@@ -31,23 +31,23 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Number of entries of the triangular factor of a form.
+/// Number of entries of the triangular factor of a quadratic form.
 const FACTOR: usize = 6;
-/// Number of fitted values: the factors, and the logarithm of the contact friction.
+/// Number of fitted values: the factors of the quadratic forms, and the logarithm of the contact friction.
 const UNKNOWNS: usize = QUADRATIC_FORMS * FACTOR + 1;
-/// Maximum number of strides in the fit.
+/// Maximum number of strides (short motions of the rod) in the fit.
 const MAX_STRIDES: usize = 1500;
 /// Number of training pushes on which the spreads of the stochastic variant are chosen.
 const SPREAD_PUSHES: usize = 40;
-/// Number of samples per push in that choice.
+/// Number of samples per push when the spreads are chosen.
 const SPREAD_SAMPLES: usize = 16;
-/// Candidate degrees of freedom of the Wishart distribution.
+/// Candidate degrees of freedom of the Wishart distribution of the quadratic forms.
 const DEGREES_OF_FREEDOM: [usize; 6] = [5, 10, 20, 50, 150, 500];
-/// Candidate standard deviations of the logarithm of the contact friction.
+/// Candidate standard deviations of the logarithm of the random contact friction.
 const FRICTION_DEVIATIONS: [f64; 4] = [0.0, 0.1, 0.25, 0.5];
-/// Added to the diagonal of each form, so that no form is singular.
+/// Added to the diagonal of each quadratic form, so that no form is singular.
 const RIDGE: f64 = 1e-3;
-/// Options of the least-squares fit.
+/// Options of the least-squares fit of limit surface and friction.
 const DESCENT: LevenbergMarquardt =
     LevenbergMarquardt { difference_step: 1e-4, max_change: 0.3, max_iterations: 25 };
 
@@ -66,21 +66,21 @@ pub(crate) static CONVEX_QUARTIC_DRAWN: Class =
 
 #[derive(Debug)]
 struct ConvexQuartic {
-    /// Whether each roll-out draws a random limit surface.
+    /// Whether each roll-out draws a random limit surface instead of using the fitted one.
     is_stochastic: bool,
 }
 
-/// Symmetric matrix of a quadratic form.
+/// Symmetric 3 x 3 matrix of a quadratic form of force and moment.
 type Form = [[f64; 3]; 3];
 
-/// Computes the form L L' + ridge of a triangular factor L.
+/// Computes the quadratic form L L' + ridge of a triangular factor L.
 fn form(factor: &[f64]) -> Form {
     let l = [[factor[0], 0.0, 0.0], [factor[1], factor[2], 0.0], [factor[3], factor[4], factor[5]]];
     let dot = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| dot(&l[i], &l[j]) + if i == j { RIDGE } else { 0.0 }))
 }
 
-/// Draws a form L G (L G)' / n + ridge from the Wishart distribution with mean L L'.
+/// Draws a quadratic form L G (L G)' / n + ridge from the Wishart distribution with mean L L'.
 ///
 /// n is the number of degrees of freedom, and G is `[3, n]` with standard normal entries.
 fn draw_form(factor: &[f64], degrees: usize, rng: &mut Xoshiro256PlusPlus) -> Form {
@@ -102,20 +102,20 @@ fn draw_form(factor: &[f64], degrees: usize, rng: &mut Xoshiro256PlusPlus) -> Fo
     gram
 }
 
-/// Limit surface and contact friction of a roll-out.
+/// Friction of a roll-out: limit surface of the support, and contact friction.
 struct FrictionModel {
     quartic: Quartic,
     friction: f64,
 }
 
 impl FrictionModel {
-    /// Model at the fitted values.
+    /// Builds the friction model at the fitted values.
     fn fitted(values: &[f64], c_m: f64) -> Self {
         let quartic = Quartic::new(c_m, std::array::from_fn(|k| form(&values[FACTOR * k..])));
         FrictionModel { quartic, friction: values[UNKNOWNS - 1].exp() }
     }
 
-    /// Draws a model around the fitted values; the spread is (degrees of freedom, sd of ln friction).
+    /// Draws a friction model around the fitted values; the spread is (degrees of freedom, sd of ln friction).
     fn draw(
         values: &[f64],
         c_m: f64,
@@ -130,7 +130,7 @@ impl FrictionModel {
         }
     }
 
-    /// Computes the object's displacement (m, m, rad) while the rod moves from `rod` by `travel`, m.
+    /// Computes the object's displacement (m, m, rad) while the rod moves from position `rod` by `travel`, m.
     fn displacement(&self, contact: &Contact, rod: [f64; 2], travel: [f64; 2]) -> [f64; 3] {
         let support = Support::plain(Surface::Quartic { quartic: &self.quartic });
         contact.displacement(rod, travel, &support, &ContactFriction::coulomb(self.friction), None)
@@ -160,7 +160,7 @@ impl CorrectionSampler for ModelPerLane<'_> {
 }
 
 impl ConvexQuartic {
-    /// Contact model of the run's engine.
+    /// Builds the contact model of the run's engine.
     fn contact(settings: &Settings) -> Result<Contact, TrainerError> {
         settings
             .engine
@@ -171,7 +171,7 @@ impl ConvexQuartic {
 
     /// Computes the mean over pushes of the CRPS of the final pose, m.
     ///
-    /// The score is summed over the columns, that of the angle times c.
+    /// The score is summed over the columns; that of the angle is multiplied by c.
     fn final_pose_score(
         trained: Trained<'_>,
         contact: &Contact,

@@ -17,7 +17,7 @@ use augsim_tensor::{Scalar, Tape, TensorError};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Number of ensemble members.
+/// Number of perceptrons in the ensemble.
 const MEMBERS: usize = 5;
 
 const fn class(physics: bool) -> Class {
@@ -32,7 +32,7 @@ const fn class(physics: bool) -> Class {
 pub(crate) static ENSEMBLE: Class = class(false);
 pub(crate) static ENSEMBLE_RESIDUAL: Class = class(true);
 
-/// The ensemble.
+/// The ensemble of probabilistic perceptrons.
 #[derive(Debug, Clone)]
 pub struct Ensemble {
     extents: Extents,
@@ -118,7 +118,7 @@ impl Learned for Ensemble {
 
 struct Runner {
     members: Vec<(MlpRunner, GaussianRunner)>,
-    /// Features of one member's samples, `[U, lane]`.
+    /// Features of the samples that one ensemble member predicts, `[U, lane]`.
     features: Vec<f32>,
     lanes: usize,
 }

@@ -25,7 +25,7 @@ const fn class(physics: bool) -> Class {
 pub(crate) static FEED_FORWARD: Class = class(false);
 pub(crate) static FEED_FORWARD_RESIDUAL: Class = class(true);
 
-/// The perceptron, with or without physics.
+/// The perceptron that predicts the next state, or corrects a physics step.
 #[derive(Debug, Clone)]
 pub struct FeedForward {
     extents: Extents,

@@ -24,17 +24,17 @@ use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
 use std::sync::{Arc, OnceLock};
 
-/// Maximum number of strides in the training set of the processes.
+/// Maximum number of strides (short motions of the rod) on which the Gaussian processes are trained.
 const MAX_POINTS: usize = 400;
-/// Number of inputs of a process.
+/// Number of inputs of each Gaussian process.
 const INPUTS: usize = 5;
-/// Number of outputs, each with its own process.
+/// Number of outputs (residual displacements), each with its own Gaussian process.
 const OUTPUTS: usize = 3;
-/// Lower bound of the standard deviation of an input; smaller ones are rounding.
+/// Lower bound of the standard deviation of an input; smaller values are rounding errors.
 ///
 /// In units of c, rad or ln speed.
 const MIN_INPUT_SD: f64 = 1e-2;
-/// Number of hyperparameters of a kernel (their logarithms).
+/// Number of hyperparameters of a kernel, stored as logarithms.
 const KERNEL: usize = INPUTS + 2;
 
 const fn class(make: fn(&Settings) -> Result<Arc<dyn Fitted>, TrainerError>) -> Class {
@@ -53,39 +53,39 @@ pub(crate) static GP_RESIDUAL_MEAN: Class =
 
 #[derive(Debug)]
 struct GpResidual {
-    /// Whether forecasts sample the residual, or use its mean.
+    /// Whether forecasts sample the residual; otherwise they use its mean.
     is_sampled: bool,
-    /// Processes, built from the parameters by the first forecast.
+    /// Gaussian processes, built from the parameters by the first forecast.
     ///
     /// The parameters do not change after training.
     processes: OnceLock<Option<Processes>>,
 }
 
-/// The processes, one per output, with the scales of inputs and outputs.
+/// The Gaussian processes, one per output, with the scales of inputs and outputs.
 #[derive(Debug)]
 struct Processes {
-    /// Mean and standard deviation of each input.
+    /// Mean and standard deviation of each input, for standardisation.
     inputs: [[f64; 2]; INPUTS],
-    /// Root mean square of each output.
+    /// Root mean square of each output, by which it is divided.
     outputs: [f64; OUTPUTS],
     per_output: Vec<Homoscedastic<INPUTS>>,
 }
 
-/// Inputs and targets of a training stride.
+/// Inputs and targets of a stride on which the Gaussian processes are trained.
 type Row = ([f64; INPUTS], [f64; OUTPUTS]);
 
-/// Inputs and physics prediction of a stride with contact.
+/// Inputs and physics prediction of a stride (short motion of the rod) with contact.
 struct ContactStride {
     input: [f64; INPUTS],
     /// Angle of the inward contact normal in the object's frame, rad.
     normal: f64,
-    /// Travel of the rod, m.
+    /// Distance that the rod moves in the stride, m.
     travel_m: f64,
-    /// Displacement that the physics predicts, in the object's frame (m, m, rad).
+    /// Displacement of the object that the physics predicts, in the object's frame (m, m, rad).
     physical: [f64; 3],
 }
 
-/// Computes inputs and physics prediction of a stride; `None` without contact.
+/// Computes inputs and physics prediction of a stride; `None` if the rod does not touch the object.
 fn contact_stride(push: &ModelPush, pose: &[f64; 3], stride: &Stride<'_>) -> Option<ContactStride> {
     let (a, b) = (stride.rod(stride.first), stride.rod(stride.last));
     let frame = StartFrame::new(pose, 0.0);
@@ -124,12 +124,12 @@ fn to_object_frame(normal: f64, [n, t]: [f64; 2]) -> [f64; 2] {
 }
 
 impl Processes {
-    /// Converts an input to standard units.
+    /// Converts an input of the Gaussian processes to standard units.
     fn standardise(&self, input: &[f64; INPUTS]) -> [f64; INPUTS] {
         std::array::from_fn(|k| (input[k] - self.inputs[k][0]) / self.inputs[k][1])
     }
 
-    /// Rebuilds the processes from the parameters of a run; `None` if they do not come from a fit.
+    /// Rebuilds the Gaussian processes from the parameters of a run; `None` if these do not come from a fit.
     fn restore(values: &[f64]) -> Option<Self> {
         let (hyperparameters, data) = values.split_at_checked(1 + 2 * INPUTS + OUTPUTS + OUTPUTS * KERNEL)?;
         let count = hyperparameters[0] as usize;

@@ -1,4 +1,4 @@
-//! Kinds of inputs and targets of the league classes, with their widths, scales and rows.
+//! Kinds of inputs and targets of the classes in the benchmark league, with their widths, scales and rows.
 
 use super::{strides, trajectories};
 use crate::prepared::Prepared;
@@ -8,18 +8,18 @@ use crate::settings::Settings;
 use augsim_data::random_stream;
 use rand_distr::{Distribution, Poisson};
 
-/// Kind of inputs and targets of a class.
+/// Kind of inputs and targets of a class in the benchmark league.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ClassInputs {
-    /// Single steps (strides of a push); the targets are corrections of the physics step if `physics`.
+    /// Single steps (for a push, short motions of the rod); with `physics` the targets are its corrections.
     ///
     /// Each row ends with one bootstrap weight of the trajectory per ensemble member.
     Steps { physics: bool, members: usize },
-    /// Strides of a push without physics; each row ends with the rod's motion, for a contact model.
+    /// Short motions of the rod in a push, without physics; each row ends with the rod's motion.
     PushStrides,
     /// Whole trajectories in standard units; the conditions contain the physics roll-out if `physics`.
     Trajectories { physics: bool },
-    /// None: the class is fitted to the trajectories directly.
+    /// No prepared rows: the class is fitted to the trajectories directly.
     Unprepared,
 }
 
@@ -32,7 +32,7 @@ impl ClassInputs {
         }
     }
 
-    /// Returns the width of a condition row.
+    /// Returns the number of conditions (net inputs) per row.
     pub fn width(self, settings: &Settings) -> usize {
         match self {
             Self::Steps { physics, members } => strides::width(settings, physics) + members,
@@ -42,7 +42,7 @@ impl ClassInputs {
         }
     }
 
-    /// Fits the scales on a training set.
+    /// Fits the normalisation scales on a training set.
     pub fn fit(self, settings: &Settings, train: &Sequences) -> Scales {
         match self {
             Self::Steps { physics, .. } => strides::fit(settings, physics, train),
@@ -52,7 +52,7 @@ impl ClassInputs {
         }
     }
 
-    /// Sizes of the scales: mean, sd, step, correction.
+    /// Number of values of each normalisation scale: mean, sd, step, correction.
     pub fn scale_sizes(self, settings: &Settings, state: usize) -> [usize; 4] {
         match self {
             Self::Steps { physics, .. } => strides::scale_sizes(settings, physics, state),
@@ -62,7 +62,7 @@ impl ClassInputs {
         }
     }
 
-    /// Computes targets and conditions of a whole trajectory.
+    /// Computes targets and conditions (net inputs) of a whole trajectory.
     pub fn prepare(self, settings: &Settings, scales: &Scales, q: &Sequence) -> Prepared {
         match self {
             Self::Steps { physics, members } => {

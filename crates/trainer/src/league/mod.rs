@@ -1,4 +1,4 @@
-//! The league: alternative model classes to compare Hybrid+ with, one file each.
+//! The benchmark league: alternative model classes to compare Hybrid+ with, one file each.
 //!
 //! A class is a constant [`Class`], an entry in the table of `recipe.rs` and a line in `classes.rs`. A class
 //! that is trained by gradients implements [`Learned`] and has a variant of [`LearnedNet`]; one that is
@@ -48,7 +48,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 use vrnn::Vrnn;
 
-/// Default sizes and learning rate of a class.
+/// Default sizes and learning rate of a model class.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Defaults {
     /// Number of units of each hidden layer.
@@ -59,11 +59,11 @@ pub(crate) struct Defaults {
     pub learning_rate: f64,
 }
 
-/// Which net or fit a class uses.
+/// Which net or direct fit a model class uses.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Kind {
     FeedForward,
-    /// A recurrent net with a mixture of `components` Gaussians; 1 for a plain Gaussian head.
+    /// A recurrent net whose output is a mixture of `components` Gaussians; 1 for a plain Gaussian.
     Recurrent {
         components: usize,
     },
@@ -75,27 +75,27 @@ pub(crate) enum Kind {
         with_error: bool,
     },
     RigidFlow,
-    /// Fitted directly, in one iteration.
+    /// A model that is fitted directly, in one iteration; the function builds it.
     Fitted(fn(&Settings) -> Result<Arc<dyn Fitted>, TrainerError>),
 }
 
-/// A model class of the league.
+/// A model class of the benchmark league.
 #[derive(Debug)]
 pub(crate) struct Class {
     pub kind: Kind,
     pub inputs: ClassInputs,
     pub defaults: Defaults,
-    /// Whether it supports pushing only.
+    /// Whether the class supports pushing only.
     pub is_pushing_only: bool,
 }
 
 impl Class {
-    /// Reason why the class cannot work with an engine, if it cannot.
+    /// Reason why the class cannot work with an engine; `None` if it can.
     pub fn rejection_reason(&self, engine: &Engine) -> Option<&'static str> {
         (self.is_pushing_only && engine.push_model().is_none()).then_some("is for pushing only")
     }
 
-    /// Default settings of a run of `recipe`, which has this class.
+    /// Creates the default settings of a run of `recipe`, which has this class.
     pub fn settings(&self, recipe: Recipe, iterations: u64, seed: u64, engine: Engine) -> Settings {
         let iterations = if matches!(self.kind, Kind::Fitted(_)) { 1 } else { iterations };
         let Defaults { hidden, sd_floor, learning_rate } = self.defaults;
@@ -118,18 +118,18 @@ impl Class {
     }
 }
 
-/// Widths of a net's rows.
+/// Numbers of targets and of inputs per row of a net.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extents {
-    /// Width of a target row (state columns).
+    /// Number of targets per row (state columns).
     pub state: usize,
-    /// Width of a condition row.
+    /// Number of conditions (net inputs) per row.
     pub condition: usize,
 }
 
-/// A class that is trained by gradients.
+/// A model class that is trained by gradients.
 pub trait Learned {
-    /// Number of noise rows in training for a sequence of `time` rows, and number of values per row.
+    /// Number of rows of noise in training for a sequence of `time` rows, and number of noise values per row.
     fn noise_rows(&self, _time: usize) -> (usize, usize) {
         (0, 0)
     }
@@ -139,7 +139,7 @@ pub trait Learned {
         false
     }
 
-    /// Records the loss of a tile, summed over its trajectories.
+    /// Records the loss of a batch tile on the tape, summed over its trajectories.
     fn loss<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -152,9 +152,9 @@ pub trait Learned {
     -> Result<Samples, TrainerError>;
 }
 
-/// A class that is fitted directly.
+/// A model class that is fitted directly instead of by gradients.
 pub trait Fitted: Debug + Send + Sync {
-    /// Names and sizes of its parameters.
+    /// Names of the fitted parameters, with the number of values of each.
     fn parameters(&self) -> Vec<(&'static str, usize)>;
 
     /// Whether forecasts from the same task are always identical.
@@ -172,16 +172,16 @@ pub trait Fitted: Debug + Send + Sync {
     -> Result<Samples, TrainerError>;
 }
 
-/// The net or fit of a class, with the widths of its rows.
+/// The net or direct fit of a class, with the widths of its rows.
 #[derive(Debug, Clone)]
 pub enum ClassNet {
-    /// Trained by gradients.
+    /// A net that is trained by gradients.
     Learned(Box<LearnedNet>, Extents),
-    /// Fitted directly.
+    /// A model that is fitted directly.
     Fitted(FittedNet, Extents),
 }
 
-/// A directly fitted class; `None` if the engine does not suit it.
+/// A directly fitted model; `None` if the engine does not suit its class.
 #[derive(Debug, Clone)]
 pub struct FittedNet(Option<Arc<dyn Fitted>>);
 
@@ -224,7 +224,7 @@ learned! {
 }
 
 impl ClassNet {
-    /// Builds the net of a class, and registers its parameters.
+    /// Builds the net or direct fit of a class, and registers its parameters.
     pub(crate) fn new<T: Scalar>(
         class: &Class,
         settings: &Settings,
@@ -274,7 +274,7 @@ impl ClassNet {
         }
     }
 
-    /// Records the loss of a tile; 0 for a class that is fitted directly.
+    /// Records the loss of a batch tile; 0 for a class that is fitted directly.
     pub(crate) fn loss<T: Scalar>(
         &self,
         tape: &mut Tape<T>,
@@ -345,7 +345,7 @@ fn gaussian_loss<T: Scalar>(
     Ok(LossVars { total, kl: zero(tape)?, negative_ln_likelihood: total_nll })
 }
 
-/// Records a tile's targets `[time, S, lane]`, conditions `[time, U, lane]` and mask.
+/// Records a batch tile's targets `[time, S, lane]`, conditions `[time, U, lane]` and mask on the tape.
 pub(crate) fn operands<T: Scalar>(
     tape: &mut Tape<T>,
     tile: &Tile<'_, T>,
@@ -357,7 +357,7 @@ pub(crate) fn operands<T: Scalar>(
     Ok((x, u, mask))
 }
 
-/// Records the scalar 0.
+/// Records the scalar 0 on the tape.
 pub(crate) fn zero<T: Scalar>(tape: &mut Tape<T>) -> Result<Var, TensorError> {
     tape.constant(&[], &[T::ZERO])
 }

@@ -22,7 +22,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Number of predicted parameters of the contact model.
 const INPUTS: usize = 4;
-/// Largest change of ln c, ln friction, contact point (in units of c) and normal (rad).
+/// Largest predicted change of ln c, ln friction, contact point (in units of c) and contact normal (rad).
 const BOUNDS: [f64; INPUTS] = [1.0, 1.5, 0.2, 0.4];
 
 const fn class(with_error: bool) -> Class {
@@ -37,7 +37,7 @@ const fn class(with_error: bool) -> Class {
 pub(crate) static PREDICTED_PARAMETERS: Class = class(false);
 pub(crate) static PREDICTED_PARAMETERS_ERROR: Class = class(true);
 
-/// Computes the displacement (m, m, rad) while the rod moves from `rod` by `travel`, m.
+/// Computes the object's displacement (m, m, rad) while the rod moves from position `rod` by `travel`, m.
 ///
 /// `inputs` are the outputs of the net; tanh maps them to their bounds.
 fn displacement<S: Real>(contact: &Contact, rod: [f64; 2], travel: [f64; 2], inputs: [S; INPUTS]) -> [S; 3] {
@@ -83,7 +83,7 @@ fn displacements_with_jacobian<T: Scalar>(
     (values, jacobian)
 }
 
-/// The net, with the contact model that it is trained through.
+/// The net that predicts contact parameters, with the contact model through which it is trained.
 #[derive(Debug, Clone)]
 pub struct PredictedParameters {
     extents: Extents,

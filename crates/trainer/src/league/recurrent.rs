@@ -27,14 +27,14 @@ const fn class(components: usize) -> Class {
 pub(crate) static RECURRENT_RESIDUAL: Class = class(1);
 pub(crate) static MIXTURE_RESIDUAL: Class = class(5);
 
-/// Output distribution of a correction.
+/// Output distribution of the correction of a step: Gaussian or mixture.
 #[derive(Debug, Clone)]
 enum Head {
     Gaussian(GaussianHead),
     Mixture(MixtureHead),
 }
 
-/// The net: a GRU over the features of the steps, and a head that predicts the correction of each step.
+/// A GRU over the features of the steps, and a head that predicts the correction of each step.
 #[derive(Debug, Clone)]
 pub struct Recurrent {
     extents: Extents,

@@ -24,20 +24,20 @@ use std::f64::consts::TAU;
 
 /// Number of bodies that points can be assigned to.
 const BODIES: usize = 3;
-/// Number of values of a body's rigid motion: translation and rotation.
+/// Number of values of a rigid motion in the plane: translation and rotation.
 const MOTION: usize = 3;
-/// Number of inputs of a point's flow: its affinity to each body, and all motions.
+/// Number of inputs from which a point's flow is computed: its affinity to each body, and all motions.
 const INPUTS: usize = BODIES + BODIES * MOTION;
-/// Number of points on the object's outline.
+/// Number of points on the object's outline whose flow is predicted.
 const OBJECT_POINTS: usize = 16;
-/// Number of points on the rod's circumference.
+/// Number of points on the rod's circumference whose flow is predicted.
 const ROD_POINTS: usize = 4;
-/// Number of points on the table.
+/// Number of points on the table whose flow is predicted.
 const TABLE_POINTS: usize = 4;
 const POINTS: usize = OBJECT_POINTS + ROD_POINTS + TABLE_POINTS;
 /// Distance of the points on the table from the object's centre, in units of its largest radius.
 const TABLE_DISTANCE: f64 = 2.5;
-/// Number of leading features of a stride that hold the rod's position.
+/// Number of first features of a row that hold the rod's position.
 const ROD_POSITION: usize = 2;
 
 pub(crate) static RIGID_FLOW: Class = Class {
@@ -47,7 +47,7 @@ pub(crate) static RIGID_FLOW: Class = Class {
     is_pushing_only: true,
 };
 
-/// Points on object and table in the object's frame, m.
+/// The points on object and table whose flow is predicted, in the object's frame, m.
 #[derive(Debug, Clone)]
 struct Scene {
     outline: Vec<[f64; 2]>,
@@ -57,7 +57,7 @@ struct Scene {
     c_m: f64,
 }
 
-/// The body that a point actually belongs to.
+/// What a point really belongs to: object, rod or table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Owner {
     Object,
@@ -94,7 +94,7 @@ impl Scene {
     }
 }
 
-/// Places points along a closed polygon at even distances.
+/// Places points at even distances along a closed polygon.
 fn even_points(corners: &[[f64; 2]], count: usize) -> Vec<[f64; 2]> {
     let side = |i: usize| {
         let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
@@ -119,7 +119,7 @@ fn even_points(corners: &[[f64; 2]], count: usize) -> Vec<[f64; 2]> {
     (0..count).map(point).collect()
 }
 
-/// Computes the flow of a point (formula 1): rigid motions weighted by the softmax of its affinities.
+/// Computes the flow (displacement) of a point by formula 1, from its affinities and the rigid motions.
 ///
 /// Motions are in `units` (m, m, rad), the flow is in m.
 fn flow<S: Real>(point: [f64; 2], affinities: &[S], motions: &[S], units: [f64; MOTION]) -> [S; 2] {
@@ -154,14 +154,14 @@ fn closest_rigid_motion(points: &[[f64; 2]], flows: &[[f64; 2]]) -> [f64; 3] {
     [q[0] - cos * p[0] + sin * p[1], q[1] - sin * p[0] - cos * p[1], angle]
 }
 
-/// The net: one perceptron for the motions of the bodies, one for the assignment of points.
+/// The net: one perceptron for the motions of the bodies, one for the assignment of points to bodies.
 #[derive(Debug, Clone)]
 pub struct RigidFlow {
     extents: Extents,
-    /// Layers from the stride's features to the motions of the bodies.
+    /// Layers from the features of the rod's motion to the motions of the bodies.
     action: Mlp,
     motions: Linear,
-    /// Layers from a point and the rod's position to the affinities of the point.
+    /// Layers from a point and the rod's position to the point's affinity to each body.
     grouping: Mlp,
     affinities: Linear,
     scene: Option<Scene>,
@@ -181,7 +181,7 @@ impl RigidFlow {
     }
 }
 
-/// Rod motions of a tile's rows, with the points of each row.
+/// Rod motions in the rows of a batch tile, with the points of each row.
 struct Rows<'a, T> {
     rod_motion: &'a [T],
     lanes: usize,
@@ -196,17 +196,17 @@ impl<'a, T: Scalar> Rows<'a, T> {
         rows
     }
 
-    /// Point `k` of a row, with its owner.
+    /// Point `k` of the row at time `t` and lane `lane`, with its owner.
     fn point(&self, t: usize, lane: usize, k: usize) -> (Owner, [f64; 2]) {
         self.points[(t * self.lanes + lane) * POINTS + k]
     }
 
-    /// Number of rows (time steps).
+    /// Number of rows (time steps) of the tile.
     fn count(&self) -> usize {
         self.rod_motion.len() / (ROD_MOTION_WIDTH * self.lanes).max(1)
     }
 
-    /// Position and travel of the rod, and units of the corrections.
+    /// Position and travel of the rod in a row, m, and units of the corrections.
     ///
     /// Units are 0 beyond the end of a trajectory.
     fn row(&self, t: usize, lane: usize) -> ([f64; 2], [f64; 2], [f64; 3]) {
@@ -288,14 +288,14 @@ impl Learned for RigidFlow {
     }
 }
 
-/// One point of each row, in units of c, and its true flow, in units of the corrections.
+/// One point of each row, in units of c, and its true flow (displacement), in units of the corrections.
 struct PointFlow<T> {
     point: Vec<T>,
     flow: Vec<T>,
 }
 
 impl<T: Scalar> PointFlow<T> {
-    /// Takes point `k` of all rows, for targets `x [time, 3, lane]`.
+    /// Takes point `k` of all rows, and its true flow for targets `x [time, 3, lane]`.
     fn new(scene: &Scene, rows: &Rows<'_, T>, x: &[T], k: usize) -> Self {
         let (lanes, time) = (rows.lanes, rows.count());
         let zeros = vec![T::ZERO; time * 2 * lanes];
@@ -323,7 +323,7 @@ impl<T: Scalar> PointFlow<T> {
 
 /// Computes flows `[time, 2, lane]` of point `k` and their Jacobian `[time, 2, INPUTS, lane]`.
 ///
-/// `inputs [time, INPUTS, lane]` are affinities and motions; flows are in units of the corrections.
+/// `inputs [time, INPUTS, lane]` are affinities and motions; flows (displacements) are in units of the corrections.
 fn flows_with_jacobian<T: Scalar>(rows: &Rows<'_, T>, k: usize, inputs: &[T]) -> (Vec<T>, Vec<T>) {
     let (lanes, time) = (rows.lanes, rows.count());
     let mut values = vec![T::ZERO; time * 2 * lanes];
@@ -394,7 +394,7 @@ impl CorrectionSampler for Runner<'_> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: rigid motions are recovered from flows, points are even, the Jacobian is right.
+    //! Contract: rigid motions are recovered from flows, points are evenly spaced, and the Jacobian is right.
     use super::*;
 
     #[test]

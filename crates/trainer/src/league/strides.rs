@@ -19,32 +19,32 @@ use augsim_data::random_stream;
 use augsim_physics::push::GRAVITY_M_S2;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Travel of the rod in a stride, m.
+/// Distance that the rod moves in a stride (segment of a push), m.
 const STRIDE_M: f64 = 8e-3;
-/// Limit to which features are clipped, in standard units; larger ones are outside the training range.
+/// Limit to which features are clipped, in standard units; larger values are outside the training range.
 const FEATURE_LIMIT: f64 = 6.0;
-/// Smallest scale that is not rounding error.
+/// Smallest normalisation scale that is not a rounding error.
 const MIN_SCALE: f64 = 1e-9;
-/// Number of features of a stride without physics.
+/// Number of features of a stride (segment of a push) without physics.
 const PUSH_FEATURES: usize = 9;
-/// Number of additional features of a stride with physics.
+/// Number of additional features of a stride (segment of a push) with physics.
 const PHYSICS_FEATURES: usize = 6;
 
 /// Samples the correction of one step, for many trajectories at once.
 pub(crate) trait CorrectionSampler {
-    /// Writes corrections `[S, lane]`, in units of the targets, for features `u [U, lane]`.
+    /// Writes sampled corrections `[S, lane]`, in units of the targets, for features `u [U, lane]`.
     fn sample(&mut self, u: &[f32], rng: &mut Xoshiro256PlusPlus, out: &mut [f32]);
 
-    /// Whether the features must be followed by the columns of [`rod_motion_row`].
+    /// Whether the sampler needs the values of [`rod_motion_row`] after the features.
     fn needs_rod_motion(&self) -> bool {
         false
     }
 }
 
-/// Width of [`rod_motion_row`].
+/// Number of values of [`rod_motion_row`]: position, travel and units.
 pub(crate) const ROD_MOTION_WIDTH: usize = 7;
 
-/// Position and travel of the rod in the object's frame, m, and units of the corrections.
+/// Returns the rod's position and travel in the object's frame, m, and the units of the corrections.
 fn rod_motion_row(scales: &Scales, pose: &[f64; 3], stride: &Stride<'_>) -> [f32; ROD_MOTION_WIDTH] {
     let (a, b) = (stride.rod(stride.first), stride.rod(stride.last));
     let frame = StartFrame::new(pose, 0.0);
@@ -53,7 +53,7 @@ fn rod_motion_row(scales: &Scales, pose: &[f64; 3], stride: &Stride<'_>) -> [f32
     [x, y, dx, dy, unit[0], unit[1], unit[2]].map(|v| v as f32)
 }
 
-/// Computes targets and conditions of a push without physics; each row ends with [`rod_motion_row`].
+/// Computes targets and conditions (net inputs) of a push without physics; rows end with [`rod_motion_row`].
 pub(crate) fn prepare_push_strides(settings: &Settings, scales: &Scales, q: &Sequence) -> Prepared {
     let rows = prepare(settings, false, scales, q);
     let mut u = Vec::with_capacity(rows.time * (rows.u_width + ROD_MOTION_WIDTH));
@@ -65,7 +65,7 @@ pub(crate) fn prepare_push_strides(settings: &Settings, scales: &Scales, q: &Seq
     Prepared { u_width: rows.u_width + ROD_MOTION_WIDTH, u, ..rows }
 }
 
-/// Returns the number of features per step.
+/// Returns the number of features (net inputs) per step.
 pub(crate) fn width(settings: &Settings, physics: bool) -> usize {
     if let Some(motion) = settings.engine.rate_model() {
         return rates::width(motion);
@@ -76,7 +76,7 @@ pub(crate) fn width(settings: &Settings, physics: bool) -> usize {
     }
 }
 
-/// Sizes of the scales: mean, sd, step, correction.
+/// Number of values of each normalisation scale: mean, sd, step, correction.
 pub(crate) fn scale_sizes(settings: &Settings, physics: bool, state: usize) -> [usize; 4] {
     if let Some(motion) = settings.engine.rate_model() {
         return rates::scale_sizes(motion);
@@ -87,7 +87,7 @@ pub(crate) fn scale_sizes(settings: &Settings, physics: bool, state: usize) -> [
     }
 }
 
-/// Computes the step that is corrected: the physics step, or without physics no motion.
+/// Computes the step that the net corrects: the physics step, or without physics no motion.
 fn uncorrected_step(engine: &Engine, physics: bool, now: &[f64], from: &[f64], to: &[f64], next: &mut [f64]) {
     match physics {
         true => engine.step(now, from, to, next),
@@ -105,7 +105,7 @@ fn write_ball_features(scales: &Scales, physics: bool, now: &[f64], next: &[f64]
     }
 }
 
-/// Fits the scales on a training set.
+/// Fits the normalisation scales on a training set.
 pub(crate) fn fit(settings: &Settings, physics: bool, train: &Sequences) -> Scales {
     let engine = &settings.engine;
     if let Some(motion) = engine.rate_model() {
@@ -136,7 +136,7 @@ pub(crate) fn fit(settings: &Settings, physics: bool, train: &Sequences) -> Scal
     Scales { mean, sd, step: Vec::new(), correction }
 }
 
-/// Computes targets and conditions of a whole trajectory, one row per step or stride.
+/// Computes targets and conditions (net inputs) of a trajectory, one row per step or stride.
 pub(crate) fn prepare(settings: &Settings, physics: bool, scales: &Scales, q: &Sequence) -> Prepared {
     if let Some(motion) = settings.engine.rate_model() {
         return rates::prepare(motion, scales, q);
@@ -171,7 +171,7 @@ fn standardised<'a>(scales: &'a Scales, u: &'a [f64]) -> impl Iterator<Item = f3
     pairs.map(|(v, (mean, sd))| ((v - mean) / sd).clamp(-FEATURE_LIMIT, FEATURE_LIMIT) as f32)
 }
 
-/// Rolls out corrected steps from the initial state; `sampler` samples the corrections.
+/// Simulates corrected steps from the initial state; `sampler` samples the corrections.
 pub(crate) fn roll_out(
     trained: Trained<'_>,
     physics: bool,
@@ -189,7 +189,7 @@ pub(crate) fn roll_out(
     }
 }
 
-/// Rolls out a system of equations with corrected rates.
+/// Simulates a system of equations with corrected rates.
 fn roll_out_rates(
     Trained { scales, .. }: Trained<'_>,
     motion: &EquationMotion,
@@ -210,7 +210,7 @@ fn roll_out_rates(
     })
 }
 
-/// Rolls out a ball with corrected sample steps.
+/// Simulates a ball with corrected steps of one sample interval.
 fn roll_out_ball(
     Trained { settings, scales, .. }: Trained<'_>,
     physics: bool,
@@ -254,7 +254,7 @@ fn roll_out_ball(
     Samples { count: samples, values }
 }
 
-/// Rolls out a push with corrected strides, and interpolates the poses within each stride.
+/// Simulates a push with corrected strides, and interpolates the poses within each stride.
 fn roll_out_push(
     Trained { settings, scales, .. }: Trained<'_>,
     push: &ModelPush,
@@ -299,7 +299,7 @@ fn roll_out_push(
     Samples { count: samples, values }
 }
 
-/// A stride of a push: samples `first` to `last` of the rod's path.
+/// A stride (segment) of a push: samples `first` to `last` of the rod's path.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stride<'a> {
     actions: &'a [f64],
@@ -308,12 +308,12 @@ pub(crate) struct Stride<'a> {
 }
 
 impl Stride<'_> {
-    /// Position of the rod at sample `t`, m, m, and time, s.
+    /// Position of the rod (m, m) and time (s) at sample `t`.
     pub fn rod(&self, t: usize) -> [f64; 3] {
         [self.actions[3 * t], self.actions[3 * t + 1], self.actions[3 * t + 2]]
     }
 
-    /// Iterates over the samples after the first, with the fraction of the object's motion by then.
+    /// Iterates over the stride's samples after the first, with the share of the object's motion done by then.
     ///
     /// The object moves in proportion to the rod's travel after contact, which happens at the fraction
     /// `free_fraction` of the travel. If the rod rests, the fraction of time replaces that of travel.
@@ -381,14 +381,14 @@ fn for_each_stride(push: &ModelPush, physics: bool, q: &Sequence, mut visit: imp
     }
 }
 
-/// Motion of rod and object in a measured stride, in the object's frame at its start.
+/// Motion of rod and object in a measured stride (segment of a push), in the object's frame at its start.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RodMotion {
-    /// Position of the rod, m.
+    /// Position of the rod at the start of the stride, m.
     pub rod: [f64; 2],
-    /// Travel of the rod, m.
+    /// Displacement of the rod during the stride, m.
     pub travel: [f64; 2],
-    /// Displacement of the object, m, m, rad.
+    /// Displacement of the object during the stride (m, m, rad).
     pub displacement: [f64; 3],
 }
 
@@ -406,7 +406,7 @@ pub(crate) fn rod_motions(q: &Sequence) -> Vec<RodMotion> {
     split_into_strides(&q.actions).into_iter().map(rod_motion).collect()
 }
 
-/// Computes the features of a stride, and the displacement that the physics predicts.
+/// Computes the features of a stride, and the object's displacement that the physics predicts.
 ///
 /// The displacement is 0 without physics.
 ///

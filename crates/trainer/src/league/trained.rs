@@ -1,4 +1,4 @@
-//! The context of a trained class.
+//! What the forecasts of a trained class need besides its net.
 
 use crate::scales::Scales;
 use crate::settings::Settings;
@@ -13,7 +13,7 @@ pub struct Trained<'a> {
 }
 
 impl Trained<'_> {
-    /// Parameter values in double precision, in the order of registration.
+    /// Parameter values in double precision, in the order in which they were registered.
     pub(super) fn values(&self) -> Vec<f64> {
         self.params.values().iter().map(|v| f64::from(*v)).collect()
     }

@@ -12,12 +12,12 @@ use crate::sequences::{Sequence, Sequences};
 use crate::settings::Settings;
 use crate::{Samples, Task, steps};
 
-/// The recipe of the paper whose conditions are the same.
+/// The recipe of the paper whose nets read the same conditions.
 fn equivalent_recipe(physics: bool) -> Recipe {
     if physics { Recipe::Hybrid } else { Recipe::Neural }
 }
 
-/// Returns the width of a condition row.
+/// Returns the number of conditions (net inputs) per row.
 pub(super) fn width(settings: &Settings, physics: bool) -> usize {
     match settings.engine.push_model() {
         Some(_) => features::width(equivalent_recipe(physics)),
@@ -25,7 +25,7 @@ pub(super) fn width(settings: &Settings, physics: bool) -> usize {
     }
 }
 
-/// Sizes of the scales: mean, sd, step, correction.
+/// Number of values of each normalisation scale: mean, sd, step, correction.
 pub(super) fn scale_sizes(settings: &Settings, physics: bool, state: usize) -> [usize; 4] {
     match settings.engine.push_model() {
         Some(_) => [width(settings, physics), width(settings, physics), 0, state],
@@ -33,7 +33,7 @@ pub(super) fn scale_sizes(settings: &Settings, physics: bool, state: usize) -> [
     }
 }
 
-/// Fits the scales on a training set.
+/// Fits the normalisation scales on a training set.
 pub(super) fn fit(settings: &Settings, physics: bool, train: &Sequences) -> Scales {
     match settings.engine.push_model() {
         Some(push) => features::fit(equivalent_recipe(physics), push, train),
@@ -41,7 +41,7 @@ pub(super) fn fit(settings: &Settings, physics: bool, train: &Sequences) -> Scal
     }
 }
 
-/// Computes targets and conditions of a whole trajectory.
+/// Computes targets and conditions (net inputs) of a whole trajectory.
 pub(super) fn prepare(settings: &Settings, physics: bool, scales: &Scales, q: &Sequence) -> Prepared {
     if let Some(push) = settings.engine.push_model() {
         return features::prepare(equivalent_recipe(physics), push, scales, q);
@@ -52,7 +52,7 @@ pub(super) fn prepare(settings: &Settings, physics: bool, scales: &Scales, q: &S
     Prepared { time: q.time, x_width: x.len() / q.time, u_width: u.len() / q.time, x, u }
 }
 
-/// Computes the conditions `[time, U]` of a ball in standard units.
+/// Computes the conditions (net inputs) `[time, U]` of a ball in standard units.
 fn ball_conditions(
     settings: &Settings,
     physics: bool,
@@ -66,18 +66,18 @@ fn ball_conditions(
     u
 }
 
-/// A task in standard units, and the conversion of forecasts back to units of the data.
+/// A forecast task in standard units, and the conversion of forecasts back to units of the data.
 pub(super) struct StandardTask {
-    /// Conditions `[time, U]`.
+    /// Conditions (net inputs) `[time, U]`, in standard units.
     pub u: Vec<f32>,
-    /// Initial state `[S]`.
+    /// Initial state `[S]`, in standard units.
     pub initial_state: Vec<f32>,
-    /// Condition of a push, whose frame restores the poses.
+    /// Features of a push, whose frame restores the poses; `None` for a ball.
     push: Option<Condition>,
 }
 
 impl StandardTask {
-    /// Converts a task; `physics` adds the physics roll-out to the conditions.
+    /// Converts a task to standard units; `physics` adds the physics roll-out to the conditions.
     pub fn new(Trained { settings, scales, .. }: Trained<'_>, physics: bool, task: Task<'_>) -> Self {
         if let Some(push) = settings.engine.push_model() {
             let condition = Condition::new(equivalent_recipe(physics), push, task.start, task.actions);

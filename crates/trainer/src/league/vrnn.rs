@@ -25,9 +25,9 @@ use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Mlp, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 use rand_distr::{Distribution, StandardNormal};
 
-/// Width of z.
+/// Size of the latent z.
 const LATENT: usize = 4;
-/// Width of the features of x, u and z.
+/// Number of features that are extracted from each of x, u and z.
 const FEATURES: usize = 16;
 
 const fn class(conditional: bool) -> Class {
@@ -42,7 +42,7 @@ const fn class(conditional: bool) -> Class {
 pub(crate) static VRNN: Class = class(false);
 pub(crate) static CONDITIONAL_VRNN: Class = class(true);
 
-/// The variational recurrent net.
+/// The variational recurrent net (VRNN).
 #[derive(Debug, Clone)]
 pub struct Vrnn {
     extents: Extents,
@@ -90,7 +90,7 @@ impl Vrnn {
     }
 }
 
-/// Records the Gaussian that a hidden layer and a head predict from concatenated inputs.
+/// Records the Gaussian that a hidden layer and a head predict from the concatenated `inputs`.
 fn gaussian<T: Scalar>(
     tape: &mut Tape<T>,
     p: &Bound,

@@ -138,8 +138,7 @@ impl NetModel {
         Self::new(state)
     }
 
-    /// Wraps sampled values as [`Samples`], converted back from standard units if the recipe standardises
-    /// states.
+    /// Wraps sampled values as [`Samples`], converted back from standard units if the recipe standardises states.
     fn restored_samples(&self, count: usize, mut values: Vec<f32>) -> Samples {
         if self.state.settings.recipe == Recipe::HybridStandardised {
             self.state.scales.restore(&mut values, count);
@@ -154,14 +153,12 @@ impl NetModel {
         Ok((tape, bound))
     }
 
-    /// Draws `n` standard normal numbers from the random stream of this purpose and index, with the run's
-    /// seed.
+    /// Draws `n` standard normal numbers from the random stream of this purpose and index, with the run's seed.
     fn noise(&self, purpose: &str, index: u64, n: usize) -> Vec<f32> {
         standard(self.state.settings.seed, purpose, index, n)
     }
 
-    /// Simulates the physics and its corrections step by step, for one latent `[L]` per sample in `w [L,
-    /// samples]`.
+    /// Simulates the physics and its corrections step by step, for one latent `[L]` per sample in `w [L, samples]`.
     fn roll_out(
         &self,
         net: &Stepwise,

@@ -44,8 +44,7 @@ pub struct DcvrnnSizes {
     pub decoder: Decoder,
 }
 
-/// Layer widths of the feature extractors (perceptrons before the GRUs), tanh after each; empty for the
-/// identity.
+/// Layer widths of the feature extractors (perceptrons before the GRUs), tanh after each; empty for the identity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Extractors {
     /// Layer widths of the extractor phi_x, which reads the targets x_t.
@@ -289,8 +288,7 @@ impl Dcvrnn {
         gru_gaussian(tape, p, &self.prior, input)
     }
 
-    /// Records mean and standard deviation of the target x for latents z; `None` if the deviation is fixed to
-    /// 1.
+    /// Records mean and standard deviation of the target x for latents z; `None` if the deviation is fixed to 1.
     fn decode<T: Scalar>(
         &self,
         tape: &mut Tape<T>,

@@ -31,8 +31,7 @@ use super::tile::{LossVars, Tile, mask_of, masked_sum};
 use augsim_nn::{Bound, Gaussian, GaussianHead, Gru, Linear, Mlp, Params};
 use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
-/// Weight lambda of the KL divergence in the loss (formula 3); small because the weighted likelihood is small
-/// too.
+/// Weight lambda of the KL divergence in the loss (formula 3); small because the weighted likelihood is small too.
 const KL_WEIGHT: f64 = 0.01;
 /// Weight lambda of the KL divergence for a net with memory (GRU).
 ///
@@ -221,8 +220,7 @@ impl Stepwise {
         self.encoder_head.forward(tape, p, pooled)
     }
 
-    /// Slices the sensitivities `[time, S, lanes]` to physics parameter `i` from the inputs `u`, S state
-    /// columns.
+    /// Slices the sensitivities `[time, S, lanes]` to physics parameter `i` from the inputs `u`, S state columns.
     fn sensitivity<T: Scalar>(&self, tape: &mut Tape<T>, u: Var, i: usize) -> Result<Var, TensorError> {
         let StepwiseSizes { state, condition, physics_parameters, .. } = self.sizes;
         let first = condition - (physics_parameters - i) * state;

@@ -13,8 +13,7 @@ pub struct Tile<'a, T> {
     pub x: &'a [T],
     /// Conditions `[time, U, lanes]` of the net: U inputs per time step, one trajectory per lane.
     pub u: &'a [T],
-    /// Standard normal draws `[rows, L, lanes]`: L latent components, rows as [`super::Net::noise_rows`]
-    /// returns.
+    /// Standard normal draws `[rows, L, lanes]`: L latent components, rows as [`super::Net::noise_rows`] returns.
     pub eps: &'a [T],
     /// Mask `[time, 1, lanes]`: 1 for samples, 0 beyond the end of shorter trajectories.
     ///

@@ -38,8 +38,7 @@ pub(crate) struct Condition {
     /// Features `[time, width]`, not standardised.
     pub u: Vec<f64>,
     frame: StartFrame,
-    /// Reference pose at each sample, which is subtracted from the measured pose to give the target; in
-    /// `frame`.
+    /// Reference pose at each sample, which is subtracted from the measured pose to give the target; in `frame`.
     base: Vec<[f64; 3]>,
     /// Unit of length of the targets, in m.
     length_m: f64,

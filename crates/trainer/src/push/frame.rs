@@ -34,8 +34,7 @@ impl StartFrame {
         [self.cos * v[0] - self.sin * v[1], self.sin * v[0] + self.cos * v[1]]
     }
 
-    /// Transforms a pose from the data's frame to this frame: position in m, angle from the initial one in
-    /// rad.
+    /// Transforms a pose from the data's frame to this frame: position in m, angle from the initial one in rad.
     pub fn pose(&self, pose: &[f64]) -> [f64; 3] {
         let [x, y] = self.point([pose[0], pose[1]]);
         [x, y, pose[2] - self.start_angle]

@@ -187,8 +187,7 @@ impl TrainedRateNet<'_> {
             .collect())
     }
 
-    /// Simulates a free run with all candidates; returns states `[time, S, candidate, sample]`, S state
-    /// columns.
+    /// Simulates a free run with all candidates; returns states `[time, S, candidate, sample]`, S state columns.
     fn simulate(
         self,
         free_run: &FreeRun<'_>,

@@ -22,8 +22,7 @@ pub(crate) struct Corrector<'a> {
     /// Shrinkage factors of each lane (roll-out), which multiply those of the units.
     shrinkage: Vec<CorrectionShrinkage>,
     units: Units<'a>,
-    /// Autoregressive noise z of formula (1), `[D, lane]` for D corrected rates; empty before the first
-    /// interval.
+    /// Autoregressive noise z of formula (1), `[D, lane]` for D corrected rates; empty before the first interval.
     noise_state: Vec<f64>,
     rng: Xoshiro256PlusPlus,
 }

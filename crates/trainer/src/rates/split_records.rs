@@ -3,8 +3,7 @@
 use crate::sequences::{Sequence, Sequences};
 
 /// Number of intervals of a training segment, which has one latent.
-/// 64 to 256 intervals made no visible difference on the test systems whose truth was hidden from the
-/// program.
+/// 64 to 256 intervals made no visible difference on the test systems whose truth was hidden from the program.
 const INTERVALS: usize = 128;
 /// Every n-th record is held out; if there are fewer than n records, the last 1/n of each.
 const HOLD_OUT_STRIDE: usize = 5;

@@ -15,14 +15,14 @@ use augsim_trainer::{
 
 const STEP_S: f64 = 0.01;
 
-/// A mass on a spring that an input force drives against a stop.
+/// Model file of a mass on a spring that an input force drives against a stop.
 const STOPPED: &str = "scenario = \"system\"\nname = \"mass with stop\"\n[inputs]\nforce_N = { hold = \"linear\" }\n[states]\n\
     x_m = { start = \"position_m\" }\nv_m_s = { start = 0.0 }\n[parameters]\nmass_kg = { nominal = 1.2, frozen = true }\n\
     stiffness_N_per_m = 80.0\nstop_m = { nominal = 0.05, frozen = true }\nrestitution = 0.5\n[rates]\nx_m = \"v_m_s\"\n\
     v_m_s = \"(force_N - stiffness_N_per_m * x_m) / mass_kg\"\n[outputs]\nposition_m = \"x_m\"\n[[events]]\nname = \"stop\"\n\
     when = \"x_m - stop_m\"\ndirection = \"rising\"\nset = { v_m_s = \"-restitution * v_m_s\" }\n";
 
-/// A draining tank.
+/// Model file of a draining tank.
 const TANK: &str = "scenario = \"system\"\nname = \"tank\"\n[states]\nlevel_m = { start = \"height_m\", min = 0.0, max = 0.5 }\n\
     [parameters]\nk = { nominal = 0.3, unit = \"m^0.5/s\" }\n[rates]\nlevel_m = \"-k * sqrt(level_m)\"\n[outputs]\n\
     height_m = \"level_m\"\n";
@@ -37,12 +37,12 @@ fn engine(text: &str) -> Engine {
     Engine::Equations(ok(EquationEngine::new(&system, STEP_S, vec![1e-3])))
 }
 
-/// Action rows: force and time.
+/// Generates action rows: force and time.
 fn actions(samples: usize) -> Vec<f64> {
     (0..samples).flat_map(|k| [6.0 * (0.13 * k as f64).sin(), STEP_S * k as f64]).collect()
 }
 
-/// Records whose states jump by more than the equations allow, so that a net learns large corrections.
+/// Generates records whose states jump by more than the equations allow, so that a net learns large corrections.
 fn erratic_records(engine: &Engine, states: usize, actions: &[f64]) -> Sequences {
     let time = 60;
     let record = |r: usize| {

@@ -21,7 +21,7 @@ use augsim_trainer::{
 use rand_distr::{Distribution, StandardNormal};
 
 const STEP_S: f64 = 1.0 / 60.0;
-/// Number of samples per trajectory.
+/// Number of samples per generated trajectory.
 const TIME: usize = 40;
 
 fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
@@ -32,39 +32,39 @@ fn engine() -> Engine {
     Engine::PybulletBall(BulletBall { damping: 0.0, ..BulletBall::default() })
 }
 
-/// Computes the next state from step number, state and three standard normal draws.
+/// Law of a ball's motion: next state from step number, state and three standard normal draws.
 type Law = fn(usize, [f64; 2], [f64; 3]) -> [f64; 2];
 
-/// Free fall with quadratic drag, which the engine lacks, and process noise.
+/// Law of free fall with quadratic drag, which the engine lacks, and process noise.
 fn drag(_: usize, [z, v]: [f64; 2], [gust, ..]: [f64; 3]) -> [f64; 2] {
     let v = v - STEP_S * (9.8 + 0.15 * v * v.abs()) + 0.03 * gust;
     [z + STEP_S * v, v]
 }
 
-/// A thrust against gravity that ends after 15 steps, which depends on the time and not on the state.
+/// Law with a thrust against gravity that ends after 15 steps: it depends on time, not on the state.
 fn thrust(t: usize, [z, v]: [f64; 2], [gust, ..]: [f64; 3]) -> [f64; 2] {
     let v = v - STEP_S * (9.8 - if t < 15 { 6.0 } else { 0.0 }) + 0.03 * gust;
     [z + STEP_S * v, v]
 }
 
-/// Velocity kicks of fixed size, up or down: a bimodal distribution, which no Gaussian fits.
+/// Law with velocity kicks of fixed size, up or down: a bimodal distribution, which no Gaussian fits.
 fn kicks(_: usize, [z, v]: [f64; 2], [gust, side, _]: [f64; 3]) -> [f64; 2] {
     let v = v - STEP_S * 9.8 + if side > 0.0 { 0.15 } else { -0.15 } + 0.01 * gust;
     [z + STEP_S * v, v]
 }
 
-/// Process noise that grows with the speed.
+/// Law with process noise that grows with the speed.
 fn gusts(_: usize, [z, v]: [f64; 2], [gust, ..]: [f64; 3]) -> [f64; 2] {
     let v = v - STEP_S * 9.8 + (0.01 + 0.02 * v.abs()) * gust;
     [z + STEP_S * v, v]
 }
 
-/// An autoregressive process around zero, as a recurrent net with latents can represent it.
+/// Law of an autoregressive process around zero, as a recurrent net with latents can represent it.
 fn wander(_: usize, [z, v]: [f64; 2], [first, second, _]: [f64; 3]) -> [f64; 2] {
     [0.9 * z + first, 0.8 * v + second]
 }
 
-/// Path `[time, 2]` of a law from `start`.
+/// Simulates the path `[time, 2]` of a law from `start`.
 fn follow(law: Law, start: [f64; 2], time: usize, mut draws: impl FnMut() -> [f64; 3]) -> Vec<f64> {
     let (mut out, mut now) = (start.to_vec(), start);
     for t in 1..time {
@@ -86,10 +86,10 @@ fn generate(law: Law, count: u64, seed: u64) -> Sequences {
     Sequences { columns, action_columns: Vec::new(), items: items.collect() }
 }
 
-/// The law as a forecaster.
+/// The generating law of a ball as a forecaster.
 struct Truth {
     law: Law,
-    /// Whether it samples the noise, or predicts the path without noise.
+    /// Whether the forecaster samples the noise; otherwise it predicts the path without noise.
     is_sampled: bool,
 }
 
@@ -123,7 +123,7 @@ fn trained(recipe: Recipe, engine: Engine, train: &Sequences, iterations: u64) -
     ok(NetModel::new(ok(training.finish()).clone()))
 }
 
-/// Asserts that errors are within 10 % of those of the law, and that bands are calibrated.
+/// Asserts that a recipe's errors are at most 10 % above those of `law`, and that its bands are calibrated.
 fn assert_learns(recipe: Recipe, law: Law, is_sampled: bool, iterations: u64) {
     let (train, test) = (generate(law, 300, 1), generate(law, 120, 2));
     let model = trained(recipe, engine(), &train, iterations);
@@ -206,7 +206,7 @@ fn calibrated_physics_recovers_the_ball_that_generated_the_data() {
     assert!((0.43..0.75).contains(&half), "coverage of the 50 % band is {half}");
 }
 
-/// Engine of the object rect1 with ratio `c`, m, and contact friction `friction`.
+/// Creates the engine that pushes the object rect1 with ratio `c`, m, and contact friction `friction`.
 fn pushing(c: f64, friction: f64) -> Engine {
     let object = Object::named("rect1").expect("built in");
     let model = PushModel::textbook(object).with_nominal(|name| match name {
@@ -217,13 +217,13 @@ fn pushing(c: f64, friction: f64) -> Engine {
     ok(Engine::from_model_file(&ModelFile::Push(model), None))
 }
 
-/// Wraps pushes in a set with the columns of pushing.
+/// Wraps pushes as trajectories with the columns of pushing.
 fn push_set(items: Vec<Sequence>) -> Sequences {
     let owned = |names: [&str; 3]| names.map(str::to_owned).into();
     Sequences { columns: owned(STATES), action_columns: owned(ACTIONS), items }
 }
 
-/// Straight pushes on one side of the object, with pose noise of 0.1 mm and 0.03 degrees.
+/// Generates straight pushes on one side of the object, with pose noise of 0.1 mm and 0.03 degrees.
 fn pushes(truth: &Engine, count: u64, seed: u64) -> Sequences {
     let items = (0..count).map(|i| {
         let mut rng = random_stream(seed, "league-push", i);
@@ -247,7 +247,7 @@ fn pushes(truth: &Engine, count: u64, seed: u64) -> Sequences {
     push_set(items.collect())
 }
 
-/// Asserts that a class closes all but `allowed_gap` of the gap to the true model.
+/// Asserts that a recipe closes the gap between declared and true model but for the share `allowed_gap`.
 fn assert_learns_pushes(recipe: Recipe, iterations: u64, allowed_gap: f64) {
     let truth = pushing(0.026, 0.45);
     let (train, test) = (pushes(&truth, 120, 1), pushes(&truth, 60, 2));
@@ -268,12 +268,12 @@ fn predicted_parameters_close_the_gap_to_the_true_contact_model() {
     assert_learns_pushes(Recipe::PredictedParametersError, 500, 0.1);
 }
 
-/// Computes the object's displacement (m, m, rad) for a straight motion of the rod, m.
+/// Law of pushes: object's displacement (m, m, rad) for a straight motion of the rod, m.
 ///
 /// All in the object's frame.
 type PushLaw = fn(&Engine, [[f64; 2]; 2]) -> [f64; 3];
 
-/// The declared contact model plus a residual that varies smoothly with the rod's position.
+/// Law of pushes: the declared contact model plus a residual that varies smoothly with the rod's position.
 fn contact_and_drift(declared: &Engine, [a, b]: [[f64; 2]; 2]) -> [f64; 3] {
     let actions = [[a[0], a[1], 0.0], [b[0], b[1], 0.4]].concat();
     let moved = declared.rollout(&[0.0; 3], &actions, 2);
@@ -282,7 +282,7 @@ fn contact_and_drift(declared: &Engine, [a, b]: [[f64; 2]; 2]) -> [f64; 3] {
     [0, 1, 2].map(|j| moved[3 + j] + residual[j])
 }
 
-/// An object that moves with the rod and turns in proportion to its lever arm.
+/// Law of pushes: the object moves with the rod and turns in proportion to its lever arm.
 fn carried(_: &Engine, [a, b]: [[f64; 2]; 2]) -> [f64; 3] {
     let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
     [dx, 0.5 * dy, -2.0 * a[1]]
@@ -314,7 +314,7 @@ fn simulate_push(
     out
 }
 
-/// Pushes of six strides generated by a law, with noise of `sd_m` per stride.
+/// Generates pushes of six strides (rod motions) by a law, with noise of `sd_m` per stride.
 fn strides(law: PushLaw, declared: &Engine, sd_m: f64, count: u64, seed: u64) -> Sequences {
     let items = (0..count).map(|i| {
         let mut rng = random_stream(seed, "league-stride", i);
@@ -334,7 +334,7 @@ fn strides(law: PushLaw, declared: &Engine, sd_m: f64, count: u64, seed: u64) ->
     push_set(items.collect())
 }
 
-/// A law of pushes as a forecaster, without noise.
+/// The generating law of pushes as a forecaster, without noise.
 struct PushTruth {
     law: PushLaw,
     declared: Engine,
@@ -352,8 +352,7 @@ impl Forecaster for PushTruth {
     }
 }
 
-/// Asserts that a trained model's forecast error is at most 10 % above that of the law that generated the
-/// pushes.
+/// Asserts that a trained model's forecast error is at most 10 % above that of the law that generated the pushes.
 fn assert_learns_strides(recipe: Recipe, law: PushLaw, sd_m: f64, pushes: u64, iterations: u64) {
     let declared = pushing(0.0344, 0.25);
     let (train, test) = (strides(law, &declared, sd_m, pushes, 1), strides(law, &declared, sd_m, 60, 2));

@@ -32,7 +32,7 @@ const SPEED: &str = "[[effect]]\nkind = \"restitution-speed-linear\"\nb_s_per_m 
 const CONTACT: &str = "[[effect]]\nkind = \"contact-duration\"\ntau_s = 0.01\n";
 const LEFT_OUT: &str = "[[effect]]\nkind = \"height-offset\"\nb_m = 0.05\n\
     [[effect]]\nkind = \"restitution-scatter\"\nper = \"impact\"\nsd = 0.1\n";
-/// Height offset in `LEFT_OUT`, m.
+/// Height offset in the model file `LEFT_OUT`, m.
 const OFFSET_M: f64 = 0.05;
 
 fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
@@ -51,7 +51,7 @@ fn system(effects: &[&str]) -> SystemEngine {
     ok(SystemEngine::new(&ModelFile::Ball(model(effects)), Some(STEP_S)))
 }
 
-/// Simulates heights and velocities in one run of the exact engine.
+/// Simulates heights and velocities of a drop in one run of the exact engine.
 fn simulated(effects: &[&str]) -> Vec<f64> {
     let (world, parameters) = model(effects).world(Axes::Vertical);
     let throw = Throw {
@@ -68,7 +68,7 @@ fn simulated(effects: &[&str]) -> Vec<f64> {
     run.positions.iter().zip(&run.velocities).flat_map(|(p, v)| [p[2], v[2]]).collect()
 }
 
-/// Rolls out by single steps.
+/// Simulates a drop by single steps of the engine.
 fn stepped(engine: &Engine) -> Vec<f64> {
     let mut out = START.to_vec();
     for t in 1..TIME {

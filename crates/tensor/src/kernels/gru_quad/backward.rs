@@ -1,4 +1,4 @@
-//! Vector-Jacobian product for four sequences, in blocks of steps as in [`super::super::gru_backward`].
+//! GRU vector-Jacobian product for four sequences, in blocks of steps as in [`super::super::gru_backward`].
 
 use super::super::GruBackward;
 use super::super::gru_backward::{Block, gate_gradients, gate_row};
@@ -8,10 +8,10 @@ use super::replicated::{ReplicatedWeights, replicated_len};
 use super::{QUAD, quads, repeat, vectors, vectors_mut};
 use pulp::x86::V4;
 
-/// Number of lanes of a vector.
+/// Number of f32 lanes of a vector: four units of four sequences.
 const VECTOR: usize = QUAD * QUAD;
 
-/// Number of scratch elements of a layer.
+/// Number of scratch elements that the backward pass of a layer needs.
 ///
 /// They hold the weights; the carried gradient, the initial state and dx of one step; the gate gradients and
 /// repeated inputs of a block; and the accumulators.
@@ -23,7 +23,7 @@ pub(super) const fn scratch(input: usize, hidden: usize) -> usize {
     weights + state + block + accumulators
 }
 
-/// Adds the gradients of all operands.
+/// Adds the gradients of all operands of the layer to the outputs.
 #[inline(always)]
 pub(super) fn run(simd: V4, g: GruBackward<'_, f32>, scratch: &mut [f32]) {
     let (time, input, hidden) = (g.dims.time, g.dims.input, g.dims.hidden);

@@ -1,16 +1,16 @@
-//! Forward pass for four sequences.
+//! GRU forward pass for four sequences.
 
 use super::super::gates::{SIGMOID_SCALE, TANH_SCALE, sigmoids, tanhs};
 use super::super::{GruForward, GruWeights};
 use super::{QUAD, quads, repeat, vectors, vectors_mut, width};
 use pulp::{Simd, f32x16, x86::V4};
 
-/// Number of scratch elements of a layer: for weights, biases and the initial state.
+/// Number of scratch elements that the forward pass needs: for weights, biases and the initial state.
 pub(super) const fn scratch(input: usize, hidden: usize) -> usize {
     QUAD * hidden * (3 * (input + hidden) + 4 + 1)
 }
 
-/// Packs the weights, then runs all steps.
+/// Packs the weights, then runs all steps of the four sequences.
 #[inline(always)]
 pub(super) fn run(simd: V4, g: GruForward<'_, f32>, scratch: &mut [f32]) {
     let (time, input, hidden) = (g.dims.time, g.dims.input, g.dims.hidden);
@@ -67,9 +67,9 @@ fn pack_bias(packed: &mut [f32], w: GruWeights<'_, f32>, hidden: usize) {
     }
 }
 
-/// Operands of one step.
+/// Operands of one time step.
 struct Step<'a> {
-    /// Weights of the inputs and of the states.
+    /// Packed weights of the inputs and of the hidden states.
     w: [&'a [f32]; 2],
     bias: &'a [f32],
     x: &'a [f32],
@@ -78,7 +78,7 @@ struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// Computes the state `now` after the step.
+    /// Computes the hidden state `now` after the step.
     #[inline(always)]
     fn run(&mut self, simd: V4, now: &mut [f32]) {
         let (rows, mut first) = (self.h.len() / (QUAD * QUAD), 0);
@@ -93,7 +93,7 @@ impl Step<'_> {
         }
     }
 
-    /// Computes `N` rows of four units from row `first`, with all their gates.
+    /// Computes `N` vectors of the hidden state (four units each) from vector `first`, with all their gates.
     #[inline(always)]
     fn group<const N: usize>(&mut self, simd: V4, first: usize, now: &mut [f32]) {
         let h = vectors(self.h);
@@ -129,7 +129,7 @@ impl Step<'_> {
     }
 }
 
-/// Adds products of packed weights and `v` to the sums of three gates, for `N` rows from row `first`.
+/// Adds products of packed weights and `v` to the sums of three gates, for `N` vectors from vector `first`.
 #[inline(always)]
 fn columns<const N: usize>(simd: V4, w: &[f32], first: usize, v: &[f32], sums: [&mut [f32x16; N]; 3]) {
     let v = quads(v);

@@ -13,28 +13,28 @@ use super::{GruBackward, GruDims, GruForward};
 use crate::simd::Level;
 use pulp::{Simd, WithSimd, cast, f32x16, x86::V4};
 
-/// Number of sequences.
+/// Number of sequences in a batch of these kernels.
 const QUAD: usize = 4;
 
-/// Whether these kernels can run a layer at this level.
+/// Whether these kernels can run a layer of these extents with this instruction set.
 pub(super) fn supports(level: Level, dims: GruDims) -> bool {
     level == Level::V4 && dims.batch == QUAD && dims.hidden > 0 && dims.hidden.is_multiple_of(QUAD)
 }
 
-/// Number of scratch elements of a layer, enough for both passes.
+/// Number of scratch elements that a layer needs, enough for forward and backward pass.
 pub(super) const fn scratch(input: usize, hidden: usize) -> usize {
     let (forward, backward) = (forward::scratch(input, hidden), backward::scratch(input, hidden));
     if forward > backward { forward } else { backward }
 }
 
-/// Forward pass; does nothing without AVX-512.
+/// Runs the forward pass for four sequences; does nothing without AVX-512.
 pub(super) fn forward(args: GruForward<'_, f32>, scratch: &mut [f32]) {
     if let Some(simd) = V4::try_new() {
         Simd::vectorize(simd, Forward(simd, args, scratch));
     }
 }
 
-/// Vector-Jacobian product; does nothing without AVX-512.
+/// Runs the vector-Jacobian product for four sequences; does nothing without AVX-512.
 pub(super) fn backward(args: GruBackward<'_, f32>, scratch: &mut [f32]) {
     if let Some(simd) = V4::try_new() {
         Simd::vectorize(simd, Backward(simd, args, scratch));
@@ -60,31 +60,31 @@ impl WithSimd for Backward<'_, '_> {
     }
 }
 
-/// One value of each sequence, repeated four times.
+/// Vector with one value of each of the four sequences, repeated four times.
 #[inline(always)]
 fn repeat(simd: V4, quad: [f32; QUAD]) -> f32x16 {
     cast(simd.avx512f._mm512_broadcast_f32x4(cast(quad)))
 }
 
-/// The whole vectors of a slice.
+/// Views a slice as vectors of 16 floats; an incomplete vector at the end is left out.
 #[inline(always)]
 fn vectors(slice: &[f32]) -> &[f32x16] {
     V4::as_simd_f32s(slice).0
 }
 
-/// The whole vectors of a slice.
+/// Views a mutable slice as vectors of 16 floats; an incomplete vector at the end is left out.
 #[inline(always)]
 fn vectors_mut(slice: &mut [f32]) -> &mut [f32x16] {
     V4::as_mut_simd_f32s(slice).0
 }
 
-/// The rows of a slice, with one value for each sequence.
+/// Views a slice as rows of one value for each of the four sequences.
 #[inline(always)]
 fn quads(slice: &[f32]) -> &[[f32; QUAD]] {
     slice.as_chunks().0
 }
 
-/// Number of rows of vectors that are computed together when `remaining` are left.
+/// Number of vectors that are computed together when `remaining` vectors are left.
 const fn width(remaining: usize) -> usize {
     match remaining {
         4.. => 4,

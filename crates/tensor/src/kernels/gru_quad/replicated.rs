@@ -6,7 +6,7 @@ use pulp::{Simd, f32x16, x86::V4};
 /// Number of independent partial sums of an output, which hide the latency of the multiply-adds.
 const PARTIAL_SUMS: usize = 4;
 
-/// Number of floats of the packed `outputs x inputs` weights.
+/// Number of floats that the packed `outputs x inputs` weights take.
 pub(super) const fn replicated_len(outputs: usize, inputs: usize) -> usize {
     outputs.next_multiple_of(QUAD) * inputs * QUAD
 }
@@ -19,7 +19,7 @@ pub(super) struct ReplicatedWeights<'a> {
 }
 
 impl<'a> ReplicatedWeights<'a> {
-    /// Packs `weight(output, input)`.
+    /// Packs the weights that `weight(output, input)` returns.
     #[inline(always)]
     pub fn pack(
         packed: &'a mut [f32],
@@ -40,7 +40,7 @@ impl<'a> ReplicatedWeights<'a> {
         ReplicatedWeights { packed, inputs }
     }
 
-    /// Adds the products with `x` to `out`, one vector per row of four outputs.
+    /// Adds the products of the weights with `x` to `out`, one vector per row of four outputs.
     #[inline(always)]
     pub fn add(self, simd: V4, x: &[f32], out: &mut [f32x16]) {
         let mut first = 0;
@@ -55,7 +55,7 @@ impl<'a> ReplicatedWeights<'a> {
         }
     }
 
-    /// Computes `N` rows from row `first`.
+    /// Computes `N` vectors of four outputs each from vector `first`.
     #[inline(always)]
     fn rows<const N: usize>(self, simd: V4, x: &[f32], first: usize, out: &mut [f32x16]) {
         let x = &quads(x)[..self.inputs];

@@ -4,11 +4,11 @@ use super::super::moments::weighted;
 use super::super::weights::shares;
 use super::*;
 
-/// A random walk whose latent is its drift: x' = x + w + noise, with w ~ N(0, 1).
+/// Test model: a random walk whose latent w is its drift, x' = x + w + noise, with w ~ N(0, 1).
 #[derive(Debug)]
 struct DriftingWalk;
 
-/// Standard deviations of the process noise of a step and of the measurement noise.
+/// Standard deviation of the process noise of a step; the next constant is that of the measurement noise.
 const PROCESS_SD: f64 = 0.1;
 const SENSOR_SD: f64 = 0.3;
 
@@ -48,7 +48,7 @@ fn filter(rows: &[f64], seed: u64) -> Filter<'static> {
     filter
 }
 
-/// Posterior of (x, w) given the rows, by a Kalman filter on the joint state.
+/// Computes the posterior of (x, w) given the rows, by a Kalman filter on the joint state.
 fn kalman_posterior(rows: &[f64]) -> Gaussian {
     let mut joint = Gaussian::diagonal(&[0.0, 0.0], &[1.0, 1.0]);
     for (t, row) in rows.iter().enumerate() {
