@@ -32,9 +32,9 @@ v = "gain * drive - stiffness * x - cubic * x^3 - damping * v - offset - frictio
 y = { value = "x", sd = 0.001 }
 "#;
 
-/// Samples per window.
+/// Number of samples in each window.
 const SAMPLES: usize = 1000;
-/// Windows that are simulated together.
+/// Number of windows that are simulated together in SIMD lanes.
 const WINDOWS: usize = 64;
 
 fn right_hand_sides(criterion: &mut Criterion) {

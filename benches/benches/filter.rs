@@ -10,10 +10,10 @@ use augsim_trainer::{Engine, NetModel, Recipe, Sequences, Settings, Training};
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::time::{Duration, Instant};
 
-/// Rows that the filter processes before it forecasts.
+/// Number of rows that the filter processes before it forecasts.
 const OBSERVED_ROWS: usize = 65;
 
-/// Unwraps a result, or stops the bench with the error.
+/// Returns the value of a result, or stops the benchmark with its error.
 fn ok<R, E: std::fmt::Debug>(result: Result<R, E>) -> R {
     result.unwrap_or_else(|e| panic!("{e:?}"))
 }

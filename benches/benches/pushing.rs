@@ -6,12 +6,12 @@
 use augsim_physics::push::{Object, Pose, Push, Steps, StraightPush, World, simulate_batch};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 
-/// Unwraps a result, or stops the bench with the error.
+/// Returns the value of a result, or stops the benchmark with its error.
 fn ok<R, E: std::fmt::Debug>(result: Result<R, E>) -> R {
     result.unwrap_or_else(|e| panic!("{e:?}"))
 }
 
-/// `count` pushes similar to the MIT design: contact along a side, angle of -60 to 60 degrees.
+/// Paths of `count` pushes as in the MIT design: contact along a side, angle of -60 to 60 degrees.
 fn paths(count: usize) -> Vec<StraightPush> {
     let path = |i: usize| {
         let (position, angle) = (i % 11, (i / 11) % 7);

@@ -19,7 +19,7 @@ pub fn peak_resident_mb() -> Option<f64> {
     Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
 }
 
-/// Wall and CPU time of one call of `f`, s.
+/// Wall time and CPU time of one call of `f`, s; CPU time is `None` if the system does not report it.
 pub fn time(f: impl FnOnce()) -> (f64, Option<f64>) {
     let (cpu, wall) = (cpu_seconds(), Instant::now());
     f();

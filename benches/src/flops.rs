@@ -4,7 +4,7 @@
 //! counts the forward pass and both gradients of every product, except gradients with respect to data and
 //! noise, which are not computed.
 
-/// Sizes of a DCVRNN without feature nets.
+/// Layer sizes of a DCVRNN (recurrent variational network) without feature nets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extents {
     /// Number of state columns.
@@ -17,16 +17,16 @@ pub struct Extents {
     pub hidden: usize,
 }
 
-/// Sizes of the Hybrid net for the ball data of the paper.
+/// Layer sizes of the Hybrid net for the ball data of the paper.
 pub const BALL: Extents = Extents { state: 2, condition: 4, latent: 4, hidden: 16 };
 
-/// Operations of two GRU layers for one step of one sequence.
+/// Floating-point operations of two stacked GRU layers for one step of one sequence.
 fn two_gru_layers(input: usize, hidden: usize) -> usize {
     2 * 3 * hidden * (input + hidden) + 2 * 3 * hidden * (2 * hidden)
 }
 
 impl Extents {
-    /// Operations of the forward pass for one step of one sequence.
+    /// Floating-point operations of the forward pass for one step of one sequence.
     fn forward(self) -> usize {
         let Extents { state, condition, latent, hidden } = self;
         let heads = 2 * hidden * (2 * latent + 2 * latent + state);
@@ -34,13 +34,13 @@ impl Extents {
         encoder + two_gru_layers(condition + latent, hidden) + two_gru_layers(latent, hidden) + heads
     }
 
-    /// Operations of one training iteration.
+    /// Floating-point operations of one training iteration with `batch` sequences of `time` steps.
     pub fn training(self, batch: usize, time: usize) -> f64 {
         let skipped_gradients = 2 * 3 * self.hidden * (self.state + 2 * self.condition + 2 * self.latent);
         ((3 * self.forward() - skipped_gradients) * batch * time) as f64
     }
 
-    /// Operations of sampling with prior and decoder.
+    /// Floating-point operations of sampling `batch` sequences of `time` steps with prior and decoder.
     pub fn sampling(self, batch: usize, time: usize) -> f64 {
         let Extents { state, condition, latent, hidden } = self;
         let heads = 2 * hidden * (2 * latent + state);
@@ -49,5 +49,5 @@ impl Extents {
     }
 }
 
-/// Operations of one training iteration of [`crate::push::push_net`] with 100 sequences of 300 steps.
+/// Floating-point operations of one training iteration of [`crate::push::push_net`] (100 x 300 steps).
 pub const PUSH_TRAINING: f64 = 2.47e9;

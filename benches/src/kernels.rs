@@ -5,12 +5,12 @@ use augsim_tensor::kernels::{
     gru_simd, linear_simd, matmul,
 };
 
-/// Deterministic values between -0.5 and 0.5, from a low-discrepancy sequence.
+/// `n` deterministic values between -0.5 and 0.5, from a low-discrepancy sequence.
 pub fn values(n: usize) -> Vec<f32> {
     (0..n).map(|i| (i as f32 * 0.618_034).fract() - 0.5).collect()
 }
 
-/// A buffer that starts on a cache line, like those of the tape.
+/// A buffer that starts on a cache line, like the buffers of the automatic-differentiation tape.
 #[derive(Debug)]
 struct Aligned {
     memory: Vec<f32>,
@@ -33,7 +33,7 @@ impl Aligned {
     }
 }
 
-/// A large square matrix product, whose rate stands for the peak of a core.
+/// A large square matrix product, whose rate is taken as the peak rate of a core.
 #[derive(Debug)]
 pub struct Product {
     n: usize,
@@ -48,12 +48,12 @@ impl Product {
         Product { n, a: values(n * n), b: values(n * n), out: vec![0.0; n * n] }
     }
 
-    /// Floating-point operations of one product.
+    /// Number of floating-point operations of one product.
     pub fn flops(&self) -> f64 {
         2.0 * (self.n as f64).powi(3)
     }
 
-    /// Computes the product on this thread.
+    /// Computes the matrix product once on this thread.
     pub fn run(&mut self) {
         let n = self.n;
         let dims = MatmulDims { m: n, k: n, n, a_transposed: false, b_transposed: false };
@@ -61,7 +61,7 @@ impl Product {
     }
 }
 
-/// A GRU layer with the buffers of its forward and backward pass.
+/// A GRU layer with the buffers of its forward and backward pass, for timing.
 #[derive(Debug)]
 pub struct Gru {
     dims: GruDims,
@@ -77,7 +77,7 @@ pub struct Gru {
 }
 
 impl Gru {
-    /// A layer with these sizes.
+    /// A GRU layer with these sizes.
     ///
     /// `needs_input_gradient` is true for a layer whose input is the output of another layer instead of data.
     pub fn new(dims: GruDims, needs_input_gradient: bool) -> Self {
@@ -97,20 +97,20 @@ impl Gru {
         }
     }
 
-    /// Floating-point operations of the forward pass.
+    /// Number of floating-point operations of the GRU layer's forward pass.
     pub fn forward_flops(&self) -> f64 {
         let GruDims { time, input, hidden, batch } = self.dims;
         (2 * time * batch * 3 * hidden * (input + hidden)) as f64
     }
 
-    /// Floating-point operations of the backward pass.
+    /// Number of floating-point operations of the GRU layer's backward pass.
     pub fn backward_flops(&self) -> f64 {
         let GruDims { time, input, hidden, batch } = self.dims;
         (2 * time * batch * 3 * hidden * (input * (1 + usize::from(self.needs_input_gradient)) + 2 * hidden))
             as f64
     }
 
-    /// Runs the forward pass; `save` keeps what the backward pass needs.
+    /// Runs the GRU layer's forward pass; `save` keeps what the backward pass needs.
     pub fn forward(&mut self, save: bool) {
         let [w_ih, w_hh, b_ih, b_hh] = &self.weights;
         let weights = GruWeights { w_ih, w_hh, b_ih, b_hh };
@@ -122,7 +122,7 @@ impl Gru {
         );
     }
 
-    /// Runs the backward pass.
+    /// Runs the GRU layer's backward pass.
     pub fn backward(&mut self) {
         let [w_ih, w_hh, b_ih, b_hh] = &self.weights;
         let [dw_ih, dw_hh, db_ih, db_hh] = &mut self.grads;
@@ -147,7 +147,7 @@ impl Gru {
     }
 }
 
-/// A linear layer over a sequence, with its buffers.
+/// A linear layer over a sequence with its buffers, for timing.
 #[derive(Debug)]
 pub struct Linear {
     dims: LinearDims,
@@ -162,7 +162,7 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// A layer with these sizes.
+    /// A linear layer with these sizes.
     pub fn new(dims: LinearDims) -> Self {
         let LinearDims { time, input, output, batch } = dims;
         Linear {
@@ -178,19 +178,19 @@ impl Linear {
         }
     }
 
-    /// Floating-point operations of the forward pass; the backward pass has twice as many.
+    /// Number of floating-point operations of the forward pass; the backward pass has twice as many.
     pub fn forward_flops(&self) -> f64 {
         (2 * self.dims.time * self.dims.batch * self.dims.input * self.dims.output) as f64
     }
 
-    /// Runs the forward pass.
+    /// Runs the linear layer's forward pass.
     pub fn forward(&mut self) {
         let (x, y) = (self.x.get(), self.y.get_mut());
         let args = LinearForward { dims: self.dims, w: &self.w, b: &self.b, x, y, tanh: false };
         linear_simd::forward(args, self.scratch.get_mut());
     }
 
-    /// Runs the backward pass.
+    /// Runs the linear layer's backward pass.
     pub fn backward(&mut self) {
         let [dw, db] = &mut self.grads;
         let (x, dy, dx) = (self.x.get(), self.dy.get(), self.dx.get_mut());

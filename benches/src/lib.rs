@@ -6,7 +6,7 @@ pub mod kernels;
 pub mod push;
 pub mod synthetic;
 
-/// Unwraps a result, or stops the bench with the error message.
+/// Returns the value of a result, or stops the benchmark with the error message.
 ///
 /// # Panics
 /// If the result is an error.

@@ -6,7 +6,7 @@
 use augsim_nn::Params;
 use augsim_trainer::nets::{Dcvrnn, DcvrnnSizes, Decoder, Extractors};
 
-/// Creates the net and registers its parameters; the decoder's standard deviation is 1, as in the peers.
+/// Creates the net for pushing in `params`; the decoder's standard deviation is 1, as in the peers.
 pub fn push_net(params: &mut Params<f32>) -> Dcvrnn {
     let decoder = Decoder::Fixed;
     let sizes =

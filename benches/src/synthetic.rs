@@ -1,4 +1,4 @@
-//! Training iterations of any net on synthetic inputs, tile by tile as in the trainer.
+//! Training iterations of a net on synthetic inputs, split into tiles of sequences as in the trainer.
 
 use crate::ok;
 use augsim_nn::{Adam, AdamState, Bound, Params};
@@ -8,13 +8,13 @@ use augsim_trainer::TILE;
 use augsim_trainer::nets::{Dcvrnn, Tile};
 use rayon::prelude::*;
 
-/// Numbers of state, condition and latent columns.
+/// Numbers of state, condition and latent columns of a net.
 fn widths(net: &Dcvrnn) -> [usize; 3] {
     let s = net.sizes();
     [s.state, s.condition, s.latent]
 }
 
-/// Buffers of one thread.
+/// Buffers of one thread for a training iteration.
 #[derive(Debug, Default)]
 struct Workspace {
     tape: Tape<f32>,
@@ -23,7 +23,7 @@ struct Workspace {
     grads: Vec<Vec<f32>>,
 }
 
-/// A training run on inputs that are equal in every tile.
+/// A training run of a net on synthetic inputs, which are equal in every tile of sequences.
 #[derive(Debug)]
 pub struct Synthetic {
     net: Dcvrnn,
@@ -38,7 +38,7 @@ pub struct Synthetic {
 }
 
 impl Synthetic {
-    /// A run of `net` with `batch` sequences of `time` steps.
+    /// A training run of `net` with `batch` sequences of `time` steps.
     pub fn new(net: Dcvrnn, params: Params<f32>, batch: usize, time: usize) -> Self {
         let [x, u, _] = widths(&net);
         let draw = |seed: u64, width: usize| {
@@ -60,7 +60,7 @@ impl Synthetic {
         }
     }
 
-    /// Runs one training iteration.
+    /// Runs one training iteration on the synthetic inputs.
     ///
     /// # Panics
     /// If net and inputs do not fit together.

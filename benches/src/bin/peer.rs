@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use std::hint::black_box;
 use std::io::BufRead;
 
-/// Time steps that a sampler takes per call.
+/// Number of time steps that a sampler takes per call.
 const BLOCK: usize = 32;
 
 fn main() {
@@ -77,7 +77,7 @@ fn main() {
     });
 }
 
-/// The Hybrid net for the ball with its initial weights.
+/// The Hybrid net for the ball, and its initial weights.
 fn ball_net() -> (Dcvrnn, Params<f32>) {
     let mut params = Params::new(random_stream(1, "init", 0));
     let decoder = Decoder::Fixed;
@@ -86,7 +86,7 @@ fn ball_net() -> (Dcvrnn, Params<f32>) {
     (Dcvrnn::new(&mut params, sizes), params)
 }
 
-/// Answers each line on standard input, a number of calls of `f`, with the time per call.
+/// Reads numbers of calls from standard input; for each, prints the time per call of `f`.
 fn serve(mut f: impl FnMut()) {
     (0..3).for_each(|_| f());
     println!("ready");

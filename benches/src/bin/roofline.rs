@@ -17,17 +17,19 @@ use augsim_tensor::kernels::{GruDims, LinearDims};
 use augsim_tensor::simd::Level;
 use augsim_trainer::{Engine, Recipe, Sequences, Settings, Training};
 
-/// Rows measured so far, and the matrix product that defines the peak.
+/// Measured rows of the roofline table, and the matrix product that defines the peak.
 struct Table {
     product: Product,
     /// Highest rate of the matrix product so far, GFLOP/s.
     peak: f64,
-    /// Name of the kernel, time per call, s, and rate, GFLOP/s.
+    /// Rows of the table: name of the kernel, time per call, s, and rate, GFLOP/s.
     rows: Vec<(String, f64, f64)>,
 }
 
 impl Table {
-    /// Measures `f`, and the matrix product again, since other processes may have slowed it down before.
+    /// Measures `f` and adds a row to the table.
+    ///
+    /// The matrix product is measured again, since other processes may have slowed it down before.
     fn measure(&mut self, name: &str, flops: f64, mut f: impl FnMut()) {
         let seconds = shortest_time(1.0, &mut f);
         self.rows.push((name.to_owned(), seconds, flops / seconds / 1e9));

@@ -17,15 +17,15 @@ use augsim_trainer::nets::{Dcvrnn, DcvrnnSizes, Decoder};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Variables: name, the fixed part of the configuration, and the values.
+/// Scaled variables: name, fixed part of the configuration, and values of the variable.
 const VARIED: [(&str, &str, &[usize]); 3] = [
     ("batch", "16 units, 400 steps", &[10, 30, 100, 300, 1000, 3000, 10_000]),
     ("hidden", "batch 100, 400 steps", &[8, 16, 32, 64, 128]),
     ("steps", "batch 100, 16 units", &[50, 100, 200, 400, 1000, 2000, 5000]),
 ];
-/// Numbers of threads.
+/// Numbers of threads with which each configuration is measured.
 const THREADS: [usize; 2] = [1, 2];
-/// Batch, hidden units and steps of the ball's configuration.
+/// Configuration of the ball: batch size, hidden units and time steps.
 const CENTRE: [usize; 3] = [100, 16, 400];
 
 /// Floating-point operations of one training iteration.
@@ -33,7 +33,7 @@ fn operations([batch, hidden, steps]: [usize; 3]) -> f64 {
     augsim_benches::flops::Extents { hidden, ..BALL }.training(batch, steps)
 }
 
-/// Shortest wall and CPU time of an iteration, s, and its rate per core, GFLOP/s.
+/// Shortest wall time and CPU time of a training iteration, s, and its rate per core, GFLOP/s.
 ///
 /// The CPU time is the wall time if the system does not report it.
 fn measure([batch, hidden, steps]: [usize; 3], threads: usize) -> (f64, f64, f64) {

@@ -15,9 +15,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Name of standard input on the command line.
+/// Argument that stands for standard input on the command line.
 const STANDARD_INPUT: &str = "-";
-/// Endings of data files.
+/// File name endings of data files.
 const DATA_ENDINGS: [&str; 3] = [".csv", ".csv.gz", ".npz"];
 
 /// Checks that a data file and the files `beside` it can be written, and makes their folder.
@@ -44,7 +44,7 @@ pub fn data_file(file: &Path, beside: &[PathBuf], inputs: &[&Path]) -> anyhow::R
     Ok(())
 }
 
-/// Checks one output file.
+/// Checks that an output file can be written and does not replace an input.
 ///
 /// # Errors
 /// It is an input, is inside an input folder, or is not a regular file.
@@ -111,22 +111,22 @@ fn is_inside(path: &Path, folder: &Path) -> bool {
         .is_some_and(|existing| existing.starts_with(folder))
 }
 
-/// Results that a command will write into a folder.
+/// Results that a command will write into a folder: files, inputs and settings.
 #[derive(Debug)]
 pub struct Results<'a> {
-    /// Results folder.
+    /// Folder that the results are written into.
     pub folder: &'a Path,
-    /// Names of the files, without `run.toml` and `timing.json`.
+    /// Names of the result files, without `run.toml` and `timing.json`.
     pub files: &'a [&'a str],
-    /// Files that the command reads.
+    /// Files and folders that the command reads.
     pub inputs: &'a [&'a Path],
-    /// Record of the settings that determine the results.
+    /// Record of the command, settings and inputs that determine the results.
     pub record: Record,
     /// Whether the results of another run may be overwritten.
     pub force: bool,
 }
 
-/// Results folder that only this process writes to.
+/// Results folder that is locked, so that only this process writes to it.
 #[derive(Debug)]
 pub struct Claim {
     folder: PathBuf,
@@ -136,7 +136,7 @@ pub struct Claim {
 }
 
 impl Results<'_> {
-    /// Locks the folder, which is made if it does not exist.
+    /// Locks the results folder, which is made if it does not exist.
     ///
     /// # Errors
     /// An output is an input, the folder has results of another run, another process writes there, or it
@@ -165,7 +165,7 @@ impl Results<'_> {
     }
 }
 
-/// Checks that the folder is empty or has results of the same command on the same inputs.
+/// Checks that a results folder is empty or has results of the same command on the same inputs.
 ///
 /// An input that was edited in place is the same input.
 fn check_results(folder: &Path, files: &[&str], record: &Record) -> anyhow::Result<()> {
@@ -183,25 +183,27 @@ fn check_results(folder: &Path, files: &[&str], record: &Record) -> anyhow::Resu
     }
 }
 
-/// Name of the result file.
+/// Name of the file with the results of a command.
 pub const RESULT: &str = "result.json";
-/// Name of the report.
+/// Name of the HTML report file.
 pub const REPORT: &str = "report.html";
 /// Name of the file with run times. No other file differs between identical runs.
 const TIMING: &str = "timing.json";
 
 impl Claim {
-    /// Returns the folder.
+    /// Returns the path of the results folder.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// The record of the command that claimed the folder.
+    /// Record of the command that claimed the folder.
     pub fn record(&self) -> &Record {
         &self.record
     }
 
-    /// Writes `run.toml`. Call it after all input checks and before the first result.
+    /// Writes `run.toml` into the results folder.
+    ///
+    /// Call it after all input checks and before the first result.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -209,7 +211,7 @@ impl Claim {
         self.record.write(&self.folder)
     }
 
-    /// Writes a file atomically and returns its path.
+    /// Writes a file into the results folder atomically and returns its path.
     ///
     /// # Errors
     /// The file cannot be written.

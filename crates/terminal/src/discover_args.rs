@@ -1,4 +1,4 @@
-//! Options of `discover`.
+//! Command-line options of `discover`.
 
 use augsim_data::checks::Check;
 use augsim_session::DataFrom;
@@ -91,7 +91,7 @@ pub enum Library {
 }
 
 impl Library {
-    /// Returns the value as it is written on the command line.
+    /// Returns the choice of candidate effects as it is written on the command line.
     pub fn word(self) -> &'static str {
         match self {
             Library::Generic => "generic",
@@ -109,7 +109,7 @@ pub struct Accept {
     pub accept: Vec<Check>,
 }
 
-/// Parser of the names of checks.
+/// Returns the parser for the names of data checks.
 fn check_parser() -> impl TypedValueParser<Value = Check> {
     PossibleValuesParser::new(Check::all().map(Check::name))
         .try_map(|name| Check::named(&name).ok_or_else(|| format!("no check is called {name}")))

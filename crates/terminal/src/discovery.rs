@@ -18,25 +18,27 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
 use std::time::Instant;
 
-/// Name of the augmented model.
+/// Name of the file with the augmented model.
 const MODEL: &str = "model.toml";
 
-/// A discovery, and the reason if it was stopped before its end.
+/// Result of a discovery, and the reason if it was stopped before its end.
 #[derive(Debug)]
 pub struct Ended {
-    /// The result, or the best one so far.
+    /// Result of the discovery; if stopped, the best result so far.
     pub found: Discovery,
-    /// Reason of an early end.
+    /// Reason why the discovery was stopped early; `None` if it came to its end.
     pub stop: Option<Stop>,
 }
 
-/// Runs the discovery and writes `result.json`, `model.toml` and `report.html`. `force` replaces the
-/// results of another run in the folder. At the time limit, or at a signal, the best result so far is written.
+/// Runs the discovery and writes `result.json`, `model.toml` and `report.html` to a folder.
+///
+/// `force` replaces the results of another run in the folder. At the time limit, or at a signal, the best
+/// result so far is written.
 pub fn run_discovery(args: &Discover, seed: u64, force: bool, output: &Output) -> anyhow::Result<Ended> {
     run(args, seed, force, output, true)
 }
 
-/// As [`run_discovery`], but a signal ends the process and leaves no result.
+/// Runs a discovery as [`run_discovery`], but a signal ends the process without a result.
 pub fn run_whole_discovery(
     args: &Discover,
     seed: u64,
@@ -109,7 +111,7 @@ fn run(
     Ok(Ended { found, stop })
 }
 
-/// Writes the calibrated model of a discovery that was stopped before it had a result; returns the error.
+/// Writes the calibrated model of a discovery stopped before it had a result; returns the error to report.
 fn write_calibrated(claim: &Claim, model: &str, stop: Option<Stop>) -> anyhow::Result<anyhow::Error> {
     claim.begin()?;
     let file = claim.write(MODEL, model)?;
@@ -119,11 +121,11 @@ fn write_calibrated(claim: &Claim, model: &str, stop: Option<Stop>) -> anyhow::R
     Ok(OutOfTime { calibrated: Some(file) }.into())
 }
 
-/// What a discovery that is stopped leaves.
+/// Best result of a discovery so far.
 enum BestSoFar {
-    /// A model file with calibrated values.
+    /// Text of a model file with calibrated values; no result yet.
     Calibrated(String),
-    /// A result, with the data that it was found in if the discovery came to its end.
+    /// A result. It comes with the data of the discovery if the discovery came to its end.
     Found(Box<Discovery>, Option<Dataset>),
 }
 

@@ -12,32 +12,32 @@ use std::io::Write;
 use std::sync::atomic::{AtomicI32, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-/// Time limit for writing a checkpoint. Together with the cleanup it stays below two seconds.
+/// Time limit for writing a checkpoint after a signal; with the cleanup it stays below two seconds.
 const CHECKPOINT_TIMEOUT: Duration = Duration::from_millis(1500);
 
-/// A signal within this time after the first is a copy of it, not a second request.
+/// Time after the first signal in which another one is a copy of it, not a second request.
 const DUPLICATE_SIGNAL_TIME: Duration = Duration::from_millis(300);
 
-/// Environment variable with the process id of a parent process. This process ends if the parent ends.
+/// Name of the environment variable with the process id of a parent, with which this process ends.
 pub const PARENT: &str = "AUGSIM_PARENT_PROCESS";
 
-/// Number of the received signal; 0 before the first.
+/// Number of the first signal received by this process; 0 before.
 static REQUESTED: AtomicI32 = AtomicI32::new(0);
-/// Number of existing [`CheckpointGuard`]s.
+/// Number of existing [`CheckpointGuard`]s, that is, of work that writes a checkpoint if interrupted.
 static KEEPERS: AtomicUsize = AtomicUsize::new(0);
 
-/// Marks work that writes a checkpoint when it is interrupted.
+/// Guard held by work that writes a checkpoint when it is interrupted.
 #[derive(Debug)]
 pub struct CheckpointGuard(());
 
 impl CheckpointGuard {
-    /// Starts such work.
+    /// Registers work that writes a checkpoint when it is interrupted.
     pub fn new() -> Self {
         KEEPERS.fetch_add(1, Ordering::SeqCst);
         CheckpointGuard(())
     }
 
-    /// Whether the user requested to stop.
+    /// Whether a signal has asked the work to stop.
     pub fn must_stop(&self) -> bool {
         REQUESTED.load(Ordering::SeqCst) != 0
     }
@@ -77,7 +77,7 @@ fn code(signal: i32) -> u8 {
     u8::try_from(128 + signal).unwrap_or(u8::MAX)
 }
 
-/// Starts the signal thread.
+/// Starts the thread that handles signals.
 #[cfg(unix)]
 pub fn install() -> anyhow::Result<()> {
     use anyhow::Context;
@@ -115,7 +115,7 @@ pub fn install() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Ends this process when its parent ends, if the parent sets [`PARENT`]: the kernel then sends SIGTERM.
+/// Makes the kernel end this process by SIGTERM when its parent ends, if the parent set [`PARENT`].
 #[cfg(target_os = "linux")]
 pub fn end_with_parent() -> anyhow::Result<()> {
     use anyhow::Context;
@@ -132,19 +132,19 @@ pub fn end_with_parent() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Not available on other systems.
+/// Does nothing: only Linux can end a process together with its parent.
 #[cfg(not(target_os = "linux"))]
 pub fn end_with_parent() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Other systems end the process by default.
+/// Does nothing: other systems end a process at a signal by default.
 #[cfg(not(unix))]
 pub fn install() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Whether this process was started with the signal ignored, if the system provides this.
+/// Whether this process was started with the signal ignored; false if the system does not tell.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -154,7 +154,7 @@ fn is_ignored(signal: i32) -> bool {
     (mask >> (signal - 1)) & 1 == 1
 }
 
-/// Ends the process after blocking all further writes.
+/// Ends the process with the exit code of the signal, after blocking all further writes.
 fn end(signal: i32) -> ! {
     end_noting(signal, "no partial files were left")
 }

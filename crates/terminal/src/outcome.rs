@@ -3,19 +3,19 @@
 use crate::interrupt;
 use std::process::ExitCode;
 
-/// Outcome of a command.
+/// Outcome of a command, which determines its exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// Done.
+    /// The command is done.
     Done,
-    /// Done, but a criterion that the user requires is not met.
+    /// The command is done, but a criterion that the user requires is not met.
     CriterionNotMet,
-    /// Interrupted by the user.
+    /// The user interrupted the command.
     Interrupted,
 }
 
 impl Outcome {
-    /// Returns the exit code of the process.
+    /// Returns the exit code of the process for this outcome.
     pub fn code(self) -> ExitCode {
         ExitCode::from(match self {
             Outcome::Done => 0,

@@ -6,7 +6,7 @@ use augsim_data::escape_control_characters;
 use serde::Serialize;
 use std::io::Write;
 
-/// Output options of a command: JSON, quiet, verbose.
+/// Where and how a command prints: results as text or JSON, notes unless quiet, details if verbose.
 #[derive(Debug, Clone, Copy)]
 pub struct Output {
     json: bool,
@@ -15,17 +15,17 @@ pub struct Output {
 }
 
 impl Output {
-    /// Makes the output from the global options.
+    /// Output of a command by the options `--json`, `--quiet` and `--verbose`.
     pub fn new(json: bool, quiet: bool, verbose: bool) -> Self {
         Output { json, quiet, verbose }
     }
 
-    /// Whether progress may be shown (on a terminal).
+    /// Whether progress may be shown, that is, unless `--quiet` is set.
     pub fn shows_progress(&self) -> bool {
         !self.quiet
     }
 
-    /// Prints a result: the text for people, or `value` as JSON for programs.
+    /// Prints a result on standard output: the text for people, or `value` as JSON for programs.
     pub fn result(&self, value: &impl Serialize, text: impl FnOnce() -> String) -> anyhow::Result<()> {
         let out = if self.json { json(value)? } else { escape_control_characters(&text()) };
         match writeln!(std::io::stdout(), "{}", out.trim_end()) {
@@ -43,13 +43,13 @@ impl Output {
         }
     }
 
-    /// Prints a sentence on standard error, even with `--quiet`.
+    /// Prints a message on standard error, even with `--quiet`.
     pub fn notice(&self, text: impl AsRef<str>) {
         // Nothing can be done when standard error is closed.
         let _ = writeln!(std::io::stderr(), "{}", text.as_ref());
     }
 
-    /// Prints warnings about the data, even with `--quiet`.
+    /// Prints warnings about the data on standard error, even with `--quiet`.
     pub fn warn(&self, warnings: &[Warning]) {
         for warning in warnings {
             self.notice(escape_control_characters(&format!(
@@ -59,7 +59,7 @@ impl Output {
         }
     }
 
-    /// Prints a note if `--verbose` is set.
+    /// Prints a note on standard error if `--verbose` is set.
     pub fn detail(&self, text: impl AsRef<str>) {
         if self.verbose {
             self.note(text);

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 pub struct TrainingProgress(ProgressBar);
 
 impl TrainingProgress {
-    /// Starts the bar of a run of `total` iterations, of which `done` are complete.
+    /// Starts the progress bar of a training of `total` iterations, of which `done` are complete.
     pub fn new(output: &Output, label: &str, done: u64, total: u64) -> Self {
         let target = if output.shows_progress() {
             ProgressDrawTarget::stderr_with_hz(5)
@@ -33,7 +33,7 @@ impl TrainingProgress {
         TrainingProgress(bar)
     }
 
-    /// Updates the bar after an iteration.
+    /// Shows the losses of a finished iteration in the progress bar.
     pub fn update(&self, losses: &Losses) {
         self.0.set_position(losses.iteration);
         if losses.iteration.is_multiple_of(10) {
@@ -44,15 +44,15 @@ impl TrainingProgress {
         }
     }
 
-    /// Removes the bar.
+    /// Removes the progress bar from the terminal.
     pub fn finish(&self) {
         self.0.finish_and_clear();
     }
 }
 
-/// Time between progress lines without a terminal.
+/// Time between progress lines where standard error is not a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(10);
-/// Number of steps of a progress bar.
+/// Number of positions of a progress bar.
 const BAR_STEPS: u64 = 1000;
 
 /// Progress of a command with named steps: a bar on a terminal, a line every ten seconds elsewhere.
@@ -62,17 +62,17 @@ pub struct Steps {
     lines: Option<Lines>,
 }
 
-/// Progress lines for log files.
+/// Thread that prints the current step from time to time, for log files.
 #[derive(Debug)]
 struct Lines {
     now: Arc<Mutex<String>>,
-    /// Dropped at the end to stop the writer.
+    /// Sender that is dropped at the end to stop the printing thread.
     end: Option<Sender<()>>,
     writer: Option<JoinHandle<()>>,
 }
 
 impl Steps {
-    /// Starts the display; it is empty until the first step.
+    /// Starts the progress display, which is empty until the first step.
     pub fn new(output: &Output) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let target = if output.shows_progress() && terminal {
@@ -89,13 +89,13 @@ impl Steps {
         Steps { bar, lines }
     }
 
-    /// Shows the current step; the bar shows the completed fraction, from 0 to 1.
+    /// Shows the current step and the completed fraction of the command, from 0 to 1.
     pub fn show_part(&self, step: &'static str, done: f64) {
         self.bar.set_position((BAR_STEPS as f64 * done) as u64);
         self.set_step(step.to_owned());
     }
 
-    /// Shows a step whose text changes, without a fraction.
+    /// Shows a step with variable text and no completed fraction.
     pub fn show_step(&self, step: String) {
         self.set_step(step);
     }
@@ -109,7 +109,7 @@ impl Steps {
         self.bar.set_message(step);
     }
 
-    /// Removes the bar.
+    /// Removes the progress bar from the terminal.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

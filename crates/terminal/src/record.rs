@@ -9,30 +9,30 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Name of the record file.
+/// Name of the file with the record of a run.
 pub const RECORD: &str = "run.toml";
 
 /// Command, settings and inputs that determine the results in a folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// Version of augsim; other versions may give other results.
+    /// Version of augsim that made the results; other versions may give other results.
     pub augsim: String,
-    /// The command.
+    /// Name of the command.
     pub command: String,
-    /// Its settings.
+    /// Settings of the command by name.
     pub settings: BTreeMap<String, String>,
-    /// Fingerprints of the content of the inputs, independent of their paths.
+    /// Fingerprint of the content of each input by name, independent of its path.
     pub inputs: BTreeMap<String, String>,
-    /// Paths of the inputs relative to the folder of the record, by which a run knows an edited input again.
+    /// Path of each input relative to the folder of the record, to recognise an input that was edited since.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub paths: BTreeMap<String, String>,
-    /// Paths of the inputs as they were given.
+    /// Path of each input as the user gave it.
     #[serde(skip)]
     given: BTreeMap<String, PathBuf>,
 }
 
 impl Record {
-    /// Makes the record of a command without settings.
+    /// Makes the record of a command without settings and inputs.
     pub fn new(command: &str) -> Self {
         Record {
             augsim: env!("CARGO_PKG_VERSION").to_owned(),
@@ -44,20 +44,20 @@ impl Record {
         }
     }
 
-    /// Adds a setting.
+    /// Adds a setting of the command to the record.
     pub fn setting(mut self, name: &str, value: impl ToString) -> Self {
         self.settings.insert(name.to_owned(), value.to_string());
         self
     }
 
-    /// Adds the fingerprint of an input: a file or a folder.
+    /// Adds an input (file or folder) and the fingerprint of its content to the record.
     pub fn input(mut self, name: &str, path: &Path) -> Self {
         self.inputs.insert(name.to_owned(), fingerprint(path));
         self.given.insert(name.to_owned(), path.to_owned());
         self
     }
 
-    /// Adds inputs of one kind: `name` for one, `name-1`, `name-2` and so on for several.
+    /// Adds inputs of one kind to the record: `name` for one, `name-1`, `name-2` and so on for several.
     pub fn inputs(self, name: &str, paths: &[PathBuf]) -> Self {
         match paths {
             [one] => self.input(name, one),
@@ -68,7 +68,7 @@ impl Record {
         }
     }
 
-    /// The fingerprint of an input when it was added, or its present one if it is not in the record.
+    /// Fingerprint of an input when it was added, or its present one if it is not in the record.
     pub fn fingerprint_of(&self, path: &Path) -> String {
         let name = self.given.iter().find(|(_, given)| *given == path).map(|(name, _)| name);
         let found = name.and_then(|name| self.inputs.get(name));
@@ -102,14 +102,16 @@ impl Record {
         Ok(())
     }
 
-    /// Whether an input is the same file or folder as that of the existing record in `folder`.
+    /// Whether the input `name` is the same file or folder in this record and in `there` of `folder`.
     fn is_same_input(&self, there: &Self, name: &str, folder: &Path) -> bool {
         let canonical = |path: &Path| std::fs::canonicalize(path).ok();
         let here = self.given.get(name).and_then(|path| canonical(path));
         here.is_some() && here == there.paths.get(name).and_then(|path| canonical(&folder.join(path)))
     }
 
-    /// Returns the first difference from the existing record in `folder`; `None` if it may be replaced.
+    /// First difference of this record from the existing one in `folder`; `None` if there is none.
+    ///
+    /// Without a difference the results in the folder may be replaced.
     ///
     /// An input that was edited since is no difference.
     pub fn difference(&self, there: &Self, folder: &Path) -> Option<Difference> {
@@ -142,7 +144,7 @@ impl Record {
     }
 }
 
-/// Path of a file or folder relative to `folder`; `None` where one of them does not exist.
+/// Path of a file or folder relative to `folder`; `None` if one of them does not exist.
 fn relative_path(folder: &Path, path: &Path) -> Option<String> {
     let (folder, path) = (std::fs::canonicalize(folder).ok()?, std::fs::canonicalize(path).ok()?);
     let common = folder.components().zip(path.components()).take_while(|(a, b)| a == b).count();

@@ -1,4 +1,4 @@
-//! Worker threads of this process: as many as the system has room for.
+//! Starts the worker threads of this process, as many as the system permits.
 
 use crate::output::Output;
 use anyhow::anyhow;
@@ -6,10 +6,11 @@ use std::io;
 use std::sync::mpsc::channel;
 use std::thread::Builder;
 
-/// Threads beside the workers: one each for signals, for a command that can be stopped, and for progress lines.
+/// Number of threads beside the workers: for signals, for a stoppable command, for progress lines.
 const OTHER_THREADS: usize = 3;
 
-/// Starts the worker threads: `count`, or one per core, or fewer where the system has no room for them.
+/// Starts `count` worker threads, or one per core; fewer if the system does not permit them.
+///
 /// Results do not depend on the number.
 ///
 /// # Errors
@@ -34,7 +35,7 @@ pub fn start_workers(count: Option<u16>, output: &Output) -> anyhow::Result<()> 
     Ok(())
 }
 
-/// Error of a system that has no room for another thread.
+/// Error for a system that does not permit another thread.
 pub fn no_room(error: &io::Error) -> anyhow::Error {
     anyhow!(
         "the system does not start the threads that augsim needs, at least {} ({error}); raise the limits of this \
@@ -43,7 +44,9 @@ pub fn no_room(error: &io::Error) -> anyhow::Error {
     )
 }
 
-/// Number of threads, up to `wanted`, that the system starts beside those that run, and why not more.
+/// Number of further threads, up to `wanted`, that the system can start.
+///
+/// If it is less than `wanted`, the error of the first thread that did not start comes with it.
 fn count_room(wanted: usize) -> (usize, Option<io::Error>) {
     let mut waiting = Vec::new();
     let mut failed = None;

@@ -4,23 +4,23 @@ use augsim_session::Usage;
 use augsim_session::usage::Takes;
 use std::time::{Duration, Instant};
 
-/// Share of a limited time for fits and search.
+/// Fraction of the time limit after which fits and search end.
 ///
 /// Judging the findings and measuring their errors takes about as long as the search: the stages of
 /// [`Progress::fraction`](augsim_discovery::Progress::fraction) before and after 0.5.
 const SEARCH_SHARE: f64 = 0.5;
 
-/// Deadlines of a command with a time limit.
+/// Deadlines of a command with a time limit: one for the search, one for the end.
 #[derive(Debug, Clone, Copy)]
 pub struct TimeLimit {
-    /// Time at which fits and search end, so that their result can be judged.
+    /// Time at which fits and search end, so that time remains to assess their result.
     pub search: Instant,
     /// Time at which the command writes the best result so far.
     pub end: Instant,
 }
 
 impl TimeLimit {
-    /// Deadlines of a command that begins now and may take `seconds`; `None` without a limit.
+    /// Deadlines of a command that begins now and may take `seconds`; `None` without a time limit.
     ///
     /// # Errors
     /// The limit is not a positive time.

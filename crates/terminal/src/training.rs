@@ -11,11 +11,10 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Run times of trained networks, for `timing.json`.
+/// Run times of trained networks, as written to `timing.json`.
 #[derive(Debug, Serialize)]
 pub struct Times {
-    /// Seconds per training iteration in this session, by model; absent if the model was already
-    /// trained.
+    /// Seconds per training iteration in this session, by model; `None` if it was trained before.
     seconds_per_iteration: BTreeMap<String, Option<f64>>,
 }
 
@@ -27,8 +26,10 @@ impl Times {
     }
 }
 
-/// Trains a network into the run directory `folder`; returns `None` and prints a notice if interrupted.
-/// `resume` continues an existing run, otherwise the training starts from scratch.
+/// Trains a network in the run directory `folder`; returns `None` if interrupted.
+///
+/// `resume` continues an existing run, otherwise the training starts from scratch. An interruption prints a
+/// notice.
 ///
 /// # Errors
 /// With `resume`: the existing run has another configuration. It is not overwritten.
@@ -56,8 +57,9 @@ pub fn train_or_resume(
     }
 }
 
-/// Trains a network into `run` with a progress bar. A signal stops it after a checkpoint. `resume`
-/// continues an existing checkpoint.
+/// Trains a network into `run` with a progress bar; a signal stops it after a checkpoint.
+///
+/// `resume` continues an existing checkpoint.
 pub fn train(
     run: &RunDir,
     config: &Config,
@@ -73,7 +75,7 @@ pub fn train(
     training_run::train(run, config, train, resume, &mut watch)
 }
 
-/// Terminal display of a training run.
+/// Display of a training on the terminal, which also stops it at a signal.
 #[derive(Debug)]
 struct Terminal<'a> {
     keeper: CheckpointGuard,

@@ -8,33 +8,33 @@ use crate::threads::no_room;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-/// Time between two looks at clock and signals.
+/// Time between two checks of clock and signals.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
-/// Stack of the thread, as that of the main thread.
+/// Stack size of the working thread, bytes; equal to that of the main thread.
 const STACK_BYTES: usize = 8 << 20;
 
-/// A report from the work.
+/// Report from the working thread.
 #[derive(Debug)]
 pub enum Report<P, R> {
-    /// The stage that was reached.
+    /// The work reached this stage.
     Progress(P),
-    /// The best result so far.
+    /// The work has this best result so far.
     Interim(R),
-    /// The end of the work.
+    /// The work ended with this result or error.
     Finished(anyhow::Result<R>),
 }
 
-/// Reason why work was left before its end.
+/// Reason why the work was stopped before its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
     /// The time limit passed.
     TimeLimit,
-    /// A signal arrived.
+    /// The process received a signal.
     Signal,
 }
 
 impl Stop {
-    /// Words for a sentence "The search was stopped ...".
+    /// Words that continue the sentence "The search was stopped ...".
     pub fn cause(self) -> &'static str {
         match self {
             Stop::TimeLimit => "at its time limit",
@@ -43,17 +43,18 @@ impl Stop {
     }
 }
 
-/// Result of watched work.
+/// Result of work that may have been stopped early.
 #[derive(Debug)]
 pub struct Watched<R> {
-    /// The result, or the best one so far; `None` if the time limit passed before there was any.
+    /// Result of the work, or the best one so far; `None` if the time limit passed before there was any.
     pub result: Option<R>,
-    /// Reason of an early end.
+    /// Reason why the work was stopped early; `None` if it came to its end.
     pub stop: Option<Stop>,
 }
 
-/// Runs `work` until its end, the time `until`, or a signal. A signal before the first interim result ends
-/// the process.
+/// Runs `work` until its end, the time `until`, or a signal; returns its last result.
+///
+/// A signal before the first interim result ends the process.
 ///
 /// # Errors
 /// Those of the work; the system has no room for another thread.
@@ -86,13 +87,13 @@ pub fn run_watched<P: Send + 'static, R: Send + 'static>(
     }
 }
 
-/// End of a wait.
+/// How waiting for the work ended: by its result, or by a stop.
 enum Ended<R> {
     Finished(anyhow::Result<R>),
     Stopped(Stop),
 }
 
-/// Waits for the end of the work or a stop; `None` if the thread ended without a result.
+/// Waits for the end of the work or a stop; `None` if the working thread ended without a result.
 fn wait<P, R>(
     receiver: &Receiver<Report<P, R>>,
     until: Option<Instant>,
