@@ -7,10 +7,10 @@ use std::fmt;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// Place in a model file.
+/// Place in a model file: file, line and key.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// The file, or another name for the source of the text.
+    /// Name of the file, or another name for the source of the text.
     pub file: String,
     /// Line, from 1.
     pub line: usize,
@@ -18,25 +18,25 @@ pub struct Place {
     pub key: String,
 }
 
-/// An expression with a part of it marked.
+/// An expression with a part of it marked, for an error message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Excerpt {
-    /// The expression.
+    /// Text of the whole expression.
     pub text: String,
-    /// First marked byte.
+    /// First marked byte of the text.
     pub start: usize,
-    /// Byte after the last marked one.
+    /// Byte after the last marked one of the text.
     pub end: usize,
 }
 
 /// An error that makes a model file unusable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelError {
-    /// Place in the file.
+    /// Place of the error in the file.
     pub place: Place,
-    /// The error itself.
+    /// What is wrong in the file.
     pub fault: Box<Fault>,
-    /// The expression that contains it, with the relevant part marked.
+    /// The expression with the error, and the wrong part marked; `None` if the error is in no expression.
     pub excerpt: Option<Box<Excerpt>>,
 }
 
@@ -53,14 +53,14 @@ impl fmt::Display for ModelError {
     }
 }
 
-/// Number of characters of an expression shown before and after the marked part.
+/// Number of characters of a long expression that are shown before and after the marked part.
 const CONTEXT_CHARS: usize = 60;
 
 impl fmt::Display for Excerpt {
-    /// Writes the text and a line of `^` below the marked part.
+    /// Writes the text of the expression and a line of `^` below the marked part.
     ///
-    /// A long text is cut around that part. Characters that could disturb a terminal become `?`, so that the
-    /// columns stay aligned.
+    /// A long text is cut around the marked part. Characters that could disturb a terminal become `?`, so
+    /// that the columns stay aligned.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let before = self.text.get(..self.start).unwrap_or("").chars().count();
         let marked = self.text.get(self.start..self.end).unwrap_or("").chars().count().max(1);
@@ -81,7 +81,7 @@ impl fmt::Display for Excerpt {
     }
 }
 
-/// The operating system's error for a file that cannot be read.
+/// The operating system's error for a model file that cannot be read.
 ///
 /// Two are equal if they are of the same kind.
 #[derive(Debug, Clone)]
@@ -99,7 +99,7 @@ impl fmt::Display for ReadFault {
     }
 }
 
-/// An error in a model file.
+/// What is wrong in a model file.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each explains its values")]
 pub enum Fault {
@@ -207,7 +207,7 @@ pub enum Fault {
     TooLarge,
 }
 
-/// States which partners an effect has at its place.
+/// Advice for a message: which quantities may be given as `with` for an effect at its place.
 fn partner_remedy(partners: &[String]) -> String {
     match partners {
         [] => "leave `with` out".to_owned(),
@@ -215,7 +215,7 @@ fn partner_remedy(partners: &[String]) -> String {
     }
 }
 
-/// Lists the quantities that an effect can act on.
+/// Lists quantities that an effect can act on, in quotes; says so if there are none.
 fn places(possible: &[String]) -> String {
     let quoted: Vec<String> = possible.iter().map(|place| format!("`{place}`")).collect();
     if quoted.is_empty() { "nothing in this model".to_owned() } else { quoted.join(", ") }

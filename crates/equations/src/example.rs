@@ -1,6 +1,6 @@
 //! Complete and commented model files to start from.
 
-/// Name and text of each example.
+/// Name and text of each example model file.
 pub const EXAMPLES: [(&str, &str); 5] = [
     ("pendulum", include_str!("../models/pendulum.toml")),
     ("mass-spring-stop", include_str!("../models/mass-spring-stop.toml")),
@@ -9,7 +9,7 @@ pub const EXAMPLES: [(&str, &str); 5] = [
     ("servo", include_str!("../models/servo.toml")),
 ];
 
-/// Returns the text of an example.
+/// Returns the text of the example model with this name; `None` if there is none.
 pub fn example(name: &str) -> Option<&'static str> {
     EXAMPLES.iter().find(|(n, _)| *n == name).map(|(_, text)| *text)
 }

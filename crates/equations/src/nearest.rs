@@ -1,6 +1,6 @@
-//! "Did you mean": finds the known words that are spelt most like an unknown one.
+//! Finds the known words that are spelt most like an unknown one, for "did you mean" in messages.
 
-/// The known word with the fewest edits to `name`, if there are few enough.
+/// Finds the known word with the fewest edits to `name`; `None` if all need too many.
 ///
 /// At most a third of the letters of `name` may differ, and at least 1 edit is allowed: with 2, `log` would be
 /// a misspelt `cos`.
@@ -8,7 +8,7 @@ pub(crate) fn nearest<'k>(name: &str, known: impl Iterator<Item = &'k str>) -> O
     nearest_words(name, known).first().map(|word| (*word).to_owned())
 }
 
-/// The known words within the number of edits allowed by [`nearest`], the nearest first.
+/// Lists the known words within the number of edits that [`nearest`] allows, the nearest first.
 pub(crate) fn nearest_words<'k>(name: &str, known: impl Iterator<Item = &'k str>) -> Vec<&'k str> {
     // Such long names are not misspelt ones, and the cost grows with the product of the lengths.
     if name.len() > 64 {
@@ -21,7 +21,8 @@ pub(crate) fn nearest_words<'k>(name: &str, known: impl Iterator<Item = &'k str>
     found.into_iter().map(|(_, word)| word).collect()
 }
 
-/// Damerau-Levenshtein distance: number of insertions, deletions, changes and swaps of neighbours.
+/// Damerau-Levenshtein distance of two words: number of insertions, deletions, changes and swaps of
+/// neighbours.
 ///
 /// `lenght` is one edit from `length`.
 fn edits(a: &str, b: &str) -> usize {

@@ -1,4 +1,4 @@
-//! An input given as an expression of time, for simulations without data.
+//! Inputs given as expressions of time, for simulations without data.
 
 use crate::error::{Excerpt, Fault, ModelError, Place};
 use crate::text::{self, Bindings, Problem, Scope, Symbol, Tree};
@@ -44,7 +44,7 @@ impl Bindings for TimePoint {
 }
 
 impl Waveform {
-    /// Parses an expression of `t` (s); `from` names its origin in messages.
+    /// Parses an expression of `t` (s); `from` names the expression's origin in messages.
     ///
     /// # Errors
     /// The first problem, with the text and a caret.
@@ -58,7 +58,7 @@ impl Waveform {
         Ok(Self { tree })
     }
 
-    /// Value at a time, s.
+    /// Value of the function at a time, s.
     pub fn at(&self, time_s: f64) -> f64 {
         self.tree.value(&TimePoint(time_s))
     }

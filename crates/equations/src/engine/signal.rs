@@ -15,8 +15,6 @@ impl Signal {
     /// Interpolates `values` at `times` (s, increasing) according to `hold`.
     ///
     /// Missing values (NaN) are left out. The signal is constant before the first knot and after the last;
-    /// without any value it is 0.
-    /// without any value it is 0.
     pub fn new(times: &[f64], values: &[f64], hold: Hold) -> Signal {
         let (times, values): (Vec<f64>, Vec<f64>) =
             times.iter().zip(values).filter(|(_, v)| v.is_finite()).unzip();

@@ -21,7 +21,6 @@ const NARROW_LANES: usize = 16;
 ///
 /// It is the number of lanes of the widest vector. Fewer windows take as long, and their sensitivities no
 /// longer stay in registers.
-/// the registers.
 const SMALL_LANES: usize = 8;
 /// Number of windows of the smallest block, for instruction sets with four lanes or fewer.
 ///

@@ -145,7 +145,6 @@ fn row_sum_norm(matrix: &[f64], n: usize) -> f64 {
 ///
 /// By Gelfand's formula, it is the norm of the 64th power to the power 1/64: within some percent, also for
 /// complex eigenvalues.
-/// eigenvalues.
 pub(crate) fn fastest_mode(jacobian: &[f64], n: usize) -> (f64, usize) {
     let mut power = jacobian.to_vec();
     let mut exponent = 1.0;

@@ -143,7 +143,6 @@ impl System {
     ///
     /// Each becomes 1 % of the root mean square of its argument in a simulation of `windows`; a width whose
     /// argument stays 0 is not changed.
-    /// argument stays 0 keeps its width.
     ///
     /// # Errors
     /// The first error of the simulation.

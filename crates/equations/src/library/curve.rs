@@ -5,38 +5,42 @@ use crate::model::{How, Model, Target};
 use crate::text::Symbol;
 use augsim_data::Unit;
 
-/// Number of equidistant values from which a curve is drawn: eight for each period of a ripple with 500 periods.
+/// Number of equidistant values at which an effect is computed: eight for each period of a ripple with 500
+/// periods.
 const FINE_POINTS: usize = 4001;
-/// Maximum error of a drawn curve between its points, as a share of its range: less than the width of a line.
+/// Maximum error of the drawn lines between the points of a curve, as a share of the curve's range.
+///
+/// This is less than the width of a line.
 const MAX_ERROR: f64 = 0.002;
 
-/// Curve of an effect of a model, over the range of its argument in the data.
+/// An effect of a model as a curve over the quantity that it depends on, within its range in the data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     /// Kind of the effect.
     pub kind: String,
     /// The rate, output, input, delay or parameter that the effect changes, as text.
     pub target: String,
-    /// Unit of the change; empty for a pure number and for a factor.
+    /// Unit of the change that the effect makes; empty for a pure number and for a factor.
     pub unit: String,
-    /// Name and unit of the state or input that it depends on.
+    /// Name and unit of the state or input that the effect depends on.
     pub of: (String, String),
-    /// Values of that quantity, over its range in the data.
+    /// Values of the quantity that the effect depends on, over its range in the data.
     pub x: Vec<f64>,
-    /// The change at each value of `x`; for a factor, the number that it multiplies by.
+    /// Change that the effect makes at each value of `x`; for a factor, the number that it multiplies by.
     pub y: Vec<f64>,
 }
 
-/// Curves of the effects of a model that depend on a single state or input.
+/// Computes the curves of all effects of a model that depend on a single state or input.
 ///
 /// Effects with states of their own are left out.
 pub fn curves(model: &Model, scales: &Scales) -> Vec<Curve> {
     (0..model.additions.len()).filter_map(|index| curve(model, scales, index)).collect()
 }
 
-/// Curve of one effect.
+/// Computes the curve of the effect number `index` of a model.
 ///
-/// `None` if it is not a function of a single state or input, or if that has no range in the data.
+/// `None` if the effect is not a function of a single state or input, or if that quantity has no range in
+/// the data.
 fn curve(model: &Model, scales: &Scales, index: usize) -> Option<Curve> {
     let addition = &model.additions[index];
     let change = addition.changes.first().filter(|_| addition.states.is_empty())?;
@@ -79,7 +83,9 @@ fn curve(model: &Model, scales: &Scales, index: usize) -> Option<Curve> {
     })
 }
 
-/// The points between which straight lines represent equidistant values (Ramer 1972; Douglas and Peucker 1973).
+/// Indices of the points whose connecting lines represent equidistant values within [`MAX_ERROR`].
+///
+/// Method of Ramer (1972) and of Douglas and Peucker (1973).
 fn needed_points(values: &[f64]) -> Vec<usize> {
     let finite = || values.iter().copied().filter(|v| v.is_finite());
     let range = finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min);

@@ -1,4 +1,4 @@
-//! Applies a row of the library to a model: replaces its names by the model's and infers units.
+//! Applies a row of the effect library to a model: replaces its names by the model's and infers units.
 
 use super::place::{Place, places};
 use super::size::{describe_size, size_unit};
@@ -12,68 +12,69 @@ use augsim_data::{Dimensions, Unit, escaped_short};
 /// An effect that may be added to a model at a given place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// Kind, as in model files.
+    /// Kind of the effect, as in model files.
     pub kind: String,
-    /// Unique name among the candidates of the model: the kind, with its place where needed.
+    /// Unique name among the candidates of the model: the kind, with the place where needed.
     pub name: String,
-    /// Rate, output, input or parameter that it changes.
+    /// Name of the rate, output, input or parameter that the effect changes.
     pub on: String,
-    /// Second quantity that it depends on or changes.
+    /// Name of a second quantity that the effect depends on or changes; `None` if there is none.
     pub with: Option<String>,
-    /// The change in one line, in the names of the model.
+    /// Formula of the change in one line, in the names of the model.
     pub formula: String,
-    /// Its parameters.
+    /// Parameters of the effect.
     pub parameters: Vec<CandidateParameter>,
-    /// Other explanations that this effect may be mistaken for.
+    /// Other physical explanations that the effect may be mistaken for.
     pub equivalent_causes: Vec<String>,
-    /// Kinds that describe the same phenomenon and are not added together with this one.
+    /// Kinds of effects that describe the same phenomenon and are not added together with this one.
     pub excludes: Vec<String>,
-    /// Simpler kind that it becomes when its inner parameters go to their bounds.
+    /// Kind of the simpler effect that results when the inner parameters go to their bounds; `None` if there
+    /// is none.
     pub reduces_to: Option<String>,
-    /// Origin of the formula.
+    /// Literature or other origin of the formula.
     pub source: String,
     pub(super) states: Vec<DraftState>,
     pub(super) changes: Vec<(DraftTarget, String)>,
-    /// The quantity that a formula of the grammar depends on.
+    /// The quantity that a generated formula depends on.
     ///
-    /// `None` for an effect of the library or of the model file.
+    /// `None` for an effect of the library or of the model file, which is not generated.
     pub shape: Option<String>,
-    /// Names in the row, and the texts that replace them.
+    /// Names used in the library row, and the texts of the model that replace them.
     pub(super) names: Vec<(&'static str, String)>,
     line: usize,
 }
 
-/// A parameter of a candidate.
+/// A parameter of a candidate effect.
 ///
-/// Its numbers are multiples of the size of a quantity, as in the row, until
+/// The numbers below are multiples of the size of a quantity, as in the library row, until
 /// [`Scales::resolve`](super::Scales::resolve) converts them to the parameter's unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CandidateParameter {
-    /// Name.
+    /// Name of the parameter.
     pub name: String,
-    /// Unit, where it can be inferred.
+    /// Unit of the parameter; `None` where it cannot be inferred.
     pub unit: Option<Unit>,
-    /// Whether it is an inner parameter, such as a width: the effect does not vanish at any value of it.
+    /// Whether the effect vanishes at no value of this parameter, such as a width (an inner parameter).
     pub is_inner: bool,
-    /// Whether it keeps its initial value.
+    /// Whether a fit keeps the parameter at its initial value.
     pub frozen: bool,
-    /// Smallest allowed value.
+    /// Smallest allowed value of the parameter.
     pub min: f64,
-    /// Largest allowed value.
+    /// Largest allowed value of the parameter.
     pub max: f64,
-    /// Value at which the effect vanishes; for an inner parameter, the first value of its grid.
+    /// Value at which the effect vanishes (null value); for an inner parameter, the first value of its grid.
     pub null: f64,
-    /// A typical value, if one is known.
+    /// A typical value of the parameter; `None` if none is known.
     pub typical: Option<f64>,
     /// Values of an inner parameter from which fits start.
     pub grid: Vec<f64>,
-    /// Values of a threshold from which scans start.
+    /// Values of a threshold parameter from which scans start.
     pub scan: Vec<f64>,
-    /// Quantity whose size its numbers are multiples of.
+    /// Quantity whose size the numbers of this parameter are multiples of; `None` if they are in its unit.
     pub(super) of: Option<String>,
 }
 
-/// Applies a row at all its places in a model.
+/// Applies a library row at all its places in a model; returns the candidate effects.
 ///
 /// # Errors
 /// A place that is neither a general one nor a name of the model, or an expression that cannot be read.
@@ -93,7 +94,7 @@ pub(super) fn expand(row: &Row, model: &Model) -> Result<Vec<Candidate>, ModelEr
     Ok(candidates)
 }
 
-/// Applies a row at one place.
+/// Applies a library row at one place of a model.
 fn expand_at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, ModelError> {
     let is_of_model = |name: &str| {
         let states = model.states.iter().any(|s| s.name == name);
@@ -153,7 +154,7 @@ fn expand_at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, Model
     Ok(candidate)
 }
 
-/// The changes of a candidate in one line.
+/// Writes the changes of a candidate effect in one line.
 fn formula(candidate: &Candidate, model: &Model) -> String {
     let part = |((target, how), text): &(DraftTarget, String)| {
         let target_text = match target {
@@ -177,9 +178,9 @@ fn formula(candidate: &Candidate, model: &Model) -> String {
     changes.chain(states).collect::<Vec<_>>().join(", ")
 }
 
-/// Whether a text has a sum outside parentheses.
+/// Whether an expression has a sum outside parentheses.
 ///
-/// A minus sign before such a text does not apply to all of it.
+/// A minus sign before such an expression does not apply to all of it.
 fn has_sum(text: &str) -> bool {
     let mut depth = 0;
     text.chars().any(|c| {
@@ -188,9 +189,9 @@ fn has_sum(text: &str) -> bool {
     })
 }
 
-/// Makes the names of candidates unique and completes the names in `contains`.
+/// Makes the names of candidate effects unique, and completes the names in `contains`.
 ///
-/// The place is added where a kind occurs several times.
+/// The place is added to the name where a kind occurs several times.
 pub(super) fn make_names_unique(candidates: &mut [Candidate]) {
     let kinds: Vec<String> = candidates.iter().map(|c| c.kind.clone()).collect();
     for candidate in &mut *candidates {
@@ -231,29 +232,30 @@ impl CandidateParameter {
 }
 
 impl Candidate {
-    /// The expression of its first change.
+    /// Text of the expression of the effect's first change; `None` without a change.
     pub fn text(&self) -> Option<&str> {
         self.changes.first().map(|(_, text)| text.as_str())
     }
 
-    /// Describes the size that the numbers of a parameter are multiples of; `None` if they are in its unit.
+    /// Describes the size that the numbers of a parameter are multiples of; `None` if they are in the
+    /// parameter's unit.
     pub fn size_of(&self, parameter: &CandidateParameter) -> Option<String> {
         describe_size(parameter.of.as_ref()?, &self.names)
     }
 
-    /// Values at which the effect vanishes, with inner parameters at the first value of their grids.
+    /// Parameter values at which the effect vanishes; inner parameters take the first value of their grids.
     pub fn nulls(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.null).collect()
     }
 
-    /// All combinations of the grids of inner parameters, with the other parameters at their nulls.
+    /// All combinations of the grids of inner parameters, with the other parameters at their null values.
     pub fn null_points(&self) -> Vec<Vec<f64>> {
         self.points(|p| if p.is_inner { p.grid.clone() } else { vec![p.null] })
     }
 
-    /// Starting points for thresholds at whose null the effect has zero slope.
+    /// Start values of a scan over thresholds: parameters at whose null value the effect has zero slope.
     ///
-    /// Empty if the effect has no such threshold.
+    /// Empty if the effect has no such parameter.
     ///
     /// Inner parameters take the values of their grids, and the other parameters their typical values.
     pub fn scan_points(&self) -> Vec<Vec<f64>> {
@@ -267,7 +269,7 @@ impl Candidate {
         })
     }
 
-    /// All combinations of the values that `values_of` gives for each parameter.
+    /// Lists all combinations of the values that `values_of` gives for each parameter.
     fn points(&self, values_of: impl Fn(&CandidateParameter) -> Vec<f64>) -> Vec<Vec<f64>> {
         let mut points = vec![Vec::new()];
         for p in &self.parameters {
@@ -280,7 +282,7 @@ impl Candidate {
         points
     }
 
-    /// The effect with these parameter values, ready to be added to the model.
+    /// Builds the effect with these parameter values, ready to be added to the model.
     pub fn draft(&self, values: &[f64]) -> Draft {
         let parameter = |(p, value): (&CandidateParameter, &f64)| Parameter {
             name: p.name.clone(),

@@ -1,4 +1,4 @@
-//! Formulas that the library does not list: functions of one quantity and products of two.
+//! Generates formulas that the effect library does not list: functions of one quantity and products of two.
 //!
 //! They are tried in every equation to which a term can be added.
 
@@ -6,10 +6,10 @@ use super::expand::{Candidate, expand};
 use crate::error::ModelError;
 use crate::model::{Model, Row, read_all};
 
-/// The formulas, as rows.
+/// Text of the rows from which formulas are generated.
 const FORMULAS: &str = include_str!("../../formulas.toml");
 
-/// All formulas of the grammar at their places in a model, each named by its shape and place.
+/// Generates all formulas of the grammar at their places in a model, each named by its shape and place.
 ///
 /// # Errors
 /// None in practice: the text is part of this crate, and a test parses it.
@@ -27,7 +27,7 @@ pub(crate) fn formulas(model: &Model) -> Result<Vec<Candidate>, ModelError> {
     Ok(candidates)
 }
 
-/// The shape of a formula without its coefficient; 1 for a constant.
+/// Strips the coefficient from the text of a formula; `1` for a constant.
 fn shape_of(text: &str) -> &str {
     if text == "c" { "1" } else { text.strip_prefix("c * ").unwrap_or(text) }
 }

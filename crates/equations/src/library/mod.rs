@@ -22,10 +22,10 @@ pub use scale::Scales;
 pub(crate) use size::size_unit;
 pub use tables::draft as table_draft;
 
-/// The text of the general library.
+/// Text of the general library of effects.
 const LIBRARY: &str = include_str!("../../library.toml");
 
-/// The rows of the general library.
+/// Reads the rows of the general library of effects.
 ///
 /// # Errors
 /// None in practice: the text is part of this crate, and a test parses it.
@@ -33,9 +33,9 @@ pub fn generic() -> Result<Vec<Row>, ModelError> {
     read_all(LIBRARY, "library.toml")
 }
 
-/// All effects that may be added to a model: its own candidates, then the general library.
+/// Lists all effects that may be added to a model: the model file's own, then those of the general library.
 ///
-/// Each is listed at all its places.
+/// Each effect is listed once for each of its places.
 ///
 /// # Errors
 /// A candidate with an unknown place, or whose expression cannot be parsed.
@@ -49,7 +49,7 @@ pub fn candidates(model: &Model) -> Result<Vec<Candidate>, ModelError> {
     Ok(candidates)
 }
 
-/// One row at all its places in a model.
+/// Applies one row of the library at all its places in a model.
 ///
 /// # Errors
 /// See [`candidates`].

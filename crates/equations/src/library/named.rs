@@ -4,18 +4,19 @@ use super::{Candidate, generic};
 use crate::model::Model;
 use crate::nearest::nearest_words;
 
-/// Maximum number of names that are proposed for an unknown one.
+/// Maximum number of similar names that are proposed for an unknown one.
 const MAX_PROPOSALS: usize = 3;
 
-/// Whether the library or the model's candidates have this kind, even if it has no place in the model.
+/// Whether the library or the model's candidates have an effect of this kind, even if it has no place in the
+/// model.
 pub fn is_a_kind(kind: &str, model: &Model) -> bool {
     let listed = generic().unwrap_or_default();
     model.candidates.iter().chain(&listed).any(|row| row.kind == kind)
 }
 
-/// Kinds among candidates that `kind` may mean.
+/// Finds the kinds among candidate effects that a user may mean by `kind`.
 ///
-/// Those that contain it as a word, or else those with the most similar spelling.
+/// These are the kinds that contain it as a word, or else those with the most similar spelling.
 pub fn similar_kinds(kind: &str, all: &[Candidate]) -> Vec<String> {
     let mut known: Vec<&str> = Vec::new();
     for candidate in all.iter().filter(|c| c.shape.is_none()) {

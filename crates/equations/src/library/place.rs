@@ -1,4 +1,4 @@
-//! Places of a model where a row can be applied: equations, inputs, outputs and parameters.
+//! Places of a model where a library row can be applied: equations, inputs, outputs and parameters.
 
 use crate::model::{Input, Model, Output, Parameter, Target};
 use crate::text::{Kind, Symbol, Tree};
@@ -8,12 +8,13 @@ use crate::text::{Kind, Symbol, Tree};
 pub struct Kinematics {
     /// Pairs (x, v) of a state and the state that is its rate, or proportional to it.
     pub pairs: Vec<(usize, usize)>,
-    /// States with their own equation that are not the rate of another state.
+    /// Indices of the declared states that are neither part of a pair nor a copy of a position: they have
+    /// flow equations.
     pub flows: Vec<usize>,
 }
 
 impl Kinematics {
-    /// Finds the structure of the declared states of a model.
+    /// Determines the kinematic structure of the declared states of a model.
     pub fn from_model(model: &Model) -> Kinematics {
         let count = model.declared_states();
         let mut pairs: Vec<(usize, usize)> = Vec::new();
@@ -37,13 +38,13 @@ impl Kinematics {
         Kinematics { pairs, flows }
     }
 
-    /// States whose rates are force or flow equations, to which terms can be added.
+    /// Indices of the states whose rates are force or flow equations, to which terms can be added.
     pub fn force_and_flow_states(&self) -> Vec<usize> {
         self.pairs.iter().map(|(_, v)| *v).chain(self.flows.iter().copied()).collect()
     }
 }
 
-/// The state that a rate is proportional to, with a factor of numbers and parameters only.
+/// The state that a rate is proportional to, with a factor of numbers and parameters only; `None` otherwise.
 fn proportional(model: &Model, tree: &Tree) -> Option<usize> {
     let mut state = None;
     for node in &tree.nodes {
@@ -62,19 +63,19 @@ fn proportional(model: &Model, tree: &Tree) -> Option<usize> {
     state
 }
 
-/// A place to which a row is applied.
+/// A place of a model to which a library row is applied.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Place {
     pub(super) target: Target,
-    /// Second equation of a pair.
+    /// Second equation that the row changes, of a pair of equations; `None` for a single one.
     pub(super) other: Option<Target>,
     pub(super) on: String,
     pub(super) with: Option<String>,
-    /// Names in the row, and the texts that replace them.
+    /// Names used in the library row, and the texts of the model that replace them.
     pub(super) names: Vec<(&'static str, String)>,
 }
 
-/// All places that a word stands for; `None` if it is neither a general place nor a name of the model.
+/// Lists all places that a word stands for; `None` if it is neither a general place nor a name of the model.
 ///
 /// The general places are explained at the top of `library.toml` and `formulas.toml`.
 pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
@@ -107,7 +108,7 @@ fn state_name(model: &Model, state: usize) -> String {
     model.states[state].name.clone()
 }
 
-/// The equation of every speed, with its position.
+/// Places `force`: the equation of every speed, with its position.
 fn force_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     let to_place = |&(x, v): &(usize, usize)| {
         let (x, speed) = (state_name(model, x), state_name(model, v));
@@ -116,7 +117,7 @@ fn force_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     motion.pairs.iter().map(to_place).collect()
 }
 
-/// The equation of every flow.
+/// Places `flow`: the equation of every flow state.
 fn flow_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     let to_place = |&x: &usize| {
         let name = state_name(model, x);
@@ -125,7 +126,7 @@ fn flow_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     motion.flows.iter().map(to_place).collect()
 }
 
-/// Every ordered pair of flow equations.
+/// Places for every ordered pair of flow equations.
 fn flow_pair_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     let mut list = Vec::new();
     for &x in &motion.flows {
@@ -140,13 +141,13 @@ fn flow_pair_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     list
 }
 
-/// Every input.
+/// Places for every input.
 fn input_places(model: &Model) -> Vec<Place> {
     let to_place = |(i, input): (usize, &Input)| place_of_input(Target::Input(i), input);
     model.inputs.iter().enumerate().map(to_place).collect()
 }
 
-/// The delay of every input that has none.
+/// Places for the delay of every input that has no delay.
 fn delay_places(model: &Model) -> Vec<Place> {
     let free = model.inputs.iter().enumerate().filter(|(_, input)| input.delay.is_none());
     free.map(|(i, input)| place_of_input(Target::Delay(i), input)).collect()
@@ -156,7 +157,7 @@ fn place_of_input(target: Target, input: &Input) -> Place {
     place(target, input.name.clone(), None, vec![("u", input.name.clone())])
 }
 
-/// Every output, which is named `argument` in the row.
+/// Places for every output, which the row calls `argument`.
 fn output_places(model: &Model, argument: &'static str) -> Vec<Place> {
     let to_place = |(i, o): (usize, &Output)| {
         place(Target::Output(i), o.name.clone(), None, vec![(argument, o.name.clone())])
@@ -164,7 +165,7 @@ fn output_places(model: &Model, argument: &'static str) -> Vec<Place> {
     model.outputs.iter().enumerate().map(to_place).collect()
 }
 
-/// Every force and flow equation with every quantity and the time.
+/// Places for every force and flow equation, combined with every quantity and with time.
 fn law_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     let quantities = [quantities(model), vec!["t".to_owned()]].concat();
     let mut list = Vec::new();
@@ -176,7 +177,7 @@ fn law_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     list
 }
 
-/// Every force and flow equation with every two quantities whose indices `is_pair` accepts.
+/// Places for every force and flow equation, combined with two quantities whose indices `is_pair` accepts.
 fn law_places_of_two(
     model: &Model,
     motion: &Kinematics,
@@ -195,7 +196,7 @@ fn law_places_of_two(
     list
 }
 
-/// Every output with every input.
+/// Places for every output, combined with every input.
 fn output_input_places(model: &Model) -> Vec<Place> {
     let mut list = Vec::new();
     for (i, output) in model.outputs.iter().enumerate() {
@@ -204,7 +205,7 @@ fn output_input_places(model: &Model) -> Vec<Place> {
     list
 }
 
-/// Every output with every declared state that it does not depend on.
+/// Places for every output, combined with every declared state that the output does not depend on.
 fn output_state_places(model: &Model) -> Vec<Place> {
     let mut list = Vec::new();
     for (i, output) in model.outputs.iter().enumerate() {
@@ -220,7 +221,7 @@ fn place_of_output(index: usize, output: &Output, other: String) -> Place {
     place(Target::Output(index), output.name.clone(), Some(other), names)
 }
 
-/// Every parameter that is not frozen, with every quantity that it may depend on.
+/// Places for every parameter that is not frozen, combined with every quantity that it may depend on.
 fn parameter_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     let speeds = motion.pairs.iter().map(|(_, v)| format!("abs({})", model.states[*v].name));
     let mut quantities = vec!["t".to_owned()];
@@ -240,14 +241,14 @@ fn parameter_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     list
 }
 
-/// Quantities that a formula may depend on: declared states, inputs and `[let]` values.
+/// Names of the quantities that a formula may depend on: declared states, inputs and `[let]` values.
 fn quantities(model: &Model) -> Vec<String> {
     let states = model.states.iter().take(model.declared_states()).map(|s| &s.name);
     let inputs = model.inputs.iter().map(|i| &i.name);
     states.chain(inputs).chain(model.lets.iter().map(|l| &l.name)).cloned().collect()
 }
 
-/// Parameters in the resets of events, each with the absolute value of the state that is reset.
+/// Places for parameters in the resets of events, with the absolute value of the state that is reset.
 fn reset_places(model: &Model) -> Vec<Place> {
     let mut places: Vec<Place> = Vec::new();
     for (state, value) in model.events.iter().flat_map(|e| &e.set) {
@@ -265,9 +266,10 @@ fn reset_places(model: &Model) -> Vec<Place> {
     places
 }
 
-/// The target that a name of the model stands for.
+/// The target that a name of the model stands for; `None` for an unknown name.
 ///
-/// A rate of a state, an input, an output or a parameter, in this order.
+/// The name is looked up among states (whose rate is the target), inputs, outputs and parameters, in this
+/// order.
 pub(crate) fn target_named(name: &str, model: &Model) -> Option<Target> {
     let input = || model.inputs.iter().position(|i| i.name == name).map(Target::Input);
     let output = || model.outputs.iter().position(|o| o.name == name).map(Target::Output);
@@ -275,7 +277,7 @@ pub(crate) fn target_named(name: &str, model: &Model) -> Option<Target> {
     model.state(name).map(Target::Rate).or_else(input).or_else(output).or_else(parameter)
 }
 
-/// The place that a name of the model stands for.
+/// The place that a name of the model stands for; `None` for an unknown name.
 fn place_named(name: &str, model: &Model) -> Option<Place> {
     let target = target_named(name, model)?;
     Some(Place { target, other: None, on: name.to_owned(), with: None, names: Vec::new() })

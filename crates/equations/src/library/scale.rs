@@ -1,6 +1,6 @@
-//! Sizes of the quantities of a model in simulations of its data.
+//! Sizes (scales) of the quantities of a model in simulations of its data.
 //!
-//! The library gives many numbers as multiples of such sizes; here they are converted to units.
+//! The effect library gives many numbers as multiples of such sizes; here they are converted to units.
 
 use super::expand::Candidate;
 use super::size::resolve_name;
@@ -9,13 +9,13 @@ use crate::model::{How, Model, Target};
 use crate::system::System;
 use crate::text::{Bindings, Symbol, Tree};
 
-/// A coefficient is typical if its term has this share of the RMS of what it changes.
+/// Typical size of an effect's term, as a share of the RMS of what the term changes.
 const TYPICAL_RATIO: f64 = 0.05;
-/// Bound of a coefficient whose row gives none, as a multiple of its typical value.
+/// Bound of a coefficient whose library row gives none, as a multiple of the coefficient's typical value.
 ///
-/// It is 5000 times what would be noticed.
+/// The bound is 5000 times what would be noticed.
 const DEFAULT_BOUND_RATIO: f64 = 1e5;
-/// Maximum number of sampled points.
+/// Maximum number of points sampled from the simulations.
 const MAX_POINTS: usize = 2000;
 
 /// States, inputs and times that occur in simulations of the data, and the sampling of the records.
@@ -23,7 +23,7 @@ const MAX_POINTS: usize = 2000;
 pub struct Scales {
     points: Vec<Point>,
     parameters: Vec<f64>,
-    /// Time between samples, s: the median over the records.
+    /// Median time between samples over the records, s.
     pub step_s: f64,
     /// Duration of the longest record, s.
     pub duration_s: f64,
@@ -38,7 +38,7 @@ struct Point {
 }
 
 impl Scales {
-    /// Samples simulations of windows; windows that cannot be simulated are left out.
+    /// Samples states, inputs and times of simulated windows; windows that cannot be simulated are left out.
     pub fn sample(system: &System, windows: &[Window<'_>], options: &Options) -> Scales {
         let mut scales = Scales { step_s: 1.0, duration_s: 1.0, ..Scales::default() };
         let total: usize = windows.iter().map(|w| w.last + 1 - w.first).sum();
@@ -69,9 +69,9 @@ impl Scales {
         scales
     }
 
-    /// Values of an expression while one state or input takes the values `x`.
+    /// Computes an expression while one state or input takes the values `x`.
     ///
-    /// Everything else stays as at the first point.
+    /// All other quantities keep their values of the first sampled point.
     pub(crate) fn values_over(
         &self,
         model: &Model,
@@ -93,7 +93,7 @@ impl Scales {
         x.iter().map(at).collect()
     }
 
-    /// Smallest and largest value of an expression of the model; `None` if it does not vary.
+    /// Smallest and largest value of an expression over the sampled points; `None` if it does not vary.
     pub fn range(&self, text: &str, model: &Model) -> Option<[f64; 2]> {
         let values = self.values(text, model);
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -101,7 +101,8 @@ impl Scales {
         (low < high).then_some([low, high])
     }
 
-    /// Quantiles `low` and `high` (shares from 0 to 1) of an expression; `None` if it has no values.
+    /// Quantiles `low` and `high` (shares from 0 to 1) of an expression over the sampled points; `None`
+    /// without values.
     pub fn quantiles(&self, text: &str, model: &Model, [low, high]: [f64; 2]) -> Option<[f64; 2]> {
         let mut values: Vec<f64> = self.values(text, model).into_iter().filter(|v| v.is_finite()).collect();
         values.sort_by(f64::total_cmp);
@@ -109,7 +110,7 @@ impl Scales {
         Some([low, high].map(|share| values[(share * last as f64).round() as usize]))
     }
 
-    /// Typical size of a term added to a state's rate; `None` if the rate is always 0.
+    /// Typical size of a term added to the rate of a state; `None` if the rate is always 0.
     pub fn typical_rate_change(&self, state: usize, model: &Model) -> Option<f64> {
         let tree = &model.states.get(state)?.rate.tree;
         let rates: Vec<f64> = self
@@ -120,15 +121,15 @@ impl Scales {
         Some(TYPICAL_RATIO * rms(&rates)).filter(|size| *size > 0.0 && size.is_finite())
     }
 
-    /// Whether there are no points.
+    /// Whether no points were sampled.
     pub fn is_empty(&self) -> bool {
         self.points.is_empty()
     }
 
-    /// Converts the numbers of a candidate to the units of its parameters.
+    /// Converts the numbers of a candidate effect to the units of its parameters.
     ///
-    /// Multiples of sizes become values, and coefficients get a typical value and bounds where their row
-    /// gives none.
+    /// Multiples of sizes become values. A coefficient gets a typical value, and bounds where its library
+    /// row gives none.
     pub fn resolve(&self, candidate: &mut Candidate, model: &Model) {
         let names = candidate.names.clone();
         for p in &mut candidate.parameters {
@@ -159,7 +160,8 @@ impl Scales {
         }
     }
 
-    /// Offset and factor that convert numbers of a row, which are multiples of `of`, to values.
+    /// Offset and factor that convert numbers of a library row, which are multiples of the size `of`, to
+    /// values.
     fn size(&self, of: &str, names: &[(&'static str, String)], model: &Model) -> (f64, f64) {
         let inner = |prefix: &str| of.strip_prefix(prefix).and_then(|r| r.strip_suffix(')'));
         let values = |name: &str| self.values(&resolve_name(name, names), model);
@@ -195,7 +197,7 @@ impl Scales {
         (0.0, positive(size))
     }
 
-    /// Value of a coefficient at which its term has the typical size.
+    /// Value of a coefficient at which its term has the typical size of an effect.
     fn typical_value(&self, candidate: &Candidate, index: usize, model: &Model) -> f64 {
         let mut values = candidate.nulls();
         values[index] = 1.0;
@@ -228,7 +230,7 @@ impl Scales {
         if size > 0.0 && size.is_finite() { size } else { 1.0 }
     }
 
-    /// Values of an expression at all points.
+    /// Computes an expression at all sampled points.
     fn values(&self, text: &str, model: &Model) -> Vec<f64> {
         let Some(tree) = model.tree_of(text) else { return Vec::new() };
         let at = |point| tree.value(&PointValues::new(model, point, &self.parameters, 1.0));
@@ -236,17 +238,17 @@ impl Scales {
     }
 }
 
-/// Root mean square; 0 for an empty list.
+/// Root mean square of values; 0 for an empty list.
 fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// Values of everything that an expression may refer to, at a point.
+/// Values of all quantities that an expression may use, at a sampled point.
 struct PointValues<'s> {
     model: &'s Model,
     point: &'s Point,
     parameters: &'s [f64],
-    /// Value of the states that are not in the point: those that belong to effects.
+    /// Value of the states that belong to effects, which are not in the point.
     effect_state: f64,
     lets: Vec<f64>,
 }
@@ -278,7 +280,7 @@ impl Bindings for PointValues<'_> {
         self.model.tables.get(table).map_or(0.0, |t| t.value(at))
     }
 
-    /// Change per second of an output: a central difference along the rates.
+    /// Change per second of an output: a central difference along the rates of the states.
     fn slope(&self, output: usize) -> f64 {
         let declared = self.model.states.iter().take(self.point.state.len());
         let rates: Vec<f64> = declared.map(|s| s.rate.tree.value(self)).collect();

@@ -1,9 +1,9 @@
-//! The sizes that numbers in rows are multiples of: their units, and their description for users.
+//! Sizes that numbers in library rows are multiples of: their units, and their description for users.
 
 use crate::model::Model;
 use augsim_data::{Dimensions, Unit};
 
-/// The text of the model that replaces a name of a row.
+/// The text of the model that replaces a name in a library row; the name itself if none does.
 pub(super) fn resolve_name(name: &str, names: &[(&'static str, String)]) -> String {
     names.iter().find(|(n, _)| *n == name).map_or_else(|| name.to_owned(), |(_, text)| text.clone())
 }

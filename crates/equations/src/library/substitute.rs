@@ -2,7 +2,7 @@
 
 use crate::text::{Lexer, Token};
 
-/// Replaces every name of `text` for which `replacement` has another text.
+/// Replaces every name in an expression for which `replacement` returns another text.
 ///
 /// A text that is not a sequence of tokens stays as it is; the parser reports what is wrong with it.
 pub(crate) fn substitute<'b>(text: &str, replacement: impl Fn(&str) -> Option<&'b str>) -> String {

@@ -2,12 +2,13 @@
 
 use crate::model::{Draft, How, Parameter, Target};
 
-/// Bound of the values of a table, in the unit of what it adds to; as for the tables of the ball.
+/// Smallest bound of the values at the knots of a table, in the unit of what it adds to; as for tables of
+/// the ball.
 const MIN_KNOT_BOUND: f64 = 100.0;
 
-/// The effect that adds a table of `against` from `first` to `last`.
+/// Builds a table effect: a function of the quantity `against`, with uniform knots from `first` to `last`.
 ///
-/// Its parameters `knot0`, `knot1`, … are the `values` at the knots.
+/// The effect's parameters `knot0`, `knot1`, … are the `values` at the knots.
 pub fn draft(target: Target, on: &str, against: &str, (first, last): (f64, f64), values: &[f64]) -> Draft {
     let spacing = (last - first) / (values.len().max(2) - 1) as f64;
     let end = values.len().saturating_sub(1);

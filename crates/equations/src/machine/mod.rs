@@ -1,4 +1,4 @@
-//! Runs instructions on registers of many lanes at once.
+//! Runs instructions on registers of many lanes (simulated windows) at once.
 
 mod run;
 mod scalar;

@@ -1,4 +1,4 @@
-//! Runs a list of instructions, each as a loop over lanes.
+//! Runs a list of instructions, each as a loop over lanes (simulated windows).
 //!
 //! The loops are compiled to vector code for the instruction set found at run time.
 
@@ -7,10 +7,10 @@ use crate::compile::{Code, Section};
 use crate::model::Table;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Registers of `L` lanes each.
+/// Registers of a block of windows: each holds one number for each of `L` lanes.
 pub(crate) type Registers<const L: usize> = [[f64; L]];
 
-/// Instruction set and tables of a compiled system.
+/// The instruction set found at run time, and the tables of a compiled system.
 #[derive(Debug, Clone)]
 pub(crate) struct Machine {
     pub(crate) arch: Arch,
@@ -49,7 +49,7 @@ impl Machine {
     }
 }
 
-/// One pass over the instructions, in the form that [`pulp`] dispatches to an instruction set.
+/// One run over the instructions of a section, in the form that [`pulp`] dispatches to an instruction set.
 struct Pass<'p, const L: usize> {
     tables: &'p [Table],
     section: &'p Section,
@@ -129,13 +129,13 @@ impl<const L: usize> WithSimd for Pass<'_, L> {
 }
 
 impl Table {
-    /// Index of the knot before `x`; `None` outside the knots.
+    /// Index of the knot before `x`; `None` if `x` is outside the knots.
     fn piece(&self, x: f64) -> Option<usize> {
         let after = self.at.partition_point(|knot| *knot <= x);
         (after > 0 && after < self.at.len()).then(|| after - 1)
     }
 
-    /// Value at `x`: linear between the knots, constant outside.
+    /// Value of the table at `x`: linear between the knots, constant outside.
     pub(crate) fn value(&self, x: f64) -> f64 {
         match self.piece(x) {
             Some(i) => {
@@ -150,7 +150,7 @@ impl Table {
         }
     }
 
-    /// Slope at `x`; 0 outside the knots.
+    /// Slope of the table at `x`; 0 outside the knots.
     pub(crate) fn slope(&self, x: f64) -> f64 {
         self.piece(x).map_or(0.0, |i| (self.values[i + 1] - self.values[i]) / (self.at[i + 1] - self.at[i]))
     }

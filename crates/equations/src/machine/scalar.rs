@@ -1,4 +1,4 @@
-//! An operation on single numbers.
+//! Computes an operation on single numbers.
 //!
 //! The lanes run exactly this function, so that constants folded by the compiler have the same bits as
 //! results of the engine.
@@ -6,7 +6,7 @@
 use crate::compile::Code;
 use crate::math;
 
-/// Result of an operation that needs nothing but its operands; 0 for the others.
+/// Computes an operation that needs nothing but its operands `a`, `b`, `c`; 0 for other operations.
 #[inline(always)]
 pub(crate) fn evaluate(code: Code, a: f64, b: f64, c: f64) -> f64 {
     match code {

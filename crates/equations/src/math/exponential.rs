@@ -7,10 +7,10 @@ use super::{ROUNDER, polynomial};
 
 /// High part of ln 2, whose products with whole numbers are exact.
 const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
-/// ln 2 minus its high part.
+/// Low part of ln 2: ln 2 minus its high part.
 const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
-/// `e^x`.
+/// Computes `e^x`.
 #[inline(always)]
 pub(crate) fn exp(x: f64) -> f64 {
     // The result is 0 or infinite beyond these bounds; NaN passes both comparisons unchanged.
@@ -48,7 +48,7 @@ pub(crate) fn exp(x: f64) -> f64 {
     p * two_to(first) * two_to(second)
 }
 
-/// `tanh x`: a quotient of polynomials below 0.625 (Cephes), `(e^2x - 1) / (e^2x + 1)` above.
+/// Computes `tanh x`: a quotient of polynomials below 0.625 (Cephes), `(e^2x - 1) / (e^2x + 1)` above.
 ///
 /// One division serves both cases.
 #[inline(always)]

@@ -7,12 +7,12 @@ use super::polynomial;
 
 /// High part of ln 2, whose products with whole numbers are exact.
 const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
-/// ln 2 minus its high part.
+/// Low part of ln 2: ln 2 minus its high part.
 const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
-/// Bits of sqrt(1/2): fractions are scaled to lie between sqrt(1/2) and sqrt(2), that is, around 1.
+/// Bit pattern of sqrt(1/2): fractions are scaled to lie between sqrt(1/2) and sqrt(2), that is, around 1.
 const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
 
-/// `ln x`.
+/// Computes the natural logarithm of `x`.
 #[inline(always)]
 pub(crate) fn ln(x: f64) -> f64 {
     // Subnormal numbers are multiplied by 2^54 first.

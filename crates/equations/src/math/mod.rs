@@ -13,7 +13,7 @@ pub(crate) use exponential::{exp, tanh};
 pub(crate) use logarithm::ln;
 pub(crate) use trigonometric::{cos, sin};
 
-/// 1.5 * 2^52: adding it and subtracting it again rounds a number to a whole one.
+/// The number 1.5 * 2^52: adding and then subtracting it rounds a number to a whole one.
 ///
 /// After the addition the whole number is in the low bits of the sum.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;

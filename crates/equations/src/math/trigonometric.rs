@@ -2,32 +2,33 @@
 
 use super::{ROUNDER, polynomial};
 
-/// Second part of pi/2, after its value as a double.
+/// Second part of pi/2: what remains of pi/2 after its value as a double.
 const HALF_PI_MIDDLE: f64 = 6.123_233_995_736_766e-17;
-/// Third part of pi/2.
+/// Third part of pi/2: what remains after the first two.
 const HALF_PI_LOW: f64 = -1.497_384_904_859_183_3e-33;
 
-/// `sin x`.
+/// Computes `sin x`, x in radians.
 #[inline(always)]
 pub(crate) fn sin(x: f64) -> f64 {
     let (sine, cosine, quarter) = reduce(x);
     with_sign_flipped(if quarter & 1 == 0 { sine } else { cosine }, quarter & 2)
 }
 
-/// `cos x`.
+/// Computes `cos x`, x in radians.
 #[inline(always)]
 pub(crate) fn cos(x: f64) -> f64 {
     let (sine, cosine, quarter) = reduce(x);
     with_sign_flipped(if quarter & 1 == 0 { cosine } else { sine }, quarter.wrapping_add(1) & 2)
 }
 
-/// Changes the sign of `value` where `flip` is 2.
+/// Changes the sign of `value` if `flip` is 2.
 #[inline(always)]
 fn with_sign_flipped(value: f64, flip: u64) -> f64 {
     f64::from_bits(value.to_bits() ^ (flip << 62))
 }
 
-/// Sine and cosine of `x` minus the nearest multiple of pi/2, and the number of that multiple.
+/// Reduces an angle: sine and cosine of `x` minus the nearest multiple of pi/2, and the number of that
+/// multiple.
 ///
 /// Cody and Waite's reduction with pi/2 in three parts; the fused products are exact, so that it holds for
 /// arguments up to 1e9. Beyond about 1e15 the number of quarter turns is lost; the result then has no meaning

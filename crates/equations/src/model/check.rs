@@ -5,7 +5,7 @@ use super::{Expression, Model, State};
 use crate::error::{Fault, ModelError};
 use crate::text::{Kind, Symbol};
 
-/// Refuses unused parameters, outputs that do not depend on the state, and widths without use.
+/// Checks that parameters are used, outputs depend on a state, and declared smoothing widths apply.
 pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError> {
     let mut used = vec![false; model.parameters.len()];
     for symbol in expressions(model).flat_map(|e| e.tree.symbols()) {
@@ -43,7 +43,7 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
     Ok(())
 }
 
-/// Whether an expression uses a state, directly or through a `[let]` value.
+/// Whether an expression uses a state, directly or through a `[let]` value that `state_dependent` marks.
 fn depends_on_state(expression: &Expression, state_dependent: &[bool]) -> bool {
     expression.tree.symbols().any(|symbol| match symbol {
         Symbol::State(_) => true,
@@ -52,7 +52,7 @@ fn depends_on_state(expression: &Expression, state_dependent: &[bool]) -> bool {
     })
 }
 
-/// All expressions that the engine evaluates.
+/// Lists all expressions of a model that the engine evaluates, those of initial states excepted.
 fn expressions(model: &Model) -> impl Iterator<Item = &Expression> {
     let lets = model.lets.iter().map(|l| &l.value);
     let rates = model.states.iter().map(|s| &s.rate);
@@ -65,7 +65,7 @@ fn expressions(model: &Model) -> impl Iterator<Item = &Expression> {
     lets.chain(rates).chain(outputs).chain(events).chain(added)
 }
 
-/// Arguments of everything that is smoothed, as texts of the file.
+/// Texts of the arguments of all smoothed functions and conditions in a model.
 fn smoothed_arguments(model: &Model) -> impl Iterator<Item = &str> {
     expressions(model).flat_map(|e| {
         e.tree.nodes.iter().filter_map(|node| match &node.kind {

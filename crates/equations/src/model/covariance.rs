@@ -9,22 +9,23 @@ use super::toml_reader::Item;
 use crate::error::ModelError;
 use crate::limits;
 
-/// Share of a variance below which what the other parameters leave of it counts as 0: rounding errors.
+/// Share of a variance below which its part not explained by other parameters counts as 0 (rounding error).
 const ROUNDING_RATIO: f64 = 1e-12;
 
-/// Covariance of fitted parameters.
+/// Covariance matrix of the fitted parameters.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Covariance {
-    /// Indices of the parameters in the model.
+    /// Index in the model of the parameter of each row.
     pub parameters: Vec<usize>,
-    /// The matrix, `[parameter][parameter]`, in the products of their units.
+    /// Covariance matrix, `[parameter][parameter]`; each element has the product of the two parameters'
+    /// units.
     pub rows: Vec<Vec<f64>>,
 }
 
 impl Covariance {
-    /// Lower Cholesky factor, `[parameter][number of the normal draw]`.
+    /// Lower Cholesky factor of the matrix, `[parameter][number of the normal draw]`.
     ///
-    /// A singular matrix has columns of zeros.
+    /// For a singular matrix, some columns are zero.
     pub fn factor(&self) -> Vec<Vec<f64>> {
         let n = self.rows.len();
         let mut factor = vec![vec![0.0; n]; n];

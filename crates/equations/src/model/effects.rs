@@ -1,6 +1,6 @@
 //! Reads `[[effect]]` and `[[candidate]]` blocks.
 //!
-//! Effects change the equations of a model; candidates may be tried on it.
+//! Effects change the equations of a model; candidates are effects that discovery may try on it.
 
 use super::entries::check_name;
 use super::quantity::parameter;
@@ -14,12 +14,12 @@ use crate::nearest::nearest;
 use augsim_data::escaped_short;
 use std::collections::BTreeSet;
 
-/// Kind of an effect whose expression is given in its block.
+/// Name of the kind of effect whose expression is given in its `[[effect]]` block.
 const FORMULA: &str = "formula";
-/// Kind of an effect whose values at knots are given in its block.
+/// Name of the kind of effect whose values at knots are given in its `[[effect]]` block.
 const TABLE: &str = "table";
 
-/// Reads both kinds of blocks into `model`, whose equations are read already.
+/// Reads the `[[effect]]` and `[[candidate]]` blocks into `model`, whose equations are read already.
 pub(super) fn read(file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
     let candidates = file.blocks("candidate", "written as [[candidate]] blocks")?;
     let effects = file.blocks("effect", "written as [[effect]] blocks")?;
@@ -62,7 +62,7 @@ fn effect(item: &Item<'_, '_>, model: &Model) -> Result<Draft, ModelError> {
     Ok(draft)
 }
 
-/// Reads the parameters of a block: all keys except those in `known`.
+/// Reads the parameters of an `[[effect]]` block: all keys except those in `known`.
 fn parameters(item: &Item<'_, '_>, known: &[&str]) -> Result<Vec<Parameter>, ModelError> {
     let mut list = Vec::new();
     for (name, entry) in item.entries("written as [[effect]] blocks")? {
@@ -74,13 +74,13 @@ fn parameters(item: &Item<'_, '_>, known: &[&str]) -> Result<Vec<Parameter>, Mod
     Ok(list)
 }
 
-/// Finds the target of an effect by its name.
+/// Finds the quantity that an effect changes, by its name.
 fn target(on: &Item<'_, '_>, name: &str, model: &Model) -> Result<Target, ModelError> {
     crate::library::target_named(name, model)
         .ok_or_else(|| on.error(Fault::NoSuchPlace { name: escaped_short(name) }))
 }
 
-/// Reads an effect of kind `formula`.
+/// Reads an `[[effect]]` block of kind `formula`.
 fn formula(item: &Item<'_, '_>, on: (&Item<'_, '_>, &str), model: &Model) -> Result<Draft, ModelError> {
     let (how, text) = change(item)?;
     let parameters = parameters(item, &["kind", "on", "with", "add", "factor", "replace", "also_fits"])?;
@@ -89,7 +89,7 @@ fn formula(item: &Item<'_, '_>, on: (&Item<'_, '_>, &str), model: &Model) -> Res
     Ok(Draft { kind: FORMULA.into(), on: on.1.into(), parameters, changes, ..Draft::default() })
 }
 
-/// Reads an effect of kind `table`: values at uniform knots of one quantity, constant outside.
+/// Reads an `[[effect]]` block of kind `table`: values at uniform knots of one quantity, constant outside.
 fn table(item: &Item<'_, '_>, on: (&Item<'_, '_>, &str), model: &Model) -> Result<Draft, ModelError> {
     item.check_keys(&["kind", "on", "against", "first", "last", "values", "unit", "also_fits"])?;
     let missing = |key, example| item.error(Fault::Missing { key, example });
@@ -113,7 +113,7 @@ fn table(item: &Item<'_, '_>, on: (&Item<'_, '_>, &str), model: &Model) -> Resul
     Ok(tables::draft(to, on.1, &against, (first, last), &values))
 }
 
-/// Reads an effect of the library, or of the candidates of the model file.
+/// Reads an `[[effect]]` block of a kind from the library, or from the candidates of the model file.
 fn library_effect(
     item: &Item<'_, '_>,
     kind: &str,

@@ -5,7 +5,7 @@ use crate::error::{Fault, ModelError};
 use crate::text;
 use augsim_data::escaped_short;
 
-/// Entries of a top-level table; none if it is absent.
+/// Entries of a top-level table of a model file; none if the table is absent.
 pub(super) fn section<'r, 't>(
     file: &Item<'r, 't>,
     key: &str,
@@ -20,7 +20,7 @@ pub(super) fn section<'r, 't>(
     Ok(entries)
 }
 
-/// Refuses names that are malformed or reserved.
+/// Checks that a name is neither malformed nor reserved.
 pub(crate) fn check_name(item: &Item<'_, '_>, name: &str) -> Result<(), ModelError> {
     let begins_well = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
     if !begins_well || name.len() > 64 || !name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') {
@@ -32,7 +32,7 @@ pub(crate) fn check_name(item: &Item<'_, '_>, name: &str) -> Result<(), ModelErr
     Ok(())
 }
 
-/// The entry with the key `kind` or `kind_UNIT`.
+/// Finds the entry with the key `kind` or `kind_UNIT`; `None` if there is none.
 pub(super) fn suffixed<'r, 't>(item: &Item<'r, 't>, kind: &str) -> Option<Item<'r, 't>> {
     let entries = item.value.get_ref().as_table().map(|table| item.reader.entries(table))?;
     let matches =
@@ -41,7 +41,7 @@ pub(super) fn suffixed<'r, 't>(item: &Item<'r, 't>, kind: &str) -> Option<Item<'
     item.entry(name)
 }
 
-/// Known keys, and those that were found with a unit at their end.
+/// Lists the known keys, and the keys that were found with a unit at their end.
 pub(super) fn known_with<'k>(known: &[&'k str], found: &'k [&Option<Item<'_, '_>>]) -> Vec<&'k str> {
     let suffixed = found.iter().filter_map(|item| item.as_ref()?.key.rsplit('.').next());
     known.iter().copied().chain(suffixed).collect()

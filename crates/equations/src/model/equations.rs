@@ -11,10 +11,10 @@ use crate::text::{self, Problem, Tree};
 use augsim_data::{Dimensions, Unit, escaped_short};
 use std::collections::BTreeMap;
 
-/// The second pass over a model file.
+/// The second pass over a model file, which reads the expressions.
 pub(super) struct Equations<'n> {
     names: &'n Names,
-    /// Number of nodes of all expressions so far.
+    /// Number of nodes of all expressions read so far.
     nodes: usize,
 }
 
@@ -55,7 +55,7 @@ impl<'n> Equations<'n> {
         Ok(())
     }
 
-    /// Reads starts and rates of the states, and checks the units of the rates.
+    /// Reads the initial values and rates of the states, and checks the units of the rates.
     fn states(&mut self, file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
         let rates: BTreeMap<&str, Item<'_, '_>> =
             section(file, "rates", "rates", usize::MAX)?.into_iter().collect();
@@ -109,7 +109,7 @@ impl<'n> Equations<'n> {
         Ok(())
     }
 
-    /// Reads the `[[events]]` blocks.
+    /// Reads the `[[events]]` blocks of a model file.
     fn events(&mut self, file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
         const DIRECTIONS: [(&str, Direction); 3] =
             [("rising", Direction::Rising), ("falling", Direction::Falling), ("both", Direction::Both)];
@@ -154,7 +154,7 @@ impl<'n> Equations<'n> {
         Ok(())
     }
 
-    /// Reads the `rest` of an event.
+    /// Reads the `rest` of an event: how a sequence of ever faster events ends.
     fn rest(&mut self, item: &Item<'_, '_>, model: &Model) -> Result<Rest, ModelError> {
         item.table("a table such as { below_m_s = 1e-3, hold = [\"x_m\"], until = \"force_N < 0\" }")?;
         let speed_limit = suffixed(item, "below");
@@ -177,7 +177,7 @@ impl<'n> Equations<'n> {
         Ok(Rest { below: speed_limit.ok_or_else(missing)?.positive()?, hold, until })
     }
 
-    /// Reads an expression; with `is_condition` it is a comparison.
+    /// Reads an expression; with `is_condition` the expression must be a comparison.
     fn expression(
         &mut self,
         item: &Item<'_, '_>,
@@ -199,13 +199,14 @@ impl<'n> Equations<'n> {
     }
 }
 
-/// Infers the dimensions of an expression; units that do not match are an error at `item`.
+/// Infers the dimensions of an expression, `None` if unknown; units that do not match are an error at
+/// `item`.
 fn infer(model: &Model, item: &Item<'_, '_>, tree: &Tree) -> Result<Option<Dimensions>, ModelError> {
     let wrong = |failure| item.reader.problem(item.line, &item.key, &tree.text, failure);
     units::infer(model, tree).map_err(wrong)
 }
 
-/// The index of a state, or an error at `item`.
+/// Finds the index of the state with a name; an unknown name is an error at `item`.
 fn state_named(model: &Model, item: &Item<'_, '_>, name: &str) -> Result<usize, ModelError> {
     model.state(name).ok_or_else(|| {
         let nearest = nearest(name, model.states.iter().map(|s| s.name.as_str()));
@@ -213,7 +214,7 @@ fn state_named(model: &Model, item: &Item<'_, '_>, name: &str) -> Result<usize, 
     })
 }
 
-/// Reads `[numerics]`.
+/// Reads the section `[numerics]` of a model file.
 fn numerics(file: &Item<'_, '_>) -> Result<Numerics, ModelError> {
     const METHODS: [(&str, Integrator); 2] =
         [("explicit", Integrator::Explicit), ("implicit", Integrator::Implicit)];

@@ -29,63 +29,63 @@ pub(crate) use units::dimensions_of;
 /// An expression, with its line and key in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
-    /// Parsed expression.
+    /// Syntax tree of the expression.
     pub tree: Tree,
-    /// Line, from 1.
+    /// Line of the expression in the file, from 1.
     pub line: usize,
-    /// Table and key, such as `rates.omega_rad_s`.
+    /// Table and key of the expression, such as `rates.omega_rad_s`.
     pub key: String,
 }
 
 /// A state of the system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
-    /// Name.
+    /// Name of the state.
     pub name: String,
-    /// Unit, where the name or `unit` states one.
+    /// Unit of the state; `None` if neither the name nor `unit` states one.
     pub unit: Option<Unit>,
-    /// Expression that guesses its start value from outputs, inputs and parameters.
+    /// Expression that guesses the initial value from outputs, inputs and parameters.
     pub start: Expression,
-    /// Standard deviation of the start value as a prior, in the unit of the state.
+    /// Standard deviation of the initial value as a prior, in the unit of the state; `None` without a prior.
     pub sd: Option<f64>,
-    /// Lower bound, which the state cannot pass, in its unit.
+    /// Lower bound, which the state cannot pass, in the unit of the state; `None` without one.
     pub min: Option<f64>,
-    /// Upper bound, which the state cannot pass, in its unit.
+    /// Upper bound, which the state cannot pass, in the unit of the state; `None` without one.
     pub max: Option<f64>,
-    /// Whether all trajectories start with the same value.
+    /// Whether all trajectories start with the same value of the state.
     pub shared: bool,
-    /// Process noise on its rate.
+    /// Process noise on the rate of the state; `None` if it has none.
     pub process_noise: Option<RateNoise>,
-    /// Expression of its rate, per second.
+    /// Expression of the state's rate, per second.
     pub rate: Expression,
-    /// Line of its declaration, from 1.
+    /// Line of the state's declaration in the file, from 1.
     pub line: usize,
 }
 
 /// Process noise on the rate of a state.
 ///
-/// An Ornstein-Uhlenbeck process, or white noise that changes with every sample.
+/// It is an Ornstein-Uhlenbeck process, or white noise that changes with every sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RateNoise {
-    /// Standard deviation of the value at a sample, in the unit of the rate.
+    /// Standard deviation of the noise at a sample, in the unit of the rate.
     pub sd: f64,
-    /// Correlation time, s; 0 if the values at different samples are independent.
+    /// Correlation time of the noise, s; 0 if its values at different samples are independent.
     pub correlation_time_s: f64,
 }
 
 /// Interpolation of an input between its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Hold {
-    /// Zero-order hold: each value holds until the next sample.
+    /// Zero-order hold: the input keeps each value until the next sample.
     Zero,
-    /// Linear interpolation.
+    /// Linear interpolation between samples (first-order hold).
     Linear,
     /// Natural cubic spline through the samples.
     Spline,
 }
 
 impl Hold {
-    /// Its name in a model file.
+    /// Name of the interpolation in a model file.
     pub fn word(self) -> &'static str {
         match self {
             Hold::Zero => "zero",
@@ -95,54 +95,55 @@ impl Hold {
     }
 }
 
-/// A measured input.
+/// A measured input of the system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Input {
-    /// Name of the data column.
+    /// Name of the input and of its data column.
     pub name: String,
-    /// Unit, where the name or `unit` states one.
+    /// Unit of the input; `None` if neither the name nor `unit` states one.
     pub unit: Option<Unit>,
-    /// Interpolation between samples; `None` if the file does not state it.
+    /// Interpolation of the input between samples; `None` if the file does not state it.
     pub hold: Option<Hold>,
-    /// Index of the parameter with its delay in seconds, which has the name `NAME.delay_s`.
+    /// Index of the parameter with the input's delay in seconds, which is called `NAME.delay_s`; `None`
+    /// without a delay.
     pub delay: Option<usize>,
 }
 
-/// A number of the model that can be fitted.
+/// A parameter of the model, which can be fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
-    /// Name.
+    /// Name of the parameter.
     pub name: String,
-    /// Unit, where the name or `unit` states one.
+    /// Unit of the parameter; `None` if neither the name nor `unit` states one.
     pub unit: Option<Unit>,
-    /// Nominal value, from which fits start.
+    /// Nominal value of the parameter, from which fits start.
     pub nominal: f64,
-    /// Lower bound.
+    /// Lower bound of the parameter.
     pub min: f64,
-    /// Upper bound.
+    /// Upper bound of the parameter.
     pub max: f64,
-    /// Whether it stays at its nominal value.
+    /// Whether the parameter stays at its nominal value in fits.
     pub frozen: bool,
-    /// 95 % confidence interval from a fit.
+    /// 95 % confidence interval from a fit; `None` without one.
     pub ci95: Option<[f64; 2]>,
-    /// Line of its declaration, from 1.
+    /// Line of the parameter's declaration in the file, from 1.
     pub line: usize,
 }
 
-/// A named intermediate value.
+/// A named intermediate value (`[let]`), which expressions can use.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Let {
-    /// Name.
+    /// Name of the intermediate value.
     pub name: String,
-    /// Dimensions of its expression, or else of its name.
+    /// Dimensions of the value's expression, or else of its name; `None` if unknown.
     pub dimensions: Option<Dimensions>,
-    /// Expression of its value.
+    /// Expression of the intermediate value.
     pub value: Expression,
 }
 
 /// Measurement noise of an output: white noise plus an autocorrelated error (AR(1)).
 ///
-/// Both were estimated by a fit.
+/// A fit has estimated both parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorNoise {
     /// Standard deviation of the white part, in the output's unit.
@@ -154,39 +155,41 @@ pub struct SensorNoise {
 }
 
 impl SensorNoise {
-    /// White noise alone.
+    /// Creates white measurement noise with this standard deviation, in the output's unit.
     pub fn white(sd: f64) -> Self {
         Self { white_sd: sd, autocorrelated_sd: 0.0, correlation_time_s: 0.0 }
     }
 
-    /// Standard deviation of both parts together.
+    /// Standard deviation of the white and the autocorrelated part together, in the output's unit.
     pub fn sd(&self) -> f64 {
         self.white_sd.hypot(self.autocorrelated_sd)
     }
 }
 
-/// A measured quantity.
+/// A measured output of the system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
-    /// Name of the data column.
+    /// Name of the output and of its data column.
     pub name: String,
-    /// Unit, where the name or `unit` states one.
+    /// Unit of the output; `None` if neither the name nor `unit` states one.
     pub unit: Option<Unit>,
-    /// Value without measurement noise.
+    /// Expression of the output without measurement noise.
     pub value: Expression,
-    /// Standard deviation of the measurement noise; `None` if it is to be estimated.
+    /// Declared standard deviation of the measurement noise, in the output's unit; `None` if it is to be
+    /// estimated.
     pub sd: Option<f64>,
     /// Measurement noise that a fit has found; forecasts use it if `sd` is to be estimated.
     pub noise: Option<SensorNoise>,
-    /// Range of the sensor; readings at or beyond its ends are saturated.
+    /// Range of the sensor, in the output's unit; readings at or beyond its ends are saturated. `None` if
+    /// unlimited.
     pub range: Option<[f64; 2]>,
-    /// Quantisation step.
+    /// Quantisation step of the sensor, in the output's unit; `None` if not declared.
     pub step: Option<f64>,
-    /// Period of a quantity that wraps.
+    /// Period of an output that wraps, such as an angle, in the output's unit; `None` for others.
     pub period: Option<f64>,
 }
 
-/// Direction in which `when` passes 0.
+/// Direction in which the condition `when` of an event must cross 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "each is the direction of its name")]
 pub enum Direction {
@@ -195,51 +198,51 @@ pub enum Direction {
     Both,
 }
 
-/// How a sequence of ever faster events ends: the system comes to rest.
+/// Rest condition of an event: how a sequence of ever faster events (Zeno) ends with the system at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rest {
-    /// The system rests if `when` changes more slowly than this after an event, per second.
+    /// Largest rate of change of `when`, per second, after an event at which the system comes to rest.
     pub below: f64,
-    /// States that keep their value during the rest; those that the event sets are 0.
+    /// Indices of states that keep their value during the rest; other states that the event sets become 0.
     pub hold: Vec<usize>,
-    /// Condition that ends the rest, as an expression that is 1 or 0.
+    /// Condition that ends the rest, as an expression that is 1 or 0; `None` if the rest does not end.
     pub until: Option<Expression>,
 }
 
-/// An instantaneous change of states.
+/// An event: an instantaneous change of states when a condition crosses 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
-    /// Name.
+    /// Name of the event.
     pub name: String,
-    /// Condition: the event fires when this passes 0.
+    /// Expression of the condition: the event fires when its value crosses 0.
     pub when: Expression,
-    /// Direction in which `when` passes 0.
+    /// Direction in which `when` must cross 0 for the event to fire.
     pub direction: Direction,
-    /// New values: index of the state, and an expression of the state before the event.
+    /// New values at the event: index of the state, and an expression of the states before the event.
     pub set: Vec<(usize, Expression)>,
-    /// How a sequence of these events ends in a rest.
+    /// How a sequence of these events ends in a rest; `None` if it does not.
     pub rest: Option<Rest>,
-    /// Line of its declaration, from 1.
+    /// Line of the event's declaration in the file, from 1.
     pub line: usize,
 }
 
-/// A piecewise linear function, constant beyond its ends.
+/// A table: a piecewise linear function, constant beyond its ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// Name.
+    /// Name of the table.
     pub name: String,
-    /// Knots, increasing.
+    /// Arguments at the knots, increasing.
     pub at: Vec<f64>,
-    /// Values at the knots.
+    /// Values of the table at the knots.
     pub values: Vec<f64>,
-    /// Unit of the values, where `unit` states one.
+    /// Unit of the values; `None` if `unit` states none.
     pub unit: Option<Unit>,
 }
 
-/// Integration method that a file declares.
+/// Integration method that a model file declares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Integrator {
-    /// Not declared: explicit, or implicit for a stiff system.
+    /// The file declares no method: explicit steps, or implicit ones for a stiff system.
     #[default]
     Automatic,
     /// Classical Runge-Kutta of order 4.
@@ -248,14 +251,14 @@ pub enum Integrator {
     Implicit,
 }
 
-/// Numerical settings of a file.
+/// Numerical settings of a model file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Numerics {
-    /// Integration method.
+    /// Integration method that the file declares.
     pub integrator: Integrator,
-    /// Steps per sample interval; `None` if they are to be chosen.
+    /// Number of integration steps per sample interval; `None` if it is to be chosen.
     pub substeps: Option<usize>,
-    /// Widths of smoothed discontinuities, by the text of their argument.
+    /// Widths of smoothed discontinuities that the file declares, by the text of the argument of each.
     pub widths: BTreeMap<String, f64>,
 }
 
@@ -264,43 +267,45 @@ pub struct Numerics {
 pub struct Model {
     /// File name, or another name for the source of the text, for messages.
     pub file: String,
-    /// Name of the system.
+    /// Name of the modelled system.
     pub name: String,
-    /// States in the order of the state vector.
+    /// States of the system, in the order of the state vector.
     pub states: Vec<State>,
-    /// Inputs.
+    /// Measured inputs of the system.
     pub inputs: Vec<Input>,
-    /// Parameters in the order of the file, followed by the delays of inputs and the parameters of effects.
+    /// Declared parameters in the order of the file, then the delays of inputs, then the parameters of
+    /// effects.
     pub parameters: Vec<Parameter>,
-    /// Intermediate values; each uses only those before it.
+    /// Named intermediate values; each uses only those before it.
     pub lets: Vec<Let>,
-    /// Measured quantities.
+    /// Measured outputs of the system.
     pub outputs: Vec<Output>,
-    /// Events.
+    /// Events of the system.
     pub events: Vec<Event>,
-    /// Tables.
+    /// Tables that expressions can use.
     pub tables: Vec<Table>,
-    /// Numerical settings.
+    /// Numerical settings that the file declares.
     pub numerics: Numerics,
     /// Effects that change the equations, in the order in which they are applied.
     pub additions: Vec<Addition>,
-    /// Joint uncertainty of the fitted parameters, if a fit has written it.
+    /// Covariance of the fitted parameters; `None` if no fit has written it.
     pub covariance: Option<Covariance>,
-    /// Effects of the file that discovery may try.
+    /// Effects declared in the file that discovery may try.
     pub candidates: Vec<Row>,
     /// Text of the file, so that it can be written back with its comments.
     pub text: String,
 }
 
 impl Output {
-    /// Residual (measured - predicted); for a wrapping quantity the smallest one modulo its period.
+    /// Residual of the output (measured - predicted); for a wrapping quantity the smallest one modulo its
+    /// period.
     pub fn error(&self, measured: f64, predicted: f64) -> f64 {
         augsim_system::shortest_difference(measured - predicted, self.period)
     }
 }
 
 impl State {
-    /// Sets the start value to a number with this standard deviation as a prior.
+    /// Sets the initial value to `mean`, with the standard deviation `sd` as a prior.
     pub fn set_start(&mut self, mean: f64, sd: f64) {
         self.start.tree = Tree::number(mean);
         self.sd = Some(sd);
@@ -308,12 +313,12 @@ impl State {
 }
 
 impl Model {
-    /// Nominal values of all parameters.
+    /// Nominal values of all parameters of the model, in its order.
     pub fn nominals(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.nominal).collect()
     }
 
-    /// The state that an output equals; `None` if its value is an expression.
+    /// Index of the state that an output equals; `None` if the output's value is another expression.
     pub(crate) fn state_of_output(&self, output: usize) -> Option<usize> {
         match &self.outputs.get(output)?.value.tree.nodes[..] {
             [node] => match node.kind {
@@ -324,12 +329,12 @@ impl Model {
         }
     }
 
-    /// Index of the state with this name.
+    /// Index of the state with this name; `None` if there is none.
     pub fn state(&self, name: &str) -> Option<usize> {
         self.states.iter().position(|s| s.name == name)
     }
 
-    /// Index of the parameter with this name.
+    /// Index of the parameter with this name; `None` if there is none.
     pub fn parameter(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|p| p.name == name)
     }

@@ -37,7 +37,7 @@ pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, Mo
     })
 }
 
-/// Reads the unit from the key `unit`, or else from the end of the name.
+/// Reads the unit of a quantity from the key `unit`, or else from the end of its name.
 ///
 /// # Errors
 /// The name ends in a unit that is not SI. Its numbers would be read as those of the SI unit, or the units of the
@@ -57,7 +57,7 @@ pub(super) fn unit(item: &Item<'_, '_>, name: &str) -> Result<Option<Unit>, Mode
     }
 }
 
-/// Reads a unit in quotes.
+/// Reads a unit that is written as text in quotes.
 pub(super) fn unit_of(unit: &Item<'_, '_>) -> Result<Unit, ModelError> {
     let text = unit.text("a unit in quotes, such as \"N/m\"")?;
     Unit::parse(text).ok_or_else(|| {

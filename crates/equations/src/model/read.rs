@@ -91,9 +91,9 @@ const TOP_LEVEL_KEYS: [&str; 14] = [
     "covariance",
 ];
 
-/// Reads all names with their numbers in a first pass.
+/// Reads the names of all quantities with their numbers, in a first pass over the file.
 ///
-/// Expressions, which are read later, may thus use a quantity that is declared after them.
+/// Expressions are read later, so they may use a quantity that is declared after them.
 fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {
     let constraint = ["constraints", "algebraic"].into_iter().find_map(|key| file.entry(key));
     if let Some(found) = constraint {
@@ -151,7 +151,7 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
     declare_tables(file, model, names)
 }
 
-/// Reads `[states]` except for the expressions.
+/// Reads the section `[states]` except for the expressions.
 fn declare_states(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {
     for (index, (name, item)) in
         section(file, "states", "states", limits::MAX_STATES)?.into_iter().enumerate()
@@ -181,7 +181,7 @@ fn declare_states(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
     Ok(())
 }
 
-/// Reads the measurement noise that a fit has written.
+/// Reads the measurement noise that a fit has written for an output.
 fn read_noise(item: &Item<'_, '_>) -> Result<SensorNoise, ModelError> {
     let example = "noise = { white_sd = 0.1, autocorrelated_sd = 0.05, correlation_time_s = 0.3 }";
     item.table("a table such as { white_sd = 0.1, autocorrelated_sd = 0.05, correlation_time_s = 0.3 }")?;
@@ -198,7 +198,7 @@ fn read_noise(item: &Item<'_, '_>) -> Result<SensorNoise, ModelError> {
     })
 }
 
-/// Reads process noise.
+/// Reads the process noise of a state.
 fn read_process_noise(item: &Item<'_, '_>) -> Result<RateNoise, ModelError> {
     let example = "shaken = { sd = 0.1, memory_s = 0.02 }";
     item.table("a table such as { sd = 0.1, memory_s = 0.02 }")?;
@@ -212,7 +212,7 @@ fn read_process_noise(item: &Item<'_, '_>) -> Result<RateNoise, ModelError> {
     Ok(RateNoise { sd: entry("sd")?.positive()?, correlation_time_s: memory_s })
 }
 
-/// Reads `[inputs]` except for the delays.
+/// Reads the section `[inputs]` except for the delays.
 fn declare_inputs(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {
     const HOLDS: [(&str, Hold); 3] =
         [("zero", Hold::Zero), ("linear", Hold::Linear), ("spline", Hold::Spline)];
@@ -237,7 +237,7 @@ fn declare_inputs(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
     Ok(())
 }
 
-/// Reads `[parameters]`, then the delays of inputs, which are parameters as well.
+/// Reads the section `[parameters]`, then the delays of inputs, which are parameters as well.
 fn declare_parameters(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {
     let parameters = section(file, "parameters", "parameters", limits::MAX_PARAMETERS)?;
     for (index, (name, item)) in parameters.into_iter().enumerate() {
@@ -262,7 +262,7 @@ fn declare_parameters(file: &Item<'_, '_>, model: &mut Model, names: &mut Names)
     Ok(())
 }
 
-/// Reads `[tables]`.
+/// Reads the section `[tables]`.
 fn declare_tables(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<(), ModelError> {
     for (name, item) in section(file, "tables", "tables", limits::MAX_TABLES)? {
         check_name(&item, name)?;
@@ -291,7 +291,7 @@ fn declare_tables(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> 
     Ok(())
 }
 
-/// Adds a name, unless it is malformed, reserved or used already.
+/// Adds a name to the declared ones, unless it is malformed, reserved or used already.
 fn declare_name(
     names: &mut Names,
     item: &Item<'_, '_>,
@@ -312,7 +312,7 @@ fn declare_name(
     Ok(())
 }
 
-/// A placeholder for an expression that the second pass will read.
+/// Creates a placeholder for an expression that the second pass will read.
 fn placeholder(item: &Item<'_, '_>) -> Expression {
     let tree = Tree { text: String::new(), nodes: Vec::new() };
     Expression { tree, line: item.line, key: item.key.clone() }

@@ -12,58 +12,60 @@ use toml::de::{DeTable, DeValue};
 /// A kind of effect, as a `[[candidate]]` block describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// Name of the kind.
+    /// Name of the kind of effect.
     pub kind: String,
-    /// General places where it is tried, such as `force`, or names of quantities of the model.
+    /// General places where the effect is tried, such as `force`, or names of quantities of the model.
     pub on: Vec<String>,
-    /// How its expression changes its target.
+    /// How the effect's expression changes its target.
     pub how: How,
-    /// The expression, in names of the row and of the model.
+    /// Text of the effect's expression, in names of the row and of the model.
     pub expression: String,
-    /// Expression that is added to the second equation of a pair.
+    /// Expression that the effect adds to the second equation of a pair; `None` if it changes one equation.
     pub other: Option<String>,
-    /// States that belong to it.
+    /// States that belong to the effect.
     pub states: Vec<DraftState>,
-    /// Its parameters.
+    /// Parameters of the effect.
     pub parameters: Vec<RowParameter>,
-    /// Other explanations that it may be mistaken for.
+    /// Other physical explanations that the effect may be mistaken for.
     pub equivalent_causes: Vec<String>,
-    /// Kinds that describe the same phenomenon and are not added together with it.
+    /// Kinds of effects that describe the same phenomenon and are not added together with this one.
     pub excludes: Vec<String>,
-    /// Simpler kind that it becomes when its inner parameters go to their bounds.
+    /// Kind of the simpler effect that results when the inner parameters go to their bounds; `None` if there
+    /// is none.
     pub reduces_to: Option<String>,
-    /// Origin of the formula.
+    /// Literature or other origin of the formula.
     pub source: String,
-    /// File and line of the block.
+    /// File name and line of the block.
     pub place: (String, usize),
 }
 
-/// A parameter of a kind. With `of`, its numbers are multiples of the size of that quantity.
+/// A parameter of a kind of effect. With `of`, its numbers are multiples of the size of that quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RowParameter {
-    /// Name.
+    /// Name of the parameter.
     pub name: String,
-    /// Unit, where `unit` or the name states one.
+    /// Unit of the parameter; `None` if neither `unit` nor the name states one.
     pub unit: Option<Unit>,
-    /// Quantity whose size its numbers are multiples of.
+    /// Quantity whose size the numbers of this parameter are multiples of; `None` if they are in its unit.
     pub of: Option<String>,
-    /// Whether it keeps its initial value.
+    /// Whether a fit keeps the parameter at its initial value.
     pub frozen: bool,
-    /// Smallest value; minus infinity if the block states none.
+    /// Smallest allowed value; minus infinity if the block states none.
     pub min: f64,
-    /// Largest value; infinity if the block states none.
+    /// Largest allowed value; infinity if the block states none.
     pub max: f64,
-    /// Value at which the effect vanishes; `None` for an inner parameter.
+    /// Value at which the effect vanishes; `None` for an inner parameter, such as a width, which has no such
+    /// value.
     pub null: Option<f64>,
-    /// A typical value.
+    /// A typical value of the parameter; `None` if the block states none.
     pub typical: Option<f64>,
     /// Values of an inner parameter from which fits start.
     pub grid: Vec<f64>,
-    /// Values of a threshold from which scans start.
+    /// Values of a threshold parameter from which scans start.
     pub scan: Vec<f64>,
 }
 
-/// Keys of a block that are not parameters.
+/// Keys of a `[[candidate]]` block that are not parameters.
 const RESERVED_KEYS: [&str; 11] = [
     "kind",
     "on",
@@ -78,7 +80,7 @@ const RESERVED_KEYS: [&str; 11] = [
     "source",
 ];
 
-/// Reads a text that consists of `[[candidate]]` blocks.
+/// Reads all rows of a text that consists of `[[candidate]]` blocks.
 pub(crate) fn read_all(text: &str, file: &str) -> Result<Vec<Row>, ModelError> {
     let reader = Reader { file, text };
     let root = DeTable::parse(text).map_err(|e| {
@@ -93,7 +95,7 @@ pub(crate) fn read_all(text: &str, file: &str) -> Result<Vec<Row>, ModelError> {
 }
 
 impl Row {
-    /// Reads a `[[candidate]]` block.
+    /// Reads a kind of effect from a `[[candidate]]` block.
     ///
     /// # Errors
     /// A key that is missing or has a value of the wrong form.
@@ -158,7 +160,7 @@ impl Row {
     }
 }
 
-/// Reads the expression of a block, and how it changes its target.
+/// Reads the expression of an effect's block, and how it changes its target.
 pub(crate) fn change(item: &Item<'_, '_>) -> Result<(How, String), ModelError> {
     let found: Vec<(How, Item<'_, '_>)> = [How::Add, How::Factor, How::Replace]
         .into_iter()

@@ -3,25 +3,25 @@
 use crate::nearest::nearest;
 use crate::text::{Problem, Scope, Symbol};
 
-/// Names that are declared so far.
+/// Names that are declared in a model file so far.
 #[derive(Debug, Default)]
 pub(super) struct Names {
-    /// States, inputs, parameters and `[let]` values, each group in its order.
+    /// Names of states, inputs, parameters and `[let]` values, each group in its order.
     pub(super) quantities: Vec<(String, Symbol)>,
-    /// Line of each `[let]` value.
+    /// Line in the file of each `[let]` value.
     pub(super) let_lines: Vec<usize>,
     pub(super) outputs: Vec<String>,
     pub(super) tables: Vec<String>,
 }
 
-/// Kind of place of an expression.
+/// The kind of place of an expression in a model file, which decides what names it may use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Site {
-    /// A value of `[let]`, by its index.
+    /// The expression of a `[let]` value, given by its index.
     Let(usize),
-    /// A rate, an output or an event.
+    /// The expression of a rate, an output or an event.
     Equation,
-    /// A start value.
+    /// The expression of an initial value.
     Start,
 }
 
@@ -76,7 +76,7 @@ impl Scope for View<'_> {
 }
 
 impl View<'_> {
-    /// The error for a name that is unknown, or an output where outputs are not allowed.
+    /// Describes a name that is unknown, or an output where outputs are not allowed.
     fn unknown(&self, name: &str) -> Problem {
         let is_output = self.names.outputs.iter().any(|n| n == name);
         if is_output {

@@ -1,40 +1,43 @@
-//! Guesses start states from the first measured samples.
+//! Guesses the initial states of windows from the first measured samples.
 
 use super::Model;
 use crate::text::{Bindings, Symbol};
 
-/// Number of samples from which `slope` takes the least-squares line.
+/// Number of samples through which `slope` fits the least-squares line.
 const SLOPE_SAMPLES: usize = 5;
 
-/// Measured values from the start of a window on.
+/// Measured values from the first sample of a window on, with inputs and parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct FirstSamples<'a> {
-    /// Times in seconds.
+    /// Times of the samples, s.
     pub times: &'a [f64],
     /// Values of each output of the model at these times; missing values are NaN.
     pub outputs: &'a [&'a [f64]],
-    /// Inputs at the first of these times, in the order of the model.
+    /// Values of the inputs at the first sample, in the order of the model.
     pub inputs: &'a [f64],
     /// Values of all parameters of the model.
     pub parameters: &'a [f64],
 }
 
 impl Model {
-    /// Evaluates the `start` of each state; NaN if an output that it uses has no measured value.
+    /// Evaluates the `start` expression of each state; NaN if an output that it uses has no measured value.
     pub fn guess_start(&self, samples: &FirstSamples<'_>) -> Vec<f64> {
         self.states.iter().map(|state| state.start.tree.value(samples)).collect()
     }
 }
 
 impl Model {
-    /// Value of the `start` expression of a state, where an output that equals a state has the value of that
-    /// state in `start` instead of its first reading, which has measurement noise.
+    /// Evaluates the `start` expression of a state, with initial states in place of noisy measurements.
+    ///
+    /// An output that equals a state has the value of that state in `start` instead of its first reading,
+    /// which has measurement noise.
     pub(crate) fn start_mean(&self, state: usize, samples: &FirstSamples<'_>, start: &[f64]) -> f64 {
         self.states[state].start.tree.value(&StartMean { model: self, samples, start })
     }
 }
 
-/// First samples, with the initial states in the place of the outputs that equal them.
+/// Values for a `start` expression: first samples, with initial states in place of the outputs that equal
+/// them.
 struct StartMean<'a> {
     model: &'a Model,
     samples: &'a FirstSamples<'a>,
@@ -89,7 +92,7 @@ fn measured_samples<'a>(
     samples.times.iter().copied().zip(values.iter().copied()).filter(|(_, value)| value.is_finite())
 }
 
-/// The first measured value of an output.
+/// The first measured value of an output; NaN if there is none.
 fn first_value(samples: &FirstSamples<'_>, output: usize) -> f64 {
     measured_samples(samples, output).next().map_or(f64::NAN, |(_, value)| value)
 }

@@ -11,18 +11,18 @@ use toml::de::{DeTable, DeValue};
 /// A TOML value with its position.
 pub(crate) type Value<'t> = Spanned<DeValue<'t>>;
 
-/// The text of a model file and its name.
+/// The text of a model file and the file's name.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reader<'t> {
     pub(crate) file: &'t str,
     pub(crate) text: &'t str,
 }
 
-/// A value with its place in the file.
+/// A value of a model file, with its place in the file.
 #[derive(Debug, Clone)]
 pub(crate) struct Item<'r, 't> {
     pub(crate) reader: Reader<'t>,
-    /// Table and key, such as `parameters.length_m`.
+    /// Table and key of the value, such as `parameters.length_m`.
     pub(crate) key: String,
     pub(crate) line: usize,
     pub(crate) value: &'r Value<'t>,
@@ -54,7 +54,7 @@ impl<'t> Reader<'t> {
         entries.into_iter().map(place).collect()
     }
 
-    /// Refuses keys that are not among `known`.
+    /// Checks that a table has no keys that are not among `known`.
     pub(crate) fn check_keys(
         &self,
         table: &DeTable<'t>,
@@ -90,12 +90,12 @@ impl<'t> Reader<'t> {
 }
 
 impl<'r, 't> Item<'r, 't> {
-    /// Creates an error at this place.
+    /// Creates an error at the place of this value.
     pub(crate) fn error(&self, fault: Fault) -> ModelError {
         self.reader.error(self.line, &self.key, fault)
     }
 
-    /// Creates the error that the value is not as `expected`.
+    /// Creates the error that this value is not as `expected`.
     pub(crate) fn wrong(&self, expected: &'static str) -> ModelError {
         self.error(Fault::WrongType { expected })
     }
@@ -109,14 +109,14 @@ impl<'r, 't> Item<'r, 't> {
         Ok(entries.into_iter().map(item).collect())
     }
 
-    /// The entry of this table under `key`, if there is one.
+    /// The entry of this table under `key`; `None` if there is none.
     pub(crate) fn entry(&self, key: &str) -> Option<Item<'r, 't>> {
         let (found, value) = self.value.get_ref().as_table()?.get_key_value(key)?;
         let line = self.reader.line(found.span().start);
         Some(Item { reader: self.reader, key: join(&self.key, key), line, value })
     }
 
-    /// Refuses keys of this table that are not among `known`.
+    /// Checks that this table has no keys that are not among `known`.
     pub(crate) fn check_keys(&self, known: &[&str]) -> Result<(), ModelError> {
         let table = self.value.get_ref().as_table();
         table.map_or(Ok(()), |table| self.reader.check_keys(table, &self.key, known))
@@ -160,14 +160,14 @@ impl<'r, 't> Item<'r, 't> {
         list.iter().map(|value| Item { value, ..self.clone() }.number()).collect()
     }
 
-    /// A list of two numbers, the first below the second.
+    /// Reads this value as a list of two numbers, the first below the second.
     pub(crate) fn range(&self) -> Result<[f64; 2], ModelError> {
         let expected = "a list of two numbers, such as [0.0, 10.0]";
         let [min, max] = self.numbers(expected)?[..] else { return Err(self.wrong(expected)) };
         if min < max { Ok([min, max]) } else { Err(self.error(Fault::EmptyBounds { min, max })) }
     }
 
-    /// A list of strings.
+    /// Reads this value as a list of strings.
     pub(crate) fn texts(&self, expected: &'static str) -> Result<Vec<String>, ModelError> {
         let list = self.value.get_ref().as_array().ok_or_else(|| self.wrong(expected))?;
         let text = |value: &Value<'_>| {
@@ -176,7 +176,7 @@ impl<'r, 't> Item<'r, 't> {
         list.iter().map(text).collect()
     }
 
-    /// A number as text, or a string.
+    /// Reads this value as text: a number as written, or a string.
     pub(crate) fn number_or_text(&self) -> Result<String, ModelError> {
         match self.maybe_number() {
             Some(number) => Ok(format!("{number:?}")),
@@ -184,7 +184,7 @@ impl<'r, 't> Item<'r, 't> {
         }
     }
 
-    /// The blocks `[[key]]`, each with its line, and with its kind or its number in its key.
+    /// Lists the blocks `[[key]]`, each with its line, and with its kind or its number in its key.
     pub(crate) fn blocks(
         &self,
         key: &'static str,
@@ -204,7 +204,7 @@ impl<'r, 't> Item<'r, 't> {
         blocks.iter().enumerate().map(block).collect()
     }
 
-    /// The value that belongs to one of these words.
+    /// Reads this value as one of the given words; returns what belongs to that word.
     pub(crate) fn word<T: Copy>(&self, words: &[(&str, T)], expected: &'static str) -> Result<T, ModelError> {
         let text = self.text(expected)?;
         words.iter().find(|(w, _)| *w == text).map(|(_, v)| *v).ok_or_else(|| self.wrong(expected))

@@ -1,4 +1,4 @@
-//! Infers the dimensions of expressions.
+//! Infers the physical dimensions of expressions, and checks that they are consistent.
 //!
 //! Where they cannot be determined nothing is reported. It is an error if both operands of a sum, comparison
 //! or choice have known, different dimensions, or if a rate is not in the unit of its state per second.
@@ -78,7 +78,7 @@ pub(crate) fn dimensions_of(model: &Model, tree: &Tree) -> Option<Dimensions> {
     infer(model, tree).ok().flatten()
 }
 
-/// Dimensions of a quantity, if it has a unit.
+/// Dimensions of a quantity of the model; `None` if it has no unit.
 fn dimensions_of_symbol(model: &Model, symbol: Symbol) -> Option<Dimensions> {
     match symbol {
         Symbol::Let(i) => model.lets.get(i).and_then(|l| l.dimensions),
@@ -87,7 +87,7 @@ fn dimensions_of_symbol(model: &Model, symbol: Symbol) -> Option<Dimensions> {
     }
 }
 
-/// Unit that is declared for a quantity.
+/// Unit that the model file declares for a quantity; `None` if it declares none.
 fn declared_unit(model: &Model, symbol: Symbol) -> Option<Unit> {
     match symbol {
         Symbol::State(i) => model.states.get(i).and_then(|q| q.unit),
@@ -98,7 +98,7 @@ fn declared_unit(model: &Model, symbol: Symbol) -> Option<Unit> {
     }
 }
 
-/// Unit of a node for a message; for a quantity as declared, so that `rad/s` is not shown as `1/s`.
+/// Unit of a node for a message; a quantity has its declared unit, so that `rad/s` is not shown as `1/s`.
 fn unit_of(model: &Model, tree: &Tree, node: usize, dimensions: Dimensions) -> String {
     let declared = match tree.nodes[node].kind {
         Kind::Symbol(symbol) => declared_unit(model, symbol),

@@ -87,7 +87,7 @@ impl Model {
         Ok(document.to_string())
     }
 
-    /// The `[[effect]]` block of an effect.
+    /// Writes an effect as an `[[effect]]` block.
     fn block(&self, addition: &Addition) -> Table {
         let mut table = Table::new();
         let parameters = &self.parameters[addition.parameters.clone()];
@@ -139,7 +139,7 @@ impl Model {
     }
 }
 
-/// Sets value, interval and `frozen` of a parameter in its entry, which is a number or a table.
+/// Sets value, interval and `frozen` of a parameter in its entry of the file, which is a number or a table.
 fn set_parameter(entry: &mut Item, p: &Parameter) {
     // A delay that is a plain number is frozen anyway.
     let is_frozen = p.frozen && (entry.is_table_like() || !p.name.contains('.'));
@@ -171,7 +171,7 @@ fn set_parameter(entry: &mut Item, p: &Parameter) {
     }
 }
 
-/// Sets a value if it differs from the present one, keeping the white space and comments around it.
+/// Sets a value of a table if it differs from the present one, keeping white space and comments around it.
 fn set(entry: &mut Item, key: &str, new: Value) {
     let Some(table) = entry.as_table_like_mut() else { return };
     match table.get_mut(key).and_then(Item::as_value_mut) {
@@ -187,7 +187,7 @@ fn set(entry: &mut Item, key: &str, new: Value) {
     }
 }
 
-/// Sets the measurement noise of an output in its entry, or removes it.
+/// Sets the measurement noise of an output in its entry of the file, or removes it.
 fn set_noise(entry: &mut Item, noise: Option<SensorNoise>) {
     let Some(noise) = noise else {
         if let Some(table) = entry.as_table_like_mut() {
@@ -209,7 +209,7 @@ fn set_noise(entry: &mut Item, noise: Option<SensorNoise>) {
     set(entry, "noise", Value::InlineTable(table));
 }
 
-/// Sets the process noise of a state in its entry, or removes it.
+/// Sets the process noise of a state in its entry of the file, or removes it.
 fn set_process_noise(entry: &mut Item, shaken: Option<RateNoise>) {
     let number = |v: Option<&Item>| v.and_then(|v| v.as_float().or_else(|| v.as_integer().map(|i| i as f64)));
     let present = entry.get("shaken").map(|t| (number(t.get("sd")), number(t.get("memory_s"))));
@@ -231,7 +231,7 @@ fn set_process_noise(entry: &mut Item, shaken: Option<RateNoise>) {
     }
 }
 
-/// Sets the interpolation of an input in its entry, which is a string or a table.
+/// Sets the interpolation of an input in its entry of the file, which is a string or a table.
 fn set_hold(entry: &mut Item, hold: &str) {
     if entry.is_table_like() {
         set(entry, "hold", hold.into());
@@ -240,7 +240,7 @@ fn set_hold(entry: &mut Item, hold: &str) {
     }
 }
 
-/// Whether two numbers or strings are equal, whatever their notation.
+/// Whether two TOML values are equal numbers or strings, whatever their notation.
 ///
 /// This way 1e4 is not rewritten as 10000.0.
 fn is_same_value(present: &Value, new: &Value) -> bool {
@@ -251,7 +251,7 @@ fn is_same_value(present: &Value, new: &Value) -> bool {
     }
 }
 
-/// Returns `new` with the white space and comments of `present`.
+/// Returns the value `new` with the white space and comments of `present`.
 fn decorated(mut new: Value, present: &Value) -> Value {
     *new.decor_mut() = present.decor().clone();
     new

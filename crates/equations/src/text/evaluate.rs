@@ -1,21 +1,22 @@
 //! Evaluates an expression at one point, for start values, messages and scales.
 //!
-//! This is slower than the compiled form, which simulations use.
+//! This is slower than the compiled form of the expressions, which simulations use.
 
 use super::{Kind, Symbol, Tree};
 
-/// Values of everything that an expression may refer to.
+/// Provides the values of all quantities that an expression may refer to.
 pub(crate) trait Bindings {
-    /// Value of a state, input, parameter, `[let]` value, output or time.
+    /// Returns the value of a state, input, parameter, `[let]` value, output or the time.
     fn symbol(&self, symbol: Symbol) -> f64;
-    /// Value of a table at an argument.
+    /// Returns the value of table number `table` at the argument `at`.
     fn table(&self, table: usize, at: f64) -> f64;
-    /// Change per second of an output.
+    /// Returns the change per second of output number `output`.
     fn slope(&self, output: usize) -> f64;
 }
 
 impl Tree {
-    /// Value of every node, in the order of the nodes; `sign` and `step` are not smoothed.
+    /// Computes the value of every node of the tree, in the order of the nodes; `sign` and `step` are not
+    /// smoothed.
     pub(crate) fn values(&self, bindings: &dyn Bindings) -> Vec<f64> {
         let mut values: Vec<f64> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
@@ -47,7 +48,7 @@ impl Tree {
         values
     }
 
-    /// Value of the whole expression.
+    /// Computes the value of the whole expression.
     pub(crate) fn value(&self, bindings: &dyn Bindings) -> f64 {
         self.values(bindings).last().copied().unwrap_or(0.0)
     }

@@ -33,7 +33,7 @@ pub enum Function {
     Step,
 }
 
-/// Name in an expression, function, and number of arguments.
+/// Name in an expression, function, and number of arguments, of every function.
 const FUNCTIONS: [(&str, Function, usize); 23] = [
     ("sin", Function::Sin, 1),
     ("cos", Function::Cos, 1),
@@ -60,7 +60,7 @@ const FUNCTIONS: [(&str, Function, usize); 23] = [
     ("step", Function::Step, 1),
 ];
 
-/// Names of calls with their own syntax.
+/// Names of the calls that have their own syntax.
 pub(crate) const SPECIAL: [&str; 3] = ["if", "table", "slope"];
 
 /// Names that no quantity of a model may have, besides the names of functions.
@@ -68,27 +68,27 @@ const RESERVED: [&str; 12] =
     ["t", "pi", "e", "and", "or", "not", "true", "false", "trajectory", "group", "t_s", "start_time_s"];
 
 impl Function {
-    /// Returns the function with this name.
+    /// Finds the function with this name; `None` if there is none.
     pub fn named(name: &str) -> Option<Function> {
         FUNCTIONS.iter().find(|(n, ..)| *n == name).map(|(_, f, _)| *f)
     }
 
-    /// Its name in an expression.
+    /// Name of the function in an expression.
     pub fn name(self) -> &'static str {
         FUNCTIONS.iter().find(|(_, f, _)| *f == self).map_or("", |(n, ..)| n)
     }
 
-    /// Number of its arguments.
+    /// Number of arguments of the function.
     pub fn arity(self) -> usize {
         FUNCTIONS.iter().find(|(_, f, _)| *f == self).map_or(1, |(.., n)| *n)
     }
 
-    /// Whether its value is discontinuous, so that it is smoothed in a rate.
+    /// Whether the function is discontinuous, so that it is smoothed in a rate.
     pub(crate) fn jumps(self) -> bool {
         matches!(self, Function::Sign | Function::Step)
     }
 
-    /// Its value for the arguments `z`, without smoothing.
+    /// Computes the function for the arguments `z`, without smoothing.
     pub(crate) fn value(self, z: &[f64]) -> f64 {
         let evaluate =
             |code: Code| crate::machine::evaluate(code, z[0], z.get(1).copied().unwrap_or(0.0), 0.0);
@@ -125,13 +125,13 @@ impl Function {
         }
     }
 
-    /// Names of all functions and of the calls with their own syntax.
+    /// Lists the names of all functions and of the calls with their own syntax.
     pub(crate) fn names() -> impl Iterator<Item = &'static str> {
         FUNCTIONS.iter().map(|(n, ..)| *n).chain(SPECIAL)
     }
 }
 
-/// How to write functions that other languages have under another name, or that are powers.
+/// Names of functions in other languages, and how to write each here.
 const INSTEAD: [(&[&str], &str); 17] = [
     (&["log", "loge"], "`ln(x)`"),
     (&["log10", "lg"], "`ln(x) / ln(10)`"),
@@ -152,7 +152,7 @@ const INSTEAD: [(&[&str], &str); 17] = [
     (&["where", "ifelse", "piecewise"], "`if(condition, a, b)`"),
 ];
 
-/// How to write the function that `name` means elsewhere; `None` where that is not known.
+/// How to write here the function that `name` means in other languages; `None` if that is not known.
 pub(crate) fn instead_of(name: &str) -> Option<&'static str> {
     let name = name.to_ascii_lowercase();
     INSTEAD.iter().find(|(names, _)| names.contains(&name.as_str())).map(|(_, text)| *text)

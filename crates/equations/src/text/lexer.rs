@@ -8,7 +8,7 @@ use std::ops::Range;
 pub(crate) enum Token<'t> {
     Number(f64),
     Name(&'t str),
-    /// One of `+ - * / ^ ( ) , < >`.
+    /// One of the signs `+ - * / ^ ( ) , < >`, as a byte.
     Sign(u8),
     LessOrEqual,
     GreaterOrEqual,
@@ -89,12 +89,12 @@ impl<'t> Lexer<'t> {
     }
 }
 
-/// Number of consecutive bytes from `from` on that satisfy `is`.
+/// Number of consecutive bytes from `from` on for which `is` holds.
 fn count(bytes: &[u8], from: usize, is: impl Fn(u8) -> bool) -> usize {
     bytes.get(from..).unwrap_or(&[]).iter().take_while(|b| is(**b)).count()
 }
 
-/// The first 40 characters of a text, so that no message repeats a long line.
+/// Shortens a text to its first 40 characters, so that no message repeats a long line.
 pub(super) fn shortened(text: &str) -> String {
     match text.char_indices().nth(40) {
         Some((cut, _)) => format!("{}…", &text[..cut]),

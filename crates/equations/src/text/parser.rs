@@ -33,7 +33,7 @@ pub trait Scope {
     }
 }
 
-/// A problem and the bytes of the text that it concerns.
+/// A problem in an expression, and the bytes of the text that it concerns.
 type Failure = (Problem, Range<usize>);
 
 /// Parses an expression.
@@ -86,7 +86,7 @@ struct Parser<'t, 's> {
 }
 
 impl Parser<'_, '_> {
-    /// A problem at the present token.
+    /// A problem at the present token, with the bytes of that token.
     fn problem_here(&self, problem: Problem) -> Failure {
         (problem, self.span.clone())
     }
@@ -118,12 +118,12 @@ impl Parser<'_, '_> {
         self.nodes.len() - 1
     }
 
-    /// Bytes from the start of node `a` to the end of node `b`.
+    /// Range of bytes from the start of node `a` to the end of node `b`.
     fn across(&self, a: usize, b: usize) -> Range<usize> {
         self.nodes[a].span.start..self.nodes[b].span.end
     }
 
-    /// Runs `inner` one nesting level deeper.
+    /// Runs the parsing function `inner` one nesting level deeper.
     ///
     /// The limit keeps the recursion from exhausting the stack.
     fn deeper<R>(&mut self, inner: impl FnOnce(&mut Self) -> Result<R, Failure>) -> Result<R, Failure> {
@@ -212,7 +212,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// Skips the `)` that closes the `(` at `open`; returns the byte after it.
+    /// Skips the `)` that closes the `(` at `open`; returns the position of the byte after it.
     fn close(&mut self, open: &Range<usize>) -> Result<usize, Failure> {
         let end = self.span.end;
         match self.token {

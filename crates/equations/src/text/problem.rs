@@ -3,7 +3,7 @@
 use crate::limits::{MAX_EXPRESSION_BYTES, MAX_EXPRESSION_DEPTH, MAX_FILE_NODES};
 use thiserror::Error;
 
-/// An error in an expression. Columns count characters from 1.
+/// What is wrong in an expression. Columns count characters from 1.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each explains its values")]
 pub enum Problem {
@@ -76,16 +76,16 @@ pub enum Problem {
     RateUnit { state: String, found: String, expected: String },
 }
 
-/// One operand of a sum, comparison or choice whose units do not match.
+/// One of two operands of a sum, comparison or choice whose units do not match.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Side {
-    /// Its unit, as a message shows it.
+    /// Unit of the operand, as a message shows it.
     pub unit: String,
-    /// Its text in the expression.
+    /// Text of the operand in the expression.
     pub text: String,
 }
 
-/// The end of a message that proposes the most similar known name.
+/// End of a message that proposes the most similar known name; empty without one.
 pub(crate) fn suggest(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or(String::new(), |n| format!("; did you mean `{n}`?"))
 }

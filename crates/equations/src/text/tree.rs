@@ -6,20 +6,20 @@
 use super::Function;
 use std::ops::Range;
 
-/// The quantity that a name refers to.
+/// The quantity of the model that a name in an expression refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Symbol {
-    /// Index into the states.
+    /// A state, by its index.
     State(usize),
-    /// Index into the inputs.
+    /// An input, by its index.
     Input(usize),
-    /// Index into the parameters.
+    /// A parameter, by its index.
     Parameter(usize),
-    /// Index into the `[let]` values.
+    /// A `[let]` value, by its index.
     Let(usize),
-    /// Index into the outputs; allowed in `start` and in effects on that output.
+    /// An output, by its index; allowed in `start` and in effects on that output.
     Output(usize),
-    /// Seconds since the trajectory began.
+    /// The time in seconds since the trajectory began.
     Time,
 }
 
@@ -45,7 +45,7 @@ impl Comparison {
     }
 }
 
-/// A number, a name or an operation.
+/// What a node of an expression is: a number, a name or an operation.
 ///
 /// Children are indices into [`Tree::nodes`], smaller than that of their parent.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,26 +65,26 @@ pub enum Kind {
     Slope { output: usize },
 }
 
-/// An operation and the bytes of the text it was parsed from.
+/// A node of an expression, with the bytes of the text it was parsed from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TreeNode {
-    /// The operation.
+    /// Kind of the node: a number, a name or an operation.
     pub kind: Kind,
-    /// Bytes of the expression's text.
+    /// Range of bytes of the node in the expression's text.
     pub span: Range<usize>,
 }
 
 /// An expression whose names are resolved and whose functions have the right number of arguments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tree {
-    /// Text it was parsed from.
+    /// Text that the tree was parsed from.
     pub text: String,
-    /// Nodes; the last is the whole expression.
+    /// Nodes of the tree, children before parents; the last is the whole expression.
     pub nodes: Vec<TreeNode>,
 }
 
 impl Tree {
-    /// A tree of a single number.
+    /// Creates a tree of a single number.
     pub fn number(value: f64) -> Tree {
         Tree { text: format!("{value}"), nodes: vec![TreeNode { kind: Kind::Number(value), span: 0..0 }] }
     }
@@ -94,7 +94,7 @@ impl Tree {
         self.nodes.len().saturating_sub(1)
     }
 
-    /// Text of a node.
+    /// Text of a node, as written in the expression.
     pub fn text_of(&self, node: usize) -> &str {
         self.nodes.get(node).and_then(|n| self.text.get(n.span.clone())).unwrap_or("")
     }
